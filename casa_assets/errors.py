@@ -1,0 +1,70 @@
+"""The error tree. Everything that the package raises on purpose descends from CasaError.
+
+    CasaError
+    +-- RegistryError      a file under registry/ is wrong: file, line, pointer, expected, got
+    +-- UnknownId          a name that does not exist: kind, wanted, nearest names that do
+    +-- Rejected           an input that a stage cannot accept: code, says
+    |   +-- DegenerateShape   points that span no volume (code GEO001)
+    +-- OutputError        the output folder cannot be used: path, says
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class CasaError(Exception):
+    """Root of all errors that are meant to be read by a person."""
+
+
+class RegistryError(CasaError):
+    """A registry file does not say what its schema asks for."""
+
+    def __init__(self, file: str, line: int, pointer: str, expected: str, got: str) -> None:
+        self.file, self.line, self.pointer, self.expected, self.got = (file, line, pointer, expected, got)
+        super().__init__(f"{file}:{line}: {pointer or '(top)'}: expected {expected}, got {got}")
+
+
+class UnknownId(CasaError):
+    """A name that nothing answers to; carries the nearest names that exist."""
+
+    def __init__(self, kind: str, wanted: str, known: Iterable[str]) -> None:
+        self.kind, self.wanted = kind, wanted
+        self.nearest = tuple(difflib.get_close_matches(wanted, sorted(known), n=3, cutoff=0.5))
+        hint = f"; did you mean {', '.join(self.nearest)}?" if self.nearest else ""
+        super().__init__(f"unknown {kind} {wanted!r}{hint}")
+
+
+class Rejected(CasaError):
+    """A stage cannot accept its input. The pipeline records the code and the reason and goes on.
+
+    Args:
+        code: code from registry/rejections.yaml, such as `SRC003`.
+        says: one sentence for the person who has to mend the input.
+    """
+
+    def __init__(self, code: str, says: str) -> None:
+        self.code, self.says = code, says
+        super().__init__(f"{code}: {says}")
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return (type(self), (self.code, self.says))
+
+
+class DegenerateShape(Rejected):
+    """Points that span no volume where a volume is needed."""
+
+    def __init__(self, says: str, code: str = "GEO001") -> None:
+        super().__init__(code, says)
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return (type(self), (self.says, self.code))
+
+
+class OutputError(CasaError):
+    """The output folder cannot be used as asked."""
+
+    def __init__(self, path: str, says: str) -> None:
+        self.path, self.says = path, says
+        super().__init__(f"{path}: {says}")

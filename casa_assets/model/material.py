@@ -1,0 +1,108 @@
+"""What a surface looks like (Material, Texture) and what it is made of (Substance)."""
+
+from __future__ import annotations
+
+import hashlib
+from enum import StrEnum
+from functools import cached_property
+from typing import Annotated
+
+from pydantic import Field, field_validator
+
+from casa_assets.model.record import Id, Record, Vec4
+
+Unit = Annotated[float, Field(ge=0.0, le=1.0)]
+Positive = Annotated[float, Field(gt=0.0)]
+
+
+class ColorSpace(StrEnum):
+    """How the numbers in an image are meant."""
+
+    SRGB = "sRGB"
+    RAW = "raw"
+
+
+class Texture(Record):
+    """An image, PNG bytes.
+
+    Attributes:
+        name: stem of the file that it is written to (a content hash is added).
+        png: encoded PNG, 8 bit RGB or RGBA.
+        width_px, height_px: size of the image.
+        color_space: sRGB for colours, raw for normals and roughness.
+    """
+
+    name: Id
+    png: bytes
+    width_px: Annotated[int, Field(ge=1, le=16384)]
+    height_px: Annotated[int, Field(ge=1, le=16384)]
+    color_space: ColorSpace = ColorSpace.SRGB
+
+    @field_validator("png")
+    @classmethod
+    def _is_png(cls, png: bytes) -> bytes:
+        if not png.startswith(b"\x89PNG\r\n\x1a\n"):
+            raise ValueError("not a PNG file")
+        return png
+
+    @cached_property
+    def file_name(self) -> str:
+        """`<name>_<12 hex digits of the content>.png`: the same image twice is one file."""
+        return f"{self.name}_{hashlib.sha256(self.png).hexdigest()[:12]}.png"
+
+
+class Material(Record):
+    """Metallic-roughness surface (the glTF 2.0 model).
+
+    Attributes:
+        id: unique within the asset.
+        base_color: linear RGBA in 0..1, multiplied with the texture.
+        metallic, roughness: 0..1, multiplied with the texture's channels.
+        base_color_texture: sRGB image or None.
+        metallic_roughness_texture: raw image, green roughness and blue metallic, or None.
+        normal_texture: raw tangent-space normals, y up, or None.
+        substance: id of the substance that it shows, used as a semantic label.
+    """
+
+    id: Id
+    base_color: Vec4 = (0.8, 0.8, 0.8, 1.0)
+    metallic: Unit = 0.0
+    roughness: Unit = 0.6
+    base_color_texture: Texture | None = None
+    metallic_roughness_texture: Texture | None = None
+    normal_texture: Texture | None = None
+    substance: Id = "unknown"
+
+    @field_validator("base_color")
+    @classmethod
+    def _legal(cls, rgba: Vec4) -> Vec4:
+        if not all(0.0 <= c <= 1.0 for c in rgba):
+            raise ValueError(f"colour {rgba} is outside 0..1")
+        return rgba
+
+    @property
+    def textures(self) -> tuple[Texture, ...]:
+        """Every image of the material, in a fixed order."""
+        slots = (self.base_color_texture, self.metallic_roughness_texture, self.normal_texture)
+        return tuple(t for t in slots if t is not None)
+
+
+class Substance(Record):
+    """What a thing is made of, as physics sees it.
+
+    Attributes:
+        id: such as `ceramic`.
+        density: kg/m^3 of the material itself.
+        static_friction, dynamic_friction: Coulomb coefficients against a dry worktop, > 0.
+        torsional_friction, rolling_friction: metres, as in MuJoCo's geom friction.
+        metallic, roughness: how it looks where a source says nothing.
+    """
+
+    id: Id
+    density: Positive
+    static_friction: Positive
+    dynamic_friction: Positive
+    torsional_friction: Positive = 0.005
+    rolling_friction: Positive = 0.0001
+    metallic: Unit = 0.0
+    roughness: Unit = 0.6

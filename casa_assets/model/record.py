@@ -1,0 +1,106 @@
+"""Base of all spine records: frozen, validated, JSON round trip, canonical digest."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, Self
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, StringConstraints
+from pydantic_core import CoreSchema, core_schema
+
+Vec2 = tuple[float, float]
+Vec3 = tuple[float, float, float]
+Vec4 = tuple[float, float, float, float]
+
+# Legal at once as an MJCF name, a USD prim name and a file name; `__` is kept for joining id paths.
+Id = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9]*(_[a-z0-9]+)*$", max_length=96)]
+Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
+
+
+@dataclass(frozen=True)
+class ArrayOf:
+    """Pydantic annotation of a read-only numpy array.
+
+    Args:
+        dtype: numpy dtype name that values are converted to.
+        shape: expected shape; -1 accepts any length.
+        finite: refuse NaN and infinities.
+    """
+
+    dtype: str
+    shape: tuple[int, ...]
+    finite: bool = True
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            self.read, serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json")
+        )
+
+    def read(self, value: Any) -> npt.NDArray[Any]:
+        """Array from an array, nested lists, or the JSON form that `write` makes."""
+        if isinstance(value, dict):
+            raw = base64.b64decode(value["base64"], validate=True)
+            value = np.frombuffer(raw, dtype=value["dtype"]).reshape(value["shape"])
+        array = np.array(value, dtype=self.dtype, order="C", copy=True)
+        if array.ndim == 1 and array.size == 0:
+            array = array.reshape(tuple(0 if n < 0 else n for n in self.shape))
+        if array.ndim != len(self.shape) or any(n not in (-1, m) for n, m in zip(self.shape, array.shape, strict=True)):
+            raise ValueError(f"expected an array of shape {self.shape}, got {array.shape}")
+        if array.dtype.kind == "f":
+            if self.finite and not np.isfinite(array).all():
+                raise ValueError("array holds NaN or infinity")
+            array += 0.0  # turns -0.0 into 0.0, so that equal values have equal digests
+        array.setflags(write=False)
+        return array
+
+    def write(self, array: npt.NDArray[Any]) -> dict[str, Any]:
+        """JSON form: dtype (little endian), shape, base64 of the C-ordered bytes."""
+        little = array.astype(array.dtype.newbyteorder("<"), copy=False)
+        data = base64.b64encode(np.ascontiguousarray(little).tobytes()).decode("ascii")
+        return {"dtype": little.dtype.str, "shape": list(array.shape), "base64": data}
+
+
+Points = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 3))]
+Faces = Annotated[npt.NDArray[np.int32], ArrayOf("int32", (-1, 3))]
+Uvs = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 2))]
+Colors = Annotated[npt.NDArray[np.uint8], ArrayOf("uint8", (-1, 4))]
+
+
+class Record(BaseModel):
+    """Frozen value. Two records are equal where their canonical JSON is equal."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, ser_json_bytes="base64", val_json_bytes="base64"
+    )
+
+    def to_json(self) -> str:
+        """Canonical JSON: sorted keys, no spaces, shortest floats that read back exactly."""
+        data = self.model_dump(mode="json")
+        return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> Self:
+        """The record that `to_json` wrote. Raises pydantic.ValidationError with the place of each fault."""
+        return cls.model_validate_json(text)
+
+    def replace(self, **changes: Any) -> Self:
+        """A validated copy with some fields changed (model_copy would keep a stale digest)."""
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
+        return type(self)(**{**fields, **changes})
+
+    @cached_property
+    def digest(self) -> str:
+        """sha256 of the canonical JSON, 64 hex digits: the same on every machine."""
+        return hashlib.sha256(self.to_json().encode("utf-8")).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and isinstance(other, Record) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)

@@ -1,0 +1,107 @@
+"""What comes in: the source's own words about a mesh, its bytes, and the parts read from them."""
+
+from __future__ import annotations
+
+import hashlib
+from enum import StrEnum
+from functools import cached_property
+from typing import Annotated
+
+from pydantic import Field
+
+from casa_assets.model.issue import Issue
+from casa_assets.model.material import Material
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.record import Id, Record
+
+
+class SourceKind(StrEnum):
+    """Where a mesh was found."""
+
+    FOLDER = "folder"
+    OBJAVERSE = "objaverse"
+    OBJAVERSE_XL = "objaverse_xl"
+    TEXT_TO_3D = "text_to_3d"
+    MANIFEST = "manifest"
+
+
+class Source(Record):
+    """One input, as its source describes it; nothing here was guessed.
+
+    Attributes:
+        kind: what kind of source it stands in.
+        path: main file, POSIX, relative to the folder that the user named (its base name for a single file).
+        uid, title, author, licence, uri: as stated; licence is an SPDX id where the source's word maps to one.
+        prompt, generator: for generated meshes.
+        category: the source's own word for what it is, not yet looked up; empty where it says nothing.
+        hints: further words that may name the category, best first (file stem, folder names, tags, title).
+    """
+
+    kind: SourceKind
+    path: str
+    uid: str = ""
+    title: str = ""
+    author: str = ""
+    licence: str = "unknown"
+    uri: str = ""
+    prompt: str = ""
+    generator: str = ""
+    category: str = ""
+    hints: tuple[str, ...] = ()
+
+
+class Bundle(Record):
+    """The bytes of one input: its main file and every file it refers to.
+
+    Attributes:
+        main: name of the main file.
+        files: name as referred to -> content, `main` among them.
+        notes: references that were missing or refused, as warnings.
+    """
+
+    main: str
+    files: dict[str, bytes]
+    notes: tuple[Issue, ...] = ()
+
+    @cached_property
+    def sha256(self) -> str:
+        """Digest over the names (but the main one) and contents, sorted by name: moving a package does not change it."""
+        whole = hashlib.sha256()
+        for name, data in sorted(self.files.items(), key=lambda item: (item[0] != self.main, item[0])):
+            label = "" if name == self.main else name
+            whole.update(label.encode("utf-8", "surrogateescape") + b"\0" + hashlib.sha256(data).digest())
+        return whole.hexdigest()
+
+
+class Up(StrEnum):
+    """Axis of the file that points up."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+
+
+class RawPart(Record):
+    """One mesh with one material. Vertices are in file units and file axes, node transforms already baked."""
+
+    name: str
+    mesh: Mesh
+    material: Material
+
+
+class RawModel(Record):
+    """Everything read from one bundle.
+
+    Attributes:
+        parts: at least one, in file order.
+        metres_per_unit: as the format or file declares it (glTF: 1), None where it does not.
+        up: as the format or file declares it (glTF: y), None where it does not.
+        format: id of the format, such as `glb`.
+        notes: what was odd, repaired or ignored while reading, as warnings.
+    """
+
+    parts: Annotated[tuple[RawPart, ...], Field(min_length=1)]
+    metres_per_unit: Annotated[float, Field(gt=0)] | None = None
+    up: Up | None = None
+    format: Id
+    notes: tuple[Issue, ...] = ()
