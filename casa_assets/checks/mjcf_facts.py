@@ -1,0 +1,50 @@
+"""MJCF file -> fact table, by way of the model that MuJoCo compiles from it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+
+from casa_assets.checks import mujoco_load
+from casa_assets.checks.facts import BodyFacts, Facts
+from casa_assets.checks.mujoco_facts import facts_of_model
+from casa_assets.model.asset import Base
+from casa_assets.model.pose import Pose
+
+
+def facts(path: Path) -> Facts:
+    """The table of a model.xml or scene.xml: joints at zero, root at the origin.
+
+    The unnamed body around `object` is no body of the asset. Base and classes are custom texts.
+
+    Raises:
+        ValueError: the file does not compile, or does not say what its base is.
+    """
+    loaded = mujoco_load.load(path)
+    if loaded.model is None:
+        raise ValueError(f"{path.name} does not compile: {loaded.error}")
+    texts = _texts(loaded.model)
+    table = facts_of_model(loaded.model, base=Base(texts.get("base", "")), classes=texts.get("class", "").split())
+    bodies = [body for body in table.bodies if body.name]
+    roots = [Pose(position=b.position, quaternion=b.quaternion) for b in bodies if not b.parent]
+    if len(roots) != 1:
+        raise ValueError(f"{path.name} has {len(roots)} root bodies, not one")
+    return table.replace(bodies=tuple(_seen_from(roots[0], body) for body in bodies))
+
+
+def _seen_from(root: Pose, body: BodyFacts) -> BodyFacts:
+    pose = root.inverse() @ Pose(position=body.position, quaternion=body.quaternion)
+    return body.replace(position=pose.position, quaternion=pose.quaternion)
+
+
+def _texts(model: mujoco.MjModel) -> dict[str, str]:
+    """Custom texts by name."""
+    data, names = bytes(model.text_data), bytes(model.names)
+    starts = zip(model.name_textadr, model.text_adr, strict=True)
+    return {_string(names, int(name)): _string(data, int(text)) for name, text in starts}
+
+
+def _string(data: bytes, start: int) -> str:
+    """The text that ends at the next zero byte."""
+    return data[start : data.index(0, start)].decode()

@@ -1,0 +1,160 @@
+"""Compiled MuJoCo model -> fact table, whichever format the model was loaded from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.checks.facts import BodyFacts, Facts, JointFacts
+from casa_assets.model.asset import Base, JointKind
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3, Vec4
+
+Array = npt.NDArray[np.float64]
+
+KINDS = {
+    int(mujoco.mjtJoint.mjJNT_HINGE): JointKind.HINGE,
+    int(mujoco.mjtJoint.mjJNT_SLIDE): JointKind.SLIDE,
+}
+FREE_JOINT = int(mujoco.mjtJoint.mjJNT_FREE)
+
+
+def facts_of_model(model: mujoco.MjModel, *, base: Base, classes: Sequence[str]) -> Facts:
+    """Fact table of a compiled model; what hangs on the world body itself (a floor) is no part of it.
+
+    Args:
+        model: compiled; its bodies are called `object`, `door`, ... or end in `/object`, `/door`, ... A body without a
+            name is only a frame around them.
+        base: how the root meets the world, which a model without its world does not tell.
+        classes: semantic labels, which a compiled model does not carry.
+    Raises:
+        ValueError: a joint is neither free, hinge nor slide.
+    """
+    poses = _poses(model)
+    bodies = [_body(model, b, poses[b]) for b in range(model.nbody) if _is_link(model, b)]
+    bodies.sort(key=lambda body: body.name)
+    return Facts(base=base, bodies=tuple(bodies), exclusions=_exclusions(model), classes=tuple(classes))
+
+
+def has_free_joint(model: mujoco.MjModel) -> bool:
+    """Whether any body floats."""
+    return bool((model.jnt_type == FREE_JOINT).any())
+
+
+def short_name(name: str) -> str:
+    """`/mug_0123456789/object` -> `object`: names that come from USD are prim paths."""
+    return name.rsplit("/", 1)[-1]
+
+
+def shape_bounds(model: mujoco.MjModel, geom: int) -> Array:
+    """(2, 3) corners of a geom, body frame, metres; exact for every shape, not the bounds of bounds."""
+    pose = Pose(position=_three(model.geom_pos[geom]), quaternion=_four(model.geom_quat[geom]))
+    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = int(model.geom_dataid[geom])
+        start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        points = pose.apply(model.mesh_vert[start : start + count].astype(np.float64))
+        return np.array([points.min(axis=0), points.max(axis=0)])
+    rotation = pose.rotation
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        half = np.abs(rotation) @ size
+    elif kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        half = np.full(3, size[0])
+    elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        half = np.abs(rotation[:, 2]) * size[1] + size[0]
+    elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        half = np.abs(rotation[:, 2]) * size[1] + size[0] * np.sqrt(np.clip(1 - rotation[:, 2] ** 2, 0, 1))
+    else:
+        raise ValueError(f"geom {model.geom(geom).name!r} is a {kind.name}, which no asset has")
+    centre = np.array(pose.position)
+    return np.array([centre - half, centre + half])
+
+
+def _poses(model: mujoco.MjModel) -> list[Pose]:
+    """World pose of each body at qpos0, the root at the origin; parents have lower indices."""
+    poses = [Pose()]
+    for body in range(1, model.nbody):
+        parent = int(model.body_parentid[body])
+        local = Pose(position=_three(model.body_pos[body]), quaternion=_four(model.body_quat[body]))
+        poses.append(poses[parent] @ local if _is_link(model, parent) else Pose())
+    return poses
+
+
+def _is_link(model: mujoco.MjModel, body: int) -> bool:
+    """Whether a body is a link, not the world and not a nameless frame."""
+    return body != 0 and bool(model.body(body).name)
+
+
+def _body(model: mujoco.MjModel, body: int, pose: Pose) -> BodyFacts:
+    parent = int(model.body_parentid[body])
+    principal = Pose(quaternion=_four(model.body_iquat[body])).rotation
+    tensor = principal @ np.diag(model.body_inertia[body]) @ principal.T
+    start = int(model.body_geomadr[body])
+    geoms = [g for g in range(start, start + int(model.body_geomnum[body])) if collides(model, g)]
+    bounds = [shape_bounds(model, g) for g in geoms]
+    return BodyFacts(
+        name=short_name(model.body(body).name),
+        parent=short_name(model.body(parent).name) if _is_link(model, parent) else "",
+        position=pose.position,
+        quaternion=pose.quaternion,
+        mass=float(model.body_mass[body]),
+        center_of_mass=_three(model.body_ipos[body]),
+        inertia=tensor_entries(tensor),
+        colliders=len(geoms),
+        lower=_three(np.min([b[0] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
+        upper=_three(np.max([b[1] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
+        frictions=tuple(sorted({_three(model.geom_friction[g]) for g in geoms})),
+        joint=_joint(model, body),
+    )
+
+
+def tensor_entries(tensor: Array) -> tuple[float, float, float, float, float, float]:
+    """(xx, yy, zz, xy, xz, yz) of a symmetric (3, 3) tensor."""
+    t = tensor
+    return float(t[0, 0]), float(t[1, 1]), float(t[2, 2]), float(t[0, 1]), float(t[0, 2]), float(t[1, 2])
+
+
+def _joint(model: mujoco.MjModel, body: int) -> JointFacts | None:
+    start = int(model.body_jntadr[body])
+    for joint in range(start, start + int(model.body_jntnum[body])):
+        kind = int(model.jnt_type[joint])
+        if kind == FREE_JOINT:
+            continue
+        if kind not in KINDS:
+            raise ValueError(f"joint {model.joint(joint).name!r} is neither hinge nor slide")
+        low, high = (float(n) for n in model.jnt_range[joint])
+        return JointFacts(
+            name=short_name(model.joint(joint).name),
+            kind=KINDS[kind],
+            axis=_three(model.jnt_axis[joint]),
+            anchor=_three(model.jnt_pos[joint]),
+            range=(low, high),
+        )
+    return None
+
+
+def collides(model: mujoco.MjModel, geom: int) -> bool:
+    """Whether a geom can touch anything."""
+    return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
+
+
+def _exclusions(model: mujoco.MjModel) -> tuple[tuple[str, str], ...]:
+    pairs = []
+    for signature in model.exclude_signature:
+        # Ref: mjModel.exclude_signature is (body1 << 16) + body2.
+        names = [short_name(model.body(int(b)).name) for b in (signature >> 16, signature & 0xFFFF)]
+        pairs.append((min(names), max(names)))
+    return tuple(sorted(set(pairs)))
+
+
+def _three(values: Sequence[float] | Array) -> Vec3:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def _four(values: Sequence[float] | Array) -> Vec4:
+    w, x, y, z = (float(v) for v in values)
+    return w, x, y, z

@@ -1,0 +1,63 @@
+"""MJCF file -> compiled model with every warning, compiled once however many checks ask."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import mujoco
+
+# Models kept at once: an asset's model and its scene, for a few assets.
+KEPT = 8
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Outcome of compiling a file.
+
+    Attributes:
+        model: compiled; shared by all who ask, so copy before changing it. None where it does not compile.
+        error: MuJoCo's words, empty where it compiles.
+        warnings: each once, in the order in which they came.
+    """
+
+    model: mujoco.MjModel | None
+    error: str
+    warnings: tuple[str, ...]
+
+
+def load(path: Path) -> Loaded:
+    """Compiles an MJCF file; again only where it or a file beside it has changed."""
+    return _load(path, _state(path))
+
+
+def load_asset_file(path: Path) -> Loaded:
+    """Compiles any file that MuJoCo reads, without remembering it."""
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    # MuJoCo says some warnings through its own callback and others through Python's warnings.
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            model, error = mujoco.MjModel.from_xml_path(str(path)), ""
+    except ValueError as problem:
+        model, error = None, " ".join(str(problem).split())
+    finally:
+        mujoco.set_mju_user_warning(before)
+    said += [str(w.message) for w in caught]
+    return Loaded(model, error, tuple(dict.fromkeys(" ".join(s.split()) for s in said)))
+
+
+@lru_cache(maxsize=KEPT)
+def _load(path: Path, state: tuple[tuple[str, int, int], ...]) -> Loaded:
+    return load_asset_file(path)
+
+
+def _state(path: Path) -> tuple[tuple[str, int, int], ...]:
+    """Name, time and size of the file and of the meshes and images that it may name."""
+    found = [path, *(f for folder in ("meshes", "textures") for f in sorted((path.parent / folder).glob("*")))]
+    stats = [(f.name, f.stat()) for f in found if f.exists()]
+    return tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in stats)

@@ -1,0 +1,196 @@
+"""USD file -> fact table, by two readers that share no code: MuJoCo and UsdPhysics."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
+
+from casa_assets.checks.facts import BodyFacts, Facts, JointFacts
+from casa_assets.checks.mujoco_facts import facts_of_model, has_free_joint, tensor_entries
+from casa_assets.checks.mujoco_load import Loaded
+from casa_assets.model.asset import Base, JointKind
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
+
+Array = npt.NDArray[np.float64]
+
+AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+# Axis of a cylinder or capsule -> columns of its matrix, the axis last.
+COLUMNS = {"X": (1, 2, 0), "Y": (2, 0, 1), "Z": (0, 1, 2)}
+
+
+def imported(path: Path) -> Loaded:
+    """The file compiled by way of MuJoCo's USD reader, which its XML loader does not call, with its warnings."""
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    # Without a listener MuJoCo prints, and writes a log into the working folder.
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        model, error = mujoco.MjSpec.from_file(str(path)).compile(), ""
+    except ValueError as refusal:
+        model, error = None, str(refusal)
+    finally:
+        mujoco.set_mju_user_warning(before)
+    return Loaded(model, error, tuple(dict.fromkeys(" ".join(s.split()) for s in said)))
+
+
+def mujoco_facts(path: Path) -> Facts:
+    """Fact table of a USD file as MuJoCo imports it. Raises ValueError where it does not."""
+    loaded = imported(path)
+    if loaded.model is None:
+        raise ValueError(loaded.error)
+    model = loaded.model
+    base = Base.FREE if has_free_joint(model) else Base.FIXED
+    return facts_of_model(model, base=base, classes=_classes(_open(path)))
+
+
+def pxr_facts(path: Path) -> Facts:
+    """Fact table of a USD file as UsdPhysics parses it; bodies stand where their joint frames put them.
+
+    Raises:
+        ValueError: the file does not open, or holds a joint that no asset has.
+    """
+    stage = _open(path)
+    parsed = UsdPhysics.LoadUsdPhysicsFromRange(stage, ["/"])
+    kinds = UsdPhysics.ObjectType
+    links = {d.primPath: d for d in _found(parsed, kinds.RigidBody)}
+    mounts = {d.body1: d for d in _found(parsed, kinds.FixedJoint)}
+    movers = {d.body1: d for kind in (kinds.RevoluteJoint, kinds.PrismaticJoint) for d in _found(parsed, kind)}
+    if _found(parsed, kinds.SphericalJoint, kinds.DistanceJoint, kinds.D6Joint, kinds.CustomJoint):
+        raise ValueError("a joint is neither fixed, revolute nor prismatic")
+    bodies = [_body(stage, d, {**mounts, **movers}, movers.get(path)) for path, d in links.items()]
+    pairs = {tuple(sorted((p.name, o.name))) for p, d in links.items() for o in d.filteredCollisions}
+    welded = any(d.body0.isEmpty and body in links for body, d in mounts.items())
+    return Facts(
+        base=Base.FIXED if welded else Base.FREE,
+        bodies=tuple(sorted(bodies, key=lambda b: b.name)),
+        exclusions=tuple(sorted((a, b) for a, b in pairs)),
+        classes=_classes(stage),
+    )
+
+
+def _found(parsed: dict[object, object], *kinds: object) -> list[UsdPhysics.ObjectDesc]:
+    """Descriptors of some kinds."""
+    return [d for kind in kinds if kind in parsed for d in parsed[kind][1]]  # type: ignore[index]
+
+
+def _open(path: Path) -> Usd.Stage:
+    stage = Usd.Stage.Open(str(path))
+    if not stage or not stage.GetDefaultPrim():
+        raise ValueError(f"{path.name} has no default prim")
+    return stage
+
+
+def _classes(stage: Usd.Stage) -> tuple[str, ...]:
+    return tuple(UsdSemantics.LabelsAPI(stage.GetDefaultPrim(), "class").GetLabelsAttr().Get() or ())
+
+
+def _body(
+    stage: Usd.Stage,
+    body: UsdPhysics.RigidBodyDesc,
+    joints: dict[object, UsdPhysics.JointDesc],
+    mover: UsdPhysics.JointDesc | None,
+) -> BodyFacts:
+    prim = stage.GetPrimAtPath(body.primPath)
+    mass = UsdPhysics.MassAPI(prim)
+    axes = _pose(Gf.Vec3f(0), mass.GetPrincipalAxesAttr().Get()).rotation
+    tensor = axes @ np.diag(_numbers(mass.GetDiagonalInertiaAttr().Get())) @ axes.T
+    shapes = [stage.GetPrimAtPath(path) for path in body.collisions]
+    bounds = [_bounds(shape, prim) for shape in shapes]
+    pose = _world_from_body(body.primPath, joints)
+    up = joints.get(body.primPath)
+    return BodyFacts(
+        name=body.primPath.name,
+        parent=up.body0.name if up is not None and not up.body0.isEmpty else "",
+        position=pose.position,
+        quaternion=pose.quaternion,
+        mass=float(mass.GetMassAttr().Get()),
+        center_of_mass=_numbers(mass.GetCenterOfMassAttr().Get()),
+        inertia=tensor_entries(tensor),
+        colliders=len(shapes),
+        lower=_numbers(np.min([b[0] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
+        upper=_numbers(np.max([b[1] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
+        frictions=tuple(sorted({_friction(shape) for shape in shapes})),
+        joint=None if mover is None else _joint(mover),
+    )
+
+
+def _world_from_body(path: object, joints: dict[object, UsdPhysics.JointDesc]) -> Pose:
+    """Pose that the joint frames demand, every joint at zero and the root at the origin."""
+    joint = joints.get(path)
+    if joint is None or joint.body0.isEmpty:
+        return Pose()
+    parent_from_joint = _pose(joint.localPose0Position, joint.localPose0Orientation)
+    body_from_joint = _pose(joint.localPose1Position, joint.localPose1Orientation)
+    return _world_from_body(joint.body0, joints) @ parent_from_joint @ body_from_joint.inverse()
+
+
+def _joint(joint: UsdPhysics.JointDesc) -> JointFacts:
+    frame = _pose(joint.localPose1Position, joint.localPose1Orientation)
+    axis = frame.rotation @ np.array(AXES[str(joint.axis)[-1]])
+    hinge = joint.type == UsdPhysics.ObjectType.RevoluteJoint
+    span = (joint.limit.lower, joint.limit.upper) if joint.limit.enabled else (-math.inf, math.inf)
+    low, high = (math.radians(n) if hinge else float(n) for n in span)
+    return JointFacts(
+        name=joint.primPath.name,
+        kind=JointKind.HINGE if hinge else JointKind.SLIDE,
+        axis=_numbers(axis),
+        anchor=frame.position,
+        range=(low, high),
+    )
+
+
+def _friction(shape: Usd.Prim) -> Vec3:
+    """(sliding, torsional, rolling) of the material that is bound for physics; USD's own zeros where there is none."""
+    material, _ = UsdShade.MaterialBindingAPI(shape).ComputeBoundMaterial("physics")
+    prim = material.GetPrim()
+    if not prim:
+        return (0.0, 0.0, 0.0)
+    names = ("physics:dynamicFriction", "newton:torsionalFriction", "newton:rollingFriction")
+    sliding, torsional, rolling = (float(prim.GetAttribute(n).Get() or 0.0) for n in names)
+    return sliding, torsional, rolling
+
+
+def _bounds(shape: Usd.Prim, body: Usd.Prim) -> Array:
+    """(2, 3) corners of a collider, body frame, metres; exact for every shape."""
+    cache = UsdGeom.XformCache()
+    rows = cache.GetLocalToWorldTransform(shape) * cache.GetLocalToWorldTransform(body).GetInverse()
+    matrix = np.array(rows).T  # USD multiplies row vectors
+    linear, centre = matrix[:3, :3], matrix[:3, 3]
+    if shape.IsA(UsdGeom.Mesh):
+        points = np.array(UsdGeom.Mesh(shape).GetPointsAttr().Get(), dtype=np.float64) @ linear.T + centre
+        return np.array([points.min(axis=0), points.max(axis=0)])
+    half = _half(shape, linear)
+    return np.array([centre - half, centre + half])
+
+
+def _half(shape: Usd.Prim, linear: Array) -> Array:
+    """(3,) half extents of a shape under a linear map: its support function along the axes."""
+    half: Array
+    if shape.IsA(UsdGeom.Cube):
+        half = np.abs(linear).sum(axis=1) * UsdGeom.Cube(shape).GetSizeAttr().Get() / 2
+        return half
+    radius = shape.GetAttribute("radius").Get()
+    if shape.IsA(UsdGeom.Sphere):
+        half = radius * np.sqrt((linear**2).sum(axis=1))
+        return half
+    turned = linear[:, COLUMNS[shape.GetAttribute("axis").Get()]]
+    rod = np.abs(turned[:, 2]) * shape.GetAttribute("height").Get() / 2
+    span = turned if shape.IsA(UsdGeom.Capsule) else turned[:, :2]
+    half = rod + radius * np.sqrt((span**2).sum(axis=1))
+    return half
+
+
+def _pose(position: Gf.Vec3f, orientation: Gf.Quatf) -> Pose:
+    x, y, z = orientation.GetImaginary()
+    return Pose(position=_numbers(position), quaternion=(float(orientation.GetReal()), float(x), float(y), float(z)))
+
+
+def _numbers(values: Gf.Vec3f | Array) -> Vec3:
+    x, y, z = (float(v) for v in values)
+    return x, y, z

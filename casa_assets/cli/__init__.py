@@ -1,0 +1,1 @@
+"""The door: Typer verbs, one file each, thin."""

@@ -1,0 +1,25 @@
+"""casa-assets report: one HTML page about a library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from casa_assets.pipeline.report import write
+
+
+def report(
+    library: Annotated[Path, typer.Option(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Default: report.html in the library.")] = None,
+) -> None:
+    """Write one self-contained HTML page: counts, rejects by reason, every asset with picture and numbers.
+
+    Example:
+
+      casa-assets report --library out/library
+    """
+    path = write(library, output or library / "report.html")
+    Console().print(f"Report: {path}", highlight=False, soft_wrap=True)

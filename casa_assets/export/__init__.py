@@ -1,0 +1,1 @@
+"""Writers: each takes an Asset and returns Files, deciding nothing."""

@@ -1,0 +1,73 @@
+"""Link -> `<body>` with explicit mass properties; links nest as they are carried."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from lxml import etree
+
+from casa_assets.export.mjcf import collider, joint, number, site, visual
+from casa_assets.export.mjcf.mesh import Meshes
+from casa_assets.model.asset import Asset, Inertial, Link
+
+# Share of the trace that is added to the moments of a flat plate, so that nine digits cannot break A + B >= C.
+PLATE_MARGIN = 1e-8
+
+
+@dataclass(frozen=True)
+class Draft:
+    """What every body of a document needs to know.
+
+    Attributes:
+        asset: whose links are written.
+        meshes: its mesh files.
+        materials: material id -> name in the document.
+        touched, seen: groups of colliders and of visuals.
+    """
+
+    asset: Asset
+    meshes: Meshes
+    materials: dict[str, str]
+    touched: int
+    seen: int
+
+
+def add(parent: etree._Element, link: Link, draft: Draft) -> etree._Element:
+    """`<body>` of a link and of all links that it carries, without a free joint.
+
+    Order inside a body: mass, joint, colliders, visuals, regions, sites, carried bodies.
+    """
+    asset = draft.asset
+    body = etree.SubElement(parent, "body", {"name": link.name, **number.place(link.pose)})
+    etree.SubElement(body, "inertial", _inertial(link.inertial))
+    moved_by = asset.joint_of(link.name)
+    if moved_by is not None:
+        joint.add(body, moved_by)
+    for item in link.colliders:
+        collider.add(body, item, asset.substance(item.substance), draft.meshes, draft.touched)
+    for shown in link.visuals:
+        visual.add(body, shown, draft.meshes.of[shown.name], draft.materials[shown.material], draft.seen)
+    outer = site.outer_region(asset) if link.parent is None else None
+    for region in [*([outer] if outer else []), *asset.regions]:
+        if region.link == link.name:
+            site.add_region(body, region)
+    for point in asset.sites:
+        if point.link == link.name:
+            site.add(body, point)
+    for carried in asset.links:
+        if carried.parent == link.name:
+            add(body, carried, draft)
+    return body
+
+
+def _inertial(inertial: Inertial) -> dict[str, str]:
+    moments = np.linalg.eigvalsh(inertial.tensor)
+    trace = float(moments.sum())
+    flat = moments[0] + moments[1] - moments[2] < 2 * PLATE_MARGIN * trace
+    grown = [m + PLATE_MARGIN * trace if flat else m for m in inertial.inertia[:3]]
+    return {
+        "pos": number.numbers(inertial.center_of_mass),
+        "mass": number.number(inertial.mass),
+        "fullinertia": number.numbers((*grown, *inertial.inertia[3:])),
+    }

@@ -1,0 +1,75 @@
+"""Asset -> model.xml, scene.xml and the meshes and images that they name."""
+
+from __future__ import annotations
+
+from lxml import etree
+
+from casa_assets.export.mjcf import body, collider, contact, label, material, mesh, scene, site, visual
+from casa_assets.model.asset import Asset
+from casa_assets.model.files import Files
+
+
+def write(asset: Asset) -> Files:
+    """The MJCF package of an asset; the same asset is the same bytes.
+
+    Returns:
+        `model.xml` (body `object` inside an unnamed body, no floor, no free joint: what robosuite and robocasa merge),
+        `scene.xml` (the same body on a floor, free to move where its base is free), `meshes/*.obj` and
+        `textures/*.png`. Paths are relative to the XML.
+    """
+    meshes = mesh.gather(asset)
+    entries = {file.path: file.data for file in meshes.files}
+    entries |= {path: image.png for path, image in material.textures(asset).items()}
+    entries["model.xml"] = _model(asset, meshes)
+    entries["scene.xml"] = _scene(asset, meshes)
+    return Files.of(entries)
+
+
+def _model(asset: Asset, meshes: mesh.Meshes) -> bytes:
+    root = _root(asset.id)
+    _assets(root, asset, meshes)
+    world = etree.SubElement(root, "worldbody")
+    outer = etree.SubElement(world, "body")
+    body.add(outer, asset.root, body.Draft(asset, meshes, material.names(asset), collider.GROUP, visual.GROUP))
+    site.add_measures(outer, asset)
+    _rest(root, asset)
+    return _text(root)
+
+
+def _scene(asset: Asset, meshes: mesh.Meshes) -> bytes:
+    root = _root(f"{asset.id}__scene")
+    etree.SubElement(root, "option", {"timestep": "0.002", "integrator": "implicitfast"})
+    scene.add_frame(root, asset)
+    assets = _assets(root, asset, meshes)
+    world = etree.SubElement(root, "worldbody")
+    scene.add_stage(assets, world, asset)
+    draft = body.Draft(asset, meshes, material.names(asset), collider.VIEWER_GROUP, visual.VIEWER_GROUP)
+    scene.add_object(world, draft)
+    _rest(root, asset)
+    return _text(root)
+
+
+def _root(name: str) -> etree._Element:
+    root = etree.Element("mujoco", {"model": name})
+    etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"})
+    return root
+
+
+def _assets(root: etree._Element, asset: Asset, meshes: mesh.Meshes) -> etree._Element:
+    assets = etree.SubElement(root, "asset")
+    material.add_all(assets, asset)
+    for file in meshes.files:
+        mesh.add(assets, file)
+    return assets
+
+
+def _rest(root: etree._Element, asset: Asset) -> None:
+    if asset.exclusions:
+        pairs = etree.SubElement(root, "contact")
+        for exclusion in asset.exclusions:
+            contact.add(pairs, exclusion)
+    label.add_all(root, asset)
+
+
+def _text(root: etree._Element) -> bytes:
+    return etree.tostring(root, encoding="us-ascii", pretty_print=True)

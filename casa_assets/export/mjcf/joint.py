@@ -1,0 +1,28 @@
+"""Joint -> hinge or slide; a drive becomes a spring to its target, since an asset has no actuators."""
+
+from __future__ import annotations
+
+from lxml import etree
+
+from casa_assets.export.mjcf import number
+from casa_assets.model.asset import Joint
+
+
+def add(body: etree._Element, joint: Joint) -> None:
+    """`<joint>` below the body that it moves; radians and metres, body frame."""
+    drive = joint.drive
+    attributes = {
+        "name": joint.name,
+        "type": joint.kind.value,
+        "pos": number.numbers(joint.anchor),
+        "axis": number.numbers(joint.axis),
+        # Said although autolimits would do: consumers that merge models drop <compiler>.
+        "limited": "true",
+        "range": number.numbers(joint.range),
+        "damping": number.number(joint.damping + (drive.damping if drive else 0.0)),
+        "frictionloss": number.number(joint.frictionloss),
+        "armature": number.number(joint.armature),
+    }
+    if drive:
+        attributes |= {"stiffness": number.number(drive.stiffness), "springref": number.number(drive.target)}
+    etree.SubElement(body, "joint", attributes)

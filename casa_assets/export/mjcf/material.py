@@ -1,0 +1,78 @@
+"""Material -> `<texture>` and `<material>`.
+
+MuJoCo's own renderer draws one colour image per material. Maps of roughness and normals would have to be `<layer>`
+elements, which MuJoCo refuses beside the `texture` attribute, and robosuite knows that attribute alone. So the colour
+image is written and the maps are left to USD; the factors of metal and roughness are written for those who read them.
+"""
+
+from __future__ import annotations
+
+from lxml import etree
+
+from casa_assets.export.mjcf import number
+from casa_assets.model.asset import Asset
+from casa_assets.model.material import Material, Texture
+
+FOLDER = "textures"
+# MuJoCo multiplies shininess by this for the exponent of the highlight. Ref: MuJoCo XML reference, asset/material.
+FULL_EXPONENT = 128.0
+
+
+def names(asset: Asset) -> dict[str, str]:
+    """Material id -> name in the document, unique per content: consumers merge materials of many models by name."""
+    return {m.id: f"{m.id}_{m.digest[:12]}" for m in asset.materials}
+
+
+def textures(asset: Asset) -> dict[str, Texture]:
+    """Path relative to model.xml -> colour image, in the order of first use."""
+    images = [m.base_color_texture for m in asset.materials]
+    return {_path(image): image for image in images if image is not None}
+
+
+def add_all(assets: etree._Element, asset: Asset) -> None:
+    """Every `<texture>`, then every `<material>`, below `<asset>`."""
+    for path, image in textures(asset).items():
+        etree.SubElement(assets, "texture", {"name": _stem(image), "type": "2d", "file": path})
+    for material, name in zip(asset.materials, names(asset).values(), strict=True):
+        etree.SubElement(assets, "material", _attributes(material, name))
+
+
+def display(linear: float) -> float:
+    """Linear intensity -> sRGB, 0..1. Ref: IEC 61966-2-1."""
+    return 12.92 * linear if linear <= 0.0031308 else 1.055 * linear ** (1 / 2.4) - 0.055
+
+
+def _attributes(material: Material, name: str) -> dict[str, str]:
+    red, green, blue, alpha = material.base_color
+    attributes = {"name": name}
+    if material.base_color_texture is not None:
+        attributes |= {"texture": _stem(material.base_color_texture), "texuniform": "false"}
+    return attributes | {
+        "rgba": number.numbers((display(red), display(green), display(blue), alpha)),
+        "specular": number.number(_specular(material)),
+        "shininess": number.number(_shininess(material)),
+        "metallic": number.number(material.metallic),
+        "roughness": number.number(material.roughness),
+    }
+
+
+def _specular(material: Material) -> float:
+    """Strength of the highlight, 0..1: none where rough, full on polished metal. By eye."""
+    return (1.0 - material.roughness) * (0.4 + 0.6 * material.metallic)
+
+
+def _shininess(material: Material) -> float:
+    """Width of the highlight, 0..1, from the Blinn-Phong exponent 2 / a^2 - 2 with a = roughness^2.
+
+    Ref: Walter et al. 2007, Microfacet models for refraction; the exponent is capped at MuJoCo's largest.
+    """
+    alpha = max(material.roughness, 0.05) ** 2
+    return min(1.0, (2.0 / alpha**2 - 2.0) / FULL_EXPONENT)
+
+
+def _path(image: Texture) -> str:
+    return f"{FOLDER}/{image.file_name}"
+
+
+def _stem(image: Texture) -> str:
+    return image.file_name.removesuffix(".png")

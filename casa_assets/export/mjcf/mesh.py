@@ -1,0 +1,97 @@
+"""Mesh -> OBJ file and `<mesh>` element; equal meshes of an asset share both."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from lxml import etree
+
+from casa_assets.export.mjcf import number
+from casa_assets.model.asset import Asset
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.shape import MAX_HULL_VERTICES, Hull, MeshShape
+
+FOLDER = "meshes"
+
+
+class Use(StrEnum):
+    """What a mesh is for; the value is MuJoCo's word for how its volume is meant."""
+
+    HULL = "convex"  # exact for a closed convex mesh
+    SURFACE = "shell"  # asks for no volume: open, flat and inside-out meshes load too
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """A `<mesh>` and the file behind it.
+
+    Attributes:
+        name: unique per content, since consumers merge the assets of many models by name.
+        path: relative to model.xml.
+        data: OBJ text.
+        use: hull or surface.
+    """
+
+    name: str
+    path: str
+    data: bytes
+    use: Use
+
+
+@dataclass(frozen=True)
+class Meshes:
+    """The mesh files of an asset, in the order of first use; `of` maps a visual's or collider's name to its mesh."""
+
+    files: tuple[MeshFile, ...]
+    of: dict[str, MeshFile]
+
+
+def gather(asset: Asset) -> Meshes:
+    """Mesh files of every visual and of every collider that is a mesh."""
+    items: list[tuple[str, Mesh, Use]] = []
+    for link in asset.links:
+        items += [(v.name, v.mesh, Use.SURFACE) for v in link.visuals]
+        for c in link.colliders:
+            if isinstance(c.shape, Hull | MeshShape):
+                items.append((c.name, c.shape.mesh, Use.HULL if isinstance(c.shape, Hull) else Use.SURFACE))
+    paths: dict[str, str] = {}
+    known: dict[tuple[str, Use], MeshFile] = {}
+    of: dict[str, MeshFile] = {}
+    for name, mesh, use in items:
+        data = obj(mesh, bare=use is Use.HULL)
+        content = hashlib.sha256(data).hexdigest()
+        path = paths.setdefault(content, f"{FOLDER}/{name}_{content[:12]}.obj")
+        of[name] = known.setdefault((content, use), MeshFile(f"{name}_{content[:12]}", path, data, use))
+    return Meshes(tuple(known.values()), of)
+
+
+def add(assets: etree._Element, file: MeshFile) -> None:
+    """`<mesh>` below `<asset>`."""
+    attributes = {"name": file.name, "file": file.path, "inertia": file.use.value}
+    if file.use is Use.HULL:
+        attributes["maxhullvert"] = str(MAX_HULL_VERTICES)
+    etree.SubElement(assets, "mesh", attributes)
+
+
+def obj(mesh: Mesh, bare: bool = False) -> bytes:
+    """OBJ text, values rounded to float32; one index names position, texture coordinate and normal.
+
+    Args:
+        mesh: triangles, metres.
+        bare: leave out texture coordinates and normals.
+    """
+    uv, normals = (None, None) if bare else (mesh.uv, mesh.normals)
+    text = number.rows("v", mesh.vertices)
+    if uv is not None:
+        text += number.rows("vt", uv)
+    if normals is not None:
+        text += number.rows("vn", normals)
+    corner = "%d" + ("/%d" if uv is not None else "/" if normals is not None else "")
+    corner += "/%d" if normals is not None else ""
+    line = "f " + " ".join([corner] * 3) + "\n"
+    index = np.repeat(mesh.faces.ravel() + 1, corner.count("%d"))
+    text += (line * len(mesh.faces)) % tuple(index.tolist())
+    return text.encode("ascii")

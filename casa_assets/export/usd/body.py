@@ -1,0 +1,86 @@
+"""Link -> rigid body prim with explicit mass properties."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics
+
+from casa_assets.export.usd import collider, number, visual
+from casa_assets.export.usd.material import Looks
+from casa_assets.model.asset import Asset, Inertial, Link
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
+
+SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach the last bit
+
+
+def define(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, looks: Looks) -> Usd.Prim:
+    """Body prim at `path` with its visuals and colliders. Bodies are siblings, so its pose is asset_from_link."""
+    prim = UsdGeom.Xform.Define(stage, path).GetPrim()
+    number.place(prim, asset.asset_from_link(link.name))
+    UsdPhysics.RigidBodyAPI.Apply(prim)
+    _mass(prim, link.inertial)
+    if asset.joints and link is asset.root:
+        # On the base body: the one place that SimReady, MuJoCo and Newton all accept.
+        UsdPhysics.ArticulationRootAPI.Apply(prim)
+    visual.define_all(stage, path, link, looks)
+    collider.define_all(stage, path, link, looks)
+    return prim
+
+
+def principal(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
+    """Moments and axes of a symmetric tensor by cyclic Jacobi rotations.
+
+    Not LAPACK: its last bits depend on the processor and its axes flip where moments are equal. Rotations compose to a
+    proper rotation, and a tensor that is diagonal already keeps its axes and their order.
+
+    Args:
+        tensor: (3, 3) symmetric, kg*m^2.
+    Returns:
+        Moments along the axes, and body_from_principal as a pose without translation.
+    """
+    a = [[float(tensor[i, j]) for j in range(3)] for i in range(3)]
+    v = [[float(i == j) for j in range(3)] for i in range(3)]
+    for _ in range(SWEEPS):
+        for p, q in ((0, 1), (0, 2), (1, 2)):
+            if abs(a[p][q]) <= 1e-18 * (abs(a[p][p]) + abs(a[q][q])):
+                a[p][q] = a[q][p] = 0.0
+                continue
+            # Ref: Golub and Van Loan, Matrix Computations, algorithm 8.4.1: the smaller of the two angles.
+            tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q])
+            t = math.copysign(1.0, tau) / (abs(tau) + math.sqrt(1.0 + tau * tau))
+            c = 1.0 / math.sqrt(1.0 + t * t)
+            s = t * c
+            for k in range(3):
+                a[k][p], a[k][q] = c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]
+            for k in range(3):
+                a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
+            for k in range(3):
+                v[k][p], v[k][q] = c * v[k][p] - s * v[k][q], s * v[k][p] + c * v[k][q]
+    return (a[0][0], a[1][1], a[2][2]), Pose.from_matrix(np.array(v))
+
+
+def single(moments: Vec3) -> Vec3:
+    """Moments as float32 numbers that still belong to a body: none exceeds the sum of the other two.
+
+    Rounding the moments of a flat plate, where the largest is that sum, may break it by one unit in the last place.
+    """
+    values = [np.float32(m) for m in moments]
+    largest = max(range(3), key=lambda i: values[i])
+    others = [float(values[i]) for i in range(3) if i != largest]
+    while float(values[largest]) > sum(others):
+        values[largest] = np.nextafter(values[largest], np.float32(0.0))
+    x, y, z = (float(m) for m in values)
+    return x, y, z
+
+
+def _mass(prim: Usd.Prim, inertial: Inertial) -> None:
+    moments, axes = principal(inertial.tensor)
+    mass = UsdPhysics.MassAPI.Apply(prim)
+    mass.CreateMassAttr(inertial.mass)
+    mass.CreateCenterOfMassAttr(number.vec3f(inertial.center_of_mass))
+    mass.CreateDiagonalInertiaAttr(number.vec3f(single(moments)))
+    mass.CreatePrincipalAxesAttr(number.quatf(axes.quaternion))

@@ -1,0 +1,88 @@
+"""Convex hulls, and hulls of few vertices."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import ConvexHull, QhullError
+
+from casa_assets.errors import DegenerateShape
+from casa_assets.geometry.measure import signed_volume
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+def convex_hull(points: Floats) -> tuple[Floats, Ints]:
+    """Hull of a point cloud.
+
+    Args:
+        points: (N, 3).
+    Returns:
+        (M, 3) hull vertices in order of input; (F, 3) outward triangles.
+    Raises:
+        DegenerateShape: the points span no volume.
+    """
+    extent = np.ptp(points, axis=0) if len(points) else np.zeros(3)
+    if len(points) < 4 or extent.max() <= 0:
+        raise DegenerateShape("fewer than four distinct points span no volume")
+    scale, center = float(extent.max()), points.min(axis=0)
+    try:
+        hull = ConvexHull((points - center) / scale)
+    except QhullError as error:
+        raise DegenerateShape("the points lie in a plane or on a line") from error
+    index = np.sort(hull.vertices)
+    place = np.full(len(points), -1, dtype=np.int64)
+    place[index] = np.arange(len(index))
+    faces = place[hull.simplices]
+    inward = np.einsum("ij,ij->i", _cross(points[index], faces), hull.equations[:, :3]) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    # Each triangle starts at its lowest index, and they are sorted: Qhull's own order is not part of its promise.
+    start = np.argmin(faces, axis=1)
+    faces = np.stack([faces[np.arange(len(faces)), (start + k) % 3] for k in range(3)], axis=1)
+    return points[index], faces[np.lexsort(faces.T[::-1])]
+
+
+def _cross(points: Floats, faces: Ints) -> Floats:
+    corners = points[faces]
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def hull_volume(points: Floats) -> float:
+    """Volume of the hull of (N, 3) points; zero where they span none."""
+    try:
+        return signed_volume(*convex_hull(points))
+    except DegenerateShape:
+        return 0.0
+
+
+def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
+    """Hull of at most `limit` vertices: grown from the outermost points, always by the point that sticks out most.
+
+    Args:
+        points: (N, 3). limit: most vertices.
+    Returns:
+        As `convex_hull`; it lies inside the full hull and touches it in every vertex.
+    Raises:
+        DegenerateShape: the points span no volume.
+    """
+    cloud, faces = convex_hull(points)
+    if len(cloud) <= limit:
+        return cloud, faces
+    chosen = sorted({int(i) for d in _directions() for i in (np.argmax(cloud @ d), np.argmin(cloud @ d))})[:limit]
+    while True:
+        hull = ConvexHull(cloud[chosen])
+        if len(chosen) >= limit:
+            break
+        outside = (cloud @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
+        farthest = int(np.argmax(outside))
+        if outside[farthest] <= 1e-6 * float(np.ptp(cloud, axis=0).max()):
+            break
+        chosen.append(farthest)
+    return convex_hull(cloud[sorted(chosen)])
+
+
+def _directions() -> Floats:
+    """(13, 3) half of the 26 directions of a cube's faces, edges and corners."""
+    grid = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], dtype=np.float64)
+    return grid[14:]

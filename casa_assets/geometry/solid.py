@@ -1,0 +1,61 @@
+"""Exact solids: closed surfaces as manifold3d sees them, their unions and simplifications."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import manifold3d
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Surface = tuple[Floats, Ints]
+
+
+def closed_solid(points: Floats, faces: Ints) -> Surface | None:
+    """The surface as a valid outward manifold, or None where it is none.
+
+    Args:
+        points: (P, 3) welded. faces: (F, 3).
+    Returns:
+        (Q, 3) points and (G, 3) faces of a manifold with positive volume.
+    """
+    solid = _solid(points, faces)
+    return None if solid is None else _surface(solid)
+
+
+def simplified_solid(points: Floats, faces: Ints, target: int) -> Surface | None:
+    """A manifold of at most about `target` faces, or None where the surface is no manifold."""
+    solid = _solid(points, faces)
+    if solid is None:
+        return None
+    extent = float(np.ptp(points, axis=0).max())
+    tolerance = 2e-4
+    while solid.num_tri() > target and tolerance < 0.02:
+        solid = solid.simplify(tolerance * extent)
+        tolerance *= 1.6
+    return _surface(solid) if solid.volume() > 0 else None
+
+
+def union(surfaces: Sequence[Surface]) -> Surface | None:
+    """Union of closed surfaces, or None where none of them is a solid."""
+    solids = [s for s in (_solid(p, f) for p, f in surfaces) if s is not None]
+    return _surface(manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)) if solids else None
+
+
+def _solid(points: Floats, faces: Ints) -> manifold3d.Manifold | None:
+    if len(faces) < 4:
+        return None
+    mesh = manifold3d.Mesh64(
+        vert_properties=np.ascontiguousarray(points, dtype=np.float64),
+        tri_verts=np.ascontiguousarray(faces, dtype=np.uint64),
+    )
+    solid = manifold3d.Manifold(mesh)
+    ok = solid.status() == manifold3d.Error.NoError and not solid.is_empty() and solid.volume() > 0
+    return solid if ok else None
+
+
+def _surface(solid: manifold3d.Manifold) -> Surface:
+    mesh = solid.to_mesh64()
+    return np.array(mesh.vert_properties[:, :3], dtype=np.float64), np.array(mesh.tri_verts, dtype=np.int64)

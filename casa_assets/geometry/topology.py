@@ -1,0 +1,136 @@
+"""How triangles hang together: welding, components, closedness, winding."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Vertices closer than this part of the longest extent are one point. Float32 files carry about 1e-7.
+WELD_RELATIVE = 1e-6
+
+
+def weld(vertices: Floats, relative: float = WELD_RELATIVE) -> tuple[Floats, Ints]:
+    """Merge vertices that lie in one cell of a fine grid.
+
+    Args:
+        vertices: (V, 3) any unit.
+        relative: cell size as a part of the longest extent.
+    Returns:
+        (P, 3) the first vertex of each cell, ordered by first use; (V,) index of each vertex's point.
+    """
+    extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 0.0
+    cell = max(extent * relative, 1e-30)
+    keys = np.round((vertices - vertices.min(axis=0)) / cell).astype(np.int64) if len(vertices) else vertices
+    return _unique_rows(vertices, keys)
+
+
+def _unique_rows(vertices: Floats, keys: npt.NDArray[np.generic]) -> tuple[Floats, Ints]:
+    if not len(vertices):
+        return vertices, np.empty(0, dtype=np.int64)
+    order = np.lexsort(keys.T[::-1])
+    ordered = keys[order]
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    group = np.empty(len(order), dtype=np.int64)
+    group[order] = np.cumsum(new) - 1
+    first = np.full(int(new.sum()), len(vertices), dtype=np.int64)
+    np.minimum.at(first, group, np.arange(len(vertices)))
+    rank = np.argsort(first, kind="stable")
+    place = np.empty_like(rank)
+    place[rank] = np.arange(len(rank))
+    return vertices[first[rank]], place[group]
+
+
+def merge_rows(rows: Floats) -> tuple[Ints, Ints]:
+    """Indices of the first of each set of equal rows, in order of first use, and the set of each row."""
+    values, place = _unique_rows(np.arange(len(rows), dtype=np.float64)[:, None], rows)
+    return values[:, 0].astype(np.int64), place
+
+
+def face_components(faces: Ints, count: int) -> Ints:
+    """(F,) component of each face, connected through shared points; numbered by first face.
+
+    Args:
+        faces: (F, 3) indices of welded points. count: number of points.
+    """
+    if not len(faces):
+        return np.empty(0, dtype=np.int64)
+    rows = np.concatenate([faces[:, 0], faces[:, 1]])
+    cols = np.concatenate([faces[:, 1], faces[:, 2]])
+    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(count, count))
+    _, label = connected_components(graph, directed=False)
+    found = label[faces[:, 0]].astype(np.int64)
+    first, place = merge_rows(found[:, None].astype(np.float64))
+    return place
+
+
+def edge_counts(faces: Ints) -> tuple[Ints, Ints, Ints]:
+    """Undirected edges of a face set.
+
+    Returns:
+        (E, 2) edges with ascending ends; (E,) how many faces use each; (E,) uses forward minus uses backward.
+    """
+    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    forward = directed[:, 0] < directed[:, 1]
+    ends = np.sort(directed, axis=1)
+    key = ends[:, 0] * (int(faces.max()) + 1 if len(faces) else 1) + ends[:, 1]
+    _, index, inverse = np.unique(key, return_index=True, return_inverse=True)
+    uses = np.bincount(inverse)
+    balance = np.bincount(inverse, weights=np.where(forward, 1.0, -1.0)).astype(np.int64)
+    return ends[index], uses.astype(np.int64), balance
+
+
+def is_closed(faces: Ints) -> bool:
+    """Every edge is used by exactly two faces, once each way: the surface bounds a volume."""
+    if not len(faces):
+        return False
+    _, uses, balance = edge_counts(faces)
+    return bool((uses == 2).all() and (balance == 0).all())
+
+
+def consistent_winding(faces: Ints) -> tuple[Ints, npt.NDArray[np.bool_]]:
+    """Turn faces so that neighbours over a two-face edge run against each other.
+
+    The first face of each connected patch keeps its direction.
+
+    Returns:
+        (F, 3) faces; (F,) which were turned.
+    """
+    count = len(faces)
+    turned = np.zeros(count, dtype=bool)
+    if count < 2:
+        return faces, turned
+    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    owner = np.tile(np.arange(count), 3)
+    forward = directed[:, 0] < directed[:, 1]
+    ends = np.sort(directed, axis=1)
+    order = np.lexsort((owner, ends[:, 1], ends[:, 0]))
+    ends, owner, forward = ends[order], owner[order], forward[order]
+    same = (ends[1:] == ends[:-1]).all(axis=1)
+    start = np.flatnonzero(np.r_[True, ~same])
+    size = np.diff(np.r_[start, len(ends)])
+    pair = start[size == 2]
+    left, right = owner[pair], owner[pair + 1]
+    clash = forward[pair] == forward[pair + 1]
+    if not clash.any():
+        return faces, turned
+    # Weight 1 keeps the relative direction, 2 turns it; walking the tree from each root adds up the turns.
+    weight = np.where(clash, 2, 1).astype(np.int8)
+    graph = coo_matrix((weight, (left, right)), shape=(count, count)).tocsr()
+    graph = graph.maximum(graph.T)
+    done = np.zeros(count, dtype=bool)
+    for root in range(count):
+        if done[root]:
+            continue
+        path, before = breadth_first_order(graph, root, directed=False)
+        for face in path[1:]:
+            turned[face] = turned[before[face]] ^ (graph[before[face], face] == 2)
+        done[path] = True
+    out = faces.copy()
+    out[turned] = out[turned][:, ::-1]
+    return out, turned

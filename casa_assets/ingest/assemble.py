@@ -1,0 +1,140 @@
+"""The finished draft as an Asset: origin under its middle, names, labels, provenance."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.geometry.extent import shape_bounds
+from casa_assets.geometry.hull import convex_hull
+from casa_assets.geometry.normals import with_normals
+from casa_assets.ingest.draft import Draft, Placed
+from casa_assets.model.asset import Asset, Base, Collider, Inertial, Labels, Link, Provenance, Region, Visual
+from casa_assets.model.category import Category
+from casa_assets.model.material import Material, Substance
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.pose import Pose
+from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
+from casa_assets.model.source import Source
+
+Floats = npt.NDArray[np.float64]
+
+
+def assemble(
+    draft: Draft,
+    asset_id: str,
+    category: Category,
+    classes: tuple[str, ...],
+    substance: Substance,
+    source: Source,
+    sha256: str,
+) -> Asset:
+    """One rigid link out of a draft that went through every stage.
+
+    The origin goes to the centre of the footprint on the ground. Vertices are rounded to float32, which both
+    formats carry exactly.
+    """
+    assert draft.inertial is not None, "the mass stage ran"
+    vertices, _ = draft.soup()
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    shift = np.float32(-np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])).astype(np.float64)
+    visuals, materials = _visuals(draft, shift, substance)
+    colliders = tuple(
+        Collider(name=f"object_collider_{i:03d}", shape=shape, pose=pose, substance=substance.id)
+        for i, (shape, pose) in enumerate(_moved(p, shift) for p in draft.colliders)
+    )
+    link = Link(name="object", inertial=_moved_inertial(draft.inertial, shift), visuals=visuals, colliders=colliders)
+    return Asset(
+        id=asset_id,
+        base=Base.FIXED if category.fixed else Base.FREE,
+        links=(link,),
+        regions=(_bounding_region(colliders),),
+        materials=materials,
+        substances=(substance,),
+        labels=Labels(category=category.id, classes=classes, qcode=category.qcode),
+        provenance=Provenance(
+            source=source.kind.value,
+            path=source.path,
+            sha256=sha256,
+            uid=source.uid,
+            title=source.title,
+            author=source.author,
+            licence=source.licence,
+            uri=source.uri,
+            prompt=source.prompt,
+            generator=source.generator,
+            guesses=draft.guesses,
+        ),
+    )
+
+
+def _visuals(draft: Draft, shift: Floats, substance: Substance) -> tuple[tuple[Visual, ...], tuple[Material, ...]]:
+    visuals, materials = [], []
+    for i, part in enumerate(draft.parts):
+        mesh = part.mesh if part.mesh.normals is not None else with_normals(part.mesh)
+        name = f"look_{i:03d}"
+        materials.append(part.material.replace(id=name, substance=substance.id))
+        visuals.append(Visual(name=f"object_visual_{i:03d}", mesh=_single(mesh, shift), material=name))
+    return tuple(visuals), tuple(materials)
+
+
+def _single(mesh: Mesh, shift: Floats) -> Mesh:
+    """The mesh moved, every number one that a float32 holds exactly; faces that this collapses are left out."""
+    vertices = np.float32(mesh.vertices + shift).astype(np.float64)
+    corners = vertices[mesh.faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    alive = np.linalg.norm(cross, axis=1) > 0
+    faces = mesh.faces[alive]
+    used, local = np.unique(faces, return_inverse=True)
+    normals = None if mesh.normals is None else np.float32(_unit(mesh.normals[used])).astype(np.float64)
+    uv = None if mesh.uv is None else np.float32(mesh.uv[used]).astype(np.float64)
+    return Mesh(vertices=vertices[used], faces=local.reshape(-1, 3), uv=uv, normals=normals)
+
+
+def _unit(normals: Floats) -> Floats:
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    safe: Floats = np.where(length > 1e-6, normals / np.maximum(length, 1e-30), np.array([0.0, 0.0, 1.0]))
+    return safe
+
+
+def _moved(placed: Placed, shift: Floats) -> tuple[Shape, Pose]:
+    shape, pose = placed.shape, placed.pose
+    if isinstance(shape, Hull | MeshShape):
+        points = np.float32(pose.apply(shape.mesh.vertices) + shift).astype(np.float64)
+        if isinstance(shape, Hull):
+            points, faces = convex_hull(points)
+            return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()
+        return MeshShape(mesh=Mesh(vertices=points, faces=shape.mesh.faces)), Pose()
+    position = tuple(_seven(float(v)) for v in np.array(pose.position) + shift)
+    quaternion = tuple(_seven(q) for q in pose.quaternion)
+    return _rounded(shape), Pose(position=position, quaternion=quaternion)  # type: ignore[arg-type]
+
+
+def _rounded(shape: Box | Sphere | Cylinder | Capsule) -> Shape:
+    if isinstance(shape, Box):
+        x, y, z = (_seven(s) for s in shape.size)
+        return Box(size=(x, y, z))
+    if isinstance(shape, Sphere):
+        return Sphere(radius=_seven(shape.radius))
+    if isinstance(shape, Cylinder):
+        return Cylinder(radius=_seven(shape.radius), height=_seven(shape.height))
+    return Capsule(radius=_seven(shape.radius), height=_seven(shape.height))
+
+
+def _seven(value: float) -> float:
+    """Seven digits, and no dust: what both formats carry."""
+    return float(f"{value:.7g}") if abs(value) > 1e-9 else 0.0
+
+
+def _moved_inertial(inertial: Inertial, shift: Floats) -> Inertial:
+    x, y, z = (_seven(float(v)) for v in np.array(inertial.center_of_mass) + shift)
+    return inertial.replace(center_of_mass=(x, y, z))
+
+
+def _bounding_region(colliders: tuple[Collider, ...]) -> Region:
+    """The box around all collision shapes, which the runtime places objects by."""
+    boxes = np.array([shape_bounds(c.shape, c.pose) for c in colliders])
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    cx, cy, cz = (_seven(float(v)) for v in (low + high) / 2)
+    sx, sy, sz = (_seven(float(v)) for v in high - low)
+    return Region(name="bbox", pose=Pose(position=(cx, cy, cz)), size=(sx, sy, sz))

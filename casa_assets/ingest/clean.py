@@ -1,0 +1,191 @@
+"""Raw parts into sound ones: no broken, doubled or stray faces, every surface wound outwards."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.errors import Rejected
+from casa_assets.geometry.measure import face_normals, signed_volume
+from casa_assets.geometry.topology import consistent_winding, edge_counts, face_components, is_closed, weld
+from casa_assets.ingest.draft import Draft, warning
+from casa_assets.model.issue import Issue
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.source import RawModel, RawPart
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+
+# A stray piece is smaller than this part of the whole and farther off than half the size of the rest.
+STRAY_SIZE = 0.05
+STRAY_GAP = 0.5
+# A ground plane is this many times wider than what stands on it, and this flat.
+GROUND_WIDTH = 1.5
+GROUND_FLAT = 1e-3
+
+
+def clean(model: RawModel) -> Draft:
+    """Repair what can be repaired without changing what the thing looks like.
+
+    Raises:
+        Rejected: nothing is left (MSH001), or what is left is flat (MSH002).
+    """
+    draft = Draft(
+        parts=model.parts,
+        metres_per_unit=model.metres_per_unit,
+        up=model.up,
+        format=model.format,
+        notes=model.notes,
+    )
+    vertices, faces = draft.soup()
+    _, place = weld(vertices)
+    keep = _sound(vertices, faces, place)
+    notes = [_dropped(int((~keep).sum()), len(keep), "degenerate or doubled")] if not keep.all() else []
+    keep, found = _without_extras(vertices, faces, place, keep)
+    notes += found
+    if not keep.any():
+        raise Rejected("MSH001", "no face with an area is left; the file holds only points, lines or slivers")
+    faces, turned = _outward(vertices, place[faces], faces, keep)
+    if turned.any():
+        share = turned.sum() / keep.sum()
+        notes.append(warning("MSH011", "winding", f"{int(turned.sum())} faces ({share:.0%}) were turned to face outwards"))
+    parts = _parts(draft, faces, keep, turned)
+    _refuse_flat(parts)
+    return draft.replace(parts=parts, notes=draft.noted(*notes))
+
+
+def _dropped(count: int, total: int, kind: str) -> Issue:
+    return warning("MSH010", "faces", f"{count} of {total} faces were {kind} and were dropped")
+
+
+def _sound(vertices: Floats, faces: Ints, place: Ints) -> Mask:
+    """Faces with an area, each set of three points once; reversed twins go only where that leaves a closed surface."""
+    ids = place[faces]
+    _, area = face_normals(vertices, faces)
+    extent = float(np.ptp(vertices, axis=0).max()) or 1.0
+    keep = (area > (extent * 1e-7) ** 2) & (ids[:, 0] != ids[:, 1]) & (ids[:, 1] != ids[:, 2]) & (ids[:, 2] != ids[:, 0])
+    start = np.argmin(ids, axis=1)
+    turned = np.stack([ids[np.arange(len(ids)), (start + k) % 3] for k in range(3)], axis=1)
+    keep &= _first_of_each(turned, keep)
+    unturned = _first_of_each(np.sort(ids, axis=1), keep)
+    single = keep & unturned
+    return single if single.sum() < keep.sum() and _mostly_closed(ids[single]) else keep
+
+
+def _first_of_each(keys: Ints, among: Mask) -> Mask:
+    index = np.flatnonzero(among)
+    out = np.zeros(len(keys), dtype=bool)
+    if len(index):
+        _, first = np.unique(keys[index], axis=0, return_index=True)
+        out[index[first]] = True
+    return out
+
+
+def _mostly_closed(ids: Ints) -> bool:
+    _, uses, _ = edge_counts(ids)
+    return bool((uses == 2).mean() > 0.98)
+
+
+def _without_extras(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Mask, list[Issue]]:
+    """Leave out ground planes and pieces that float far from the rest."""
+    index = np.flatnonzero(keep)
+    if not len(index):
+        return keep, []
+    label = face_components(place[faces[index]], int(place.max()) + 1)
+    count = int(label.max()) + 1
+    if count == 1 or count > 5000:
+        return keep, []
+    corners = vertices[faces[index]]
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, label, corners.min(axis=1))
+    np.maximum.at(high, label, corners.max(axis=1))
+    size = (high - low).max(axis=1)
+    extra, notes = np.zeros(count, dtype=bool), []
+    for piece in np.argsort(-size, kind="stable")[:3]:
+        rest = ~extra & (np.arange(count) != piece)
+        spread = float((high[rest].max(axis=0) - low[rest].min(axis=0)).max()) if rest.any() else 0.0
+        thin = float((high[piece] - low[piece]).min())
+        if 0 < spread * GROUND_WIDTH < size[piece] and thin <= GROUND_FLAT * size[piece]:
+            extra[piece] = True
+            notes.append(warning("MSH012", "ground", "a wide flat sheet under the object was taken away"))
+    main = int(np.argmax(np.where(extra, -1, size)))
+    gap = np.linalg.norm(np.maximum(0, np.maximum(low - high[main], low[main] - high)), axis=1)
+    stray = ~extra & (size < STRAY_SIZE * size[main]) & (gap > STRAY_GAP * size[main])
+    if stray.any():
+        notes.append(warning("MSH013", "floaters", f"{int(stray.sum())} stray pieces far from the object were taken away"))
+    out = keep.copy()
+    out[index[(extra | stray)[label]]] = False
+    return out, notes
+
+
+def _outward(vertices: Floats, ids: Ints, faces: Ints, keep: Mask) -> tuple[Ints, Mask]:
+    """Turn faces so that each piece winds one way, and outwards unless it is the inner wall of another."""
+    index = np.flatnonzero(keep)
+    _, turned = consistent_winding(ids[index])
+    some = ids[index].copy()
+    some[turned] = some[turned][:, ::-1]
+    label = face_components(some, int(ids.max()) + 1)
+    order = np.argsort(label, kind="stable")
+    points = np.zeros((int(ids.max()) + 1, 3))
+    points[ids.ravel()] = vertices[faces.ravel()]
+    boxes: list[tuple[Floats, Floats, float]] = []
+    for rows in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
+        corners = points[some[rows]].reshape(-1, 3)
+        volume = signed_volume(points, some[rows]) if is_closed(some[rows]) else _open_volume(points, some[rows])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        inner = any(bool((low >= a).all() and (high <= b).all()) and v > 0 for a, b, v in boxes)
+        if volume < 0 and not inner:
+            turned[rows] ^= True
+        boxes.append((low, high, abs(volume)))
+    out = faces.copy()
+    flip = np.zeros(len(faces), dtype=bool)
+    flip[index[turned]] = True
+    out[flip] = out[flip][:, ::-1]
+    return out, flip
+
+
+def _open_volume(points: Floats, ids: Ints) -> float:
+    """Signed volume of an open patch closed by a cone to its own centre: positive where it faces away from there."""
+    corners = points[ids]
+    center = corners.reshape(-1, 3).mean(axis=0)
+    local = corners - center
+    return float(np.einsum("ij,ij->i", local[:, 0], np.cross(local[:, 1], local[:, 2])).sum())
+
+
+def _parts(draft: Draft, faces: Ints, keep: Mask, turned: Mask) -> tuple[RawPart, ...]:
+    """The parts with the faces that stay and the vertices that they use."""
+    out, start, offset = [], 0, 0
+    for part in draft.parts:
+        count = len(part.mesh.faces)
+        rows = slice(start, start + count)
+        own = faces[rows][keep[rows]] - offset
+        if len(own):
+            fresh = bool(turned[rows][keep[rows]].any())
+            out.append(part.replace(mesh=_compact(part.mesh, own, drop_normals=fresh)))
+        start += count
+        offset += len(part.mesh.vertices)
+    return tuple(out)
+
+
+def _compact(mesh: Mesh, faces: Ints, drop_normals: bool) -> Mesh:
+    used = np.zeros(len(mesh.vertices), dtype=bool)
+    used[faces.ravel()] = True
+    place = np.cumsum(used) - 1
+    return Mesh(
+        vertices=mesh.vertices[used],
+        faces=place[faces],
+        uv=None if mesh.uv is None else mesh.uv[used],
+        normals=None if mesh.normals is None or drop_normals else mesh.normals[used],
+        colors=None if mesh.colors is None else mesh.colors[used],
+    )
+
+
+def _refuse_flat(parts: tuple[RawPart, ...]) -> None:
+    cloud = np.concatenate([p.mesh.vertices for p in parts])
+    spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False) if len(cloud) < 4 else None
+    if spread is None:
+        covariance = np.cov(cloud.T)
+        spread = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[::-1], 0))
+    if spread[0] <= 0 or spread[-1] < 1e-4 * spread[0]:
+        raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing that is handled needs a thickness")

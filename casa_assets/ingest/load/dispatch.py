@@ -1,0 +1,47 @@
+"""One bundle -> RawModel, by the reader of its format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from casa_assets.ingest import codes
+from casa_assets.ingest.load.dae import read_dae
+from casa_assets.ingest.load.formats import Format, sniff, suffix_of
+from casa_assets.ingest.load.gltf.scene import read_gltf
+from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.obj import read_obj
+from casa_assets.ingest.load.ply import read_ply
+from casa_assets.ingest.load.stl import read_stl
+from casa_assets.model.source import Bundle, RawModel
+
+Reader = Callable[[Bundle, Mapping[str, float], Notes], RawModel]
+
+_READERS: Mapping[Format, Reader] = {
+    Format.GLB: read_gltf,
+    Format.GLTF: read_gltf,
+    Format.OBJ: read_obj,
+    Format.PLY: read_ply,
+    Format.STL: read_stl,
+    Format.DAE: read_dae,
+}
+
+
+def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
+    """Read a bundle. Pure: no disk, no network, no clock.
+
+    Args:
+        bundle: main file and what it refers to.
+        limits: input_faces, input_texture_px, input_texture_pixels, as registry/limits.yaml has them.
+    Returns:
+        Parts in file units and file axes; the bundle's notes come first among its notes.
+    Raises:
+        Rejected: with a code of casa_assets.ingest.codes.
+    """
+    name = clean(bundle.main)
+    data = bundle.files[bundle.main]
+    found = sniff(data, name)
+    notes = Notes()
+    if suffix_of(bundle.main) != f".{found.value}":
+        notes.add(codes.TYPE_BY_CONTENT, name, f"{name}: read as {found.value.upper()} by its content, not by its name")
+    model = _READERS[found](bundle, limits, notes)
+    return model.replace(notes=bundle.notes + notes.issues)

@@ -1,0 +1,116 @@
+"""Which format a file is in, told by its content; the name only breaks ties."""
+
+from __future__ import annotations
+
+import re
+import struct
+from enum import StrEnum
+from pathlib import PurePosixPath
+
+from casa_assets.errors import Rejected
+from casa_assets.ingest import codes
+
+
+class Format(StrEnum):
+    """Formats that can be read; the values are the ids in RawModel.format."""
+
+    GLB = "glb"
+    GLTF = "gltf"
+    OBJ = "obj"
+    PLY = "ply"
+    STL = "stl"
+    DAE = "dae"
+
+
+SUFFIXES = frozenset(f".{f.value}" for f in Format)
+# Magic numbers of things that are often saved under a mesh's name. Ref: the formats' own specifications.
+_FOREIGN: tuple[tuple[bytes, str], ...] = (
+    (b"\x89PNG\r\n\x1a\n", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"\x1f\x8b", "a gzip archive; unpack it"),
+    (b"PK\x03\x04", "a zip archive; unpack it"),
+    (b"PK\x05\x06", "an empty zip archive"),
+    (b"7z\xbc\xaf'\x1c", "a 7z archive; unpack it"),
+    (b"version https://git-lfs", "a git-LFS pointer; run `git lfs pull` to fetch the file itself"),
+    (b"Kaydara FBX", "an FBX file; convert it to GLB"),
+    (b"BLENDER", "a Blender file; export it as GLB"),
+    (b"PXR-USDC", "a USD crate file; export it as GLB"),
+    (b"#usda", "a USD text file; export it as GLB"),
+    (b"%PDF", "a PDF document"),
+    (b"OFF", "an OFF mesh; convert it to PLY or OBJ"),
+)
+_OBJ_LINE = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|l|p|mtllib|usemtl|s)[ \t]+\S", re.MULTILINE)
+_FACET = re.compile(rb"^[ \t]*(facet|endsolid)\b", re.MULTILINE)
+
+
+def suffix_of(name: str) -> str:
+    """Suffix in lower case with its dot, such as `.glb`; empty where there is none."""
+    return PurePosixPath(name).suffix.lower()
+
+
+def sniff(data: bytes, name: str) -> Format:
+    """Format of a main file.
+
+    Raises:
+        Rejected: EMPTY_FILE, WRONG_TYPE (something else, named), BAD_MAGIC (a GLB by name only).
+    """
+    if not data.strip(b" \t\r\n\0"):
+        raise Rejected(codes.EMPTY_FILE, f"{name}: the file is empty ({len(data)} bytes); fetch it again")
+    if data.startswith(b"glTF"):
+        return Format.GLB
+    if _is_binary_stl(data):
+        return Format.STL
+    for magic, what in _FOREIGN:
+        if data.startswith(magic) and not (magic == b"OFF" and suffix_of(name) == ".obj"):
+            raise Rejected(codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh")
+    return _sniff_text(data, name)
+
+
+def _sniff_text(data: bytes, name: str) -> Format:
+    head = _ascii_head(data)
+    start = head.lstrip()
+    lower = start[:512].lower()
+    if re.match(rb"ply[ \t]*[\r\n]", start):
+        return Format.PLY
+    if start.startswith(b"<"):
+        if b"<COLLADA" in head or b":COLLADA" in head or suffix_of(name) == ".dae" and b"<html" not in lower:
+            return Format.DAE
+        what = "an HTML page (a failed download?)" if b"html" in lower else "XML, but not COLLADA"
+        raise Rejected(codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh; fetch it again")
+    if start.startswith(b"{"):
+        return Format.GLTF
+    if lower.startswith(b"solid") and _FACET.search(data):
+        return Format.STL
+    return _by_name(data, head, name)
+
+
+def _by_name(data: bytes, head: bytes, name: str) -> Format:
+    suffix = suffix_of(name)
+    is_text = b"\0" not in head
+    if is_text and suffix == ".stl" and head.lstrip()[:5].lower() == b"solid":
+        return Format.STL
+    if is_text and (suffix == ".obj" or _OBJ_LINE.search(data[: 1 << 20])):
+        return Format.OBJ
+    if suffix == ".obj" and _is_wide(data):
+        return Format.OBJ
+    if suffix == ".stl" and not is_text and len(data) >= 15:
+        return Format.STL
+    if suffix == ".glb":
+        raise Rejected(codes.BAD_MAGIC, f"{name}: a GLB starts with `glTF`, this starts with {data[:4]!r}; fetch it again")
+    raise Rejected(codes.WRONG_TYPE, f"{name}: the content is none of GLB, glTF, OBJ, PLY, STL, DAE")
+
+
+def _ascii_head(data: bytes) -> bytes:
+    """First 4 KiB as one byte per character, whatever the encoding."""
+    if _is_wide(data):
+        return data[:8192].decode("utf-16", "replace").encode("ascii", "replace")
+    return data[:4096].removeprefix(b"\xef\xbb\xbf")
+
+
+def _is_wide(data: bytes) -> bool:
+    return data.startswith((b"\xff\xfe", b"\xfe\xff"))
+
+
+def _is_binary_stl(data: bytes) -> bool:
+    """A binary STL is 84 bytes and 50 per triangle, exactly: the only test that `solid` headers do not fool."""
+    return len(data) >= 84 and struct.unpack_from("<I", data, 80)[0] * 50 + 84 == len(data)

@@ -1,0 +1,162 @@
+"""Image bytes of any common kind -> Texture: 8-bit PNG, the same bytes every time."""
+
+from __future__ import annotations
+
+import io
+import struct
+import warnings
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, UnidentifiedImageError
+
+from casa_assets.ingest import codes
+from casa_assets.ingest.load.names import Names
+from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.model.material import ColorSpace, Texture
+
+# No simulator gains from more; the file grows with the square.
+LARGEST_PX = 4096
+FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "TIFF", "GIF")
+_DECODE_FAULTS = (
+    OSError,
+    SyntaxError,
+    ValueError,
+    TypeError,
+    IndexError,
+    KeyError,
+    OverflowError,
+    EOFError,
+    struct.error,
+    zlib.error,
+)
+
+Pixels = npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the pixels of an image are to be kept.
+
+    Attributes:
+        space: sRGB or raw.
+        alpha: `keep`, `drop`, or a cut in 0..1 (alpha at or above it becomes opaque, below it invisible).
+    """
+
+    space: ColorSpace = ColorSpace.SRGB
+    alpha: str | float = "keep"
+
+
+class Images:
+    """Decodes each image once; remarks instead of errors, for a model without its picture is still a model."""
+
+    def __init__(self, limits: Mapping[str, float], notes: Notes) -> None:
+        self._limits, self._notes = limits, notes
+        self._pixels: dict[str, Pixels | None] = {}
+        self._textures: dict[tuple[str, Look], Texture] = {}
+        self._names = Names()
+
+    def pixels(self, key: str, data: bytes) -> Pixels | None:
+        """(H, W, 3 or 4) uint8 rows from the top, or None (noted) where it is refused or unreadable."""
+        if key not in self._pixels:
+            self._pixels[key] = self._decode(key, data)
+        return self._pixels[key]
+
+    def texture(self, key: str, data: bytes, name: str, look: Look) -> Texture | None:
+        """Texture named after `name`, or None (noted) where the image is refused or unreadable."""
+        if (key, look) not in self._textures:
+            pixels = self.pixels(key, data)
+            if pixels is None:
+                return None
+            self._textures[key, look] = self.encode(_with_alpha(pixels, look.alpha), name, look.space)
+        return self._textures[key, look]
+
+    def encode(self, pixels: Pixels, name: str, space: ColorSpace) -> Texture:
+        """Texture of (H, W, 3 or 4) uint8 pixels, under a name not yet taken."""
+        stream = io.BytesIO()
+        Image.fromarray(pixels).save(stream, "PNG", compress_level=6)
+        height, width = pixels.shape[:2]
+        return Texture(
+            name=self._names.unique(name, "texture"),
+            png=stream.getvalue(),
+            width_px=width,
+            height_px=height,
+            color_space=space,
+        )
+
+    def _decode(self, key: str, data: bytes) -> Pixels | None:
+        where = "embedded image" if key.startswith("data:") else clean(key)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                image = Image.open(io.BytesIO(data), formats=FORMATS)
+                if not self._is_small_enough(image, where):
+                    return None
+                return _eight_bit(self._shrunk(image, where))
+        except Image.DecompressionBombError:
+            self._notes.add(codes.IMAGE_REFUSED, where, "the image is far too large to decode; texture left out")
+        except UnidentifiedImageError:
+            says = f"not a {', '.join(FORMATS)} image (it starts with {data[:8]!r}); texture left out"
+            self._notes.add(codes.IMAGE_UNREADABLE, where, says)
+        except _DECODE_FAULTS as error:
+            says = f"the image cannot be decoded ({type(error).__name__}: {error}); texture left out"
+            self._notes.add(codes.IMAGE_UNREADABLE, where, says)
+        return None
+
+    def _is_small_enough(self, image: Image.Image, where: str) -> bool:
+        most, most_pixels = self._limits["input_texture_px"], self._limits["input_texture_pixels"]
+        if max(image.size) <= most and image.width * image.height <= most_pixels:
+            return True
+        says = f"{image.width} x {image.height} pixels, more than {most:.0f} a side or {most_pixels:.0f} in all; left out"
+        self._notes.add(codes.IMAGE_REFUSED, where, says)
+        return False
+
+    def _shrunk(self, image: Image.Image, where: str) -> Image.Image:
+        longest = max(image.size)
+        if longest <= LARGEST_PX:
+            return image
+        size = (max(1, image.width * LARGEST_PX // longest), max(1, image.height * LARGEST_PX // longest))
+        self._notes.add(codes.IMAGE_DOWNSCALED, where, f"{image.width} x {image.height} scaled to {size[0]} x {size[1]}")
+        if image.mode in ("P", "1"):
+            image = image.convert("RGBA")
+        return image.resize(size, Image.Resampling.BOX)
+
+
+def _eight_bit(image: Image.Image) -> Pixels:
+    """(H, W, 3 or 4) uint8; four channels only where some alpha is below 255."""
+    if image.mode.startswith("I;16") or image.mode in ("I", "F"):
+        values = np.asarray(image).astype(np.float64)
+        top = 65535.0 if image.mode != "F" else max(1.0, float(np.nanmax(values)))
+        grey = np.clip(np.rint(np.nan_to_num(values) * (255.0 / top)), 0, 255).astype(np.uint8)
+        return np.repeat(grey[:, :, None], 3, axis=2)
+    has_alpha = "A" in image.getbands() or "a" in image.getbands() or "transparency" in image.info
+    pixels = np.asarray(image.convert("RGBA" if has_alpha else "RGB"), dtype=np.uint8)
+    if has_alpha and int(pixels[:, :, 3].min()) == 255:
+        pixels = np.ascontiguousarray(pixels[:, :, :3])
+    return pixels
+
+
+def _with_alpha(pixels: Pixels, alpha: str | float) -> Pixels:
+    if pixels.shape[2] == 3 or alpha == "keep":
+        return pixels
+    if isinstance(alpha, str):
+        return np.ascontiguousarray(pixels[:, :, :3])
+    cut = pixels.copy()
+    cut[:, :, 3] = np.where(pixels[:, :, 3] >= alpha * 255.0, 255, 0)
+    return cut if int(cut[:, :, 3].min()) < 255 else np.ascontiguousarray(cut[:, :, :3])
+
+
+def linear_from_srgb(value: float) -> float:
+    """One colour channel, display value in 0..1 -> linear light in 0..1. Ref: IEC 61966-2-1."""
+    clipped = min(1.0, max(0.0, value))
+    return clipped / 12.92 if clipped <= 0.04045 else ((clipped + 0.055) / 1.055) ** 2.4
+
+
+def srgb_bytes_from_linear(values: npt.NDArray[np.float64]) -> Pixels:
+    """Linear light in 0..1, any shape -> sRGB bytes. Ref: IEC 61966-2-1."""
+    clipped = np.clip(np.nan_to_num(values, nan=1.0), 0.0, 1.0)
+    curved = np.where(clipped <= 0.0031308, clipped * 12.92, 1.055 * np.power(clipped, 1 / 2.4) - 0.055)
+    return np.rint(curved * 255.0).astype(np.uint8)

@@ -1,0 +1,44 @@
+"""Remarks made while reading, kept short, clean and few whatever a hostile file says."""
+
+from __future__ import annotations
+
+import unicodedata
+
+from casa_assets.ingest import codes
+from casa_assets.model.issue import Issue, Severity
+
+MOST_NOTES = 40
+
+
+def clean(text: str, most: int = 120) -> str:
+    """The text without control, format and surrogate characters, at most `most` characters long."""
+    head = text[: 4 * most]
+    kept = "".join(c if unicodedata.category(c) not in ("Cc", "Cf", "Cs", "Co", "Zl", "Zp") else "?" for c in head)
+    return kept if len(kept) <= most else kept[: most - 3] + "..."
+
+
+class Notes:
+    """Collects warnings: the same code at the same pointer once, at most MOST_NOTES in all."""
+
+    def __init__(self) -> None:
+        self._issues: dict[tuple[str, str], Issue] = {}
+        self._left_out = 0
+
+    def add(self, code: str, pointer: str, says: str) -> None:
+        """Record one warning; `pointer` names the place in the file, `says` one sentence."""
+        key = (code, clean(pointer))
+        if key in self._issues:
+            return
+        if len(self._issues) >= MOST_NOTES:
+            self._left_out += 1
+            return
+        self._issues[key] = Issue(code=code, severity=Severity.WARNING, pointer=key[1], says=clean(says, 400))
+
+    @property
+    def issues(self) -> tuple[Issue, ...]:
+        """All that was recorded, in order; a last one counts what was left out."""
+        found = tuple(self._issues.values())
+        if not self._left_out:
+            return found
+        says = f"{self._left_out} more warnings were left out of this list"
+        return (*found, Issue(code=codes.MORE_NOTES, severity=Severity.WARNING, says=says))

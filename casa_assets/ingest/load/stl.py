@@ -1,0 +1,77 @@
+"""STL, binary or text -> RawModel; one part per `solid` of a text file."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+
+import numpy as np
+
+from casa_assets.errors import Rejected
+from casa_assets.ingest import codes
+from casa_assets.ingest.load.formats import Format
+from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.obj_lines import numbers
+from casa_assets.ingest.load.rough import Rough, check_face_count, finish
+from casa_assets.ingest.load.text import decode, plain
+from casa_assets.model.material import Material
+from casa_assets.model.source import Bundle, RawModel
+
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+def read_stl(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
+    """RawModel of an STL; it declares neither unit nor up axis, and its facet normals are computed anew.
+
+    Raises:
+        Rejected: TRUNCATED, LENGTH_MISMATCH, BAD_NUMBER, TOO_LARGE, NO_FACES, NO_GEOMETRY, NON_FINITE.
+    """
+    name = clean(bundle.main)
+    data = bundle.files[bundle.main]
+    if data.lstrip()[:5].lower() == b"solid" and not _is_exact(data):
+        roughs = _text(plain(data, name), limits, name)
+    else:
+        roughs = [_binary(data, limits, name)]
+    return finish(roughs, notes, name, Format.STL)
+
+
+def _is_exact(data: bytes) -> bool:
+    return len(data) >= 84 and int(struct.unpack_from("<I", data, 80)[0]) * 50 + 84 == len(data)
+
+
+def _binary(data: bytes, limits: Mapping[str, float], name: str) -> Rough:
+    if len(data) < 84:
+        raise Rejected(codes.TRUNCATED, f"{name}: {len(data)} bytes, a binary STL header has 84; fetch it again")
+    claimed = int(struct.unpack_from("<I", data, 80)[0])
+    present = (len(data) - 84) // 50
+    if claimed > present:
+        says = f"{name}: says {claimed} triangles, there are bytes for {present}; fetch it again"
+        is_cut = claimed <= limits["input_faces"] and claimed <= 16 * max(present, 1)
+        raise Rejected(codes.TRUNCATED if is_cut else codes.LENGTH_MISMATCH, says)
+    check_face_count(claimed, limits, name)
+    table = np.frombuffer(data, dtype=_TRIANGLE, count=claimed, offset=84)
+    vertices = table["corners"].reshape(-1, 3).astype(np.float64)
+    return Rough("solid", vertices, np.arange(len(vertices)).reshape(-1, 3), Material(id="material"))
+
+
+def _text(data: bytes, limits: Mapping[str, float], name: str) -> list[Rough]:
+    """One rough per `solid`, corners in threes."""
+    solids: list[tuple[str, list[bytes]]] = []
+    for line in data.split(b"\n"):
+        words = line.split(None, 1)
+        key = words[0].lower() if words else b""
+        if key == b"solid":
+            solids.append((decode(words[1]).strip() if len(words) > 1 else "", []))
+        elif key == b"vertex" and solids:
+            solids[-1][1].append(words[1] if len(words) > 1 else b"")
+    check_face_count(sum(len(rows) for _, rows in solids) // 3, limits, name)
+    if data.rstrip()[-400:].lower().find(b"endsolid") < 0 and any(rows for _, rows in solids):
+        raise Rejected(codes.TRUNCATED, f"{name}: the text STL has no `endsolid`; fetch it again")
+    out = []
+    for title, rows in solids:
+        if len(rows) % 3:
+            raise Rejected(codes.TRUNCATED, f"{name}: {len(rows)} vertices are not triangles; fetch it again")
+        vertices = numbers(rows, 3, 3, "vertex")
+        faces = np.arange(len(vertices)).reshape(-1, 3)
+        out.append(Rough(title or "solid", vertices, faces, Material(id="material")))
+    return out

@@ -1,0 +1,180 @@
+"""A found input -> Bundle: the bytes of its main file and of every file that it refers to, from its own package only."""
+
+from __future__ import annotations
+
+import os
+import posixpath
+import re
+from collections.abc import Mapping
+from urllib.parse import unquote
+
+from casa_assets.errors import Rejected
+from casa_assets.ingest import codes
+from casa_assets.ingest.load.formats import Format, sniff
+from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.references import Reference, Role, of_mtl, references
+from casa_assets.ingest.sources.disk import is_inside, read_file
+from casa_assets.ingest.sources.found import Found
+from casa_assets.model.source import Bundle
+
+_SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
+_DRIVE = re.compile(r"[A-Za-z]:[\\/]")
+# Where exporters put pictures, relative to the mesh. The last is the Gazebo layout.
+_PICTURE_FOLDERS = ("", "textures", "texture", "images", "../textures", "../materials/textures")
+
+
+def collect(found: Found, limits: Mapping[str, float]) -> Bundle:
+    """Read an input.
+
+    Args:
+        found: what `discover` yielded.
+        limits: `input_bytes` is the most that all files together may hold.
+    Raises:
+        Rejected: the main file or a glTF buffer is missing, refused, too large or of the wrong type.
+    """
+    main_path = found.root / found.main
+    main = posixpath.basename(found.main)
+    data = read_file(str(main_path), found.root, limits["input_bytes"])
+    kind = sniff(data, clean(main))
+    collector = _Collector(found, limits["input_bytes"] - len(data), main, data)
+    collector.add_all(references(kind, data, clean(main)), found.main)
+    if kind is Format.OBJ:
+        collector.add_materials()
+    return Bundle(main=main, files=collector.files, notes=collector.notes.issues)
+
+
+class _Collector:
+    """Gathers the files of one input, within its root and its budget of bytes."""
+
+    def __init__(self, found: Found, budget: float, main: str, data: bytes) -> None:
+        self._found, self._budget = found, budget
+        self.files: dict[str, bytes] = {main: data}
+        self.notes = Notes()
+        self._libraries: list[tuple[str, str]] = []
+        self._names: dict[str, list[str]] = {}
+
+    def add_all(self, wanted: list[Reference], owner: str) -> None:
+        """Add what `owner` (POSIX, relative to the root) refers to."""
+        for reference in wanted:
+            if reference.name in self.files:
+                continue
+            place = self._place(reference, owner)
+            if place is None and reference.role is Role.MATERIAL and " " in reference.name:
+                words = [Reference(w, Role.MATERIAL) for w in reference.name.split()]
+                self.add_all(words, owner)
+            elif place is not None:
+                self._add(reference, place)
+
+    def add_materials(self) -> None:
+        """Pictures of the material files; where no material file was found, one with the stem of the main file."""
+        if not self._libraries:
+            self._guess_library()
+        for name, place in self._libraries:
+            try:
+                wanted = of_mtl(self.files[name], clean(name))
+            except Rejected as error:
+                self.notes.add(codes.MATERIAL_MISSING, name, f"material file left out: {error.says}")
+                continue
+            self.add_all(wanted, place)
+
+    def _guess_library(self) -> None:
+        folder, main = posixpath.split(self._found.main)
+        stem = main.rpartition(".")[0].lower()
+        fits = [n for n in self._listing(folder) if n.lower() in (f"{stem}.mtl", f"{main.lower()}.mtl")]
+        if len(fits) == 1 and fits[0] not in self.files:
+            self.notes.add(codes.MATERIAL_GUESSED, fits[0], f"{clean(fits[0])} is taken for the material file, by its name")
+            self._add(Reference(fits[0], Role.MATERIAL), posixpath.join(folder, fits[0]))
+
+    def _add(self, reference: Reference, place: str) -> None:
+        try:
+            data = read_file(str(self._found.root / place), self._found.root, self._budget)
+        except Rejected as error:
+            if reference.role is Role.BUFFER or error.code == codes.TOO_LARGE:
+                raise
+            code = codes.LINK_IGNORED if error.code == codes.LINK_OUTSIDE else codes.REFERENCE_MISSING
+            self.notes.add(code, reference.name, f"{reference.role.value} left out: {error.says}")
+            return
+        self._budget -= len(data)
+        self.files[reference.name] = data
+        if reference.role is Role.MATERIAL:
+            self._libraries.append((reference.name, place))
+
+    def _place(self, reference: Reference, owner: str) -> str | None:
+        """Path relative to the root of what is referred to, or None (noted; a buffer raises)."""
+        folder = posixpath.dirname(owner)
+        refusal = _refusal(reference.name)
+        spellings = () if refusal else dict.fromkeys((reference.name, unquote(reference.name)))
+        for spelling in spellings:
+            path = posixpath.normpath(posixpath.join(folder, spelling.replace("\\", "/").removeprefix("file:")))
+            if path.startswith("..") and path[2:3] in ("", "/"):
+                refusal = codes.PATH_TRAVERSAL
+                continue
+            place = self._existing(path, reference)
+            if place is not None:
+                return place
+        if reference.role is Role.BUFFER:
+            raise self._bad_buffer(reference, refusal)
+        return self._by_base_name(reference, folder, refusal)
+
+    def _bad_buffer(self, reference: Reference, refusal: str | None) -> Rejected:
+        name = clean(reference.name, 80)
+        if refusal == codes.NETWORK_URI:
+            return Rejected(refusal, f"buffer {name!r} lies on the network, which is not read; pack it into the file")
+        if refusal:
+            return Rejected(refusal, f"buffer {name!r} leaves the package, which is not followed; pack it into the file")
+        return Rejected(codes.MISSING_FILE, f"buffer {name!r} is missing; put it beside the glTF")
+
+    def _by_base_name(self, reference: Reference, folder: str, refusal: str | None) -> str | None:
+        """A file of the same base name where pictures usually lie; else a note."""
+        base = re.split(r"[\\/]", unquote(reference.name))[-1]
+        name = clean(reference.name, 80)
+        places = _PICTURE_FOLDERS if reference.role is Role.IMAGE else ("",)
+        for near in places if base not in ("", ".", "..") else ():
+            path = posixpath.normpath(posixpath.join(folder, near, base))
+            place = None if path.startswith("..") else self._existing(path, reference)
+            if place is not None:
+                self.notes.add(codes.FOUND_BY_BASE_NAME, name, f"{name!r} was found by its base name, as {clean(place, 80)}")
+                return place
+        if refusal:
+            self.notes.add(codes.REFERENCE_IGNORED, name, f"reference {name!r} outside the package ignored")
+        else:
+            says = f"{reference.role.value} {name!r} is missing; put it beside the mesh"
+            self.notes.add(codes.REFERENCE_MISSING, name, says)
+        return None
+
+    def _existing(self, path: str, reference: Reference) -> str | None:
+        """The path, or its spelling in another case, where something stands there."""
+        root = self._found.root
+        try:
+            if os.path.lexists(root / path):
+                return path
+            folder, base = posixpath.split(path)
+            if not is_inside(str(root / folder), root):
+                return None
+        except (ValueError, OSError):
+            return None
+        fits = [n for n in self._listing(folder) if n.lower() == base.lower()]
+        if not fits:
+            return None
+        says = f"{clean(reference.name, 80)!r} is spelt {clean(fits[0], 80)!r} on disk; rename one"
+        self.notes.add(codes.CASE_MISMATCH, reference.name, says)
+        return posixpath.join(folder, fits[0])
+
+    def _listing(self, folder: str) -> list[str]:
+        """Names in a folder of the package, sorted; none where it cannot be read."""
+        if folder not in self._names:
+            try:
+                self._names[folder] = sorted(os.listdir(self._found.root / folder))
+            except OSError:
+                self._names[folder] = []
+        return self._names[folder]
+
+
+def _refusal(name: str) -> str | None:
+    """Code of what makes a name unacceptable before the disk is looked at, or None."""
+    text = unquote(name).strip()
+    if _DRIVE.match(text) or text.startswith(("/", "\\")):
+        return codes.PATH_TRAVERSAL
+    if _SCHEME.match(text):
+        return codes.PATH_TRAVERSAL if text.lower().startswith("file:") else codes.NETWORK_URI
+    return codes.PATH_TRAVERSAL if "\0" in text else None

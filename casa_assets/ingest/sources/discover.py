@@ -1,0 +1,133 @@
+"""Folders and files that the user names -> inputs, in an order that no machine changes."""
+
+from __future__ import annotations
+
+import os
+import posixpath
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from casa_assets.errors import Rejected
+from casa_assets.ingest import codes
+from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
+from casa_assets.ingest.sources import manifest, objaverse
+from casa_assets.ingest.sources.disk import check_file, shown
+from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.package import Package
+from casa_assets.ingest.sources.rows import hints
+from casa_assets.model.source import Source, SourceKind
+
+DEEPEST_FOLDER = 64
+# Folders of the Gazebo and ROS layout, whose textures lie beside the folder: ../materials/textures
+_MESH_FOLDERS = frozenset({"mesh", "meshes"})
+
+
+def discover(roots: Sequence[Path]) -> Iterator[Found | Refused]:
+    """All inputs under the roots; an input that several roots reach is yielded once.
+
+    Args:
+        roots: folders or files, as the user named them.
+    Yields:
+        Found or Refused, sorted by path within a root; packages before the loose files of the same folder.
+    """
+    seen: set[tuple[str, str]] = set()
+    for root in roots:
+        for one in _discover(root):
+            if isinstance(one, Found):
+                key = (os.path.realpath(one.root / one.main), one.source.uid)
+                if key in seen:
+                    continue
+                seen.add(key)
+            yield one
+
+
+def _discover(root: Path) -> Iterator[Found | Refused]:
+    place = Path(os.path.abspath(root))
+    if place.is_dir():
+        yield from _folder(Package(place, ""), set(), 0)
+    elif place.suffix.lower() in (".jsonl", ".json"):
+        yield from _named_manifest(Package(place.parent, ""), place.name)
+    else:
+        is_in_layout = place.parent.name.lower() in _MESH_FOLDERS
+        package = Package(place.parent.parent if is_in_layout else place.parent, "")
+        main = f"{place.parent.name}/{place.name}" if is_in_layout else place.name
+        one = _loose(package, main)
+        if isinstance(one, Found):
+            one = Found(one.root, one.main, one.source.replace(path=place.name))
+        yield one
+
+
+def _named_manifest(package: Package, name: str) -> Iterator[Found | Refused]:
+    if name.lower().endswith(".jsonl"):
+        yield from manifest.read_lines(package, name, is_named=True)
+        return
+    listed = objaverse.read_xl(package, name)
+    yield from listed if listed is not None else manifest.read_list(package, name, is_named=True)
+
+
+def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
+    """Packages in this folder, then its loose meshes, then its folders; `claimed` holds real paths of packaged files."""
+    try:
+        entries = sorted(os.scandir(package.root), key=lambda e: os.fsencode(e.name))
+    except OSError as error:
+        says = f"{shown(package.prefix) or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
+        yield Refused(shown(package.prefix).rstrip("/"), codes.UNREADABLE, says)
+        return
+    entries = [e for e in entries if not e.name.startswith(".") and e.name != "__MACOSX"]
+    for one in _packaged(package, [e.name for e in entries]):
+        if isinstance(one, Found):
+            claimed.add(os.path.realpath(one.root / one.main))
+        yield one
+    is_objaverse = objaverse.is_package([e.name for e in entries])
+    folders = []
+    for entry in entries:
+        is_folder = entry.is_dir(follow_symlinks=False)
+        if suffix_of(entry.name) in SUFFIXES:
+            if os.path.realpath(entry.path) not in claimed:
+                yield _loose(package, entry.name)
+        elif is_folder and not (is_objaverse and entry.name in ("glbs", "metadata")):
+            folders.append(entry.name)
+    for name in folders:
+        if depth >= DEEPEST_FOLDER:
+            yield Refused(shown(package.prefix + name), codes.UNREADABLE, f"{shown(name)}: folders nested too deep; move it")
+        else:
+            yield from _inner(package, name, claimed, depth)
+
+
+def _inner(package: Package, name: str, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
+    """A folder inside; its loose files keep the outer root, so that ../textures is still theirs."""
+    inner = Package(package.root / name, f"{package.prefix}{name}/")
+    for one in _folder(inner, claimed, depth + 1):
+        if isinstance(one, Found) and one.source.kind is SourceKind.FOLDER:
+            one = Found(package.root, f"{name}/{one.main}", one.source)
+        yield one
+
+
+def _packaged(package: Package, names: Sequence[str]) -> Iterator[Found | Refused]:
+    if objaverse.is_package(names):
+        yield from objaverse.read_package(package)
+    for name in names:
+        lower = name.lower()
+        if lower.endswith(".jsonl"):
+            yield from manifest.read_lines(package, name, is_named=False)
+        elif lower.endswith(".json") and lower not in objaverse.INDEX_FILES or lower == "annotations.json":
+            listed = objaverse.read_xl(package, name) if lower == "annotations.json" else None
+            if listed is not None:
+                yield from listed
+            elif lower != "annotations.json":
+                yield from manifest.read_list(package, name, is_named=False)
+
+
+def _loose(package: Package, main: str) -> Found | Refused:
+    """A mesh file that no package describes: its name and folders are all that is known."""
+    path = package.prefix + main
+    try:
+        if shown(path) != path:
+            raise Rejected(codes.BAD_NAME, f"{shown(main)}: the name is not UTF-8; rename the file")
+        check_file(str(package.root / main), package.root)
+    except Rejected as error:
+        return Refused(shown(path), error.code, error.says)
+    stem = posixpath.splitext(posixpath.basename(main))[0]
+    folders = posixpath.dirname(path).split("/")[::-1]
+    source = Source(kind=SourceKind.FOLDER, path=path, hints=hints([stem], folders, [package.root.name]))
+    return Found(package.root, main, source)

@@ -1,0 +1,38 @@
+"""What discovery yields: an input that was found, or one that was refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from casa_assets.model.source import Source
+
+
+@dataclass(frozen=True)
+class Found:
+    """One input.
+
+    Attributes:
+        root: absolute folder that its references may not leave (the package, or the folder that the user named).
+        main: main file, POSIX, relative to `root`.
+        source: what its source says about it; `source.path` is relative to the folder that the user named.
+    """
+
+    root: Path
+    main: str
+    source: Source
+
+
+@dataclass(frozen=True)
+class Refused:
+    """Something that stands where an input should be and cannot be used.
+
+    Attributes:
+        path: POSIX, relative to the folder that the user named; of a manifest row, the manifest.
+        code: of casa_assets.ingest.codes.
+        says: file, line or place, reason, and what to do.
+    """
+
+    path: str
+    code: str
+    says: str

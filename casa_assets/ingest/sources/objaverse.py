@@ -1,0 +1,229 @@
+"""Objaverse 1.0 folders (as the `objaverse` package caches them) and Objaverse-XL lists -> inputs."""
+
+from __future__ import annotations
+
+import codecs
+import gzip
+import importlib
+import os
+import posixpath
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from casa_assets.errors import CasaError, Rejected
+from casa_assets.ingest import codes
+from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.sources.disk import check_file, shown
+from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.licence import spdx
+from casa_assets.ingest.sources.package import MOST_INDEX_BYTES, Package
+from casa_assets.ingest.sources.rows import hints, parse_json, safe_id, word, words
+from casa_assets.model.source import Source, SourceKind
+
+INDEX_FILES = frozenset(
+    f"{stem}.json{end}" for stem in ("object-paths", "annotations", "lvis-annotations") for end in ("", ".gz")
+)
+
+
+def is_package(names: Sequence[str]) -> bool:
+    """Whether a folder with these entries is an Objaverse 1.0 package."""
+    return "glbs" in names or "object-paths.json" in names or "object-paths.json.gz" in names
+
+
+def read_package(package: Package) -> Iterator[Found | Refused]:
+    """Every GLB under `glbs/`, by name, with what annotations, metadata and LVIS say about it."""
+    reader = _Reader(package)
+    annotations = reader.mapping("annotations")
+    categories = _by_uid(reader.mapping("lvis-annotations"))
+    paths = reader.mapping("object-paths")
+    yield from reader.refused
+    seen: set[str] = set()
+    for folder, name in _glbs(package.root):
+        main = f"glbs/{folder}/{name}" if folder else f"glbs/{name}"
+        uid = name[: -len(".glb")]
+        seen.add(main)
+        row = annotations.get(uid)
+        if row is None and folder:
+            row = reader.metadata(folder).get(uid)
+        yield _input(package, main, uid, row, categories.get(uid, ""))
+    # the package's own index lists all of Objaverse, downloaded or not; a plain one lists what should be here
+    if os.path.lexists(package.root / "object-paths.json"):
+        for uid, path in sorted(paths.items()):
+            if not isinstance(path, str) or path not in seen:
+                yield from _listed_only(package, uid, path, annotations, categories)
+
+
+def _listed_only(
+    package: Package, uid: str, path: object, annotations: Mapping[str, object], categories: Mapping[str, str]
+) -> Iterator[Found | Refused]:
+    place = f"object-paths.json {clean(uid, 40)!r}"
+    try:
+        main = package.file(path, place)
+        yield package.found(main, _source(main, safe_id(uid, place), annotations.get(uid), categories.get(uid, "")))
+    except Rejected as error:
+        yield package.refuse("object-paths.json", error)
+
+
+def _glbs(root: Path) -> list[tuple[str, str]]:
+    """(folder under glbs, file name) of every `.glb`, sorted."""
+    out: list[tuple[str, str]] = []
+    top = root / "glbs"
+    if not top.is_dir() or top.is_symlink():
+        return out
+    for entry in os.scandir(top):
+        if entry.is_dir(follow_symlinks=False) and not entry.name.lower().endswith(".glb"):
+            out.extend((entry.name, e.name) for e in os.scandir(entry.path) if e.name.lower().endswith(".glb"))
+        elif entry.name.lower().endswith(".glb"):
+            out.append(("", entry.name))
+    return sorted(out, key=lambda pair: (os.fsencode(pair[0]), os.fsencode(pair[1])))
+
+
+def _input(package: Package, main: str, uid: str, row: object, category: str) -> Found | Refused:
+    try:
+        check_file(str(package.root / main), package.root)
+        if shown(main) != main:
+            raise Rejected(codes.BAD_NAME, f"{shown(main)}: the name is not UTF-8; rename the file")
+        return package.found(main, _source(main, uid, row, category))
+    except Rejected as error:
+        return package.refuse(main, error)
+
+
+def _source(main: str, uid: str, row: object, category: str) -> Source:
+    entry: Mapping[str, object] = row if isinstance(row, dict) else {}
+    user = entry.get("user")
+    author = (word(user, "displayName") or word(user, "username")) if isinstance(user, dict) else ""
+    title = word(entry, "name")
+    return Source(
+        kind=SourceKind.OBJAVERSE,
+        path=main,
+        uid=uid,
+        title=title,
+        author=author,
+        licence=spdx(word(entry, "license")),
+        uri=word(entry, "uri") or word(entry, "viewerUrl"),
+        category=category,
+        hints=hints([title], words(entry.get("tags")), words(entry.get("categories"))),
+    )
+
+
+def _by_uid(categories: Mapping[str, object]) -> dict[str, str]:
+    """uid -> LVIS category; the first by name where several claim one."""
+    out: dict[str, str] = {}
+    for category, uids in sorted(categories.items()):
+        for uid in uids if isinstance(uids, list) else ():
+            if isinstance(uid, str):
+                out.setdefault(uid, clean(category))
+    return out
+
+
+class _Reader:
+    """Index files of one package; broken ones are refused once and read as empty."""
+
+    def __init__(self, package: Package) -> None:
+        self._package = package
+        self._metadata: dict[str, Mapping[str, object]] = {}
+        self.refused: list[Refused] = []
+
+    def mapping(self, stem: str) -> Mapping[str, object]:
+        """JSON object in `<stem>.json` or `<stem>.json.gz`; empty where there is neither."""
+        for name in (f"{stem}.json", f"{stem}.json.gz"):
+            if not os.path.lexists(self._package.root / name):
+                continue
+            try:
+                value = parse_json(_plain(self._package.read(name), name), name)
+                if isinstance(value, dict):
+                    return value
+                raise Rejected(codes.BAD_MANIFEST, f"{name}: not a JSON object; mend it or remove it")
+            except Rejected as error:
+                self.refused.append(self._package.refuse(name, Rejected(codes.BAD_MANIFEST, error.says)))
+        return {}
+
+    def metadata(self, folder: str) -> Mapping[str, object]:
+        """Annotations of one `glbs/` folder, as the `objaverse` package caches them."""
+        if folder not in self._metadata:
+            self._metadata[folder] = self.mapping(f"metadata/{folder}")
+        return self._metadata[folder]
+
+
+def _plain(data: bytes, name: str) -> bytes:
+    """JSON text, gunzipped where it is gzip, no larger than an index may be."""
+    if data.startswith(b"\x1f\x8b"):
+        try:
+            unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
+            data = unpacker.decompress(data, MOST_INDEX_BYTES)
+        except zlib.error as error:
+            raise Rejected(codes.BAD_MANIFEST, f"{name}: broken gzip ({error}); fetch it again") from error
+        if unpacker.unconsumed_tail:
+            raise Rejected(codes.BAD_MANIFEST, f"{name}: more than {MOST_INDEX_BYTES} bytes unpacked; mend it")
+    return data.removeprefix(codecs.BOM_UTF8)
+
+
+def read_xl(package: Package, name: str) -> Iterator[Found | Refused] | None:
+    """Inputs of an Objaverse-XL `annotations.json` (a list of rows with `fileIdentifier`); None where it is no such list."""
+    try:
+        rows = parse_json(_plain(package.read(name), name), name)
+    except Rejected:
+        return None
+    if not isinstance(rows, list) or not any(isinstance(r, dict) and "fileIdentifier" in r for r in rows):
+        return None
+    return (_xl_row(package, name, number, row) for number, row in enumerate(rows, start=1))
+
+
+def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Refused:
+    place = f"{name} row {number}"
+    try:
+        if not isinstance(row, dict):
+            raise Rejected(codes.BAD_ROW, f"{place}: not an object; mend it")
+        main = package.file(row.get("path"), place)
+        title = word(row, "name")
+        stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]
+        source = Source(
+            kind=SourceKind.OBJAVERSE_XL,
+            path=main,
+            uid=word(row, "sha256"),
+            title=title,
+            author=word(row, "author"),
+            licence=spdx(word(row, "license")),
+            uri=word(row, "fileIdentifier"),
+            category=word(row, "category"),
+            hints=hints([title], words(row.get("tags")), [stem], folders),
+        )
+        return package.found(main, source)
+    except Rejected as error:
+        return package.refuse(name, error)
+
+
+def download(uids: Sequence[str], category: str, most: int) -> Path:
+    """Fetch objects into the cache of the `objaverse` package.
+
+    Args:
+        uids: which objects; where empty, the first `most` of the LVIS `category`, by uid.
+        category: LVIS category, such as `Mug`; compared without case.
+        most: largest number of objects to fetch.
+    Returns:
+        The package folder, to be given to `discover`.
+    Raises:
+        CasaError: the `objaverse` package is not installed, or the network cannot be reached.
+        UnknownId: no such LVIS category.
+    """
+    from casa_assets.errors import UnknownId
+
+    try:
+        library = importlib.import_module("objaverse")
+    except ImportError as error:
+        raise CasaError("downloading needs the `objaverse` package: pip install objaverse") from error
+    try:
+        wanted = list(uids)
+        if not wanted:
+            listed = library.load_lvis_annotations()
+            names = {name.lower(): name for name in listed}
+            if category.lower() not in names:
+                raise UnknownId("LVIS category", category, listed)
+            wanted = sorted(listed[names[category.lower()]])
+        wanted = wanted[:most]
+        library.load_objects(wanted)
+        library.load_annotations(wanted)
+    except (OSError, EOFError, gzip.BadGzipFile) as error:
+        raise CasaError(f"Objaverse cannot be reached ({error}); check the network, then try again") from error
+    return Path(library._VERSIONED_PATH)

@@ -1,0 +1,66 @@
+"""What all kinds of packages share: where one lies, and how a file that it names becomes a Found."""
+
+from __future__ import annotations
+
+import os
+import posixpath
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from casa_assets.errors import Rejected
+from casa_assets.ingest import codes
+from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.sources.disk import check_file, read_file, shown
+from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.model.source import Source
+
+# The largest index in the wild (Objaverse 1.0 object paths) is 80 MB unpacked.
+MOST_INDEX_BYTES = 256 * 1024 * 1024
+
+
+@dataclass(frozen=True)
+class Package:
+    """A folder that says something about the meshes in it.
+
+    Attributes:
+        root: absolute folder.
+        prefix: the folder relative to what the user named, POSIX, empty or ending in `/`.
+    """
+
+    root: Path
+    prefix: str
+
+    def read(self, name: str) -> bytes:
+        """Bytes of an index file of the package. Raises Rejected as disk.read_file."""
+        return read_file(str(self.root / name), self.root, MOST_INDEX_BYTES)
+
+    def refuse(self, name: str, error: Rejected) -> Refused:
+        """Refusal that points at a file of the package."""
+        return Refused(shown(self.prefix + name), error.code, error.says)
+
+    def file(self, value: object, place: str) -> str:
+        """POSIX path, relative to the package, of a file that a row names; it exists and may be read.
+
+        Raises:
+            Rejected: BAD_ROW, PATH_TRAVERSAL, MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
+        """
+        if not isinstance(value, str) or not value.strip() or "\0" in value:
+            raise Rejected(codes.BAD_ROW, f"{place}: no usable file name ({clean(repr(value), 40)}); mend it")
+        path = value.strip()
+        if "\\" in path and not os.path.lexists(self.root / path):
+            path = path.replace("\\", "/")
+        whole = posixpath.normpath(path)
+        if path.startswith("/") or re.match(r"[A-Za-z]:", path) or whole.startswith("..") and whole[2:3] in ("", "/"):
+            raise Rejected(codes.PATH_TRAVERSAL, f"{place}: {clean(path, 80)!r} leaves the package; mend it")
+        try:
+            check_file(str(self.root / whole), self.root)
+        except Rejected as error:
+            raise Rejected(error.code, f"{place}: {error.says}") from error
+        except UnicodeError as error:
+            raise Rejected(codes.BAD_NAME, f"{place}: a name that no file can have; mend it") from error
+        return whole
+
+    def found(self, main: str, source: Source) -> Found:
+        """Found for a file of the package; the source's path is set here."""
+        return Found(self.root, main, source.replace(path=self.prefix + main))

@@ -1,0 +1,164 @@
+"""Looks that every engine can show: PNG of bounded size, vertex colours painted into a texture, one part per material."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from casa_assets.ingest.draft import Draft, warning
+from casa_assets.model.material import Material, Texture
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.source import RawPart
+
+# Pixels along the legs of a triangle's patch in a painted texture; the last one is margin.
+PATCH_PX = 6
+
+
+def texture(draft: Draft, largest_px: int) -> Draft:
+    """Make the materials portable and merge the parts that share one.
+
+    Args:
+        draft: any stage after `simplify`.
+        largest_px: longer sides are scaled down to this.
+    """
+    notes = []
+    parts = []
+    for part in draft.parts:
+        mesh, material = part.mesh, part.material
+        if mesh.colors is not None and material.base_color_texture is None and _varied(mesh):
+            mesh, material = painted(mesh, material)
+            notes.append(warning("MSH016", part.name, "vertex colours were painted into a texture"))
+        elif mesh.colors is not None and material.base_color_texture is None:
+            material = material.replace(base_color=_times(material.base_color, mesh.colors[0]))
+        if mesh.uv is None and material.textures:
+            material = material.replace(
+                base_color_texture=None, metallic_roughness_texture=None, normal_texture=None
+            )
+            notes.append(warning("MSH017", part.name, "a texture without uv coordinates cannot be shown and was left out"))
+        if material.base_color[3] <= 0.02:
+            material = material.replace(base_color=(*material.base_color[:3], 1.0))
+            notes.append(warning("MSH018", part.name, "a fully transparent material was made opaque"))
+        material = _bounded(material, largest_px)
+        parts.append(part.replace(mesh=_without_colors(mesh, keep_uv=bool(material.textures)), material=material))
+    return draft.replace(parts=_merged(parts), notes=draft.noted(*notes))
+
+
+def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
+    """Vertex colours as a texture: two triangles share a square patch, each with its own corner of it.
+
+    Returns:
+        The mesh with three vertices of its own per face, and the material with the texture.
+    """
+    assert mesh.colors is not None
+    count = len(mesh.faces)
+    columns = max(1, int(np.ceil(np.sqrt((count + 1) // 2))))
+    rows = -(-((count + 1) // 2) // columns)
+    side = PATCH_PX + 2
+    width, height = columns * side, rows * side
+    which = np.arange(count)
+    column, row = (which // 2) % columns, (which // 2) // columns
+    low, high = 1.0, PATCH_PX + 0.0
+    legs = np.array([[[low, low], [high - 1, low], [low, high - 1]], [[high, high], [low + 1, high], [high, low + 1]]])
+    corner_px = legs[which % 2] + np.stack([column, row], axis=1)[:, None] * side
+    colors = mesh.colors[mesh.faces].astype(np.float64)
+    pixels = np.zeros((rows * columns, side, side, 4))
+    grid = np.stack(np.meshgrid(np.arange(side), np.arange(side), indexing="xy"), axis=-1).astype(np.float64)
+    for half in (0, 1):
+        some = which[which % 2 == half]
+        weights = _barycentric(grid, legs[half])
+        mine = grid.sum(axis=-1) < side if half == 0 else grid.sum(axis=-1) >= side
+        filled = np.einsum("ijk,nkc->nijc", weights, colors[some])
+        pixels[some // 2] = np.where(mine[None, :, :, None], filled, pixels[some // 2])
+    canvas = pixels.reshape(rows, columns, side, side, 4).transpose(0, 2, 1, 3, 4).reshape(height, width, 4)
+    image = np.clip(np.rint(canvas), 0, 255).astype(np.uint8)
+    uv = np.stack([(corner_px[..., 0] + 0.5) / width, 1 - (corner_px[..., 1] + 0.5) / height], axis=-1)
+    flat = mesh.faces.ravel()
+    out = Mesh(
+        vertices=mesh.vertices[flat],
+        faces=np.arange(3 * count).reshape(-1, 3),
+        uv=uv.reshape(-1, 2),
+        normals=None if mesh.normals is None else mesh.normals[flat],
+    )
+    png = png_bytes(Image.fromarray(image if (image[..., 3] < 255).any() else image[..., :3]))
+    skin = Texture(name="painted", png=png, width_px=width, height_px=height)
+    return out, material.replace(base_color_texture=skin)
+
+
+def _barycentric(grid: npt.NDArray[np.float64], legs: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """(H, W, 3) weights of the corners at each pixel, clipped into the triangle so that the margin repeats its edge."""
+    a, b, c = legs
+    basis = np.linalg.inv(np.stack([b - a, c - a], axis=1))
+    uv = (grid - a) @ basis.T
+    weights = np.clip(np.concatenate([1 - uv.sum(axis=-1, keepdims=True), uv], axis=-1), 0, None)
+    normed: npt.NDArray[np.float64] = weights / weights.sum(axis=-1, keepdims=True)
+    return normed
+
+
+def png_bytes(image: Image.Image) -> bytes:
+    """PNG with fixed options and no metadata: the same pixels are the same bytes."""
+    out = io.BytesIO()
+    image.save(out, format="PNG", optimize=False, compress_level=6)
+    return out.getvalue()
+
+
+def _varied(mesh: Mesh) -> bool:
+    return mesh.colors is not None and int(np.ptp(mesh.colors.astype(np.int64), axis=0).max()) > 2
+
+
+def _times(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8]) -> tuple[float, float, float, float]:
+    """Linear base colour times an sRGB vertex colour."""
+    c = color.astype(np.float64) / 255
+    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    r, g, b = (float(x * y) for x, y in zip(base[:3], linear[:3], strict=True))
+    return (r, g, b, float(base[3] * c[3]))
+
+
+def _bounded(material: Material, largest_px: int) -> Material:
+    slots = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
+    changes = {}
+    for slot in slots:
+        image = getattr(material, slot)
+        if image is not None and max(image.width_px, image.height_px) > largest_px:
+            changes[slot] = _shrunk(image, largest_px)
+    return material.replace(**changes) if changes else material
+
+
+def _shrunk(image: Texture, largest_px: int) -> Texture:
+    ratio = largest_px / max(image.width_px, image.height_px)
+    size = (max(1, round(image.width_px * ratio)), max(1, round(image.height_px * ratio)))
+    with Image.open(io.BytesIO(image.png)) as pixels:
+        small = pixels.resize(size, Image.Resampling.LANCZOS)
+    return image.replace(png=png_bytes(small), width_px=size[0], height_px=size[1])
+
+
+def _without_colors(mesh: Mesh, keep_uv: bool) -> Mesh:
+    return Mesh(
+        vertices=mesh.vertices, faces=mesh.faces, uv=mesh.uv if keep_uv else None, normals=mesh.normals
+    )
+
+
+def _merged(parts: list[RawPart]) -> tuple[RawPart, ...]:
+    """Parts whose materials look the same become one mesh, in order of first use."""
+    groups: dict[tuple[str, bool, bool], list[RawPart]] = {}
+    for part in parts:
+        look = part.material.replace(id="same").digest
+        groups.setdefault((look, part.mesh.uv is not None, part.mesh.normals is not None), []).append(part)
+    out = []
+    for group in groups.values():
+        if len(group) == 1:
+            out.append(group[0])
+            continue
+        starts = np.cumsum([0] + [len(p.mesh.vertices) for p in group[:-1]])
+        uvs = [p.mesh.uv for p in group if p.mesh.uv is not None]
+        normals = [p.mesh.normals for p in group if p.mesh.normals is not None]
+        mesh = Mesh(
+            vertices=np.concatenate([p.mesh.vertices for p in group]),
+            faces=np.concatenate([p.mesh.faces + s for p, s in zip(group, starts, strict=True)]),
+            uv=np.concatenate(uvs) if uvs else None,
+            normals=np.concatenate(normals) if normals else None,
+        )
+        out.append(group[0].replace(mesh=mesh))
+    return tuple(out)

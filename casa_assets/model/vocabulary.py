@@ -1,0 +1,131 @@
+"""Free words (file names, titles, tags) into what they name, by whole words only: no disk, no guessing by likeness."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Self
+
+LONGEST_PHRASE = 5  # words
+
+
+class Entry(NamedTuple):
+    """What a phrase names, and whether it yields to any other phrase of a text."""
+
+    id: str
+    weak: bool
+
+
+class Match(NamedTuple):
+    """What a text names: the id, confidence 0..1, the words that say so, and whether they are weak."""
+
+    id: str
+    confidence: float
+    evidence: str
+    weak: bool
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """Names and what they stand for.
+
+    Attributes:
+        phrases: joined words of every name (`coffeemug`) -> entry.
+        words: the single words that names are made of.
+        breaks: words such as `with`, which end what a text is about.
+    """
+
+    phrases: Mapping[str, Entry]
+    words: frozenset[str]
+    breaks: frozenset[str]
+
+    @classmethod
+    def of(cls, names: Iterable[tuple[str, str]], weak: Iterable[str], breaks: Iterable[str]) -> Self:
+        """Build from (name, id) pairs. Raises ValueError(name) where two ids claim a name or it has no letter."""
+        yields = {"".join(split_words(word)) for word in weak}
+        phrases: dict[str, Entry] = {}
+        words: set[str] = set()
+        for name, target in names:
+            parts = split_words(name)
+            joined = "".join(parts)
+            known = phrases.get(joined, Entry(target, False))
+            if not joined or known.id != target:
+                raise ValueError(name)
+            phrases[joined] = Entry(target, joined in yields)
+            words.update(parts)
+        return cls(phrases, frozenset(words), frozenset(breaks))
+
+    def find(self, hints: Sequence[str]) -> Match | None:
+        """The match of the first hint that has one; a weak match only where no hint has a better one."""
+        found = [match for rank, hint in enumerate(hints) if (match := self._match(hint, 0.95**rank))]
+        return next((match for match in found if not match.weak), found[0] if found else None)
+
+    def _match(self, hint: str, trust: float) -> Match | None:
+        """The best match in one hint: the hint as a whole, else its longest phrase, of equals the last."""
+        whole = self._phrase(split_words(hint))
+        if whole:
+            confidence = 1.0 if hint == whole.id else 0.95
+            return Match(whole.id, round(confidence * trust, 3), f"{hint!r} is {whole.id}", whole.weak)
+        for tokens in self._parts(hint):
+            spans = [(i, j) for j in range(1, len(tokens) + 1) for i in range(max(0, j - LONGEST_PHRASE), j)]
+            hits = [(not e.weak, j - i, j, e) for i, j in spans if (e := self._phrase(tokens[i:j]))]
+            if hits:
+                _, size, end, entry = max(hits)
+                confidence = 0.6 if entry.weak else 0.9 if size > 1 else 0.8 if end == len(tokens) else 0.7
+                evidence = f"{' '.join(tokens[end - size : end])!r} in {hint!r}"
+                return Match(entry.id, round(confidence * trust, 3), evidence, entry.weak)
+            for word in reversed(tokens):
+                if head := self._compound(word):
+                    return Match(head, round(0.6 * trust, 3), f"{word!r} in {hint!r}", False)
+        return None
+
+    def _parts(self, hint: str) -> list[list[str]]:
+        """The words of the hint, cut at punctuation and at breaks: what it is about comes first."""
+        parts: list[list[str]] = []
+        for clause in re.split(r"[,;:|()\[\]{}]|\s[-–—]\s", hint):
+            parts.append([])
+            for word in split_words(clause):
+                if word in self.breaks:
+                    parts.append([])
+                else:
+                    parts[-1].append(word)
+        return [part for part in parts if part]
+
+    def _phrase(self, tokens: Sequence[str]) -> Entry | None:
+        """What these words name together, the last one in singular or plural."""
+        if not tokens:
+            return None
+        stem = "".join(tokens[:-1])
+        return next((self.phrases[stem + last] for last in singulars(tokens[-1]) if stem + last in self.phrases), None)
+
+    def _compound(self, word: str) -> str | None:
+        """What a word grown together from two known ones (`teajar`) names: the second."""
+        for cut in range(3, len(word) - 2):
+            head = self._phrase([word[cut:]])
+            if head and not head.weak and word[:cut] in self.words:
+                return head.id
+        return None
+
+
+def split_words(text: str) -> list[str]:
+    """Lower-case words of a text: cut at capitals, digits and signs, accents removed."""
+    plain = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+    plain = re.sub(r"['’]", "", plain)
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", plain)
+    return [word.casefold() for word in re.findall(r"[^\W\d_]+", plain)]
+
+
+def singulars(word: str) -> list[str]:
+    """The word as it is, then what it may be the plural of."""
+    forms = [word]
+    if len(word) > 3 and word.endswith("s") and not word.endswith(("ss", "us")):
+        forms.append(word[:-1])
+        if word.endswith("ves"):
+            forms += [word[:-3] + "f", word[:-3] + "fe"]
+        if word.endswith("ies"):
+            forms.append(word[:-3] + "y")
+        if word.endswith("es"):
+            forms.append(word[:-2])
+    return forms

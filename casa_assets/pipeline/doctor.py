@@ -1,0 +1,226 @@
+"""This machine -> findings: what is installed, what draws, what is missing and the command that mends it."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from casa_assets.model.record import Record
+
+DISTRIBUTION = "casa-assets"
+SYSTEM_PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
+RENDERERS = ("egl", "osmesa")
+CHILD_LIMIT_S = 90.0
+FREE_DISK_BYTES = 2 * 1024**3  # a library of a thousand assets with pictures takes about this much
+MEMORY_BYTES = 3 * 1024**3  # convex decomposition of a large mesh needs about this much
+
+# Modules with compiled code, and what only they can tell by being imported: that this machine can load them.
+NATIVE_MODULES = {
+    "coacd": "coacd",
+    "fast_simplification": "fast-simplification",
+    "lxml.etree": "lxml",
+    "manifold3d": "manifold3d",
+    "meshoptimizer": "meshoptimizer",
+    "mujoco": "mujoco",
+    "numpy": "numpy",
+    "PIL.Image": "pillow",
+    "pxr.Usd": "usd-core",
+    "pyarrow": "pyarrow",
+    "scipy.spatial": "scipy",
+    "simready.foundation.tier_core": "simready-foundation-tier-core",
+    "simready.validate": "simready-validate",
+    "vhacdx": "vhacdx",
+}
+
+_DRAW = """
+import mujoco
+model = mujoco.MjModel.from_xml_string(
+    "<mujoco><worldbody><light pos='0 0 2'/><geom size='.3' rgba='1 1 1 1'/></worldbody></mujoco>")
+data = mujoco.MjData(model)
+mujoco.mj_forward(model, data)
+with mujoco.Renderer(model, 8, 8) as renderer:
+    renderer.update_scene(data)
+    picture = renderer.render()
+    from OpenGL import GL
+    name = GL.glGetString(GL.GL_RENDERER).decode()
+assert picture.max() > 0, "the picture is black"
+print(name)
+"""
+
+_IMPORT = """
+import importlib, json, sys
+bad = {}
+for name in sys.argv[1:]:
+    try:
+        importlib.import_module(name)
+    except BaseException as error:
+        bad[name] = f"{type(error).__name__}: {error}".splitlines()[0]
+print(json.dumps(bad))
+"""
+
+
+class Finding(Record):
+    """One thing that was looked at.
+
+    Attributes:
+        subject: what it is, such as `python` or `renderer egl`.
+        ok: it is as it should be.
+        needed: the program does not work as documented without it.
+        says: what was found.
+        mend: the command that mends it; empty where nothing is wrong or no command does.
+    """
+
+    subject: str
+    ok: bool
+    needed: bool = True
+    says: str
+    mend: str = ""
+
+
+def findings(output: Path) -> tuple[Finding, ...]:
+    """All findings about this machine, in a fixed order.
+
+    Args:
+        output: folder that results would be written to; it need not exist and is not made.
+    """
+    with ThreadPoolExecutor(max_workers=3) as pool:
+        drawn = [(name, pool.submit(_draws, name)) for name in RENDERERS]
+        loaded = pool.submit(_native)
+        renderers = tuple((name, *future.result()) for name, future in drawn)
+        native = loaded.result()
+    return (_python(), *_packages(), native, *_renderers(renderers), *_folder(output), _memory())
+
+
+def renderer() -> str | None:
+    """The first of RENDERERS that draws a picture here without a screen, as MUJOCO_GL names it, or None."""
+    return next((name for name in RENDERERS if _draws(name)[0]), None)
+
+
+def _mend_packages() -> str:
+    checkout = Path(__file__).parents[2] / "dev"
+    return "./dev setup" if checkout.is_file() else f"{sys.executable} -m pip install --upgrade {DISTRIBUTION}"
+
+
+def _child(code: str, *arguments: str, **environment: str) -> tuple[bool, str]:
+    """Whether `python -c code` succeeded, with the last line that it printed. A crash there is not a crash here."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", code, *arguments],
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            timeout=CHILD_LIMIT_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return False, f"no answer within {CHILD_LIMIT_S:g} s"
+    lines = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines()
+    return done.returncode == 0, lines[-1] if lines else f"exit code {done.returncode}"
+
+
+def _draws(name: str) -> tuple[bool, str]:
+    return _child(_DRAW, MUJOCO_GL=name, PYOPENGL_PLATFORM=name)
+
+
+def _python() -> Finding:
+    ok = (3, 11) <= sys.version_info[:2] <= (3, 12)
+    says = f"{platform.python_version()} ({sys.executable})"
+    mend = "" if ok else "sudo apt-get install -y python3.11 python3.11-venv && PYTHON=python3.11 ./dev setup"
+    return Finding(subject="python", ok=ok, says=says, mend=mend)
+
+
+def _packages() -> tuple[Finding, ...]:
+    pinned, needed, optional = _pinned(), _requirements(), ("objaverse",)
+    found = [_package(name, pinned.get(name), needed=True) for name in needed]
+    return (*found, *(_package(name, pinned.get(name), needed=False) for name in optional))
+
+
+def _package(name: str, pinned: str | None, *, needed: bool) -> Finding:
+    subject = f"package {name}"
+    try:
+        version = importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        mend = _mend_packages() if needed else f"{sys.executable} -m pip install '{DISTRIBUTION}[{name}]'"
+        return Finding(subject=subject, ok=False, needed=needed, says="not installed", mend=mend)
+    if pinned is not None and version != pinned:
+        # Another version may well work, so this is said and not held against the machine.
+        says = f"{version}, tested with {pinned}"
+        return Finding(subject=subject, ok=False, needed=False, says=says, mend=_mend_packages())
+    return Finding(subject=subject, ok=True, needed=needed, says=version)
+
+
+def _requirements() -> tuple[str, ...]:
+    """Normalised names of the distributions that ours needs, sorted; from pyproject.toml where it is not installed."""
+    try:
+        lines = importlib.metadata.requires(DISTRIBUTION) or []
+    except importlib.metadata.PackageNotFoundError:
+        project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
+        lines = project["project"]["dependencies"]
+    return tuple(sorted({_name(line) for line in lines if "extra ==" not in line}))
+
+
+def _pinned() -> dict[str, str]:
+    """Normalised name -> version of constraints.txt; empty away from a checkout."""
+    path = Path(__file__).parents[2] / "constraints.txt"
+    if not path.is_file():
+        return {}
+    pairs = (line.split("==") for line in path.read_text(encoding="utf-8").splitlines() if "==" in line)
+    return {_name(name): version.strip() for name, version in pairs}
+
+
+def _name(requirement: str) -> str:
+    word = re.split(r"[\s\[<>=!~;]", requirement.strip(), maxsplit=1)[0]
+    return re.sub(r"[-_.]+", "-", word).lower()
+
+
+def _native() -> Finding:
+    ran, answer = _child(_IMPORT, *NATIVE_MODULES)
+    subject = "native modules"
+    if not ran:
+        return Finding(subject=subject, ok=False, says=f"importing them failed: {answer}", mend=_mend_packages())
+    bad: dict[str, str] = json.loads(answer)
+    if bad:
+        says = "; ".join(f"{NATIVE_MODULES[name]}: {why}" for name, why in bad.items())
+        return Finding(subject=subject, ok=False, says=says, mend=_mend_packages())
+    return Finding(subject=subject, ok=True, says=f"{len(NATIVE_MODULES)} load, SimReady validation among them")
+
+
+def _renderers(drawn: tuple[tuple[str, bool, str], ...]) -> tuple[Finding, ...]:
+    each = tuple(Finding(subject=f"renderer {name}", ok=ok, needed=False, says=says) for name, ok, says in drawn)
+    works = next((name for name, ok, _ in drawn if ok), None)
+    says = f"{works} is used" if works else "none works, so there would be no pictures"
+    mend = "" if works else f"sudo apt-get install -y {SYSTEM_PACKAGES}"
+    return (*each, Finding(subject="rendering", ok=works is not None, says=says, mend=mend))
+
+
+def _folder(output: Path) -> tuple[Finding, ...]:
+    there = output.absolute()
+    while not there.exists():
+        there = there.parent
+    writable = there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+    permission = Finding(
+        subject="output folder",
+        ok=writable,
+        says=f"{output} can be {'written' if output.exists() else 'made'}" if writable else f"{there} is not writable",
+        mend="" if writable else f"sudo chown -R $USER {there}" if there.is_dir() else "choose another --output",
+    )
+    free = shutil.disk_usage(there).free
+    enough = free >= FREE_DISK_BYTES
+    says = f"{free / 1024**3:.1f} GiB free" + ("" if enough else f", {FREE_DISK_BYTES / 1024**3:.0f} GiB are advised")
+    return permission, Finding(subject="disk", ok=enough, needed=False, says=says)
+
+
+def _memory() -> Finding:
+    total = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    says = f"{total / 1024**3:.1f} GiB, {cores} cores"
+    return Finding(subject="memory", ok=total >= MEMORY_BYTES, needed=False, says=says)

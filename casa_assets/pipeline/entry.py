@@ -1,0 +1,109 @@
+"""An entry of the library, accepted or rejected, as tables and reports need it: read from its JSON alone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from casa_assets.errors import OutputError
+from casa_assets.model.asset import Guess
+from casa_assets.model.issue import CheckResult, Issue, Severity
+from casa_assets.pipeline import library as disk
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One row.
+
+    Attributes:
+        id, category: of the asset. path: its folder, relative to the library.
+        accepted: and if not, code and says.
+        summary, warnings, results, guesses: of an accepted one (what is known of a rejected one).
+        source, source_path, sha256, title, author, licence, uri, prompt, generator: provenance.
+        digest: of the asset, empty for rejected ones. recipe: of the run that made it.
+    """
+
+    id: str
+    category: str
+    path: str
+    accepted: bool
+    code: str
+    says: str
+    summary: disk.Summary | None
+    warnings: tuple[Issue, ...]
+    results: tuple[CheckResult, ...]
+    guesses: tuple[Guess, ...]
+    source: str
+    source_path: str
+    sha256: str
+    title: str
+    author: str
+    licence: str
+    uri: str
+    prompt: str
+    generator: str
+    digest: str
+    recipe: str
+
+
+def entries(library: disk.Library) -> Iterator[Entry]:
+    """All entries, accepted first. Raises OutputError where one is damaged."""
+    for folder in library.accepted():
+        yield _accepted(folder, library.root)
+    for folder in library.refused():
+        yield _refused(folder, library.root)
+
+
+def _accepted(folder: Path, root: Path) -> Entry:
+    certificate = disk.read_certificate(folder)
+    data: dict[str, Any] = json.loads((folder / disk.CERTIFICATE).read_text(encoding="utf-8"))["asset"]
+    origin = data["provenance"]
+    if data["id"] != folder.name:
+        raise OutputError(str(folder), f"holds the asset {data['id']}; move it to a folder of that name")
+    return Entry(
+        id=data["id"],
+        category=data["labels"]["category"],
+        path=folder.relative_to(root).as_posix(),
+        accepted=True,
+        code="",
+        says="",
+        summary=certificate.summary,
+        warnings=tuple(i for i in certificate.report.issues if i.severity is Severity.WARNING),
+        results=certificate.report.results,
+        guesses=tuple(Guess.model_validate(g) for g in origin["guesses"]),
+        source_path=origin["path"],
+        digest=certificate.digest,
+        recipe=certificate.recipe,
+        **{k: origin[k] for k in ("source", "sha256", "title", "author", "licence", "uri", "prompt", "generator")},
+    )
+
+
+def _refused(folder: Path, root: Path) -> Entry:
+    refusal = disk.read_refusal(folder)
+    source = refusal.source
+    return Entry(
+        id=refusal.id,
+        category=refusal.category,
+        path=folder.relative_to(root).as_posix(),
+        accepted=False,
+        code=refusal.code,
+        says=refusal.says,
+        summary=None,
+        warnings=(),
+        results=refusal.report.results if refusal.report else (),
+        guesses=(),
+        source=source.kind.value,
+        source_path=source.path,
+        sha256=refusal.sha256,
+        title=source.title,
+        author=source.author,
+        licence=source.licence,
+        uri=source.uri,
+        prompt=source.prompt,
+        generator=source.generator,
+        digest="",
+        recipe=refusal.recipe,
+    )

@@ -1,0 +1,197 @@
+"""The library on disk: where things stand, how an asset is written to its folder and read back.
+
+    library/
+      <category>/<id>/      model.xml scene.xml meshes/ textures/ usd/ preview.png asset.json
+      rejected/<id>/        reject.json and, where one could be made, preview.png
+      index.sqlite  ATTRIBUTION.md  report.html
+      .casa/                cache/ (results by content) staging/ (half-written, swept at the start) lock
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Literal
+
+from casa_assets.errors import OutputError
+from casa_assets.model.asset import Asset
+from casa_assets.model.files import Files
+from casa_assets.model.issue import Report
+from casa_assets.model.record import Record
+from casa_assets.model.source import Source
+from casa_assets.pipeline.manifest import asset_from_manifest, manifest_of
+
+REJECTED = "rejected"
+CERTIFICATE = "asset.json"
+REFUSAL = "reject.json"
+
+
+class Summary(Record):
+    """Numbers for tables: extents in metres, mass in kg, counts."""
+
+    extents: tuple[float, float, float]
+    mass: float
+    colliders: int
+    hull_vertices: int
+    faces: int
+
+
+class Certificate(Record):
+    """What asset.json holds besides the asset itself.
+
+    Attributes:
+        schema_version: of this file.
+        digest: of the Asset record, canonical.
+        recipe: digest of everything that decided the result besides the source.
+        versions: stages and native tools.
+        report: every check that ran, with its number; warnings included.
+        summary: numbers for tables.
+        files: path -> sha256 of everything in the folder but asset.json.
+    """
+
+    schema_version: Literal[1] = 1
+    digest: str
+    recipe: str
+    versions: dict[str, str]
+    report: Report
+    summary: Summary
+    files: dict[str, str]
+
+
+class Refusal(Record):
+    """What reject.json holds: which input, why, and what was known of it."""
+
+    schema_version: Literal[1] = 1
+    id: str
+    code: str
+    says: str
+    category: str
+    recipe: str
+    sha256: str
+    source: Source
+    report: Report | None = None
+
+
+class Library:
+    """A folder of assets. Every entry appears whole, by one rename, or not at all."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.private = root / ".casa"
+        self.cache = self.private / "cache"
+        self.staging = self.private / "staging"
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the library for writing. Raises OutputError where it is not a folder or another run holds it."""
+        try:
+            self.staging.mkdir(parents=True, exist_ok=True)
+            handle = (self.private / "lock").open("w")
+        except OSError as error:
+            raise OutputError(str(self.root), f"cannot be written to: {error.strerror}") from error
+        with handle:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise OutputError(str(self.root), "another run is writing to this library; wait for it") from error
+            yield
+
+    def sweep(self) -> None:
+        """Remove what a killed run left half-written. Call with the lock held and before workers start."""
+        shutil.rmtree(self.staging, ignore_errors=True)
+        self.staging.mkdir(parents=True)
+
+    def folder(self, category: str, asset_id: str) -> Path:
+        """Where an accepted asset stands."""
+        return self.root / category / asset_id
+
+    def refusal_folder(self, asset_id: str) -> Path:
+        """Where a rejected input is remembered."""
+        return self.root / REJECTED / asset_id
+
+    def stage(self, asset_id: str) -> Path:
+        """A fresh folder on the same file system, private to this process."""
+        path = self.staging / f"{asset_id}.{os.getpid()}"
+        shutil.rmtree(path, ignore_errors=True)
+        path.mkdir(parents=True)
+        return path
+
+    def publish(self, staged: Path, target: Path) -> None:
+        """Put a finished folder in its place by one rename, in place of an older one."""
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if target.exists():
+            old = staged.with_name(f"{staged.name}.old")
+            target.rename(old)
+            staged.rename(target)
+            shutil.rmtree(old)
+        else:
+            staged.rename(target)
+
+    def accepted(self) -> Iterator[Path]:
+        """Folders of all accepted assets, sorted by category and id."""
+        for path in sorted(self.root.glob(f"*/*/{CERTIFICATE}")):
+            if path.parent.parent.name != REJECTED:
+                yield path.parent
+
+    def refused(self) -> Iterator[Path]:
+        """Folders of all rejected inputs, sorted by id."""
+        for path in sorted((self.root / REJECTED).glob(f"*/{REFUSAL}")):
+            yield path.parent
+
+
+def write_files(root: Path, files: Files) -> None:
+    """Put files under a folder."""
+    for path, data in files.entries.items():
+        target = root / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+
+
+def sums(root: Path) -> dict[str, str]:
+    """Relative path -> sha256 of every file under a folder, sorted."""
+    paths = sorted(p for p in root.rglob("*") if p.is_file())
+    return {p.relative_to(root).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest() for p in paths}
+
+
+def write_certificate(root: Path, asset: Asset, certificate: Certificate) -> None:
+    """asset.json: the asset, with meshes and textures as references to the files beside it, and its certificate."""
+    data = {"asset": manifest_of(asset), "certificate": certificate.model_dump(mode="json")}
+    text = json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
+    (root / CERTIFICATE).write_text(text + "\n", encoding="utf-8")
+
+
+def write_refusal(root: Path, refusal: Refusal) -> None:
+    """reject.json."""
+    text = json.dumps(refusal.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False)
+    (root / REFUSAL).write_text(text + "\n", encoding="utf-8")
+
+
+def read_certificate(folder: Path) -> Certificate:
+    """The certificate of an accepted asset. Raises OutputError where the file is damaged."""
+    return Certificate.model_validate(_json(folder / CERTIFICATE)["certificate"])
+
+
+def read_asset(folder: Path) -> Asset:
+    """The whole Asset, meshes and textures included. Raises OutputError where a file is missing or damaged."""
+    return asset_from_manifest(_json(folder / CERTIFICATE)["asset"], folder)
+
+
+def read_refusal(folder: Path) -> Refusal:
+    """Why an input was rejected. Raises OutputError where the file is damaged."""
+    return Refusal.model_validate(_json(folder / REFUSAL))
+
+
+def _json(path: Path) -> dict:
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise OutputError(str(path), f"cannot be read: {error}; remove its folder and run again") from error
+    if not isinstance(data, dict):
+        raise OutputError(str(path), "is not a JSON object; remove its folder and run again")
+    return data

@@ -1,0 +1,97 @@
+"""Asset <-> JSON that a person can read: meshes and images stand beside it as files and are named, not copied."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from casa_assets.errors import OutputError
+from casa_assets.export.mjcf import material, mesh
+from casa_assets.model.asset import Asset
+from casa_assets.model.mesh import Mesh
+
+SLOTS = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
+
+
+def manifest_of(asset: Asset) -> dict[str, Any]:
+    """JSON data of an asset; `{"obj": path}` stands for a mesh, and an image's `png` is its path."""
+    data: dict[str, Any] = asset.model_dump(mode="json", exclude={"links": True, "materials": True})
+    files = mesh.gather(asset).of
+    data["links"] = []
+    for link in asset.links:
+        row = link.model_dump(mode="json", exclude={"visuals", "colliders"})
+        row["visuals"] = [
+            {"name": v.name, "material": v.material, "mesh": {"obj": files[v.name].path}} for v in link.visuals
+        ]
+        row["colliders"] = []
+        for c in link.colliders:
+            keep = c.model_dump(mode="json", exclude={"shape": {"mesh"}})
+            if c.name in files:
+                keep["shape"]["mesh"] = {"obj": files[c.name].path}
+            row["colliders"].append(keep)
+        data["links"].append(row)
+    data["materials"] = []
+    for look in asset.materials:
+        row = look.model_dump(mode="json", exclude=set(SLOTS))
+        for slot in SLOTS:
+            image = getattr(look, slot)
+            row[slot] = None
+            if image is not None:
+                row[slot] = image.model_dump(mode="json", exclude={"png"})
+                row[slot]["png"] = f"{material.FOLDER}/{image.file_name}"
+        data["materials"].append(row)
+    return data
+
+
+def asset_from_manifest(data: dict[str, Any], folder: Path) -> Asset:
+    """The asset that `manifest_of` described, its files read from `folder`.
+
+    Raises:
+        OutputError: a file is missing or does not hold what it should.
+    """
+    try:
+        links = [
+            {
+                **link,
+                "visuals": [{**v, "mesh": read_obj(folder / v["mesh"]["obj"])} for v in link["visuals"]],
+                "colliders": [_collider(c, folder) for c in link["colliders"]],
+            }
+            for link in data["links"]
+        ]
+        looks = [
+            {**look, **{s: _image(look[s], folder) for s in SLOTS}}
+            for look in data["materials"]
+        ]
+        return Asset.model_validate({**data, "links": links, "materials": looks})
+    except (OSError, KeyError, TypeError, ValueError, ValidationError) as error:
+        raise OutputError(str(folder), f"asset.json or a file that it names is damaged: {error}") from error
+
+
+def _collider(row: dict[str, Any], folder: Path) -> dict[str, Any]:
+    shape = row["shape"]
+    if "mesh" in shape:
+        shape = {**shape, "mesh": read_obj(folder / shape["mesh"]["obj"])}
+    return {**row, "shape": shape}
+
+
+def _image(row: dict[str, Any] | None, folder: Path) -> dict[str, Any] | None:
+    return None if row is None else {**row, "png": (folder / row["png"]).read_bytes()}
+
+
+def read_obj(path: Path) -> Mesh:
+    """An OBJ file as the MJCF writer writes it: one index for position, uv and normal. Raises ValueError, OSError."""
+    rows: dict[str, list[list[float]]] = {"v": [], "vt": [], "vn": []}
+    faces = []
+    for line in path.read_text(encoding="ascii").splitlines():
+        word, *values = line.split()
+        if word == "f":
+            faces.append([int(v.split("/")[0]) - 1 for v in values])
+        elif word in rows:
+            rows[word].append([float(v) for v in values])
+    vertices, uv, normals = (np.float32(rows[w]).astype(np.float64) for w in ("v", "vt", "vn"))
+    return Mesh(
+        vertices=vertices, faces=faces, uv=uv if len(uv) else None, normals=normals if len(normals) else None
+    )

@@ -1,0 +1,210 @@
+"""One input from its bytes to a folder in the library; runs in a child process of its own."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from casa_assets import registry
+from casa_assets.checks.package import Package
+from casa_assets.checks.run import run as run_checks
+from casa_assets.errors import CasaError, Rejected
+from casa_assets.export import mjcf, usd
+from casa_assets.ingest.sources.bundle import collect
+from casa_assets.ingest.sources.discover import Found
+from casa_assets.model.asset import Asset, Guess
+from casa_assets.model.category import Category
+from casa_assets.model.issue import Issue, Report
+from casa_assets.model.shape import Hull
+from casa_assets.model.source import Bundle
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.stage import Brief, build, raw, recipe, versions
+from casa_assets.pipeline.store import Store
+from casa_assets.preview.raw import render_model
+from casa_assets.preview.camera import View
+from casa_assets.preview.still import render
+
+PREVIEW_PX = 512
+THUMBNAIL_PX = 256
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What was found out about an input before any work: its digest and category."""
+
+    sha256: str
+    category: str
+    confidence: float
+    because: str
+
+
+@dataclass(frozen=True)
+class Job:
+    """One input to be worked on, once its id is known."""
+
+    found: Found
+    survey: Survey
+    asset_id: str
+    library: Path
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of an input: accepted or rejected, with code and reason, and the warnings."""
+
+    accepted: bool
+    code: str = ""
+    says: str = ""
+    warnings: tuple[Issue, ...] = ()
+
+
+def survey(job: tuple[Found, str]) -> Survey | Rejected:
+    """Digest and category of an input; the second of the pair is a category that the user ordered, or empty."""
+    found, ordered = job
+    known = registry.load()
+    try:
+        bundle = collect(found, known.limits)
+    except Rejected as error:
+        return error
+    category, confidence, because = categorise(found, ordered)
+    return Survey(bundle.sha256, category.id, confidence, because)
+
+
+def categorise(found: Found, ordered: str) -> tuple[Category, float, str]:
+    """Category of an input, how sure, and why: the user's word, then the source's, then names and titles."""
+    known = registry.load()
+    if ordered:
+        return known.category(ordered), 1.0, "given on the command line"
+    source = found.source
+    if source.category:
+        match = known.find_category([source.category])
+        if match is not None:
+            return match[0], min(0.99, match[1]), f"the source says {source.category!r}"
+    match = known.find_category([*source.hints, source.title, source.prompt])
+    if match is not None:
+        return match[0], match[1] * 0.9, match[2]
+    return known.category("object"), 0.1, "nothing names a category that the registry knows"
+
+
+def work(job: Job) -> Outcome:
+    """Build, write, look at and check one asset; the library has it, or the reason why not, when this returns."""
+    library = disk.Library(job.library)
+    known = registry.load()
+    category = known.category(job.survey.category)
+    staged = library.stage(job.asset_id)
+    bundle: Bundle | None = None
+    report: Report | None = None
+    try:
+        bundle = collect(job.found, known.limits)
+        if bundle.sha256 != job.survey.sha256:
+            raise Rejected("RUN005", "the file changed while it was being read; run again")
+        asset, notes = _asset(job, bundle, category, Store(library.cache))
+        report = _write_and_check(asset, category, staged, notes)
+        if not report.passed:
+            worst = report.errors[0]
+            raise Rejected(worst.code, f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says)
+        disk.write_certificate(staged, asset, _certificate(asset, report, staged))
+        if disk.read_asset(staged) != asset:
+            raise CasaError("the asset read back from its folder differs from the one written")
+        library.publish(staged, library.folder(category.id, job.asset_id))
+        return Outcome(True, warnings=tuple(i for i in report.issues))
+    except Rejected as error:
+        refuse(library, job, error, report, None if bundle is None else _picture(bundle, staged, known.limits))
+        return Outcome(False, error.code, error.says)
+
+
+def refuse(library: disk.Library, job: Job, error: Rejected, report: Report | None, picture: bytes | None) -> None:
+    """Remember a rejected input under rejected/."""
+    known = registry.load()
+    staged = library.stage(f"{job.asset_id}.refused")
+    refusal = disk.Refusal(
+        id=job.asset_id,
+        code=error.code,
+        says=error.says,
+        category=job.survey.category,
+        recipe=recipe(known.limits, known.digest),
+        sha256=job.survey.sha256,
+        source=job.found.source,
+        report=report,
+    )
+    if picture is not None:
+        (staged / "preview.png").write_bytes(picture)
+    disk.write_refusal(staged, refusal)
+    library.publish(staged, library.refusal_folder(job.asset_id))
+
+
+def _asset(job: Job, bundle: Bundle, category: Category, store: Store) -> tuple[Asset, tuple[Issue, ...]]:
+    known = registry.load()
+    brief = Brief(
+        asset_id=job.asset_id,
+        sha256=bundle.sha256,
+        source=job.found.source,
+        category=category,
+        classes=known.classes_of(category),
+        substance=known.substances[category.substance],
+        limits=dict(known.limits),
+    )
+    asset, notes = build(bundle, brief, store.get, store.put)
+    survey = job.survey
+    guess = Guess(
+        subject="category", value=category.id, confidence=round(survey.confidence, 2), because=survey.because
+    )
+    provenance = asset.provenance
+    return asset.replace(provenance=provenance.replace(guesses=(guess, *provenance.guesses))), notes
+
+
+def _write_and_check(asset: Asset, category: Category, staged: Path, notes: tuple[Issue, ...]) -> Report:
+    """Both formats, the picture, and every check that applies; the notes of the stages come first in the report."""
+    known = registry.load()
+    disk.write_files(staged, mjcf.write(asset))
+    picture = render(staged / "model.xml", View(size_px=PREVIEW_PX))
+    (staged / "preview.png").write_bytes(picture)
+    disk.write_files(staged, usd.write(asset, thumbnail(picture)))
+    report = Report(subject=asset.id, issues=notes)
+    for subject in (asset, Package(asset, category, staged)):
+        report = report + run_checks(subject, asset.id, known.limits, known.waived(asset.id))
+    return report
+
+
+def thumbnail(picture: bytes) -> bytes:
+    """The picture at 256 pixels, PNG."""
+    out = io.BytesIO()
+    with Image.open(io.BytesIO(picture)) as image:
+        image.convert("RGB").resize((THUMBNAIL_PX, THUMBNAIL_PX), Image.Resampling.LANCZOS).save(out, "PNG")
+    return out.getvalue()
+
+
+def _certificate(asset: Asset, report: Report, staged: Path) -> disk.Certificate:
+    known = registry.load()
+    hulls = [len(c.shape.mesh.vertices) for k in asset.links for c in k.colliders if isinstance(c.shape, Hull)]
+    x, y, z = (float(f"{v:.6g}") for v in np.ptp(asset.bounds, axis=0))
+    return disk.Certificate(
+        digest=asset.digest,
+        recipe=recipe(known.limits, known.digest),
+        versions=versions(),
+        report=report,
+        summary=disk.Summary(
+            extents=(x, y, z),
+            mass=float(f"{asset.mass:.6g}"),
+            colliders=sum(len(k.colliders) for k in asset.links),
+            hull_vertices=max(hulls, default=0),
+            faces=sum(len(v.mesh.faces) for k in asset.links for v in k.visuals),
+        ),
+        files=disk.sums(staged),
+    )
+
+
+def _picture(bundle: Bundle, staged: Path, limits: Mapping[str, float]) -> bytes | None:
+    """Of the rejected asset where it was drawn already, of the raw mesh where that can be read, else None."""
+    drawn = staged / "preview.png"
+    if drawn.exists():
+        return drawn.read_bytes()
+    try:
+        return render_model(raw(bundle, limits))
+    except CasaError:
+        return None

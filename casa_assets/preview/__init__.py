@@ -1,0 +1,1 @@
+"""Pictures of assets: stills, raw models, contact sheets, turntables."""

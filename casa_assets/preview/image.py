@@ -1,0 +1,29 @@
+"""Materials of raw models as a screen shows them: sRGB colours and images in a handy size."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from PIL import Image
+
+from casa_assets.model.material import Material, Texture
+from casa_assets.preview.camera import Floats
+from casa_assets.preview.darkroom import Pixels
+
+_LARGEST_PX = 1024
+
+
+def opened(texture: Texture) -> Pixels:
+    """(H, W, 3) pixels, first row at the top, at most 1024 on a side."""
+    with Image.open(io.BytesIO(texture.png)) as source:
+        picture = source.convert("RGB")
+    picture.thumbnail((_LARGEST_PX, _LARGEST_PX), Image.Resampling.BOX)
+    return np.asarray(picture)
+
+
+def srgb(material: Material) -> Floats:
+    """(4,) base colour as a screen shows it, 0..1; alpha no lower than what can be seen."""
+    rgb = np.array(material.base_color[:3])
+    curve = np.where(rgb <= 0.0031308, 12.92 * rgb, 1.055 * rgb ** (1.0 / 2.4) - 0.055)
+    return np.array([*curve, max(material.base_color[3], 0.15)])

@@ -1,0 +1,109 @@
+"""One asset's `model.xml` into a picture of it."""
+
+from __future__ import annotations
+
+import colorsys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from casa_assets.errors import CasaError
+from casa_assets.preview import darkroom, studio
+from casa_assets.preview.camera import Floats, View, fit
+
+_VISUAL, _COLLISION = 1, 0
+_GHOST = (0.86, 0.87, 0.88, 1.0)
+# How much of the colliders' colour lies over the thing.
+_STRENGTH = 0.68
+_STANDARD = View()
+
+
+class CannotDraw(CasaError):
+    """A model that cannot be drawn; says why."""
+
+
+def render(model_xml: Path, view: View = _STANDARD, collision: bool = False) -> bytes:
+    """PNG of one asset as it stands, joints at zero, seen from the front and a little from its right and above.
+
+    Args:
+        model_xml: MJCF file with visual geoms in group 1 and collision geoms in group 0; regions are called `reg_*`.
+        view: direction and size.
+        collision: shows each collider in a colour of its own, see-through, over the grey thing.
+    Raises:
+        CannotDraw: MuJoCo cannot read the model, or nothing in it is visible.
+        NoRenderer: there is no OpenGL.
+    """
+    model, data, points = stage(model_xml, view.size_px, _GHOST if collision else None)
+    if not collision:
+        return darkroom.png(studio.photograph(model, data, points, fit(points, view), view))
+    # Two pictures laid over each other: as one see-through scene, hull and thing would fight for the same depth.
+    half = replace(view, passes=max(8, view.passes // 2))
+    shapes, at, hull_points = stage(model_xml, view.size_px, None, _COLLISION)
+    camera = fit(np.concatenate([points, hull_points]), view)
+    ghost = studio.photograph(model, data, points, camera, half).astype(np.float64)
+    colliders = studio.photograph(shapes, at, hull_points, camera, half).astype(np.float64)
+    return darkroom.png(np.rint(ghost + _STRENGTH * (colliders - ghost)).astype(np.uint8))
+
+
+def stage(
+    model_xml: Path, size_px: int, paint: tuple[float, ...] | None = None, group: int = _VISUAL
+) -> tuple[Any, Any, Floats]:
+    """(MjModel, MjData, (N, 3) points in metres) of an asset set up in the studio.
+
+    Args:
+        model_xml: as for `render`.
+        size_px: of the picture to be taken.
+        paint: RGBA for everything, instead of its materials.
+        group: of the geoms to be shown; colliders get colours of their own.
+    Raises:
+        CannotDraw: MuJoCo cannot read the model, or it has no geom to show.
+    """
+    try:
+        spec = mujoco.MjSpec.from_file(str(model_xml))
+        _choose(spec, group, paint)
+        finish(spec)
+        studio.furnish(spec, size_px)
+        model = spec.compile()
+    except ValueError as error:
+        raise CannotDraw(f"{model_xml.name}: {error}".replace("\n", " ")) from error
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data, studio.stand(model, data)
+
+
+def finish(spec: Any) -> None:
+    """Gives materials the highlights that MuJoCo's classic renderer lacks for metallic and roughness."""
+    for material in spec.materials:
+        # A negative value means that the file says nothing.
+        metallic = max(0.0, material.metallic)
+        smooth = 1.0 - (material.roughness if material.roughness >= 0.0 else 0.5)
+        material.specular = (1.0 - metallic) * (0.08 + 0.2 * smooth) + metallic * 0.9
+        material.shininess = 0.05 + 0.45 * smooth**2
+        material.reflectance = 0.0
+        dim = 1.0 - metallic * (0.2 + 0.5 * smooth)
+        material.rgba = [*(dim * c for c in material.rgba[:3]), material.rgba[3]]
+
+
+def _choose(spec: Any, group: int, paint: tuple[float, ...] | None) -> None:
+    """Takes out what is not to be seen, with the meshes that only it used, which would cost time to compile."""
+    for geom in list(spec.geoms):
+        if geom.group != group or geom.name.startswith("reg_"):
+            spec.delete(geom)
+    if not list(spec.geoms):
+        raise ValueError(f"it has no geom in group {group} to be drawn")
+    for i, geom in enumerate(spec.geoms):
+        if group == _COLLISION or paint is not None:
+            geom.material, geom.rgba = "", list(paint or (*_color(i), 1.0))
+        geom.group = _VISUAL
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in list(spec.meshes):
+        if mesh.name not in used:
+            spec.delete(mesh)
+
+
+def _color(i: int) -> tuple[float, float, float]:
+    """The i-th of colours that differ well from their neighbours."""
+    return colorsys.hsv_to_rgb((0.58 + i * 0.61803398875) % 1.0, (0.75, 0.55)[i % 2], (0.95, 0.85)[i // 2 % 2])

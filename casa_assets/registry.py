@@ -1,0 +1,293 @@
+"""The only door to registry/: YAML into frozen records; unknown keys, duplicates and dangling names are errors."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+import yaml
+from pydantic import ValidationError
+
+from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.model.category import Category, Certainty, QCode
+from casa_assets.model.issue import Code
+from casa_assets.model.material import Substance
+from casa_assets.model.record import Id, Record
+from casa_assets.model.vocabulary import Vocabulary
+
+FILES = ("categories", "classes", "limits", "rejections", "substances", "waivers", "words")
+FALLBACK = "object"  # the category of what has no other; never found by its name, which every second node carries
+R = TypeVar("R", bound=Record)
+Path_ = tuple[str | int, ...]
+
+
+class Class(Record):
+    """A class of categories or of classes; `parent` is None at the root."""
+
+    id: Id
+    parent: Id | None = None
+    qcode: QCode
+
+
+class Limit(Record):
+    """A number that something is held against, with its unit (empty for counts and ratios) and one line of why."""
+
+    id: Id
+    value: float
+    unit: str = ""
+    why: str
+
+
+class Rejection(Record):
+    """Why an input is turned away: what it means and how to mend it, for the person who sent it."""
+
+    code: Code
+    name: Id
+    meaning: str
+    mend: str
+
+
+class Waiver(Record):
+    """A fault of one subject that is known and accepted, with the reason."""
+
+    code: Code
+    subject: str
+    reason: str
+
+
+class Words(Record):
+    """Words that mislead a look-up: `weak` ones yield to any other, `breaks` end what a text is about."""
+
+    weak: tuple[str, ...]
+    breaks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Document:
+    """A parsed YAML file that remembers the line of every value by its path, such as `("mug", "longest_m")`."""
+
+    file: str
+    value: Any
+    lines: Mapping[Path_, int]
+
+    def fault(self, path: Path_, expected: str, got: str) -> RegistryError:
+        """The error to raise about the value at `path`, or about its nearest ancestor in the file."""
+        at = path
+        while at and at not in self.lines:
+            at = at[:-1]
+        return RegistryError(self.file, self.lines.get(at, 1), ".".join(map(str, path)), expected, got)
+
+
+@dataclass(frozen=True, eq=False)
+class Registry:
+    """What we decided, read from registry/.
+
+    Attributes:
+        categories, substances, classes, rejections: by id (rejections by code).
+        limits, limit_units: numbers and their units by key.
+        waivers: in file order.
+        digest: sha256 of the contents of all files.
+        vocabulary: ids and aliases of the categories, for free words.
+    """
+
+    categories: Mapping[str, Category]
+    substances: Mapping[str, Substance]
+    classes: Mapping[str, Class]
+    limits: Mapping[str, float]
+    limit_units: Mapping[str, str]
+    waivers: tuple[Waiver, ...]
+    rejections: Mapping[str, Rejection]
+    digest: str
+    vocabulary: Vocabulary
+
+    def category(self, name: str) -> Category:
+        """The category of this id. Raises UnknownId with the nearest names."""
+        if name not in self.categories:
+            raise UnknownId("category", name, self.categories)
+        return self.categories[name]
+
+    def classes_of(self, category: Category | str) -> tuple[str, ...]:
+        """Ids from the category itself up to the root, such as `("mug", "drinkware", "tableware", ...)`."""
+        found = self.category(category) if isinstance(category, str) else category
+        chain, at = [found.id], found.parent
+        while at and at not in chain:  # the category `object` and the root class share their name
+            chain.append(at)
+            at = self.classes[at].parent or ""
+        return tuple(chain)
+
+    def find_category(self, hints: Sequence[str]) -> tuple[Category, float, str] | None:
+        """The category that free texts speak of, or None.
+
+        Args:
+            hints: file names, titles, tags; the best first. A weak word counts only where no hint has a better one.
+        Returns:
+            Category, confidence 0..1, and the evidence as `'mug' in 'Room Essentials Mug'`.
+        """
+        match = self.vocabulary.find(hints)
+        return (self.categories[match.id], match.confidence, match.evidence) if match else None
+
+
+def read_document(path: Path) -> Document:
+    """Parse one file. Raises RegistryError where it is missing, no YAML, or has a key twice."""
+    lines: dict[Path_, int] = {}
+    loader = yaml.SafeLoader("")
+
+    def plain(node: yaml.Node, at: Path_) -> Any:
+        lines.setdefault(at, node.start_mark.line + 1)
+        if isinstance(node, yaml.SequenceNode):
+            return [plain(item, (*at, i)) for i, item in enumerate(node.value)]
+        if not isinstance(node, yaml.MappingNode):
+            return loader.construct_object(node)
+        values: dict[str, Any] = {}
+        for key, item in node.value:
+            name, line = str(key.value), key.start_mark.line + 1
+            if name in values:
+                raise RegistryError(
+                    path.name, line, ".".join(map(str, (*at, name))), "each key once", f"{name!r} again"
+                )
+            lines[(*at, name)] = line
+            values[name] = plain(item, (*at, name))
+        return values
+
+    try:
+        root = yaml.compose(path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
+        value = plain(root, ()) if root else {}
+    except OSError as error:
+        raise RegistryError(path.name, 1, "", "a readable file", str(error)) from None
+    except yaml.MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        raise RegistryError(path.name, line, "", "YAML", str(error.problem)) from None
+    except (yaml.YAMLError, ValueError) as error:
+        raise RegistryError(path.name, 1, "", "YAML in UTF-8", str(error)) from None
+    return Document(path.name, value, MappingProxyType(lines))
+
+
+def read_record(kind: type[R], row: Any, document: Document, path: Path_, **given: Any) -> R:
+    """One validated record from a row of a file; `given` are fields that the row does not state."""
+    if not isinstance(row, dict):
+        raise document.fault(path, "a mapping", repr(row))
+    for name in row.keys() & given.keys():
+        raise document.fault((*path, name), f"no {name}: the key of the row is its {name}", repr(row[name]))
+    try:
+        return kind.model_validate({**row, **given})
+    except ValidationError as error:
+        first = error.errors()[0]
+        at = (*path, *first["loc"])
+        if first["type"] == "extra_forbidden":
+            raise document.fault(at, f"one of {', '.join(kind.model_fields)}", repr(first["loc"][-1])) from None
+        got = "nothing" if first["type"] == "missing" else repr(first["input"])[:80]
+        raise document.fault(at, first["msg"], got) from None
+
+
+def read_table(kind: type[R], document: Document, key: str = "id") -> dict[str, R]:
+    """Records of a file that maps ids to rows."""
+    if not isinstance(document.value, dict):
+        raise document.fault((), "a mapping of ids to rows", type(document.value).__name__)
+    return {name: read_record(kind, row, document, (name,), **{key: name}) for name, row in document.value.items()}
+
+
+def read_classes(document: Document) -> dict[str, Class]:
+    """The class tree; a class without its own Q-code takes that of the class above."""
+    rows = document.value if isinstance(document.value, dict) else {}
+    classes: dict[str, Class] = {}
+
+    def read(name: str, below: tuple[str, ...]) -> Class:
+        if name in below:
+            raise document.fault((name, "parent"), "a tree", " -> ".join((*below, name)))
+        if name not in classes:
+            row = dict(rows[name]) if isinstance(rows[name], dict) else rows[name]
+            parent = row.get("parent") if isinstance(row, dict) else None
+            if parent is not None and str(parent) not in rows:
+                raise document.fault((name, "parent"), "a class", repr(parent))
+            if parent is not None and "qcode" not in row:
+                row["qcode"] = borrowed(read(parent, (*below, name)).qcode)
+            elif parent is not None:
+                read(parent, (*below, name))
+            classes[name] = read_record(Class, row, document, (name,), id=name)
+        return classes[name]
+
+    return {name: read(name, ()) for name in rows}
+
+
+def borrowed(qcode: QCode) -> QCode:
+    """The Q-code of a class as it is used for what lies below it."""
+    return qcode.replace(certainty=Certainty.PARENT)
+
+
+def read_categories(
+    document: Document, classes: Mapping[str, Class], substances: Mapping[str, Substance]
+) -> dict[str, Category]:
+    """The categories; short forms (a list of three for a span, no Q-code) filled in, names checked."""
+    if not isinstance(document.value, dict):
+        raise document.fault((), "a mapping of ids to rows", type(document.value).__name__)
+    categories: dict[str, Category] = {}
+    for name, stated in document.value.items():
+        row = dict(stated) if isinstance(stated, dict) else stated
+        for field in ("longest_m", "mass_kg") if isinstance(row, dict) else ():
+            if isinstance(span := row.get(field), list):
+                if len(span) != 3:
+                    raise document.fault((name, field), "[low, typical, high]", repr(span))
+                row[field] = dict(zip(("low", "typical", "high"), span, strict=True))
+        if isinstance(row, dict) and str(row.get("parent")) in classes:
+            row.setdefault("qcode", borrowed(classes[row["parent"]].qcode))
+        elif isinstance(row, dict) and "parent" in row:
+            raise document.fault((name, "parent"), "a class of classes.yaml", repr(row["parent"]))
+        categories[name] = found = read_record(Category, row, document, (name,), id=name)
+        if found.substance not in substances:
+            raise document.fault((name, "substance"), "a substance of substances.yaml", repr(found.substance))
+        if min(found.shape) <= 0 or max(found.shape) != 1:
+            raise document.fault((name, "shape"), "extents in 0..1, the largest 1", repr(found.shape))
+    return categories
+
+
+def read_vocabulary(document: Document, categories: Mapping[str, Category], words: Words) -> Vocabulary:
+    """What each id and alias names. Raises RegistryError where two categories claim a name."""
+    names = [(c.id, c.id) for c in categories.values() if c.id != FALLBACK]
+    names += [(alias, c.id) for c in categories.values() for alias in c.aliases]
+    try:
+        return Vocabulary.of(names, words.weak, words.breaks)
+    except ValueError as error:
+        name = str(error)
+        claims: list[Path_] = [
+            (c.id, "aliases", c.aliases.index(name)) for c in categories.values() if name in c.aliases
+        ]
+        raise document.fault([(name,), *claims][-1], "a name that no other category has", repr(name)) from None
+
+
+def data_root() -> Path:
+    """Where the files are: `registry_data` inside an installed package, `registry` beside it in a checkout."""
+    package = Path(__file__).parent
+    inside = package / "registry_data"
+    return inside if inside.is_dir() else package.parent / "registry"
+
+
+@lru_cache(maxsize=8)
+def load(root: Path | None = None) -> Registry:
+    """Read and check every file of `root` (default: the one that comes with the package). Raises RegistryError."""
+    folder = data_root() if root is None else root
+    documents = {name: read_document(folder / f"{name}.yaml") for name in FILES}
+    digest = hashlib.sha256()
+    for name in FILES:
+        digest.update(name.encode() + b"\0" + hashlib.sha256((folder / f"{name}.yaml").read_bytes()).digest())
+    substances = read_table(Substance, documents["substances"])
+    classes = read_classes(documents["classes"])
+    categories = read_categories(documents["categories"], classes, substances)
+    limits = read_table(Limit, documents["limits"])
+    words = read_record(Words, documents["words"].value, documents["words"], ())
+    waivers = documents["waivers"]
+    return Registry(
+        categories=MappingProxyType(categories),
+        substances=MappingProxyType(substances),
+        classes=MappingProxyType(classes),
+        limits=MappingProxyType({name: limit.value for name, limit in limits.items()}),
+        limit_units=MappingProxyType({name: limit.unit for name, limit in limits.items()}),
+        waivers=tuple(read_record(Waiver, row, waivers, (i,)) for i, row in enumerate(waivers.value or [])),
+        rejections=MappingProxyType(read_table(Rejection, documents["rejections"], "code")),
+        digest=digest.hexdigest(),
+        vocabulary=read_vocabulary(documents["categories"], categories, words),
+    )

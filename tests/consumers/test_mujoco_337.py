@@ -1,0 +1,71 @@
+"""What we write loads without a word in the oldest MuJoCo that we support, and means the same there."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from casa_assets.export.mjcf import write
+from casa_assets.model.asset import Asset, Base
+from tests.assets import EVERY, microwave, write_to
+
+ROOT = Path(__file__).parents[2]
+PYTHON = ROOT / os.environ.get("CASA_MUJOCO337", ".venv-mujoco337/bin/python")
+
+# Runs there: needs mujoco alone.
+SCRIPT = """
+import json, sys, warnings
+import mujoco
+
+said = []
+mujoco.set_mju_user_warning(said.append)
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    model = mujoco.MjModel.from_xml_path(sys.argv[1])
+    data = mujoco.MjData(model)
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+troubles = sum(w.number for w in data.warning)
+names = [model.body(i).name for i in range(1, model.nbody)]
+print(json.dumps({
+    "version": mujoco.__version__,
+    "warnings": said + [str(w.message) for w in caught],
+    "troubles": int(troubles),
+    "masses": {name: float(m) for name, m in zip(names, model.body_mass[1:]) if name},
+    "height": float(data.body("object").xpos[2]),
+}))
+"""
+
+
+def free_microwave() -> Asset:
+    return microwave(Base.FREE)
+
+
+@pytest.mark.consumers
+def test_the_old_interpreter_is_there() -> None:
+    assert PYTHON.is_file(), f"{PYTHON} is missing; './dev consumers' makes it, or name one with CASA_MUJOCO337"
+
+
+@pytest.mark.consumers
+@pytest.mark.parametrize("build", [*EVERY, free_microwave])
+@pytest.mark.parametrize("file", ["model.xml", "scene.xml"])
+def test_loads_in_silence_and_stands(build: Callable[[], Asset], file: str, tmp_path: Path) -> None:
+    asset = build()
+    folder = write_to(write(asset), tmp_path)
+    done = subprocess.run(
+        [str(PYTHON), "-c", SCRIPT, file], cwd=folder, check=False, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    found = json.loads(done.stdout)
+    assert found["version"].startswith("3.3.")
+    assert found["warnings"] == []
+    assert found["troubles"] == 0
+    assert found["masses"] == pytest.approx({link.name: link.inertial.mass for link in asset.links})
+    assert found["height"] == pytest.approx(0.0, abs=1e-3)
+    assert not (folder / "MUJOCO_LOG.TXT").exists()

@@ -1,0 +1,50 @@
+"""Small assets written to disk in both formats, and packages that were tampered with."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+from PIL import Image
+
+from casa_assets.checks.package import Package
+from casa_assets.checks.run import run
+from casa_assets.checks.table import TABLE
+from casa_assets.export.mjcf import document as mjcf
+from casa_assets.export.usd import document as usd
+from casa_assets.model.asset import Asset
+from casa_assets.registry import load
+from tests.assets import category, write_to
+
+
+def thumbnail() -> bytes:
+    """A grey PNG of 256 x 256."""
+    out = io.BytesIO()
+    Image.new("RGB", (256, 256), (128, 128, 128)).save(out, "PNG")
+    return out.getvalue()
+
+
+def written(asset: Asset, library: Path) -> Package:
+    """Both formats of an asset below `library`."""
+    root = library / asset.id
+    write_to(mjcf.write(asset) | usd.write(asset, thumbnail()), root)
+    return Package(asset, category(asset), root)
+
+
+def tamper(path: Path, *changes: tuple[str, str]) -> None:
+    """Replace text of a file; each text must be there."""
+    text = path.read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text, f"{old!r} is not in {path.name}"
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+
+
+def tripped(package: Package, prefixes: tuple[str, ...]) -> set[str]:
+    """Codes of the rows with those prefixes that find a fault."""
+    rows = [check for check in TABLE if check.code.startswith(prefixes)]
+    return {issue.code for issue in run(package, package.asset.id, load().limits, table=rows).issues}
+
+
+Tampering = Callable[[Package], None]

@@ -1,0 +1,226 @@
+"""Each MJC code: silent on what is right, and alone in speaking where one thing is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.checks import agreement, asset_facts, drop, mjcf_facts, mujoco_load
+from casa_assets.checks.package import Package
+from casa_assets.checks.run import run
+from casa_assets.checks.table import TABLE
+from casa_assets.export.mjcf import write
+from casa_assets.model.asset import Asset, Base
+from casa_assets.model.issue import Report
+from casa_assets.model.pose import Pose
+from casa_assets.model.shape import Box
+from tests.assets import EVERY, ball, box_inertial, category, drawer_unit, microwave, rigid_mug, textured_box, write_to
+
+ROWS = [check for check in TABLE if check.code.startswith("MJC")]
+LIMITS = registry.load().limits
+
+
+def packed(asset: Asset, folder: Path) -> Package:
+    return Package(asset, category(asset), write_to(write(asset), folder / asset.id))
+
+
+def report(package: Package) -> Report:
+    return run(package, package.asset.id, LIMITS, table=ROWS)
+
+
+def tamper(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+def codes(found: Report) -> set[str]:
+    return {issue.code for issue in found.issues}
+
+
+def free_microwave() -> Asset:
+    return microwave(Base.FREE)
+
+
+class TestGood:
+    @pytest.mark.parametrize("build", [*EVERY, free_microwave])
+    def test_is_silent(self, build: Callable[[], Asset], tmp_path: Path) -> None:
+        found = report(packed(build(), tmp_path))
+        assert found.issues == ()
+        assert [result.code for result in found.results] == [check.code for check in ROWS]
+
+    def test_numbers_are_measured(self, tmp_path: Path) -> None:
+        numbers = {r.code: r.number for r in report(packed(rigid_mug(), tmp_path)).results}
+        assert numbers["MJC005"] is not None
+        assert numbers["MJC005"] < 1e-8
+        assert numbers["MJC006"] == pytest.approx(0.2, abs=0.1)
+        assert numbers["MJC007"] == pytest.approx(0.0, abs=0.1)
+
+    def test_what_is_built_in_is_not_dropped(self, tmp_path: Path) -> None:
+        numbers = {r.code: r.number for r in report(packed(microwave(), tmp_path)).results}
+        assert (numbers["MJC006"], numbers["MJC007"], numbers["MJC008"]) == (None, None, None)
+        assert numbers["MJC009"] == 0.0
+
+
+# Code -> asset, file, what stands there, what is put there instead.
+TAMPERED = [
+    ("MJC001", ball, "model.xml", '<geom name="peel_0"', '<geom colour="red" name="peel_0"'),
+    ("MJC001", ball, "scene.xml", "</worldbody>", "</worldbudy>"),
+    ("MJC002", ball, "model.xml", "<asset>", '<statistic meaninertia="1"/><asset>'),
+    ("MJC002", ball, "scene.xml", "<statistic ", '<statistic meaninertia="1" '),
+    ("MJC003", ball, "model.xml", 'type="sphere" size="0.036 0.036 0.036"', 'type="sphere" size="0.036"'),
+    ("MJC003", ball, "model.xml", 'group="0" ', ""),
+    ("MJC003", ball, "model.xml", ' rgba="0 1 0 0"', ""),
+    ("MJC003", rigid_mug, "model.xml", 'specular="0.32"', 'specular="-3"'),
+    ("MJC003", microwave, "model.xml", '<material name="', '<material name="plain"/><material name="'),
+    ("MJC003", microwave, "model.xml", 'limited="true"', ""),
+    ("MJC003", microwave, "model.xml", 'frictionloss="0.3"', 'frictionloss="-0.3"'),
+    ("MJC004", rigid_mug, "model.xml", 'conaffinity="0" mass="0"/>', 'conaffinity="0" mass="1"/>'),
+    ("MJC004", rigid_mug, "scene.xml", 'conaffinity="0" mass="0"/>', 'conaffinity="0" mass="1"/>'),
+    ("MJC005", rigid_mug, "model.xml", 'mass="0.3"', 'mass="0.301"'),
+    ("MJC005", rigid_mug, "scene.xml", 'fullinertia="0.0004 0.00043 ', 'fullinertia="0.0004 0.00044 '),
+    ("MJC005", microwave, "model.xml", 'range="-1.57079633 0"', 'range="-1.5 0"'),
+    ("MJC005", microwave, "model.xml", 'body name="door" pos="-0.24 ', 'body name="door" pos="-0.241 '),
+    ("MJC005", microwave, "model.xml", 'friction="0.4 0.004 0.0001"', 'friction="0.5 0.004 0.0001"'),
+    ("MJC005", microwave, "model.xml", '"microwave appliance"', '"microwave"'),
+    ("MJC005", microwave, "model.xml", 'text name="base" data="fixed"', 'text name="base" data="free"'),
+    ("MJC005", microwave, "model.xml", 'text name="base" data="fixed"', 'text name="base" data="loose"'),
+    ("MJC005", microwave, "model.xml", 'body2="door"', 'body2="object"'),
+    ("MJC006", ball, "scene.xml", 'type="plane" size="0 0 0.05"', 'type="plane" size="0 0 0.05" pos="0 0 -500"'),
+    ("MJC006", ball, "scene.xml", 'integrator="implicitfast"', 'integrator="implicitfast" gravity="5 0 -9.81"'),
+    ("MJC008", ball, "scene.xml", 'type="plane"', 'type="plane" solref="0.4 1" solimp="0.1 0.1 0.01"'),
+]  # fmt: skip
+
+
+class TestBad:
+    @pytest.mark.parametrize(("code", "build", "file", "old", "new"), TAMPERED)
+    def test_trips_one_code(
+        self, code: str, build: Callable[[], Asset], file: str, old: str, new: str, tmp_path: Path
+    ) -> None:
+        package = packed(build(), tmp_path)
+        tamper(package.root / file, old, new)
+        assert codes(report(package)) == {code}
+
+    def test_a_missing_mesh_does_not_compile(self, tmp_path: Path) -> None:
+        package = packed(ball(), tmp_path)
+        next((package.root / "meshes").iterdir()).unlink()
+        assert codes(report(package)) == {"MJC001"}
+
+    def test_a_missing_file_does_not_compile(self, tmp_path: Path) -> None:
+        package = packed(ball(), tmp_path)
+        package.scene.unlink()
+        assert codes(report(package)) == {"MJC001"}
+
+    def test_a_path_that_leaves_the_folder(self, tmp_path: Path) -> None:
+        package = packed(ball(), tmp_path)
+        tamper(package.mjcf, 'file="meshes/', f'file="../{package.asset.id}/meshes/')
+        assert codes(report(package)) == {"MJC003"}
+
+    def test_a_free_joint_in_the_model(self, tmp_path: Path) -> None:
+        package = packed(ball(), tmp_path)
+        # The loaders find `object` one body deep; a free joint is only legal at the top.
+        text = package.mjcf.read_text().replace("<body>", "", 1).replace("</body>\n  </worldbody>", "</worldbody>")
+        package.mjcf.write_text(text.replace("<inertial", "<freejoint/><inertial", 1))
+        assert codes(report(package)) == {"MJC003"}
+
+    def test_a_thing_that_tips(self, tmp_path: Path) -> None:
+        carton, size = textured_box(), (0.2, 0.06, 0.12)
+        lopsided = carton.root.replace(inertial=box_inertial(0.5, size, (0.14, 0.0, 0.06)))
+        assert codes(report(packed(carton.replace(links=(lopsided,)), tmp_path))) == {"MJC007"}
+
+    def test_a_door_that_runs_into_its_frame(self, tmp_path: Path) -> None:
+        oven = microwave()
+        door = oven.link("door")
+        thick = door.colliders[0].replace(shape=Box(size=(0.38, 0.08, 0.28)))
+        jammed = oven.replace(links=(oven.root, door.replace(colliders=(thick,))), exclusions=())
+        found = report(packed(jammed, tmp_path))
+        assert codes(found) == {"MJC009"}
+        assert found.issues[0].pointer == "joints/microjoint"
+        excluded = jammed.replace(exclusions=oven.exclusions)
+        assert codes(report(packed(excluded, tmp_path / "excluded"))) == set()
+
+    def test_every_code_has_one(self) -> None:
+        assert {row[0] for row in TAMPERED} | {"MJC007", "MJC009"} == {check.code for check in ROWS}
+
+
+class TestFacts:
+    @pytest.mark.parametrize("build", [*EVERY, free_microwave])
+    @pytest.mark.parametrize("file", ["model.xml", "scene.xml"])
+    def test_file_agrees_with_the_asset(self, build: Callable[[], Asset], file: str, tmp_path: Path) -> None:
+        package = packed(build(), tmp_path)
+        measured = agreement.agree(asset_facts.facts(package.asset), mjcf_facts.facts(package.root / file), 1e-8)
+        assert measured.problems == ()
+
+    def test_turned_frames_are_in_the_table(self) -> None:
+        table = {body.name: body for body in asset_facts.facts(drawer_unit()).bodies}
+        assert table["drawer"].position == pytest.approx((0.0, -0.05, 0.1))
+        # The drawer is turned by 90 degrees about z: what lies at its -x lies at the asset's -y.
+        assert table["knob"].position == pytest.approx((0.0, -0.27, 0.1))
+        assert table["knob"].parent == "drawer"
+
+    def test_the_root_is_the_origin(self, tmp_path: Path) -> None:
+        mug = rigid_mug()
+        moved = mug.replace(links=(mug.root.replace(pose=Pose(position=(1.0, 2.0, 3.0))),))
+        package = packed(moved, tmp_path)
+        for table in (asset_facts.facts(moved), mjcf_facts.facts(package.mjcf), mjcf_facts.facts(package.scene)):
+            assert table.bodies[0].position == (0.0, 0.0, 0.0)
+
+    def test_what_does_not_compile_has_none(self, tmp_path: Path) -> None:
+        package = packed(ball(), tmp_path)
+        tamper(package.mjcf, "<compiler ", "<compilo ")
+        with pytest.raises(ValueError, match="does not compile"):
+            mjcf_facts.facts(package.mjcf)
+
+
+class TestAgreement:
+    def test_equal_tables_agree(self) -> None:
+        table = asset_facts.facts(microwave())
+        assert agreement.agree(table, table, 0.0).problems == ()
+
+    def test_number_is_the_largest_difference(self) -> None:
+        table = asset_facts.facts(microwave())
+        door = table.bodies[0]
+        moved = table.replace(bodies=(door.replace(center_of_mass=(0.19, -0.01, 0.002)), table.bodies[1]))
+        measured = agreement.agree(table, moved, 0.001)
+        assert measured.number == pytest.approx(0.002)
+        assert [pointer for pointer, _ in measured.problems] == ["bodies/door/center_of_mass"]
+
+    def test_a_missing_body_is_a_difference(self) -> None:
+        table = asset_facts.facts(microwave())
+        assert agreement.agree(table, table.replace(bodies=table.bodies[:1]), 1.0).problems
+
+    def test_the_sign_of_a_quaternion_is_none(self) -> None:
+        table = asset_facts.facts(drawer_unit())
+        flipped = tuple(b.replace(quaternion=tuple(-q for q in b.quaternion)) for b in table.bodies)
+        assert agreement.agree(table, table.replace(bodies=flipped), 0.0).problems == ()
+
+
+class TestLoad:
+    def test_is_remembered_until_a_file_changes(self, tmp_path: Path) -> None:
+        package = packed(ball(), tmp_path)
+        first = mujoco_load.load(package.mjcf)
+        assert mujoco_load.load(package.mjcf) is first
+        tamper(package.mjcf, 'mass="0.17"', 'mass="0.175"')
+        assert mujoco_load.load(package.mjcf) is not first
+
+    def test_drop_leaves_the_shared_model_alone(self, tmp_path: Path) -> None:
+        scene = packed(ball(), tmp_path).scene
+        drop.drop(scene)
+        model = mujoco_load.load(scene).model
+        assert model is not None
+        assert model.opt.timestep == 0.002
+
+
+def test_protocol_of_the_drop_is_the_registered_one() -> None:
+    ours = {
+        "drop_height_factor": drop.HEIGHT_FACTOR,
+        "drop_min_height_m": drop.LEAST_HEIGHT_M,
+        "drop_rest_m": drop.REST_WIDTH_M,
+        "drop_rest_s": drop.REST_S,
+        "drop_limit_s": drop.LIMIT_S,
+        "drop_rate_hz": drop.RATE_HZ,
+    }
+    assert ours == {key: LIMITS[key] for key in ours}

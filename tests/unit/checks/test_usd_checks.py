@@ -1,0 +1,151 @@
+"""Checks of the USD package: silent on good packages, and each code is tripped by a fault of its own."""
+
+from __future__ import annotations
+
+import io
+import multiprocessing
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from casa_assets.checks import usd
+from casa_assets.checks.package import Package
+from casa_assets.checks.quiet import quiet
+from casa_assets.checks.table import TABLE
+from casa_assets.model.asset import Asset
+from tests.assets import EVERY, microwave, rigid_mug, textured_box
+from tests.packages import Tampering, tamper, thumbnail, tripped, written
+
+FILES = ("USD", "PAR")
+
+
+def cut_in_half(package: Package) -> None:
+    text = package.usd.read_text()
+    package.usd.write_text(text[: len(text) // 2])
+
+
+def name_nobody(package: Package) -> None:
+    tamper(package.usd, ('string author = "Casa"', 'string author = ""'))
+
+
+def turn_bumps_over(package: Package) -> None:
+    tamper(package.usd, ("inputs:bias = (-1, -1, -1, 0)", "inputs:bias = (0, 0, 0, 0)"))
+
+
+def bounce(package: Package) -> None:
+    tamper(
+        package.usd,
+        ("float physics:staticFriction", "float physics:restitution = 0.5\n            float physics:staticFriction"),
+    )
+
+
+def spoil_normal_map(package: Package) -> None:
+    (picture,) = package.usd.parent.glob("textures/print_normal_*.png")
+    out = io.BytesIO()
+    Image.open(picture).convert("RGB").save(out, "JPEG")
+    picture.write_bytes(out.getvalue())
+
+
+BAD: dict[str, Tampering] = {
+    "USD001": cut_in_half,
+    "USD002": name_nobody,
+    "USD003": turn_bumps_over,
+    "USD004": bounce,
+    "USD005": spoil_normal_map,
+}
+
+
+def test_every_code_has_a_bad_example() -> None:
+    assert set(BAD) == {check.code for check in TABLE if check.code.startswith("USD")}
+
+
+@pytest.mark.parametrize("make", EVERY)
+def test_good_packages_trip_nothing(make: Callable[[], Asset], tmp_path: Path) -> None:
+    assert tripped(written(make(), tmp_path), FILES) == set()
+
+
+@pytest.mark.parametrize("code", BAD)
+def test_bad_example_trips_its_code_alone(code: str, tmp_path: Path) -> None:
+    package = written(textured_box(), tmp_path)
+    BAD[code](package)
+    assert tripped(package, FILES) == {code}
+
+
+def test_missing_file_is_reported_once(tmp_path: Path) -> None:
+    package = written(rigid_mug(), tmp_path)
+    package.usd.unlink()
+    assert tripped(package, FILES) == {"USD001"}
+
+
+def test_thumbnail_of_the_wrong_size(tmp_path: Path) -> None:
+    package = written(rigid_mug(), tmp_path)
+    small = package.usd.parent / ".thumbs/256x256" / f"{package.usd.name}.png"
+    Image.open(io.BytesIO(thumbnail())).resize((64, 64)).save(small)
+    assert [where for where, _ in usd.pictures_are_png(package, None).problems] == ["thumbnail"]
+
+
+def test_each_failed_requirement_is_one_problem(tmp_path: Path) -> None:
+    package = written(rigid_mug(), tmp_path)
+    tamper(package.usd, ('string author = "Casa"', 'string author = ""'), ("metersPerUnit = 1", "metersPerUnit = 0.01"))
+    pointers = [where for where, _ in usd.is_simready(package, None).problems]
+    assert len(pointers) == len(set(pointers)) >= 2
+    assert "com.nvidia.simready.SR.004" in pointers
+
+
+@pytest.mark.parametrize("spoil", [None, name_nobody], ids=["good", "bad"])
+def test_verdict_is_that_of_the_command_line(spoil: Tampering | None, tmp_path: Path) -> None:
+    package = written(microwave(), tmp_path)
+    if spoil:
+        spoil(package)
+    command = [str(Path(sys.executable).with_name("simready-validate")), "--profile", usd.PROFILE]
+    command += ["--version", usd.PROFILE_VERSION, str(package.usd)]
+    done = subprocess.run(command, capture_output=True, check=False, cwd=tmp_path)
+    assert done.returncode in (0, 1)
+    passes = usd.is_simready(package, None).problems == ()
+    assert passes == (done.returncode == 0) == (spoil is None)
+
+
+def test_checks_say_nothing_in_the_terminal(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    good, bad = written(textured_box(), tmp_path / "good"), written(textured_box(), tmp_path / "bad")
+    cut_in_half(bad)
+    for package in (good, bad):
+        tripped(package, FILES)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_checks_leave_the_folder_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    package = written(textured_box(), tmp_path)
+    bounce(package)
+    before = sorted(tmp_path.rglob("*"))
+    tripped(package, FILES)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_quiet_hands_over_what_was_said() -> None:
+    with quiet() as said:
+        print("a word")
+        subprocess.run(["echo", "from below"], check=True)
+    assert sorted(said) == ["a word", "from below"]
+
+
+def test_checks_run_in_a_forked_child(tmp_path: Path) -> None:
+    """Twenty children of one warm parent: a lock or thread lost in the fork would hang some of them."""
+    package = written(textured_box(), tmp_path)
+    usd.load_rules()
+    tripped(package, FILES)
+    context = multiprocessing.get_context("fork")
+    children = [context.Process(target=_child, args=(package,)) for _ in range(20)]
+    for child in children:
+        child.start()
+    for child in children:
+        child.join(timeout=60)
+    assert [child.exitcode for child in children] == [0] * len(children)
+
+
+def _child(package: Package) -> None:
+    raise SystemExit(len(tripped(package, FILES)))

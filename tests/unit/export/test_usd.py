@@ -1,0 +1,313 @@
+"""The USD writer: what it writes is what the asset says, and the same bytes every time."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
+
+from casa_assets.export.usd import document
+from casa_assets.export.usd.body import principal, single
+from casa_assets.export.usd.joint import axis_and_rotation
+from casa_assets.export.usd.metadata import WRITER_DATE
+from casa_assets.export.usd.visual import face_normals
+from casa_assets.model.asset import Asset, Base, Exclusion, Link
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.pose import Pose
+from tests.assets import EVERY, drawer_unit, microwave, rigid_mug, textured_box
+from tests.meshes import box_mesh
+from tests.packages import thumbnail
+
+ROOT = Path(__file__).parents[3]
+AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+
+
+@cache  # also keeps the stage alive, without which its prims expire
+def stage_of(asset: Asset) -> Usd.Stage:
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    assert layer.ImportFromString(document.layer_text(asset))
+    return Usd.Stage.Open(layer)
+
+
+def prim_of(stage: Usd.Stage, path: str) -> Usd.Prim:
+    prim = stage.GetDefaultPrim().GetPrimAtPath(path)
+    assert prim, path
+    return prim
+
+
+class TestPackage:
+    def test_files(self) -> None:
+        asset = textured_box()
+        pictures = {f"usd/textures/{t.file_name}": t.png for t in asset.materials[0].textures}
+        layer, small = f"usd/{asset.id}.usda", f"usd/.thumbs/256x256/{asset.id}.usda.png"
+        entries = document.write(asset, thumbnail()).entries
+        assert set(entries) == {layer, small, *pictures}
+        assert entries[small] == thumbnail()
+        assert pictures.items() <= entries.items()
+
+    @pytest.mark.parametrize("make", EVERY)
+    def test_a_second_time_is_the_same(self, make: Callable[[], Asset]) -> None:
+        assert document.write(make(), thumbnail()) == document.write(make(), thumbnail())
+
+    def test_bytes_do_not_depend_on_the_hash_seed(self) -> None:
+        program = (
+            "import hashlib; from casa_assets.export.usd import document; from tests.assets import EVERY;"
+            "[print(hashlib.sha256(document.layer_text(make()).encode()).hexdigest()) for make in EVERY]"
+        )
+        here = "".join(hashlib.sha256(document.layer_text(make()).encode()).hexdigest() + "\n" for make in EVERY)
+        for seed in ("0", "1", "4711"):
+            done = subprocess.run(
+                [sys.executable, "-c", program],
+                cwd=ROOT,
+                env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)},
+                capture_output=True,
+                text=True,
+                check=True,
+            )
+            assert done.stdout == here
+
+    def test_no_clock_and_no_comment(self) -> None:
+        text = document.layer_text(rigid_mug())
+        assert text.startswith("#usda 1.0\n(\n    customLayerData")
+        assert f'usd_date_generated = "{WRITER_DATE}"' in text
+
+
+class TestStage:
+    def test_units_and_model(self) -> None:
+        asset = rigid_mug()
+        stage = stage_of(asset)
+        root = stage.GetDefaultPrim()
+        assert UsdGeom.GetStageUpAxis(stage) == "Z"
+        assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+        assert UsdPhysics.GetStageKilogramsPerUnit(stage) == 1.0
+        assert root.GetName() == asset.id
+        assert Usd.ModelAPI(root).GetKind() == "component"
+        assert UsdGeom.Xformable(root).GetOrderedXformOps() == []
+
+    def test_provenance_is_the_assets_own(self) -> None:
+        asset = microwave()
+        said = stage_of(asset).GetRootLayer().customLayerData["SimReady_Metadata"]
+        lower, upper = asset.bounds
+        assert said["author"] == asset.provenance.author
+        assert said["asset_license"] == asset.provenance.licence
+        assert said["source_file"] == asset.provenance.path
+        assert said["category"] == "microwave"
+        assert said["qcode"] == asset.labels.qcode.id
+        assert said["rigid_body_count"] == 2
+        assert said["mass"] == asset.mass
+        assert tuple(said["asset_extents"]) == pytest.approx(tuple(upper - lower), abs=1e-7)
+
+    def test_what_the_source_does_not_say_is_unknown(self) -> None:
+        mug = rigid_mug()
+        silent = mug.replace(provenance=mug.provenance.replace(author=""))
+        assert stage_of(silent).GetRootLayer().customLayerData["SimReady_Metadata"]["author"] == "unknown"
+
+    def test_labels(self) -> None:
+        root = stage_of(rigid_mug()).GetDefaultPrim()
+        assert list(UsdSemantics.LabelsAPI(root, "class").GetLabelsAttr().Get()) == ["mug", "drinkware", "tableware"]
+        assert list(UsdSemantics.LabelsAPI(root, "wikidata_qcode").GetLabelsAttr().Get()) == ["Q386215"]
+        stage = stage_of(microwave())
+        materials = [p for p in stage.Traverse() if p.IsA(UsdShade.Material)]
+        assert len(materials) == 3
+        assert all(UsdSemantics.LabelsAPI(p, "material").GetLabelsAttr().Get() for p in materials)
+
+
+class TestBody:
+    def test_bodies_are_siblings_where_the_asset_puts_them(self) -> None:
+        asset = drawer_unit()
+        stage = stage_of(asset)
+        for link in asset.links:
+            matrix = np.array(UsdGeom.Xformable(prim_of(stage, link.name)).GetLocalTransformation()).T
+            assert matrix == pytest.approx(asset.asset_from_link(link.name).matrix, abs=1e-12)
+
+    def test_articulation_root_is_the_base_body_and_only_with_joints(self) -> None:
+        roots = [p.GetName() for p in stage_of(microwave()).Traverse() if p.HasAPI(UsdPhysics.ArticulationRootAPI)]
+        assert roots == ["object"]
+        assert not any(p.HasAPI(UsdPhysics.ArticulationRootAPI) for p in stage_of(rigid_mug()).Traverse())
+
+    @given(
+        quaternion=st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: sum(x * x for x in q) > 0.01),
+        moments=st.tuples(st.floats(1e-6, 1.0), st.floats(1e-6, 1.0)),
+    )
+    def test_principal_axes_rebuild_the_tensor(
+        self, quaternion: tuple[float, float, float, float], moments: tuple[float, float]
+    ) -> None:
+        rotation = Pose(quaternion=quaternion).rotation
+        tensor = rotation @ np.diag([*moments, sum(moments)]) @ rotation.T
+        values, axes = principal(tensor)
+        rebuilt = axes.rotation @ np.diag(values) @ axes.rotation.T
+        assert np.abs(rebuilt - tensor).max() <= 1e-12 * np.trace(tensor)
+        a, b, c = sorted(single(values))
+        assert a + b >= c
+        assert np.abs(np.array(single(values)) - values).max() <= 2e-7 * c
+
+    def test_diagonal_tensor_keeps_its_axes(self) -> None:
+        values, axes = principal(np.diag([3.0, 1.0, 2.0]))
+        assert values == (3.0, 1.0, 2.0)
+        assert axes == Pose()
+
+
+class TestColliders:
+    def test_they_are_guides_with_friction_for_every_reader(self) -> None:
+        for prim in stage_of(rigid_mug()).Traverse():
+            if not prim.HasAPI(UsdPhysics.CollisionAPI):
+                continue
+            assert UsdGeom.Imageable(prim).GetPurposeAttr().Get() == "guide"
+            for purpose in ("", "physics"):
+                material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
+                physics = UsdPhysics.MaterialAPI(material.GetPrim())
+                assert physics.GetDynamicFrictionAttr().Get() == pytest.approx(0.45)
+                assert physics.GetStaticFrictionAttr().Get() == pytest.approx(0.6)
+                assert not physics.GetRestitutionAttr().HasAuthoredValue()
+
+    def test_hulls_say_so(self) -> None:
+        hull = prim_of(stage_of(rigid_mug()), "object/collision/wall_0")
+        assert UsdPhysics.MeshCollisionAPI(hull).GetApproximationAttr().Get() == "convexHull"
+        assert hull.GetAttribute("newton:maxHullVertices").Get() == 64
+
+    def test_box_is_a_scaled_unit_cube(self) -> None:
+        panel = prim_of(stage_of(microwave()), "object/collision/right_0")
+        size = UsdGeom.Cube(panel).GetSizeAttr().Get()
+        scale = np.linalg.norm(np.array(UsdGeom.Xformable(panel).GetLocalTransformation())[:3, :3], axis=1)
+        assert scale * size == pytest.approx((0.1, 0.38, 0.26))
+
+
+class TestVisuals:
+    def test_mesh_is_written_as_it_is(self) -> None:
+        mesh = textured_box().root.visuals[0].mesh
+        prim = UsdGeom.Mesh(prim_of(stage_of(textured_box()), "object/visual/carton"))
+        assert mesh.normals is not None
+        assert mesh.uv is not None
+        assert np.array(prim.GetPointsAttr().Get()) == pytest.approx(mesh.vertices, abs=1e-7)
+        assert np.array(prim.GetFaceVertexIndicesAttr().Get()).tolist() == mesh.faces.ravel().tolist()
+        assert np.array(prim.GetNormalsAttr().Get()) == pytest.approx(mesh.normals)
+        st_ = UsdGeom.PrimvarsAPI(prim).GetPrimvar("st")
+        assert np.array(st_.Get()) == pytest.approx(mesh.uv)
+        assert prim.GetSubdivisionSchemeAttr().Get() == "none"
+
+    def test_without_normals_each_face_has_its_own(self) -> None:
+        mesh = box_mesh((1.0, 1.0, 1.0), (0.0, 0.0, 0.0), shared=True)
+        centres = mesh.vertices[mesh.faces].mean(axis=1)
+        assert ((face_normals(mesh) * centres).sum(axis=1) > 0).all()
+        assert np.linalg.norm(face_normals(mesh), axis=1) == pytest.approx(1.0)
+
+    def test_face_without_area_still_has_a_unit_normal(self) -> None:
+        mesh = Mesh(vertices=np.zeros((3, 3)), faces=np.array([[0, 1, 2]]))
+        assert face_normals(mesh).tolist() == [[0.0, 0.0, 1.0]]
+
+    def test_textures_feed_the_surface(self) -> None:
+        asset = textured_box()
+        stage = stage_of(asset)
+        surface = UsdShade.Shader(prim_of(stage, "visualMaterials/print/surface"))
+        fed = {}
+        for name in ("diffuseColor", "metallic", "roughness", "normal"):
+            (source,), _ = surface.GetInput(name).GetConnectedSources()
+            node = UsdShade.Shader(source.source.GetPrim())
+            path = node.GetInput("file").Get().path
+            fed[name] = (source.sourceName, path, node.GetInput("sourceColorSpace").Get())
+        color, rough, bumps = (f"./textures/{t.file_name}" for t in asset.materials[0].textures)
+        assert fed == {
+            "diffuseColor": ("rgb", color, "sRGB"),
+            "metallic": ("b", rough, "raw"),
+            "roughness": ("g", rough, "raw"),
+            "normal": ("rgb", bumps, "raw"),
+        }
+
+    def test_factors_and_opacity_without_textures(self) -> None:
+        surface = UsdShade.Shader(prim_of(stage_of(microwave()), "visualMaterials/glass/surface"))
+        assert tuple(surface.GetInput("diffuseColor").Get()) == pytest.approx((0.05, 0.05, 0.06))
+        assert surface.GetInput("opacity").Get() == pytest.approx(0.5)
+        assert surface.GetInput("roughness").Get() == pytest.approx(0.05)
+
+
+class TestJoints:
+    @given(direction=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) > 0.01))
+    def test_any_axis(self, direction: tuple[float, float, float]) -> None:
+        x, y, z = (n / math.hypot(*direction) for n in direction)
+        token, rotation = axis_and_rotation((x, y, z))
+        assert Pose(quaternion=rotation).rotation @ np.array(AXES[token]) == pytest.approx((x, y, z), abs=1e-9)
+
+    @pytest.mark.parametrize("sign", [1.0, -1.0])
+    @pytest.mark.parametrize("token", "XYZ")
+    def test_principal_axes_are_exact(self, token: str, sign: float) -> None:
+        x, y, z = (sign * n + 0.0 for n in AXES[token])
+        found, rotation = axis_and_rotation((x, y, z))
+        assert found == token
+        assert (Pose(quaternion=rotation).rotation @ np.array(AXES[token])).tolist() == [x, y, z]
+
+    def test_hinge_in_degrees(self) -> None:
+        joint = UsdPhysics.RevoluteJoint(prim_of(stage_of(microwave()), "physicsJoints/microjoint"))
+        assert joint.GetLowerLimitAttr().Get() == pytest.approx(-90.0)
+        assert joint.GetUpperLimitAttr().Get() == 0.0
+        assert joint.GetPrim().GetAttribute("newton:damping").Get() == pytest.approx(0.5 * math.pi / 180)
+        assert joint.GetPrim().GetCustomDataByKey("states:door_open:from") == 0.9
+
+    def test_drive_is_a_spring_for_every_reader(self) -> None:
+        prim = prim_of(stage_of(drawer_unit()), "physicsJoints/drawer_joint")
+        drive = UsdPhysics.DriveAPI(prim, "linear")
+        assert drive.GetStiffnessAttr().Get() == 5.0
+        assert drive.GetDampingAttr().Get() == 1.5
+        assert prim.GetAttribute("mjc:stiffness").Get() == 5.0
+        assert prim.GetAttribute("newton:damping").Get() == pytest.approx(3.5)  # its own 2.0 and that of the drive
+
+    def test_base_hangs_on_the_root_prim_where_it_is_fixed(self) -> None:
+        stage = stage_of(microwave(Base.FIXED))
+        joint = UsdPhysics.Joint(prim_of(stage, "physicsJoints/baseToWorld"))
+        assert joint.GetBody0Rel().GetTargets() == [stage.GetDefaultPrim().GetPath()]
+        assert [p.name for p in joint.GetBody1Rel().GetTargets()] == ["object"]
+        free = stage_of(microwave(Base.FREE))
+        assert not free.GetDefaultPrim().GetPrimAtPath("physicsJoints/baseToWorld")
+
+    def test_link_without_joint_is_mounted(self) -> None:
+        joint = UsdPhysics.FixedJoint(prim_of(stage_of(drawer_unit()), "physicsJoints/knobMount"))
+        assert [p.name for p in joint.GetBody0Rel().GetTargets()] == ["drawer"]
+
+    def test_exclusions(self) -> None:
+        asset = microwave()
+        pairs = UsdPhysics.FilteredPairsAPI(prim_of(stage_of(asset), "object")).GetFilteredPairsRel().GetTargets()
+        assert [p.name for p in pairs] == ["door"]
+        none = stage_of(asset.replace(exclusions=()))
+        assert not any(p.HasAPI(UsdPhysics.FilteredPairsAPI) for p in none.Traverse())
+
+    def test_link_names_cannot_meet_the_writers_own(self) -> None:
+        asset = drawer_unit()
+        names = {"drawer": "visual", "knob": "materials"}
+        links = [asset.root, *(_renamed(k, names) for k in asset.links[1:])]
+        renamed = asset.replace(
+            links=tuple(links),
+            joints=tuple(j.replace(child="visual") for j in asset.joints),
+            exclusions=(Exclusion(first="materials", second="object"),),
+        )
+        names_found = [p.GetName() for p in stage_of(renamed).GetDefaultPrim().GetChildren()]
+        assert names_found == ["visualMaterials", "physicsMaterials", "object", "visual", "materials", "physicsJoints"]
+
+
+class TestSites:
+    def test_sites_and_regions_are_guides_that_physics_ignores(self) -> None:
+        stage = stage_of(microwave())
+        for path, kind in (
+            ("object/sites/plate_place", UsdGeom.Sphere),
+            ("object/sites/int", UsdGeom.Cube),
+            ("object/sites/tray", UsdGeom.Cylinder),
+            ("door/sites/door_front", UsdGeom.Cube),
+        ):
+            prim = prim_of(stage, path)
+            assert prim.IsA(kind)
+            assert UsdGeom.Imageable(prim).GetPurposeAttr().Get() == "guide"
+            assert not prim.HasAPI(UsdPhysics.CollisionAPI)
+
+
+def _renamed(link: Link, names: dict[str, str]) -> Link:
+    parent = link.parent or ""
+    return link.replace(name=names[link.name], parent=names.get(parent, parent))

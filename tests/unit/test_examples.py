@@ -1,0 +1,41 @@
+"""The sample meshes are what their script makes, byte for byte."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("hash_seed", ["0", "4711"])
+def test_script_makes_the_committed_bytes(tmp_path: Path, hash_seed: str) -> None:
+    subprocess.run(
+        [sys.executable, str(EXAMPLES / "make_meshes.py"), str(tmp_path)],
+        env={**os.environ, "PYTHONHASHSEED": hash_seed},
+        check=True,
+        capture_output=True,
+    )
+    made, committed = contents(tmp_path), contents(EXAMPLES / "meshes")
+    assert sorted(made) == sorted(committed)
+    assert [name for name in made if made[name] != committed[name]] == []
+
+
+def test_samples_are_small() -> None:
+    assert sum(map(len, contents(EXAMPLES / "meshes").values())) < 1_500_000
+
+
+def test_readme_lists_every_sample_once() -> None:
+    table = re.findall(r"^\| `([a-z_]+\.[a-z]+)`", (EXAMPLES / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+    companions = {".mtl", ".bin", ".png"}
+    mains = sorted(name for name in contents(EXAMPLES / "meshes") if Path(name).suffix not in companions)
+    assert table == mains
