@@ -31,7 +31,6 @@ ENCODING = "SRC025"
 BAD_NUMBER = "SRC026"
 BAD_HEADER = "SRC027"
 BAD_NAME = "SRC028"
-BAD_ROOT = "SRC029"
 
 # Remarks: the input is accepted, and this is recorded with it
 TYPE_BY_CONTENT = "SRC040"

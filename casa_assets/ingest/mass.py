@@ -30,18 +30,19 @@ def mass(draft: Draft, category: Category, substance: Substance, slack: float) -
     vertices, faces = draft.soup()
     volume, center, inertia, spread = _moments(draft, category)
     matter, how = _matter(vertices, faces, volume, category)
-    measured = matter * substance.density
+    measured = None if matter is None or category.build is Build.HOLLOW else matter * substance.density
     longest = float(np.ptp(vertices, axis=0).max())
     span = category.mass_kg
     usual = float(np.clip(span.typical * (longest / category.longest_m.typical) ** 3, span.low, span.high))
     notes = ()
-    if category.build is not Build.HOLLOW and span.low / slack <= measured <= span.high * slack:
+    if measured is not None and matter is not None and span.low / slack <= measured <= span.high * slack:
         kg, confidence = measured, 0.8
         because = f"{matter * 1e6:.4g} cm^3 ({how}) of {substance.id} at {substance.density:g} kg/m^3"
     else:
         kg, confidence = usual, 0.5
-        because = f"usual mass of a {category.id} of this size; {how} would give {measured:.3g} kg"
-        if category.build is not Build.HOLLOW and category.id != "object":
+        because = f"usual mass of a {category.id} of this size; {how}"
+        if measured is not None and category.id != "object":
+            because += f" would give {measured:.3g} kg"
             notes = (warning("MSH021", "mass", because),)
     kg = float(f"{kg:.6g}")
     tensor = inertia * (kg / volume)
@@ -69,14 +70,14 @@ def _moments(draft: Draft, category: Category) -> tuple[float, Floats, Floats, s
     return (*solid_moments(*hulls), "the collision shapes")
 
 
-def _matter(vertices: Floats, faces: npt.NDArray[np.int64], shapes: float, category: Category) -> tuple[float, str]:
-    """Volume of matter, m^3, and how it was measured."""
+def _matter(vertices: Floats, faces: npt.NDArray[np.int64], shapes: float, category: Category) -> tuple[float | None, str]:
+    """Volume of matter, m^3, or None where it cannot be known, and how it was measured or why not."""
     points, place = weld(vertices)
     solid = closed_solid(points, place[faces])
     if category.build is Build.VESSEL:
         if solid is not None:
             return signed_volume(*solid), "volume of the closed mesh"
-        return shapes, "volume of the collision shapes"
+        return None, "the mesh is not closed, which leaves its walls without a thickness"
     if solid is not None and category.build is Build.SOLID:
         return signed_volume(*solid), "volume of the closed mesh"
     grid = voxelise(points, place[faces], bridge=True)

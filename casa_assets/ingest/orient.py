@@ -29,6 +29,9 @@ UPS: dict[str, Floats] = {
 PRIOR: dict[str, dict[str, float]] = {
     "declared_y": {"y": 0.93, "z": 0.04},
     "declared_z": {"z": 0.94, "y": 0.03},
+    # COLLADA has a default of y up that exporters leave standing, and a tag that they write without turning anything.
+    "dae_y": {"y": 0.80, "z": 0.16},
+    "dae_z": {"z": 0.84, "y": 0.13},
     "declared_x": {"x": 0.90, "y": 0.04, "z": 0.04},
     "obj": {"y": 0.50, "z": 0.46},
     "stl": {"z": 0.84, "y": 0.12},
@@ -50,7 +53,8 @@ def orient(draft: Draft, category: Category, generated: bool = False) -> Draft:
     normals, areas = face_normals(vertices, faces)
     mids = vertices[faces].mean(axis=1)
     shell, triangles = convex_hull(vertices)
-    key = f"declared_{draft.up}" if draft.up else ("generated" if generated else draft.format)
+    stater = "dae" if draft.format == "dae" and draft.up in ("y", "z") else "declared"
+    key = f"{stater}_{draft.up}" if draft.up else ("generated" if generated else draft.format)
     prior = PRIOR.get(key, PRIOR["unknown"])
     rest = (1 - sum(prior.values())) / (len(UPS) - len(prior))
     scores = {}
@@ -90,7 +94,7 @@ def _shape_score(points: Floats, category: Category) -> float:
     # Heading is free: compare the height, and the sorted horizontal pair.
     have = np.array([*sorted(have[:2]), have[2]])
     want = np.array([*sorted(want[:2]), want[2]])
-    miss = np.log(np.maximum(have, 0.01) / np.maximum(want, 0.01)) / np.array([0.7, 0.7, 0.35])
+    miss = np.log(np.maximum(have, 0.01) / np.maximum(want, 0.01)) / np.array([0.5, 0.5, 0.3])
     return float(max(-4.0, -0.5 * (miss**2).sum()))
 
 

@@ -9,14 +9,7 @@ from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.category import Category
 
 # Units that meshes are drawn in, metres.
-UNITS: dict[str, float] = {
-    "metre": 1.0,
-    "centimetre": 0.01,
-    "millimetre": 0.001,
-    "inch": 0.0254,
-    "decimetre": 0.1,
-    "foot": 0.3048,
-}
+UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
 
 
 def scale(draft: Draft, category: Category, slack: float) -> Draft:
@@ -62,10 +55,7 @@ def _decide(longest: float, stated: float | None, category: Category, slack: flo
     # A model that is exactly one unit long was normalised: its size says nothing, unless one metre is usual.
     normalised = abs(longest - 1.0) < 1e-3 or abs(longest - 2.0) < 1e-3
     if fits and not (normalised and "metre" not in fits):
-        common = [n for n in ("metre", "centimetre", "millimetre", "inch") if n in fits]
-        name = common[0] if common else min(fits, key=lambda n: fits[n])
-        if len(common) > 1:
-            name = min(common, key=lambda n: fits[n])
+        name = min(fits, key=lambda n: fits[n])
         return UNITS[name], name, 0.85, f"{longest:.4g} units read as {name}s are {longest * UNITS[name]:.3g} m; {usual}"
     factor = span.typical / longest
     spread = float(np.log(span.high / span.low))

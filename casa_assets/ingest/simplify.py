@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+
 import meshoptimizer
 import numpy as np
 import numpy.typing as npt
@@ -44,17 +46,36 @@ def simplified(mesh: Mesh, target: int) -> Mesh:
     if mesh.uv is None:
         count = meshoptimizer.simplify(out, index, points, target_index_count=target * 3, target_error=TARGET_ERROR)
     else:
-        uv = np.ascontiguousarray(mesh.uv[first], dtype=np.float32)
-        count = meshoptimizer.simplify_with_attributes(
+        count = _with_uv(out, index, points, np.ascontiguousarray(mesh.uv[first], dtype=np.float32), target)
+    return _picked(mesh, first, out[:count].astype(np.int64))
+
+
+def _with_uv(
+    out: npt.NDArray[np.uint32],
+    index: npt.NDArray[np.uint32],
+    points: npt.NDArray[np.float32],
+    uv: npt.NDArray[np.float32],
+    target: int,
+) -> int:
+    """Number of indices written to `out`; stretching the texture counts as an error too."""
+    # The binding declares no argument types for this function: numbers have to be of their C types already.
+    return int(
+        meshoptimizer.simplify_with_attributes(
             out,
             index,
             points,
             uv,
             np.array([0.5, 0.5], dtype=np.float32),
-            target_index_count=target * 3,
-            target_error=TARGET_ERROR,
+            index_count=ctypes.c_size_t(len(index)),
+            vertex_count=ctypes.c_size_t(len(points)),
+            vertex_positions_stride=ctypes.c_size_t(points.strides[0]),
+            vertex_attributes_stride=ctypes.c_size_t(uv.strides[0]),
+            attribute_count=ctypes.c_size_t(2),
+            target_index_count=ctypes.c_size_t(target * 3),
+            target_error=ctypes.c_float(TARGET_ERROR),
+            options=ctypes.c_uint(0),
         )
-    return _picked(mesh, first, out[:count].astype(np.int64))
+    )
 
 
 def _picked(mesh: Mesh, first: Ints, index: Ints) -> Mesh:

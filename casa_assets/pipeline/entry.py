@@ -75,7 +75,7 @@ def _accepted(folder: Path, root: Path) -> Entry:
         results=certificate.report.results,
         guesses=tuple(Guess.model_validate(g) for g in origin["guesses"]),
         source_path=origin["path"],
-        digest=certificate.digest,
+        digest=certificate.asset_digest,
         recipe=certificate.recipe,
         **{k: origin[k] for k in ("source", "sha256", "title", "author", "licence", "uri", "prompt", "generator")},
     )

@@ -47,7 +47,7 @@ class Certificate(Record):
 
     Attributes:
         schema_version: of this file.
-        digest: of the Asset record, canonical.
+        asset_digest: of the Asset record, canonical.
         recipe: digest of everything that decided the result besides the source.
         versions: stages and native tools.
         report: every check that ran, with its number; warnings included.
@@ -56,7 +56,7 @@ class Certificate(Record):
     """
 
     schema_version: Literal[1] = 1
-    digest: str
+    asset_digest: str
     recipe: str
     versions: dict[str, str]
     report: Report

@@ -9,10 +9,12 @@ import numpy as np
 from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
-from casa_assets.export.mjcf import material, mesh
+from casa_assets.export.mjcf import mesh
 from casa_assets.model.asset import Asset
 from casa_assets.model.mesh import Mesh
 
+# The USD package holds every image; the MJCF has only those that MuJoCo draws.
+IMAGES = "usd/textures"
 SLOTS = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
 
 
@@ -41,7 +43,7 @@ def manifest_of(asset: Asset) -> dict[str, Any]:
             row[slot] = None
             if image is not None:
                 row[slot] = image.model_dump(mode="json", exclude={"png"})
-                row[slot]["png"] = f"{material.FOLDER}/{image.file_name}"
+                row[slot]["png"] = f"{IMAGES}/{image.file_name}"
         data["materials"].append(row)
     return data
 

@@ -14,7 +14,8 @@ from casa_assets import registry
 from casa_assets.checks.package import Package
 from casa_assets.checks.run import run as run_checks
 from casa_assets.errors import CasaError, Rejected
-from casa_assets.export import mjcf, usd
+from casa_assets.export import mjcf
+from casa_assets.export.usd.document import write as write_usd
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import Found
 from casa_assets.model.asset import Asset, Guess
@@ -164,10 +165,11 @@ def _write_and_check(asset: Asset, category: Category, staged: Path, notes: tupl
     disk.write_files(staged, mjcf.write(asset))
     picture = render(staged / "model.xml", View(size_px=PREVIEW_PX))
     (staged / "preview.png").write_bytes(picture)
-    disk.write_files(staged, usd.write(asset, thumbnail(picture)))
+    disk.write_files(staged, write_usd(asset, thumbnail(picture)))
+    waived = frozenset(w.code for w in known.waivers if w.subject == asset.id)
     report = Report(subject=asset.id, issues=notes)
     for subject in (asset, Package(asset, category, staged)):
-        report = report + run_checks(subject, asset.id, known.limits, known.waived(asset.id))
+        report = report + run_checks(subject, asset.id, known.limits, waived)
     return report
 
 
@@ -184,7 +186,7 @@ def _certificate(asset: Asset, report: Report, staged: Path) -> disk.Certificate
     hulls = [len(c.shape.mesh.vertices) for k in asset.links for c in k.colliders if isinstance(c.shape, Hull)]
     x, y, z = (float(f"{v:.6g}") for v in np.ptp(asset.bounds, axis=0))
     return disk.Certificate(
-        digest=asset.digest,
+        asset_digest=asset.digest,
         recipe=recipe(known.limits, known.digest),
         versions=versions(),
         report=report,

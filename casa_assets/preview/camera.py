@@ -29,7 +29,7 @@ class View:
     size_px: int = 512
     fill: float = 0.80
     field_of_view_deg: float = 22.0
-    passes: int = 20
+    passes: int = 18
 
 
 @dataclass(frozen=True)

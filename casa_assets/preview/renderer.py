@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import os
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
@@ -22,6 +23,10 @@ BACKENDS = ("egl", "osmesa")
 _FAILURES = (ImportError, AttributeError, OSError, RuntimeError, TypeError)
 
 
+# The process that opened a context; a forked child finds its parent's number here.
+_opened: list[int] = []
+
+
 class NoRenderer(CasaError):
     """No way to draw without a screen was found; says what was tried and what to install."""
 
@@ -32,6 +37,9 @@ class NoRenderer(CasaError):
             "no OpenGL without a screen is to be had, so no picture can be drawn. On Debian or Ubuntu run "
             f"`apt-get install libegl1 libgl1-mesa-dri` (or libosmesa6), elsewhere install Mesa's EGL. Tried {reasons}"
         )
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, str]]]:
+        return (type(self), (self.tried,))
 
 
 class Canvas:
@@ -73,7 +81,11 @@ def canvas(model: Any, data: Any, option: Any, width_px: int, height_px: int) ->
         NoRenderer: neither EGL nor OSMesa works.
     """
     _context(os.getpid()).make_current()
-    made = Canvas(model, data, option, width_px, height_px)
+    try:
+        made = Canvas(model, data, option, width_px, height_px)
+    except mujoco.FatalError as error:
+        # A broken EGL that was tried first stands in the way of OSMesa within the same process.
+        raise NoRenderer({backend(): f"{error}; try again with MUJOCO_GL=osmesa in the environment"}) from error
     try:
         yield made
     finally:
@@ -82,23 +94,31 @@ def canvas(model: Any, data: Any, option: Any, width_px: int, height_px: int) ->
 
 def backend() -> str:
     """Name of the backend in use: `egl` or `osmesa`. Raises NoRenderer."""
-    return str(type(_context(os.getpid())).__module__.rpartition(".")[2])
+    return str(_context(os.getpid()).backend)
 
 
 @lru_cache(maxsize=1)
 def _context(pid: int) -> Any:
-    """The process's one context. `pid` is the key: a context does not survive a fork.
+    """The process's one context; `pid` is the key because a context does not survive a fork.
 
     mujoco picks its own backend once, from MUJOCO_GL, while it is imported, which is too early for a process that was
     forked from a server. So its backends are opened here by name and the variable is only read as a wish.
     """
+    if _opened:
+        # The drivers' locks and threads were copied half: the next call would wait for ever.
+        raise NoRenderer(
+            {"fork": f"process {_opened[0]} had drawn before it forked; start workers by forkserver or spawn"}
+        )
     wish = os.environ.get("MUJOCO_GL", "").strip().lower()
     tried: dict[str, str] = {}
     for name in (wish,) if wish in BACKENDS else BACKENDS:
         try:
-            return _open(name)
+            made = _open(name)
         except _FAILURES as error:
             tried[name] = f"{type(error).__name__}: {error}".splitlines()[0][:200]
+        else:
+            _opened.append(pid)
+            return made
     raise NoRenderer(tried)
 
 
@@ -106,11 +126,14 @@ def _open(name: str) -> Any:
     """A current context of that backend."""
     before = os.environ.get("PYOPENGL_PLATFORM")
     try:
-        make: Callable[[int, int], Any] = importlib.import_module(f"mujoco.{name}").GLContext
-        made = make(64, 64)
+        kind: type = importlib.import_module(f"mujoco.{name}").GLContext
+        # It lives as long as the process; mujoco's own clean-up at exit finds half of its modules gone.
+        made: Any = type(kind.__name__, (kind,), {"__del__": lambda self: None, "backend": name})(64, 64)
         made.make_current()
     except _FAILURES:
-        # Importing a backend sets the variable, and the next backend refuses to load where it finds another name.
+        # PyOpenGL settles on a platform when it is first imported; the next backend needs one that is still open.
+        for module in [m for m in sys.modules if m.split(".")[0] == "OpenGL" or m.startswith(f"mujoco.{name}")]:
+            del sys.modules[module]
         os.environ.pop("PYOPENGL_PLATFORM", None)
         if before is not None:
             os.environ["PYOPENGL_PLATFORM"] = before

@@ -36,6 +36,7 @@ _FACES, _FEWEST = 12_000, 12
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 _PLASTIC = 1.32471795724474602596
 _FLOOR = "studio__floor"
+_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
 
 def furnish(spec: Any, size_px: int) -> None:
@@ -115,15 +116,24 @@ def _radius(points: Floats) -> float:
 
 
 def _vertices(model: Any, data: Any, geom: int) -> Floats:
-    """(N, 3) vertices of a mesh geom, corners of the box round any other; metres, world frame."""
+    """(N, 3) vertices of a mesh geom, of the ball or of the box round any other; metres, world frame."""
     mesh = int(model.geom_dataid[geom])
     if mesh >= 0 and model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
         start = int(model.mesh_vertadr[mesh])
         local = model.mesh_vert[start : start + int(model.mesh_vertnum[mesh])]
     else:
-        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-        local = model.geom_aabb[geom][:3] + model.geom_aabb[geom][3:] * corners
+        kind = mujoco.mjtGeom(int(model.geom_type[geom]))
+        is_round = kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID)
+        local = model.geom_aabb[geom][:3] + model.geom_aabb[geom][3:] * (_ball() if is_round else _CORNERS)
     return np.asarray(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom], dtype=np.float64)
+
+
+def _ball() -> Floats:
+    """(200, 3) points on the unit sphere, a Fibonacci lattice."""
+    n = np.arange(200)
+    z, turn = 1.0 - (2.0 * n + 1.0) / len(n), 2.0 * np.pi * _GOLDEN * n
+    flat = np.sqrt(1.0 - z * z)
+    return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
 
 
 def _aim(scene: Any, camera: Camera, size_px: int, radius: float, i: int) -> None:

@@ -10,7 +10,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
 from casa_assets.export.usd import collider, number, visual
 from casa_assets.export.usd.material import Looks
-from casa_assets.model.asset import Asset, Inertial, Link
+from casa_assets.model.asset import Asset, Base, Inertial, Link
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
@@ -23,8 +23,9 @@ def define(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, looks: Lo
     number.place(prim, asset.asset_from_link(link.name))
     UsdPhysics.RigidBodyAPI.Apply(prim)
     _mass(prim, link.inertial)
-    if asset.joints and link is asset.root:
-        # On the base body: the one place that SimReady, MuJoCo and Newton all accept.
+    if link is asset.root and (len(asset.links) > 1 or asset.base is Base.FIXED):
+        # Newton refuses joints, even fixed ones, outside an articulation. The base body is the one place for it that
+        # SimReady, MuJoCo and Newton all accept.
         UsdPhysics.ArticulationRootAPI.Apply(prim)
     visual.define_all(stage, path, link, looks)
     collider.define_all(stage, path, link, looks)

@@ -20,9 +20,12 @@ def define_all(stage: Usd.Stage, body: Sdf.Path, link: Link, looks: Looks) -> No
     """Colliders of a link below `<body>/collision`."""
     if not link.colliders:
         return
-    scope = UsdGeom.Scope.Define(stage, body.AppendChild("collision")).GetPath()
+    scope = UsdGeom.Scope.Define(stage, body.AppendChild("collision"))
+    # Guides are not rendered, but a collider that is the very mesh of a visual (a box, a fixture) still counts for
+    # SimReady as a duplicate unless it is invisible.
+    UsdGeom.Imageable(scope).CreateVisibilityAttr(UsdGeom.Tokens.invisible)
     for item in link.colliders:
-        prim = define_shape(stage, scope.AppendChild(item.name), item.shape)
+        prim = define_shape(stage, scope.GetPath().AppendChild(item.name), item.shape)
         _touch(prim, item, looks)
 
 

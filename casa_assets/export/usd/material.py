@@ -98,7 +98,12 @@ def _color(
         node.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(red, green, blue, alpha))
     _connect(shader, "diffuseColor", Sdf.ValueTypeNames.Color3f, node, "rgb", Sdf.ValueTypeNames.Float3)
     if item.base_color_texture.png[PNG_COLOR_TYPE] in PNG_WITH_ALPHA:
-        _connect(shader, "opacity", Sdf.ValueTypeNames.Float, node, "a", Sdf.ValueTypeNames.Float)
+        # A node of its own: SimReady wants alpha read as raw numbers, and one node has one colour space.
+        mask = _texture(stage, path.AppendChild("opacity"), item.base_color_texture, reader, textures)
+        mask.GetInput("sourceColorSpace").Set("raw")
+        if alpha != 1.0:
+            mask.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(1, 1, 1, alpha))
+        _connect(shader, "opacity", Sdf.ValueTypeNames.Float, mask, "a", Sdf.ValueTypeNames.Float)
     else:
         shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(alpha)
 

@@ -8,7 +8,7 @@ from casa_assets.model.asset import Asset
 
 # The day on which this writer's output last changed, not the day of the run: a clock in the file would make two runs
 # over the same asset differ. Move it whenever the bytes that the writer makes change.
-WRITER_DATE = "2026-11-01"
+WRITER_DATE = "2026-11-21"
 WRITER_VERSION = "1"
 UNKNOWN = "unknown"  # SimReady wants a word; an empty one would be refused
 

@@ -1,4 +1,4 @@
-"""COLLADA bundle -> RawModel: one part per primitive and instance, node transforms baked, unit and up axis handed on."""
+"""COLLADA bundle -> RawModel: a part per primitive and instance, transforms baked, unit and up axis handed on."""
 
 from __future__ import annotations
 
@@ -143,7 +143,8 @@ def _turn(axis: Matrix, angle: float) -> Matrix:
         return np.eye(3)
     x, y, z = axis / length
     k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * (k @ k)
+    out: Matrix = np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * (k @ k)
+    return out
 
 
 def _roots(document: Document) -> list[Element]:
@@ -165,7 +166,8 @@ def _unit_and_up(document: Document, notes: Notes) -> tuple[float | None, Up]:
         except ValueError:
             metres = None
         if metres is None or not math.isfinite(metres) or metres <= 0:
-            notes.add(codes.BAD_VALUE, "asset/unit", f"meter={clean(unit.get('meter', ''), 20)!r} is no length; ignored")
+            stated = clean(unit.get("meter", ""), 20)
+            notes.add(codes.BAD_VALUE, "asset/unit", f"meter={stated!r} is no length; ignored")
             metres = None
     return metres, _UPS.get(text_of(kid(asset, "up_axis")).upper(), Up.Y)
 

@@ -83,7 +83,7 @@ class Surfaces:
         glows = kid(emission, "texture") is not None or (len(glow) == 3 and bool((glow > _BLACK).any()))
         plain = floats_of(kid(diffuse, "color"))[:3]
         if glows and (diffuse is None or (len(plain) == 3 and bool((plain <= _BLACK).all()))):
-            self.notes.add(codes.EMISSIVE_AS_BASE, tag(shader), "black surface that glows: its glow is used as base colour")
+            self.notes.add(codes.EMISSIVE_AS_BASE, tag(shader), "black surface that glows: its glow is its colour")
             return emission
         return diffuse
 

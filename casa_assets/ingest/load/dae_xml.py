@@ -21,7 +21,9 @@ Element = etree._Element
 
 # COLLADA files are about a dozen deep, plus their node hierarchy.
 DEEPEST = 500
-_CUT = (expat.errors.codes[expat.errors.XML_ERROR_NO_ELEMENTS], expat.errors.codes[expat.errors.XML_ERROR_UNCLOSED_TOKEN])
+_CUT = tuple(
+    expat.errors.codes[words] for words in (expat.errors.XML_ERROR_NO_ELEMENTS, expat.errors.XML_ERROR_UNCLOSED_TOKEN)
+)
 
 
 def guard(data: bytes, name: str) -> None:
@@ -43,7 +45,7 @@ def guard(data: bytes, name: str) -> None:
         depth -= 1
 
     def doctype(*parts: object) -> None:
-        raise Rejected(codes.XML_ENTITY, f"{name}: carries a document type or entities, which are not read; remove them")
+        raise Rejected(codes.XML_ENTITY, f"{name}: carries a document type or entities; remove them")
 
     scanner = expat.ParserCreate()
     scanner.StartElementHandler, scanner.EndElementHandler = start, end
@@ -55,7 +57,8 @@ def guard(data: bytes, name: str) -> None:
         says = f"{name}: the XML is broken at line {error.lineno} ({expat.ErrorString(error.code)}); fetch it again"
         raise Rejected(code, says) from error
     except (ValueError, LookupError) as error:
-        raise Rejected(codes.BAD_XML, f"{name}: the XML cannot be read ({clean(str(error), 60)}); export it again") from error
+        says = f"{name}: the XML cannot be read ({clean(str(error), 60)}); export it again"
+        raise Rejected(codes.BAD_XML, says) from error
 
 
 @dataclass
@@ -79,7 +82,8 @@ def open_dae(data: bytes, name: str) -> Document:
     try:
         root = etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
-        raise Rejected(codes.BAD_XML, f"{name}: the XML is broken ({clean(str(error), 80)}); export it again") from error
+        says = f"{name}: the XML is broken ({clean(str(error), 80)}); export it again"
+        raise Rejected(codes.BAD_XML, says) from error
     if tag(root) != "COLLADA":
         raise Rejected(codes.WRONG_TYPE, f"{name}: XML, but not COLLADA (its root is {clean(tag(root), 30)})")
     by_id: dict[str, Element] = {}

@@ -73,7 +73,8 @@ def _sniff_text(data: bytes, name: str) -> Format:
     if re.match(rb"ply[ \t]*[\r\n]", start):
         return Format.PLY
     if start.startswith(b"<"):
-        if b"<COLLADA" in head or b":COLLADA" in head or suffix_of(name) == ".dae" and b"<html" not in lower:
+        is_named = suffix_of(name) == ".dae" and b"<html" not in lower
+        if b"<COLLADA" in head or b":COLLADA" in head or is_named:
             return Format.DAE
         what = "an HTML page (a failed download?)" if b"html" in lower else "XML, but not COLLADA"
         raise Rejected(codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh; fetch it again")
@@ -96,7 +97,8 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
     if suffix == ".stl" and not is_text and len(data) >= 15:
         return Format.STL
     if suffix == ".glb":
-        raise Rejected(codes.BAD_MAGIC, f"{name}: a GLB starts with `glTF`, this starts with {data[:4]!r}; fetch it again")
+        says = f"{name}: a GLB starts with `glTF`, this starts with {data[:4]!r}; fetch it again"
+        raise Rejected(codes.BAD_MAGIC, says)
     raise Rejected(codes.WRONG_TYPE, f"{name}: the content is none of GLB, glTF, OBJ, PLY, STL, DAE")
 
 

@@ -110,7 +110,7 @@ class Images:
         most, most_pixels = self._limits["input_texture_px"], self._limits["input_texture_pixels"]
         if max(image.size) <= most and image.width * image.height <= most_pixels:
             return True
-        says = f"{image.width} x {image.height} pixels, more than {most:.0f} a side or {most_pixels:.0f} in all; left out"
+        says = f"{image.width} x {image.height} pixels, over {most:.0f} a side or {most_pixels:.0f} in all; left out"
         self._notes.add(codes.IMAGE_REFUSED, where, says)
         return False
 
@@ -119,7 +119,8 @@ class Images:
         if longest <= LARGEST_PX:
             return image
         size = (max(1, image.width * LARGEST_PX // longest), max(1, image.height * LARGEST_PX // longest))
-        self._notes.add(codes.IMAGE_DOWNSCALED, where, f"{image.width} x {image.height} scaled to {size[0]} x {size[1]}")
+        says = f"{image.width} x {image.height} scaled to {size[0]} x {size[1]}"
+        self._notes.add(codes.IMAGE_DOWNSCALED, where, says)
         if image.mode in ("P", "1"):
             image = image.convert("RGBA")
         return image.resize(size, Image.Resampling.BOX)

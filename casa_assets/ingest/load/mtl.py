@@ -15,14 +15,13 @@ from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.load.text import decode, plain
 from casa_assets.model.material import ColorSpace, Material, Texture
 
-# Options before a file name and the most arguments each takes. Ref: Wavefront MTL specification, "options for texture maps"
+# Options before a file name and the most arguments each takes. Ref: Wavefront MTL specification, texture map options
 _OPTIONS = {
     "-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-mm": 2,
     "-o": 3, "-s": 3, "-t": 3, "-texres": 1, "-type": 1, "-colorspace": 1,
 }  # fmt: skip
 _NUMERIC = frozenset({"-o", "-s", "-t", "-mm"})
-MAPS = ("map_kd", "map_bump", "bump", "norm", "map_pr", "map_pm", "map_kn", "map_norm", "refl", "map_d", "map_ks", "map_ke")
-READ_MAPS = frozenset({"map_kd", "map_bump", "bump", "norm", "map_kn", "map_norm", "map_pr", "map_pm"})
+MAPS = frozenset({"map_kd", "map_bump", "bump", "norm", "map_kn", "map_norm", "map_pr", "map_pm"})
 _UNSET = (0.8, 0.8, 0.8)
 
 
@@ -32,7 +31,7 @@ class MtlEntry:
 
     Attributes:
         color: Kd, sRGB display values in 0..1.
-        alpha: d, or 1 - Tr.
+        alpha: d, or 1 - Tr; has_alpha: it came from d.
         shininess: Ns, or None.
         specular: greatest channel of Ks, or None.
         roughness, metallic: Pr, Pm of the PBR extension, or None.
@@ -41,6 +40,7 @@ class MtlEntry:
 
     color: tuple[float, float, float] = _UNSET
     alpha: float = 1.0
+    has_alpha: bool = False
     shininess: float | None = None
     specular: float | None = None
     roughness: float | None = None
@@ -111,8 +111,11 @@ def _set_value(entry: MtlEntry, key: str, rest: str, name: str, notes: Notes) ->
         entry.color = (r, g, b)
     elif key == "ks":
         entry.specular = max(values)
-    elif key in ("d", "tr"):
-        entry.alpha = first if key == "d" else 1.0 - first
+    elif key == "d":
+        entry.alpha, entry.has_alpha = first, True
+    elif key == "tr":
+        # files with both disagree about what Tr means; d has one meaning only
+        entry.alpha = entry.alpha if entry.has_alpha else 1.0 - first
     elif key == "ns":
         entry.shininess = first
     elif key == "pr":

@@ -48,6 +48,8 @@ def read_obj(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     """
     name = clean(bundle.main)
     lines = read_lines(plain(bundle.files[bundle.main], name), notes)
+    if not lines.v and not lines.face_count:
+        raise Rejected(codes.EMPTY_FILE, f"{name}: holds neither vertices nor faces; fetch or export it again")
     check_face_count(lines.face_count, limits, name)
     vertices = numbers(lines.v, 3, 7, "v")
     uvs = numbers(lines.vt, 1, 2, "vt")
@@ -99,11 +101,14 @@ def _triangles(lines: ObjLines, vertices: Floats, others: tuple[int, int], name:
 def _gathered(found: list[tuple[Ints, Ints, Ints]], bad: int, fanned: int, name: str, notes: Notes) -> _Triangles:
     count = sum(len(order) for _, order, _ in found)
     if bad and not count:
-        raise Rejected(codes.OUT_OF_BOUNDS, f"{name}: all {bad} faces name vertices that do not exist; export it again")
+        says = f"{name}: all {bad} faces name vertices that do not exist; export it again"
+        raise Rejected(codes.OUT_OF_BOUNDS, says)
     if bad:
-        notes.add(codes.FACE_DROPPED, "f", f"{bad} faces with fewer than three corners or missing vertices were dropped")
+        says = f"{bad} faces with fewer than three corners or missing vertices were dropped"
+        notes.add(codes.FACE_DROPPED, "f", says)
     if fanned:
-        notes.add(codes.POLYGON_FAN, "f", f"{fanned} concave or crossed faces were cut as fans; triangulate them first")
+        says = f"{fanned} concave or crossed faces were cut as fans; triangulate them first"
+        notes.add(codes.POLYGON_FAN, "f", says)
     if not count:
         none = np.zeros((0, 3), dtype=np.int64)
         return _Triangles(none, none, none, np.zeros(0, dtype=np.int64))
@@ -170,8 +175,10 @@ def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], not
         entry = entries.get(name) or by_case.get(name.lower())
         if entry is None and not name and len(entries) == 1:
             entry = next(iter(entries.values()))
-        if entry is None and (name or lines.libraries):
-            notes.add(codes.MATERIAL_MISSING, name, f"material {clean(name, 40)!r} is not described; a grey one is used")
+        if entry is None and name:
+            notes.add(
+                codes.MATERIAL_MISSING, name, f"material {clean(name, 40)!r} is not described; a grey one is used"
+            )
         out[name] = made.material(name or "material", entry or MtlEntry())
     return out
 

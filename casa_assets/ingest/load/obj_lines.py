@@ -93,7 +93,7 @@ def read_lines(data: bytes, notes: Notes) -> ObjLines:
         elif key == b"mtllib":
             out.libraries.append(decode(rest).strip())
         elif key in _DIRECTIVES:
-            notes.add(codes.DIRECTIVE_IGNORED, key.decode(), "statements that run or include something are ignored")
+            notes.add(codes.DIRECTIVE_IGNORED, "directives", "statements that run or include something are ignored")
     out.groups = list(known)
     return out
 
@@ -169,13 +169,14 @@ def _slow_numbers(lines: list[bytes], least: int, most: int, what: str) -> Float
             says = f"`{what} {clean(decode(line), 60)}` (number {i + 1} of its kind) is not a row of numbers"
             raise Rejected(codes.BAD_NUMBER, says + "; export with decimal points") from error
         if len(values) < least:
-            raise Rejected(codes.BAD_NUMBER, f"`{what} {clean(decode(line), 60)}`: {least} numbers wanted; export it again")
+            says = f"`{what} {clean(decode(line), 60)}`: {least} numbers wanted; export it again"
+            raise Rejected(codes.BAD_NUMBER, says)
         out[i, : len(values)] = values
     return out
 
 
 def corner_indices(bucket: FaceBucket) -> Ints:
-    """(F, n, k) indices as written, k as the form has; faces that cannot be parsed are all 0 (no vertex has index 0)."""
+    """(F, n, k) indices as written, k as the form has; a face that cannot be parsed is all 0, which no vertex is."""
     kinds = len(bucket.form)
     joined = b" ".join(bucket.text).replace(b"/", b" ")
     flat = parsed_numbers(joined)

@@ -12,7 +12,7 @@ from casa_assets.ingest import codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.image import Images, Look
 from casa_assets.ingest.load.notes import Notes, clean
-from casa_assets.ingest.load.ply_table import Table, read_header, read_tables
+from casa_assets.ingest.load.ply_table import Table, check_lengths, read_header, read_tables
 from casa_assets.ingest.load.polygon import triangulate
 from casa_assets.ingest.load.rough import Rough, check_face_count, finish
 from casa_assets.model.material import Material
@@ -35,6 +35,7 @@ def read_ply(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     name = clean(bundle.main)
     data = bundle.files[bundle.main].lstrip(b" \t\r\n")
     header = read_header(data, name)
+    check_lengths(data, header, name)
     for element in header.elements:
         if element.name == "face":
             check_face_count(element.count, limits, name)
@@ -69,15 +70,14 @@ def _faces(face: Table | None, vertices: Floats, name: str, notes: Notes) -> tup
     column = next((n for n in ("vertex_indices", "vertex_index") if face and n in face.lists), None)
     if face is None or column is None:
         return none
-    flat, lengths = face.lists[column]
-    flat = flat.astype(np.int64)
+    flat, lengths = face.lists[column][0].astype(np.int64), face.lists[column][1]
     if len(flat) and not 0 <= int(flat.min()) <= int(flat.max()) < len(vertices):
         says = f"{name}: a face names vertex {int(flat.max())} of {len(vertices)}; export the file again"
         raise Rejected(codes.OUT_OF_BOUNDS, says)
     starts = np.concatenate((np.zeros(1, dtype=np.int64), np.cumsum(lengths)[:-1])) if len(lengths) else lengths
     found: list[tuple[Ints, Ints]] = []
     fanned = 0
-    for corners in np.unique(lengths):
+    for corners in np.unique(lengths).tolist():
         rows = np.flatnonzero(lengths == corners)
         if corners < 3:
             notes.add(codes.FACE_DROPPED, "face", f"{len(rows)} faces with fewer than three corners were dropped")

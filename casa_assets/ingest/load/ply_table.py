@@ -17,8 +17,9 @@ from casa_assets.ingest.load.text import decode
 Floats = npt.NDArray[np.float64]
 
 _TYPES = {
-    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2", "uint16": "u2",
-    "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
+    "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
+    "float32": "f4", "float64": "f8",
 }  # fmt: skip
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
@@ -115,10 +116,11 @@ def _header_line(header: Header, line: str, name: str) -> None:
 def read_tables(data: bytes, header: Header, name: str) -> dict[str, Table]:
     """Tables by element name; reading stops after `face`, for nothing later matters.
 
+    Call check_lengths first.
+
     Raises:
-        Rejected: LENGTH_MISMATCH or TRUNCATED where the rows are not there, BAD_NUMBER in text files.
+        Rejected: TRUNCATED where the rows are not there, BAD_NUMBER in text files.
     """
-    _check_lengths(data, header, name)
     out: dict[str, Table] = {}
     if not header.order:
         words = data[header.start :].split()
@@ -134,8 +136,8 @@ def read_tables(data: bytes, header: Header, name: str) -> dict[str, Table]:
     return out
 
 
-def _check_lengths(data: bytes, header: Header, name: str) -> None:
-    """Each row takes some bytes at least; a claim beyond them is refused before allocation."""
+def check_lengths(data: bytes, header: Header, name: str) -> None:
+    """Each row takes some bytes at least: a claim beyond them is refused, TRUNCATED or LENGTH_MISMATCH."""
     room = len(data) - header.start
     for element in header.elements:
         sizes = (np.dtype(p.length or p.dtype).itemsize for p in element.properties)

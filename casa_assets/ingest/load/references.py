@@ -10,7 +10,7 @@ from casa_assets.ingest.load.dae_look import image_file
 from casa_assets.ingest.load.dae_xml import kids, open_dae
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.gltf.container import open_document
-from casa_assets.ingest.load.mtl import MAPS, READ_MAPS, map_file, statements
+from casa_assets.ingest.load.mtl import MAPS, map_file, statements
 from casa_assets.ingest.load.ply_table import read_header
 from casa_assets.ingest.load.text import decode, plain
 
@@ -58,7 +58,7 @@ def references(found: Format, data: bytes, name: str) -> list[Reference]:
 
 def of_mtl(data: bytes, name: str) -> list[Reference]:
     """Pictures of an MTL file that a reader here can use, each once."""
-    found = [map_file(rest) for key, rest in statements(data, name) if key in MAPS and key in READ_MAPS]
+    found = [map_file(rest) for key, rest in statements(data, name) if key in MAPS]
     return [Reference(f, Role.IMAGE) for f in dict.fromkeys(found) if f][:MOST_REFERENCES]
 
 

@@ -25,6 +25,8 @@ Bytes = npt.NDArray[np.uint8]
 FAR = 1e12
 FAR_UV = 1e6
 SHORT_NORMAL = 1e-6
+# Scans have a handful of zero normals at slivers; more than this share says that the column is worthless.
+MOST_BAD_NORMALS = 0.1
 
 
 @dataclass
@@ -84,7 +86,8 @@ def finish(
         if keep.any():
             parts.append(_part(rough, keep, names, notes))
     if dropped * 2 > total:
-        raise Rejected(codes.NON_FINITE, f"{name}: {dropped} of {total} faces use NaN or infinite vertices; export it again")
+        says = f"{name}: {dropped} of {total} faces use NaN or infinite vertices; export it again"
+        raise Rejected(codes.NON_FINITE, says)
     if not parts:
         vertices = sum(len(d.vertices) for d in roughs)
         if vertices:
@@ -96,15 +99,17 @@ def finish(
 def _usable_faces(rough: Rough) -> npt.NDArray[np.bool_]:
     """(F,) whether all three vertices of a face are finite and near enough to be meant."""
     with np.errstate(invalid="ignore"):
-        good = (np.abs(rough.vertices) < FAR).all(axis=1)
-    return np.asarray(good[rough.faces].all(axis=1), dtype=bool) if len(rough.faces) else np.zeros(0, dtype=bool)
+        good = np.asarray((np.abs(rough.vertices) < FAR).all(axis=1))
+    return np.asarray(good[rough.faces].all(axis=1)) if len(rough.faces) else np.zeros(0, dtype=bool)
 
 
 def _part(rough: Rough, keep: npt.NDArray[np.bool_], names: Names, notes: Notes) -> RawPart:
     faces = rough.faces if keep.all() else rough.faces[keep]
     used, compact = used_vertices(faces, len(rough.vertices))
     uv = None if rough.uv is None else _finite_uv(rough.uv[used], rough.name, notes)
-    normals = None if rough.normals is None else _unit(rough.normals[used], rough.name, notes)
+    normals = None
+    if rough.normals is not None:
+        normals = _unit(rough.normals[used], rough.vertices[used], compact, rough.name, notes)
     colors = None if rough.colors is None else rough.colors[used]
     mesh = Mesh(vertices=rough.vertices[used], faces=compact, uv=uv, normals=normals, colors=colors)
     material = rough.material
@@ -130,22 +135,40 @@ def used_vertices(faces: Ints, count: int) -> tuple[Ints, Ints]:
 
 def _finite_uv(uv: Floats, name: str, notes: Notes) -> Floats:
     with np.errstate(invalid="ignore"):
-        good = (np.abs(uv) < FAR_UV).all(axis=1)
+        good = np.asarray((np.abs(uv) < FAR_UV).all(axis=1))
     if good.all():
         return uv
     notes.add(codes.BAD_UV, name, f"{int((~good).sum())} texture coordinates are NaN or absurd; set to 0")
     return np.where(good[:, None], uv, 0.0)
 
 
-def _unit(normals: Floats, name: str, notes: Notes) -> Floats | None:
-    """(V, 3) unit normals, or None where any is unusable (they are computed anew later)."""
+def _unit(normals: Floats, vertices: Floats, faces: Ints, name: str, notes: Notes) -> Floats | None:
+    """(V, 3) unit normals; a few bad ones are replaced, None where many are (all are computed anew later)."""
     with np.errstate(invalid="ignore", over="ignore"):
         length = np.linalg.norm(normals, axis=1)
-        good = np.isfinite(length) & (length > SHORT_NORMAL)
-    if not good.all():
-        notes.add(codes.BAD_NORMALS, name, f"{int((~good).sum())} normals are zero or NaN; all are computed anew")
+        bad = np.asarray(~(np.isfinite(length) & (length > SHORT_NORMAL)))
+    if not bad.any():
+        return np.asarray(normals / length[:, None])
+    if bad.mean() > MOST_BAD_NORMALS:
+        notes.add(codes.BAD_NORMALS, name, f"{int(bad.sum())} normals are zero or NaN; all are computed anew")
         return None
-    return normals / length[:, None]
+    notes.add(codes.BAD_NORMALS, name, f"{int(bad.sum())} normals are zero or NaN; those are replaced")
+    mended = np.where(bad[:, None], _vertex_normals(vertices, faces), normals)
+    size = np.linalg.norm(mended, axis=1)
+    flat = ~(np.isfinite(size) & (size > 0.0))
+    mended[flat], size[flat] = (0.0, 0.0, 1.0), 1.0
+    return np.asarray(mended / size[:, None])
+
+
+def _vertex_normals(vertices: Floats, faces: Ints) -> Floats:
+    """(V, 3) sums of the area vectors of the faces around each vertex."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        a, b, c = (vertices[faces[:, i]] for i in range(3))
+        area = np.cross(b - a, c - a)
+    out = np.zeros_like(vertices)
+    for i in range(3):
+        np.add.at(out, faces[:, i], area)
+    return out
 
 
 def transformed(vertices: Floats, normals: Floats | None, matrix: Floats) -> tuple[Floats, Floats | None, bool]:

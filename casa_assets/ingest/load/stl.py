@@ -67,6 +67,8 @@ def _text(data: bytes, limits: Mapping[str, float], name: str) -> list[Rough]:
     check_face_count(sum(len(rows) for _, rows in solids) // 3, limits, name)
     if data.rstrip()[-400:].lower().find(b"endsolid") < 0 and any(rows for _, rows in solids):
         raise Rejected(codes.TRUNCATED, f"{name}: the text STL has no `endsolid`; fetch it again")
+    if not any(rows for _, rows in solids):
+        raise Rejected(codes.EMPTY_FILE, f"{name}: a solid without a single facet; fetch or export it again")
     out = []
     for title, rows in solids:
         if len(rows) % 3:

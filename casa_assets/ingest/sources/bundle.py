@@ -1,4 +1,4 @@
-"""A found input -> Bundle: the bytes of its main file and of every file that it refers to, from its own package only."""
+"""A found input -> Bundle: the bytes of its main file and of all files that it refers to, from its package only."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class _Collector:
         stem = main.rpartition(".")[0].lower()
         fits = [n for n in self._listing(folder) if n.lower() in (f"{stem}.mtl", f"{main.lower()}.mtl")]
         if len(fits) == 1 and fits[0] not in self.files:
-            self.notes.add(codes.MATERIAL_GUESSED, fits[0], f"{clean(fits[0])} is taken for the material file, by its name")
+            self.notes.add(codes.MATERIAL_GUESSED, fits[0], f"{clean(fits[0])} is taken for its material file, by name")
             self._add(Reference(fits[0], Role.MATERIAL), posixpath.join(folder, fits[0]))
 
     def _add(self, reference: Reference, place: str) -> None:
@@ -121,7 +121,7 @@ class _Collector:
         if refusal == codes.NETWORK_URI:
             return Rejected(refusal, f"buffer {name!r} lies on the network, which is not read; pack it into the file")
         if refusal:
-            return Rejected(refusal, f"buffer {name!r} leaves the package, which is not followed; pack it into the file")
+            return Rejected(refusal, f"buffer {name!r} leaves the package; pack it into the file")
         return Rejected(codes.MISSING_FILE, f"buffer {name!r} is missing; put it beside the glTF")
 
     def _by_base_name(self, reference: Reference, folder: str, refusal: str | None) -> str | None:
@@ -133,10 +133,11 @@ class _Collector:
             path = posixpath.normpath(posixpath.join(folder, near, base))
             place = None if path.startswith("..") else self._existing(path, reference)
             if place is not None:
-                self.notes.add(codes.FOUND_BY_BASE_NAME, name, f"{name!r} was found by its base name, as {clean(place, 80)}")
+                says = f"`{name}` was found by its base name, as {clean(place, 80)}"
+                self.notes.add(codes.FOUND_BY_BASE_NAME, name, says)
                 return place
         if refusal:
-            self.notes.add(codes.REFERENCE_IGNORED, name, f"reference {name!r} outside the package ignored")
+            self.notes.add(codes.REFERENCE_IGNORED, name, f"reference `{name}` outside the package ignored")
         else:
             says = f"{reference.role.value} {name!r} is missing; put it beside the mesh"
             self.notes.add(codes.REFERENCE_MISSING, name, says)
@@ -164,7 +165,7 @@ class _Collector:
         """Names in a folder of the package, sorted; none where it cannot be read."""
         if folder not in self._names:
             try:
-                self._names[folder] = sorted(os.listdir(self._found.root / folder))
+                self._names[folder] = sorted(p.name for p in (self._found.root / folder).iterdir())
             except OSError:
                 self._names[folder] = []
         return self._names[folder]

@@ -42,9 +42,15 @@ def discover(roots: Sequence[Path]) -> Iterator[Found | Refused]:
 
 
 def _discover(root: Path) -> Iterator[Found | Refused]:
-    place = Path(os.path.abspath(root))
+    place = root.absolute()
     if place.is_dir():
-        yield from _folder(Package(place, ""), set(), 0)
+        inputs = 0
+        for one in _folder(Package(place, ""), set(), 0):
+            inputs += 1
+            yield one
+        if not inputs and suffix_of(place.name) in SUFFIXES:
+            says = f"{shown(place.name)}: a folder, not a regular file; put the file itself there"
+            yield Refused(shown(place.name), codes.NOT_A_FILE, says)
     elif place.suffix.lower() in (".jsonl", ".json"):
         yield from _named_manifest(Package(place.parent, ""), place.name)
     else:
@@ -66,7 +72,7 @@ def _named_manifest(package: Package, name: str) -> Iterator[Found | Refused]:
 
 
 def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
-    """Packages in this folder, then its loose meshes, then its folders; `claimed` holds real paths of packaged files."""
+    """Packages here, then loose meshes, then folders; `claimed` holds the real paths of packaged files."""
     try:
         entries = sorted(os.scandir(package.root), key=lambda e: os.fsencode(e.name))
     except OSError as error:
@@ -89,7 +95,8 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
             folders.append(entry.name)
     for name in folders:
         if depth >= DEEPEST_FOLDER:
-            yield Refused(shown(package.prefix + name), codes.UNREADABLE, f"{shown(name)}: folders nested too deep; move it")
+            says = f"{shown(name)}: folders nested too deep; move it"
+            yield Refused(shown(package.prefix + name), codes.UNREADABLE, says)
         else:
             yield from _inner(package, name, claimed, depth)
 
@@ -110,12 +117,10 @@ def _packaged(package: Package, names: Sequence[str]) -> Iterator[Found | Refuse
         lower = name.lower()
         if lower.endswith(".jsonl"):
             yield from manifest.read_lines(package, name, is_named=False)
-        elif lower.endswith(".json") and lower not in objaverse.INDEX_FILES or lower == "annotations.json":
-            listed = objaverse.read_xl(package, name) if lower == "annotations.json" else None
-            if listed is not None:
-                yield from listed
-            elif lower != "annotations.json":
-                yield from manifest.read_list(package, name, is_named=False)
+        elif lower == "annotations.json":
+            yield from objaverse.read_xl(package, name) or ()
+        elif lower.endswith(".json") and lower not in objaverse.INDEX_FILES:
+            yield from manifest.read_list(package, name, is_named=False)
 
 
 def _loose(package: Package, main: str) -> Found | Refused:

@@ -28,13 +28,13 @@ def check_file(path: str, root: Path) -> os.stat_result:
     Raises:
         Rejected: MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
     """
-    name = clean(os.path.basename(shown(path)))
-    if os.path.islink(path) and not is_inside(path, root):
+    name = clean(Path(shown(path)).name)
+    if Path(path).is_symlink() and not is_inside(path, root):
         raise Rejected(codes.LINK_OUTSIDE, f"{name}: a link that leaves its package; put the file itself there")
     try:
-        found = os.stat(path)
+        found = Path(path).stat()
     except (FileNotFoundError, NotADirectoryError) as error:
-        if os.path.islink(path):
+        if Path(path).is_symlink():
             raise Rejected(codes.NOT_A_FILE, f"{name}: a link to nothing; put the file itself there") from error
         raise Rejected(codes.MISSING_FILE, f"{name}: there is no such file; add it or mend the name") from error
     except OSError as error:
@@ -44,7 +44,7 @@ def check_file(path: str, root: Path) -> os.stat_result:
     except ValueError as error:
         raise Rejected(codes.BAD_NAME, f"{name}: a name that no file can have; mend it") from error
     if not is_inside(path, root):
-        raise Rejected(codes.LINK_OUTSIDE, f"{name}: stands behind a link that leaves its package; put the file itself there")
+        raise Rejected(codes.LINK_OUTSIDE, f"{name}: behind a link that leaves its package; put the file itself there")
     if not stat.S_ISREG(found.st_mode):
         kind = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe, socket or device"
         raise Rejected(codes.NOT_A_FILE, f"{name}: {kind}, not a regular file; put the file itself there")
@@ -59,7 +59,7 @@ def read_file(path: str, root: Path, most_bytes: float) -> bytes:
     Raises:
         Rejected: as `check_file`, and TOO_LARGE before anything is read.
     """
-    name = clean(os.path.basename(shown(path)))
+    name = clean(Path(shown(path)).name)
     size = check_file(path, root).st_size
     if size > most_bytes:
         says = f"{name}: {size} bytes, more than the {max(0, int(most_bytes))} left of input_bytes; simplify it first"

@@ -160,7 +160,7 @@ def _plain(data: bytes, name: str) -> bytes:
 
 
 def read_xl(package: Package, name: str) -> Iterator[Found | Refused] | None:
-    """Inputs of an Objaverse-XL `annotations.json` (a list of rows with `fileIdentifier`); None where it is no such list."""
+    """Inputs of an Objaverse-XL list (its rows have `fileIdentifier`); None where the file is no such list."""
     try:
         rows = parse_json(_plain(package.read(name), name), name)
     except Rejected:

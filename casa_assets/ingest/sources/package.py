@@ -51,7 +51,7 @@ class Package:
         if "\\" in path and not os.path.lexists(self.root / path):
             path = path.replace("\\", "/")
         whole = posixpath.normpath(path)
-        if path.startswith("/") or re.match(r"[A-Za-z]:", path) or whole.startswith("..") and whole[2:3] in ("", "/"):
+        if path.startswith("/") or re.match(r"[A-Za-z]:", path) or (whole.startswith("..") and whole[2:3] in ("", "/")):
             raise Rejected(codes.PATH_TRAVERSAL, f"{place}: {clean(path, 80)!r} leaves the package; mend it")
         try:
             check_file(str(self.root / whole), self.root)

@@ -64,9 +64,11 @@ def safe_id(value: object, place: str) -> str:
     """An id that is used for output names.
 
     Raises:
-        Rejected: BAD_ID where it is no text, or could name a path.
+        Rejected: BAD_ROW where it is no text, BAD_ID where it could name a path.
     """
-    if not isinstance(value, str) or not _SAFE_ID.fullmatch(value) or ".." in value:
+    if not isinstance(value, str):
+        raise Rejected(codes.BAD_ROW, f"{place}: id {clean(repr(value), 40)} is no text; mend it")
+    if not _SAFE_ID.fullmatch(value) or ".." in value:
         says = f"{place}: id {clean(repr(value), 40)} is not letters, digits, `_`, `-` and `.`; mend it"
         raise Rejected(codes.BAD_ID, says)
     return value

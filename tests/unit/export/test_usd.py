@@ -131,10 +131,19 @@ class TestBody:
             matrix = np.array(UsdGeom.Xformable(prim_of(stage, link.name)).GetLocalTransformation()).T
             assert matrix == pytest.approx(asset.asset_from_link(link.name).matrix, abs=1e-12)
 
-    def test_articulation_root_is_the_base_body_and_only_with_joints(self) -> None:
-        roots = [p.GetName() for p in stage_of(microwave()).Traverse() if p.HasAPI(UsdPhysics.ArticulationRootAPI)]
-        assert roots == ["object"]
-        assert not any(p.HasAPI(UsdPhysics.ArticulationRootAPI) for p in stage_of(rigid_mug()).Traverse())
+    @pytest.mark.parametrize(
+        ("asset", "roots"),
+        [
+            (microwave(Base.FIXED), ["object"]),
+            (microwave(Base.FREE), ["object"]),
+            (rigid_mug().replace(base=Base.FIXED), ["object"]),
+            (rigid_mug(), []),
+        ],
+    )
+    def test_articulation_root_is_the_base_body_wherever_a_joint_is(self, asset: Asset, roots: list[str]) -> None:
+        prims = stage_of(asset).Traverse()
+        assert [p.GetName() for p in prims if p.HasAPI(UsdPhysics.ArticulationRootAPI)] == roots
+        assert any(p.IsA(UsdPhysics.Joint) for p in prims) == bool(roots)
 
     @given(
         quaternion=st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: sum(x * x for x in q) > 0.01),

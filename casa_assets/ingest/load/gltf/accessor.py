@@ -49,7 +49,7 @@ class Accessors:
             array = self._array(index)
             scale = 1.0
             if array.dtype.kind in "iu" and self._document.pick(index, "accessors").flag("normalized"):
-                scale = float(np.iinfo(array.dtype).max)
+                scale = float(2 ** (8 * array.dtype.itemsize - (array.dtype.kind == "i")) - 1)
             values = array.astype(np.float64) / scale
             self._floats[index] = np.maximum(values, -1.0) if scale != 1.0 else values
         values = self._floats[index]
@@ -157,4 +157,5 @@ class Accessors:
             return self._files[uri]
         if index == 0 and self._binary is not None:
             return self._binary
-        raise Rejected(codes.MISSING_FILE, f"glTF {buffer.place}: has neither a file nor a binary chunk; export it again")
+        says = f"glTF {buffer.place}: has neither a file nor a binary chunk; export it again"
+        raise Rejected(codes.MISSING_FILE, says)

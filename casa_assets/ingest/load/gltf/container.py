@@ -38,7 +38,7 @@ def _check_extensions(document: Node, name: str) -> None:
     for wanted in document.array("extensionsRequired"):
         readable = isinstance(wanted, str) and (wanted in READABLE or wanted.startswith("KHR_materials_"))
         if not readable:
-            says = f"{name}: requires the glTF extension {str(wanted)[:60]!r}, which is not supported; export without it"
+            says = f"{name}: requires the glTF extension {str(wanted)[:60]!r}, not supported; export without it"
             raise Rejected(codes.UNSUPPORTED_EXTENSION, says)
 
 
@@ -92,4 +92,5 @@ def data_uri(uri: str, where: str) -> bytes:
     try:
         return base64.b64decode(raw, validate=True)
     except (binascii.Error, ValueError) as error:
-        raise Rejected(codes.BAD_SCHEMA, f"glTF {where}: base64 data is broken ({error}); export the file again") from error
+        says = f"glTF {where}: base64 data is broken ({error}); export the file again"
+        raise Rejected(codes.BAD_SCHEMA, says) from error

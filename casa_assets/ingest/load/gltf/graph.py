@@ -58,7 +58,8 @@ def read_graph(document: Node, notes: Notes) -> Graph:
     if graph.placed:
         return graph
     if nodes and len(children) >= len(nodes):
-        raise Rejected(codes.BAD_SCENE_GRAPH, "glTF nodes: every node has a parent, so they form a cycle; export it again")
+        says = "glTF nodes: every node has a parent, so they form a cycle; export it again"
+        raise Rejected(codes.BAD_SCENE_GRAPH, says)
     bare = tuple(Placed(None, i, np.eye(4)) for i in range(len(document.items("meshes"))))
     return Graph(bare, graph.world_from_node)
 
@@ -89,7 +90,7 @@ def _walk(document: Node, nodes: list[Node], roots: list[int], notes: Notes) -> 
         if node.has("mesh"):
             mesh = node.count("mesh")
             if mesh >= meshes:
-                raise Rejected(codes.OUT_OF_BOUNDS, f"glTF {node.place}/mesh: index {mesh} of {meshes}; export it again")
+                raise Rejected(codes.OUT_OF_BOUNDS, f"glTF {node.place}/mesh: {mesh} of {meshes}; export it again")
             placed.append(Placed(index, mesh, worlds[index]))
         stack.extend((_index(child, node), worlds[index]) for child in reversed(node.array("children")))
     return Graph(tuple(placed), worlds)
@@ -120,5 +121,5 @@ def local_matrix(node: Node, notes: Notes) -> Matrix:
 
 def _index(value: object, node: Node) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        raise Rejected(codes.BAD_SCHEMA, f"glTF {node.place}: {str(value)[:20]!r} is no node index; export the file again")
+        raise Rejected(codes.BAD_SCHEMA, f"glTF {node.place}: {str(value)[:20]!r} is no node index; export it again")
     return value

@@ -178,7 +178,8 @@ def _from_mode(flat: Ints, mode: int) -> Ints:
     faces[1::2] = faces[1::2][:, [1, 0, 2]]
     # strips are stitched with repeated vertices, which are no faces
     real = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
-    return faces[real]
+    out: Ints = faces[real]
+    return out
 
 
 def read_gltf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:

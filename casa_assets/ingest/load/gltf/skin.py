@@ -37,7 +37,7 @@ def posed(
         return None
     joints, weights = joints[used].astype(np.int64), weights[used]
     total = weights.sum(axis=1)
-    if not np.isfinite(weights).all() or (total <= 1e-6).any() or int(joints.max()) >= len(matrices):
+    if not np.isfinite(weights).all() or (total <= 1e-6).any() or not 0 <= joints.min() <= joints.max() < len(matrices):
         return None
     weights = weights / total[:, None]
     out = np.zeros_like(vertices)

@@ -95,10 +95,10 @@ class Surfaces:
         color_node, color = self._emissive(node, color_node, color)
         alpha, color = self._alpha(node, color)
         name = node.text("name") or "material"
-        base = self._picture(color_node, f"{name}_color", Look(ColorSpace.SRGB, alpha))
-        rough = self._picture(rough_node, f"{name}_rough", Look(ColorSpace.RAW, "drop"))
-        normal = self._picture(node.child("normalTexture"), f"{name}_normal", Look(ColorSpace.RAW, "drop"))
-        mapping, base, rough, normal = self._one_mapping(node.place, base, rough, normal)
+        base_picture = self._picture(color_node, f"{name}_color", Look(ColorSpace.SRGB, alpha))
+        rough_picture = self._picture(rough_node, f"{name}_rough", Look(ColorSpace.RAW, "drop"))
+        normal_picture = self._picture(node.child("normalTexture"), f"{name}_normal", Look(ColorSpace.RAW, "drop"))
+        mapping, base, rough, normal = self._one_mapping(node.place, base_picture, rough_picture, normal_picture)
         return Surface(
             Material(
                 id=self.names.unique(name, "material"),
@@ -116,9 +116,9 @@ class Surfaces:
         """A black surface whose picture glows is an unlit export: the picture is its colour."""
         glow = node.numbers("emissiveFactor", (0.0, 0.0, 0.0))
         is_black = max(color[:3]) <= _BLACK
-        if not is_black or max(glow) <= _BLACK or picture.value and not node.has("emissiveTexture"):
+        if not is_black or max(glow) <= _BLACK or (picture.value and not node.has("emissiveTexture")):
             return picture, color
-        self.notes.add(codes.EMISSIVE_AS_BASE, node.place, "black surface with an emissive picture: used as base colour")
+        self.notes.add(codes.EMISSIVE_AS_BASE, node.place, "black surface that glows: its glow is its colour")
         return node.child("emissiveTexture"), (*glow, color[3])
 
     def _alpha(self, node: Node, color: tuple[float, ...]) -> tuple[str | float, tuple[float, ...]]:
@@ -177,10 +177,10 @@ class Surfaces:
         lead = next((p[1] for p in pictures if p is not None), None)
         kept: list[Texture | None] = []
         for picture in pictures:
-            if picture is not None and picture[1] != lead:
+            fits = picture is not None and picture[1] == lead
+            if picture is not None and not fits:
                 self.notes.add(codes.UV_SET_MIXED, place, f"{picture[0].name} uses other texture coordinates; left out")
-                picture = None
-            kept.append(None if picture is None else picture[0])
+            kept.append(picture[0] if picture is not None and fits else None)
         return lead, kept[0], kept[1], kept[2]
 
 

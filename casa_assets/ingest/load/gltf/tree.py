@@ -45,7 +45,7 @@ class Node:
     def fail(self, key: str, wanted: str) -> Rejected:
         """The error to raise for a wrong value at `key`."""
         got = clean(repr(self.value.get(key)), 40)
-        return Rejected(codes.BAD_SCHEMA, f"glTF {self.place}/{key}: expected {wanted}, got {got}; export the file again")
+        return Rejected(codes.BAD_SCHEMA, f"glTF {self.place}/{key}: expected {wanted}, got {got}; export it again")
 
     def has(self, key: str) -> bool:
         """Whether the key is there and not null."""

@@ -1,0 +1,81 @@
+"""The HTML report of a library, from its entries and pictures."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.checks.table import TABLE
+from casa_assets.pipeline import html_report
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.entry import Entry, entries
+
+PICTURE = "preview.png"
+
+
+def write(root: Path, target: Path) -> Path:
+    """Write the page for the library at `root` to `target`, by one rename; returns the target.
+
+    Raises:
+        OutputError: an entry of the library is damaged.
+    """
+    rows = list(entries(disk.Library(root)))
+    accepted = [_accepted(e, root, target.parent) for e in rows if e.accepted]
+    refused = [_refused(e, root) for e in rows if not e.accepted]
+    page = html_report.html(accepted, refused, root.resolve().name, {c.code: c.why for c in TABLE})
+    target.parent.mkdir(parents=True, exist_ok=True)
+    fresh = target.with_name(f".{target.name}.{os.getpid()}")
+    fresh.write_text(page, encoding="utf-8")
+    fresh.replace(target)
+    return target
+
+
+def _accepted(entry: Entry, root: Path, page: Path) -> html_report.Entry:
+    assert entry.summary is not None, "accepted entries have one"
+    folder = root / entry.path
+    files = (
+        ("MJCF", "model.xml"),
+        ("scene", "scene.xml"),
+        ("USD", f"usd/{entry.id}.usda"),
+        ("certificate", disk.CERTIFICATE),
+    )
+    return html_report.Entry(
+        id=entry.id,
+        category=entry.category,
+        folder=Path(os.path.relpath(folder, page)).as_posix(),
+        files=files,
+        extents_m=entry.summary.extents,
+        mass_kg=entry.summary.mass,
+        colliders=entry.summary.colliders,
+        hull_max_vertices=entry.summary.hull_vertices,
+        faces=entry.summary.faces,
+        source=entry.source,
+        source_path=entry.source_path,
+        licence=entry.licence,
+        author=entry.author,
+        title=entry.title,
+        uri=entry.uri,
+        warnings=entry.warnings,
+        results=entry.results,
+        guesses=entry.guesses,
+        preview_png=(folder / PICTURE).read_bytes(),
+        preview_path=PICTURE,
+    )
+
+
+def _refused(entry: Entry, root: Path) -> html_report.RejectEntry:
+    known = registry.load().rejections.get(entry.code)
+    why = {c.code: c.why for c in TABLE}.get(entry.code, "")
+    picture = root / entry.path / PICTURE
+    return html_report.RejectEntry(
+        path=entry.source_path,
+        source=entry.source,
+        code=entry.code,
+        meaning=known.meaning if known else why,
+        reason=entry.says,
+        mend=known.mend if known else "Look at the picture and the numbers, and mend the mesh.",
+        category=entry.category,
+        results=entry.results,
+        picture_png=picture.read_bytes() if picture.exists() else b"",
+    )

@@ -1,0 +1,165 @@
+"""The page: well formed, its numbers right, no text of a stranger becomes markup, nothing is fetched."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import re
+from typing import Any
+
+import lxml.html
+from PIL import Image
+
+from casa_assets.model.asset import Guess
+from casa_assets.model.issue import CheckResult, Issue, Severity
+from casa_assets.pipeline.html_report import Entry, RejectEntry, html, thumbnail
+
+HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
+
+
+def png(size_px: int = 300) -> bytes:
+    out = io.BytesIO()
+    Image.new("RGB", (size_px, size_px), (180, 30, 30)).save(out, "PNG")
+    return out.getvalue()
+
+
+def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False, word: str = "A mug") -> Entry:
+    issue = Issue(code="GEO004", severity=Severity.WARNING, pointer=word, says=word)
+    return Entry(
+        id=name,
+        category="mug",
+        folder=f"mug/{name}",
+        files=(("MJCF", "model.xml"), ("USD", f"usd/{name}.usda")),
+        extents_m=(0.08, 0.1, 0.0955),
+        mass_kg=mass,
+        colliders=12,
+        hull_max_vertices=40,
+        faces=1234,
+        source="folder",
+        source_path=word,
+        licence=word,
+        author=word,
+        title=word,
+        uri=word,
+        warnings=(issue,) if warned else (),
+        results=(
+            CheckResult(code="AST001", passed=True, number=0.123456789, limit=1.0, unit="m"),
+            CheckResult(code="AST002", passed=False, number=None),
+        ),
+        guesses=(Guess(subject="scale", value=word, confidence=0.8, because=word),),
+        preview_png=png(),
+        preview_path="preview.png",
+    )
+
+
+def reject(path: str = "a.glb", code: str = "SRC003", word: str = "cannot be read") -> RejectEntry:
+    failed = CheckResult(code="GEO001", passed=False, number=3.0, limit=1.0, unit="m")
+    return RejectEntry(path, "folder", code, word, word, word, "mug", (failed,), png())
+
+
+def page(text: str) -> lxml.html.HtmlElement:
+    return lxml.html.document_fromstring(text)
+
+
+def facts(text: str) -> Any:
+    """What the page's script reads."""
+    return json.loads(page(text).get_element_by_id("data").text_content())
+
+
+def tile(text: str, name: str) -> str:
+    """The large number in a tile of the summary."""
+    return str(page(text).xpath(f"//div[@class='tile {name}']//strong")[0].text_content())
+
+
+def test_the_numbers_at_the_top() -> None:
+    text = html(
+        [entry(), entry("mug_0000000002", 1.0, warned=True)],
+        [reject(), reject("b.glb"), reject("c.glb", "SRC001")],
+        "Run",
+    )
+    assert tile(text, "accepted") == "2"
+    assert tile(text, "rejected") == "3"
+    assert tile(text, "warned") == "1"
+    assert tile(text, "checks") == "2"
+    assert tile(text, "categories") == "1"
+    assert tile(text, "mass") == "1.25 kg"
+
+
+def test_the_facts_of_an_asset_are_all_there() -> None:
+    told = facts(html([entry()], [reject()], "Run", {"AST001": "because"}))
+    asset = told["assets"][0]
+    assert asset["size"] == [8.0, 10.0, 9.55]
+    assert asset["files"] == [
+        ["MJCF", "./mug/mug_0000000001/model.xml"],
+        ["USD", "./mug/mug_0000000001/usd/mug_0000000001.usda"],
+    ]
+    assert [told["checks"][r[0]] + r[1:] for r in asset["results"]] == [
+        ["AST001", "m", "because", 1, 0.123457, 1.0],
+        ["AST002", "", "", 0, None, None],
+    ]
+    assert [told["checks"][f[0]][0] for f in told["rejects"][0]["failed"]] == ["GEO001"]
+
+
+def test_hostile_text_stays_text() -> None:
+    text = html([entry(word=HOSTILE, warned=True)], [reject(HOSTILE, word=HOSTILE)], HOSTILE, {"AST001": HOSTILE})
+    tree = page(text)
+    plain = page(html([entry()], [reject()], "Run"))
+    assert [e.tag for e in tree.iter()] == [e.tag for e in plain.iter()]
+    assert tree.xpath("//h1")[0].text_content() == HOSTILE
+    told = facts(text)
+    assert told["assets"][0]["title"] == told["rejects"][0]["reason"] == HOSTILE
+    assert "<script>alert" not in text
+
+
+def test_links_are_relative_whatever_they_are_called() -> None:
+    odd = dataclasses.replace(entry(), folder="", files=(("x", "javascript:alert(1)"), ("y", "//evil.example/a b#?%")))
+    links = [link for _, link in facts(html([odd], [], "Run"))["assets"][0]["files"]]
+    assert links == ["./javascript%3Aalert%281%29", "./evil.example/a%20b%23%3F%25"]
+
+
+def test_nothing_is_fetched() -> None:
+    text = html([entry()], [reject()], "Run")
+    tree = page(text)
+    assert not re.findall(r"(?:https?:)?//[a-z0-9.-]+\.[a-z]{2,}", text.replace("data:image", ""))
+    assert not tree.xpath("//link | //iframe | //script[@src] | //img[@src]")
+    assert "@import" not in text
+    assert "url(" not in text
+    assert "default-src 'none'" in tree.xpath("//meta[@http-equiv='Content-Security-Policy']/@content")[0]
+
+
+def test_the_script_never_writes_markup() -> None:
+    script = page(html([], [], "Run")).xpath("//script[not(@type)]")[0].text_content()
+    for word in ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "fetch(", "XMLHttp"):
+        assert word not in script
+
+
+def test_the_same_page_whatever_the_order() -> None:
+    entries, rejects = [entry(f"mug_{i:010x}") for i in range(4)], [reject(f"{i}.glb") for i in range(3)]
+    assert html(entries, rejects, "Run") == html(entries[::-1], rejects[::-1], "Run")
+
+
+def test_an_empty_run_is_a_page_too() -> None:
+    text = html([], [], "Nothing")
+    assert tile(text, "accepted") == "0"
+    assert facts(text) == {"assets": [], "checks": [], "rejects": []}
+
+
+def test_every_id_is_unique_and_every_control_has_a_name() -> None:
+    tree = page(html([entry()], [reject()], "Run"))
+    ids = tree.xpath("//@id")
+    assert len(ids) == len(set(ids))
+    for name in tree.xpath("//@aria-labelledby | //@aria-controls"):
+        assert name in ids
+    assert all(b.text_content().strip() or b.get("aria-label") for b in tree.xpath("//button"))
+    assert all(i.getparent().tag == "label" for i in tree.xpath("//input"))
+
+
+def test_three_thousand_pictures_fit() -> None:
+    noise = Image.effect_noise((512, 512), 40).convert("RGB")
+    out = io.BytesIO()
+    noise.save(out, "PNG")
+    # Noise is the worst there is, a mug on paper takes a fifth of it.
+    assert len(thumbnail(out.getvalue())) < 30_000
+    assert len(thumbnail(png())) < 2_000
+    assert thumbnail(b"") == ""

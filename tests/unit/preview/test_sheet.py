@@ -1,0 +1,48 @@
+"""Contact sheets: every picture has its place, pages break, any caption is legible or cut."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from PIL import Image
+
+from casa_assets.preview.sheet import Shot, sheet, sheets
+
+
+def shot(color: tuple[int, int, int], title: str = "mug_0123456789") -> Shot:
+    out = io.BytesIO()
+    Image.new("RGB", (32, 32), color).save(out, "PNG")
+    return Shot(title, "8 x 8 x 10 cm", out.getvalue())
+
+
+def opened(png: bytes) -> Image.Image:
+    return Image.open(io.BytesIO(png)).convert("RGB")
+
+
+def test_every_picture_is_there_and_the_bytes_repeat() -> None:
+    colors = [(200, 40, 40), (40, 200, 40), (40, 40, 200)]
+    png = sheet([shot(c) for c in colors], "Three", columns=2, cell_px=64)
+    assert sheet([shot(c) for c in colors], "Three", columns=2, cell_px=64) == png
+    seen = np.asarray(opened(png)).reshape(-1, 3)
+    for color in colors:
+        assert np.count_nonzero((seen == color).all(axis=1)) == 64 * 64
+
+
+def test_a_picture_that_is_missing_leaves_an_empty_frame() -> None:
+    assert opened(sheet([Shot("none", "", b"")], "One")).width > 0
+
+
+def test_long_and_strange_captions_are_cut_to_the_cell() -> None:
+    plain = opened(sheet([shot((9, 9, 9))], "x", cell_px=64))
+    strange = opened(sheet([shot((9, 9, 9), "W" * 5000 + "\n\u202e\x00\U0001f600")], "x", cell_px=64))
+    assert strange.size == plain.size
+    right = np.asarray(strange)[:, 24 + 64 + 1 :]
+    assert (right[60:] == 255).all()
+
+
+def test_pages_break() -> None:
+    pages = sheets([shot((9, 9, 9))] * 7, "Seven", per_page=3, columns=3, cell_px=32)
+    assert len(pages) == 3
+    assert len(set(pages)) == 3
+    assert len(sheets([], "None")) == 1
