@@ -116,9 +116,9 @@ class Library:
         return self.root / REJECTED / asset_id
 
     def stage(self, asset_id: str) -> Path:
-        """A fresh folder on the same file system, private to this process."""
-        path = self.staging / f"{asset_id}.{os.getpid()}"
-        shutil.rmtree(path, ignore_errors=True)
+        """A fresh folder of that name on the same file system, inside one that is private to this process."""
+        path = self.staging / f"{asset_id}.{os.getpid()}" / asset_id  # SimReady asks for the asset's own name
+        shutil.rmtree(path.parent, ignore_errors=True)
         path.mkdir(parents=True)
         return path
 
@@ -126,12 +126,16 @@ class Library:
         """Put a finished folder in its place by one rename, in place of an older one."""
         target.parent.mkdir(parents=True, exist_ok=True)
         if target.exists():
-            old = staged.with_name(f"{staged.name}.old")
-            target.rename(old)
-            staged.rename(target)
-            shutil.rmtree(old)
-        else:
-            staged.rename(target)
+            target.rename(staged.with_name(f"{staged.name}.old"))
+        staged.rename(target)
+        shutil.rmtree(staged.parent, ignore_errors=True)
+
+    def forget(self, folder: Path) -> None:
+        """Take away an entry that a newer verdict on the same input has replaced."""
+        if folder.exists():
+            gone = self.stage(folder.name)
+            folder.rename(gone / "old")
+            shutil.rmtree(gone.parent)
 
     def accepted(self) -> Iterator[Path]:
         """Folders of all accepted assets, sorted by category and id."""

@@ -113,6 +113,7 @@ def work(job: Job) -> Outcome:
         if disk.read_asset(staged) != asset:
             raise CasaError("the asset read back from its folder differs from the one written")
         library.publish(staged, library.folder(category.id, job.asset_id))
+        library.forget(library.refusal_folder(job.asset_id))
         return Outcome(True, warnings=tuple(i for i in report.issues))
     except Rejected as error:
         refuse(library, job, error, report, None if bundle is None else _picture(bundle, staged, known.limits))
@@ -122,7 +123,7 @@ def work(job: Job) -> Outcome:
 def refuse(library: disk.Library, job: Job, error: Rejected, report: Report | None, picture: bytes | None) -> None:
     """Remember a rejected input under rejected/."""
     known = registry.load()
-    staged = library.stage(f"{job.asset_id}.refused")
+    staged = library.stage(job.asset_id)
     refusal = disk.Refusal(
         id=job.asset_id,
         code=error.code,
@@ -137,6 +138,7 @@ def refuse(library: disk.Library, job: Job, error: Rejected, report: Report | No
         (staged / "preview.png").write_bytes(picture)
     disk.write_refusal(staged, refusal)
     library.publish(staged, library.refusal_folder(job.asset_id))
+    library.forget(library.folder(job.survey.category, job.asset_id))
 
 
 def _asset(job: Job, bundle: Bundle, category: Category, store: Store) -> tuple[Asset, tuple[Issue, ...]]:
