@@ -1,11 +1,11 @@
 """The error tree. Everything that the package raises on purpose descends from CasaError.
 
-    CasaError
-    +-- RegistryError      a file under registry/ is wrong: file, line, pointer, expected, got
-    +-- UnknownId          a name that does not exist: kind, wanted, nearest names that do
-    +-- Rejected           an input that a stage cannot accept: code, says
-    |   +-- DegenerateShape   points that span no volume (code GEO001)
-    +-- OutputError        the output folder cannot be used: path, says
+CasaError
++-- RegistryError      a file under registry/ is wrong: file, line, pointer, expected, got
++-- UnknownId          a name that does not exist: kind, wanted, nearest names that do
++-- Rejected           an input that a stage cannot accept: code, says
+|   +-- DegenerateShape   points that span no volume (code GEO001)
++-- OutputError        the output folder cannot be used: path, says
 """
 
 from __future__ import annotations

@@ -16,9 +16,7 @@ from casa_assets.model.asset import (
     Inertial,
     Joint,
     JointKind,
-    Labels,
     Link,
-    Provenance,
     Region,
     Site,
     State,
@@ -28,6 +26,7 @@ from casa_assets.model.category import Build, Category, Certainty, QCode, Span, 
 from casa_assets.model.files import Files
 from casa_assets.model.material import ColorSpace, Material, Substance
 from casa_assets.model.pose import Pose
+from casa_assets.model.provenance import Labels, Provenance
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, Sphere
 from tests.meshes import box_mesh, lathe, texture, wall

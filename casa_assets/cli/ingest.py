@@ -35,7 +35,9 @@ Examples:
 def ingest(
     sources: Annotated[
         list[Path],
-        typer.Argument(help="Files, folders, Objaverse package folders, manifests (.jsonl).", exists=True, readable=True),
+        typer.Argument(
+            help="Files, folders, Objaverse package folders, manifests (.jsonl).", exists=True, readable=True
+        ),
     ],
     library: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/library"),
     category: Annotated[str, typer.Option(help="Category of every input; else the sources and names decide.")] = "",
@@ -48,7 +50,13 @@ def ingest(
     options = Options(library=library, category=category, jobs=jobs, seconds=timeout)
     console = Console(stderr=json_)
     events: list[Event] = []
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("looking", total=None)
         for event in run(sources, options):
@@ -83,7 +91,9 @@ def _tell(event: Event, console: Console, as_json: bool) -> None:
         }
         typer.echo(json.dumps(row, sort_keys=True))
     elif event.kind == "rejected":
-        console.print(f"[red]rejected[/] {escape(event.path)}: [bold]{event.code}[/] {escape(event.says)}", highlight=False)
+        console.print(
+            f"[red]rejected[/] {escape(event.path)}: [bold]{event.code}[/] {escape(event.says)}", highlight=False
+        )
 
 
 def _conclude(events: list[Event], library: Path, console: Console, explain: bool) -> None:
@@ -97,7 +107,9 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
         table = Table("code", "reason", "inputs", "what to do", title="Rejected by reason", title_justify="left")
         for code, count in codes.most_common():
             row = known.get(code)
-            table.add_row(code, row.meaning if row else "a check failed; see docs/checks.md", str(count), row.mend if row else "")
+            table.add_row(
+                code, row.meaning if row else "a check failed; see docs/checks.md", str(count), row.mend if row else ""
+            )
         console.print(table)
     if explain:
         for entry in rows.values():
@@ -109,7 +121,9 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
 
 
 def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
-    table = Table("asset", "size (cm)", "mass", "shapes", "faces", "warnings", "source", title="Accepted", title_justify="left")
+    table = Table(
+        "asset", "size (cm)", "mass", "shapes", "faces", "warnings", "source", title="Accepted", title_justify="left"
+    )
     for entry in accepted[:most]:
         assert entry.summary is not None
         size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
@@ -131,7 +145,10 @@ def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
 def _explain(entry: Entry, console: Console) -> None:
     console.print(f"\n[bold]{entry.id}[/] {escape(entry.source_path)}")
     for guess in entry.guesses:
-        console.print(f"  {guess.subject}: {escape(guess.value)} ({guess.confidence:.0%}): {escape(guess.because)}", highlight=False)
+        console.print(
+            f"  {guess.subject}: {escape(guess.value)} ({guess.confidence:.0%}): {escape(guess.because)}",
+            highlight=False,
+        )
     for issue in entry.warnings:
         console.print(f"  [yellow]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.says)}", highlight=False)
     if not entry.accepted:

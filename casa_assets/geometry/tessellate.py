@@ -33,7 +33,7 @@ def _outline(shape: Box | Sphere | Cylinder | Capsule, steps: int) -> Floats:
     around = np.arange(steps) * 2 * np.pi / steps
     ring = np.stack([np.cos(around), np.sin(around), np.zeros(steps)], axis=1) * shape.radius
     if isinstance(shape, Cylinder):
-        return np.concatenate([ring + (0, 0, s * shape.height / 2) for s in (-1, 1)])
+        return np.concatenate([ring + np.array([0, 0, s * shape.height / 2]) for s in (-1, 1)])
     rise = np.linspace(0, np.pi / 2, steps // 4 + 1)
     half = shape.height / 2 if isinstance(shape, Capsule) else 0.0
     domes = []

@@ -65,7 +65,7 @@ def face_components(faces: Ints, count: int) -> Ints:
     graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(count, count))
     _, label = connected_components(graph, directed=False)
     found = label[faces[:, 0]].astype(np.int64)
-    first, place = merge_rows(found[:, None].astype(np.float64))
+    _, place = merge_rows(found[:, None].astype(np.float64))
     return place
 
 

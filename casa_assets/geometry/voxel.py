@@ -14,7 +14,11 @@ Ints = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Grid:
-    """Cubes of side `cell` (m); cube (i, j, k) is centred on origin + (i, j, k) * cell. `solid` and `skin` are (X, Y, Z) bool."""
+    """Cubes of side `cell` (m); cube (i, j, k) is centred on origin + (i, j, k) * cell.
+
+    Attributes:
+        solid: (X, Y, Z) what the surface encloses, itself included. skin: (X, Y, Z) what it passes through.
+    """
 
     origin: Floats
     cell: float

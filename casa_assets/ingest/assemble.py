@@ -9,11 +9,12 @@ from casa_assets.geometry.extent import shape_bounds
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.geometry.normals import with_normals
 from casa_assets.ingest.draft import Draft, Placed
-from casa_assets.model.asset import Asset, Base, Collider, Inertial, Labels, Link, Provenance, Region, Visual
+from casa_assets.model.asset import Asset, Base, Collider, Inertial, Link, Region, Visual
 from casa_assets.model.category import Category
 from casa_assets.model.material import Material, Substance
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
+from casa_assets.model.provenance import Labels, Provenance
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 from casa_assets.model.source import Source
 
@@ -37,7 +38,7 @@ def assemble(
     assert draft.inertial is not None, "the mass stage ran"
     vertices, _ = draft.soup()
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    shift = np.float32(-np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])).astype(np.float64)
+    shift = _float32(-np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]))
     visuals, materials = _visuals(draft, shift, substance)
     colliders = tuple(
         Collider(name=f"object_collider_{i:03d}", shape=shape, pose=pose, substance=substance.id)
@@ -80,15 +81,20 @@ def _visuals(draft: Draft, shift: Floats, substance: Substance) -> tuple[tuple[V
 
 def _single(mesh: Mesh, shift: Floats) -> Mesh:
     """The mesh moved, every number one that a float32 holds exactly; faces that this collapses are left out."""
-    vertices = np.float32(mesh.vertices + shift).astype(np.float64)
+    vertices = _float32(mesh.vertices + shift)
     corners = vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     alive = np.linalg.norm(cross, axis=1) > 0
     faces = mesh.faces[alive]
     used, local = np.unique(faces, return_inverse=True)
-    normals = None if mesh.normals is None else np.float32(_unit(mesh.normals[used])).astype(np.float64)
-    uv = None if mesh.uv is None else np.float32(mesh.uv[used]).astype(np.float64)
+    normals = None if mesh.normals is None else _float32(_unit(mesh.normals[used]))
+    uv = None if mesh.uv is None else _float32(mesh.uv[used])
     return Mesh(vertices=vertices[used], faces=local.reshape(-1, 3), uv=uv, normals=normals)
+
+
+def _float32(values: Floats) -> Floats:
+    """The nearest numbers that a float32 holds exactly."""
+    return np.asarray(values, dtype=np.float32).astype(np.float64)
 
 
 def _unit(normals: Floats) -> Floats:
@@ -100,14 +106,14 @@ def _unit(normals: Floats) -> Floats:
 def _moved(placed: Placed, shift: Floats) -> tuple[Shape, Pose]:
     shape, pose = placed.shape, placed.pose
     if isinstance(shape, Hull | MeshShape):
-        points = np.float32(pose.apply(shape.mesh.vertices) + shift).astype(np.float64)
+        points = _float32(pose.apply(shape.mesh.vertices) + shift)
         if isinstance(shape, Hull):
             points, faces = convex_hull(points)
             return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()
         return MeshShape(mesh=Mesh(vertices=points, faces=shape.mesh.faces)), Pose()
     position = tuple(_seven(float(v)) for v in np.array(pose.position) + shift)
     quaternion = tuple(_seven(q) for q in pose.quaternion)
-    return _rounded(shape), Pose(position=position, quaternion=quaternion)  # type: ignore[arg-type]
+    return _rounded(shape), Pose(position=position, quaternion=quaternion)
 
 
 def _rounded(shape: Box | Sphere | Cylinder | Capsule) -> Shape:

@@ -49,7 +49,9 @@ def clean(model: RawModel) -> Draft:
     faces, turned = _outward(vertices, place[faces], faces, keep)
     if turned.any():
         share = turned.sum() / keep.sum()
-        notes.append(warning("MSH011", "winding", f"{int(turned.sum())} faces ({share:.0%}) were turned to face outwards"))
+        notes.append(
+            warning("MSH011", "winding", f"{int(turned.sum())} faces ({share:.0%}) were turned to face outwards")
+        )
     parts = _parts(draft, faces, keep, turned)
     _refuse_flat(parts)
     return draft.replace(parts=parts, notes=draft.noted(*notes))
@@ -64,13 +66,16 @@ def _sound(vertices: Floats, faces: Ints, place: Ints) -> Mask:
     ids = place[faces]
     _, area = face_normals(vertices, faces)
     extent = float(np.ptp(vertices, axis=0).max()) or 1.0
-    keep = (area > (extent * 1e-7) ** 2) & (ids[:, 0] != ids[:, 1]) & (ids[:, 1] != ids[:, 2]) & (ids[:, 2] != ids[:, 0])
+    keep = (
+        (area > (extent * 1e-7) ** 2) & (ids[:, 0] != ids[:, 1]) & (ids[:, 1] != ids[:, 2]) & (ids[:, 2] != ids[:, 0])
+    )
     start = np.argmin(ids, axis=1)
     turned = np.stack([ids[np.arange(len(ids)), (start + k) % 3] for k in range(3)], axis=1)
     keep &= _first_of_each(turned, keep)
     unturned = _first_of_each(np.sort(ids, axis=1), keep)
     single = keep & unturned
-    return single if single.sum() < keep.sum() and _mostly_closed(ids[single]) else keep
+    fewer: Mask = single if single.sum() < keep.sum() and _mostly_closed(ids[single]) else keep
+    return fewer
 
 
 def _first_of_each(keys: Ints, among: Mask) -> Mask:
@@ -113,7 +118,9 @@ def _without_extras(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> t
     gap = np.linalg.norm(np.maximum(0, np.maximum(low - high[main], low[main] - high)), axis=1)
     stray = ~extra & (size < STRAY_SIZE * size[main]) & (gap > STRAY_GAP * size[main])
     if stray.any():
-        notes.append(warning("MSH013", "floaters", f"{int(stray.sum())} stray pieces far from the object were taken away"))
+        notes.append(
+            warning("MSH013", "floaters", f"{int(stray.sum())} stray pieces far from the object were taken away")
+        )
     out = keep.copy()
     out[index[(extra | stray)[label]]] = False
     return out, notes

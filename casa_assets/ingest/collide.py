@@ -53,9 +53,7 @@ class Piece:
     fill: float
 
 
-def collide(
-    draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose
-) -> Draft:
+def collide(draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose) -> Draft:
     """Shapes that stand in for the surface in contacts.
 
     Args:
@@ -155,7 +153,9 @@ def _piece(points: Floats, faces: Ints, bridge: bool) -> Piece | None:
     """Measure a part; a flat one is given a thickness. None where it has no extent."""
     if _thickness(points) < SHEET_M / 4:
         normals, areas = face_normals(points, faces)
-        along = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][-1] if len(points) > 2 else normals[0]
+        along = (
+            np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][-1] if len(points) > 2 else normals[0]
+        )
         if areas.sum() <= 0:
             return None
         points = np.concatenate([points + along * SHEET_M / 2, points - along * SHEET_M / 2])

@@ -58,7 +58,12 @@ def decompose(method: str, vertices: Floats, faces: Ints, budget: Budget) -> lis
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONHASHSEED": "0"}
     try:
         done = subprocess.run(
-            command, input=packed.getvalue(), capture_output=True, env=environment, timeout=budget.cpu_s * 10, check=False
+            command,
+            input=packed.getvalue(),
+            capture_output=True,
+            env=environment,
+            timeout=budget.cpu_s * 10,
+            check=False,
         )
     except subprocess.TimeoutExpired as error:
         raise DecompositionFailed(f"{method} was still running after {budget.cpu_s * 10} s") from error
@@ -66,7 +71,7 @@ def decompose(method: str, vertices: Floats, faces: Ints, budget: Budget) -> lis
         words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:] or ["no words"]
         raise DecompositionFailed(f"{method} ended with {done.returncode}: {words[0][:200]}")
     with np.load(io.BytesIO(done.stdout)) as hulls:
-        return [hulls[name] * extent + lowest for name in sorted(hulls.files)]
+        return [hulls[f"arr_{i}"] * extent + lowest for i in range(len(hulls.files))]
 
 
 def _coacd(vertices: Floats, faces: Ints, budget: Budget) -> list[Floats]:
@@ -116,7 +121,7 @@ def main() -> int:
     os.dup2(2, 1)
     hulls = {"coacd": _coacd, "vhacd": _vhacd}[sys.argv[1]](vertices, faces, budget)
     packed = io.BytesIO()
-    np.savez(packed, **{f"hull_{i:04d}": points for i, points in enumerate(hulls)})
+    np.savez(packed, *hulls)
     with os.fdopen(answer, "wb") as out:
         out.write(packed.getvalue())
     return 0

@@ -13,6 +13,7 @@ from casa_assets.geometry.voxel import voxelise
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.asset import Inertial
 from casa_assets.model.category import Build, Category
+from casa_assets.model.issue import Issue
 from casa_assets.model.material import Substance
 
 Floats = npt.NDArray[np.float64]
@@ -34,7 +35,7 @@ def mass(draft: Draft, category: Category, substance: Substance, slack: float) -
     longest = float(np.ptp(vertices, axis=0).max())
     span = category.mass_kg
     usual = float(np.clip(span.typical * (longest / category.longest_m.typical) ** 3, span.low, span.high))
-    notes = ()
+    notes: tuple[Issue, ...] = ()
     if measured is not None and matter is not None and span.low / slack <= measured <= span.high * slack:
         kg, confidence = measured, 0.8
         because = f"{matter * 1e6:.4g} cm^3 ({how}) of {substance.id} at {substance.density:g} kg/m^3"
@@ -70,7 +71,9 @@ def _moments(draft: Draft, category: Category) -> tuple[float, Floats, Floats, s
     return (*solid_moments(*hulls), "the collision shapes")
 
 
-def _matter(vertices: Floats, faces: npt.NDArray[np.int64], shapes: float, category: Category) -> tuple[float | None, str]:
+def _matter(
+    vertices: Floats, faces: npt.NDArray[np.int64], shapes: float, category: Category
+) -> tuple[float | None, str]:
     """Volume of matter, m^3, or None where it cannot be known, and how it was measured or why not."""
     points, place = weld(vertices)
     solid = closed_solid(points, place[faces])

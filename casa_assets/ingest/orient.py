@@ -130,7 +130,12 @@ def _balance_score(points: Floats, triangles: npt.NDArray[np.int64], category: C
     height = float(np.ptp(points[:, 2]))
     foot = points[points[:, 2] < points[:, 2].min() + 0.02 * height + 1e-12][:, :2]
     extent = np.maximum(np.ptp(points[:, :2], axis=0), 1e-12)
-    inside = bool((foot.min(axis=0) - 0.02 * extent <= center[:2]).all() and (center[:2] <= foot.max(axis=0) + 0.02 * extent).all())
+    inside = bool(
+        (foot.min(axis=0) - 0.02 * extent <= center[:2]).all()
+        and (center[:2] <= foot.max(axis=0) + 0.02 * extent).all()
+    )
     width = float((np.ptp(foot, axis=0) / extent).min())
     sink = 0.5 - (center[2] - points[:, 2].min()) / max(height, 1e-12)
-    return (0.0 if inside else -1.5) + 1.0 * min(width, 0.6) + (3.0 * sink if category.upright is Upright.STANDS else 0.0)
+    return (
+        (0.0 if inside else -1.5) + 1.0 * min(width, 0.6) + (3.0 * sink if category.upright is Upright.STANDS else 0.0)
+    )

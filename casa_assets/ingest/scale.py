@@ -7,6 +7,7 @@ import numpy as np
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.category import Category
+from casa_assets.model.issue import Issue
 
 # Units that meshes are drawn in, metres.
 UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
@@ -27,7 +28,7 @@ def scale(draft: Draft, category: Category, slack: float) -> Draft:
     if not np.isfinite(longest) or longest <= 0 or longest > 1e30:
         raise Rejected("MSH003", f"the longest side is {longest:g} file units; no unit makes a thing of that")
     factor, value, confidence, because = _decide(longest, draft.metres_per_unit, category, slack)
-    notes = ()
+    notes: tuple[Issue, ...] = ()
     if value not in ("as_stated", "metre"):
         notes = (warning("MSH014", "scale", f"rescaled by {factor:.6g}: {because}"),)
     factor = float(f"{factor:.9g}")
@@ -56,7 +57,17 @@ def _decide(longest: float, stated: float | None, category: Category, slack: flo
     normalised = abs(longest - 1.0) < 1e-3 or abs(longest - 2.0) < 1e-3
     if fits and not (normalised and "metre" not in fits):
         name = min(fits, key=lambda n: fits[n])
-        return UNITS[name], name, 0.85, f"{longest:.4g} units read as {name}s are {longest * UNITS[name]:.3g} m; {usual}"
+        return (
+            UNITS[name],
+            name,
+            0.85,
+            f"{longest:.4g} units read as {name}s are {longest * UNITS[name]:.3g} m; {usual}",
+        )
     factor = span.typical / longest
     spread = float(np.log(span.high / span.low))
-    return factor, "usual_size", max(0.2, 0.75 - 0.25 * spread), f"no unit fits {longest:.4g} units; set to the usual {span.typical:g} m"
+    return (
+        factor,
+        "usual_size",
+        max(0.2, 0.75 - 0.25 * spread),
+        f"no unit fits {longest:.4g} units; set to the usual {span.typical:g} m",
+    )

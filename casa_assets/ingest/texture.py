@@ -1,4 +1,4 @@
-"""Looks that every engine can show: PNG of bounded size, vertex colours painted into a texture, one part per material."""
+"""Looks that every engine can show: PNG of bounded size, painted vertex colours, one part per material."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from casa_assets.ingest.draft import Draft, warning
-from casa_assets.model.material import Material, Texture
+from casa_assets.model.material import Material, Substance, Texture
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.source import RawPart
 
@@ -17,12 +17,13 @@ from casa_assets.model.source import RawPart
 PATCH_PX = 6
 
 
-def texture(draft: Draft, largest_px: int) -> Draft:
+def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
     """Make the materials portable and merge the parts that share one.
 
     Args:
         draft: any stage after `simplify`.
         largest_px: longer sides are scaled down to this.
+        substance: how it looks where the file says nothing.
     """
     notes = []
     parts = []
@@ -34,14 +35,14 @@ def texture(draft: Draft, largest_px: int) -> Draft:
         elif mesh.colors is not None and material.base_color_texture is None:
             material = material.replace(base_color=_times(material.base_color, mesh.colors[0]))
         if mesh.uv is None and material.textures:
-            material = material.replace(
-                base_color_texture=None, metallic_roughness_texture=None, normal_texture=None
+            material = material.replace(base_color_texture=None, metallic_roughness_texture=None, normal_texture=None)
+            notes.append(
+                warning("MSH017", part.name, "a texture without uv coordinates cannot be shown and was left out")
             )
-            notes.append(warning("MSH017", part.name, "a texture without uv coordinates cannot be shown and was left out"))
         if material.base_color[3] <= 0.02:
             material = material.replace(base_color=(*material.base_color[:3], 1.0))
             notes.append(warning("MSH018", part.name, "a fully transparent material was made opaque"))
-        material = _bounded(material, largest_px)
+        material = _bounded(_stated(material, substance), largest_px)
         parts.append(part.replace(mesh=_without_colors(mesh, keep_uv=bool(material.textures)), material=material))
     return draft.replace(parts=_merged(parts), notes=draft.noted(*notes))
 
@@ -116,6 +117,16 @@ def _times(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8]
     return (r, g, b, float(base[3] * c[3]))
 
 
+def _stated(material: Material, substance: Substance) -> Material:
+    """The material, with the substance's shine where the file states none.
+
+    glTF's defaults are fully metallic and fully rough, which exporters leave standing for things that are neither.
+    """
+    if material.metallic == 1.0 and material.roughness == 1.0 and material.metallic_roughness_texture is None:
+        return material.replace(metallic=substance.metallic, roughness=substance.roughness)
+    return material
+
+
 def _bounded(material: Material, largest_px: int) -> Material:
     slots = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
     changes = {}
@@ -135,9 +146,7 @@ def _shrunk(image: Texture, largest_px: int) -> Texture:
 
 
 def _without_colors(mesh: Mesh, keep_uv: bool) -> Mesh:
-    return Mesh(
-        vertices=mesh.vertices, faces=mesh.faces, uv=mesh.uv if keep_uv else None, normals=mesh.normals
-    )
+    return Mesh(vertices=mesh.vertices, faces=mesh.faces, uv=mesh.uv if keep_uv else None, normals=mesh.normals)
 
 
 def _merged(parts: list[RawPart]) -> tuple[RawPart, ...]:

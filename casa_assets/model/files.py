@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import PurePosixPath
 from typing import Self
 
-from pydantic import field_validator
+from pydantic import Field, field_validator
 
 from casa_assets.model.record import Record
 
@@ -19,7 +19,7 @@ class Files(Record):
         entries: path to content; paths are relative, POSIX, ASCII, without `..`, and distinct without regard to case.
     """
 
-    entries: dict[str, bytes] = {}
+    entries: dict[str, bytes] = Field(default_factory=dict)
 
     @field_validator("entries")
     @classmethod

@@ -103,4 +103,5 @@ class Pose(Record):
 
     def apply(self, points: Matrix) -> Matrix:
         """(N, 3) points of frame b, in frame a, metres."""
-        return np.asarray(points) @ self.rotation.T + np.array(self.position)
+        moved: Matrix = np.asarray(points) @ self.rotation.T + np.array(self.position)
+        return moved

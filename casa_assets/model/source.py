@@ -65,7 +65,7 @@ class Bundle(Record):
 
     @cached_property
     def sha256(self) -> str:
-        """Digest over the names (but the main one) and contents, sorted by name: moving a package does not change it."""
+        """Digest of names (but the main one) and contents, sorted by name: moving a package changes nothing."""
         whole = hashlib.sha256()
         for name, data in sorted(self.files.items(), key=lambda item: (item[0] != self.main, item[0])):
             label = "" if name == self.main else name

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.errors import OutputError
-from casa_assets.model.asset import Guess
 from casa_assets.model.issue import CheckResult, Issue, Severity
+from casa_assets.model.provenance import Guess
 from casa_assets.pipeline import library as disk
 
 

@@ -16,8 +16,8 @@ from urllib.parse import quote
 
 from PIL import Image
 
-from casa_assets.model.asset import Guess
 from casa_assets.model.issue import CheckResult, Issue
+from casa_assets.model.provenance import Guess
 from casa_assets.model.record import Vec3
 
 # Large enough for a sharp picture in the table, small enough for 3000 of them in one page.

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.ingest.sources.discover import Found, Refused, discover
+from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.pipeline import attribution, index, pool, worker
@@ -96,9 +97,7 @@ def books(library: disk.Library) -> None:
     attribution.write(library)
 
 
-def _survey(
-    found: Sequence[Found | Refused], library: disk.Library, options: Options
-) -> Generator[Event, None, _Plan]:
+def _survey(found: Sequence[Found | Refused], library: disk.Library, options: Options) -> Generator[Event, None, _Plan]:
     """Digest every input, decide twins, and yield an event for all that need no work."""
     known = registry.load()
     mark = recipe(known.limits, known.digest)
@@ -134,7 +133,7 @@ def _survey(
 
 
 def _done(library: disk.Library, job: worker.Job, mark: str) -> tuple[str, str] | None:
-    """(code, says) of an input that was rejected before, two empty strings where it was accepted, None where it is due."""
+    """(code, says) of an earlier rejection, two empty strings where it was accepted, None where it is due."""
     folder = library.folder(job.survey.category, job.asset_id)
     if (folder / disk.CERTIFICATE).exists():
         return ("", "") if disk.read_certificate(folder).recipe == mark else None

@@ -1,10 +1,10 @@
 """The library on disk: where things stand, how an asset is written to its folder and read back.
 
-    library/
-      <category>/<id>/      model.xml scene.xml meshes/ textures/ usd/ preview.png asset.json
-      rejected/<id>/        reject.json and, where one could be made, preview.png
-      index.sqlite  ATTRIBUTION.md  report.html
-      .casa/                cache/ (results by content) staging/ (half-written, swept at the start) lock
+library/
+  <category>/<id>/      model.xml scene.xml meshes/ textures/ usd/ preview.png asset.json
+  rejected/<id>/        reject.json and, where one could be made, preview.png
+  index.sqlite  ATTRIBUTION.md  report.html
+  .casa/                cache/ (results by content) staging/ (half-written, swept at the start) lock
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset import Asset
@@ -191,7 +191,7 @@ def read_refusal(folder: Path) -> Refusal:
     return Refusal.model_validate(_json(folder / REFUSAL))
 
 
-def _json(path: Path) -> dict:
+def _json(path: Path) -> dict[str, Any]:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

@@ -63,10 +63,7 @@ def asset_from_manifest(data: dict[str, Any], folder: Path) -> Asset:
             }
             for link in data["links"]
         ]
-        looks = [
-            {**look, **{s: _image(look[s], folder) for s in SLOTS}}
-            for look in data["materials"]
-        ]
+        looks = [{**look, **{s: _image(look[s], folder) for s in SLOTS}} for look in data["materials"]]
         return Asset.model_validate({**data, "links": links, "materials": looks})
     except (OSError, KeyError, TypeError, ValueError, ValidationError) as error:
         raise OutputError(str(folder), f"asset.json or a file that it names is damaged: {error}") from error
@@ -93,7 +90,5 @@ def read_obj(path: Path) -> Mesh:
             faces.append([int(v.split("/")[0]) - 1 for v in values])
         elif word in rows:
             rows[word].append([float(v) for v in values])
-    vertices, uv, normals = (np.float32(rows[w]).astype(np.float64) for w in ("v", "vt", "vn"))
-    return Mesh(
-        vertices=vertices, faces=faces, uv=uv if len(uv) else None, normals=normals if len(normals) else None
-    )
+    vertices, uv, normals = (np.array(rows[w], dtype=np.float32).astype(np.float64) for w in ("v", "vt", "vn"))
+    return Mesh(vertices=vertices, faces=faces, uv=uv if len(uv) else None, normals=normals if len(normals) else None)

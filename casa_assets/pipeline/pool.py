@@ -52,9 +52,7 @@ class _Running:
     until: float
 
 
-def run(
-    function: Callable[[Any], Any], jobs: Sequence[Any], workers: int, limits: Limits
-) -> Iterator[tuple[int, Any]]:
+def run(function: Callable[[Any], Any], jobs: Sequence[Any], workers: int, limits: Limits) -> Iterator[tuple[int, Any]]:
     """Yield (number of the job, answer or Died) as they finish.
 
     Args:
@@ -122,7 +120,7 @@ def _child(function: Callable[[Any], Any], job: Any, limits: Limits, answer: Con
         result: Any = function(job)
     except MemoryError:
         result = Died("memory", f"needs more than {limits.memory_bytes / 1e9:.3g} GB of memory")
-    except Exception as error:  # a bug of ours or of a library: reported with its place, and the batch goes on
+    except Exception as error:  # noqa: BLE001  a bug of ours or a library's is reported, and the batch goes on
         result = Died("error", f"{type(error).__name__}: {error}", traceback.format_exc())
     answer.send(result)
     answer.close()

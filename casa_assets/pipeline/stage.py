@@ -20,6 +20,7 @@ from casa_assets.ingest.simplify import simplify
 from casa_assets.ingest.texture import texture
 from casa_assets.model.asset import Asset
 from casa_assets.model.category import Category
+from casa_assets.model.issue import Issue
 from casa_assets.model.material import Substance
 from casa_assets.model.record import Record
 from casa_assets.model.source import Bundle, RawModel, Source, SourceKind
@@ -75,7 +76,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("orient", 1, lambda d, b: orient(d, b.category, b.source.kind is SourceKind.TEXT_TO_3D), ("numpy", "scipy")),
     Stage("scale", 1, lambda d, b: scale(d, b.category, b.limits["size_slack"])),
     Stage("simplify", 1, lambda d, b: simplify(d, int(b.limits["visual_faces"])), ("meshoptimizer",)),
-    Stage("texture", 1, lambda d, b: texture(d, int(b.limits["texture_px"])), ("pillow",)),
+    Stage("texture", 1, lambda d, b: texture(d, int(b.limits["texture_px"]), b.substance), ("pillow",)),
     Stage("collide", 1, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
     Stage("mass", 1, lambda d, b: mass(d, b.category, b.substance, b.limits["mass_range_slack"]), ("manifold3d",)),
 )
@@ -93,14 +94,14 @@ def versions() -> dict[str, str]:
 
 
 def recipe(limits: Mapping[str, float], registry_digest: str) -> str:
-    """sha256 over stage versions, tool versions, limits and registry: a library made by another recipe is out of date."""
+    """sha256 over stage and tool versions, limits and registry: what another recipe made is out of date."""
     text = json.dumps([versions(), dict(sorted(limits.items())), registry_digest], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def build(
     bundle: Bundle, brief: Brief, get: Callable[[str], bytes | None], put: Callable[[str, bytes], None]
-) -> tuple[Asset, tuple]:
+) -> tuple[Asset, tuple[Issue, ...]]:
     """An asset from a bundle, and the warnings on the way; kept results are taken from the store.
 
     Args:
@@ -121,9 +122,7 @@ def build(
         draft = STAGES[i].function(draft, brief)
         if STAGES[i].keep:
             put(keys[i], draft.to_json().encode())
-    asset = assemble(
-        draft, brief.asset_id, brief.category, brief.classes, brief.substance, brief.source, brief.sha256
-    )
+    asset = assemble(draft, brief.asset_id, brief.category, brief.classes, brief.substance, brief.source, brief.sha256)
     return asset, (*bundle.notes, *draft.notes)
 
 

@@ -17,17 +17,18 @@ from casa_assets.errors import CasaError, Rejected
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
 from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import Found
-from casa_assets.model.asset import Asset, Guess
+from casa_assets.ingest.sources.found import Found
+from casa_assets.model.asset import Asset
 from casa_assets.model.category import Category
 from casa_assets.model.issue import Issue, Report
+from casa_assets.model.provenance import Guess
 from casa_assets.model.shape import Hull
 from casa_assets.model.source import Bundle
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.stage import Brief, build, raw, recipe, versions
 from casa_assets.pipeline.store import Store
-from casa_assets.preview.raw import render_model
 from casa_assets.preview.camera import View
+from casa_assets.preview.raw import render_model
 from casa_assets.preview.still import render
 
 PREVIEW_PX = 512
@@ -154,9 +155,7 @@ def _asset(job: Job, bundle: Bundle, category: Category, store: Store) -> tuple[
     )
     asset, notes = build(bundle, brief, store.get, store.put)
     survey = job.survey
-    guess = Guess(
-        subject="category", value=category.id, confidence=round(survey.confidence, 2), because=survey.because
-    )
+    guess = Guess(subject="category", value=category.id, confidence=round(survey.confidence, 2), because=survey.because)
     provenance = asset.provenance
     return asset.replace(provenance=provenance.replace(guesses=(guess, *provenance.guesses))), notes
 

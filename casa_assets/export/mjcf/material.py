@@ -2,12 +2,15 @@
 
 MuJoCo's own renderer draws one colour image per material. Maps of roughness and normals would have to be `<layer>`
 elements, which MuJoCo refuses beside the `texture` attribute, and robosuite knows that attribute alone. So the colour
-image is written and the maps are left to USD; the factors of metal and roughness are written for those who read them.
+image is written and the maps are left to USD; metal and roughness are written as one number for the whole surface.
 """
 
 from __future__ import annotations
 
+import io
+
 from lxml import etree
+from PIL import Image, ImageStat
 
 from casa_assets.export.mjcf import number
 from casa_assets.model.asset import Asset
@@ -44,29 +47,40 @@ def display(linear: float) -> float:
 
 def _attributes(material: Material, name: str) -> dict[str, str]:
     red, green, blue, alpha = material.base_color
+    metallic, roughness = _overall(material)
     attributes = {"name": name}
     if material.base_color_texture is not None:
         attributes |= {"texture": _stem(material.base_color_texture), "texuniform": "false"}
     return attributes | {
         "rgba": number.numbers((display(red), display(green), display(blue), alpha)),
-        "specular": number.number(_specular(material)),
-        "shininess": number.number(_shininess(material)),
-        "metallic": number.number(material.metallic),
-        "roughness": number.number(material.roughness),
+        "specular": number.number(_specular(metallic, roughness)),
+        "shininess": number.number(_shininess(roughness)),
+        "metallic": number.number(metallic),
+        "roughness": number.number(roughness),
     }
 
 
-def _specular(material: Material) -> float:
+def _overall(material: Material) -> tuple[float, float]:
+    """Metallic and roughness of the whole surface: the factors times the mean of their map, three digits."""
+    metallic, roughness = material.metallic, material.roughness
+    if material.metallic_roughness_texture is not None:
+        with Image.open(io.BytesIO(material.metallic_roughness_texture.png)) as image:
+            _, green, blue = ImageStat.Stat(image.convert("RGB")).mean
+        metallic, roughness = metallic * blue / 255, roughness * green / 255
+    return round(metallic, 3), round(roughness, 3)
+
+
+def _specular(metallic: float, roughness: float) -> float:
     """Strength of the highlight, 0..1: none where rough, full on polished metal. By eye."""
-    return (1.0 - material.roughness) * (0.4 + 0.6 * material.metallic)
+    return (1.0 - roughness) * (0.4 + 0.6 * metallic)
 
 
-def _shininess(material: Material) -> float:
+def _shininess(roughness: float) -> float:
     """Width of the highlight, 0..1, from the Blinn-Phong exponent 2 / a^2 - 2 with a = roughness^2.
 
     Ref: Walter et al. 2007, Microfacet models for refraction; the exponent is capped at MuJoCo's largest.
     """
-    alpha = max(material.roughness, 0.05) ** 2
+    alpha = max(roughness, 0.05) ** 2
     return min(1.0, (2.0 / alpha**2 - 2.0) / FULL_EXPONENT)
 
 

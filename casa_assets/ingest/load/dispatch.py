@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.dae import read_dae
 from casa_assets.ingest.load.formats import Format, sniff, suffix_of
@@ -43,5 +45,7 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     notes = Notes()
     if suffix_of(bundle.main) != f".{found.value}":
         notes.add(codes.TYPE_BY_CONTENT, name, f"{name}: read as {found.value.upper()} by its content, not by its name")
-    model = _READERS[found](bundle, limits, notes)
+    # hostile numbers overflow and cast badly; what comes of it is found and judged in rough.finish
+    with np.errstate(all="ignore"):
+        model = _READERS[found](bundle, limits, notes)
     return model.replace(notes=bundle.notes + notes.issues)

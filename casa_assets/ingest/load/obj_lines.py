@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import dataclass, field
 
@@ -19,6 +20,7 @@ Ints = npt.NDArray[np.int64]
 # Statements that run or include something. Ref: Wavefront OBJ specification, "general statements"
 _DIRECTIVES = frozenset({b"call", b"csh", b"shadow_obj", b"trace_obj", b"ctech", b"stech"})
 MOST_GROUPS_AS_OBJECTS = 64
+_WHOLE = re.compile(rb"[+-]?\d{1,15}")
 
 
 @dataclass
@@ -187,7 +189,7 @@ def corner_indices(bucket: FaceBucket) -> Ints:
     out = np.zeros((len(bucket.text), bucket.corners, kinds), dtype=np.int64)
     for i, text in enumerate(bucket.text):
         words = text.replace(b"/", b" ").split()
-        if len(words) == bucket.corners * kinds and all(w.lstrip(b"+-").isdigit() and len(w) < 16 for w in words):
+        if len(words) == bucket.corners * kinds and all(_WHOLE.fullmatch(w) for w in words):
             out[i] = np.array([int(w) for w in words]).reshape(bucket.corners, kinds)
     return out
 

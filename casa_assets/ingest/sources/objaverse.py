@@ -11,7 +11,7 @@ import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from casa_assets.errors import CasaError, Rejected
+from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.notes import clean
 from casa_assets.ingest.sources.disk import check_file, shown
@@ -194,25 +194,27 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
         return package.refuse(name, error)
 
 
-def download(uids: Sequence[str], category: str, most: int) -> Path:
-    """Fetch objects into the cache of the `objaverse` package.
+def download(uids: Sequence[str], category: str, most: int, into: Path) -> Path:
+    """Fetch objects by way of the `objaverse` package; what is there already is not fetched again.
 
     Args:
         uids: which objects; where empty, the first `most` of the LVIS `category`, by uid.
         category: LVIS category, such as `Mug`; compared without case.
         most: largest number of objects to fetch.
+        into: folder that gets `hf-objaverse-v1/`, laid out as that package lays out its cache.
     Returns:
         The package folder, to be given to `discover`.
     Raises:
         CasaError: the `objaverse` package is not installed, or the network cannot be reached.
         UnknownId: no such LVIS category.
     """
-    from casa_assets.errors import UnknownId
-
     try:
         library = importlib.import_module("objaverse")
     except ImportError as error:
         raise CasaError("downloading needs the `objaverse` package: pip install objaverse") from error
+    # the package has no other way to be told where to put things
+    cache = into.absolute() / "hf-objaverse-v1"
+    library.__dict__.update(BASE_PATH=str(cache.parent), _VERSIONED_PATH=str(cache))
     try:
         wanted = list(uids)
         if not wanted:
@@ -226,4 +228,4 @@ def download(uids: Sequence[str], category: str, most: int) -> Path:
         library.load_annotations(wanted)
     except (OSError, EOFError, gzip.BadGzipFile) as error:
         raise CasaError(f"Objaverse cannot be reached ({error}); check the network, then try again") from error
-    return Path(library._VERSIONED_PATH)
+    return cache

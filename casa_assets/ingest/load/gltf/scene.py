@@ -68,19 +68,13 @@ class _Reader:
         if len(faces) == 0:
             # the vertices are only counted, for telling a point cloud from an empty file
             return Rough(label, vertices[:1], faces, self.surfaces.surface(None).material)
-        used, faces = used_vertices(faces, len(vertices))
-        return self._baked(primitive, attributes, placed, label, vertices[used], faces, used)
+        return self._baked(primitive, placed, label, faces)
 
-    def _baked(
-        self,
-        primitive: Node,
-        attributes: Node,
-        placed: Placed,
-        label: str,
-        vertices: Floats,
-        faces: Ints,
-        used: Ints,
-    ) -> Rough:
+    def _baked(self, primitive: Node, placed: Placed, label: str, faces: Ints) -> Rough:
+        attributes = primitive.child("attributes")
+        vertices = self.accessors.floats(attributes.count("POSITION"), (3,))
+        used, faces = used_vertices(faces, len(vertices))
+        vertices = vertices[used]
         index = primitive.count("material") if primitive.has("material") else None
         surface = self.surfaces.surface(index)
         normals = self._attribute(attributes, "NORMAL", (3,), used)

@@ -40,7 +40,7 @@ class Mapping2D:
     rotation: float = 0.0
 
     def apply(self, uv: Floats) -> Floats:
-        """(V, 2) glTF texture coordinates -> ours, origin at the lower left."""
+        """(V, 2) glTF texture coordinates -> ours, origin at the lower left; turned as three.js and Blender do."""
         c, s = math.cos(self.rotation), math.sin(self.rotation)
         u, v = uv[:, 0] * self.scale[0], uv[:, 1] * self.scale[1]
         moved_u = c * u + s * v + self.offset[0]

@@ -1,0 +1,68 @@
+"""What an asset is and where it comes from: labels, provenance, and every guess with its confidence."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from casa_assets.model.category import QCode
+from casa_assets.model.record import Id, Record, Sha256
+
+Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class Labels(Record):
+    """What it is, for segmentation and language.
+
+    Attributes:
+        category: id in registry/categories.yaml.
+        classes: from the category upwards, such as (`mug`, `tableware`).
+        qcode: Wikidata item and how sure we are of it.
+    """
+
+    category: Id
+    classes: tuple[Id, ...]
+    qcode: QCode
+
+
+class Guess(Record):
+    """A decision that the source did not state.
+
+    Attributes:
+        subject: such as `scale` or `up_axis`.
+        value: what was decided, as text.
+        confidence: 0..1.
+        because: the evidence.
+    """
+
+    subject: Id
+    value: str
+    confidence: Confidence
+    because: str
+
+
+class Provenance(Record):
+    """Where an asset comes from, for credit and for doubt.
+
+    Attributes:
+        source: kind of source: folder, objaverse, objaverse_xl, text_to_3d, generated.
+        path: file, relative to the source's root.
+        sha256: of the main source file and all files that it refers to.
+        title, author, licence, uri: as the source states them; licence is an SPDX id or `unknown`.
+        uid: id within the source.
+        prompt, generator: for generated meshes.
+        guesses: everything that was decided without being stated.
+    """
+
+    source: Id
+    path: str
+    sha256: Sha256
+    uid: str = ""
+    title: str = ""
+    author: str = ""
+    licence: str = "unknown"
+    uri: str = ""
+    prompt: str = ""
+    generator: str = ""
+    guesses: tuple[Guess, ...] = ()

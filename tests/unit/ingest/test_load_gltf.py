@@ -1,0 +1,308 @@
+"""GLB and glTF: what is read rightly, and what is refused before it does harm."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import struct
+
+import numpy as np
+import pytest
+
+from casa_assets.errors import Rejected
+from casa_assets.ingest import codes
+from casa_assets.ingest.load.gltf.surface import Mapping2D
+from casa_assets.model.source import Up
+from tests.mesh_files import QUARTERS, Gltf, codes_of, glb_bytes, load_bytes, png, texel
+
+RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
+
+
+def refused(data: bytes, name: str = "x.glb", **files: bytes) -> str:
+    with pytest.raises(Rejected) as caught:
+        load_bytes(name, data, **files)
+    assert caught.value.says
+    return caught.value.code
+
+
+def test_declares_metres_and_y_up_and_keeps_the_triangle() -> None:
+    model = load_bytes("x.glb", Gltf().glb())
+    assert (model.metres_per_unit, model.up, model.format, model.notes) == (1.0, Up.Y, "glb", ())
+    assert model.parts[0].name == "thing"
+    assert model.parts[0].mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+
+
+def test_uv_are_turned_to_the_lower_left() -> None:
+    made = Gltf()
+    made.paint(png(QUARTERS))
+    model = load_bytes("x.glb", made.glb())
+    # glTF (0,0) is the upper left texel, (1,0) the upper right, (0,1) the lower left
+    assert [texel(model, 0, i) for i in range(3)] == [RED, GREEN, BLUE]
+
+
+def test_texture_transform_is_baked() -> None:
+    made = Gltf()
+    made.paint(png(QUARTERS))
+    moved = {"KHR_texture_transform": {"offset": [0.5, 0.0], "scale": [0.5, 0.5]}}
+    picture = {"index": 0, "extensions": moved}
+    made.document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": picture}}]
+    made.document["extensionsRequired"] = ["KHR_texture_transform"]
+    assert texel(load_bytes("x.glb", made.glb()), 0, 0) == GREEN
+    turned = Mapping2D(rotation=math.pi / 2).apply(np.array([[0.25, 0.5]]))
+    assert np.allclose(turned, [[0.5, 1.25]])
+
+
+def test_second_uv_set_is_used_where_the_picture_asks_for_it() -> None:
+    made = Gltf()
+    made.attributes["TEXCOORD_1"] = made.add(np.array([[1, 0], [1, 0], [1, 0]], dtype="<f4"), "VEC2")
+    made.paint(png(QUARTERS))
+    picture = {"index": 0, "texCoord": 1}
+    made.document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": picture}}]
+    assert texel(load_bytes("x.glb", made.glb()), 0, 0) == GREEN
+
+
+def test_mirrored_node_turns_the_faces_and_the_normals_follow() -> None:
+    made = Gltf()
+    made.attributes["NORMAL"] = made.add(np.array([[0, 0, 1]] * 3, dtype="<f4"), "VEC3")
+    made.node["scale"] = [-2, 1, 1]
+    mesh = load_bytes("x.glb", made.glb()).parts[0].mesh
+    a, b, c = mesh.vertices[mesh.faces[0]]
+    assert np.cross(b - a, c - a)[2] > 0
+    assert mesh.normals is not None
+    assert np.allclose(mesh.normals, [0, 0, 1])
+
+
+def test_nested_transforms_are_baked_in_order() -> None:
+    made = Gltf()
+    quarter = [0, 0, math.sqrt(0.5), math.sqrt(0.5)]
+    made.document["nodes"] = [{"children": [1], "translation": [10, 0, 0]}, {"mesh": 0, "rotation": quarter}]
+    assert np.allclose(load_bytes("x.glb", made.glb()).parts[0].mesh.vertices[1], [10, 1, 0])
+
+
+def test_each_instance_is_a_part() -> None:
+    made = Gltf()
+    made.document["nodes"] = [{"mesh": 0, "name": "a b"}, {"mesh": 0, "name": "a-b"}]
+    made.document["scenes"] = [{"nodes": [0, 1]}]
+    assert [p.name for p in load_bytes("x.glb", made.glb()).parts] == ["a_b", "a_b_2"]
+
+
+@pytest.mark.parametrize(("mode", "faces"), [(5, [[0, 1, 2], [2, 1, 3]]), (6, [[0, 1, 2], [0, 2, 3]])])
+def test_strips_and_fans(mode: int, faces: list[list[int]]) -> None:
+    made = Gltf([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [0, 1, 2, 3])
+    made.primitive["mode"] = mode
+    assert load_bytes("x.glb", made.glb()).parts[0].mesh.faces.tolist() == faces
+
+
+def test_quantised_and_sparse_accessors() -> None:
+    made = Gltf()
+    points = np.array([[0, 0, 0, 0], [127, 0, 0, 0], [0, -127, 0, 0]], dtype="i1")
+    at = made.add(points, "VEC3", normalized=True)
+    made.accessors[at]["count"] = 3
+    made.views[int(str(made.accessors[at]["bufferView"]))]["byteStride"] = 4
+    made.attributes["POSITION"] = at
+    indices, values = made.view(struct.pack("<H", 0)), made.view(struct.pack("<3b", 0, 0, 127))
+    made.accessors[at]["sparse"] = {
+        "count": 1,
+        "indices": {"bufferView": indices, "componentType": 5123},
+        "values": {"bufferView": values},
+    }
+    assert np.allclose(load_bytes("x.glb", made.glb()).parts[0].mesh.vertices, [[0, 0, 1], [1, 0, 0], [0, -1, 0]])
+
+
+def test_vertex_colours_become_srgb() -> None:
+    made = Gltf()
+    made.attributes["COLOR_0"] = made.add(np.array([[0.2158605, 0, 1]] * 3, dtype="<f4"), "VEC3")
+    colors = load_bytes("x.glb", made.glb()).parts[0].mesh.colors
+    assert colors is not None
+    assert colors[0].tolist() == [128, 0, 255, 255]
+
+
+def test_specular_glossiness_and_unlit_and_emissive_pictures_give_a_base_colour() -> None:
+    old = {"diffuseTexture": {"index": 0}, "diffuseFactor": [1, 0.5, 1, 1], "glossinessFactor": 0.25}
+    made = Gltf()
+    made.paint(png(QUARTERS))
+    made.document["materials"] = [{"extensions": {"KHR_materials_pbrSpecularGlossiness": old}}]
+    made.document["extensionsRequired"] = ["KHR_materials_pbrSpecularGlossiness", "KHR_materials_unlit"]
+    material = load_bytes("x.glb", made.glb()).parts[0].material
+    assert material.base_color == (1.0, 0.5, 1.0, 1.0)
+    assert (material.metallic, material.roughness) == (0.0, 0.75)
+    assert material.base_color_texture is not None
+    black = {"baseColorFactor": [0, 0, 0, 1]}
+    glow = {"emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1], "pbrMetallicRoughness": black}
+    made.document["materials"] = [glow]
+    model = load_bytes("x.glb", made.glb())
+    assert model.parts[0].material.base_color_texture is not None
+    assert codes.EMISSIVE_AS_BASE in codes_of(model)
+
+
+def test_alpha_follows_the_mode() -> None:
+    picture = np.full((2, 2, 4), 100, dtype=np.uint8)
+    channels = {}
+    for mode in ("OPAQUE", "BLEND", "MASK"):
+        made = Gltf()
+        made.paint(png(picture), alphaMode=mode)
+        texture = load_bytes("x.glb", made.glb()).parts[0].material.base_color_texture
+        assert texture is not None
+        channels[mode] = texture.png[25]
+    assert channels == {"OPAQUE": 2, "BLEND": 6, "MASK": 6}  # PNG colour types: 2 RGB, 6 RGBA
+
+
+def test_an_invisible_material_is_made_opaque() -> None:
+    made = Gltf()
+    made.document["materials"] = [{"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0]}}]
+    made.primitive["material"] = 0
+    model = load_bytes("x.glb", made.glb())
+    assert model.parts[0].material.base_color == (1.0, 0.0, 0.0, 1.0)
+    assert codes_of(model) == {codes.FULLY_TRANSPARENT}
+
+
+def test_rest_pose_of_a_rigged_mesh_comes_from_its_joints() -> None:
+    made = Gltf()
+    made.attributes["JOINTS_0"] = made.add(np.zeros((3, 4), dtype="u1"), "VEC4")
+    made.attributes["WEIGHTS_0"] = made.add(np.array([[1, 0, 0, 0]] * 3, dtype="<f4"), "VEC4")
+    made.document["nodes"] = [{"mesh": 0, "skin": 0, "translation": [99, 0, 0]}, {"scale": [2, 2, 2]}]
+    made.document["scenes"] = [{"nodes": [0, 1]}]
+    made.document["skins"] = [{"joints": [1]}]
+    model = load_bytes("x.glb", made.glb())
+    assert model.parts[0].mesh.vertices[1].tolist() == [2, 0, 0]
+    assert codes_of(model) == {codes.FEATURE_IGNORED}
+
+
+def test_text_gltf_with_data_uri_and_with_a_buffer_beside_it() -> None:
+    made = Gltf()
+    inside = "data:application/octet-stream;base64," + base64.b64encode(made.binary).decode()
+    for uri, files in ((inside, {}), ("my%20buffer.bin", {"my%20buffer.bin": made.binary})):
+        buffers = [{"byteLength": len(made.binary), "uri": uri}]
+        whole = {**made.document, "bufferViews": made.views, "accessors": made.accessors, "buffers": buffers}
+        assert len(load_bytes("x.gltf", json.dumps(whole), **files).parts) == 1
+
+
+def test_nan_uv_and_missing_uv_are_remarked() -> None:
+    made = Gltf()
+    made.attributes["TEXCOORD_0"] = made.add(np.array([[np.nan, 0], [1, 0], [0, 1]], dtype="<f4"), "VEC2")
+    made.paint(png(QUARTERS))
+    model = load_bytes("x.glb", made.glb())
+    assert codes_of(model) == {codes.BAD_UV}
+    assert model.parts[0].mesh.uv is not None
+    assert model.parts[0].mesh.uv[0].tolist() == [0, 0]
+    del made.attributes["TEXCOORD_0"]
+    model = load_bytes("x.glb", made.glb())
+    assert codes_of(model) == {codes.TEXTURE_WITHOUT_UV}
+    assert model.parts[0].material.textures == ()
+
+
+def test_a_mesh_outside_the_scene_is_used() -> None:
+    made = Gltf()
+    made.document["scenes"] = [{"nodes": []}]
+    assert codes_of(load_bytes("x.glb", made.glb())) == {codes.MESH_OUTSIDE_SCENE}
+
+
+@pytest.mark.parametrize(
+    ("cut", "code"),
+    [
+        (lambda d: d[:8], codes.TRUNCATED),
+        (lambda d: d[:12], codes.TRUNCATED),
+        (lambda d: d[: len(d) // 2], codes.TRUNCATED),
+        (lambda d: d[:-10], codes.TRUNCATED),
+        (lambda d: b"glTX" + d[4:], codes.BAD_MAGIC),
+        (lambda d: d[:4] + struct.pack("<I", 1) + d[8:], codes.UNSUPPORTED_VERSION),
+        (lambda d: d[:8] + struct.pack("<I", 200) + d[12:], codes.LENGTH_MISMATCH),
+        (lambda d: d[:8] + struct.pack("<I", 2**32 - 1) + d[12:], codes.LENGTH_MISMATCH),
+        (lambda d: d[:12] + struct.pack("<I", 2**32 - 1) + d[16:], codes.LENGTH_MISMATCH),
+        (lambda d: d.replace(b'"asset"', b'"asset '), codes.BAD_JSON),
+        (lambda d: b"\x89PNG\r\n\x1a\n" + d, codes.WRONG_TYPE),
+        (lambda d: b"<!DOCTYPE html><html>" + d, codes.WRONG_TYPE),
+        (lambda d: b"\x1f\x8b" + d, codes.WRONG_TYPE),
+        (lambda d: b"version https://git-lfs.github.com/spec/v1\n", codes.WRONG_TYPE),
+        (lambda d: b"", codes.EMPTY_FILE),
+    ],
+)
+def test_broken_containers_are_refused(cut, code: str) -> None:  # type: ignore[no-untyped-def]
+    assert refused(cut(Gltf().glb())) == code
+
+
+def test_claims_beyond_the_bytes_are_refused_before_allocation() -> None:
+    made = Gltf()
+    made.accessors[0]["count"] = 10_000
+    assert refused(made.glb()) == codes.OUT_OF_BOUNDS
+    del made.accessors[0]["bufferView"]
+    made.accessors[0]["count"] = 2_000_000_000
+    assert refused(made.glb()) == codes.TOO_LARGE
+    buffers = [{"byteLength": 2**40, "uri": "data:;base64,AAAA"}]
+    whole = {**made.document, "bufferViews": made.views, "accessors": Gltf().accessors, "buffers": buffers}
+    assert refused(json.dumps(whole).encode(), "x.gltf") == codes.LENGTH_MISMATCH
+    assert refused(Gltf(indices=[0, 1, 9]).glb()) == codes.OUT_OF_BOUNDS
+
+
+@pytest.mark.parametrize(
+    ("nodes", "code"),
+    [
+        ([{"children": [0], "mesh": 0}], codes.BAD_SCENE_GRAPH),
+        ([{"children": [i + 1, i + 1]} for i in range(30)] + [{"mesh": 0}], codes.BAD_SCENE_GRAPH),
+        ([{"children": [7]}], codes.OUT_OF_BOUNDS),
+        ([{"mesh": 7}], codes.OUT_OF_BOUNDS),
+        ([{"mesh": "0"}], codes.BAD_SCHEMA),
+        ([{"mesh": 0, "translation": [float("nan"), 0, 0]}], codes.NON_FINITE),
+        ([{"mesh": 0, "translation": "up"}], codes.BAD_SCHEMA),
+        (["node"], codes.BAD_SCHEMA),
+    ],
+)
+def test_bad_scene_graphs_are_refused(nodes: list[object], code: str) -> None:
+    made = Gltf()
+    made.document["nodes"] = nodes
+    assert refused(made.glb()) == code
+
+
+def test_deep_node_chains_do_not_overflow_the_stack() -> None:
+    made = Gltf()
+    made.document["nodes"] = [{"children": [i + 1]} for i in range(5000)] + [{"mesh": 0}]
+    assert len(load_bytes("x.glb", made.glb()).parts) == 1
+
+
+@pytest.mark.parametrize("name", ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_texture_basisu", "X_y"])
+def test_required_extensions_that_cannot_be_read_are_refused(name: str) -> None:
+    made = Gltf()
+    made.document["extensionsRequired"] = [name]
+    assert refused(made.glb()) == codes.UNSUPPORTED_EXTENSION
+
+
+def test_compression_that_is_only_used_is_refused_where_the_data_is_missing() -> None:
+    made = Gltf()
+    made.primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}}
+    assert len(load_bytes("x.glb", made.glb()).parts) == 1
+    del made.accessors[0]["bufferView"]
+    assert refused(made.glb()) == codes.UNSUPPORTED_EXTENSION
+
+
+def test_nothing_to_show() -> None:
+    made = Gltf()
+    made.primitive["mode"] = 0
+    assert refused(made.glb()) == codes.NO_FACES
+    made.document["meshes"] = []
+    made.document["nodes"] = [{}]
+    assert refused(made.glb()) == codes.NO_GEOMETRY
+    assert refused(glb_bytes({"asset": {"version": "2.0"}})) == codes.NO_GEOMETRY
+
+
+def test_too_many_instances_are_refused_by_their_total() -> None:
+    made = Gltf(indices=[0, 1, 2] * 20_000)
+    made.document["nodes"] = [{"mesh": 0} for _ in range(6)]
+    made.document["scenes"] = [{"nodes": list(range(6))}]
+    assert refused(made.glb()) == codes.TOO_LARGE
+
+
+def test_bad_pictures_cost_the_picture_only() -> None:
+    for picture in (b"no picture at all", png(QUARTERS)[:-30], png(np.zeros((600, 600), dtype=np.uint8))):
+        made = Gltf()
+        made.paint(picture)
+        model = load_bytes("x.glb", made.glb())
+        assert model.parts[0].material.textures == ()
+        assert codes_of(model) <= {codes.IMAGE_UNREADABLE, codes.IMAGE_REFUSED}
+        assert codes_of(model)
+
+
+def test_the_same_bytes_give_the_same_record() -> None:
+    made = Gltf()
+    made.paint(png(QUARTERS))
+    assert load_bytes("x.glb", made.glb()).digest == load_bytes("x.glb", made.glb()).digest

@@ -1,0 +1,353 @@
+"""What is found in folders and packages, and what an input may reach on disk."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import os
+import sys
+import types
+from pathlib import Path
+
+import pytest
+
+from casa_assets.errors import CasaError, Rejected, UnknownId
+from casa_assets.ingest import codes
+from casa_assets.ingest.sources import Found, Refused, collect, discover, objaverse
+from casa_assets.ingest.sources.licence import spdx
+from casa_assets.model.source import SourceKind
+from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, codes_of, load_path, png
+
+UID = "0" * 31 + "1"
+
+
+def write(path: Path, data: bytes | str | object) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not isinstance(data, (bytes, str)):
+        data = json.dumps(data)
+    path.write_bytes(data.encode() if isinstance(data, str) else data)
+    return path
+
+
+def found(root: Path) -> dict[str, Found]:
+    return {one.source.path: one for one in discover([root]) if isinstance(one, Found)}
+
+
+def refusals(root: Path) -> list[str]:
+    return [one.code for one in discover([root]) if isinstance(one, Refused)]
+
+
+def only(root: Path) -> Refused:
+    (one,) = list(discover([root]))
+    assert isinstance(one, Refused), one
+    return one
+
+
+def test_folder_yields_meshes_only_sorted_and_with_hints(tmp_path: Path) -> None:
+    for name in (
+        "b/Tea Pot.OBJ",
+        "a.glb",
+        "b/x.mtl",
+        "b/x.png",
+        "README.md",
+        ".hidden/y.obj",
+        "__MACOSX/z.obj",
+        "b/p.json",
+    ):
+        write(tmp_path / name, OBJ_TRIANGLE)
+    assert list(found(tmp_path)) == ["a.glb", "b/Tea Pot.OBJ"]
+    source = found(tmp_path)["b/Tea Pot.OBJ"].source
+    assert (source.kind, source.hints[:2], source.licence) == (SourceKind.FOLDER, ("Tea Pot", "b"), "unknown")
+    assert refusals(tmp_path) == []
+
+
+def test_objaverse_package(tmp_path: Path) -> None:
+    root = tmp_path / "objaverse"
+    write(root / f"glbs/000-041/{UID}.glb", Gltf().glb())
+    entry = {"name": "Old Mug", "license": "by-nc-sa", "tags": [{"name": "cup"}], "user": {"displayName": "An\nn"}}
+    write(root / "annotations.json", {UID: {**entry, "uid": "../../etc", "uri": "https://x"}})
+    write(root / "lvis-annotations.json", {"mug": [UID], "zebra": [UID]})
+    write(
+        root / "object-paths.json", {UID: f"glbs/000-041/{UID}.glb", "gone": "glbs/0/gone.glb", "evil": "../../x.glb"}
+    )
+    write(root / "loose/spoon.stl", OBJ_TRIANGLE)
+    inputs = found(tmp_path)
+    assert list(inputs) == [f"objaverse/glbs/000-041/{UID}.glb", "objaverse/loose/spoon.stl"]
+    one = inputs[f"objaverse/glbs/000-041/{UID}.glb"]
+    source = one.source
+    assert (one.root, one.main) == (root, f"glbs/000-041/{UID}.glb")
+    assert (source.kind, source.uid, source.title) == (SourceKind.OBJAVERSE, UID, "Old Mug")
+    assert (source.licence, source.author, source.category) == ("CC-BY-NC-SA-4.0", "An?n", "mug")
+    assert source.hints == ("Old Mug", "cup")
+    assert sorted(refusals(tmp_path)) == [codes.PATH_TRAVERSAL, codes.MISSING_FILE]
+
+
+def test_objaverse_cache_layout(tmp_path: Path) -> None:
+    root = tmp_path / "hf-objaverse-v1"
+    write(root / f"glbs/000-041/{UID}.glb", Gltf().glb())
+    write(
+        root / "metadata/000-041.json.gz", gzip.compress(json.dumps({UID: {"name": "Pan", "license": "cc0"}}).encode())
+    )
+    write(root / "object-paths.json.gz", gzip.compress(json.dumps({UID: "x", "b": "not downloaded"}).encode()))
+    write(root / "lvis-annotations.json.gz", gzip.compress(b"{broken"))
+    (one,) = found(tmp_path).values()
+    assert (one.source.title, one.source.licence, one.source.category) == ("Pan", "CC0-1.0", "")
+    assert refusals(tmp_path) == [codes.BAD_MANIFEST]
+
+
+def test_objaverse_xl_list(tmp_path: Path) -> None:
+    write(tmp_path / "me__repo/1a/cup.obj", OBJ_TRIANGLE)
+    row = {"fileIdentifier": "https://g/cup.obj", "source": "github", "license": "MIT License", "fileType": "obj"}
+    rows = [{**row, "sha256": "ab", "name": "A cup", "path": "me__repo/1a/cup.obj"}, {**row, "path": "../x.obj"}, 3]
+    write(tmp_path / "annotations.json", rows)
+    (one,) = found(tmp_path).values()
+    assert (one.source.kind, one.source.licence) == (SourceKind.OBJAVERSE_XL, "MIT")
+    assert (one.source.uri, one.source.hints) == ("https://g/cup.obj", ("A cup", "cup", "1a", "me__repo"))
+    assert refusals(tmp_path) == [codes.PATH_TRAVERSAL, codes.BAD_ROW]
+
+
+def test_text_to_3d_manifest_and_plain_manifest(tmp_path: Path) -> None:
+    write(tmp_path / "t/a/model.glb", Gltf().glb())
+    write(tmp_path / "p/toaster.obj", OBJ_TRIANGLE)
+    row = {
+        "id": "a1",
+        "prompt": "a red mug",
+        "category": "mug",
+        "generator": "G",
+        "file": "a/model.glb",
+        "license": "MIT",
+    }
+    write(tmp_path / "t/manifest.jsonl", b"\xef\xbb\xbf" + json.dumps(row).encode() + b"\r\n\r\n")
+    write(tmp_path / "p/list.json", [{"id": "t1", "name": "Toaster", "file": "toaster.obj", "category": "toaster"}])
+    inputs = found(tmp_path)
+    made, plain = inputs["t/a/model.glb"].source, inputs["p/toaster.obj"].source
+    assert (made.kind, made.uid, made.prompt) == (SourceKind.TEXT_TO_3D, "a1", "a red mug")
+    assert (made.generator, made.category, made.licence) == ("G", "mug", "MIT")
+    assert (plain.kind, plain.uid, plain.title) == (SourceKind.MANIFEST, "t1", "Toaster")
+    assert len(inputs) == 2
+    assert refusals(tmp_path) == []
+
+
+def test_bad_rows_are_listed_with_their_line_and_the_others_go_on(tmp_path: Path) -> None:
+    write(tmp_path / "m.obj", OBJ_TRIANGLE)
+    good = '{"id": "%s", "file": "m.obj", "seed": ' + "9" * 5000 + ', "scale": 1e999, "x": NaN}'
+    rows = [
+        (good % "one", ""),
+        (good % "one", codes.DUPLICATE_ID),
+        ('{"id": "cut", "fi', codes.BAD_ROW),
+        ("[1, 2]", codes.BAD_ROW),
+        ("null", codes.BAD_ROW),
+        ('{"id": "b", "file": "gone.obj"}', codes.MISSING_FILE),
+        ('{"id": "c", "file": "../../etc/passwd"}', codes.PATH_TRAVERSAL),
+        ('{"id": "d", "file": "/etc/passwd"}', codes.PATH_TRAVERSAL),
+        ('{"id": "e", "file": "C:\\\\x.obj"}', codes.PATH_TRAVERSAL),
+        ('{"id": "../e", "file": "m.obj"}', codes.BAD_ID),
+        ('{"id": 17, "file": ["m.obj"]}', codes.BAD_ROW),
+        ('{"id": "f", "file": "m.obj", "prompt": ["a"]}', codes.BAD_ROW),
+        ('{"id": "g", "file": "m\\u0000.obj"}', codes.BAD_ROW),
+        ('{"id": "h", "file": "\\ud800.obj"}', codes.BAD_NAME),
+        ('{"id": "i", "x": ' + "[" * 100_000, codes.BAD_ROW),
+        (good % "two", ""),
+    ]
+    write(tmp_path / "set.jsonl", "\n".join(row for row, _ in rows))
+    refused = [one for one in discover([tmp_path]) if isinstance(one, Refused)]
+    assert [one.code for one in refused] == [code for _, code in rows if code]
+    lines = [i for i, (_, code) in enumerate(rows, start=1) if code]
+    assert all(f"line {line}:" in one.says for line, one in zip(lines, refused, strict=True))
+    assert [one.source.uid for one in discover([tmp_path]) if isinstance(one, Found)] == ["one", "two"]
+
+
+def test_a_manifest_that_the_user_names_must_be_one(tmp_path: Path) -> None:
+    write(tmp_path / "m.obj", OBJ_TRIANGLE)
+    assert only(write(tmp_path / "x.json", {"a": 1})).code == codes.BAD_MANIFEST
+    assert only(write(tmp_path / "y.json", "{")).code == codes.BAD_MANIFEST
+    assert len(found(write(tmp_path / "z.json", [{"id": "a", "file": "m.obj"}]))) == 1
+    assert [one.code for one in discover([tmp_path]) if isinstance(one, Refused)] == []
+
+
+def test_what_is_no_file_is_refused_and_never_opened(tmp_path: Path) -> None:
+    root, outside = tmp_path / "in", tmp_path / "out"
+    write(outside / "far.obj", OBJ_TRIANGLE)
+    root.mkdir()
+    os.mkfifo(root / "a_pipe.obj")
+    (root / "b_dir.glb").mkdir()
+    (root / "c_out.obj").symlink_to(outside / "far.obj")
+    (root / "d_loop.obj").symlink_to("d_loop.obj")
+    (root / "e_dev.stl").symlink_to("/dev/zero")
+    (root / "f_loop").symlink_to(".")
+    (root / "g_far").symlink_to(outside)
+    write(Path(os.fsdecode(os.fsencode(root) + b"/h_\xff.glb")), b"x")
+    assert refusals(root) == [
+        codes.NOT_A_FILE,
+        codes.NOT_A_FILE,
+        codes.LINK_OUTSIDE,
+        codes.NOT_A_FILE,
+        codes.LINK_OUTSIDE,
+        codes.BAD_NAME,
+    ]
+    assert found(root) == {}
+    assert only(root / "b_dir.glb").code == codes.NOT_A_FILE
+    assert only(tmp_path / "nowhere").code == codes.MISSING_FILE
+    for one in discover([root]):
+        assert isinstance(one, Refused)
+        one.path.encode("utf-8")
+
+
+def test_an_input_that_two_roots_reach_comes_once(tmp_path: Path) -> None:
+    path = write(tmp_path / "a/x.obj", OBJ_TRIANGLE)
+    assert len(list(discover([tmp_path, path, tmp_path / "a"]))) == 1
+
+
+def test_size_is_refused_without_reading(tmp_path: Path) -> None:
+    path = write(tmp_path / "x.glb", b"glTF")
+    os.truncate(path, 20 * 1024**3)
+    (one,) = discover([path])
+    assert isinstance(one, Found)
+    with pytest.raises(Rejected) as caught:
+        collect(one, LIMITS)
+    assert caught.value.code == codes.TOO_LARGE
+
+
+def obj_with_map(root: Path, name: str) -> Path:
+    write(root / "m.mtl", f"newmtl m\nmap_Kd {name}\n")
+    return write(root / "x.obj", "vt 0 0\nmtllib m.mtl\nusemtl m\n" + OBJ_TRIANGLE.replace("f 1 2 3", "f 1/1 2/1 3/1"))
+
+
+@pytest.mark.parametrize(
+    ("written", "there", "code"),
+    [
+        ("my tex.png", "my tex.png", ""),
+        ("-o 0 0 0 -bm 1 my tex.png", "my tex.png", ""),
+        ("my%20tex.png", "my tex.png", ""),
+        ("sub\\tex.png", "sub/tex.png", ""),
+        ("Tex.PNG", "tex.png", codes.CASE_MISMATCH),
+        ("C:\\Users\\bob\\tex.png", "tex.png", codes.FOUND_BY_BASE_NAME),
+        ("/srv/bob/tex.png", "textures/tex.png", codes.FOUND_BY_BASE_NAME),
+        ("gone.png", "", codes.REFERENCE_MISSING),
+        ("../../../etc/passwd", "", codes.REFERENCE_IGNORED),
+        ("..%2f..%2f..%2fetc/passwd", "", codes.REFERENCE_IGNORED),
+        ("/etc/passwd", "", codes.REFERENCE_IGNORED),
+        ("file:///etc/passwd", "", codes.REFERENCE_IGNORED),
+        ("http://127.0.0.1:9/t.png", "", codes.REFERENCE_IGNORED),
+        ("\\\\127.0.0.1\\share\\t.png", "", codes.REFERENCE_IGNORED),
+        ("/dev/zero", "", codes.REFERENCE_IGNORED),
+    ],
+)
+def test_pictures_are_found_inside_the_package_only(tmp_path: Path, written: str, there: str, code: str) -> None:
+    root = tmp_path / "package"
+    path = obj_with_map(root, written)
+    if there:
+        write(root / there, png(QUARTERS))
+    model = load_path(path)
+    assert (model.parts[0].material.base_color_texture is not None) is bool(there)
+    assert codes_of(model) == ({code} if code else set())
+
+
+def test_links_out_of_the_package_are_not_followed(tmp_path: Path) -> None:
+    root = tmp_path / "package"
+    path = obj_with_map(root, "link.png")
+    secret = write(tmp_path / "secret.png", png(QUARTERS))
+    (root / "link.png").symlink_to(secret)
+    assert codes_of(load_path(path)) == {codes.LINK_IGNORED}
+    (root / "link.png").unlink()
+    (root / "far").symlink_to(tmp_path)
+    assert codes_of(load_path(obj_with_map(root, "far/secret.png"))) == {codes.LINK_IGNORED}
+
+
+def test_a_folder_input_may_reach_its_siblings_and_gazebo_layouts_are_known(tmp_path: Path) -> None:
+    path = obj_with_map(tmp_path / "cup/meshes", "../materials/textures/t.png")
+    write(tmp_path / "cup/materials/textures/t.png", png(QUARTERS))
+    assert codes_of(load_path(path)) == set()
+    (one,) = found(tmp_path).values()
+    assert set(collect(one, LIMITS).files) == {"x.obj", "m.mtl", "../materials/textures/t.png"}
+
+
+def test_material_file_by_stem_where_none_is_named(tmp_path: Path) -> None:
+    write(tmp_path / "pot.mtl", "newmtl m\nKd 1 0 0\n")
+    path = write(tmp_path / "pot.obj", "mtllib other.mtl\nusemtl m\n" + OBJ_TRIANGLE)
+    model = load_path(path)
+    assert codes_of(model) == {codes.REFERENCE_MISSING, codes.MATERIAL_GUESSED}
+    assert model.parts[0].material.base_color == (1.0, 0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("uri", "code"),
+    [
+        ("gone.bin", codes.MISSING_FILE),
+        ("../../../../etc/passwd", codes.PATH_TRAVERSAL),
+        ("%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd", codes.PATH_TRAVERSAL),
+        ("/etc/passwd", codes.PATH_TRAVERSAL),
+        ("file:///etc/passwd", codes.PATH_TRAVERSAL),
+        ("/dev/zero", codes.PATH_TRAVERSAL),
+        ("http://127.0.0.1:9/x.bin", codes.NETWORK_URI),
+    ],
+)
+def test_a_gltf_without_its_buffer_is_refused(tmp_path: Path, uri: str, code: str) -> None:
+    made = Gltf()
+    buffers = [{"byteLength": len(made.binary), "uri": uri}]
+    whole = {**made.document, "bufferViews": made.views, "accessors": made.accessors, "buffers": buffers}
+    path = write(tmp_path / "x.gltf", whole)
+    with pytest.raises(Rejected) as caught:
+        load_path(path)
+    assert caught.value.code == code
+
+
+def test_buffers_beside_a_gltf_are_read_with_percent_escapes(tmp_path: Path) -> None:
+    made = Gltf()
+    write(tmp_path / "my buffer.bin", made.binary)
+    buffers = [{"byteLength": len(made.binary), "uri": "my%20buffer.bin"}]
+    whole = {**made.document, "bufferViews": made.views, "accessors": made.accessors, "buffers": buffers}
+    assert load_path(write(tmp_path / "x.gltf", whole)).format == "gltf"
+
+
+def test_moving_a_package_keeps_its_digest(tmp_path: Path) -> None:
+    digests = set()
+    for name in ("a", "b/c"):
+        path = obj_with_map(tmp_path / name, "t.png")
+        write(path.parent / "t.png", png(QUARTERS))
+        (one,) = discover([path])
+        assert isinstance(one, Found)
+        digests.add(collect(one, LIMITS).sha256)
+    assert len(digests) == 1
+
+
+@pytest.mark.parametrize(
+    ("word", "licence"),
+    [
+        ("by", "CC-BY-4.0"),
+        ("by-nc-nd", "CC-BY-NC-ND-4.0"),
+        ("CC-BY-4.0", "CC-BY-4.0"),
+        ("cc by-sa 3.0", "CC-BY-SA-3.0"),
+        ("Apache License 2.0", "Apache-2.0"),
+        ("BSD-3-Clause", "BSD-3-Clause"),
+        ("", "unknown"),
+        ("my own words", "my own words"),
+    ],
+)
+def test_licence_words(word: str, licence: str) -> None:
+    assert spdx(word) == licence
+
+
+def test_download_says_what_is_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setitem(sys.modules, "objaverse", None)
+    with pytest.raises(CasaError, match="pip install objaverse"):
+        objaverse.download(["a"], "", 1, tmp_path)
+    fake = types.ModuleType("objaverse")
+    fetched: list[str] = []
+    fake.__dict__.update(
+        load_lvis_annotations=lambda: {"Mug": ["b", "a", "c"]},
+        load_objects=fetched.extend,
+        load_annotations=lambda uids: {},
+    )
+    monkeypatch.setitem(sys.modules, "objaverse", fake)
+    assert objaverse.download([], "mug", 2, tmp_path) == tmp_path / "hf-objaverse-v1"
+    assert fetched == ["a", "b"]
+    with pytest.raises(UnknownId, match="Mug"):
+        objaverse.download([], "mugg", 2, tmp_path)
+
+    def offline(uids: list[str]) -> None:
+        raise OSError("no route")
+
+    fake.__dict__["load_objects"] = offline
+    with pytest.raises(CasaError, match="network"):
+        objaverse.download(["a"], "", 1, tmp_path)
