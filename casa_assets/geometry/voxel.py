@@ -83,3 +83,27 @@ def _samples(points: Floats, faces: Ints, spacing: float) -> Floats:
         weights = np.stack([1 - u - v, u, v], axis=1)
         out.append(np.einsum("sk,nkd->nsd", weights, some).reshape(-1, 3))
     return np.concatenate(out)
+
+
+def boundary(grid: Grid) -> tuple[Floats, Ints]:
+    """Surface of the solid cubes: (P, 3) corner points and (F, 3) outward triangles."""
+    solid = np.pad(grid.solid, 1)
+    quads = []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        for side in (0, 1):
+            beyond = np.roll(solid, -1 if side else 1, axis=axis)
+            cells = np.argwhere(solid & ~beyond) - 1
+            corner = cells.copy()
+            corner[:, axis] += side
+            ring = [corner.copy() for _ in range(4)]
+            ring[1][:, u] += 1
+            ring[2][:, u] += 1
+            ring[2][:, v] += 1
+            ring[3][:, v] += 1
+            quads.append(np.stack(ring if side else ring[::-1], axis=1))
+    corners = np.concatenate(quads)
+    keys, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    index = index.reshape(-1, 4)
+    faces = np.concatenate([index[:, [0, 1, 2]], index[:, [0, 2, 3]]])
+    return grid.origin + (keys - 0.5) * grid.cell, faces.astype(np.int64)

@@ -9,12 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.errors import DegenerateShape, Rejected
+from casa_assets.geometry.coverage import gaps, surface_samples
 from casa_assets.geometry.hull import convex_hull, small_hull
 from casa_assets.geometry.measure import face_normals, signed_volume
 from casa_assets.geometry.primitive import best_primitive
 from casa_assets.geometry.solid import closed_solid, simplified_solid
+from casa_assets.geometry.tessellate import surface
 from casa_assets.geometry.topology import face_components, weld
-from casa_assets.geometry.voxel import voxelise
+from casa_assets.geometry.voxel import boundary, voxelise
 from casa_assets.ingest.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.draft import Draft, Placed, warning
 from casa_assets.model.category import Build, Category
@@ -29,6 +31,12 @@ Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
 
 # Faces that the decomposition sees; more change the hulls hardly and the time a lot.
 COACD_FACES = 2000
+# Points on the surface that the cover is judged by; the share that may be bare at best, and at worst.
+SAMPLES = 4000
+BARE_GOOD = 0.01
+BARE_BAD = 0.05
+# Cubes along the longest side where a broken surface is made solid.
+SOLID_CELLS = 80
 # A sheet without thickness gets this much, metres: the thinnest that contacts hold.
 SHEET_M = 0.001
 
@@ -53,8 +61,19 @@ class Piece:
     fill: float
 
 
+@dataclass(frozen=True)
+class Cover:
+    """Shapes, how they were made, and the share of the surface that they leave bare (0..1)."""
+
+    shapes: tuple[Placed, ...]
+    how: str
+    bare: float
+
+
 def collide(draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose) -> Draft:
     """Shapes that stand in for the surface in contacts.
+
+    The cheap and exact ways come first; the first that leaves hardly any of the surface bare is taken.
 
     Args:
         draft: metres, z up.
@@ -70,65 +89,123 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     whole = _piece(points, ids, bridge=full)
     if whole is None:
         raise Rejected("MSH004", "no collision shape with a volume fits; the mesh is a sheet or a line")
+    notes: list[Issue] = []
     if whole.fill >= params.hull_ratio:
-        found, how = [_shape(whole.points, params)], "one shape: the mesh fills its hull"
-        notes: list[Issue] = []
+        best = Cover((_shape(whole.points, params),), "one shape: the mesh fills its hull", 0.0)
     else:
-        found, how, notes = _by_pieces(points, ids, whole, params, decomposer)
-    because = f"the mesh fills {whole.fill:.0%} of its hull; {len(found)} shapes"
+        best = _best(whole, points, ids, full, params, decomposer, notes)
+    because = f"the mesh fills {whole.fill:.0%} of its hull; {best.bare:.1%} of it is bare"
     return draft.replace(
-        colliders=tuple(found),
-        guesses=draft.guessed("collision", how, min(1.0, 0.5 + whole.fill / 2), because),
+        colliders=best.shapes,
+        guesses=draft.guessed("collision", best.how, 1 - min(1.0, 5 * best.bare), because),
         notes=draft.noted(*notes),
     )
 
 
-def _by_pieces(
-    points: Floats, ids: Ints, whole: Piece, params: CollideParams, decomposer: Decomposer
-) -> tuple[list[Placed], str, list[Issue]]:
-    pieces = _pieces(points, ids, params.hull_count)
-    convex = [p for p in pieces if p.fill >= params.hull_ratio]
-    rest = [p for p in pieces if p.fill < params.hull_ratio]
-    if not pieces or len(convex) > params.hull_count - 4 * bool(rest) or len(rest) > params.hull_count // 4:
-        convex, rest = [], [whole]
-    shapes = [_shape(p.points, params) for p in convex]
-    if not rest:
-        return shapes, "one shape for each piece", []
-    room = params.hull_count - len(shapes)
-    total = sum(p.hull_volume for p in rest)
-    notes: list[Issue] = []
-    names = []
-    for piece in rest:
-        share = max(4, int(room * piece.hull_volume / total)) if len(rest) > 1 else room
-        hulls, name = _decomposed(piece, share, params, decomposer, notes)
-        shapes += hulls
-        names.append(name)
-    return shapes[: params.hull_count], f"decomposed by {' and '.join(sorted(set(names)))}", notes
-
-
-def _decomposed(
-    piece: Piece, room: int, params: CollideParams, decomposer: Decomposer, notes: list[Issue]
-) -> tuple[list[Placed], str]:
-    """CoACD where the piece is a manifold, V-HACD where it is not or CoACD fails, one hull where both fail."""
-    extent = float(np.ptp(piece.points, axis=0).max())
-    # CoACD's surface error is about half the threshold times the longest side.
-    threshold = min(max(2 * params.error_m / extent, 0.03), 0.2)
-    budget = Budget(hulls=room, hull_vertices=params.hull_vertices, threshold=threshold)
-    tries: list[tuple[str, Floats, Ints]] = [("vhacd", piece.points, piece.faces)]
-    solid = simplified_solid(piece.points, piece.faces, COACD_FACES)
-    if solid is not None:
-        tries.insert(0, ("coacd", *solid))
-    for method, points, faces in tries:
+def _best(
+    whole: Piece,
+    points: Floats,
+    ids: Ints,
+    full: bool,
+    params: CollideParams,
+    decomposer: Decomposer,
+    notes: list[Issue],
+) -> Cover:
+    """The first way that covers well, else the one that covers best, else one hull around everything."""
+    samples = surface_samples(points, ids, SAMPLES)
+    reach = max(params.error_m, 0.02 * float(np.ptp(points, axis=0).max()))
+    best: Cover | None = None
+    for way in (_by_pieces, _by_coacd, _by_vhacd, _by_solid):
         try:
-            clouds = decomposer(method, points, faces, budget)
+            shapes = way(whole, points, ids, full, params, decomposer)
         except DecompositionFailed as error:
             notes.append(warning("MSH019", "collision", str(error)))
             continue
-        shapes = [s for s in (_shape_or_none(cloud, params) for cloud in clouds) if s is not None]
-        if shapes and len(shapes) <= room:
-            return shapes, {"coacd": "CoACD", "vhacd": "V-HACD"}[method]
-    notes.append(warning("MSH020", "collision", "no decomposition fits the budget; one hull closes every opening"))
-    return [_shape(piece.points, params)], "one hull"
+        if not shapes or len(shapes) > params.hull_count:
+            continue
+        clouds = [surface(s.shape, s.pose)[0] for s in shapes]
+        bare = float((gaps(samples, clouds) > reach).mean())
+        if best is None or bare < best.bare:
+            best = Cover(tuple(shapes), WORDS[way.__name__], bare)
+        if bare <= BARE_GOOD:
+            break
+    if best is None or best.bare > BARE_BAD:
+        notes.append(
+            warning("MSH020", "collision", "no decomposition covers the surface; one hull closes every opening")
+        )
+        return Cover((_shape(whole.points, params),), "one hull", 0.0)
+    return best
+
+
+def _by_pieces(
+    whole: Piece, points: Floats, ids: Ints, full: bool, params: CollideParams, decomposer: Decomposer
+) -> list[Placed]:
+    """One shape for each convex piece, and CoACD for the others where they are manifolds; empty where they are not."""
+    pieces = _pieces(points, ids, params.hull_count)
+    convex = [p for p in pieces if p.fill >= params.hull_ratio]
+    rest = [p for p in pieces if p.fill < params.hull_ratio]
+    if len(pieces) < 2 or len(convex) + 4 * len(rest) > params.hull_count:
+        return []
+    if any(closed_solid(p.points, p.faces) is None for p in rest):
+        return []
+    shapes = [_shape(p.points, params) for p in convex]
+    room = params.hull_count - len(shapes)
+    total = sum(p.hull_volume for p in rest)
+    for piece in rest:
+        share = max(4, int((room - 4 * len(rest)) * piece.hull_volume / total))
+        shapes += _by_coacd(piece, piece.points, piece.faces, full, params, decomposer, share)
+    return shapes
+
+
+def _by_coacd(
+    whole: Piece,
+    points: Floats,
+    ids: Ints,
+    full: bool,
+    params: CollideParams,
+    decomposer: Decomposer,
+    room: int | None = None,
+) -> list[Placed]:
+    """CoACD of a closed manifold; empty where the mesh is none."""
+    solid = simplified_solid(points, ids, COACD_FACES)
+    if solid is None:
+        return []
+    # CoACD's surface error is about half the threshold times the longest side.
+    threshold = min(max(2 * params.error_m / float(np.ptp(points, axis=0).max()), 0.03), 0.2)
+    budget = Budget(hulls=room or params.hull_count, hull_vertices=params.hull_vertices, threshold=threshold)
+    return _shapes(decomposer("coacd", *solid, budget), params)
+
+
+def _by_vhacd(
+    whole: Piece, points: Floats, ids: Ints, full: bool, params: CollideParams, decomposer: Decomposer
+) -> list[Placed]:
+    """V-HACD of the triangles as they are."""
+    budget = Budget(hulls=params.hull_count, hull_vertices=params.hull_vertices)
+    return _shapes(decomposer("vhacd", points, ids, budget), params)
+
+
+def _by_solid(
+    whole: Piece, points: Floats, ids: Ints, full: bool, params: CollideParams, decomposer: Decomposer
+) -> list[Placed]:
+    """V-HACD of the solid that the surface encloses on a grid, which closes gaps between open pieces."""
+    corners, faces = boundary(voxelise(points, ids, SOLID_CELLS, bridge=full))
+    budget = Budget(hulls=params.hull_count, hull_vertices=params.hull_vertices)
+    clouds = decomposer("vhacd", corners, faces, budget)
+    # Cubes stick out by half a cell; the ground and the sides of the box must not.
+    low, high = points.min(axis=0), points.max(axis=0)
+    return _shapes([np.clip(cloud, low, high) for cloud in clouds], params)
+
+
+WORDS = {
+    "_by_pieces": "one shape for each piece, CoACD for the hollow ones",
+    "_by_coacd": "decomposed by CoACD",
+    "_by_vhacd": "decomposed by V-HACD",
+    "_by_solid": "made solid on a grid and decomposed by V-HACD",
+}
+
+
+def _shapes(clouds: list[Floats], params: CollideParams) -> list[Placed]:
+    return [s for s in (_shape_or_none(cloud, params) for cloud in clouds) if s is not None]
 
 
 def _pieces(points: Floats, ids: Ints, most: int) -> list[Piece]:

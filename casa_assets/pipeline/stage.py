@@ -77,12 +77,12 @@ STAGES: tuple[Stage, ...] = (
     Stage("scale", 1, lambda d, b: scale(d, b.category, b.limits["size_slack"])),
     Stage("simplify", 1, lambda d, b: simplify(d, int(b.limits["visual_faces"])), ("meshoptimizer",)),
     Stage("texture", 1, lambda d, b: texture(d, int(b.limits["texture_px"]), b.substance), ("pillow",)),
-    Stage("collide", 1, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
+    Stage("collide", 2, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
     Stage("mass", 1, lambda d, b: mass(d, b.category, b.substance, b.limits["mass_range_slack"]), ("manifold3d",)),
 )
 # `load` and `clean` come before, `assemble` after: they change the type.
 ENDS: Mapping[str, int] = {"load": 1, "clean": 1, "assemble": 1, "mjcf": 1, "usd": 1, "preview": 1, "checks": 1}
-END_TOOLS = ("trimesh", "pycollada", "pillow", "lxml", "usd-core", "mujoco", "simready-foundation-tier-core")
+END_TOOLS = ("pillow", "lxml", "usd-core", "mujoco", "simready-foundation-tier-core")
 
 
 def versions() -> dict[str, str]:

@@ -1,0 +1,49 @@
+"""How well convex shapes cover a surface: sampled distances from it to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import ConvexHull
+
+from casa_assets.geometry.measure import face_normals
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+def surface_samples(points: Floats, faces: Ints, count: int) -> Floats:
+    """(count, 3) points spread evenly over the area, the same for the same surface.
+
+    Ref: systematic sampling of the cumulative area, and the R2 sequence (Roberts 2018) within the triangles.
+    """
+    _, areas = face_normals(points, faces)
+    ends = np.cumsum(areas)
+    at = (np.arange(count) + 0.5) / count * ends[-1]
+    face = np.minimum(np.searchsorted(ends, at), len(faces) - 1)
+    step = np.arange(1, count + 1)[:, None] * np.array([0.7548776662466927, 0.5698402909980532])
+    u, v = (step % 1.0).T
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    a, b, c = (points[faces[face, k]] for k in range(3))
+    samples: Floats = a + u[:, None] * (b - a) + v[:, None] * (c - a)
+    return samples
+
+
+def gaps(samples: Floats, clouds: Sequence[Floats]) -> Floats:
+    """(N,) how far each sample lies outside the nearest hull, 0 within one; metres.
+
+    Measured to the planes of the faces: exact over faces, a little short over edges and corners.
+
+    Args:
+        samples: (N, 3). clouds: vertices of each convex shape, each spanning a volume.
+    """
+    nearest = np.full(len(samples), np.inf)
+    for cloud in clouds:
+        planes = ConvexHull(cloud).equations
+        for start in range(0, len(samples), 4096):
+            rows = slice(start, start + 4096)
+            outside = (samples[rows] @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+            nearest[rows] = np.minimum(nearest[rows], np.maximum(outside, 0.0))
+    return nearest
