@@ -2,14 +2,40 @@
 
 from __future__ import annotations
 
-from casa_assets.checks import mjcf, parity, usd
+from casa_assets.checks import asset, mjcf, parity, usd, visual
 from casa_assets.checks.check import Check
 from casa_assets.checks.package import Package
+from casa_assets.model.asset import Asset
 from casa_assets.model.issue import Severity
 
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 TABLE: tuple[Check, ...] = (
+    # the asset itself
+    Check("AST001", ERROR, Asset, asset.fits_in_a_kitchen, "max_extent_m", "m", "A mug of 80 m is a mistaken unit."),
+    Check("AST002", ERROR, Asset, asset.is_thick_enough, "min_extent_m", "m", "A sheet of no thickness stops nothing."),
+    Check("AST003", ERROR, Asset, asset.is_not_too_dense, "density_high", "", "Too dense: shapes that miss the body."),
+    Check("AST004", WARNING, Asset, asset.is_not_too_light, "density_low", "", "Foam flies off at the first touch."),
+    Check("AST005", ERROR, Asset, asset.has_few_shapes, "hull_count", "", "Contact cost grows with their number."),
+    Check("AST006", ERROR, Asset, asset.has_small_hulls, "hull_vertices", "", "GPU pipelines drop larger hulls."),
+    Check("AST007", ERROR, Asset, asset.has_convex_hulls, "rounding_m", "m", "Contact takes convexity for granted."),
+    Check("AST008", ERROR, Asset, asset.has_mass_inside, "rounding_m", "m", "A balance point in the air tips it over."),
+    Check("AST009", ERROR, Asset, asset.is_touched_as_seen, "collider_bounds_m", "m", "A hand grasps what it sees."),
+    Check("AST010", ERROR, Asset, asset.stands_on_its_origin, "origin_m", "m", "Whoever places it places its origin."),
+    Check("AST011", WARNING, Asset, asset.has_a_licence, None, "", "What nobody licensed cannot be passed on."),
+    Check("AST012", ERROR, Asset, asset.can_be_touched, None, "", "A robot must not reach through what it sees."),
+    Check("AST013", ERROR, Package, asset.has_usual_mass, "mass_range_slack", "", "A grip is planned by weight."),
+    Check("AST014", WARNING, Package, asset.has_usual_size, "size_slack", "", "A gripper has one width."),
+    Check("AST015", ERROR, Asset, asset.closes_at_zero, None, "", "Zero is closed: a joint starts there."),
+    # what is seen
+    Check("VIS001", ERROR, Asset, visual.has_whole_triangles, None, "", "A triangle without area has no normal."),
+    Check("VIS002", ERROR, Asset, visual.is_lit_from_outside, "flipped_normals", "", "Else light falls on the back."),
+    Check("VIS003", ERROR, Asset, visual.is_not_inside_out, "inverted_area", "", "Viewers leave out what faces away."),
+    Check("VIS004", WARNING, Asset, visual.has_few_faces, "visual_faces", "", "A scene has hundreds of assets."),
+    Check("VIS005", ERROR, Asset, visual.has_room_for_textures, None, "", "It would show one colour of it."),
+    Check("VIS006", ERROR, Asset, visual.has_small_textures, "texture_px", "px", "Pictures fill a GPU's memory first."),
+    Check("VIS007", ERROR, Asset, visual.has_enough_vertices, None, "", "MuJoCo refuses meshes of fewer than four."),
+    Check("VIS008", ERROR, Asset, visual.is_seen_once, None, "", "Two surfaces in one place flicker."),
     # MJCF package
     Check("MJC001", ERROR, Package, mjcf.compiles, None, "", "A file that does not compile is of no use to anyone."),
     Check("MJC002", ERROR, Package, mjcf.loads_in_silence, None, "", "What MuJoCo warns of today it refuses tomorrow."),

@@ -8,14 +8,14 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from casa_assets.checks.table import TABLE
-from casa_assets.pipeline.check_docs import markdown
-
 
 def checks(
     as_markdown: Annotated[bool, typer.Option("--markdown", help="As docs/checks.md has it.")] = False,
 ) -> None:
     """List every check that an asset must pass, with its code and why it matters."""
+    from casa_assets.checks.table import TABLE
+    from casa_assets.pipeline.check_docs import markdown
+
     if as_markdown:
         typer.echo(markdown(), nl=False)
         return

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from casa_assets.pipeline.doctor import Finding, findings
+if TYPE_CHECKING:
+    from casa_assets.pipeline.doctor import Finding
 
 
 def doctor(
@@ -19,6 +20,8 @@ def doctor(
     output: Annotated[Path, typer.Option("--output", help="Folder that results would be written to.")] = Path("out"),
 ) -> None:
     """Look at this machine: Python, packages, rendering, disk. Exit code 1 where something needed is missing."""
+    from casa_assets.pipeline.doctor import findings
+
     found = findings(output)
     missing = [finding for finding in found if finding.needed and not finding.ok]
     if json_:

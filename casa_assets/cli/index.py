@@ -8,9 +8,6 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from casa_assets.pipeline import index as books
-from casa_assets.pipeline.library import Library
-
 
 def index(
     library: Annotated[Path, typer.Option(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
@@ -22,8 +19,12 @@ def index(
 
       casa-assets index --library out/library --parquet assets.parquet
     """
+    from casa_assets.pipeline import index as books
+    from casa_assets.pipeline.job import writing
+    from casa_assets.pipeline.library import Library
+
     place = Library(library)
-    with place.locked():
+    with place.locked(), writing(library):
         count = books.rebuild(place)
     Console().print(f"{count} rows in {library / books.NAME}")
     if parquet is not None:

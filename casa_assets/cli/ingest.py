@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from contextlib import closing
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -13,11 +14,11 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from casa_assets import registry
-from casa_assets.pipeline.entry import Entry, entries
-from casa_assets.pipeline.ingest import Event, Options, tally
-from casa_assets.pipeline.ingest import ingest as run
-from casa_assets.pipeline.library import Library
+from casa_assets.cli.words import plain
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.entry import Entry
+    from casa_assets.pipeline.ingest import Event
 
 EXAMPLES = """
 Examples:
@@ -43,13 +44,18 @@ def ingest(
     category: Annotated[str, typer.Option(help="Category of every input; else the sources and names decide.")] = "",
     jobs: Annotated[int, typer.Option(min=0, help="Inputs worked on at once; 0: one per core.")] = 0,
     timeout: Annotated[float, typer.Option(min=1, help="Wall seconds for one input.")] = 300.0,
+    memory: Annotated[float, typer.Option(min=0.5, help="Gigabytes of memory for one input.")] = 8.0,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per input on standard output.")] = False,
     explain: Annotated[bool, typer.Option(help="Print every guess, with its confidence and reason.")] = False,
 ) -> None:
     """Turn meshes into simulation-ready assets; exit 0 when all were accepted, 1 when some were not, 2 on misuse."""
-    options = Options(library=library, category=category, jobs=jobs, seconds=timeout)
+    from casa_assets.pipeline.ingest import Options
+    from casa_assets.pipeline.ingest import ingest as run
+
+    options = Options(library, category, jobs, timeout, int(memory * 1e9))
     console = Console(stderr=json_)
     events: list[Event] = []
+    bad = 0
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -59,20 +65,20 @@ def ingest(
     )
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("looking", total=None)
-        for event in run(sources, options):
-            events.append(event)
-            counts = tally(events)
-            good = len(events) - counts["refused"]
-            words = f"[green]{good} accepted[/], [red]{counts['refused']} rejected[/]"
-            progress.update(task, total=event.total, completed=len(events), description=words)
-            _tell(event, progress.console, json_)
-    if not json_:
-        _conclude(events, library, console, explain)
-    if tally(events)["refused"]:
-        raise typer.Exit(1)
+        with closing(run(sources, options)) as running:
+            for event in running:
+                events.append(event)
+                bad += event.was_rejected
+                words = f"[green]{len(events) - bad} accepted[/], [red]{bad} rejected[/]"
+                progress.update(task, total=event.total, completed=len(events), description=words)
+                _tell(event, progress.console, json_)
     if not events:
         console.print("[red]no mesh found[/] (.glb .gltf .obj .ply .stl .dae, manifest.jsonl, Objaverse folders)")
         raise typer.Exit(2)
+    if not json_ or explain:
+        _conclude(events, library, console, explain)
+    if bad:
+        raise typer.Exit(1)
 
 
 ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
@@ -81,7 +87,7 @@ ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
 def _tell(event: Event, console: Console, as_json: bool) -> None:
     if as_json:
         row = {
-            "status": "rejected" if event.kind == "rejected" or event.was_rejected else "accepted",
+            "status": "rejected" if event.was_rejected else "accepted",
             "kept": event.kind == "kept",
             "path": event.path,
             "id": event.asset_id,
@@ -92,11 +98,16 @@ def _tell(event: Event, console: Console, as_json: bool) -> None:
         typer.echo(json.dumps(row, sort_keys=True))
     elif event.kind == "rejected":
         console.print(
-            f"[red]rejected[/] {escape(event.path)}: [bold]{event.code}[/] {escape(event.says)}", highlight=False
+            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.says)}", highlight=False
         )
 
 
 def _conclude(events: list[Event], library: Path, console: Console, explain: bool) -> None:
+    from casa_assets import registry
+    from casa_assets.pipeline.entry import entries
+    from casa_assets.pipeline.ingest import tally
+    from casa_assets.pipeline.library import Library
+
     counts = tally(events)
     known = registry.load().rejections
     touched = {e.asset_id for e in events}
@@ -117,7 +128,8 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
     good = len(events) - counts["refused"]
     kept = f" ({counts['kept']} were there already)" if counts["kept"] else ""
     console.print(f"{len(events)} inputs: [green]{good} accepted[/], [red]{counts['refused']} rejected[/]{kept}")
-    console.print(f"Library: {library}/   Index: {library}/index.sqlite   Next: casa-assets report --library {library}")
+    place = _safe(str(library))
+    console.print(f"Library: {place}/   Index: {place}/index.sqlite   Next: casa-assets report --library {place}")
 
 
 def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
@@ -135,7 +147,7 @@ def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
             str(entry.summary.colliders),
             str(entry.summary.faces),
             str(len(entry.warnings)),
-            escape(entry.source_path),
+            _safe(entry.source_path),
         )
     if len(accepted) > most:
         table.add_row(f"... and {len(accepted) - most} more", "", "", "", "", "", "")
@@ -143,13 +155,22 @@ def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
 
 
 def _explain(entry: Entry, console: Console) -> None:
-    console.print(f"\n[bold]{entry.id}[/] {escape(entry.source_path)}")
+    console.print(f"\n[bold]{entry.id}[/] {_safe(entry.source_path)}")
     for guess in entry.guesses:
         console.print(
-            f"  {guess.subject}: {escape(guess.value)} ({guess.confidence:.0%}): {escape(guess.because)}",
+            f"  {guess.subject}: {_safe(guess.value)} ({guess.confidence:.0%}): {_safe(guess.because)}",
             highlight=False,
         )
     for issue in entry.warnings:
-        console.print(f"  [yellow]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.says)}", highlight=False)
+        console.print(f"  [yellow]{issue.code}[/] {_safe(issue.pointer)}: {_safe(issue.says)}", highlight=False)
     if not entry.accepted:
-        console.print(f"  [red]{entry.code}[/] {escape(entry.says)}", highlight=False)
+        console.print(f"  [red]{entry.code}[/] {_safe(entry.says)}", highlight=False)
+
+
+def _safe(words: str) -> str:
+    """Words of strangers, fit for a line with markup."""
+    return escape(plain(words))
+
+
+def _lines(words: str) -> str:
+    return "\n".join(_safe(line) for line in words.split("\n"))

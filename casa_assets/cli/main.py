@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
-from typing import Annotated
+import traceback
+from types import FrameType
+from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
+from rich.text import Text
 
 from casa_assets import __version__
 from casa_assets.cli.checks import checks
@@ -15,7 +20,10 @@ from casa_assets.cli.index import index
 from casa_assets.cli.ingest import ingest
 from casa_assets.cli.preview import preview
 from casa_assets.cli.report import report
+from casa_assets.cli.words import plain
 from casa_assets.errors import CasaError
+
+MISUSE, CRASH, SIGNALLED = 2, 3, 128
 
 app = typer.Typer(
     name="casa-assets",
@@ -27,6 +35,10 @@ app = typer.Typer(
 )
 for verb in (ingest, preview, report, index, checks, doctor):
     app.command()(verb)
+
+
+class Stopped(BaseException):
+    """The user, or the system, asked the program to end; not an Exception, so that nothing on the way swallows it."""
 
 
 def _version(asked: bool) -> None:
@@ -45,12 +57,38 @@ def common(
 
 
 def main() -> None:
-    """Entry point: errors that are meant for a person are printed as one line, exit code 2."""
+    """Entry point; exit code 0 or 1 is the verb's answer, 2 misuse or a broken machine, 3 a bug, 130 Ctrl-C."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _stop)
+    # Names of strangers may hold what the terminal's encoding lacks.
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     try:
         app()
     except CasaError as error:
-        Console(stderr=True, soft_wrap=True).print(f"[bold red]error:[/] {error}", highlight=False)
-        sys.exit(2)
+        _say("error:", str(error))
+        sys.exit(MISUSE)
+    except Stopped as stop:
+        _say("stopped;", "the same command goes on from here")
+        sys.exit(SIGNALLED + int(stop.args[0]))
+    except Exception:  # noqa: BLE001  exit code 1 would say that inputs were rejected
+        traceback.print_exc()
+        _say("bug:", "this is a fault of the program; please report it with the lines above")
+        sys.exit(CRASH)
+
+
+def _stop(number: int, _: FrameType | None) -> NoReturn:
+    for again in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(again, signal.SIG_IGN)  # what is under way is being put in order
+    raise Stopped(number)
+
+
+def _say(mark: str, says: str) -> None:
+    text = Text.assemble((mark, "bold red"), " ", "\n".join(plain(line) for line in says.split("\n")))
+    try:
+        Console(stderr=True, soft_wrap=True).print(text, highlight=False)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
 if __name__ == "__main__":

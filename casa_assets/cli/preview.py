@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from casa_assets.pipeline.pictures import Picture, draw
+if TYPE_CHECKING:
+    from casa_assets.pipeline.pictures import Picture
 
 
 def preview(
@@ -26,6 +27,8 @@ def preview(
 
       casa-assets preview out/library --colliders -o sheets
     """
+    from casa_assets.pipeline.pictures import draw
+
     console = Console()
     made: list[Picture] = []
     for picture in draw(assets, output, size, colliders, turntable):

@@ -8,8 +8,6 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from casa_assets.pipeline.report import write
-
 
 def report(
     library: Annotated[Path, typer.Option(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
@@ -21,5 +19,7 @@ def report(
 
       casa-assets report --library out/library
     """
+    from casa_assets.pipeline.report import write
+
     path = write(library, output or library / "report.html")
     Console().print(f"Report: {path}", highlight=False, soft_wrap=True)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import ConvexHull
 
+from casa_assets.geometry.hull import hull_planes
 from casa_assets.geometry.measure import face_normals
 
 Floats = npt.NDArray[np.float64]
@@ -37,11 +37,13 @@ def gaps(samples: Floats, clouds: Sequence[Floats]) -> Floats:
     Measured to the planes of the faces: exact over faces, a little short over edges and corners.
 
     Args:
-        samples: (N, 3). clouds: vertices of each convex shape, each spanning a volume.
+        samples: (N, 3). clouds: vertices of each convex shape.
+    Raises:
+        DegenerateShape: a cloud spans no volume.
     """
     nearest = np.full(len(samples), np.inf)
     for cloud in clouds:
-        planes = ConvexHull(cloud).equations
+        planes = hull_planes(cloud)
         for start in range(0, len(samples), 4096):
             rows = slice(start, start + 4096)
             outside = (samples[rows] @ planes[:, :3].T + planes[:, 3]).max(axis=1)

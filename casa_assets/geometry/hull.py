@@ -23,14 +23,7 @@ def convex_hull(points: Floats) -> tuple[Floats, Ints]:
     Raises:
         DegenerateShape: the points span no volume.
     """
-    extent = np.ptp(points, axis=0) if len(points) else np.zeros(3)
-    if len(points) < 4 or extent.max() <= 0:
-        raise DegenerateShape("fewer than four distinct points span no volume")
-    scale, center = float(extent.max()), points.min(axis=0)
-    try:
-        hull = ConvexHull((points - center) / scale)
-    except QhullError as error:
-        raise DegenerateShape("the points lie in a plane or on a line") from error
+    hull, _, _ = _qhull(points)
     index = np.sort(hull.vertices)
     place = np.full(len(points), -1, dtype=np.int64)
     place[index] = np.arange(len(index))
@@ -41,6 +34,30 @@ def convex_hull(points: Floats) -> tuple[Floats, Ints]:
     start = np.argmin(faces, axis=1)
     faces = np.stack([faces[np.arange(len(faces)), (start + k) % 3] for k in range(3)], axis=1)
     return points[index], faces[np.lexsort(faces.T[::-1])]
+
+
+def hull_planes(points: Floats) -> Floats:
+    """(F, 4) planes of the hull's faces: outward unit normal and offset; normal . x + offset is negative within.
+
+    Raises:
+        DegenerateShape: the points span no volume.
+    """
+    hull, center, scale = _qhull(points)
+    planes: Floats = hull.equations.copy()
+    planes[:, 3] = planes[:, 3] * scale - planes[:, :3] @ center
+    return planes
+
+
+def _qhull(points: Floats) -> tuple[ConvexHull, Floats, float]:
+    """Qhull's hull of the points brought to unit size, and the corner and size that they were brought from."""
+    extent = np.ptp(points, axis=0) if len(points) else np.zeros(3)
+    if len(points) < 4 or extent.max() <= 0:
+        raise DegenerateShape("fewer than four distinct points span no volume")
+    scale, center = float(extent.max()), points.min(axis=0)
+    try:
+        return ConvexHull((points - center) / scale), center, scale
+    except QhullError as error:
+        raise DegenerateShape("the points lie in a plane or on a line") from error
 
 
 def _cross(points: Floats, faces: Ints) -> Floats:
@@ -69,17 +86,29 @@ def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
     cloud, faces = convex_hull(points)
     if len(cloud) <= limit:
         return cloud, faces
-    chosen = sorted({int(i) for d in _directions() for i in (np.argmax(cloud @ d), np.argmin(cloud @ d))})[:limit]
-    while True:
-        hull = ConvexHull(cloud[chosen])
-        if len(chosen) >= limit:
-            break
-        outside = (cloud @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
+    # Distances are taken along the cloud's own axes, each stretched to 1: however thin it is, it spans a volume there.
+    _, axes = np.linalg.eigh(np.cov(cloud.T))
+    size = np.ptp(cloud @ axes, axis=0)
+    even = (cloud @ axes - (cloud @ axes).min(axis=0)) / size
+    chosen = _outermost(cloud)[:limit]
+    while len(chosen) < limit:
+        try:
+            planes = ConvexHull(even[chosen]).equations
+        except QhullError:  # what is outermost in a thin cloud may lie in one plane
+            chosen = sorted({*chosen, *_outermost(even)})[:limit]
+            planes = ConvexHull(even[chosen]).equations
+        true = np.linalg.norm(planes[:, :3] / size, axis=1)
+        outside = ((even @ planes[:, :3].T + planes[:, 3]) / true).max(axis=1)
         farthest = int(np.argmax(outside))
-        if outside[farthest] <= 1e-6 * float(np.ptp(cloud, axis=0).max()):
+        if outside[farthest] <= 1e-6 * float(size.max()):
             break
         chosen.append(farthest)
     return convex_hull(cloud[sorted(chosen)])
+
+
+def _outermost(cloud: Floats) -> list[int]:
+    """Indices of the extreme points in 26 directions, ascending."""
+    return sorted({int(i) for d in _directions() for i in (np.argmax(cloud @ d), np.argmin(cloud @ d))})
 
 
 def _directions() -> Floats:

@@ -23,6 +23,18 @@ def signed_volume(points: Floats, faces: Ints) -> float:
     return float(np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6)
 
 
+def winding_number(points: Floats, faces: Ints, spot: Floats) -> float:
+    """How often a closed surface goes round a (3,) place: 1 within an outward one, -1 within an inward one, else 0.
+
+    Ref: solid angles of the triangles, Van Oosterom and Strackee 1983.
+    """
+    a, b, c = np.swapaxes(points[faces] - spot, 0, 1)
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    above = np.einsum("ij,ij->i", a, np.cross(b, c))
+    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
+    return float(np.arctan2(above, la * lb * lc + ab * lc + bc * la + ca * lb).sum() / (2 * np.pi))
+
+
 def solid_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:
     """Volume, centre and inertia of the solid inside a closed surface, at density 1.
 

@@ -12,9 +12,14 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Surface = tuple[Floats, Ints]
 
+# With more pieces than these it is no longer worth the time to unite them.
+MOST_PIECES = 1000
+
 
 def closed_solid(points: Floats, faces: Ints) -> Surface | None:
     """The surface as a valid outward manifold, or None where it is none.
+
+    Pieces that run through each other are united, and inner walls cut out: no volume counts twice.
 
     Args:
         points: (P, 3) welded. faces: (F, 3).
@@ -22,7 +27,15 @@ def closed_solid(points: Floats, faces: Ints) -> Surface | None:
         (Q, 3) points and (G, 3) faces of a manifold with positive volume.
     """
     solid = _solid(points, faces)
-    return None if solid is None else _surface(solid)
+    if solid is None:
+        return None
+    pieces = solid.decompose()
+    if 1 < len(pieces) <= MOST_PIECES:
+        walls = [_reversed(p) for p in pieces if p.volume() < 0]
+        solid = manifold3d.Manifold.batch_boolean([p for p in pieces if p.volume() > 0], manifold3d.OpType.Add)
+        if walls:
+            solid -= manifold3d.Manifold.batch_boolean(walls, manifold3d.OpType.Add)
+    return _surface(solid) if solid.volume() > 0 else None
 
 
 def simplified_solid(points: Floats, faces: Ints, target: int) -> Surface | None:
@@ -54,6 +67,12 @@ def _solid(points: Floats, faces: Ints) -> manifold3d.Manifold | None:
     solid = manifold3d.Manifold(mesh)
     ok = solid.status() == manifold3d.Error.NoError and not solid.is_empty() and solid.volume() > 0
     return solid if ok else None
+
+
+def _reversed(solid: manifold3d.Manifold) -> manifold3d.Manifold:
+    points, faces = _surface(solid)
+    mesh = manifold3d.Mesh64(vert_properties=points, tri_verts=np.ascontiguousarray(faces[:, ::-1], dtype=np.uint64))
+    return manifold3d.Manifold(mesh)
 
 
 def _surface(solid: manifold3d.Manifold) -> Surface:

@@ -119,18 +119,35 @@ def consistent_winding(faces: Ints) -> tuple[Ints, npt.NDArray[np.bool_]]:
     clash = forward[pair] == forward[pair + 1]
     if not clash.any():
         return faces, turned
-    # Weight 1 keeps the relative direction, 2 turns it; walking the tree from each root adds up the turns.
-    weight = np.where(clash, 2, 1).astype(np.int8)
-    graph = coo_matrix((weight, (left, right)), shape=(count, count)).tocsr()
-    graph = graph.maximum(graph.T)
-    done = np.zeros(count, dtype=bool)
-    for root in range(count):
-        if done[root]:
-            continue
-        path, before = breadth_first_order(graph, root, directed=False)
-        for face in path[1:]:
-            turned[face] = turned[before[face]] ^ (graph[before[face], face] == 2)
-        done[path] = True
+    # Two faces may share several edges: the first decides.
+    _, at = np.unique(left * count + right, return_index=True)
+    left, right, clash = left[at], right[at], clash[at]
+    turned = _turns(left, right, clash, count)
     out = faces.copy()
     out[turned] = out[turned][:, ::-1]
     return out, turned
+
+
+def _turns(left: Ints, right: Ints, clash: npt.NDArray[np.bool_], count: int) -> npt.NDArray[np.bool_]:
+    """(F,) parity of the clashes on the way from each face to the first face of its patch.
+
+    Args:
+        left, right: (E,) faces that are neighbours, each pair once. clash: (E,) they run the same way.
+    """
+    # One more node, joined to the first face of each patch, makes one tree of all patches.
+    links = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(count, count))
+    _, label = connected_components(links, directed=False)
+    _, first = np.unique(label, return_index=True)
+    ends = np.concatenate([left, first]), np.concatenate([right, np.full(len(first), count)])
+    # Weight 1 keeps the relative direction, 2 turns it.
+    weight = np.concatenate([np.where(clash, 2, 1), np.ones(len(first), dtype=np.int64)]).astype(np.int8)
+    graph = coo_matrix((np.tile(weight, 2), (np.concatenate(ends), np.concatenate(ends[::-1]))), shape=(count + 1,) * 2)
+    graph = graph.tocsr()
+    _, before = breadth_first_order(graph, count, directed=True)
+    before[count] = count
+    step = np.asarray(graph[before[:count], np.arange(count)]).ravel()
+    parity = np.append(step == 2, False)
+    while (before != count).any():  # each round doubles the length of the way that is summed up
+        parity = parity ^ parity[before]
+        before = before[before]
+    return parity[:count]

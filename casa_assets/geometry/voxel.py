@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,10 @@ from scipy import ndimage
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+
+# Points per side of a triangle at most, and points that are held in memory at once.
+MOST_STEPS = 4096
+SAMPLES_AT_ONCE = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,7 @@ def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False)
     Args:
         points: (P, 3). faces: (F, 3), any winding, open or not.
         cells: cubes along the longest side.
-        bridge: also fill what lies between two walls along all three axes, so that a missing
+        bridge: also fill what lies between two walls along at least two of the axes, so that a missing
             bottom or lid does not empty a thing that is known to be full.
     """
     low = points.min(axis=0)
@@ -50,9 +55,10 @@ def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False)
     cell = float(extent.max()) / cells
     origin = low - 2 * cell
     shape = np.ceil(extent / cell).astype(int) + 5
-    at = np.round((_samples(points, faces, cell * 0.5) - origin) / cell).astype(int)
     skin = np.zeros(shape, dtype=bool)
-    skin[at[:, 0], at[:, 1], at[:, 2]] = True
+    for samples in _samples(points, faces, cell * 0.5):
+        at = np.round((samples - origin) / cell).astype(int)
+        skin[at[:, 0], at[:, 1], at[:, 2]] = True
     solid = ndimage.binary_fill_holes(skin)
     if bridge:
         solid = ndimage.binary_fill_holes(solid | _between(skin))
@@ -69,20 +75,29 @@ def _between(skin: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     return votes >= 2
 
 
-def _samples(points: Floats, faces: Ints, spacing: float) -> Floats:
-    """Points on the surface no farther apart than `spacing`: each triangle on its own barycentric lattice."""
+def _samples(points: Floats, faces: Ints, spacing: float) -> Iterator[Floats]:
+    """Points on the surface no farther apart than `spacing`, some at a time.
+
+    Each triangle is cut into rows from its sharpest corner to the side across, which is its shortest: a needle
+    costs as many points as it is long, not that number squared.
+    """
+    yield points
     corners = points[faces]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    steps = np.clip(np.ceil(edges / spacing), 1, 4096).astype(int)
-    out = [points]
-    for count in np.unique(steps):
-        some = corners[steps == count]
-        i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1), indexing="ij")
-        keep = i + j <= count
-        u, v = i[keep] / count, j[keep] / count
-        weights = np.stack([1 - u - v, u, v], axis=1)
-        out.append(np.einsum("sk,nkd->nsd", weights, some).reshape(-1, 3))
-    return np.concatenate(out)
+    across = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, -2, axis=1), axis=2)  # side facing each
+    sharpest = np.argmin(across, axis=1)
+    turn = (sharpest[:, None] + np.arange(3)) % 3
+    corners = np.take_along_axis(corners, turn[:, :, None], axis=1)
+    rows = np.clip(np.ceil(across.max(axis=1) / spacing), 1, MOST_STEPS).astype(int)
+    columns = np.clip(np.ceil(across.min(axis=1) / spacing), 1, MOST_STEPS).astype(int)
+    kinds, kind = np.unique(rows * (MOST_STEPS + 1) + columns, return_inverse=True)
+    order = np.argsort(kind, kind="stable")
+    for group in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
+        along, side = divmod(int(kinds[kind[group[0]]]), MOST_STEPS + 1)
+        s, t = (g.ravel() for g in np.meshgrid(np.arange(1, along + 1) / along, np.arange(side + 1) / side))
+        weights = np.stack([1 - s, s * (1 - t), s * t], axis=1)
+        most = max(1, SAMPLES_AT_ONCE // len(weights))
+        for start in range(0, len(group), most):
+            yield np.einsum("sk,nkd->nsd", weights, corners[group[start : start + most]]).reshape(-1, 3)
 
 
 def boundary(grid: Grid) -> tuple[Floats, Ints]:

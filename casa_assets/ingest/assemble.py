@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.extent import shape_bounds
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.geometry.normals import with_normals
@@ -34,6 +37,9 @@ def assemble(
 
     The origin goes to the centre of the footprint on the ground. Vertices are rounded to float32, which both
     formats carry exactly.
+
+    Raises:
+        Rejected: nothing that can be seen (MSH001) or touched (MSH004) is left at that precision.
     """
     assert draft.inertial is not None, "the mass stage ran"
     vertices, _ = draft.soup()
@@ -42,7 +48,7 @@ def assemble(
     visuals, materials = _visuals(draft, shift, substance)
     colliders = tuple(
         Collider(name=f"object_collider_{i:03d}", shape=shape, pose=pose, substance=substance.id)
-        for i, (shape, pose) in enumerate(_moved(p, shift) for p in draft.colliders)
+        for i, (shape, pose) in enumerate(_all_moved(draft.colliders, shift))
     )
     link = Link(name="object", inertial=_moved_inertial(draft.inertial, shift), visuals=visuals, colliders=colliders)
     return Asset(
@@ -70,12 +76,17 @@ def assemble(
 
 
 def _visuals(draft: Draft, shift: Floats, substance: Substance) -> tuple[tuple[Visual, ...], tuple[Material, ...]]:
-    visuals, materials = [], []
-    for i, part in enumerate(draft.parts):
-        mesh = part.mesh if part.mesh.normals is not None else with_normals(part.mesh)
-        name = f"look_{i:03d}"
+    visuals: list[Visual] = []
+    materials: list[Material] = []
+    for part in draft.parts:
+        mesh = _single(part.mesh if part.mesh.normals is not None else with_normals(part.mesh), shift)
+        if not len(mesh.faces):
+            continue
+        name = f"look_{len(visuals):03d}"
         materials.append(part.material.replace(id=name, substance=substance.id))
-        visuals.append(Visual(name=f"object_visual_{i:03d}", mesh=_single(mesh, shift), material=name))
+        visuals.append(Visual(name=f"object_visual_{len(visuals):03d}", mesh=mesh, material=name))
+    if not visuals:
+        raise Rejected("MSH001", "no face is left once coordinates have the precision that the formats carry")
     return tuple(visuals), tuple(materials)
 
 
@@ -89,7 +100,21 @@ def _single(mesh: Mesh, shift: Floats) -> Mesh:
     used, local = np.unique(faces, return_inverse=True)
     normals = None if mesh.normals is None else _float32(_unit(mesh.normals[used]))
     uv = None if mesh.uv is None else _float32(mesh.uv[used])
-    return Mesh(vertices=vertices[used], faces=local.reshape(-1, 3), uv=uv, normals=normals)
+    single = Mesh(vertices=vertices[used], faces=local.reshape(-1, 3), uv=uv, normals=normals)
+    return _with_center(single) if len(used) == 3 else single
+
+
+def _with_center(mesh: Mesh) -> Mesh:
+    """A lone triangle cut into three at its centre, for MuJoCo refuses meshes of fewer than four vertices."""
+    a, b, c = mesh.faces[0]
+    columns = [None if v is None else _float32(np.vstack([v, v.mean(axis=0)])) for v in (mesh.vertices, mesh.uv)]
+    normals = None if mesh.normals is None else np.vstack([mesh.normals, _unit(mesh.normals.sum(axis=0)[None])])
+    return Mesh(
+        vertices=columns[0],
+        faces=np.vstack([[(a, b, 3), (b, c, 3), (c, a, 3)], mesh.faces[1:]]),
+        uv=columns[1],
+        normals=None if normals is None else _float32(normals),
+    )
 
 
 def _float32(values: Floats) -> Floats:
@@ -101,6 +126,17 @@ def _unit(normals: Floats) -> Floats:
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     safe: Floats = np.where(length > 1e-6, normals / np.maximum(length, 1e-30), np.array([0.0, 0.0, 1.0]))
     return safe
+
+
+def _all_moved(placed: tuple[Placed, ...], shift: Floats) -> list[tuple[Shape, Pose]]:
+    """The shapes at their place; a splinter that rounding makes flat is left out."""
+    moved = []
+    for one in placed:
+        with suppress(DegenerateShape):
+            moved.append(_moved(one, shift))
+    if not moved:
+        raise Rejected("MSH004", "no collision shape has a volume once coordinates have the formats' precision")
+    return moved
 
 
 def _moved(placed: Placed, shift: Floats) -> tuple[Shape, Pose]:

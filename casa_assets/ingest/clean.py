@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.errors import Rejected
-from casa_assets.geometry.measure import face_normals, signed_volume
+from casa_assets.geometry.measure import face_normals, winding_number
 from casa_assets.geometry.topology import consistent_winding, edge_counts, face_components, is_closed, weld
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.issue import Issue
@@ -23,6 +23,13 @@ STRAY_GAP = 0.5
 # A ground plane is this many times wider than what stands on it, and this flat.
 GROUND_WIDTH = 1.5
 GROUND_FLAT = 1e-3
+# A sky around the thing is this many times larger than all that is in it.
+SKY_WIDTH = 5.0
+# Pieces this large and this far apart, as parts of the largest one's size, are objects of their own.
+APART_SIZE = 0.3
+APART_GAP = 0.1
+# So many pieces, the largest, are looked at for being within one another.
+MOST_HOLLOW = 64
 
 
 def clean(model: RawModel) -> Draft:
@@ -39,6 +46,11 @@ def clean(model: RawModel) -> Draft:
         notes=model.notes,
     )
     vertices, faces = draft.soup()
+    if not len(faces):
+        raise Rejected("MSH001", "there are no faces; export a surface, not points or lines")
+    unused = np.ones(len(vertices), dtype=bool)
+    unused[faces.ravel()] = False
+    vertices[unused] = vertices[faces[0, 0]]  # where they lie must not coarsen the grid that vertices are welded on
     _, place = weld(vertices)
     keep = _sound(vertices, faces, place)
     notes = [_dropped(int((~keep).sum()), len(keep), "degenerate or doubled")] if not keep.all() else []
@@ -52,9 +64,23 @@ def clean(model: RawModel) -> Draft:
         notes.append(
             warning("MSH011", "winding", f"{int(turned.sum())} faces ({share:.0%}) were turned to face outwards")
         )
+    notes += _unsound(place[faces[keep]])
     parts = _parts(draft, faces, keep, turned)
     _refuse_flat(parts)
     return draft.replace(parts=parts, notes=draft.noted(*notes))
+
+
+def _unsound(ids: Ints) -> list[Issue]:
+    """What cannot be mended without inventing surface."""
+    _, uses, _ = edge_counts(ids)
+    notes = []
+    if (uses == 1).any():
+        says = f"{int((uses == 1).sum())} edges have a face on one side only; the mesh is not watertight"
+        notes.append(warning("MSH022", "edges", says))
+    if (uses > 2).any():
+        says = f"{int((uses > 2).sum())} edges are shared by more than two faces; the mesh is no manifold"
+        notes.append(warning("MSH023", "edges", says))
+    return notes
 
 
 def _dropped(count: int, total: int, kind: str) -> Issue:
@@ -93,7 +119,7 @@ def _mostly_closed(ids: Ints) -> bool:
 
 
 def _without_extras(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Mask, list[Issue]]:
-    """Leave out ground planes and pieces that float far from the rest."""
+    """Leave out ground planes, skies and pieces that float far from the rest."""
     index = np.flatnonzero(keep)
     if not len(index):
         return keep, []
@@ -111,9 +137,13 @@ def _without_extras(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> t
         rest = ~extra & (np.arange(count) != piece)
         spread = float((high[rest].max(axis=0) - low[rest].min(axis=0)).max()) if rest.any() else 0.0
         thin = float((high[piece] - low[piece]).min())
+        around = rest.any() and (low[piece] < low[rest]).all() and (high[rest] < high[piece]).all()
         if 0 < spread * GROUND_WIDTH < size[piece] and thin <= GROUND_FLAT * size[piece]:
             extra[piece] = True
             notes.append(warning("MSH012", "ground", "a wide flat sheet under the object was taken away"))
+        elif around and 0 < spread * SKY_WIDTH < size[piece]:
+            extra[piece] = True
+            notes.append(warning("MSH012", "sky", "a shell far around the object was taken away"))
     main = int(np.argmax(np.where(extra, -1, size)))
     gap = np.linalg.norm(np.maximum(0, np.maximum(low - high[main], low[main] - high)), axis=1)
     stray = ~extra & (size < STRAY_SIZE * size[main]) & (gap > STRAY_GAP * size[main])
@@ -121,6 +151,10 @@ def _without_extras(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> t
         notes.append(
             warning("MSH013", "floaters", f"{int(stray.sum())} stray pieces far from the object were taken away")
         )
+    apart = ~extra & ~stray & (size > APART_SIZE * size[main]) & (gap > APART_GAP * size[main])
+    if apart.any():
+        says = f"{int(apart.sum())} large pieces stand apart from the largest one; give each object a file of its own"
+        notes.append(warning("MSH024", "pieces", says))
     out = keep.copy()
     out[index[(extra | stray)[label]]] = False
     return out, notes
@@ -132,19 +166,10 @@ def _outward(vertices: Floats, ids: Ints, faces: Ints, keep: Mask) -> tuple[Ints
     _, turned = consistent_winding(ids[index])
     some = ids[index].copy()
     some[turned] = some[turned][:, ::-1]
-    label = face_components(some, int(ids.max()) + 1)
-    order = np.argsort(label, kind="stable")
     points = np.zeros((int(ids.max()) + 1, 3))
     points[ids.ravel()] = vertices[faces.ravel()]
-    boxes: list[tuple[Floats, Floats, float]] = []
-    for rows in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
-        corners = points[some[rows]].reshape(-1, 3)
-        volume = signed_volume(points, some[rows]) if is_closed(some[rows]) else _open_volume(points, some[rows])
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        inner = any(bool((low >= a).all() and (high <= b).all()) and v > 0 for a, b, v in boxes)
-        if volume < 0 and not inner:
-            turned[rows] ^= True
-        boxes.append((low, high, abs(volume)))
+    label = face_components(some, len(points))
+    turned ^= _inside_out(points, some, label)[label]
     out = faces.copy()
     flip = np.zeros(len(faces), dtype=bool)
     flip[index[turned]] = True
@@ -152,12 +177,41 @@ def _outward(vertices: Floats, ids: Ints, faces: Ints, keep: Mask) -> tuple[Ints
     return out, flip
 
 
-def _open_volume(points: Floats, ids: Ints) -> float:
-    """Signed volume of an open patch closed by a cone to its own centre: positive where it faces away from there."""
+def _inside_out(points: Floats, ids: Ints, label: Ints) -> Mask:
+    """Which pieces have to be turned; what lies within another piece keeps its direction against that one's."""
     corners = points[ids]
-    center = corners.reshape(-1, 3).mean(axis=0)
-    local = corners - center
-    return float(np.einsum("ij,ij->i", local[:, 0], np.cross(local[:, 1], local[:, 2])).sum())
+    count = int(label.max()) + 1
+    low, high, middle = np.full((count, 3), np.inf), np.full((count, 3), -np.inf), np.zeros((count, 3))
+    np.minimum.at(low, label, corners.min(axis=1))
+    np.maximum.at(high, label, corners.max(axis=1))
+    np.add.at(middle, label, corners.mean(axis=1))
+    middle /= np.bincount(label, minlength=count)[:, None]
+    # Cones to the piece's own middle: the volume of a closed piece, positive for an open one that faces away from it.
+    local = corners - middle[label][:, None]
+    cones = np.einsum("ij,ij->i", local[:, 0], np.cross(local[:, 1], local[:, 2]))
+    volume = np.bincount(label, weights=cones, minlength=count)
+    # A flat piece has no inside: it stays as it is.
+    turned: Mask = volume < -1e-9 * (high - low).max(axis=1) ** 3
+    if count == 1:
+        return turned
+    large = np.argsort(-(high - low).prod(axis=1), kind="stable")[:MOST_HOLLOW]
+    hosts = {
+        piece: [k for k in large[:rank] if (low[k] <= low[piece]).all() and (high[piece] <= high[k]).all()]
+        for rank, piece in enumerate(large)
+    }
+    named = {*(k for found in hosts.values() for k in found), *(piece for piece, found in hosts.items() if found)}
+    own = {k: ids[label == k] for k in named}
+    closed = {k: is_closed(own[k]) for k in named}
+    for piece, found in hosts.items():
+        for host in reversed(found):  # the smallest first
+            if closed[host]:
+                within = abs(winding_number(points, own[host], points[own[piece][0]].mean(axis=0))) > 0.5
+            else:  # of an open piece within the bounds of another one it is taken for granted
+                within = not closed[piece]
+            if within:
+                turned[piece] = turned[host]
+                break
+    return turned
 
 
 def _parts(draft: Draft, faces: Ints, keep: Mask, turned: Mask) -> tuple[RawPart, ...]:

@@ -37,6 +37,8 @@ BARE_GOOD = 0.01
 BARE_BAD = 0.05
 # Cubes along the longest side where a broken surface is made solid.
 SOLID_CELLS = 80
+# A hull thinner than this, metres, is a splinter that no contact feels.
+SPLINTER_M = 1e-5
 # A sheet without thickness gets this much, metres: the thinnest that contacts hold.
 SHEET_M = 0.001
 
@@ -205,7 +207,8 @@ WORDS = {
 
 
 def _shapes(clouds: list[Floats], params: CollideParams) -> list[Placed]:
-    return [s for s in (_shape_or_none(cloud, params) for cloud in clouds) if s is not None]
+    whole = [cloud for cloud in clouds if _thickness(cloud) > SPLINTER_M]
+    return [s for s in (_shape_or_none(cloud, params) for cloud in whole) if s is not None]
 
 
 def _pieces(points: Floats, ids: Ints, most: int) -> list[Piece]:
@@ -217,11 +220,14 @@ def _pieces(points: Floats, ids: Ints, most: int) -> list[Piece]:
     order = np.argsort(label, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
     extent = float(np.ptp(points, axis=0).max())
+    large = [rows for rows in groups if np.ptp(points[ids[rows]].reshape(-1, 3), axis=0).max() > 0.02 * extent]
+    if len(large) > most:
+        return []
     found = []
-    for rows in groups:
+    for rows in large:
         used, local = np.unique(ids[rows], return_inverse=True)
         piece = _piece(points[used], local.reshape(-1, 3), bridge=False)
-        if piece is not None and np.ptp(piece.points, axis=0).max() > 0.02 * extent:
+        if piece is not None:
             found.append(piece)
     return sorted(found, key=lambda p: -p.hull_volume)
 

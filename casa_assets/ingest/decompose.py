@@ -51,6 +51,8 @@ def decompose(method: str, vertices: Floats, faces: Ints, budget: Budget) -> lis
     Raises:
         DecompositionFailed: exit code or signal of the child, and its last words.
     """
+    if not len(faces) or not np.isfinite(vertices).all() or not np.ptp(vertices, axis=0).max() > 0:
+        raise DecompositionFailed(f"{method} was not tried: the mesh has no extent, or coordinates that are no numbers")
     lowest, extent = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
     packed = io.BytesIO()
     np.savez(packed, vertices=(vertices - lowest) / extent, faces=faces, budget=np.array(json.dumps(asdict(budget))))
@@ -71,7 +73,8 @@ def decompose(method: str, vertices: Floats, faces: Ints, budget: Budget) -> lis
         words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:] or ["no words"]
         raise DecompositionFailed(f"{method} ended with {done.returncode}: {words[0][:200]}")
     with np.load(io.BytesIO(done.stdout)) as hulls:
-        return [hulls[f"arr_{i}"] * extent + lowest for i in range(len(hulls.files))]
+        clouds = [hulls[f"arr_{i}"] * extent + lowest for i in range(len(hulls.files))]
+    return [cloud for cloud in clouds if np.isfinite(cloud).all()]
 
 
 def _coacd(vertices: Floats, faces: Ints, budget: Budget) -> list[Floats]:
@@ -109,13 +112,20 @@ def _vhacd(vertices: Floats, faces: Ints, budget: Budget) -> list[Floats]:
     return [np.asarray(points, dtype=np.float64) for points, _ in parts]
 
 
+def _limit(kind: int, soft: int, hard: int) -> None:
+    """Set a limit of this process; one that already stands lower stays."""
+    stands = resource.getrlimit(kind)[1]
+    ceiling = hard if stands == resource.RLIM_INFINITY else min(hard, stands)
+    resource.setrlimit(kind, (min(soft, ceiling), ceiling))
+
+
 def main() -> int:
     """The child: limits itself, reads, decomposes, writes."""
     with np.load(io.BytesIO(sys.stdin.buffer.read())) as data:
         vertices, faces = data["vertices"], data["faces"]
         budget = Budget(**json.loads(str(data["budget"])))
-    resource.setrlimit(resource.RLIMIT_CPU, (budget.cpu_s, budget.cpu_s + 5))
-    resource.setrlimit(resource.RLIMIT_AS, (budget.memory_bytes, budget.memory_bytes))
+    _limit(resource.RLIMIT_CPU, budget.cpu_s, budget.cpu_s + 5)
+    _limit(resource.RLIMIT_AS, budget.memory_bytes, budget.memory_bytes)
     # The libraries chat on standard output; keep the pipe for the answer.
     answer = os.dup(1)
     os.dup2(2, 1)

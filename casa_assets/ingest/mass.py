@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.geometry.hull import convex_hull
 from casa_assets.geometry.measure import signed_volume, solid_moments
 from casa_assets.geometry.solid import closed_solid, union
 from casa_assets.geometry.tessellate import surface
@@ -17,6 +18,9 @@ from casa_assets.model.issue import Issue
 from casa_assets.model.material import Substance
 
 Floats = npt.NDArray[np.float64]
+
+# Least over greatest mean square extent of a body whose inertia survives rounding to nine digits.
+THINNEST = 1e-7
 
 
 def mass(draft: Draft, category: Category, substance: Substance, slack: float) -> Draft:
@@ -46,7 +50,7 @@ def mass(draft: Draft, category: Category, substance: Substance, slack: float) -
             because += f" would give {measured:.3g} kg"
             notes = (warning("MSH021", "mass", because),)
     kg = float(f"{kg:.6g}")
-    tensor = inertia * (kg / volume)
+    tensor = _possible(inertia) * (kg / volume)
     inertial = Inertial(
         mass=kg,
         center_of_mass=_vector(center),
@@ -63,12 +67,22 @@ def _moments(draft: Draft, category: Category) -> tuple[float, Floats, Floats, s
     """Volume, centre, inertia at density 1, and over what they were taken."""
     vertices, faces = draft.soup()
     points, place = weld(vertices)
-    hulls = union([surface(p.shape, p.pose) for p in draft.colliders])
-    assert hulls is not None, "colliders have a volume"
+    surfaces = [surface(p.shape, p.pose) for p in draft.colliders]
+    hulls = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
     solid = closed_solid(points, place[faces]) if category.build in (Build.SOLID, Build.VESSEL) else None
     if solid is not None and signed_volume(*solid) > 0.02 * signed_volume(*hulls):
         return (*solid_moments(*solid), "the closed mesh")
     return (*solid_moments(*hulls), "the collision shapes")
+
+
+def _possible(inertia: Floats) -> Floats:
+    """The tensor, of a body no thinner than the digits that are kept can tell from none at all."""
+    spread, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
+    if spread[0] > THINNEST * spread[2]:
+        return inertia
+    covariance = (axes * np.maximum(spread, THINNEST * spread[2])) @ axes.T
+    fixed: Floats = np.trace(covariance) * np.eye(3) - covariance
+    return fixed
 
 
 def _matter(
@@ -79,10 +93,10 @@ def _matter(
     solid = closed_solid(points, place[faces])
     if category.build is Build.VESSEL:
         if solid is not None:
-            return signed_volume(*solid), "volume of the closed mesh"
+            return min(signed_volume(*solid), shapes * 1.1), "volume of the closed mesh"
         return None, "the mesh is not closed, which leaves its walls without a thickness"
     if solid is not None and category.build is Build.SOLID:
-        return signed_volume(*solid), "volume of the closed mesh"
+        return min(signed_volume(*solid), shapes * 1.1), "volume of the closed mesh"
     grid = voxelise(points, place[faces], bridge=True)
     return min(grid.volume, shapes * 1.1), "volume within the outline"
 

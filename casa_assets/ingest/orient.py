@@ -135,7 +135,8 @@ def _balance_score(points: Floats, triangles: npt.NDArray[np.int64], category: C
         and (center[:2] <= foot.max(axis=0) + 0.02 * extent).all()
     )
     width = float((np.ptp(foot, axis=0) / extent).min())
+    if category.upright is Upright.LIES:  # on its flat side by definition; a knife on its handle tips a little
+        steep = float(np.log(max(height, 1e-12) / max(min(height, extent.min()), 1e-12)))
+        return (0.0 if inside else -0.5) + 1.0 * min(width, 0.6) - 2.0 * min(steep, 1.0)
     sink = 0.5 - (center[2] - points[:, 2].min()) / max(height, 1e-12)
-    return (
-        (0.0 if inside else -1.5) + 1.0 * min(width, 0.6) + (3.0 * sink if category.upright is Upright.STANDS else 0.0)
-    )
+    return (0.0 if inside else -1.5) + 1.0 * min(width, 0.6) + 3.0 * sink

@@ -47,7 +47,8 @@ def simplified(mesh: Mesh, target: int) -> Mesh:
         count = meshoptimizer.simplify(out, index, points, target_index_count=target * 3, target_error=TARGET_ERROR)
     else:
         count = _with_uv(out, index, points, np.ascontiguousarray(mesh.uv[first], dtype=np.float32), target)
-    return _picked(mesh, first, out[:count].astype(np.int64))
+    # A part of a few crumbs can collapse as a whole; it stays as it is.
+    return _picked(mesh, first, out[:count].astype(np.int64)) if count else mesh
 
 
 def _with_uv(

@@ -15,6 +15,8 @@ from casa_assets.model.source import RawPart
 
 # Pixels along the legs of a triangle's patch in a painted texture; the last one is margin.
 PATCH_PX = 6
+# Alpha up to this cannot be seen.
+INVISIBLE = 0.02
 
 
 def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
@@ -29,6 +31,9 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
     parts = []
     for part in draft.parts:
         mesh, material = part.mesh, part.material
+        if mesh.colors is not None and int(mesh.colors[:, 3].max(initial=0)) <= INVISIBLE * 255:
+            mesh = mesh.replace(colors=np.column_stack([mesh.colors[:, :3], np.full(len(mesh.colors), 255)]))
+            notes.append(warning("MSH018", part.name, "fully transparent vertex colours were made opaque"))
         if mesh.colors is not None and material.base_color_texture is None and _varied(mesh):
             mesh, material = painted(mesh, material)
             notes.append(warning("MSH016", part.name, "vertex colours were painted into a texture"))
@@ -39,7 +44,7 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
             notes.append(
                 warning("MSH017", part.name, "a texture without uv coordinates cannot be shown and was left out")
             )
-        if material.base_color[3] <= 0.02:
+        if material.base_color[3] <= INVISIBLE:
             material = material.replace(base_color=(*material.base_color[:3], 1.0))
             notes.append(warning("MSH018", part.name, "a fully transparent material was made opaque"))
         material = _bounded(_stated(material, substance), largest_px)
@@ -66,6 +71,7 @@ def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
     corner_px = legs[which % 2] + np.stack([column, row], axis=1)[:, None] * side
     colors = mesh.colors[mesh.faces].astype(np.float64)
     pixels = np.zeros((rows * columns, side, side, 4))
+    pixels[..., 3] = 255  # what no triangle uses must not make the picture a transparent one
     grid = np.stack(np.meshgrid(np.arange(side), np.arange(side), indexing="xy"), axis=-1).astype(np.float64)
     for half in (0, 1):
         some = which[which % 2 == half]

@@ -27,9 +27,9 @@ class Files(Record):
         seen: dict[str, str] = {}
         for path in entries:
             pure = PurePosixPath(path)
-            if not path or pure.is_absolute() or ".." in pure.parts or str(pure) != path or "\\" in path:
+            if not path or pure.is_absolute() or ".." in pure.parts or str(pure) != path or "\\" in path or path == ".":
                 raise ValueError(f"{path!r} is not a plain relative path")
-            if not path.isascii() or any(c in path for c in '<>:"|?*\n\r\t '):
+            if not path.isascii() or not path.isprintable() or any(c in path for c in '<>:"|?* '):
                 raise ValueError(f"{path!r} would not be legal on every file system")
             twin = seen.setdefault(path.lower(), path)
             if twin != path:

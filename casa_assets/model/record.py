@@ -11,7 +11,7 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, StringConstraints
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, StringConstraints, field_validator
 from pydantic_core import CoreSchema, core_schema
 
 Vec2 = tuple[float, float]
@@ -78,6 +78,16 @@ class Record(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, ser_json_bytes="base64", val_json_bytes="base64"
     )
+
+    @field_validator("*")
+    @classmethod
+    def _no_minus_zero(cls, value: Any) -> Any:
+        """0.0 for -0.0, alone or in a tuple: values that are equal have equal digests."""
+        if type(value) is float:
+            return value + 0.0
+        if type(value) is tuple:
+            return tuple(v + 0.0 if type(v) is float else v for v in value)
+        return value
 
     def to_json(self) -> str:
         """Canonical JSON: sorted keys, no spaces, shortest floats that read back exactly."""

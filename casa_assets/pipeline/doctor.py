@@ -26,7 +26,6 @@ MEMORY_BYTES = 3 * 1024**3  # convex decomposition of a large mesh needs about t
 # Modules with compiled code, and what only they can tell by being imported: that this machine can load them.
 NATIVE_MODULES = {
     "coacd": "coacd",
-    "fast_simplification": "fast-simplification",
     "lxml.etree": "lxml",
     "manifold3d": "manifold3d",
     "meshoptimizer": "meshoptimizer",

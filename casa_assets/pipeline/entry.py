@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+
+from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
 from casa_assets.model.issue import CheckResult, Issue, Severity
-from casa_assets.model.provenance import Guess
+from casa_assets.model.provenance import Guess, Provenance
 from casa_assets.pipeline import library as disk
 
 
@@ -59,13 +59,17 @@ def entries(library: disk.Library) -> Iterator[Entry]:
 
 def _accepted(folder: Path, root: Path) -> Entry:
     certificate = disk.read_certificate(folder)
-    data: dict[str, Any] = json.loads((folder / disk.CERTIFICATE).read_text(encoding="utf-8"))["asset"]
-    origin = data["provenance"]
-    if data["id"] != folder.name:
-        raise OutputError(str(folder), f"holds the asset {data['id']}; move it to a folder of that name")
+    data = disk.part(folder, "asset")
+    try:
+        origin, category = Provenance.model_validate(data["provenance"]), str(data["labels"]["category"])
+    except (ValidationError, KeyError, TypeError) as error:
+        raise OutputError(str(folder / disk.CERTIFICATE), f"is damaged: {error}; run again without it") from error
+    if data.get("id") != folder.name:
+        says = f"holds the asset {data.get('id')!r}; move it to a folder of that name"
+        raise OutputError(str(folder / disk.CERTIFICATE), says)
     return Entry(
-        id=data["id"],
-        category=data["labels"]["category"],
+        id=folder.name,
+        category=category,
         path=folder.relative_to(root).as_posix(),
         accepted=True,
         code="",
@@ -73,11 +77,18 @@ def _accepted(folder: Path, root: Path) -> Entry:
         summary=certificate.summary,
         warnings=tuple(i for i in certificate.report.issues if i.severity is Severity.WARNING),
         results=certificate.report.results,
-        guesses=tuple(Guess.model_validate(g) for g in origin["guesses"]),
-        source_path=origin["path"],
+        guesses=origin.guesses,
+        source=origin.source,
+        source_path=origin.path,
+        sha256=origin.sha256,
+        title=origin.title,
+        author=origin.author,
+        licence=origin.licence,
+        uri=origin.uri,
+        prompt=origin.prompt,
+        generator=origin.generator,
         digest=certificate.asset_digest,
         recipe=certificate.recipe,
-        **{k: origin[k] for k in ("source", "sha256", "title", "author", "licence", "uri", "prompt", "generator")},
     )
 
 

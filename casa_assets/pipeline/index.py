@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import sqlite3
+from contextlib import closing, suppress
+from itertools import pairwise
 from pathlib import Path
 
-import pyarrow as pa
-import pyarrow.parquet as pq
-
+from casa_assets.errors import OutputError
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.entry import Entry, entries
 
@@ -38,7 +38,7 @@ COLUMNS: dict[str, str] = {
     "digest": "TEXT NOT NULL",
     "recipe": "TEXT NOT NULL",
 }
-TYPES = {"TEXT": pa.string(), "REAL": pa.float64(), "INTEGER": pa.int64()}
+ARROW_TYPES = {"TEXT": "string", "REAL": "float64", "INTEGER": "int64"}
 
 
 def rebuild(library: disk.Library) -> int:
@@ -52,17 +52,20 @@ def rebuild(library: disk.Library) -> int:
     for left in library.private.glob(f"{NAME}.*"):
         left.unlink()
     rows = [_row(e) for e in sorted(entries(library), key=lambda e: e.id)]
-    base = sqlite3.connect(fresh)
     try:
-        base.execute("PRAGMA journal_mode=WAL")
-        columns = ", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())
-        base.execute(f"CREATE TABLE entries ({columns}) WITHOUT ROWID")
-        base.executemany(f"INSERT INTO entries VALUES ({', '.join('?' * len(COLUMNS))})", rows)
-        base.execute("CREATE INDEX by_category ON entries (category, status)")
-        base.commit()
-        base.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-    finally:
-        base.close()
+        with closing(sqlite3.connect(fresh)) as base:
+            base.execute("PRAGMA journal_mode=WAL")
+            columns = ", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())
+            base.execute(f"CREATE TABLE entries ({columns}) WITHOUT ROWID")
+            base.executemany(f"INSERT INTO entries VALUES ({', '.join('?' * len(COLUMNS))})", rows)
+            base.execute("CREATE INDEX by_category ON entries (category, status)")
+            base.commit()
+            base.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    except sqlite3.IntegrityError as error:
+        twice = next(a[0] for a, b in pairwise(rows) if a[0] == b[0])
+        raise OutputError(str(library.root), f"two entries are called {twice}; remove one of them") from error
+    except sqlite3.OperationalError as error:
+        raise OutputError(str(target), f"cannot be written: {error}") from error
     for side in ("-wal", "-shm"):
         target.with_name(NAME + side).unlink(missing_ok=True)
     fresh.replace(target)
@@ -70,13 +73,26 @@ def rebuild(library: disk.Library) -> int:
 
 
 def export_parquet(library: disk.Library, target: Path) -> int:
-    """Write the rows of the index as one Parquet file; returns their number."""
+    """Write the rows of the index as one Parquet file; returns their number.
+
+    Raises:
+        OutputError: an entry is damaged, or the file cannot be written.
+    """
+    import pyarrow
+    import pyarrow.parquet
+
     rows = [_row(e) for e in sorted(entries(library), key=lambda e: e.id)]
-    schema = pa.schema([(name, TYPES[kind.split()[0]]) for name, kind in COLUMNS.items()])
+    types = {name: pyarrow.type_for_alias(ARROW_TYPES[kind.split()[0]]) for name, kind in COLUMNS.items()}
     columns = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
     fresh = target.with_name(f".{target.name}.{os.getpid()}")
-    pq.write_table(pa.table(columns, schema=schema), fresh)
-    fresh.replace(target)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        pyarrow.parquet.write_table(pyarrow.table(columns, schema=pyarrow.schema(list(types.items()))), fresh)
+        fresh.replace(target)
+    except OSError as error:
+        with suppress(OSError):
+            fresh.unlink()
+        raise OutputError(str(target), f"cannot be written: {error}") from error
     return len(rows)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections import Counter
 from collections.abc import Generator, Iterator, Sequence
@@ -10,15 +9,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.errors import Rejected
-from casa_assets.ingest.sources.discover import discover
+from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.issue import Issue
-from casa_assets.model.source import Source, SourceKind
-from casa_assets.pipeline import attribution, index, pool, worker
+from casa_assets.pipeline import attribution, index, unread
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.find import find
+from casa_assets.pipeline.job import Halt, Job, Outcome, refuse, writing
+from casa_assets.pipeline.known import verdict
+from casa_assets.pipeline.pool import Died, Limits, Pool
 from casa_assets.pipeline.stage import recipe
 from casa_assets.pipeline.store import Store
+from casa_assets.pipeline.survey import Survey
 
 # What the pool's own verdicts are called in registry/rejections.yaml.
 DEATH_CODES = {"timeout": "RUN001", "memory": "RUN002", "signal": "RUN003", "error": "RUN004"}
@@ -32,7 +34,7 @@ class Options:
     Attributes:
         library: output folder. category: id for all inputs, or empty.
         jobs: children at once; 0 for one per core.
-        seconds: wall time for one input. memory_bytes: address space of one input.
+        seconds: wall time for one input. memory_bytes: memory of one input.
     """
 
     library: Path
@@ -63,13 +65,24 @@ class Event:
 
 
 @dataclass
-class _Plan:
-    """Inputs that need work."""
+class _Run:
+    """What one run knows: its inputs, what is to be done, and the refusals that have no bytes."""
 
-    todo: list[worker.Job] = field(default_factory=list)
+    library: disk.Library
+    mark: str
+    found: Sequence[Found | Refused]
+    todo: list[Job] = field(default_factory=list)
+    unread: unread.Names = field(default_factory=unread.Names)
+
+    def refuse(self, one: Found | Refused, code: str, says: str) -> Event:
+        """Remember an input that never became a bundle."""
+        refusal = self.unread.refusal(one, code, says, self.mark)
+        is_new = unread.remember(self.library, refusal)
+        kind = "rejected" if is_new else "kept"
+        return Event(kind, len(self.found), refusal.source.path, refusal.id, code, says, was_rejected=True)
 
 
-def ingest(roots: Sequence[Path], options: Options) -> Iterator[Event]:
+def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, None]:
     """Bring every mesh under `roots` into the library, or record why not.
 
     Yields an Event for each input, as it is done with. Killed at any moment and run again, it does what is missing.
@@ -77,18 +90,27 @@ def ingest(roots: Sequence[Path], options: Options) -> Iterator[Event]:
     Raises:
         UnknownId: the ordered category does not exist.
         OutputError: the library cannot be written to, or another run holds it.
+        CasaError: this machine cannot make assets: no worker starts, or none can draw.
     """
     known = registry.load()
     if options.category:
         known.category(options.category)
     library = disk.Library(options.library)
-    with library.locked():
+    limits = Limits(options.seconds, options.memory_bytes)
+    workers = options.jobs or len(os.sched_getaffinity(0))
+    with library.locked(), writing(options.library):
         library.sweep()
         Store(library.cache).sweep()
-        found = list(discover(roots))
-        plan = yield from _survey(found, library, options)
-        yield from _work(plan, len(found), library, options)
-        books(library)
+        try:
+            with Pool(workers, limits, "casa_assets.pipeline.survey:warm") as pool:
+                found = list(find(roots, options.library))
+                run = _Run(library, recipe(known.limits, known.digest), found)
+                yield from _survey(run, pool, options)
+                yield from _work(run, pool)
+            run.unread.tidy(library)
+            books(library)
+        finally:
+            library.sweep()
 
 
 def books(library: disk.Library) -> None:
@@ -97,91 +119,72 @@ def books(library: disk.Library) -> None:
     attribution.write(library)
 
 
-def _survey(found: Sequence[Found | Refused], library: disk.Library, options: Options) -> Generator[Event, None, _Plan]:
+def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, None]:
     """Digest every input, decide twins, and yield an event for all that need no work."""
-    known = registry.load()
-    mark = recipe(known.limits, known.digest)
-    total = len(found)
-    inputs = [f for f in found if isinstance(f, Found)]
-    surveys: dict[int, worker.Survey | Rejected | pool.Died] = {}
-    limits = pool.Limits(options.seconds, options.memory_bytes)
-    for number, answer in pool.run(worker.survey, [(f, options.category) for f in inputs], _jobs(options), limits):
-        surveys[number] = answer
-    plan = _Plan()
-    seen: dict[str, str] = {}
-    for row in (f for f in found if isinstance(f, Refused)):
-        source = Source(kind=SourceKind.MANIFEST, path=row.path)
-        yield _refuse(library, source, row.code, row.says, total, mark)
+    inputs = [f for f in run.found if isinstance(f, Found)]
+    for row in (f for f in run.found if isinstance(f, Refused)):
+        yield run.refuse(row, row.code, row.says)
+    answers: dict[int, Survey | Rejected | Died] = {}
+    for number, answer in pool.run("casa_assets.pipeline.survey:survey", [(f, options.category) for f in inputs]):
+        answers[number] = answer
+    first: dict[str, str] = {}
+    older = run.library.by_input()
     for number, one in enumerate(inputs):
-        answer = surveys[number]
-        if isinstance(answer, pool.Died):
+        answer = answers[number]
+        if isinstance(answer, Died):
             answer = Rejected(DEATH_CODES[answer.reason], answer.says)
         if isinstance(answer, Rejected):
-            yield _refuse(library, one.source, answer.code, answer.says, total, mark)
-            continue
-        twin = seen.setdefault(answer.sha256, one.source.path)
-        if twin != one.source.path:
-            yield _refuse(library, one.source, TWIN, f"same bytes as {twin}; remove one of them", total, mark)
-            continue
-        job = worker.Job(one, answer, f"{answer.category}_{answer.sha256[:10]}", options.library)
-        done = _done(library, job, mark)
-        if done is None:
-            plan.todo.append(job)
+            yield run.refuse(one, answer.code, answer.says)
+        elif answer.sha256 in first:
+            yield run.refuse(one, TWIN, f"same bytes as {first[answer.sha256]}; remove one of them")
         else:
-            yield Event("kept", total, one.source.path, job.asset_id, done[0], done[1], was_rejected=bool(done[0]))
-    return plan
+            first[answer.sha256] = one.source.path
+            run.unread.is_readable(one)
+            yield from _due(run, one, answer, older, options.library)
 
 
-def _done(library: disk.Library, job: worker.Job, mark: str) -> tuple[str, str] | None:
-    """(code, says) of an earlier rejection, two empty strings where it was accepted, None where it is due."""
-    folder = library.folder(job.survey.category, job.asset_id)
-    if (folder / disk.CERTIFICATE).exists():
-        return ("", "") if disk.read_certificate(folder).recipe == mark else None
-    refused = library.refusal_folder(job.asset_id)
-    if (refused / disk.REFUSAL).exists():
-        refusal = disk.read_refusal(refused)
-        return (refusal.code, refusal.says) if refusal.recipe == mark else None
-    return None
+def _due(run: _Run, one: Found, survey: Survey, older: dict[str, tuple[Path, ...]], root: Path) -> Iterator[Event]:
+    """An event where the verdict on these bytes is known; else one more job."""
+    asset_id = f"{survey.category}_{survey.sha256[:10]}"
+    entries = older.get(survey.sha256[:10], ())
+    known = verdict(entries, asset_id, run.mark)
+    if known is None:
+        run.todo.append(Job(one, survey, asset_id, root, entries))
+    else:
+        kept = Event("kept", len(run.found), one.source.path, asset_id, known.code, known.says)
+        yield Event(**{**vars(kept), "was_rejected": not known.accepted, "warnings": known.warnings})
 
 
-def _work(plan: _Plan, total: int, library: disk.Library, options: Options) -> Iterator[Event]:
-    limits = pool.Limits(options.seconds, options.memory_bytes)
-    for number, answer in pool.run(worker.work, plan.todo, _jobs(options), limits):
-        job = plan.todo[number]
+def _work(run: _Run, pool: Pool) -> Iterator[Event]:
+    if not run.todo:
+        return
+    pool.prepare("casa_assets.pipeline.worker:warm")
+    for _, answer in pool.run("casa_assets.pipeline.worker:probe", [None]):
+        _halt(answer)
+    total = len(run.found)
+    for number, answer in pool.run("casa_assets.pipeline.worker:work", run.todo):
+        _halt(answer)
+        job = run.todo[number]
         path = job.found.source.path
-        if isinstance(answer, pool.Died):
+        if isinstance(answer, Died):
             code = DEATH_CODES[answer.reason]
-            worker.refuse(library, job, Rejected(code, answer.says), None, None)
+            refuse(run.library, job, Rejected(code, answer.says))
             says = f"{answer.says}\n{answer.trace}" if answer.trace else answer.says
-            yield Event("rejected", total, path, job.asset_id, code, says)
-        elif answer.accepted:
-            yield Event("accepted", total, path, job.asset_id, warnings=answer.warnings)
-        else:
-            yield Event("rejected", total, path, job.asset_id, answer.code, answer.says)
+            yield Event("rejected", total, path, job.asset_id, code, says, was_rejected=True)
+            continue
+        assert isinstance(answer, Outcome)
+        kind = "accepted" if answer.accepted else "rejected"
+        refused = not answer.accepted
+        yield Event(kind, total, path, job.asset_id, answer.code, answer.says, refused, answer.warnings)
 
 
-def _refuse(library: disk.Library, source: Source, code: str, says: str, total: int, mark: str) -> Event:
-    """Remember an input that never became a bundle; its id comes from where it stands."""
-    name = hashlib.sha256(f"{source.kind.value}:{source.path}".encode("utf-8", "surrogateescape")).hexdigest()
-    asset_id = f"unread_{name[:10]}"
-    refusal = disk.Refusal(
-        id=asset_id, code=code, says=says, category="object", recipe=mark, sha256=name, source=source
-    )
-    target = library.refusal_folder(asset_id)
-    if (target / disk.REFUSAL).exists() and disk.read_refusal(target) == refusal:
-        return Event("kept", total, source.path, asset_id, code, says, was_rejected=True)
-    staged = library.stage(asset_id)
-    disk.write_refusal(staged, refusal)
-    library.publish(staged, target)
-    return Event("rejected", total, source.path, asset_id, code, says)
-
-
-def _jobs(options: Options) -> int:
-    return options.jobs or len(os.sched_getaffinity(0))
+def _halt(answer: object) -> None:
+    if isinstance(answer, Halt):
+        raise CasaError(answer.says)
 
 
 def tally(events: Sequence[Event]) -> Counter[str]:
     """How many were accepted, rejected and kept; `refused` counts rejections new and old."""
     counts = Counter(e.kind for e in events)
-    counts["refused"] = sum(e.kind == "rejected" or e.was_rejected for e in events)
+    counts["refused"] = sum(e.was_rejected for e in events)
     return counts

@@ -15,9 +15,11 @@ import json
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
+
+from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset import Asset
@@ -30,6 +32,9 @@ from casa_assets.pipeline.manifest import asset_from_manifest, manifest_of
 REJECTED = "rejected"
 CERTIFICATE = "asset.json"
 REFUSAL = "reject.json"
+LOCK = "lock"
+R = TypeVar("R", bound=Record)
+_MEND = "remove its folder and run again"
 
 
 class Summary(Record):
@@ -92,7 +97,7 @@ class Library:
         """Hold the library for writing. Raises OutputError where it is not a folder or another run holds it."""
         try:
             self.staging.mkdir(parents=True, exist_ok=True)
-            handle = (self.private / "lock").open("w")
+            handle = (self.private / LOCK).open("a")
         except OSError as error:
             raise OutputError(str(self.root), f"cannot be written to: {error.strerror}") from error
         with handle:
@@ -103,9 +108,13 @@ class Library:
             yield
 
     def sweep(self) -> None:
-        """Remove what a killed run left half-written. Call with the lock held and before workers start."""
-        shutil.rmtree(self.staging, ignore_errors=True)
-        self.staging.mkdir(parents=True)
+        """Remove what a killed run left half-written. Call with the lock held and while no worker runs."""
+        for left in self.private.iterdir():
+            if left.is_dir() and left != self.cache:
+                shutil.rmtree(left, ignore_errors=True)
+            elif not left.is_dir() and left.name != LOCK:
+                left.unlink(missing_ok=True)
+        self.staging.mkdir(exist_ok=True)
 
     def folder(self, category: str, asset_id: str) -> Path:
         """Where an accepted asset stands."""
@@ -124,18 +133,34 @@ class Library:
 
     def publish(self, staged: Path, target: Path) -> None:
         """Put a finished folder in its place by one rename, in place of an older one."""
-        target.parent.mkdir(parents=True, exist_ok=True)
         if target.exists():
             target.rename(staged.with_name(f"{staged.name}.old"))
-        staged.rename(target)
+        while True:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                staged.rename(target)
+                break
+            except FileNotFoundError:  # a neighbour took the last entry of this category away, and the folder with it
+                if not staged.exists():
+                    raise
         shutil.rmtree(staged.parent, ignore_errors=True)
 
     def forget(self, folder: Path) -> None:
-        """Take away an entry that a newer verdict on the same input has replaced."""
+        """Take away an entry that a newer verdict on the same input has replaced, and its category with the last."""
         if folder.exists():
-            gone = self.stage(folder.name)
-            folder.rename(gone / "old")
-            shutil.rmtree(gone.parent)
+            gone = self.staging / f"{folder.name}.{os.getpid()}.gone"
+            shutil.rmtree(gone, ignore_errors=True)
+            folder.rename(gone)
+            shutil.rmtree(gone)
+        with suppress(OSError):  # others are still there, or a worker has just put one there
+            folder.parent.rmdir()
+
+    def by_input(self) -> dict[str, tuple[Path, ...]]:
+        """Folders of all entries by the last word of their id, which comes from the bytes of the input."""
+        found: dict[str, list[Path]] = {}
+        for folder in (*self.accepted(), *self.refused()):
+            found.setdefault(folder.name.rpartition("_")[2], []).append(folder)
+        return {word: tuple(folders) for word, folders in found.items()}
 
     def accepted(self) -> Iterator[Path]:
         """Folders of all accepted assets, sorted by category and id."""
@@ -165,37 +190,56 @@ def sums(root: Path) -> dict[str, str]:
 
 def write_certificate(root: Path, asset: Asset, certificate: Certificate) -> None:
     """asset.json: the asset, with meshes and textures as references to the files beside it, and its certificate."""
-    data = {"asset": manifest_of(asset), "certificate": certificate.model_dump(mode="json")}
-    text = json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
-    (root / CERTIFICATE).write_text(text + "\n", encoding="utf-8")
+    _write_json(root / CERTIFICATE, {"asset": manifest_of(asset), "certificate": certificate.model_dump(mode="json")})
 
 
 def write_refusal(root: Path, refusal: Refusal) -> None:
     """reject.json."""
-    text = json.dumps(refusal.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False)
-    (root / REFUSAL).write_text(text + "\n", encoding="utf-8")
+    _write_json(root / REFUSAL, refusal.model_dump(mode="json"))
 
 
 def read_certificate(folder: Path) -> Certificate:
     """The certificate of an accepted asset. Raises OutputError where the file is damaged."""
-    return Certificate.model_validate(_json(folder / CERTIFICATE)["certificate"])
+    return _record(Certificate, folder / CERTIFICATE, part(folder, "certificate"))
 
 
 def read_asset(folder: Path) -> Asset:
     """The whole Asset, meshes and textures included. Raises OutputError where a file is missing or damaged."""
-    return asset_from_manifest(_json(folder / CERTIFICATE)["asset"], folder)
+    return asset_from_manifest(part(folder, "asset"), folder)
 
 
 def read_refusal(folder: Path) -> Refusal:
     """Why an input was rejected. Raises OutputError where the file is damaged."""
-    return Refusal.model_validate(_json(folder / REFUSAL))
+    return _record(Refusal, folder / REFUSAL, _json(folder / REFUSAL))
+
+
+def part(folder: Path, name: str) -> dict[str, Any]:
+    """The `asset` or `certificate` of an asset.json, as data. Raises OutputError where the file is damaged."""
+    data = _json(folder / CERTIFICATE).get(name)
+    if not isinstance(data, dict):
+        raise OutputError(str(folder / CERTIFICATE), f"holds no {name!r}; {_MEND}")
+    return data
+
+
+def _record(kind: type[R], path: Path, data: dict[str, Any]) -> R:
+    try:
+        return kind.model_validate(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(str(p) for p in first["loc"])
+        raise OutputError(str(path), f"is damaged at {place}: {first['msg']}; {_MEND}") from error
+
+
+def _write_json(path: Path, data: dict[str, Any]) -> None:
+    text = json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")
 
 
 def _json(path: Path) -> dict[str, Any]:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise OutputError(str(path), f"cannot be read: {error}; remove its folder and run again") from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise OutputError(str(path), f"cannot be read: {error}; {_MEND}") from error
     if not isinstance(data, dict):
-        raise OutputError(str(path), "is not a JSON object; remove its folder and run again")
+        raise OutputError(str(path), f"is not a JSON object; {_MEND}")
     return data

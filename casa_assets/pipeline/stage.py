@@ -73,15 +73,15 @@ def _collide(draft: Draft, brief: Brief) -> Draft:
 
 
 STAGES: tuple[Stage, ...] = (
-    Stage("orient", 1, lambda d, b: orient(d, b.category, b.source.kind is SourceKind.TEXT_TO_3D), ("numpy", "scipy")),
+    Stage("orient", 2, lambda d, b: orient(d, b.category, b.source.kind is SourceKind.TEXT_TO_3D), ("numpy", "scipy")),
     Stage("scale", 1, lambda d, b: scale(d, b.category, b.limits["size_slack"])),
-    Stage("simplify", 1, lambda d, b: simplify(d, int(b.limits["visual_faces"])), ("meshoptimizer",)),
-    Stage("texture", 1, lambda d, b: texture(d, int(b.limits["texture_px"]), b.substance), ("pillow",)),
+    Stage("simplify", 2, lambda d, b: simplify(d, int(b.limits["visual_faces"])), ("meshoptimizer",)),
+    Stage("texture", 2, lambda d, b: texture(d, int(b.limits["texture_px"]), b.substance), ("pillow",)),
     Stage("collide", 2, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
-    Stage("mass", 1, lambda d, b: mass(d, b.category, b.substance, b.limits["mass_range_slack"]), ("manifold3d",)),
+    Stage("mass", 2, lambda d, b: mass(d, b.category, b.substance, b.limits["mass_range_slack"]), ("manifold3d",)),
 )
 # `load` and `clean` come before, `assemble` after: they change the type.
-ENDS: Mapping[str, int] = {"load": 1, "clean": 1, "assemble": 1, "mjcf": 1, "usd": 1, "preview": 1, "checks": 1}
+ENDS: Mapping[str, int] = {"load": 1, "clean": 2, "assemble": 2, "mjcf": 1, "usd": 1, "preview": 1, "checks": 1}
 END_TOOLS = ("pillow", "lxml", "usd-core", "mujoco", "simready-foundation-tier-core")
 
 

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from casa_assets import registry
+from casa_assets.checks import usd
 from casa_assets.checks.package import Package
 from casa_assets.checks.run import run as run_checks
-from casa_assets.errors import CasaError, Rejected
+from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
 from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.found import Found
 from casa_assets.model.asset import Asset
 from casa_assets.model.category import Category
 from casa_assets.model.issue import Issue, Report
@@ -25,76 +24,43 @@ from casa_assets.model.provenance import Guess
 from casa_assets.model.shape import Hull
 from casa_assets.model.source import Bundle
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.job import Halt, Job, Outcome, publish, refuse, writing
 from casa_assets.pipeline.stage import Brief, build, raw, recipe, versions
 from casa_assets.pipeline.store import Store
 from casa_assets.preview.camera import View
 from casa_assets.preview.raw import render_model
+from casa_assets.preview.renderer import NoRenderer, backend
 from casa_assets.preview.still import render
 
 PREVIEW_PX = 512
 THUMBNAIL_PX = 256
 
 
-@dataclass(frozen=True)
-class Survey:
-    """What was found out about an input before any work: its digest and category."""
-
-    sha256: str
-    category: str
-    confidence: float
-    because: str
+def warm() -> None:
+    """Load what every worker needs, once for all of them; nothing here may draw."""
+    registry.load()
+    usd.load_rules()
 
 
-@dataclass(frozen=True)
-class Job:
-    """One input to be worked on, once its id is known."""
-
-    found: Found
-    survey: Survey
-    asset_id: str
-    library: Path
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What became of an input: accepted or rejected, with code and reason, and the warnings."""
-
-    accepted: bool
-    code: str = ""
-    says: str = ""
-    warnings: tuple[Issue, ...] = ()
-
-
-def survey(job: tuple[Found, str]) -> Survey | Rejected:
-    """Digest and category of an input; the second of the pair is a category that the user ordered, or empty."""
-    found, ordered = job
-    known = registry.load()
+def probe(_: None) -> Halt | None:
+    """Whether a worker can draw at all; a process that has drawn cannot be forked, so the pool asks a worker."""
     try:
-        bundle = collect(found, known.limits)
-    except Rejected as error:
-        return error
-    category, confidence, because = categorise(found, ordered)
-    return Survey(bundle.sha256, category.id, confidence, because)
+        backend()
+    except NoRenderer as error:
+        return Halt(str(error))
+    return None
 
 
-def categorise(found: Found, ordered: str) -> tuple[Category, float, str]:
-    """Category of an input, how sure, and why: the user's word, then the source's, then names and titles."""
-    known = registry.load()
-    if ordered:
-        return known.category(ordered), 1.0, "given on the command line"
-    source = found.source
-    if source.category:
-        match = known.find_category([source.category])
-        if match is not None:
-            return match[0], min(0.99, match[1]), f"the source says {source.category!r}"
-    match = known.find_category([*source.hints, source.title, source.prompt])
-    if match is not None:
-        return match[0], match[1] * 0.9, match[2]
-    return known.category("object"), 0.1, "nothing names a category that the registry knows"
-
-
-def work(job: Job) -> Outcome:
+def work(job: Job) -> Outcome | Halt:
     """Build, write, look at and check one asset; the library has it, or the reason why not, when this returns."""
+    try:
+        with writing(job.library):
+            return _work(job)
+    except (OutputError, RegistryError, NoRenderer) as error:
+        return Halt(str(error))
+
+
+def _work(job: Job) -> Outcome:
     library = disk.Library(job.library)
     known = registry.load()
     category = known.category(job.survey.category)
@@ -111,35 +77,21 @@ def work(job: Job) -> Outcome:
             worst = report.errors[0]
             raise Rejected(worst.code, f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says)
         disk.write_certificate(staged, asset, _certificate(asset, report, staged))
-        if disk.read_asset(staged) != asset:
-            raise CasaError("the asset read back from its folder differs from the one written")
-        library.publish(staged, library.folder(category.id, job.asset_id))
-        library.forget(library.refusal_folder(job.asset_id))
+        _read_back(asset, staged)
+        publish(library, job, staged, library.folder(category.id, job.asset_id))
         return Outcome(True, warnings=tuple(i for i in report.issues))
     except Rejected as error:
         refuse(library, job, error, report, None if bundle is None else _picture(bundle, staged, known.limits))
         return Outcome(False, error.code, error.says)
 
 
-def refuse(library: disk.Library, job: Job, error: Rejected, report: Report | None, picture: bytes | None) -> None:
-    """Remember a rejected input under rejected/."""
-    known = registry.load()
-    staged = library.stage(job.asset_id)
-    refusal = disk.Refusal(
-        id=job.asset_id,
-        code=error.code,
-        says=error.says,
-        category=job.survey.category,
-        recipe=recipe(known.limits, known.digest),
-        sha256=job.survey.sha256,
-        source=job.found.source,
-        report=report,
-    )
-    if picture is not None:
-        (staged / "preview.png").write_bytes(picture)
-    disk.write_refusal(staged, refusal)
-    library.publish(staged, library.refusal_folder(job.asset_id))
-    library.forget(library.folder(job.survey.category, job.asset_id))
+def _read_back(asset: Asset, staged: Path) -> None:
+    try:
+        same = disk.read_asset(staged) == asset
+    except OutputError as error:
+        raise ValueError(f"the asset that was written cannot be read: {error.says}") from error
+    if not same:
+        raise ValueError("the asset read back from its folder differs from the one written")
 
 
 def _asset(job: Job, bundle: Bundle, category: Category, store: Store) -> tuple[Asset, tuple[Issue, ...]]:

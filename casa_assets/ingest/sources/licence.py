@@ -35,6 +35,8 @@ _NAMES = {
     "gnu general public license v3.0": "GPL-3.0-only",
     "gnu general public license v2.0": "GPL-2.0-only",
 }
+# SPDX ids in any case. Ref: hubs of models and data sets write them small.
+_IDS = {spdx_id.lower(): spdx_id for spdx_id in (*_SLUGS.values(), *_NAMES.values())}
 _CREATIVE = re.compile(r"cc[ -](by(?:-(?:nc|sa|nd)){0,2})[ -]v?(\d\.\d)")
 
 
@@ -46,6 +48,8 @@ def spdx(word: str) -> str:
         return "unknown"
     if key in _SLUGS or key in _NAMES:
         return _SLUGS.get(key) or _NAMES[key]
+    if key in _IDS:
+        return _IDS[key]
     creative = _CREATIVE.fullmatch(key.replace(" by ", "-by-").replace("by nc", "by-nc"))
     if creative:
         return f"CC-{creative.group(1).upper()}-{creative.group(2)}"

@@ -17,7 +17,7 @@ BAD = Finding(subject="rendering", ok=False, says="[none] works", mend="sudo apt
 
 
 def run(monkeypatch: pytest.MonkeyPatch, found: tuple[Finding, ...], *arguments: str) -> tuple[int, str]:
-    monkeypatch.setattr(verb, "findings", lambda output: found)
+    monkeypatch.setattr("casa_assets.pipeline.doctor.findings", lambda output: found)
     app = typer.Typer()
     app.command()(verb.doctor)
     result = CliRunner().invoke(app, list(arguments))

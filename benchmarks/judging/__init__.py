@@ -1,0 +1,1 @@
+"""What the benchmarks measure with: the same ruler for every tool."""

@@ -1,0 +1,94 @@
+"""One input on its way through a worker: what goes in, what comes out, and how a refusal is remembered."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.errors import OutputError, Rejected
+from casa_assets.ingest.sources.found import Found
+from casa_assets.model.issue import Issue, Report
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.stage import recipe
+from casa_assets.pipeline.survey import Survey
+
+# What is wrong with the disk and not with an input. EFBIG: a quota set with `ulimit -f`.
+_DISK_FAULTS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EMFILE, errno.ENFILE})
+
+
+@dataclass(frozen=True)
+class Job:
+    """One input to be worked on, once its id is known.
+
+    Attributes:
+        replaces: folders of older entries made from the same bytes; they go when this one is done.
+    """
+
+    found: Found
+    survey: Survey
+    asset_id: str
+    library: Path
+    replaces: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of an input: accepted or rejected, with code and reason, and the warnings."""
+
+    accepted: bool
+    code: str = ""
+    says: str = ""
+    warnings: tuple[Issue, ...] = ()
+
+
+@dataclass(frozen=True)
+class Halt:
+    """No input can be worked on, for a reason that has nothing to do with it: the run has to end."""
+
+    says: str
+
+
+def publish(library: disk.Library, job: Job, staged: Path, target: Path) -> None:
+    """Put a finished entry in its place once all that it replaces is gone; killed in between, the job is due again."""
+    for folder in job.replaces:
+        if folder != target:
+            library.forget(folder)
+    library.publish(staged, target)
+
+
+def refuse(
+    library: disk.Library, job: Job, error: Rejected, report: Report | None = None, picture: bytes | None = None
+) -> None:
+    """Remember a rejected input under rejected/."""
+    known = registry.load()
+    staged = library.stage(job.asset_id)
+    refusal = disk.Refusal(
+        id=job.asset_id,
+        code=error.code,
+        says=error.says,
+        category=job.survey.category,
+        recipe=recipe(known.limits, known.digest),
+        sha256=job.survey.sha256,
+        source=job.found.source,
+        report=report,
+    )
+    if picture is not None:
+        (staged / "preview.png").write_bytes(picture)
+    disk.write_refusal(staged, refusal)
+    publish(library, job, staged, library.refusal_folder(job.asset_id))
+
+
+@contextmanager
+def writing(root: Path) -> Iterator[None]:
+    """Turn what the disk of a library refuses into an OutputError; other OSErrors pass."""
+    try:
+        yield
+    except OSError as error:
+        inside = isinstance(error.filename, str | Path) and Path(error.filename).is_relative_to(root)
+        if not inside and error.errno not in _DISK_FAULTS:
+            raise
+        raise OutputError(str(root), f"cannot be written to: {error.strerror}") from error

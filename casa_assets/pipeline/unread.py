@@ -1,0 +1,70 @@
+"""Refusals of inputs that were never read whole: named after where they stand, as there are no bytes to go by."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+
+from casa_assets import registry
+from casa_assets.errors import OutputError
+from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.model.source import Source, SourceKind
+from casa_assets.pipeline import library as disk
+
+PREFIX = "unread_"
+
+
+class Names:
+    """Names of one run's refusals: several at one place (rows of a manifest) are counted."""
+
+    def __init__(self) -> None:
+        self._times: Counter[str] = Counter()
+        self._places: set[str] = set()
+        self._ids: set[str] = set()
+
+    def refusal(self, one: Found | Refused, code: str, says: str, mark: str) -> disk.Refusal:
+        """The record to be kept of an input."""
+        source = one.source if isinstance(one, Found) else Source(kind=SourceKind.MANIFEST, path=one.path)
+        place = _place(source)
+        self._places.add(place)
+        self._times[place] += 1
+        digest = hashlib.sha256(f"{place}:{self._times[place]}".encode()).hexdigest()
+        asset_id = f"{PREFIX}{digest[:10]}"
+        self._ids.add(asset_id)
+        return disk.Refusal(
+            id=asset_id, code=code, says=says, category=registry.FALLBACK, recipe=mark, sha256=digest, source=source
+        )
+
+    def is_readable(self, one: Found) -> None:
+        """Nothing is wrong with reading it now: what was said of its place before no longer holds."""
+        self._places.add(_place(one.source))
+
+    def tidy(self, library: disk.Library) -> None:
+        """Take away refusals of places that this run looked at and has nothing to say against."""
+        for folder in list(library.refused()):
+            if folder.name.startswith(PREFIX) and folder.name not in self._ids:
+                try:
+                    is_over = _place(disk.read_refusal(folder).source) in self._places
+                except OutputError:
+                    is_over = True
+                if is_over:
+                    library.forget(folder)
+
+
+def remember(library: disk.Library, refusal: disk.Refusal) -> bool:
+    """Put a refusal into the library; False where it stands there already."""
+    target = library.refusal_folder(refusal.id)
+    try:
+        if (target / disk.REFUSAL).exists() and disk.read_refusal(target) == refusal:
+            return False
+    except OutputError:
+        pass  # damaged: written anew
+    staged = library.stage(refusal.id)
+    disk.write_refusal(staged, refusal)
+    library.publish(staged, target)
+    return True
+
+
+def _place(source: Source) -> str:
+    """Where an input stands; a file is the same place whether its refusal came from looking or from reading."""
+    return f"{source.path}:{source.uid}"

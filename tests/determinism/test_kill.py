@@ -1,0 +1,128 @@
+"""Runs that are killed, in part or whole and at any moment, and gone on with, end where an undisturbed run ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+from tests.libraries import ROOT, casa, command, differences, entries_of, make_inputs
+
+pytestmark = pytest.mark.slow
+
+Moment = Callable[[Path], bool]
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_inputs(tmp_path_factory.mktemp("sources") / "in")
+
+
+@pytest.fixture(scope="module")
+def undisturbed(inputs: Path) -> Path:
+    made = inputs.parent / "library"
+    casa("ingest", inputs, "--library", made, "--jobs", 2)
+    return made
+
+
+def children(pid: int) -> list[int]:
+    """Processes that a process has started and that still run."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, parent = path.read_text(encoding="utf-8").rpartition(")")[2].split()[:2]
+            if int(parent) == pid and state not in "ZX":
+                found.append(int(path.parent.name))
+    return found
+
+
+def kill(*pids: int) -> None:
+    """SIGKILL, to those that are still there."""
+    for pid in pids:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+
+
+@contextmanager
+def run_until(moment: Moment, inputs: Path, library: Path) -> Iterator[tuple[subprocess.Popen[bytes], int, list[int]]]:
+    """A run that has come to a moment (or to its end), its server and its workers."""
+    arguments = command("ingest", inputs, "--library", library, "--jobs", 2, "--json")
+    run = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while run.poll() is None and not moment(library):
+        time.sleep(0.002)
+    servers = children(run.pid)
+    server = servers[0] if servers else 0
+    yield run, server, children(server) if server else []
+    run.wait()
+    while servers and Path(f"/proc/{server}").exists():  # nothing of it may still be writing
+        time.sleep(0.002)
+
+
+def has_begun(library: Path) -> bool:
+    """A worker has begun with an asset."""
+    return any((library / ".casa" / "staging").glob("[!u]*/*"))
+
+
+def is_half_written(library: Path) -> bool:
+    """An asset is on disk in part."""
+    return any((library / ".casa" / "staging").glob("*/*/model.xml"))
+
+
+def has_published(library: Path) -> bool:
+    """The first asset is there."""
+    return any(library.glob("*/*/asset.json"))
+
+
+def is_worked_on(library: Path) -> bool:
+    return is_half_written(library) or has_published(library)
+
+
+def finish(inputs: Path, library: Path) -> None:
+    done = casa("ingest", inputs, "--library", library, "--jobs", 2)
+    assert done.returncode == 1, done.stdout + done.stderr
+
+
+def test_killed_three_times(inputs: Path, undisturbed: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    with run_until(has_begun, inputs, library) as (run, _, _):
+        kill(run.pid)  # the run alone
+    assert entries_of(library) != entries_of(undisturbed), "killed too late"
+    with run_until(is_half_written, inputs, library) as (run, server, workers):
+        kill(*workers, server, run.pid)  # everything
+    with run_until(has_published, inputs, library) as (run, _, workers):
+        kill(run.pid, *workers)
+    finish(inputs, library)
+    assert list((library / ".casa" / "staging").iterdir()) == []
+    assert differences(undisturbed, library) == []
+
+
+@pytest.mark.parametrize("victim", ["workers", "server"])
+def test_a_run_goes_on_without_what_was_killed(inputs: Path, undisturbed: Path, tmp_path: Path, victim: str) -> None:
+    library = tmp_path / "library"
+    with run_until(is_worked_on, inputs, library) as (run, server, workers):
+        kill(*(workers if victim == "workers" else [server]))
+    assert run.returncode == 1
+    assert differences(undisturbed, library) == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_stopped_politely(inputs: Path, undisturbed: Path, tmp_path: Path, number: int) -> None:
+    library = tmp_path / "library"
+    arguments = command("ingest", inputs, "--library", library, "--jobs", 2)
+    run = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while not is_worked_on(library):
+        assert run.poll() is None
+        time.sleep(0.002)
+    run.send_signal(number)
+    _, says = run.communicate()
+    assert run.returncode == 128 + number
+    assert says.splitlines() == ["stopped; the same command goes on from here"]
+    assert list((library / ".casa" / "staging").iterdir()) == []
+    finish(inputs, library)
+    assert differences(undisturbed, library) == []

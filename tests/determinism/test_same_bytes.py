@@ -1,0 +1,66 @@
+"""The same input gives the same bytes, whatever the number of workers, the hash seed, the place and the history."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.libraries import casa, differences, entries_of, make_inputs
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_inputs(tmp_path_factory.mktemp("sources") / "in")
+
+
+@pytest.fixture(scope="module")
+def library(inputs: Path) -> Path:
+    """Made by one worker, hash seed 0."""
+    made = inputs.parent / "library"
+    done = casa("ingest", inputs, "--library", made, "--jobs", 1, PYTHONHASHSEED="0")
+    assert done.returncode == 1, done.stdout + done.stderr
+    return made
+
+
+def test_all_inputs_have_an_outcome(library: Path) -> None:
+    accepted = [path for path in entries_of(library) if not path.startswith("rejected/")]
+    assert [path.split("/")[0] for path in accepted] == ["cereal", "cutting_board", "milk"]
+    assert len(entries_of(library)) == 7
+
+
+def test_another_run_elsewhere_gives_the_same_bytes(inputs: Path, library: Path, tmp_path: Path) -> None:
+    moved = tmp_path / "elsewhere" / "in"
+    shutil.copytree(inputs, moved)
+    done = casa("ingest", moved, "--library", tmp_path / "library", "--jobs", 2, PYTHONHASHSEED="1", TZ="Asia/Tokyo")
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert differences(library, tmp_path / "library") == []
+
+
+def test_a_second_run_changes_nothing(inputs: Path, library: Path, tmp_path: Path) -> None:
+    again = tmp_path / "library"
+    shutil.copytree(library, again)
+    before = {path: path.stat().st_mtime_ns for path in again.glob("*/*/*.json")}
+    done = casa("ingest", inputs, "--library", again, "--json")
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert done.returncode == 1
+    assert [row["kept"] for row in rows] == [True] * 7
+    assert differences(library, again) == []
+    assert {path: path.stat().st_mtime_ns for path in again.glob("*/*/*.json")} == before
+
+
+def test_the_index_comes_back_byte_for_byte(library: Path, tmp_path: Path) -> None:
+    again = tmp_path / "library"
+    shutil.copytree(library, again)
+    (again / "index.sqlite").unlink()
+    assert casa("index", "--library", again).returncode == 0
+    assert differences(library, again) == []
+
+
+def test_one_by_one_gives_what_all_at_once_gives(inputs: Path, library: Path, tmp_path: Path) -> None:
+    """Entries do not depend on what else a run works on (a twin does, by its nature)."""
+    done = casa("ingest", inputs / "milk_carton.obj", "--library", tmp_path / "one")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert differences(library / "milk", tmp_path / "one" / "milk") == []

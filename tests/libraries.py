@@ -1,0 +1,77 @@
+"""Cheap inputs for whole runs, and libraries as plain data."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from casa_assets.model.record import Vec3
+from tests.meshes import box_mesh
+
+ROOT = Path(__file__).parents[1]
+BOXES: dict[str, Vec3] = {
+    "cereal_box": (0.19, 0.29, 0.06),
+    "cutting_board": (0.36, 0.018, 0.24),
+    "milk_carton": (0.07, 0.24, 0.07),
+}
+
+
+def box_obj(size: Vec3) -> str:
+    """OBJ text of a box, y up, standing on the ground; metres."""
+    mesh = box_mesh(size, (0.0, size[1] / 2, 0.0), shared=True)
+    rows = [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in mesh.vertices]
+    rows += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces]
+    return "\n".join(rows) + "\n"
+
+
+def make_inputs(folder: Path) -> Path:
+    """Three boxes that are accepted, one file that is cut, one twin, one row of a manifest without a file."""
+    folder.mkdir(parents=True)
+    for name, size in BOXES.items():
+        (folder / f"{name}.obj").write_text(box_obj(size), encoding="ascii")
+    (folder / "broken.glb").write_bytes(b"glTF\x02\0\0\0\xff\0\0\0")
+    (folder / "twin.obj").write_text(box_obj(BOXES["cereal_box"]), encoding="ascii")
+    rows = '{"id": "a", "file": "gone_a.glb"}\n{"id": "b", "file": "gone_b.glb"}\n'
+    (folder / "manifest.jsonl").write_text(rows, encoding="ascii")
+    return folder
+
+
+def command(*arguments: object) -> list[str]:
+    """The command line of the program."""
+    return [sys.executable, "-m", "casa_assets.cli.main", *map(str, arguments)]
+
+
+def casa(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run the program and wait for it."""
+    return subprocess.run(
+        command(*arguments),
+        cwd=ROOT,
+        env={**os.environ, "COLUMNS": "200", **environment},
+        capture_output=True,
+        text=True,
+        errors="surrogateescape",
+        check=False,
+    )
+
+
+def tree(root: Path) -> dict[str, bytes | None]:
+    """Relative path -> bytes of every file below a folder; None for a folder."""
+    return {
+        path.relative_to(root).as_posix(): None if path.is_dir() else path.read_bytes()
+        for path in sorted(root.rglob("*"))
+    }
+
+
+def differences(one: Path, other: Path) -> list[str]:
+    """Paths at which two folders differ, sorted."""
+    a, b = tree(one), tree(other)
+    return sorted(path for path in a.keys() | b.keys() if path not in a or path not in b or a[path] != b[path])
+
+
+def entries_of(library: Path) -> Sequence[str]:
+    """Folders of all entries, relative and sorted."""
+    found = [*library.glob("*/*/asset.json"), *library.glob("rejected/*/reject.json")]
+    return sorted(path.parent.relative_to(library).as_posix() for path in found)

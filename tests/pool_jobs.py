@@ -1,0 +1,144 @@
+"""What workers are asked to do in the tests of the pool: behave, and misbehave in every way that was thought of."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+
+class Unsendable:
+    """Cannot be pickled."""
+
+    def __reduce__(self) -> str:
+        raise TypeError("not to be sent")
+
+
+class Unreadable:
+    """Can be pickled, and fails when it is unpickled."""
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return (int, ("not a number",))
+
+
+def nothing() -> None:
+    """Warm nothing up."""
+
+
+def broken() -> None:
+    """Fail while warming up."""
+    raise ImportError("libnothing.so: cannot be loaded")
+
+
+def deadly() -> None:
+    """End the server while it warms up."""
+    os._exit(5)
+
+
+def do(job: tuple[str, str]) -> object:
+    """Do what the first word says; the second is a path or a text."""
+    what, value = job
+    return globals()[f"_{what}"](value)
+
+
+def _answer(value: str) -> str:
+    return value.upper()
+
+
+def _nothing(value: str) -> None:
+    return None
+
+
+def _large(value: str) -> bytes:
+    return value.encode() * 5_000_000
+
+
+def _abort(value: str) -> None:
+    os.abort()
+
+
+def _segfault(value: str) -> None:
+    os.kill(os.getpid(), 11)
+
+
+def _exit(value: str) -> None:
+    os._exit(int(value))
+
+
+def _sys_exit(value: str) -> None:
+    sys.exit(int(value))
+
+
+def _hang(value: str) -> None:
+    while True:
+        time.sleep(1)
+
+
+def _eat(value: str) -> int:
+    return int(np.ones(400_000_000, dtype=np.uint64).sum())
+
+
+def _raise(value: str) -> None:
+    raise ValueError(value)
+
+
+def _print(value: str) -> str:
+    for _ in range(2000):
+        os.write(1, b"x" * 1000)
+        os.write(2, b"y" * 1000)
+    return value
+
+
+def _read_input(value: str) -> str:
+    return os.read(0, 10).decode()
+
+
+def _unsendable(value: str) -> Unsendable:
+    return Unsendable()
+
+
+def _unreadable(value: str) -> Unreadable:
+    return Unreadable()
+
+
+def _grandchild(value: str) -> str:
+    """Leave a process behind that holds everything open; `value` is where its number is written."""
+    child = subprocess.Popen(["sleep", "1000"], close_fds=False)
+    Path(value).write_text(str(child.pid), encoding="ascii")
+    return "answered"
+
+
+def _die_with_grandchild(value: str) -> None:
+    _grandchild(value)
+    os.abort()
+
+
+def _hang_with_grandchild(value: str) -> None:
+    _grandchild(value)
+    _hang(value)
+
+
+def _die_once(value: str) -> str:
+    """As if killed from outside the first time."""
+    mark = Path(value)
+    if not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), 9)
+    return "second time"
+
+
+def _kill_server_once(value: str) -> str:
+    mark = Path(value)
+    if not mark.exists():
+        mark.touch()
+        os.kill(os.getppid(), 9)
+        time.sleep(60)
+    return "second time"
+
+
+def _threads(value: str) -> str:
+    return os.environ["OPENBLAS_NUM_THREADS"]

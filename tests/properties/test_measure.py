@@ -1,0 +1,153 @@
+"""Volume, centre and inertia: formulas of the text book, and what turning and moving does to them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from casa_assets.geometry.measure import (
+    shell_moments,
+    shifted_inertia,
+    signed_volume,
+    solid_moments,
+    winding_number,
+)
+from casa_assets.geometry.tessellate import surface
+from casa_assets.model.pose import Pose
+from casa_assets.model.shape import Box, Capsule, Cylinder, Sphere
+from tests.properties.strategies import closed, lengths, poses, quick, seeds, torus, turn
+
+
+def box_inertia(x: float, y: float, z: float) -> np.ndarray:
+    return np.diag([y * y + z * z, z * z + x * x, x * x + y * y]) / 12
+
+
+@quick
+@given(seeds)
+def test_turning_the_points_turns_the_tensor(seed: int) -> None:
+    points, faces = closed(seed)
+    rotation = turn(seed + 1)
+    volume, center, inertia = solid_moments(points, faces)
+    volume_2, center_2, inertia_2 = solid_moments(points @ rotation.T, faces)
+    assert volume_2 == pytest.approx(volume, rel=1e-9)
+    assert center_2 == pytest.approx(rotation @ center, abs=1e-9)
+    assert inertia_2 == pytest.approx(rotation @ inertia @ rotation.T, rel=1e-9, abs=1e-9 * np.trace(inertia))
+
+
+@quick
+@given(seeds)
+def test_moving_the_points_moves_the_centre_alone(seed: int) -> None:
+    points, faces = closed(seed)
+    offset = np.random.default_rng(seed).uniform(-100, 100, 3)
+    for moments in (solid_moments, shell_moments):
+        size, center, inertia = moments(points, faces)
+        size_2, center_2, inertia_2 = moments(points + offset, faces)
+        assert size_2 == pytest.approx(size, rel=1e-9)
+        assert center_2 == pytest.approx(center + offset, rel=1e-9)
+        assert inertia_2 == pytest.approx(inertia, rel=1e-7, abs=1e-9 * np.trace(inertia))
+
+
+@quick
+@given(seeds, lengths)
+def test_powers_of_the_scale(seed: int, scale: float) -> None:
+    points, faces = closed(seed)
+    for moments, dimension in ((solid_moments, 3), (shell_moments, 2)):
+        size, _, inertia = moments(points, faces)
+        size_2, _, inertia_2 = moments(points * scale, faces)
+        assert size_2 == pytest.approx(size * scale**dimension, rel=1e-9)
+        trace = np.trace(inertia) * scale ** (dimension + 2)
+        assert inertia_2 == pytest.approx(inertia * scale ** (dimension + 2), rel=1e-9, abs=1e-12 * trace)
+
+
+@quick
+@given(lengths, lengths, lengths, poses())
+def test_box(x: float, y: float, z: float, pose: Pose) -> None:
+    volume, center, inertia = solid_moments(*surface(Box(size=(x, y, z)), pose))
+    assert volume == pytest.approx(x * y * z, rel=1e-9)
+    assert center == pytest.approx(np.array(pose.position), abs=1e-9)
+    wanted = pose.rotation @ (box_inertia(x, y, z) * volume) @ pose.rotation.T
+    assert inertia == pytest.approx(wanted, rel=1e-7, abs=1e-8 * np.trace(wanted))
+
+
+def test_sphere_and_cylinder_converge_to_the_formulas() -> None:
+    r, h = 0.3, 0.5
+    errors = []
+    for steps in (32, 64, 128):
+        volume, _, inertia = solid_moments(*surface(Sphere(radius=r), Pose(), steps))
+        misses = [1 - volume / (4 / 3 * np.pi * r**3), np.abs(inertia / volume - np.eye(3) * 0.4 * r * r).max() / r**2]
+        volume, _, inertia = solid_moments(*surface(Cylinder(radius=r, height=h), Pose(), steps))
+        wanted = np.diag([(3 * r * r + h * h) / 12] * 2 + [r * r / 2])
+        misses += [1 - volume / (np.pi * r * r * h), np.abs(inertia / volume - wanted).max() / r**2]
+        volume, _, _ = solid_moments(*surface(Capsule(radius=r, height=h), Pose(), steps))
+        errors.append([*misses, 1 - volume / (np.pi * r * r * h + 4 / 3 * np.pi * r**3)])
+    table = np.array(errors)
+    assert (table > 0).all()  # inscribed surfaces are too small
+    assert (table[-1] < 2e-3).all()
+    assert (table[:-1] / table[1:] > 3.5).all()  # twice the steps, a quarter of the error
+
+
+def test_shell_of_a_box_is_six_plates() -> None:
+    x, y, z = 0.2, 0.3, 0.7
+    area, center, inertia = shell_moments(*surface(Box(size=(x, y, z)), Pose(position=(1, 2, 3))))
+    wanted = np.zeros((3, 3))
+    for axis, (u, v) in enumerate([(y, z), (z, x), (x, y)]):
+        sides = [x, y, z]
+        offset = np.eye(3)[axis] * sides[axis] / 2
+        sides[axis] = 0.0
+        wanted += 2 * shifted_inertia(box_inertia(*sides) * u * v, u * v, offset)
+    assert area == pytest.approx(2 * (x * y + y * z + z * x))
+    assert center == pytest.approx([1, 2, 3])
+    assert inertia == pytest.approx(wanted, abs=1e-12)
+
+
+def test_shell_of_a_sphere() -> None:
+    area, _, inertia = shell_moments(*surface(Sphere(radius=0.3), Pose(), 128))
+    assert area == pytest.approx(4 * np.pi * 0.09, rel=2e-3)
+    assert inertia / area == pytest.approx(np.eye(3) * 2 / 3 * 0.09, rel=2e-3, abs=1e-9)
+
+
+@quick
+@given(seeds, seeds)
+def test_parallel_axes_sum_to_the_whole(seed: int, other: int) -> None:
+    one, two = closed(seed), closed(other)
+    far = (two[0] + 50.0, two[1])
+    both = np.concatenate([one[0], far[0]]), np.concatenate([one[1], far[1] + len(one[0])])
+    volume, center, inertia = solid_moments(*both)
+    parts = [solid_moments(*one), solid_moments(*far)]
+    assert volume == pytest.approx(sum(p[0] for p in parts))
+    assert center == pytest.approx(sum(p[0] * p[1] for p in parts) / volume)
+    wanted = sum(shifted_inertia(p[2], p[0], p[1] - center) for p in parts)
+    assert inertia == pytest.approx(wanted, rel=1e-7, abs=1e-9 * np.trace(wanted))
+
+
+@quick
+@given(seeds)
+def test_inertia_is_that_of_a_body(seed: int) -> None:
+    for moments in (solid_moments, shell_moments):
+        a, b, c = np.linalg.eigvalsh(moments(*closed(seed))[2])
+        assert 0 < a <= b <= c < a + b
+
+
+@quick
+@given(seeds)
+def test_turned_faces_bound_the_negative_volume(seed: int) -> None:
+    points, faces = closed(seed)
+    assert signed_volume(points, faces[:, ::-1]) == pytest.approx(-signed_volume(points, faces))
+    assert signed_volume(points, faces) == pytest.approx(solid_moments(points, faces)[0])
+
+
+@quick
+@given(seeds)
+def test_a_surface_goes_once_round_what_is_in_it(seed: int) -> None:
+    points, faces = closed(seed)
+    middle = points.mean(axis=0)
+    assert winding_number(points, faces, middle) == pytest.approx(1)
+    assert winding_number(points, faces[:, ::-1], middle) == pytest.approx(-1)
+    assert winding_number(points, faces, points.max(axis=0) + 0.1) == pytest.approx(0, abs=1e-9)
+
+
+def test_the_hole_of_a_torus_is_outside() -> None:
+    points, faces = torus()
+    assert winding_number(points, faces, np.zeros(3)) == pytest.approx(0, abs=1e-9)
+    assert winding_number(points, faces, np.array([0.1, 0, 0])) == pytest.approx(1)

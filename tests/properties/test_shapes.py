@@ -1,0 +1,193 @@
+"""Hulls hold their points, primitives enclose, bounds are exact."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from casa_assets.errors import DegenerateShape
+from casa_assets.geometry.coverage import gaps, surface_samples
+from casa_assets.geometry.extent import shape_bounds
+from casa_assets.geometry.hull import convex_hull, hull_planes, hull_volume, small_hull
+from casa_assets.geometry.measure import face_normals, signed_volume
+from casa_assets.geometry.primitive import best_primitive
+from casa_assets.geometry.tessellate import surface
+from casa_assets.geometry.topology import is_closed
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.pose import Pose
+from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, Shape, Sphere
+from tests.properties.strategies import Floats, Ints, closed, cloud, lengths, poses, quick, seeds
+
+counts = st.integers(8, 300)
+
+
+def outside(points: Floats, surface: tuple[Floats, Ints]) -> float:
+    """How far the points lie outside a convex surface at most, relative to its size."""
+    normals, _ = face_normals(*surface)
+    offsets = np.einsum("ij,ij->i", normals, surface[0][surface[1][:, 0]])
+    return float((points @ normals.T - offsets).max() / np.ptp(surface[0], axis=0).max())
+
+
+@quick
+@given(seeds, counts)
+def test_a_hull_is_closed_convex_and_holds_its_points(seed: int, count: int) -> None:
+    points = cloud(seed, count)
+    shell, faces = convex_hull(points)
+    assert is_closed(faces)
+    assert len(shell) - len(faces) / 2 == 2  # Euler: one closed ball
+    assert signed_volume(shell, faces) > 0
+    assert outside(points, (shell, faces)) < 1e-9
+    assert {tuple(p) for p in shell} <= {tuple(p) for p in points}
+
+
+@quick
+@given(seeds, counts)
+def test_a_hull_does_not_depend_on_order_or_repetition(seed: int, count: int) -> None:
+    points = cloud(seed, count)
+    order = np.random.default_rng(seed).permutation(count)
+    assert {tuple(p) for p in convex_hull(points)[0]} == {tuple(p) for p in convex_hull(points[order])[0]}
+    twice = np.concatenate([points, points[order]])
+    assert hull_volume(twice) == pytest.approx(hull_volume(points), rel=1e-9)
+
+
+@quick
+@given(seeds, st.integers(100, 600), st.sampled_from([32, 64]))
+def test_a_small_hull_lies_inside_and_reaches_the_bounds(seed: int, count: int, limit: int) -> None:
+    draw = np.random.default_rng(seed)
+    ball = draw.normal(size=(count, 3))
+    points = ball / np.linalg.norm(ball, axis=1)[:, None] * draw.uniform(1e-4, 2.0, 3)
+    whole, few = convex_hull(points), small_hull(points, limit)
+    assert len(few[0]) <= limit
+    assert is_closed(few[1])
+    assert outside(few[0], whole) < 1e-9
+    assert {tuple(p) for p in few[0]} <= {tuple(p) for p in whole[0]}
+    assert few[0].min(axis=0) == pytest.approx(points.min(axis=0))
+    assert few[0].max(axis=0) == pytest.approx(points.max(axis=0))
+    assert signed_volume(*few) > 0.6 * signed_volume(*whole)
+
+
+@pytest.mark.parametrize("thin", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("far", [0.0, 1000.0])
+def test_small_hulls_of_thin_clouds(thin: float, far: float) -> None:
+    for seed in range(5):
+        points = (cloud(seed, 500) @ np.linalg.svd(cloud(seed, 500))[2].T) * [1, 1, thin] + far
+        shell, faces = small_hull(points)
+        assert 4 <= len(shell) <= 64
+        assert is_closed(faces)
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        np.empty((0, 3)),
+        np.zeros((1, 3)),
+        np.zeros((50, 3)),
+        np.eye(3),
+        np.outer(np.arange(20), [1.0, 2.0, 3.0]),
+        np.column_stack([np.random.default_rng(0).random((50, 2)), np.zeros(50)]),
+    ],
+    ids=["none", "one", "same", "three", "line", "plane"],
+)
+def test_what_spans_no_volume_is_refused(points: Floats) -> None:
+    for make in (convex_hull, small_hull, hull_planes):
+        with pytest.raises(DegenerateShape):
+            make(points)
+    assert hull_volume(points) == 0
+    assert len(points) < 2 or best_primitive(points) is None
+
+
+@quick
+@given(seeds, counts)
+def test_planes_bound_the_hull(seed: int, count: int) -> None:
+    points = cloud(seed, count) + 100
+    planes = hull_planes(points)
+    reach = points @ planes[:, :3].T + planes[:, 3]
+    assert np.linalg.norm(planes[:, :3], axis=1) == pytest.approx(1)
+    assert reach.max() < 1e-9
+    assert np.abs(reach.max(axis=0)).max() < 1e-9  # each touches
+
+
+@quick
+@given(seeds, counts)
+def test_primitives_enclose_what_they_stand_for(seed: int, count: int) -> None:
+    points, _ = convex_hull(cloud(seed, count))
+    fit = best_primitive(points)
+    assert fit is not None
+    local = fit.pose.inverse().apply(points)
+    shape, slack = fit.shape, 1e-7 * float(np.ptp(points, axis=0).max())
+    across, up = np.linalg.norm(local[:, :2], axis=1), np.abs(local[:, 2])
+    if isinstance(shape, Sphere):
+        assert np.linalg.norm(local, axis=1).max() <= shape.radius + slack
+    elif isinstance(shape, Box):
+        assert (np.abs(local) <= np.array(shape.size) / 2 + slack).all()
+    elif isinstance(shape, Cylinder):
+        assert across.max() <= shape.radius + slack
+        assert up.max() <= shape.height / 2 + slack
+    else:
+        above = np.maximum(up - shape.height / 2, 0)
+        assert np.hypot(across, above).max() <= shape.radius + slack
+    assert 0 < fit.ratio <= 1 + 1e-9
+
+
+@st.composite
+def shapes(draw: st.DrawFn) -> Shape:
+    x, y, z = draw(lengths), draw(lengths), draw(lengths)
+    points, faces = closed(draw(seeds))
+    return draw(
+        st.sampled_from(
+            [
+                Box(size=(x, y, z)),
+                Sphere(radius=x),
+                Cylinder(radius=x, height=y),
+                Capsule(radius=x, height=y),
+                Hull(mesh=Mesh(vertices=points, faces=faces)),
+            ]
+        )
+    )
+
+
+@quick
+@given(shapes(), poses())
+def test_bounds_hold_the_surface_and_touch_it(shape: Shape, pose: Pose) -> None:
+    low, high = shape_bounds(shape, pose)
+    points, _ = surface(shape, pose, steps=48)
+    size = float((high - low).max())
+    assert (points >= low - 1e-9 * size).all()
+    assert (points <= high + 1e-9 * size).all()
+    slack = 1e-9 * size if isinstance(shape, Box | Hull) else 5e-3 * size
+    assert points.min(axis=0) == pytest.approx(low, abs=slack)
+    assert points.max(axis=0) == pytest.approx(high, abs=slack)
+
+
+@quick
+@given(shapes(), poses())
+def test_tessellated_shapes_are_closed_and_outward(shape: Shape, pose: Pose) -> None:
+    points, faces = surface(shape, pose)
+    assert is_closed(faces)
+    assert signed_volume(points, faces) > 0
+
+
+@quick
+@given(lengths, lengths, lengths, poses())
+def test_a_box_is_found_again(x: float, y: float, z: float, pose: Pose) -> None:
+    sides = sorted((x, y, z))
+    aligned = Pose(position=pose.position)
+    fit = best_primitive(surface(Box(size=(x, y, z)), aligned)[0])
+    assert fit is not None
+    assert isinstance(fit.shape, Box)
+    assert sorted(fit.shape.size) == pytest.approx(sides, rel=1e-6)
+    assert fit.ratio == pytest.approx(1)
+
+
+@quick
+@given(seeds)
+def test_samples_lie_on_the_surface_and_a_hull_leaves_none_bare(seed: int) -> None:
+    points, faces = closed(seed)
+    samples = surface_samples(points, faces, 500)
+    assert len(samples) == 500
+    assert gaps(samples, [points]).max() < 1e-9
+    shrunk = (points - points.mean(axis=0)) * 0.5 + points.mean(axis=0)
+    assert gaps(samples, [shrunk]).min() > 0
+    assert (gaps(samples, [shrunk, points]) < 1e-9).all()

@@ -1,0 +1,169 @@
+"""Welding, components and winding do not depend on the order of faces and vertices; voxels find the volume."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from casa_assets.geometry.measure import signed_volume
+from casa_assets.geometry.solid import closed_solid, union
+from casa_assets.geometry.tessellate import surface
+from casa_assets.geometry.topology import consistent_winding, face_components, is_closed, weld
+from casa_assets.geometry.voxel import boundary, voxelise
+from casa_assets.model.pose import Pose
+from casa_assets.model.shape import Box, Cylinder, Shape, Sphere
+from tests.properties.strategies import Floats, Ints, closed, poses, quick, seeds, torus
+
+
+def several(seed: int, count: int) -> tuple[Floats, Ints]:
+    """Closed surfaces side by side."""
+    points, faces = [], []
+    for i in range(count):
+        some, own = closed(seed + i, 12)
+        faces.append(own + sum(len(p) for p in points))
+        points.append(some + 100.0 * i)
+    return np.concatenate(points), np.concatenate(faces)
+
+
+@quick
+@given(seeds, st.integers(1, 5))
+def test_weld_undoes_the_splitting_of_vertices(seed: int, count: int) -> None:
+    points, faces = several(seed, count)
+    order = np.random.default_rng(seed).permutation(len(faces))
+    split = points[faces[order]].reshape(-1, 3)
+    welded, place = weld(split)
+    assert len(welded) == len(points)
+    assert np.abs(welded[place] - split).max() <= 1e-6 * np.ptp(points)
+    assert is_closed(place.reshape(-1, 3))
+
+
+@quick
+@given(seeds)
+def test_weld_keeps_what_lies_apart(seed: int) -> None:
+    points, _ = closed(seed, 40)
+    welded, place = weld(points)
+    assert (welded == points).all()
+    assert (place == np.arange(len(points))).all()
+
+
+@quick
+@given(seeds, st.integers(1, 6))
+def test_components_do_not_depend_on_the_order_of_faces(seed: int, count: int) -> None:
+    points, faces = several(seed, count)
+    order = np.random.default_rng(seed).permutation(len(faces))
+    straight, shuffled = face_components(faces, len(points)), face_components(faces[order], len(points))
+    assert straight.max() + 1 == shuffled.max() + 1 == count
+    assert len({*zip(straight[order].tolist(), shuffled.tolist(), strict=True)}) == count
+    _, first = np.unique(shuffled, return_index=True)
+    assert (np.diff(first) > 0).all()  # numbered by first face
+
+
+@quick
+@given(seeds, st.integers(1, 4), st.booleans())
+def test_random_turns_are_undone(seed: int, count: int, holed: bool) -> None:
+    points, faces = torus() if holed else several(seed, count)
+    draw = np.random.default_rng(seed)
+    order = draw.permutation(len(faces))
+    flipped = draw.random(len(faces)) < 0.5
+    mixed = faces[order].copy()
+    mixed[flipped] = mixed[flipped][:, ::-1]
+    restored, turned = consistent_winding(mixed)
+    assert is_closed(restored)
+    label = face_components(restored, len(points))
+    wrong = turned ^ flipped  # all of a piece, or none of it
+    assert all(len(set(wrong[label == k].tolist())) == 1 for k in range(label.max() + 1))
+    first = np.unique(label, return_index=True)[1]
+    assert not turned[first].any()
+    assert abs(signed_volume(points, restored[label == 0])) > 0
+
+
+def test_winding_of_many_pieces_and_of_what_has_no_sides() -> None:
+    strip = np.array([[i, i + 1, i + 2] if i % 2 else [i + 1, i, i + 2] for i in range(9)])
+    moebius = np.concatenate([strip, [[9, 10, 1]], [[10, 0, 1]]]) % 11
+    out, turned = consistent_winding(moebius)
+    assert sorted(map(sorted, out.tolist())) == sorted(map(sorted, moebius.tolist()))
+    assert not turned[0]
+    for few in (np.empty((0, 3), dtype=np.int64), np.array([[0, 1, 2]])):
+        assert consistent_winding(few)[0] is few
+    twins = np.array([[0, 1, 2], [2, 1, 0]])
+    assert not consistent_winding(twins)[1].any()
+
+
+@pytest.mark.parametrize(
+    ("shape", "exact"),
+    [
+        (Box(size=(1.0, 0.7, 0.4)), 0.28),
+        (Sphere(radius=0.5), np.pi / 6),
+        (Cylinder(radius=0.3, height=1.0), np.pi * 0.09),
+    ],
+    ids=["box", "sphere", "cylinder"],
+)
+@pytest.mark.parametrize("tilt", [(1, 0, 0, 0), (0.9, 0.3, 0.2, 0.1)], ids=["straight", "tilted"])
+def test_voxels_find_the_volume(shape: Shape, exact: float, tilt: tuple[float, float, float, float]) -> None:
+    points, faces = surface(shape, Pose(position=(3.0, -2.0, 1.0), quaternion=tilt), steps=64)
+    for bridge in (False, True):
+        grid = voxelise(points, faces, 64, bridge=bridge)
+        assert grid.volume == pytest.approx(exact, rel=0.05)
+        centers = grid.centers()
+        assert (centers > points.min(axis=0) - grid.cell).all()
+        assert (centers < points.max(axis=0) + grid.cell).all()
+
+
+def test_voxels_do_not_care_for_winding_and_triangulation() -> None:
+    points, faces = torus(48, 24)
+    whole = voxelise(points, faces)
+    turned = voxelise(points, np.where(np.arange(len(faces))[:, None] % 2, faces, faces[:, ::-1]))
+    assert (whole.solid == turned.solid).all()
+    exact = 2 * np.pi**2 * 0.1 * 0.03**2
+    assert whole.volume == pytest.approx(exact, rel=0.05)
+    corner = np.round((np.zeros(3) - whole.origin) / whole.cell).astype(int)
+    assert not whole.solid[tuple(corner)]  # the hole is open
+
+
+def test_needles_cost_no_memory() -> None:
+    draw = np.random.default_rng(0)
+    ends = draw.random((4000, 2, 3))
+    points = np.concatenate([ends, ends[:, 1:] + 1e-4], axis=1).reshape(-1, 3)
+    grid = voxelise(points, np.arange(len(points)).reshape(-1, 3), 96)
+    assert grid.skin.any()
+
+
+@quick
+@given(seeds, poses())
+def test_boundary_of_voxels_is_closed_and_holds_their_volume(seed: int, pose: Pose) -> None:
+    points, faces = closed(seed, 16)
+    grid = voxelise(pose.apply(points), faces, 12)
+    corners, quads = boundary(grid)
+    assert signed_volume(corners, quads) == pytest.approx(grid.solid.sum() * grid.cell**3, rel=1e-9)
+
+
+@quick
+@given(seeds, st.floats(0.0, 1.5))
+def test_overlap_counts_once(seed: int, shift: float) -> None:
+    box = surface(Box(size=(1, 1, 1)), Pose())
+    moved = surface(Box(size=(1, 1, 1)), Pose(position=(shift, 0.25, 0.125)))
+    both = np.concatenate([box[0], moved[0]]), np.concatenate([box[1], moved[1] + len(box[0])])
+    exact = 2 - max(0.0, 1 - shift) * 0.75 * 0.875
+    solid, united = closed_solid(*both), union([box, moved])
+    assert solid is not None
+    assert united is not None
+    assert signed_volume(*solid) == pytest.approx(exact)
+    assert signed_volume(*united) == pytest.approx(exact)
+
+
+def test_an_inner_wall_is_cut_out() -> None:
+    outer, inner = surface(Box(size=(1, 1, 1)), Pose()), surface(Box(size=(0.5, 0.5, 0.5)), Pose())
+    both = np.concatenate([outer[0], inner[0]]), np.concatenate([outer[1], inner[1][:, ::-1] + 8])
+    solid = closed_solid(*both)
+    assert solid is not None
+    assert signed_volume(*solid) == pytest.approx(0.875)
+
+
+def test_what_bounds_no_volume_is_no_solid() -> None:
+    points, faces = surface(Box(size=(1, 1, 1)), Pose())
+    assert closed_solid(points, faces[1:]) is None
+    assert closed_solid(points, faces[:, ::-1]) is None
+    assert closed_solid(points, np.concatenate([faces, faces[:, ::-1]])) is None
+    assert union([]) is None

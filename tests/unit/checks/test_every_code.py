@@ -1,0 +1,82 @@
+"""The table of checks as a whole: every code has examples, a limit, a reason and a line in the documents."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.checks.check import Check
+from casa_assets.checks.table import TABLE
+from casa_assets.pipeline.check_docs import markdown
+
+ROOT = Path(__file__).parents[3]
+KNOWN = registry.load()
+CODE = re.compile(r"[\"']([A-Z]{3}[0-9]{3})[\"']")
+
+
+def examples() -> dict[str, tuple[Any, Any]]:
+    """Code -> (good, bad), gathered from every module of tests that has a dict EXAMPLES."""
+    found: dict[str, tuple[Any, Any]] = {}
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        if re.search(r"^EXAMPLES(: dict.*)? = \{", path.read_text(encoding="utf-8"), re.MULTILINE):
+            module = importlib.import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
+            assert not found.keys() & module.EXAMPLES.keys(), f"{path.name} has examples of a code that has some"
+            found |= module.EXAMPLES
+    return found
+
+
+def test_every_code_has_a_good_and_a_bad_example() -> None:
+    found = examples()
+    assert found.keys() == {check.code for check in TABLE}
+    assert [code for code, (good, bad) in found.items() if not callable(good) or not bad] == []
+
+
+def test_codes_are_unique_and_in_order_within_their_family() -> None:
+    families = [family for family, _ in groupby(TABLE, key=lambda check: check.code[:3])]
+    assert len(families) == len(set(families))
+    for family in families:
+        codes = [check.code for check in TABLE if check.code.startswith(family)]
+        assert codes == sorted(set(codes))
+
+
+@pytest.mark.parametrize("check", TABLE, ids=lambda check: check.code)
+class TestRow:
+    def test_says_why(self, check: Check) -> None:
+        assert re.fullmatch(r"\S.*\.", check.why)
+        assert check.function.__doc__
+
+    def test_limit_is_registered_in_its_unit(self, check: Check) -> None:
+        if check.limit is not None:
+            assert check.limit in KNOWN.limits
+            assert check.unit == KNOWN.limit_units[check.limit]
+
+    def test_is_documented(self, check: Check) -> None:
+        assert f"| {check.code} | {check.severity.value} |" in markdown()
+
+    def test_is_no_rejection(self, check: Check) -> None:
+        assert check.code not in KNOWN.rejections
+
+
+def test_document_is_the_printed_one() -> None:
+    assert (ROOT / "docs" / "checks.md").read_text(encoding="utf-8") == markdown(), "run ./dev docs"
+
+
+def test_every_code_in_the_program_is_explained() -> None:
+    explained = {*KNOWN.rejections, *(check.code for check in TABLE)}
+    unknown = {
+        f"{path.relative_to(ROOT).as_posix()}: {code}"
+        for path in sorted((ROOT / "casa_assets").rglob("*.py"))
+        for code in CODE.findall(path.read_text(encoding="utf-8"))
+        if code not in explained
+    }
+    assert unknown == set()
+
+
+def test_every_waiver_names_a_check() -> None:
+    assert {waiver.code for waiver in KNOWN.waivers} <= {check.code for check in TABLE}

@@ -1,0 +1,152 @@
+"""The command line: exit codes, lines of JSON, and messages that a person can act on."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from casa_assets.cli.words import plain
+from tests.libraries import ROOT, casa, command, entries_of, make_inputs
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_inputs(tmp_path_factory.mktemp("sources") / "in")
+
+
+@pytest.fixture(scope="module")
+def ran(inputs: Path) -> subprocess.CompletedProcess[str]:
+    return casa("ingest", inputs, "--library", inputs.parent / "library", "--json")
+
+
+def test_json_lines(ran: subprocess.CompletedProcess[str]) -> None:
+    rows = [json.loads(line) for line in ran.stdout.splitlines()]
+    assert ran.returncode == 1
+    assert sorted((row["path"], row["status"], row["code"]) for row in rows) == [
+        ("broken.glb", "rejected", "SRC002"),
+        ("cereal_box.obj", "accepted", ""),
+        ("cutting_board.obj", "accepted", ""),
+        ("manifest.jsonl", "rejected", "SRC020"),
+        ("manifest.jsonl", "rejected", "SRC020"),
+        ("milk_carton.obj", "accepted", ""),
+        ("twin.obj", "rejected", "RUN006"),
+    ]
+    keys = {"status", "kept", "path", "id", "code", "says", "warnings"}
+    assert all(set(row) == keys for row in rows)
+    assert all(row["says"] for row in rows if row["status"] == "rejected")
+
+
+def test_tables_and_reasons(ran: subprocess.CompletedProcess[str], inputs: Path) -> None:
+    done = casa("ingest", inputs, "--library", inputs.parent / "library", "--explain")
+    assert done.returncode == 1
+    for words in ("7 inputs: 3 accepted, 4 rejected (7 were there already)", "RUN006", "category: milk (", "mass: "):
+        assert words in done.stdout
+    assert done.stderr == ""
+
+
+def test_all_accepted_is_exit_0(inputs: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    assert casa("ingest", inputs / "milk_carton.obj", "--library", library).returncode == 0
+    assert casa("report", "--library", library).returncode == 0
+    done = casa("index", "--library", library, "--parquet", tmp_path / "rows.parquet")
+    assert done.returncode == 0
+    assert (tmp_path / "rows.parquet").exists()
+    (certificate,) = library.glob("*/*/asset.json")
+    certificate.write_text("{", encoding="utf-8")
+    for verb in ("index", "report"):
+        done = casa(verb, "--library", library)
+        assert done.returncode == 2
+        assert str(certificate) in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["nowhere.glb"], "nowhere.glb"),
+        (["{inputs}", "--category", "cuting_board"], "did you mean cutting_board"),
+        (["{inputs}", "--library", "{inputs}/broken.glb"], "cannot be written to"),
+        (["{inputs}", "--library", "/dev/null/library"], "cannot be written to"),
+        (["{inputs}", "--jobs", "-1"], "--jobs"),
+        (["{empty}"], "no mesh found"),
+        ([], "Missing argument"),
+    ],
+)
+def test_misuse_is_exit_2(arguments: list[str], says: str, inputs: Path, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    filled = [a.format(inputs=inputs, empty=tmp_path / "empty") for a in arguments]
+    place = [] if "--library" in filled else ["--library", str(tmp_path / "library")]
+    done = casa("ingest", *filled, *place)
+    assert done.returncode == 2
+    assert says in done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_two_runs_at_once(inputs: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    first = subprocess.Popen(command("ingest", inputs, "--library", library), cwd=ROOT, stdout=subprocess.DEVNULL)
+    while not (library / ".casa" / "staging").exists() or not any((library / ".casa" / "staging").iterdir()):
+        assert first.poll() is None
+    second = casa("ingest", inputs, "--library", library)
+    assert second.returncode == 2
+    assert "another run is writing to this library" in second.stderr
+    assert first.wait() == 1
+
+
+def test_a_bug_is_exit_3(inputs: Path, tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(
+        "import sys\nsys.modules['casa_assets.pipeline.pool'] = None\n",
+        encoding="ascii",
+    )
+    done = casa("ingest", inputs, "--library", tmp_path / "library", PYTHONPATH=str(tmp_path))
+    assert done.returncode == 3
+    assert "Traceback" in done.stderr
+    assert "please report it" in done.stderr
+
+
+def test_a_full_disk_is_exit_2_and_leaves_nothing_behind(ran: object, inputs: Path, tmp_path: Path) -> None:
+    """The system's limit on the size of a file stands for a disk that is full."""
+    library = tmp_path / "library"
+    line = 'ulimit -f 8; exec "$@"'
+    arguments = ["bash", "-c", line, "bash", *command("ingest", inputs, "--library", library)]
+    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert f"{library}: cannot be written to: File too large" in done.stderr.replace("\n", " ")
+    assert all(path.startswith("rejected/") for path in entries_of(library))
+    assert list((library / ".casa" / "staging").iterdir()) == []
+    assert casa("ingest", inputs, "--library", library).returncode == 1
+    assert entries_of(library) == entries_of(inputs.parent / "library")
+
+
+def test_hostile_names_do_not_reach_the_terminal(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a\nb[red]\x1b[31m.obj").touch()
+    (tmp_path / "in" / os.fsdecode(b"c\xff.obj")).touch()
+    done = casa("ingest", tmp_path / "in", "--library", tmp_path / "library")
+    assert done.returncode == 1
+    assert "a\\nb[red]\\x1b[31m.obj" in done.stdout
+    assert "\x1b" not in done.stdout
+    shutil.rmtree(tmp_path / "library")
+    done = casa("ingest", tmp_path / "in", "--library", tmp_path / "library", "--json")
+    assert sorted(json.loads(line)["path"] for line in done.stdout.splitlines()) == [
+        "a\nb[red]\x1b[31m.obj",
+        "c\\udcff.obj",
+    ]
+
+
+def test_plain_words() -> None:
+    assert plain("a\tb\x1b\u202e\udcff ä") == "a\\tb\\x1b\\u202e\\udcff ä"
+
+
+def test_help_loads_nothing_heavy() -> None:
+    code = (
+        "import sys; sys.argv = ['casa-assets', '--help']; from casa_assets.cli.main import main\n"
+        "try: main()\nexcept SystemExit: pass\n"
+        "print('loaded', sorted({'numpy', 'mujoco', 'pxr', 'scipy', 'yaml', 'pyarrow'} & set(sys.modules)))"
+    )
+    done = subprocess.run([*command()[:1], "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1] == "loaded []"

@@ -1,0 +1,224 @@
+"""Cleaning: what is dropped, what is turned, what is refused, and what has to stay."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from casa_assets.errors import Rejected
+from casa_assets.geometry.measure import signed_volume
+from casa_assets.geometry.topology import face_components, is_closed, weld
+from casa_assets.ingest.clean import clean
+from casa_assets.ingest.draft import Draft
+from casa_assets.model.mesh import Mesh
+from tests.meshes import box_mesh, lathe
+from tests.raw_models import MUG, codes, flipped, joined, moved, raw, turned, volume
+
+BOX = box_mesh((1.0, 0.6, 0.3), (0.2, 0.0, 5.0), shared=True)
+SMALL = box_mesh((0.4, 0.3, 0.1), (0.2, 0.0, 5.0), shared=True)
+
+
+def whole(draft: Draft) -> Mesh:
+    points, faces = draft.soup()
+    return Mesh(vertices=points, faces=faces)
+
+
+def closed(draft: Draft) -> bool:
+    points, faces = draft.soup()
+    return is_closed(weld(points)[1][faces])
+
+
+class TestSoundMeshes:
+    @pytest.mark.parametrize("mesh", [BOX, turned(MUG), box_mesh((1, 1, 1), (0, 0, 0))], ids=["box", "mug", "split"])
+    def test_stay_as_they_are(self, mesh: Mesh) -> None:
+        draft = clean(raw(mesh))
+        assert draft.notes == ()
+        assert draft.parts[0].mesh == mesh
+
+    def test_are_the_same_twice(self) -> None:
+        once = clean(raw(flipped(turned(MUG), 0.3)))
+        again = clean(raw(once.parts[0].mesh))
+        assert again.parts[0].mesh == once.parts[0].mesh
+        assert again.notes == ()
+
+
+class TestFacesDropped:
+    def test_doubled(self) -> None:
+        draft = clean(raw(Mesh(vertices=BOX.vertices, faces=np.concatenate([BOX.faces, BOX.faces[:5, [1, 2, 0]]]))))
+        assert draft.parts[0].mesh == BOX
+        assert codes(draft.notes) == ["MSH010"]
+
+    def test_reversed_doubles_of_a_closed_body(self) -> None:
+        draft = clean(raw(Mesh(vertices=BOX.vertices, faces=np.concatenate([BOX.faces, BOX.faces[:, ::-1]]))))
+        assert len(draft.parts[0].mesh.faces) == 12
+        assert volume(whole(draft)) == pytest.approx(0.18)
+
+    def test_reversed_doubles_of_an_open_sheet_stay(self) -> None:
+        open_box = Mesh(vertices=BOX.vertices, faces=BOX.faces[:-2])
+        both = Mesh(vertices=BOX.vertices, faces=np.concatenate([open_box.faces, open_box.faces[:, ::-1]]))
+        assert len(clean(raw(both)).parts[0].mesh.faces) == 20
+
+    def test_degenerate(self) -> None:
+        extra = np.array([[0, 0, 1], [2, 3, 2], [8, 9, 8], [0, 8, 9]])
+        points = np.concatenate([BOX.vertices, [(BOX.vertices[0] + BOX.vertices[1]) / 2, BOX.vertices[1]]])
+        draft = clean(raw(Mesh(vertices=points, faces=np.concatenate([BOX.faces, extra]))))
+        assert draft.parts[0].mesh == BOX
+        assert "4 of 16" in draft.notes[0].says
+
+    def test_unused_vertices(self) -> None:
+        points = np.concatenate([BOX.vertices, [[1e6, 0, 0]]])
+        assert clean(raw(Mesh(vertices=points, faces=BOX.faces))).parts[0].mesh == BOX
+
+    def test_parts_that_become_empty_go(self) -> None:
+        sliver = Mesh(vertices=np.zeros((3, 3)), faces=[[0, 1, 2]])
+        draft = clean(raw(BOX, sliver, SMALL))
+        assert [p.name for p in draft.parts] == ["part_0", "part_2"]
+
+    def test_other_columns_follow_their_vertices(self) -> None:
+        uv = np.random.default_rng(0).random((10, 2))
+        points = np.concatenate([np.full((2, 3), 7.0), BOX.vertices])
+        colors = np.arange(40, dtype=np.uint8).reshape(10, 4)
+        mesh = Mesh(vertices=points, faces=BOX.faces + 2, uv=uv, colors=colors)
+        out = clean(raw(mesh)).parts[0].mesh
+        assert out.uv is not None
+        assert out.colors is not None
+        assert (out.uv == uv[2:]).all()
+        assert (out.colors == colors[2:]).all()
+
+
+class TestExtras:
+    def test_a_far_floater_goes(self) -> None:
+        draft = clean(raw(BOX, moved(SMALL, (10, 0, 0), 0.01)))
+        assert [p.name for p in draft.parts] == ["part_0"]
+        assert codes(draft.notes) == ["MSH013"]
+
+    def test_a_near_crumb_and_a_far_large_piece_stay(self) -> None:
+        draft = clean(raw(BOX, moved(SMALL, (0.75, 0, 4.75), 0.05)))
+        assert len(draft.parts) == 2
+        assert draft.notes == ()
+        draft = clean(raw(BOX, moved(BOX, (4, 0, 0))))
+        assert len(draft.parts) == 2
+        assert codes(draft.notes) == ["MSH024"]
+
+    def test_a_ground_plane_goes(self) -> None:
+        ground = Mesh(vertices=[[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], faces=[[0, 1, 2], [0, 2, 3]])
+        draft = clean(raw(ground, moved(BOX, (0, 0, -4.8))))
+        assert [p.name for p in draft.parts] == ["part_1"]
+        assert codes(draft.notes) == ["MSH012"]
+
+    def test_a_sheet_no_wider_than_the_thing_stays(self) -> None:
+        lid = Mesh(
+            vertices=[[-0.5, -0.5, 6], [0.9, -0.5, 6], [0.9, 0.5, 6], [-0.5, 0.5, 6]], faces=[[0, 1, 2], [0, 2, 3]]
+        )
+        assert len(clean(raw(BOX, lid)).parts) == 2
+
+    def test_a_sky_goes(self) -> None:
+        sky = flipped(moved(box_mesh((1, 1, 1), (0, 0, 0), True), (0, 0, 5), 50.0))
+        draft = clean(raw(sky, BOX))
+        assert [p.name for p in draft.parts] == ["part_1"]
+        assert codes(draft.notes) == ["MSH012"]
+
+
+class TestWinding:
+    @pytest.mark.parametrize("share", [1.0, 0.5, 0.1])
+    @pytest.mark.parametrize("mesh", [BOX, turned(MUG)], ids=["box", "mug"])
+    def test_inside_out_is_turned(self, mesh: Mesh, share: float) -> None:
+        draft = clean(raw(flipped(mesh, share)))
+        assert volume(whole(draft)) == pytest.approx(volume(mesh))
+        assert closed(draft)
+        assert codes(draft.notes) == ["MSH011"]
+
+    @pytest.mark.parametrize("inner_first", [False, True])
+    @pytest.mark.parametrize("inside_out", [False, True])
+    def test_the_inner_wall_of_a_hollow_body_looks_inwards(self, inner_first: bool, inside_out: bool) -> None:
+        walls = [BOX, flipped(SMALL)]
+        hollow = joined(*(walls[::-1] if inner_first else walls))
+        draft = clean(raw(flipped(hollow) if inside_out else hollow))
+        assert volume(whole(draft)) == pytest.approx(0.18 - 0.012)
+        assert codes(draft.notes) == (["MSH011"] if inside_out else [])
+
+    def test_a_body_within_another_stays_a_body(self) -> None:
+        assert volume(whole(clean(raw(BOX, SMALL)))) == pytest.approx(0.18 + 0.012)
+
+    def test_an_inverted_fruit_in_a_bowl_is_turned(self) -> None:
+        fruit = box_mesh((0.02, 0.02, 0.02), (0.0, 0.0, 0.05), shared=True)
+        draft = clean(raw(turned(MUG), flipped(fruit)))
+        assert volume(draft.parts[1].mesh) > 0
+        assert codes(draft.notes) == ["MSH011"]
+
+    def test_pieces_beside_each_other_are_turned_one_by_one(self) -> None:
+        other = moved(BOX, (1.02, 0, 0))
+        draft = clean(raw(BOX, flipped(other)))
+        assert draft.parts[0].mesh == BOX
+        assert volume(draft.parts[1].mesh) == pytest.approx(0.18)
+
+    @pytest.mark.parametrize("inwards", [False, True])
+    def test_an_open_bowl_faces_outwards(self, inwards: bool) -> None:
+        bowl = lathe([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)], 24)
+        outward = bowl if signed_volume(bowl.vertices, bowl.faces.astype(np.int64)) > 0 else flipped(bowl)
+        draft = clean(raw(flipped(outward) if inwards else outward))
+        points, faces = draft.soup()
+        corners = points[faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        away = corners.mean(axis=1) - [0, 0, 0.05]
+        assert (np.einsum("ij,ij->i", normals, away) > 0).all()
+        assert codes(draft.notes) == (["MSH011", "MSH022"] if inwards else ["MSH022"])
+
+    def test_a_flat_decal_keeps_its_side(self) -> None:
+        for side in ([[0, 1, 2], [0, 2, 3]], [[0, 2, 1], [0, 3, 2]]):
+            decal = Mesh(vertices=[[0, 0, 5.2], [0.1, 0, 5.2], [0.1, 0.1, 5.2], [0, 0.1, 5.2]], faces=side)
+            assert clean(raw(BOX, decal)).parts[1].mesh == decal
+
+    def test_normals_go_where_faces_were_turned(self) -> None:
+        split = box_mesh((1, 1, 1), (0, 0, 0))
+        assert clean(raw(split)).parts[0].mesh.normals is not None
+        inverted = Mesh(vertices=split.vertices, faces=split.faces[:, ::-1], normals=split.normals)
+        assert clean(raw(inverted)).parts[0].mesh.normals is None
+
+
+class TestNotes:
+    def test_a_fin_is_no_manifold(self) -> None:
+        points = np.concatenate([BOX.vertices, [[2, 2, 7]]])
+        draft = clean(raw(Mesh(vertices=points, faces=np.concatenate([BOX.faces, [[0, 1, 8]]]))))
+        assert codes(draft.notes) == ["MSH022", "MSH023"]
+
+
+class TestRefused:
+    @pytest.mark.parametrize(
+        "points",
+        [np.zeros((3, 3)), [[0, 0, 0], [1, 1, 1], [2, 2, 2]], np.full((3, 3), 5.0)],
+        ids=["zero", "line", "same"],
+    )
+    def test_without_area(self, points: list[list[float]]) -> None:
+        with pytest.raises(Rejected) as error:
+            clean(raw(Mesh(vertices=points, faces=[[0, 1, 2]])))
+        assert error.value.code == "MSH001"
+
+    def test_without_faces(self) -> None:
+        with pytest.raises(Rejected) as error:
+            clean(raw(Mesh(vertices=BOX.vertices, faces=np.empty((0, 3)))))
+        assert error.value.code == "MSH001"
+
+    @pytest.mark.parametrize("tilt", [0.0, 0.7])
+    def test_flat(self, tilt: float) -> None:
+        grid = np.array([[x, y * np.cos(tilt), y * np.sin(tilt)] for x in range(4) for y in range(4)])
+        faces = [
+            f for i in range(3) for j in range(3) for k in [4 * i + j] for f in ((k, k + 1, k + 5), (k, k + 5, k + 4))
+        ]
+        with pytest.raises(Rejected) as error:
+            clean(raw(Mesh(vertices=grid, faces=faces)))
+        assert error.value.code == "MSH002"
+
+
+def test_thousands_of_pieces_take_no_minutes() -> None:
+    draw = np.random.default_rng(0)
+    cubes = flipped(joined(*(moved(BOX, tuple(o), 0.01) for o in draw.random((4000, 3)))), 0.3)
+    start = time.process_time()
+    draft = clean(raw(cubes))
+    assert time.process_time() - start < 5
+    points, faces = draft.soup()
+    ids = weld(points)[1][faces]
+    assert face_components(ids, int(ids.max()) + 1).max() > 3000
+    assert volume(whole(draft)) == pytest.approx(4000 * 0.18e-6, rel=1e-3)

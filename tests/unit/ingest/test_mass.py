@@ -1,0 +1,155 @@
+"""Mass: measured where a volume means matter, the usual one where it does not, and a tensor of a real body."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.geometry.measure import shifted_inertia
+from casa_assets.ingest.draft import Draft, Placed
+from casa_assets.ingest.mass import mass
+from casa_assets.model.material import Substance
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.pose import Pose
+from casa_assets.model.shape import Box, Cylinder, Shape
+from tests.meshes import box_mesh
+from tests.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
+
+SIZE = (0.07, 0.08, 0.06)
+BLOCK = box_mesh(SIZE, (0.2, 0.1, 0.03), shared=True)
+FLESH = Substance(id="fruit_flesh", density=900.0, static_friction=0.6, dynamic_friction=0.5)
+CLAY = Substance(id="ceramic", density=2400.0, static_friction=0.6, dynamic_friction=0.5)
+SLACK = 1.5
+
+
+def with_shapes(mesh: Mesh, *shapes: tuple[Shape, Pose]) -> Draft:
+    return draft(mesh).replace(colliders=tuple(Placed(shape=s, pose=p) for s, p in shapes))
+
+
+def boxed(mesh: Mesh) -> Draft:
+    low, high = mesh.bounds
+    x, y, z = (high - low).tolist()
+    a, b, c = ((low + high) / 2).tolist()
+    return with_shapes(mesh, (Box(size=(x, y, z)), Pose(position=(a, b, c))))
+
+
+def box_inertia(kg: float, x: float, y: float, z: float) -> list[float]:
+    return [kg * (y * y + z * z) / 12, kg * (z * z + x * x) / 12, kg * (x * x + y * y) / 12, 0, 0, 0]
+
+
+class TestSolid:
+    def test_volume_times_density(self) -> None:
+        inertial = mass(boxed(BLOCK), category("apple"), FLESH, SLACK).inertial
+        assert inertial is not None
+        kg = 0.07 * 0.08 * 0.06 * 900
+        assert inertial.mass == pytest.approx(kg, rel=1e-5)
+        assert inertial.center_of_mass == pytest.approx((0.2, 0.1, 0.03))
+        assert inertial.inertia == pytest.approx(box_inertia(kg, *SIZE), rel=1e-5, abs=1e-12)
+
+    def test_an_open_mesh_is_measured_by_what_it_outlines(self) -> None:
+        torn = Mesh(vertices=BLOCK.vertices, faces=BLOCK.faces[2:])
+        inertial = mass(boxed(torn), category("apple"), FLESH, SLACK).inertial
+        assert inertial is not None
+        assert inertial.mass == pytest.approx(0.07 * 0.08 * 0.06 * 900, rel=0.1)
+
+    def test_what_overlaps_counts_once(self) -> None:
+        twice = joined(BLOCK, moved(BLOCK, (0.001, 0.0, 0.0)))
+        inertial = mass(boxed(twice), category("apple"), FLESH, SLACK).inertial
+        assert inertial is not None
+        assert inertial.mass == pytest.approx(0.071 * 0.08 * 0.06 * 900, rel=1e-4)
+
+    def test_an_implausible_volume_yields_to_the_usual_mass(self) -> None:
+        lead = FLESH.replace(density=90000.0)
+        out = mass(boxed(BLOCK), category("apple"), lead, SLACK)
+        span = category("apple").mass_kg
+        assert out.inertial is not None
+        assert span.low <= out.inertial.mass <= span.high
+        assert codes(out.notes) == ["MSH021"]
+        assert "would give 30.2 kg" in out.notes[0].says
+
+    def test_a_wall_inside_is_no_matter(self) -> None:
+        hollow = joined(BLOCK, flipped(moved(box_mesh((0.05, 0.06, 0.04), (0, 0, 0), shared=True), (0.2, 0.1, 0.03))))
+        inertial = mass(boxed(hollow), category("apple"), FLESH, SLACK).inertial
+        assert inertial is not None
+        kg, air = 0.07 * 0.08 * 0.06 * 900, 0.05 * 0.06 * 0.04 * 900
+        assert inertial.mass == pytest.approx(kg - air, rel=1e-4)
+        wanted = np.subtract(box_inertia(kg, *SIZE), box_inertia(air, 0.05, 0.06, 0.04))
+        assert inertial.inertia == pytest.approx(wanted.tolist(), rel=1e-4, abs=1e-12)
+
+
+class TestVessel:
+    CUP = turned(MUG, 64)
+    SHAPES = (Cylinder(radius=0.04, height=0.095), Pose(position=(0, 0, 0.0475)))
+
+    def test_a_closed_mesh_is_its_walls(self) -> None:
+        inertial = mass(with_shapes(self.CUP, self.SHAPES), category("mug"), CLAY, SLACK).inertial
+        assert inertial is not None
+        assert inertial.mass == pytest.approx(volume(self.CUP) * 2400, rel=1e-5)
+        assert 0.03 < inertial.center_of_mass[2] < 0.0475  # the bottom draws it down
+
+    def test_single_walls_have_no_thickness_to_weigh(self) -> None:
+        shell = Mesh(vertices=self.CUP.vertices, faces=self.CUP.faces[:-64])
+        out = mass(with_shapes(shell, self.SHAPES), category("mug"), CLAY, SLACK)
+        assert out.inertial is not None
+        usual = category("mug")
+        kg = usual.mass_kg.typical * (0.095 / usual.longest_m.typical) ** 3
+        assert out.inertial.mass == pytest.approx(np.clip(kg, usual.mass_kg.low, usual.mass_kg.high), rel=1e-5)
+        assert out.notes == ()
+
+
+def test_a_hollow_thing_has_the_usual_mass_of_its_size() -> None:
+    kind = category("toaster")
+    block = box_mesh((kind.longest_m.typical, 0.18, 0.2), (0, 0, 0.1), shared=True)
+    out = mass(boxed(block), kind, CLAY, SLACK)
+    assert out.inertial is not None
+    assert out.inertial.mass == pytest.approx(kind.mass_kg.typical, rel=1e-5)
+    assert out.guesses[0].confidence == 0.5
+
+
+@pytest.mark.parametrize("scale", [0.01, 100.0])
+def test_the_usual_mass_stays_within_its_range(scale: float) -> None:
+    kind = category("toaster")
+    inertial = mass(boxed(moved(BLOCK, scale=scale)), kind, CLAY, SLACK).inertial
+    assert inertial is not None
+    assert inertial.mass in (kind.mass_kg.low, kind.mass_kg.high)
+
+
+def test_shapes_that_overlap_are_united_before_they_are_weighed() -> None:
+    shell = Mesh(vertices=BLOCK.vertices, faces=BLOCK.faces[2:])
+    half = Pose(position=(0.2 - 0.0175, 0.1, 0.03))
+    out = mass(
+        with_shapes(shell, (Box(size=SIZE), Pose(position=(0.2, 0.1, 0.03))), (Box(size=(0.035, 0.08, 0.06)), half)),
+        category("toaster"),
+        CLAY,
+        SLACK,
+    ).inertial
+    assert out is not None
+    assert out.center_of_mass == pytest.approx((0.2, 0.1, 0.03))
+    assert out.inertia == pytest.approx(box_inertia(out.mass, *SIZE), rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("thin", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("tilt", [(1, 0, 0, 0), (0.9, 0.1, 0.2, 0.3)])
+@pytest.mark.parametrize("needle", [False, True])
+def test_the_thinnest_bodies_have_a_tensor_that_can_be(
+    thin: float, tilt: tuple[float, float, float, float], needle: bool
+) -> None:
+    size = (0.2, 0.2 * thin, 0.2 * thin) if needle else (0.2, 0.1, 0.2 * thin)
+    pose = Pose(quaternion=tilt)
+    mesh = moved(box_mesh(size, (0, 0, 0), shared=True), matrix=pose.rotation)
+    inertial = mass(with_shapes(mesh, (Box(size=size), pose)), category("fork"), CLAY, SLACK).inertial
+    assert inertial is not None
+    a, b, c = np.linalg.eigvalsh(inertial.tensor)
+    assert 0 < a <= b <= c <= a + b
+    assert c == pytest.approx(inertial.mass * (size[0] ** 2 + size[1] ** 2) / 12, rel=1e-3)
+
+
+def test_moving_the_thing_moves_its_centre_alone() -> None:
+    here = mass(boxed(BLOCK), category("apple"), FLESH, SLACK).inertial
+    there = mass(boxed(moved(BLOCK, (1.0, -2.0, 0.5))), category("apple"), FLESH, SLACK).inertial
+    assert here is not None
+    assert there is not None
+    assert there.mass == here.mass
+    assert np.subtract(there.center_of_mass, here.center_of_mass) == pytest.approx([1.0, -2.0, 0.5])
+    far = shifted_inertia(there.tensor, there.mass, np.ones(3)) - shifted_inertia(here.tensor, here.mass, np.ones(3))
+    assert np.abs(far).max() < 1e-9

@@ -1,0 +1,84 @@
+"""Simplification: few enough faces, the same outline, uv that still belong to their vertices."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from casa_assets.geometry.measure import signed_volume
+from casa_assets.ingest.simplify import simplified, simplify
+from casa_assets.model.mesh import Mesh
+from tests.meshes import box_mesh, lathe
+from tests.raw_models import codes, draft, moved
+
+SPHERE = [(0.05 * np.sin(t), -0.05 * np.cos(t)) for t in np.linspace(0, np.pi, 60)]
+FINE = lathe([(float(r), float(z)) for r, z in SPHERE], 120)
+
+
+def rows(mesh: Mesh) -> set[bytes]:
+    """Position and uv of every vertex, bit for bit."""
+    columns = [mesh.vertices] + ([mesh.uv] if mesh.uv is not None else [])
+    return {row.tobytes() for row in np.column_stack(columns)}
+
+
+def test_few_faces_are_left_alone() -> None:
+    state = draft(FINE)
+    assert simplify(state, len(FINE.faces)) is state
+
+
+@pytest.mark.parametrize("limit", [4000, 1500])
+@pytest.mark.parametrize("with_uv", [True, False])
+def test_the_limit_is_kept_and_vertices_are_those_of_the_input(limit: int, with_uv: bool) -> None:
+    mesh = FINE if with_uv else Mesh(vertices=FINE.vertices, faces=FINE.faces)
+    out = simplify(draft(mesh), limit)
+    few = out.parts[0].mesh
+    assert 0.5 * limit < len(few.faces) <= 1.1 * limit
+    assert (few.uv is not None) == with_uv
+    assert rows(few) <= rows(mesh)
+    assert codes(out.notes) == ["MSH015"]
+
+
+def test_the_shape_stays() -> None:
+    few = simplified(FINE, 1500)
+    assert few.bounds == pytest.approx(FINE.bounds, abs=1e-3)
+    volumes = [abs(signed_volume(m.vertices, m.faces.astype(np.int64))) for m in (few, FINE)]
+    assert volumes[0] == pytest.approx(volumes[1], rel=0.02)
+    away, _ = cKDTree(FINE.vertices).query(few.vertices[few.faces].mean(axis=1))
+    assert away.max() < 0.01
+
+
+def test_uv_seams_stay_apart() -> None:
+    few = simplified(FINE, 1500)
+    assert few.uv is not None
+    spans = np.ptp(few.uv[few.faces][:, :, 0], axis=1)
+    assert spans.max() < 0.5  # no face runs back over the whole picture
+
+
+def test_unwelded_faces_are_welded_first() -> None:
+    loose = Mesh(vertices=FINE.vertices[FINE.faces.ravel()], faces=np.arange(FINE.faces.size).reshape(-1, 3))
+    few = simplified(loose, 1500)
+    assert len(few.faces) <= 1650
+    assert len(few.vertices) < 1500
+
+
+def test_parts_share_the_limit_and_small_ones_survive() -> None:
+    crumb = moved(box_mesh((0.01, 0.01, 0.01), (0, 0, 0), shared=True), (0.2, 0, 0))
+    out = simplify(draft(FINE, moved(FINE, (0.5, 0, 0), 0.5), crumb), 3000)
+    counts = [len(p.mesh.faces) for p in out.parts]
+    assert sum(counts) < 3600
+    assert counts[2] == 12
+    assert min(counts) > 0
+
+
+def test_colours_belong_to_their_vertices() -> None:
+    colors = np.random.default_rng(0).integers(0, 255, (len(FINE.vertices), 4), dtype=np.uint8)
+    mesh = Mesh(vertices=FINE.vertices, faces=FINE.faces, colors=colors)
+    few = simplified(mesh, 4000)
+    assert few.colors is not None
+    known = {p.tobytes() + c.tobytes() for p, c in zip(mesh.vertices, colors, strict=True)}
+    assert {p.tobytes() + c.tobytes() for p, c in zip(few.vertices, few.colors, strict=True)} <= known
+
+
+def test_the_same_input_gives_the_same_faces() -> None:
+    assert simplified(FINE, 2000) == simplified(FINE, 2000)

@@ -1,0 +1,167 @@
+"""What a run finds, what it leaves alone, what it does again, and what it replaces."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from casa_assets.errors import CasaError, OutputError, UnknownId
+from casa_assets.ingest.sources.found import Found
+from casa_assets.pipeline.entry import entries
+from casa_assets.pipeline.find import find
+from casa_assets.pipeline.ingest import Event, Options, ingest
+from casa_assets.pipeline.job import writing
+from casa_assets.pipeline.library import Library
+from tests.libraries import BOXES, box_obj, differences, entries_of
+
+CARTON = "milk/milk_265a5b2e46"
+
+
+def write_box(folder: Path, name: str = "milk_carton.obj") -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with `in`, one milk carton, and `library`, made of it."""
+    folder = tmp_path_factory.mktemp("made")
+    assert kinds(run(write_box(folder / "in"), folder / "library")) == ["accepted"]
+    assert entries_of(folder / "library") == [CARTON]
+    return folder
+
+
+@pytest.fixture
+def copy(made: Path, tmp_path: Path) -> Path:
+    return shutil.copytree(made, tmp_path / "copy")
+
+
+def run(source: Path, library: Path, **options: Any) -> list[Event]:
+    return list(ingest([source], Options(library, **options)))
+
+
+def kinds(events: list[Event]) -> list[str]:
+    return [event.kind for event in events]
+
+
+def edit(path: Path, **changes: object) -> None:
+    data = json.loads(path.read_text(encoding="utf-8"))
+    for name, value in changes.items():
+        (data["certificate"] if name == "recipe" and "certificate" in data else data)[name] = value
+    path.write_text(json.dumps(data), encoding="utf-8")
+
+
+def test_what_is_there_is_kept_with_its_warnings(copy: Path) -> None:
+    (event,) = run(copy / "in", copy / "library")
+    assert event.kind == "kept"
+    assert event.warnings
+
+
+def test_another_recipe_makes_it_due(copy: Path, made: Path) -> None:
+    edit(copy / "library" / CARTON / "asset.json", recipe="that of another version")
+    assert kinds(run(copy / "in", copy / "library")) == ["accepted"]
+    assert differences(made / "library", copy / "library") == []
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"asset": {}, "certificate": {}}'])
+def test_a_damaged_entry_is_made_anew(copy: Path, made: Path, text: str) -> None:
+    (copy / "library" / CARTON / "asset.json").write_text(text, encoding="utf-8")
+    with pytest.raises(OutputError, match=r"asset\.json"):
+        list(entries(Library(copy / "library")))
+    assert kinds(run(copy / "in", copy / "library")) == ["accepted"]
+    assert differences(made / "library", copy / "library") == []
+
+
+def test_verdicts_replace_each_other_and_passing_ones_are_not_final(copy: Path, made: Path) -> None:
+    library = copy / "library"
+    edit(library / CARTON / "asset.json", recipe="that of another version")
+    (event,) = run(copy / "in", library, seconds=0.01)
+    assert (event.kind, event.code) == ("rejected", "RUN001") or event.asset_id.startswith("unread_")
+    assert event.was_rejected
+    assert kinds(run(copy / "in", library)) == ["accepted"]
+    assert differences(made / "library", library) == []
+
+
+def test_another_category_replaces_the_entry(copy: Path) -> None:
+    (event,) = run(copy / "in", copy / "library", category="cereal")
+    assert entries_of(copy / "library") in ([f"cereal/{event.asset_id}"], [f"rejected/{event.asset_id}"])
+    assert not (copy / "library" / "milk").exists()
+
+
+def test_a_place_that_can_be_read_now_is_no_longer_refused(copy: Path, made: Path) -> None:
+    good = copy / "in" / "milk_carton.obj"
+    text = good.read_text(encoding="ascii")
+    good.write_text("", encoding="ascii")
+    assert kinds(run(copy / "in", copy / "library")) == ["rejected"]
+    assert kinds(run(copy / "in", copy / "library")) == ["kept"]
+    good.write_text(text, encoding="ascii")
+    assert kinds(run(copy / "in", copy / "library")) == ["kept"]
+    assert differences(made / "library", copy / "library") == []
+
+
+def test_the_library_may_lie_in_the_source(tmp_path: Path) -> None:
+    source = write_box(tmp_path / "in")
+    library = source / "out" / "library"
+    assert kinds(run(source, library)) == ["accepted"]
+    assert kinds(run(source, library)) == ["kept"]
+    assert [f.main for f in find([source], source / "another") if isinstance(f, Found)] == ["milk_carton.obj"]
+    inner = [f for f in find([library], source / "another") if isinstance(f, Found)]
+    assert inner, "a library that is named is a source like any other"
+
+
+def test_the_same_bytes_under_two_roots_are_made_once(tmp_path: Path) -> None:
+    roots = [write_box(tmp_path / "a"), write_box(tmp_path / "b")]
+    events = list(ingest(roots, Options(tmp_path / "library")))
+    assert sorted(kinds(events)) == ["accepted", "rejected"]
+    assert [event.code for event in events if event.was_rejected] == ["RUN006"]
+
+
+def test_bad_rows_of_a_manifest_are_kept_apart(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    rows = "".join(json.dumps({"id": name, "file": f"{name}.glb"}) + "\n" for name in "abc")
+    (tmp_path / "in" / "manifest.jsonl").write_text(rows, encoding="ascii")
+    assert kinds(run(tmp_path / "in", tmp_path / "library")) == ["rejected"] * 3
+    assert len(entries_of(tmp_path / "library")) == 3
+
+
+def test_names_of_any_kind(tmp_path: Path) -> None:
+    source = write_box(tmp_path / os.fsdecode(b"folder\xff"), 'milk\n"<b>[red]\x1b[31m.obj')
+    (source / os.fsdecode(b"mug\xff.obj")).touch()
+    events = run(source, tmp_path / "library")
+    assert sorted(event.kind for event in events) == ["accepted", "rejected"]
+    rows = list(entries(Library(tmp_path / "library")))
+    assert sorted(row.source_path for row in rows) == ['milk\n"<b>[red]\x1b[31m.obj', "mug\\udcff.obj"]
+    lines = (tmp_path / "library" / "ATTRIBUTION.md").read_text(encoding="utf-8")
+    assert "<" not in lines
+    assert "\x1b" not in lines
+
+
+def test_an_unknown_category_leaves_no_trace(tmp_path: Path) -> None:
+    with pytest.raises(UnknownId, match="did you mean"):
+        run(write_box(tmp_path / "in"), tmp_path / "library", category="mugg")
+    assert not (tmp_path / "library").exists()
+
+
+def test_a_machine_that_cannot_draw_is_told_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "blocked").mkdir()
+    (tmp_path / "blocked" / "sitecustomize.py").write_text(
+        "import sys\nsys.modules['mujoco.egl'] = sys.modules['mujoco.osmesa'] = None\n", encoding="ascii"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "blocked"))
+    with pytest.raises(CasaError, match="apt-get install"):
+        run(write_box(tmp_path / "in"), tmp_path / "library")
+    assert entries_of(tmp_path / "library") == []
+    assert list((tmp_path / "library" / ".casa" / "staging").iterdir()) == []
+
+
+def test_what_the_disk_refuses_is_said_of_the_library(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="No such file"), writing(tmp_path / "library"):
+        (tmp_path / "library" / "gone" / "file").write_text("x", encoding="ascii")
+    with pytest.raises(FileNotFoundError), writing(tmp_path / "library"):
+        (tmp_path / "elsewhere").read_text(encoding="ascii")
