@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse.csgraph import connected_components
 
 from casa_assets.errors import Rejected
-from casa_assets.geometry.measure import face_normals, winding_number
+from casa_assets.geometry.hull import hull_volume
+from casa_assets.geometry.measure import face_normals, signed_volume, winding_number
 from casa_assets.geometry.topology import consistent_winding, edge_counts, face_components, is_closed, weld
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.issue import Issue
@@ -25,10 +27,11 @@ GROUND_WIDTH = 1.5
 GROUND_FLAT = 1e-3
 # A sky around the thing is this many times larger than all that is in it.
 SKY_WIDTH = 5.0
+SKY_CONVEX = 0.9
 # Pieces this large and this far apart, as parts of the largest one's size, are objects of their own.
 APART_SIZE = 0.3
 APART_GAP = 0.1
-# So many pieces, the largest, are looked at for being within one another.
+# So many pieces, the largest, are looked at for being within one another, or apart.
 MOST_HOLLOW = 64
 
 
@@ -141,7 +144,7 @@ def _without_extras(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> t
         if 0 < spread * GROUND_WIDTH < size[piece] and thin <= GROUND_FLAT * size[piece]:
             extra[piece] = True
             notes.append(warning("MSH012", "ground", "a wide flat sheet under the object was taken away"))
-        elif around and 0 < spread * SKY_WIDTH < size[piece]:
+        elif around and 0 < spread * SKY_WIDTH < size[piece] and _is_sky(corners[label == piece]):
             extra[piece] = True
             notes.append(warning("MSH012", "sky", "a shell far around the object was taken away"))
     main = int(np.argmax(np.where(extra, -1, size)))
@@ -151,13 +154,27 @@ def _without_extras(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> t
         notes.append(
             warning("MSH013", "floaters", f"{int(stray.sum())} stray pieces far from the object were taken away")
         )
-    apart = ~extra & ~stray & (size > APART_SIZE * size[main]) & (gap > APART_GAP * size[main])
-    if apart.any():
-        says = f"{int(apart.sum())} large pieces stand apart from the largest one; give each object a file of its own"
+    large = np.flatnonzero(~extra & ~stray & (size > APART_SIZE * size[main]))
+    groups = _groups(low[large], high[large], APART_GAP * float(size[main])) if len(large) <= MOST_HOLLOW else 1
+    if groups > 1:
+        says = f"{groups} groups of pieces stand apart from each other; give each object a file of its own"
         notes.append(warning("MSH024", "pieces", says))
     out = keep.copy()
     out[index[(extra | stray)[label]]] = False
     return out, notes
+
+
+def _is_sky(corners: Floats) -> bool:
+    """Convex and seen from within; a vessel with a crumb in it is hollow, and a fruit with seeds faces outwards."""
+    points = corners.reshape(-1, 3)
+    inward = -signed_volume(points, np.arange(len(points)).reshape(-1, 3))
+    return inward > SKY_CONVEX * hull_volume(points) > 0
+
+
+def _groups(low: Floats, high: Floats, reach: float) -> int:
+    """Number of groups of boxes, neighbours being no farther apart than `reach`."""
+    gap = np.maximum(0, np.maximum(low[:, None] - high[None], low[None] - high[:, None]))
+    return int(connected_components(np.linalg.norm(gap, axis=2) <= reach, directed=False)[0])
 
 
 def _outward(vertices: Floats, ids: Ints, faces: Ints, keep: Mask) -> tuple[Ints, Mask]:

@@ -138,5 +138,5 @@ def _balance_score(points: Floats, triangles: npt.NDArray[np.int64], category: C
     if category.upright is Upright.LIES:  # on its flat side by definition; a knife on its handle tips a little
         steep = float(np.log(max(height, 1e-12) / max(min(height, extent.min()), 1e-12)))
         return (0.0 if inside else -0.5) + 1.0 * min(width, 0.6) - 2.0 * min(steep, 1.0)
-    sink = 0.5 - (center[2] - points[:, 2].min()) / max(height, 1e-12)
+    sink = 0.5 - float(center[2] - points[:, 2].min()) / max(height, 1e-12)
     return (0.0 if inside else -1.5) + 1.0 * min(width, 0.6) + 3.0 * sink

@@ -120,6 +120,11 @@ class TestExtras:
         assert [p.name for p in draft.parts] == ["part_1"]
         assert codes(draft.notes) == ["MSH012"]
 
+    def test_a_crumb_within_leaves_the_thing_alone(self) -> None:
+        for around in (turned(MUG), flipped(turned(MUG)), moved(BOX, (-0.2, 0.0, -5.0))):
+            crumb = moved(SMALL, (-0.002, 0.0, 0.02 if around.vertices[:, 2].max() < 0.1 else -0.05), 0.01)
+            assert len(clean(raw(around, crumb)).parts) == 2
+
 
 class TestWinding:
     @pytest.mark.parametrize("share", [1.0, 0.5, 0.1])

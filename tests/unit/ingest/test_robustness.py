@@ -62,6 +62,8 @@ BUILT = {
     "a_floater_far_off": joined(BOX, moved(TRIANGLE, (50, 0, 0), 0.01)),
 }
 
+SLOW = {"crumbs", "soup", "confetti"}
+
 
 def sound(mesh: Mesh, name: str = "object") -> None:
     """Both ways to read it: everything that a check of the asset itself would ask."""
@@ -88,7 +90,7 @@ def test_is_rejected_with_a_code(name: str) -> None:
     assert error.value.code in registry.load().rejections
 
 
-@pytest.mark.parametrize("name", list(BUILT))
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in BUILT])
 def test_becomes_an_asset(name: str) -> None:
     sound(BUILT[name])
 
