@@ -64,12 +64,15 @@ def linked(**changes: object) -> Asset:
 
 
 def cornered(corners: int) -> Asset:
-    """Its hull is a prism of that many corners; a Hull refuses too many, so this one is built around its validator."""
+    """A prism of that many corners; a Hull refuses too many, so this one is built around its validator."""
     angle = np.arange(corners // 2) * 4 * math.pi / corners
     ring = np.stack([np.cos(angle) * SIZE[0] / 2, np.sin(angle) * SIZE[1] / 2, 0 * angle], axis=1)
     points, faces = convex_hull(np.concatenate([ring, ring + np.array((0.0, 0.0, SIZE[2]))]))
     hull = Hull.model_construct(kind="hull", mesh=Mesh(vertices=points, faces=faces))
-    return touched(Collider(name="whole", shape=hull, substance="cardboard"))
+    collider = Collider(name="whole", shape=hull, substance="cardboard")
+    corner = points[faces].reshape(-1, 3)
+    mesh = Mesh(vertices=corner, faces=np.arange(len(corner)).reshape(-1, 3))
+    return linked(visuals=(Visual(name="sides", mesh=mesh, material="print"),), colliders=(collider,))
 
 
 def dented(depth: float) -> Asset:
@@ -97,6 +100,23 @@ def spread_over(x: float) -> Asset:
     spread = 0.5 * (x / 2) ** 2
     inertia = (1e-9, spread, spread, 0.0, 0.0, 0.0)
     return linked(inertial=Inertial(mass=0.5, center_of_mass=(0.0, 0.0, SIZE[2] / 2), inertia=inertia))
+
+
+def gapped(gap: float) -> Asset:
+    """Its two collision shapes leave `gap` between them in the middle, along x."""
+    x, y, z = SIZE
+    wide = (x - gap) / 2
+    return touched(
+        *(
+            Collider(
+                name=name,
+                shape=Box(size=(wide, y, z)),
+                substance="cardboard",
+                pose=Pose(position=(sign * (x - wide) / 2, 0.0, z / 2)),
+            )
+            for name, sign in (("left", -1), ("right", 1))
+        )
+    )
 
 
 def short_by(gap: float, size: Vec3 = SIZE) -> Asset:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.checks import asset, mjcf, parity, usd, visual
+from casa_assets.checks import asset, cover, mjcf, parity, usd, visual
 from casa_assets.checks.check import Check
 from casa_assets.checks.package import Package
 from casa_assets.model.asset import Asset
@@ -27,6 +27,7 @@ TABLE: tuple[Check, ...] = (
     Check("AST013", ERROR, Package, asset.has_usual_mass, "mass_range_slack", "", "A grip is planned by weight."),
     Check("AST014", WARNING, Package, asset.has_usual_size, "size_slack", "", "A gripper has one width."),
     Check("AST015", ERROR, Asset, asset.closes_at_zero, None, "", "Zero is closed: a joint starts there."),
+    Check("AST016", ERROR, Asset, cover.is_covered, "collider_bare", "", "What is bare of shapes is passed through."),
     # what is seen
     Check("VIS001", ERROR, Asset, visual.has_whole_triangles, None, "", "A triangle without area has no normal."),
     Check("VIS002", ERROR, Asset, visual.is_lit_from_outside, "flipped_normals", "", "Else light falls on the back."),

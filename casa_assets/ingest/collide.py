@@ -11,14 +11,14 @@ import numpy.typing as npt
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.coverage import gaps, surface_samples
 from casa_assets.geometry.hull import convex_hull, small_hull
-from casa_assets.geometry.measure import face_normals, signed_volume
 from casa_assets.geometry.primitive import best_primitive
 from casa_assets.geometry.solid import closed_solid, simplified_solid
 from casa_assets.geometry.tessellate import surface
-from casa_assets.geometry.topology import face_components, weld
+from casa_assets.geometry.topology import weld
 from casa_assets.geometry.voxel import boundary, voxelise
 from casa_assets.ingest.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.draft import Draft, Placed, warning
+from casa_assets.ingest.pieces import Piece, any_nested, measured, split, thickness
 from casa_assets.model.category import Build, Category
 from casa_assets.model.issue import Issue
 from casa_assets.model.mesh import Mesh
@@ -34,13 +34,12 @@ COACD_FACES = 2000
 # Points on the surface that the cover is judged by; the share that may be bare at best, and at worst.
 SAMPLES = 4000
 BARE_GOOD = 0.01
-BARE_BAD = 0.05
+BARE_BAD = 0.04  # a little below the limit of the check, which samples the finished mesh
 # Cubes along the longest side where a broken surface is made solid.
 SOLID_CELLS = 80
+SOLID_VOXELS = 120_000  # the grid holds no more detail, and V-HACD's time grows with them
 # A hull thinner than this, metres, is a splinter that no contact feels.
 SPLINTER_M = 1e-5
-# A sheet without thickness gets this much, metres: the thinnest that contacts hold.
-SHEET_M = 0.001
 
 
 class CollideParams(Record):
@@ -51,16 +50,6 @@ class CollideParams(Record):
     primitive_ratio: float = 0.95
     hull_ratio: float = 0.95
     error_m: float = 0.004
-
-
-@dataclass(frozen=True)
-class Piece:
-    """A connected part: its points and faces, the volume of its hull, how much of that it fills (0..1)."""
-
-    points: Floats
-    faces: Ints
-    hull_volume: float
-    fill: float
 
 
 @dataclass(frozen=True)
@@ -88,7 +77,7 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     points, place = weld(vertices)
     ids = place[faces]
     full = category.build in (Build.SOLID, Build.FILLED)
-    whole = _piece(points, ids, bridge=full)
+    whole = measured(points, ids, bridge=full)
     if whole is None:
         raise Rejected("MSH004", "no collision shape with a volume fits; the mesh is a sheet or a line")
     notes: list[Issue] = []
@@ -117,7 +106,9 @@ def _best(
     samples = surface_samples(points, ids, SAMPLES)
     reach = max(params.error_m, 0.02 * float(np.ptp(points, axis=0).max()))
     best: Cover | None = None
-    for way in (_by_pieces, _by_coacd, _by_vhacd, _by_solid):
+    # V-HACD may leave the inside of a thing that is full hollow; the grid does not.
+    broken = (_by_solid, _by_vhacd) if full else (_by_vhacd, _by_solid)
+    for way in (_by_pieces, _by_coacd, *broken):
         try:
             shapes = way(whole, points, ids, full, params, decomposer)
         except DecompositionFailed as error:
@@ -143,12 +134,12 @@ def _by_pieces(
     whole: Piece, points: Floats, ids: Ints, full: bool, params: CollideParams, decomposer: Decomposer
 ) -> list[Placed]:
     """One shape for each convex piece, and CoACD for the others where they are manifolds; empty where they are not."""
-    pieces = _pieces(points, ids, params.hull_count)
+    pieces = split(points, ids, params.hull_count)
     convex = [p for p in pieces if p.fill >= params.hull_ratio]
     rest = [p for p in pieces if p.fill < params.hull_ratio]
     if len(pieces) < 2 or len(convex) + 4 * len(rest) > params.hull_count:
         return []
-    if any(closed_solid(p.points, p.faces) is None for p in rest):
+    if any(closed_solid(p.points, p.faces) is None for p in rest) or any_nested(pieces):
         return []
     shapes = [_shape(p.points, params) for p in convex]
     room = params.hull_count - len(shapes)
@@ -191,7 +182,7 @@ def _by_solid(
 ) -> list[Placed]:
     """V-HACD of the solid that the surface encloses on a grid, which closes gaps between open pieces."""
     corners, faces = boundary(voxelise(points, ids, SOLID_CELLS, bridge=full))
-    budget = Budget(hulls=params.hull_count, hull_vertices=params.hull_vertices)
+    budget = Budget(hulls=params.hull_count, hull_vertices=params.hull_vertices, voxels=SOLID_VOXELS)
     clouds = decomposer("vhacd", corners, faces, budget)
     # Cubes stick out by half a cell; the ground and the sides of the box must not.
     low, high = points.min(axis=0), points.max(axis=0)
@@ -207,69 +198,8 @@ WORDS = {
 
 
 def _shapes(clouds: list[Floats], params: CollideParams) -> list[Placed]:
-    whole = [cloud for cloud in clouds if _thickness(cloud) > SPLINTER_M]
+    whole = [cloud for cloud in clouds if thickness(cloud) > SPLINTER_M]
     return [s for s in (_shape_or_none(cloud, params) for cloud in whole) if s is not None]
-
-
-def _pieces(points: Floats, ids: Ints, most: int) -> list[Piece]:
-    """Connected parts that have a volume, largest first; specks are left out. Empty where there are far too many."""
-    label = face_components(ids, len(points))
-    count = int(label.max()) + 1
-    if count > 40 * most:
-        return []
-    order = np.argsort(label, kind="stable")
-    groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
-    extent = float(np.ptp(points, axis=0).max())
-    large = [rows for rows in groups if np.ptp(points[ids[rows]].reshape(-1, 3), axis=0).max() > 0.02 * extent]
-    if len(large) > most:
-        return []
-    found = []
-    for rows in large:
-        used, local = np.unique(ids[rows], return_inverse=True)
-        piece = _piece(points[used], local.reshape(-1, 3), bridge=False)
-        if piece is not None:
-            found.append(piece)
-    return sorted(found, key=lambda p: -p.hull_volume)
-
-
-def _piece(points: Floats, faces: Ints, bridge: bool) -> Piece | None:
-    """Measure a part; a flat one is given a thickness. None where it has no extent."""
-    if _thickness(points) < SHEET_M / 4:
-        normals, areas = face_normals(points, faces)
-        along = (
-            np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][-1] if len(points) > 2 else normals[0]
-        )
-        if areas.sum() <= 0:
-            return None
-        points = np.concatenate([points + along * SHEET_M / 2, points - along * SHEET_M / 2])
-        return _convex_piece(points)
-    try:
-        shell = convex_hull(points)
-    except DegenerateShape:
-        return None
-    hull_volume = signed_volume(*shell)
-    solid = closed_solid(points, faces)
-    if solid is not None and not (bridge and len(np.unique(face_components(faces, len(points)))) > 1):
-        volume = signed_volume(*solid)
-    else:
-        volume = voxelise(points, faces, bridge=bridge).volume
-    return Piece(points, faces, hull_volume, min(1.0, volume / hull_volume))
-
-
-def _convex_piece(points: Floats) -> Piece | None:
-    try:
-        shell, triangles = convex_hull(points)
-    except DegenerateShape:
-        return None
-    return Piece(shell, triangles, signed_volume(shell, triangles), 1.0)
-
-
-def _thickness(points: Floats) -> float:
-    """Extent along the direction of least spread, metres."""
-    if len(points) < 4:
-        return 0.0
-    _, vectors = np.linalg.eigh(np.cov(points.T))
-    return float(np.ptp(points @ vectors[:, 0]))
 
 
 def _shape_or_none(cloud: Floats, params: CollideParams) -> Placed | None:

@@ -27,6 +27,7 @@ class Budget:
 
     Attributes:
         hulls: most hulls. hull_vertices: most vertices of each.
+        voxels: cubes that V-HACD works on.
         threshold: CoACD's concavity threshold, 0..1 of the longest side.
         cpu_s: CPU seconds (not wall: a busy machine must not change the outcome). memory_bytes: address space.
     """
@@ -34,6 +35,7 @@ class Budget:
     hulls: int
     hull_vertices: int = 64
     threshold: float = 0.05
+    voxels: int = 400_000
     cpu_s: int = 120
     memory_bytes: int = 6_000_000_000
 
@@ -104,7 +106,7 @@ def _vhacd(vertices: Floats, faces: Ints, budget: Budget) -> list[Floats]:
         vertices,
         faces.astype(np.uint32),
         maxConvexHulls=budget.hulls,
-        resolution=400_000,
+        resolution=budget.voxels,
         maxNumVerticesPerCH=budget.hull_vertices,
         minimumVolumePercentErrorAllowed=1.0,
         asyncACD=False,

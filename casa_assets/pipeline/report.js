@@ -100,7 +100,7 @@ function assetRow(a) {
     type: "button", "class": "open", "aria-expanded": "false", "aria-label": "Details of " + a.id,
     text: good + "/" + a.results.length, click: function () { toggle(row, a, button); }
   });
-  button.classList.toggle("bad-text", good < a.results.length);
+  button.classList.toggle("warn-text", good < a.results.length);
   const row = make("tr", { "class": "row" },
     make("td", { "class": "picture" }, picture(a)), name, cell(a.category), cell(size(a.size), "number"),
     cell(mass(a.mass), "number"), cell(show(a.colliders), "number"), cell(show(a.faces), "number"), source,
