@@ -34,7 +34,7 @@ from casa_assets.ingest.clean import clean
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
-from casa_assets.pipeline.entry import entries
+from casa_assets.pipeline.books.entry import entries
 from casa_assets.pipeline.ingest import Options, ingest
 from casa_assets.pipeline.library import Library, write_files
 from casa_assets.pipeline.stage import STAGES, raw

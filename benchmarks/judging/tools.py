@@ -13,7 +13,7 @@ from pathlib import Path
 from casa_assets.errors import CasaError
 from casa_assets.geometry.hull import convex_hull, hull_volume
 from casa_assets.ingest.decompose import Budget, DecompositionFailed, decompose
-from casa_assets.pipeline.entry import entries
+from casa_assets.pipeline.books.entry import entries
 from casa_assets.pipeline.ingest import Event, Options, ingest
 from casa_assets.pipeline.library import Library
 from judging import shapes

@@ -15,8 +15,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks import mujoco_load
-from casa_assets.checks.mujoco_facts import shape_bounds
+from casa_assets.checks.readers import mujoco_load
+from casa_assets.checks.readers.mujoco_facts import shape_bounds
 
 # How it is measured, fixed by the reference; what is accepted is in registry/limits.yaml.
 HEIGHT_FACTOR = 2.0

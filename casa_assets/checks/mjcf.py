@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from casa_assets.checks import agreement, asset_facts, drop, mjcf_facts, mjcf_rules, mujoco_load, sweep
+from casa_assets.checks import agreement, drop, mjcf_rules, sweep
 from casa_assets.checks.check import Measured
 from casa_assets.checks.package import Package
+from casa_assets.checks.readers import asset_facts, mjcf_facts, mujoco_load
 from casa_assets.model.asset import Base
 from casa_assets.model.category import Upright
 

@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Tf
 
-from casa_assets.checks import mjcf_facts, mujoco_load, usd_facts
 from casa_assets.checks.agreement import Difference, differences
 from casa_assets.checks.check import Measured
 from casa_assets.checks.facts import Facts
-from casa_assets.checks.mujoco_facts import FREE_JOINT, collides, short_name
 from casa_assets.checks.package import Package
-from casa_assets.checks.quiet import quiet
+from casa_assets.checks.readers import mjcf_facts, mujoco_load, usd_facts
+from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, collides, short_name
+from casa_assets.checks.readers.quiet import quiet
 from casa_assets.model.asset import JointKind
 
 T = TypeVar("T")

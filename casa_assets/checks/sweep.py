@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks import mujoco_load
+from casa_assets.checks.readers import mujoco_load
 
 STEPS = 24
 

@@ -16,8 +16,8 @@ from simready.validate.api import features_summary_passed
 
 from casa_assets.checks.check import Measured
 from casa_assets.checks.package import Package
-from casa_assets.checks.quiet import quiet
-from casa_assets.checks.usd_facts import imported
+from casa_assets.checks.readers.quiet import quiet
+from casa_assets.checks.readers.usd_facts import imported
 
 PROFILE = "Robotics-Prop"
 PROFILE_VERSION = "4.0.0"

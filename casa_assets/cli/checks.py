@@ -14,7 +14,7 @@ def checks(
 ) -> None:
     """List every check that an asset must pass, with its code and why it matters."""
     from casa_assets.checks.table import TABLE
-    from casa_assets.pipeline.check_docs import markdown
+    from casa_assets.pipeline.books.check_docs import markdown
 
     if as_markdown:
         typer.echo(markdown(), nl=False)

@@ -8,8 +8,6 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from casa_assets.ingest.sources.objaverse import download
-
 
 def fetch(
     uids: Annotated[list[str] | None, typer.Argument(help="Objaverse uids.")] = None,
@@ -25,6 +23,8 @@ def fetch(
 
       casa-assets ingest out/objaverse/hf-objaverse-v1
     """
+    from casa_assets.ingest.sources.objaverse import download
+
     if not uids and not category:
         raise typer.BadParameter("name uids, or a --category")
     folder = download(uids or [], category, most, into)

@@ -19,7 +19,7 @@ def index(
 
       casa-assets index --library out/library --parquet assets.parquet
     """
-    from casa_assets.pipeline import index as books
+    from casa_assets.pipeline.books import index as books
     from casa_assets.pipeline.job import writing
     from casa_assets.pipeline.library import Library
 

@@ -17,7 +17,7 @@ from rich.table import Table
 from casa_assets.cli.words import plain
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.entry import Entry
+    from casa_assets.pipeline.books.entry import Entry
     from casa_assets.pipeline.ingest import Event
 
 EXAMPLES = """
@@ -104,7 +104,7 @@ def _tell(event: Event, console: Console, as_json: bool) -> None:
 
 def _conclude(events: list[Event], library: Path, console: Console, explain: bool) -> None:
     from casa_assets import registry
-    from casa_assets.pipeline.entry import entries
+    from casa_assets.pipeline.books.entry import entries
     from casa_assets.pipeline.ingest import tally
     from casa_assets.pipeline.library import Library
 

@@ -16,6 +16,7 @@ from rich.text import Text
 from casa_assets import __version__
 from casa_assets.cli.checks import checks
 from casa_assets.cli.doctor import doctor
+from casa_assets.cli.fetch import fetch
 from casa_assets.cli.index import index
 from casa_assets.cli.ingest import ingest
 from casa_assets.cli.preview import preview
@@ -33,7 +34,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (ingest, preview, report, index, checks, doctor):
+for verb in (ingest, fetch, preview, report, index, checks, doctor):
     app.command()(verb)
 
 

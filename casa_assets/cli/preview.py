@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.pictures import Picture
+    from casa_assets.pipeline.books.pictures import Picture
 
 
 def preview(
@@ -27,7 +27,7 @@ def preview(
 
       casa-assets preview out/library --colliders -o sheets
     """
-    from casa_assets.pipeline.pictures import draw
+    from casa_assets.pipeline.books.pictures import draw
 
     console = Console()
     made: list[Picture] = []

@@ -19,7 +19,7 @@ def report(
 
       casa-assets report --library out/library
     """
-    from casa_assets.pipeline.report import write
+    from casa_assets.pipeline.books.report import write
 
     path = write(library, output or library / "report.html")
     Console().print(f"Report: {path}", highlight=False, soft_wrap=True)

@@ -12,12 +12,13 @@ from casa_assets import registry
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.issue import Issue
-from casa_assets.pipeline import attribution, index, unread
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline import unread
+from casa_assets.pipeline.books import attribution, index
 from casa_assets.pipeline.find import find
+from casa_assets.pipeline.isolation.pool import Died, Limits, Pool
 from casa_assets.pipeline.job import Halt, Job, Outcome, refuse, writing
 from casa_assets.pipeline.known import verdict
-from casa_assets.pipeline.pool import Died, Limits, Pool
 from casa_assets.pipeline.stage import recipe
 from casa_assets.pipeline.store import Store
 from casa_assets.pipeline.survey import Survey

@@ -16,7 +16,7 @@ PROBE = """
 import pathlib, sys
 import casa_assets
 from casa_assets import registry
-from casa_assets.pipeline import html_report
+from casa_assets.pipeline.books import html_report
 
 assert pathlib.Path(casa_assets.__file__).is_relative_to(sys.argv[1]), casa_assets.__file__
 assert registry.data_root().name == "registry_data"
@@ -46,7 +46,7 @@ def names(wheel: Path) -> list[str]:
 @pytest.mark.consumers
 def test_registry_and_templates_are_inside(names: list[str]) -> None:
     wanted = {f"casa_assets/registry_data/{name}.yaml" for name in FILES}
-    wanted |= {f"casa_assets/pipeline/report.{end}" for end in ("html", "css", "js")}
+    wanted |= {f"casa_assets/pipeline/books/report.{end}" for end in ("html", "css", "js")}
     wanted |= {path.relative_to(ROOT).as_posix() for path in (ROOT / "casa_assets").rglob("*.py")}
     assert sorted(wanted - set(names)) == []
 

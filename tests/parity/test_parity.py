@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.checks import asset_facts, mjcf_facts, parity, usd_facts
+from casa_assets.checks import parity
 from casa_assets.checks.package import Package
+from casa_assets.checks.readers import asset_facts, mjcf_facts, usd_facts
 from casa_assets.model.asset import Asset, Base
 from tests.assets import EVERY, drawer_unit, microwave, rigid_mug
 from tests.packages import Tampering, tamper, tripped, written

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks import agreement, asset_facts, drop, mjcf_facts, mujoco_load
+from casa_assets.checks import agreement, drop
 from casa_assets.checks.package import Package
+from casa_assets.checks.readers import asset_facts, mjcf_facts, mujoco_load
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
 from casa_assets.export.mjcf import write

@@ -14,7 +14,7 @@ from PIL import Image
 
 from casa_assets.checks import usd
 from casa_assets.checks.package import Package
-from casa_assets.checks.quiet import quiet
+from casa_assets.checks.readers.quiet import quiet
 from casa_assets.model.asset import Asset
 from tests.assets import EVERY, microwave, rigid_mug, textured_box
 from tests.packages import Tampering, tamper, thumbnail, tripped, written

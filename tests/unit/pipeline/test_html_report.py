@@ -13,7 +13,7 @@ from PIL import Image
 
 from casa_assets.model.issue import CheckResult, Issue, Severity
 from casa_assets.model.provenance import Guess
-from casa_assets.pipeline.html_report import Entry, RejectEntry, html, thumbnail
+from casa_assets.pipeline.books.html_report import Entry, RejectEntry, html, thumbnail
 
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
 

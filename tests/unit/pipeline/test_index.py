@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.model.source import Source, SourceKind
-from casa_assets.pipeline import index
+from casa_assets.pipeline.books import index
 from casa_assets.pipeline.library import Library, Refusal, write_refusal
 
 

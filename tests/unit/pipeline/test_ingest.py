@@ -12,7 +12,7 @@ import pytest
 
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.sources.found import Found
-from casa_assets.pipeline.entry import entries
+from casa_assets.pipeline.books.entry import entries
 from casa_assets.pipeline.find import find
 from casa_assets.pipeline.ingest import Event, Options, ingest
 from casa_assets.pipeline.job import writing

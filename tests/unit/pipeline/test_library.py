@@ -8,8 +8,9 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.model.source import Source, SourceKind
-from casa_assets.pipeline import index, unread
-from casa_assets.pipeline.entry import entries
+from casa_assets.pipeline import unread
+from casa_assets.pipeline.books import index
+from casa_assets.pipeline.books.entry import entries
 from casa_assets.pipeline.find import escaped
 from casa_assets.pipeline.library import Library, Refusal, read_refusal, write_refusal
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.pool import Died, Limits, Pool
+from casa_assets.pipeline.isolation.pool import Died, Limits, Pool
 
 DO = "tests.pool_jobs:do"
 WARM = "tests.pool_jobs:nothing"

@@ -6,7 +6,7 @@ import os
 from collections import defaultdict
 
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.entry import Entry, entries
+from casa_assets.pipeline.books.entry import Entry, entries
 
 NAME = "ATTRIBUTION.md"
 

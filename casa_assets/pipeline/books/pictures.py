@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from casa_assets.pipeline.entry import entries
+from casa_assets.pipeline.books.entry import entries
 from casa_assets.pipeline.library import Library
 from casa_assets.preview import turntable as turning
 from casa_assets.preview.camera import View

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from casa_assets.errors import OutputError
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.entry import Entry, entries
+from casa_assets.pipeline.books.entry import Entry, entries
 
 NAME = "index.sqlite"
 COLUMNS: dict[str, str] = {

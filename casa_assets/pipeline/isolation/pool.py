@@ -20,7 +20,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.server import MESSAGE_BYTES, Died, Limits
+from casa_assets.pipeline.isolation.server import MESSAGE_BYTES, Died, Limits
 
 __all__ = ["Died", "Limits", "Pool"]
 
@@ -29,7 +29,7 @@ SERVER_TRIES = 4
 STUCK_S = 10.0  # for what the kernel does at once: ending a killed process, moving bytes between two processes
 _CODE = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from casa_assets.pipeline.server import main; main(int(sys.argv[2]))"
+    "from casa_assets.pipeline.isolation.server import main; main(int(sys.argv[2]))"
 )
 
 

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
 from casa_assets.checks.facts import BodyFacts, Facts, JointFacts
-from casa_assets.checks.mujoco_facts import facts_of_model, has_free_joint, tensor_entries
-from casa_assets.checks.mujoco_load import Loaded
+from casa_assets.checks.readers.mujoco_facts import facts_of_model, has_free_joint, tensor_entries
+from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.model.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3

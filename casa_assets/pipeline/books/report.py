@@ -7,9 +7,9 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.checks.table import TABLE
-from casa_assets.pipeline import html_report
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.entry import Entry, entries
+from casa_assets.pipeline.books import html_report
+from casa_assets.pipeline.books.entry import Entry, entries
 
 PICTURE = "preview.png"
 

@@ -223,4 +223,4 @@ def _embedded(data: dict[str, Any]) -> str:
 
 
 def _part(name: str) -> str:
-    return resources.files("casa_assets.pipeline").joinpath(name).read_text(encoding="utf-8")
+    return resources.files("casa_assets.pipeline.books").joinpath(name).read_text(encoding="utf-8")
