@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -53,6 +53,28 @@ class CollideParams(Record):
 
 
 @dataclass(frozen=True)
+class Task:
+    """What a way of making shapes works on.
+
+    Attributes:
+        points, faces: (P, 3) welded, metres, and (F, 3).
+        full: matter all through, so that holes in the surface are closed.
+        params: limits. decomposer: runs CoACD or V-HACD out of process.
+    """
+
+    points: Floats
+    faces: Ints
+    full: bool
+    params: CollideParams
+    decomposer: Decomposer
+
+    @property
+    def budget(self) -> Budget:
+        """What a decomposition may make of it."""
+        return Budget(hulls=self.params.hull_count, hull_vertices=self.params.hull_vertices)
+
+
+@dataclass(frozen=True)
 class Cover:
     """Shapes, how they were made, and the share of the surface that they leave bare (0..1)."""
 
@@ -75,16 +97,16 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     """
     vertices, faces = draft.soup()
     points, place = weld(vertices)
-    ids = place[faces]
     full = category.build in (Build.SOLID, Build.FILLED)
-    whole = measured(points, ids, bridge=full)
+    task = Task(points, place[faces], full, params, decomposer)
+    whole = measured(task.points, task.faces, bridge=full)
     if whole is None:
         raise Rejected("MSH004", "no collision shape with a volume fits; the mesh is a sheet or a line")
     notes: list[Issue] = []
     if whole.fill >= params.hull_ratio:
         best = Cover((_shape(whole.points, params),), "one shape: the mesh fills its hull", 0.0)
     else:
-        best = _best(whole, points, ids, full, params, decomposer, notes)
+        best = _best(task, whole, notes)
     because = f"the mesh fills {whole.fill:.0%} of its hull; {best.bare:.1%} of it is bare"
     return draft.replace(
         colliders=best.shapes,
@@ -93,28 +115,20 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     )
 
 
-def _best(
-    whole: Piece,
-    points: Floats,
-    ids: Ints,
-    full: bool,
-    params: CollideParams,
-    decomposer: Decomposer,
-    notes: list[Issue],
-) -> Cover:
+def _best(task: Task, whole: Piece, notes: list[Issue]) -> Cover:
     """The first way that covers well, else the one that covers best, else one hull around everything."""
-    samples = surface_samples(points, ids, SAMPLES)
-    reach = max(params.error_m, 0.02 * float(np.ptp(points, axis=0).max()))
+    samples = surface_samples(task.points, task.faces, SAMPLES)
+    reach = max(task.params.error_m, 0.02 * float(np.ptp(task.points, axis=0).max()))
     best: Cover | None = None
     # V-HACD may leave the inside of a thing that is full hollow; the grid does not.
-    broken = (_by_solid, _by_vhacd) if full else (_by_vhacd, _by_solid)
+    broken = (_by_solid, _by_vhacd) if task.full else (_by_vhacd, _by_solid)
     for way in (_by_pieces, _by_coacd, *broken):
         try:
-            shapes = way(whole, points, ids, full, params, decomposer)
+            shapes = way(task)
         except DecompositionFailed as error:
             notes.append(warning("MSH019", "collision", str(error)))
             continue
-        if not shapes or len(shapes) > params.hull_count:
+        if not shapes or len(shapes) > task.params.hull_count:
             continue
         clouds = [surface(s.shape, s.pose)[0] for s in shapes]
         bare = float((gaps(samples, clouds) > reach).mean())
@@ -126,15 +140,14 @@ def _best(
         notes.append(
             warning("MSH020", "collision", "no decomposition covers the surface; one hull closes every opening")
         )
-        return Cover((_shape(whole.points, params),), "one hull", 0.0)
+        return Cover((_shape(whole.points, task.params),), "one hull", 0.0)
     return best
 
 
-def _by_pieces(
-    whole: Piece, points: Floats, ids: Ints, full: bool, params: CollideParams, decomposer: Decomposer
-) -> list[Placed]:
+def _by_pieces(task: Task) -> list[Placed]:
     """One shape for each convex piece, and CoACD for the others where they are manifolds; empty where they are not."""
-    pieces = split(points, ids, params.hull_count)
+    params = task.params
+    pieces = split(task.points, task.faces, params.hull_count)
     convex = [p for p in pieces if p.fill >= params.hull_ratio]
     rest = [p for p in pieces if p.fill < params.hull_ratio]
     if len(pieces) < 2 or len(convex) + 4 * len(rest) > params.hull_count:
@@ -146,47 +159,34 @@ def _by_pieces(
     total = sum(p.hull_volume for p in rest)
     for piece in rest:
         share = max(4, int((room - 4 * len(rest)) * piece.hull_volume / total))
-        shapes += _by_coacd(piece, piece.points, piece.faces, full, params, decomposer, share)
+        smaller = params.replace(hull_count=share)
+        shapes += _by_coacd(replace(task, points=piece.points, faces=piece.faces, params=smaller))
     return shapes
 
 
-def _by_coacd(
-    whole: Piece,
-    points: Floats,
-    ids: Ints,
-    full: bool,
-    params: CollideParams,
-    decomposer: Decomposer,
-    room: int | None = None,
-) -> list[Placed]:
+def _by_coacd(task: Task) -> list[Placed]:
     """CoACD of a closed manifold; empty where the mesh is none."""
-    solid = simplified_solid(points, ids, COACD_FACES)
+    solid = simplified_solid(task.points, task.faces, COACD_FACES)
     if solid is None:
         return []
     # CoACD's surface error is about half the threshold times the longest side.
-    threshold = min(max(2 * params.error_m / float(np.ptp(points, axis=0).max()), 0.03), 0.2)
-    budget = Budget(hulls=room or params.hull_count, hull_vertices=params.hull_vertices, threshold=threshold)
-    return _shapes(decomposer("coacd", *solid, budget), params)
+    longest = float(np.ptp(task.points, axis=0).max())
+    threshold = min(max(2 * task.params.error_m / longest, 0.03), 0.2)
+    return _shapes(task.decomposer("coacd", *solid, replace(task.budget, threshold=threshold)), task.params)
 
 
-def _by_vhacd(
-    whole: Piece, points: Floats, ids: Ints, full: bool, params: CollideParams, decomposer: Decomposer
-) -> list[Placed]:
+def _by_vhacd(task: Task) -> list[Placed]:
     """V-HACD of the triangles as they are."""
-    budget = Budget(hulls=params.hull_count, hull_vertices=params.hull_vertices)
-    return _shapes(decomposer("vhacd", points, ids, budget), params)
+    return _shapes(task.decomposer("vhacd", task.points, task.faces, task.budget), task.params)
 
 
-def _by_solid(
-    whole: Piece, points: Floats, ids: Ints, full: bool, params: CollideParams, decomposer: Decomposer
-) -> list[Placed]:
+def _by_solid(task: Task) -> list[Placed]:
     """V-HACD of the solid that the surface encloses on a grid, which closes gaps between open pieces."""
-    corners, faces = boundary(voxelise(points, ids, SOLID_CELLS, bridge=full))
-    budget = Budget(hulls=params.hull_count, hull_vertices=params.hull_vertices, voxels=SOLID_VOXELS)
-    clouds = decomposer("vhacd", corners, faces, budget)
+    corners, faces = boundary(voxelise(task.points, task.faces, SOLID_CELLS, bridge=task.full))
+    clouds = task.decomposer("vhacd", corners, faces, replace(task.budget, voxels=SOLID_VOXELS))
     # Cubes stick out by half a cell; the ground and the sides of the box must not.
-    low, high = points.min(axis=0), points.max(axis=0)
-    return _shapes([np.clip(cloud, low, high) for cloud in clouds], params)
+    low, high = task.points.min(axis=0), task.points.max(axis=0)
+    return _shapes([np.clip(cloud, low, high) for cloud in clouds], task.params)
 
 
 WORDS = {
