@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -115,7 +116,9 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
     console.print(_accepted_table([e for e in rows.values() if e.accepted]))
     codes = Counter(e.code for e in events if e.code)
     if codes:
-        table = Table("code", "reason", "inputs", "what to do", title="Rejected by reason", title_justify="left")
+        table = Table(title="Rejected by reason", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+        for name in ("code", "reason", "inputs", "what to do"):
+            table.add_column(name, no_wrap=name == "code")
         for code, count in codes.most_common():
             row = known.get(code)
             table.add_row(
@@ -133,9 +136,12 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
 
 
 def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
-    table = Table(
-        "asset", "size (cm)", "mass", "shapes", "faces", "warnings", "source", title="Accepted", title_justify="left"
-    )
+    table = Table(title="Accepted", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("asset", no_wrap=True, min_width=max((len(e.id) for e in accepted[:most]), default=5))
+    table.add_column("size (cm)", no_wrap=True)
+    for name in ("mass", "shapes", "warn"):
+        table.add_column(name, no_wrap=True, justify="right")
+    table.add_column("source", no_wrap=True, overflow="ellipsis")
     for entry in accepted[:most]:
         assert entry.summary is not None
         size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
@@ -145,12 +151,11 @@ def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
             size,
             mass,
             str(entry.summary.colliders),
-            str(entry.summary.faces),
             str(len(entry.warnings)),
             _safe(entry.source_path),
         )
     if len(accepted) > most:
-        table.add_row(f"... and {len(accepted) - most} more", "", "", "", "", "", "")
+        table.add_row(f"... and {len(accepted) - most} more", "", "", "", "", "")
     return table
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.coverage import gaps, surface_samples
-from casa_assets.geometry.hull import convex_hull, small_hull
+from casa_assets.geometry.hull import convex_hull, hull_volume, small_hull
 from casa_assets.geometry.primitive import best_primitive
 from casa_assets.geometry.solid import closed_solid, simplified_solid
 from casa_assets.geometry.tessellate import surface
@@ -37,6 +37,9 @@ BARE_GOOD = 0.01
 BARE_BAD = 0.04  # a little below the limit of the check, which samples the finished mesh
 # Cubes along the longest side where a broken surface is made solid.
 SOLID_CELLS = 80
+# V-HACD uses all the hulls that it is given: fewer are tried first, and taken where they hold hardly more.
+SOLID_HULLS = (4, 8, 16)
+SOLID_EXCESS = 1.1
 SOLID_VOXELS = 120_000  # the grid holds no more detail, and V-HACD's time grows with them
 # A hull thinner than this, metres, is a splinter that no contact feels.
 SPLINTER_M = 1e-5
@@ -182,11 +185,17 @@ def _by_vhacd(task: Task) -> list[Placed]:
 
 def _by_solid(task: Task) -> list[Placed]:
     """V-HACD of the solid that the surface encloses on a grid, which closes gaps between open pieces."""
-    corners, faces = boundary(voxelise(task.points, task.faces, SOLID_CELLS, bridge=task.full))
-    clouds = task.decomposer("vhacd", corners, faces, replace(task.budget, voxels=SOLID_VOXELS))
+    grid = voxelise(task.points, task.faces, SOLID_CELLS, bridge=task.full)
+    corners, faces = boundary(grid)
     # Cubes stick out by half a cell; the ground and the sides of the box must not.
     low, high = task.points.min(axis=0), task.points.max(axis=0)
-    return _shapes([np.clip(cloud, low, high) for cloud in clouds], task.params)
+    clouds: list[Floats] = []
+    for count in (*(n for n in SOLID_HULLS if n < task.params.hull_count), task.params.hull_count):
+        found = task.decomposer("vhacd", corners, faces, replace(task.budget, voxels=SOLID_VOXELS, hulls=count))
+        clouds = [np.clip(cloud, low, high) for cloud in found]
+        if sum(hull_volume(cloud) for cloud in clouds) <= SOLID_EXCESS * int(grid.solid.sum()) * grid.cell**3:
+            break
+    return _shapes(clouds, task.params)
 
 
 WORDS = {
