@@ -36,6 +36,6 @@ def test_samples_are_small() -> None:
 
 def test_readme_lists_every_sample_once() -> None:
     table = re.findall(r"^\| `([a-z_]+\.[a-z]+)`", (EXAMPLES / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
-    companions = {".mtl", ".bin", ".png"}
+    companions = {".mtl", ".bin", ".png", ".json"}
     mains = sorted(name for name in contents(EXAMPLES / "meshes") if Path(name).suffix not in companions)
     assert table == mains
