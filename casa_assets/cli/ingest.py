@@ -44,8 +44,8 @@ def ingest(
     library: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/library"),
     category: Annotated[str, typer.Option(help="Category of every input; else the sources and names decide.")] = "",
     jobs: Annotated[int, typer.Option(min=0, help="Inputs worked on at once; 0: one per core.")] = 0,
-    timeout: Annotated[float, typer.Option(min=1, help="Wall seconds for one input.")] = 300.0,
-    memory: Annotated[float, typer.Option(min=0.5, help="Gigabytes of memory for one input.")] = 8.0,
+    timeout: Annotated[float, typer.Option(min=0, help="Wall seconds for one input; 0: 300.")] = 0.0,
+    memory: Annotated[float, typer.Option(min=0, help="Gigabytes of memory for one input; 0: 8.")] = 0.0,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per input on standard output.")] = False,
     explain: Annotated[bool, typer.Option(help="Print every guess, with its confidence and reason.")] = False,
 ) -> None:

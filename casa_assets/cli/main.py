@@ -16,6 +16,7 @@ from rich.text import Text
 from casa_assets import __version__
 from casa_assets.cli.checks import checks
 from casa_assets.cli.doctor import doctor
+from casa_assets.cli.families import app as families
 from casa_assets.cli.fetch import fetch
 from casa_assets.cli.index import index
 from casa_assets.cli.ingest import ingest
@@ -36,6 +37,7 @@ app = typer.Typer(
 )
 for verb in (ingest, fetch, preview, report, index, checks, doctor):
     app.command()(verb)
+app.add_typer(families)
 
 
 class Stopped(BaseException):

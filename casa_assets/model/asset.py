@@ -7,183 +7,38 @@ Frame of an asset: z up, x right, y back (a fixture faces -y), origin at the cen
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
-from casa_assets.model.material import Material, Positive, Substance
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.behavior import Behavior
+from casa_assets.model.joint import Drive, Exclusion, Joint, JointKind, JointValue, Keyframe, State
+from casa_assets.model.link import Collider, Inertial, Link, Visual
+from casa_assets.model.material import Material, Substance
+from casa_assets.model.place import Region, Site
 from casa_assets.model.pose import Pose
 from casa_assets.model.provenance import Labels, Provenance
-from casa_assets.model.record import Id, Record, Vec2, Vec3
-from casa_assets.model.shape import Shape
+from casa_assets.model.record import Id, Record
 
-NotNegative = Annotated[float, Field(ge=0.0)]
-
-
-class Inertial(Record):
-    """Mass properties of a link.
-
-    Attributes:
-        mass: kg, > 0.
-        center_of_mass: metres, link frame.
-        inertia: (xx, yy, zz, xy, xz, yz) about the centre of mass, link axes, kg*m^2.
-    """
-
-    mass: Positive
-    center_of_mass: Vec3
-    inertia: tuple[float, float, float, float, float, float]
-
-    @property
-    def tensor(self) -> npt.NDArray[np.float64]:
-        """(3, 3) inertia about the centre of mass, link axes, kg*m^2."""
-        xx, yy, zz, xy, xz, yz = self.inertia
-        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-    @model_validator(mode="after")
-    def _physical(self) -> Self:
-        a, b, c = np.linalg.eigvalsh(self.tensor)
-        if a <= 0 or a + b < c * (1 - 1e-9):
-            raise ValueError(f"principal inertia ({a:.3g}, {b:.3g}, {c:.3g}) is not that of any body")
-        return self
-
-
-class Visual(Record):
-    """A rendered mesh in link frame; `material` is an id in Asset.materials."""
-
-    name: Id
-    mesh: Mesh
-    material: Id
-
-
-class Collider(Record):
-    """A collision shape at `pose` (link_from_shape); `substance` is an id in Asset.substances."""
-
-    name: Id
-    shape: Shape
-    substance: Id
-    pose: Pose = Pose()
-
-
-class Link(Record):
-    """A rigid body.
-
-    Attributes:
-        name: unique; the root link is called `object`.
-        parent: name of the link that carries it, None for the root.
-        pose: parent_from_link with every joint at zero.
-        inertial: explicit, for every link.
-        visuals, colliders: what is seen and what is touched.
-    """
-
-    name: Id
-    parent: Id | None = None
-    pose: Pose = Pose()
-    inertial: Inertial
-    visuals: tuple[Visual, ...] = ()
-    colliders: tuple[Collider, ...] = ()
-
-
-class JointKind(StrEnum):
-    """Hinge (rad) or slide (m)."""
-
-    HINGE = "hinge"
-    SLIDE = "slide"
-
-
-class Drive(Record):
-    """A spring to a target: stiffness and damping in N/m, N*s/m or N*m/rad, N*m*s/rad; target in m or rad."""
-
-    stiffness: NotNegative
-    damping: NotNegative
-    target: float = 0.0
-
-
-class Joint(Record):
-    """How a link moves against its parent. Zero is closed.
-
-    Attributes:
-        name: unique.
-        child: link that moves.
-        kind: hinge or slide.
-        axis: unit vector, child frame.
-        anchor: a point on the axis, metres, child frame.
-        range: (low, high), rad or m; low < high.
-        damping: N*m*s/rad or N*s/m. frictionloss: N*m or N. armature: kg*m^2 or kg.
-        drive: spring to a target, or None.
-    """
-
-    name: Id
-    child: Id
-    kind: JointKind
-    axis: Vec3
-    anchor: Vec3 = (0.0, 0.0, 0.0)
-    range: Vec2
-    damping: NotNegative = 0.0
-    frictionloss: NotNegative = 0.0
-    armature: NotNegative = 0.0
-    drive: Drive | None = None
-
-    @field_validator("axis")
-    @classmethod
-    def _unit(cls, axis: Vec3) -> Vec3:
-        norm = float(np.linalg.norm(axis))
-        if norm < 1e-9:
-            raise ValueError("axis has no direction")
-        if abs(norm - 1.0) <= 1e-12:
-            return axis
-        return (axis[0] / norm, axis[1] / norm, axis[2] / norm)
-
-    @field_validator("range")
-    @classmethod
-    def _ordered(cls, span: Vec2) -> Vec2:
-        if not span[0] < span[1]:
-            raise ValueError(f"range {span} must rise")
-        return span
-
-
-class Site(Record):
-    """A named point in a link: where a mug goes, where water leaves. `radius` is for display, metres."""
-
-    name: Id
-    link: Id = "object"
-    pose: Pose = Pose()
-    radius: Positive = 0.005
-
-
-class Region(Record):
-    """A named volume in a link: an interior, a shelf, the bounding box. Box (full size) or cylinder about z."""
-
-    name: Id
-    link: Id = "object"
-    pose: Pose = Pose()
-    kind: Literal["box", "cylinder"] = "box"
-    size: Vec3
-
-    @field_validator("size")
-    @classmethod
-    def _positive(cls, size: Vec3) -> Vec3:
-        if min(size) <= 0:
-            raise ValueError(f"region size {size} must be positive")
-        return size
-
-
-class State(Record):
-    """A named interval of a joint, as fractions of its way from closed (0) to open (1): `open` is (0.9, 1)."""
-
-    name: Id
-    joint: Id
-    value: Id
-    interval: Vec2
-
-
-class Exclusion(Record):
-    """Two links that never collide with each other."""
-
-    first: Id
-    second: Id
+__all__ = [
+    "Asset",
+    "Base",
+    "Collider",
+    "Drive",
+    "Exclusion",
+    "Inertial",
+    "Joint",
+    "JointKind",
+    "JointValue",
+    "Keyframe",
+    "Link",
+    "Region",
+    "Site",
+    "State",
+    "Visual",
+]
 
 
 class Base(StrEnum):
@@ -200,6 +55,9 @@ class Asset(Record):
         id: `<category>_<10 hex digits>`; the same id is the same bytes.
         links: parents before children; the first is the root and is called `object`.
         materials: looks, referenced by visuals. substances: matter, referenced by colliders.
+        keyframes: named poses, `closed` first where there are any.
+        behavior: its state machine, None where nothing about it changes but where its joints stand.
+        contract: id in registry/contracts of what a runtime expects of it, None for loose objects.
     """
 
     id: Id
@@ -210,6 +68,9 @@ class Asset(Record):
     regions: tuple[Region, ...] = ()
     states: tuple[State, ...] = ()
     exclusions: tuple[Exclusion, ...] = ()
+    keyframes: tuple[Keyframe, ...] = ()
+    behavior: Behavior | None = None
+    contract: Id | None = None
     materials: tuple[Material, ...] = ()
     substances: Annotated[tuple[Substance, ...], Field(min_length=1)]
     labels: Labels
@@ -237,6 +98,22 @@ class Asset(Record):
         _known("link", [s.link for s in self.sites] + [r.link for r in self.regions], seen)
         _known("link", [name for e in self.exclusions for name in (e.first, e.second)], seen)
         _known("joint", [s.joint for s in self.states], [j.name for j in self.joints])
+        _distinct("keyframe", [k.name for k in self.keyframes])
+        _known("collider", [j.grip for j in self.joints if j.grip], colliders)
+        ranges = {j.name: j.range for j in self.joints}
+        for key in self.keyframes:
+            _known("joint", [at.joint for at in key.joints], list(ranges))
+            for at in key.joints:
+                low, high = ranges[at.joint]
+                if not low - 1e-9 <= at.value <= high + 1e-9:
+                    raise ValueError(f"keyframe {key.name!r}: {at.joint} = {at.value} is outside {low}..{high}")
+        if self.behavior:
+            sites = [s.name for s in self.sites]
+            _known("joint", list(self.behavior.joints), list(ranges))
+            _known("collider", list(self.behavior.contacts), colliders)
+            _known(
+                "site, visual or region", list(self.behavior.targets), sites + visuals + [r.name for r in self.regions]
+            )
         _known("material", [v.material for k in self.links for v in k.visuals], [m.id for m in self.materials])
         _known("substance", [c.substance for k in self.links for c in k.colliders], [s.id for s in self.substances])
         return self

@@ -61,6 +61,9 @@ class Material(Record):
         base_color_texture: sRGB image or None.
         metallic_roughness_texture: raw image, green roughness and blue metallic, or None.
         normal_texture: raw tangent-space normals, y up, or None.
+        tile_m: width and height in metres of one copy of its images where they repeat, None where a picture is made for
+            one mesh or there is none. Texture coordinates of meshes are metres over this.
+        glow: 0..1, share of the base colour that it gives off by itself (a lamp, a display).
         substance: id of the substance that it shows, used as a semantic label.
     """
 
@@ -71,6 +74,8 @@ class Material(Record):
     base_color_texture: Texture | None = None
     metallic_roughness_texture: Texture | None = None
     normal_texture: Texture | None = None
+    tile_m: tuple[Positive, Positive] | None = None
+    glow: Unit = 0.0
     substance: Id = "unknown"
 
     @field_validator("base_color")

@@ -6,16 +6,9 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset import Asset, JointValue
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Id, Record, Vec3
-
-
-class JointValue(Record):
-    """Where a joint of a placed asset stands at the start, rad or m."""
-
-    joint: Id
-    value: float
 
 
 class Placement(Record):

@@ -35,14 +35,14 @@ class Options:
     Attributes:
         library: output folder. category: id for all inputs, or empty.
         jobs: children at once; 0 for one per core.
-        seconds: wall time for one input. memory_bytes: memory of one input.
+        seconds: wall time for one input. memory_bytes: memory of one input. 0: what registry/limits.yaml says.
     """
 
     library: Path
     category: str = ""
     jobs: int = 0
-    seconds: float = 300.0
-    memory_bytes: int = 8_000_000_000
+    seconds: float = 0.0
+    memory_bytes: int = 0
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,8 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
     if options.category:
         known.category(options.category)
     library = disk.Library(options.library)
-    limits = Limits(options.seconds, options.memory_bytes)
+    seconds = options.seconds or known.limits["input_seconds"]
+    limits = Limits(seconds, options.memory_bytes or int(known.limits["input_memory_bytes"]))
     workers = options.jobs or len(os.sched_getaffinity(0))
     with library.locked(), writing(options.library):
         library.sweep()

@@ -76,7 +76,7 @@ def _work(job: Job) -> Outcome:
         if not report.passed:
             worst = report.errors[0]
             raise Rejected(worst.code, f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says)
-        disk.write_certificate(staged, asset, _certificate(asset, report, staged))
+        disk.write_certificate(staged, asset, certificate(asset, report, staged, recipe(known.limits, known.digest)))
         _read_back(asset, staged)
         publish(library, job, staged, library.folder(category.id, job.asset_id))
         return Outcome(True, warnings=tuple(i for i in report.issues))
@@ -134,13 +134,13 @@ def thumbnail(picture: bytes) -> bytes:
     return out.getvalue()
 
 
-def _certificate(asset: Asset, report: Report, staged: Path) -> disk.Certificate:
-    known = registry.load()
+def certificate(asset: Asset, report: Report, staged: Path, recipe_digest: str) -> disk.Certificate:
+    """What is certified of an asset that stands in `staged` and has passed."""
     hulls = [len(c.shape.mesh.vertices) for k in asset.links for c in k.colliders if isinstance(c.shape, Hull)]
     x, y, z = (float(f"{v:.6g}") for v in np.ptp(asset.bounds, axis=0))
     return disk.Certificate(
         asset_digest=asset.digest,
-        recipe=recipe(known.limits, known.digest),
+        recipe=recipe_digest,
         versions=versions(),
         report=report,
         summary=disk.Summary(

@@ -25,23 +25,24 @@ class CannotDraw(CasaError):
     """A model that cannot be drawn; says why."""
 
 
-def render(model_xml: Path, view: View = _STANDARD, collision: bool = False) -> bytes:
-    """PNG of one asset as it stands, joints at zero, seen from the front and a little from its right and above.
+def render(model_xml: Path, view: View = _STANDARD, collision: bool = False, pose: str = "") -> bytes:
+    """PNG of one asset as it stands, seen from the front and a little from its right and above.
 
     Args:
         model_xml: MJCF file with visual geoms in group 1 and collision geoms in group 0; regions are called `reg_*`.
         view: direction and size.
         collision: shows each collider in a colour of its own, see-through, over the grey thing.
+        pose: keyframe of the model that it stands in; empty: joints at zero.
     Raises:
-        CannotDraw: MuJoCo cannot read the model, or nothing in it is visible.
+        CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible.
         NoRenderer: there is no OpenGL.
     """
-    model, data, points = stage(model_xml, view.size_px, _GHOST if collision else None)
+    model, data, points = stage(model_xml, view.size_px, _GHOST if collision else None, pose=pose)
     if not collision:
         return darkroom.png(studio.photograph(model, data, points, fit(points, view), view))
     # Two pictures laid over each other: as one see-through scene, hull and thing would fight for the same depth.
     half = replace(view, passes=max(8, view.passes // 2))
-    shapes, at, hull_points = stage(model_xml, view.size_px, None, _COLLISION)
+    shapes, at, hull_points = stage(model_xml, view.size_px, None, _COLLISION, pose)
     camera = fit(np.concatenate([points, hull_points]), view)
     ghost = studio.photograph(model, data, points, camera, half).astype(np.float64)
     colliders = studio.photograph(shapes, at, hull_points, camera, half).astype(np.float64)
@@ -49,7 +50,7 @@ def render(model_xml: Path, view: View = _STANDARD, collision: bool = False) -> 
 
 
 def stage(
-    model_xml: Path, size_px: int, paint: tuple[float, ...] | None = None, group: int = _VISUAL
+    model_xml: Path, size_px: int, paint: tuple[float, ...] | None = None, group: int = _VISUAL, pose: str = ""
 ) -> tuple[Any, Any, Floats]:
     """(MjModel, MjData, (N, 3) points in metres) of an asset set up in the studio.
 
@@ -58,6 +59,7 @@ def stage(
         size_px: of the picture to be taken.
         paint: RGBA for everything, instead of its materials.
         group: of the geoms to be shown; colliders get colours of their own.
+        pose: keyframe, or empty.
     Raises:
         CannotDraw: MuJoCo cannot read the model, or it has no geom to show.
     """
@@ -70,8 +72,18 @@ def stage(
     except ValueError as error:
         raise CannotDraw(f"{model_xml.name}: {error}".replace("\n", " ")) from error
     data = mujoco.MjData(model)
+    if pose:
+        key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose)
+        if key < 0:
+            raise CannotDraw(f"{model_xml.name}: it has no keyframe {pose!r}")
+        mujoco.mj_resetDataKeyframe(model, data, key)
     mujoco.mj_forward(model, data)
     return model, data, studio.stand(model, data)
+
+
+def poses(model_xml: Path) -> tuple[str, ...]:
+    """Names of the keyframes of a model, in its order."""
+    return tuple(key.name for key in mujoco.MjSpec.from_file(str(model_xml)).keys)
 
 
 def finish(spec: Any) -> None:

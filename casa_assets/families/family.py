@@ -1,0 +1,123 @@
+"""What a family is: a name, a record of its numbers, how they are drawn, and how an asset is built of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Generic, TypeVar
+
+import numpy as np
+
+from casa_assets.errors import UnknownId
+from casa_assets.model.asset import Asset
+from casa_assets.model.finish import Finish, Surface
+from casa_assets.model.provenance import Labels
+from casa_assets.model.record import Id, Record
+
+
+class IsFinish:
+    """Marks a field of Params as the id of a finish."""
+
+
+# A field that names a finish: a row of registry/materials.yaml, a recipe of registry/textures/, or a picture of a pack.
+FinishId = Annotated[Id, IsFinish()]
+
+
+class Params(Record):
+    """Numbers and choices that describe one member of a family; `build` needs nothing else but the finishes."""
+
+    @property
+    def finishes(self) -> tuple[str, ...]:
+        """Ids of all finishes that it names, sorted."""
+        found: list[str] = []
+        for name, field in type(self).model_fields.items():
+            value = getattr(self, name)
+            if isinstance(value, Params):
+                found += value.finishes
+            elif value is not None and any(isinstance(m, IsFinish) for m in _marks(field)):
+                found.append(value)
+        return tuple(sorted(dict.fromkeys(found)))
+
+
+def _marks(field: Any) -> tuple[Any, ...]:
+    """Marks of a field's annotation, also where it may be None."""
+    marks = tuple(field.metadata)
+    for inner in getattr(field.annotation, "__args__", ()):
+        marks += tuple(getattr(inner, "__metadata__", ()))
+    return marks
+
+
+P = TypeVar("P", bound=Params)
+
+
+@dataclass(frozen=True)
+class Stock:
+    """What `sample` may choose from.
+
+    Attributes:
+        surfaces: ids of the recipes and pack pictures of each surface, sorted.
+        plain: ids of all plain finishes, sorted.
+    """
+
+    surfaces: Mapping[Surface, tuple[str, ...]]
+    plain: tuple[str, ...]
+
+    def draw(self, rng: np.random.Generator, surface: Surface) -> str:
+        """One finish of a surface. Raises UnknownId where there is none."""
+        names = self.surfaces.get(surface, ())
+        if not names:
+            raise UnknownId("finish", surface.value, self.plain)
+        return names[int(rng.integers(len(names)))]
+
+
+@dataclass(frozen=True)
+class Supplies:
+    """What `build` is given besides its numbers.
+
+    Attributes:
+        finishes: id -> finish: all plain ones, and those that the Params name.
+        labels: of the family's category.
+    """
+
+    finishes: Mapping[str, Finish]
+    labels: Labels
+
+    def finish(self, name: str) -> Finish:
+        """The finish of that id. Raises UnknownId with the nearest names."""
+        if name not in self.finishes:
+            raise UnknownId("finish", name, self.finishes)
+        return self.finishes[name]
+
+
+@dataclass(frozen=True)
+class Family(Generic[P]):
+    """One kind of thing that is built from numbers.
+
+    Attributes:
+        name: such as `microwave`.
+        title: what a person calls it, one line.
+        category: id in registry/fixtures.yaml.
+        params: the type of its numbers.
+        presets: named members, each visibly different.
+        sample: draws a member; every number within the bounds of its type.
+        build: numbers and finishes into an asset; no randomness.
+    """
+
+    name: str
+    title: str
+    category: str
+    params: type[P]
+    presets: Mapping[str, P]
+    sample: Callable[[np.random.Generator, Stock], P]
+    build: Callable[[P, Supplies], Asset]
+
+
+def pick(rng: np.random.Generator, options: tuple[Any, ...] | list[Any]) -> Any:
+    """One of the options."""
+    return options[int(rng.integers(len(options)))]
+
+
+def between(rng: np.random.Generator, low: float, high: float, step: float = 0.001) -> float:
+    """A number of low..high in whole steps, so that it can be written and read without a rest."""
+    count = int(np.floor((high - low) / step + 1e-9))
+    return float(round(low + step * int(rng.integers(count + 1)), 9))

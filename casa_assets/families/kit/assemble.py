@@ -1,0 +1,222 @@
+"""What stands on a bench into an Asset: meshes, masses, friction of joints, and the origin under its middle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from casa_assets.families.family import Params
+from casa_assets.families.kit import dynamics
+from casa_assets.families.kit.bench import ROOT, Bench, Moved, Part, Piece
+from casa_assets.families.kit.skin import skin
+from casa_assets.families.kit.weight import total
+from casa_assets.model.asset import Asset, Drive, Inertial, Joint, JointKind, Link, Visual
+from casa_assets.model.material import Material, Substance
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.pose import Pose
+from casa_assets.model.provenance import Provenance
+from casa_assets.model.record import Vec3
+
+
+def assemble(bench: Bench, family: str, params: Params) -> Asset:
+    """The finished Asset; its id is the family and the digest of its numbers."""
+    inertials = {name: _inertial(piece) for name, piece in bench.pieces.items()}
+    joints = tuple(_joint(bench, m, inertials) for m in bench.moved)
+    visuals = {name: _visuals(bench, piece) for name, piece in bench.pieces.items()}
+    links = tuple(
+        Link(
+            name=p.name,
+            parent=p.parent,
+            pose=p.pose,
+            inertial=inertials[p.name],
+            visuals=visuals[p.name],
+            colliders=tuple(p.colliders),
+        )
+        for p in _ordered(bench)
+    )
+    materials = _materials(bench, links)
+    made = Asset(
+        id=f"{family}_{params.digest[:10]}",
+        base=bench.base,
+        links=links,
+        joints=joints,
+        sites=tuple(bench.sites),
+        regions=tuple(bench.regions),
+        states=tuple(bench.states),
+        keyframes=tuple(bench.keyframes),
+        behavior=bench.behavior,
+        contract=bench.contract,
+        materials=materials,
+        substances=_substances(bench, links),
+        labels=bench.supplies.labels,
+        provenance=Provenance(
+            source="family",
+            path=family,
+            sha256=params.digest,
+            title=family.replace("_", " "),
+            licence="Apache-2.0",
+            generator="casa-assets families",
+        ),
+    )
+    return centred(made)
+
+
+def _ordered(bench: Bench) -> list[Piece]:
+    """Links, parents before children, else as they were made."""
+    out: list[Piece] = []
+    left = list(bench.pieces.values())
+    while left:
+        ready = [p for p in left if p.parent is None or any(o.name == p.parent for o in out)]
+        if not ready:
+            raise ValueError(f"link {left[0].name!r}: there is no link {left[0].parent!r}")
+        out += ready
+        left = [p for p in left if p not in ready]
+    return out
+
+
+def _visuals(bench: Bench, piece: Piece) -> tuple[Visual, ...]:
+    groups: dict[tuple[str, str | None, str | None], list[Part]] = {}
+    for part in piece.parts:
+        groups.setdefault((part.finish, part.label, part.name), []).append(part)
+    out = []
+    for (finish, label, name), parts in groups.items():
+        tile = bench.supplies.finish(finish).tile_m
+        stem = name or f"{piece.name}_{label or 'body'}_{finish}"
+        meshes = []
+        for i, part in enumerate(parts):
+            meshes.append(skin(part.solid, tile, part.grain, f"{stem}/{i}"))
+        out.append(Visual(name=f"{stem}_visual", mesh=_merged(meshes), material=finish, label=label))
+    return tuple(out)
+
+
+def _materials(bench: Bench, links: Sequence[Link]) -> tuple[Material, ...]:
+    used = sorted({v.material for k in links for v in k.visuals})
+    return tuple(bench.supplies.finish(name).material for name in used)
+
+
+def _substances(bench: Bench, links: Sequence[Link]) -> tuple[Substance, ...]:
+    used = {c.substance for k in links for c in k.colliders}
+    known = {f.substance.id: f.substance for f in bench.supplies.finishes.values()}
+    return tuple(known[name] for name in sorted(used))
+
+
+def _joint(bench: Bench, moved: Moved, inertials: dict[str, Inertial]) -> Joint:
+    lever = _lever(bench, moved) if moved.lever is None else moved.lever
+    way = moved.range[1] - moved.range[0]
+    inertia = _resistance(bench, moved, inertials)
+    found = moved.feel or dynamics.feel(inertia, lever, way, moved.start_n, moved.push_n)
+    drive = None
+    if moved.spring:
+        drive = Drive(stiffness=moved.spring.stiffness, damping=0.0, target=moved.spring.rest)
+    return Joint(
+        name=moved.name,
+        child=moved.child,
+        kind=moved.kind,
+        axis=moved.axis,
+        anchor=moved.anchor,
+        range=moved.range,
+        damping=found.damping,
+        frictionloss=found.frictionloss,
+        armature=found.armature,
+        drive=drive,
+        grip=moved.grip,
+    )
+
+
+def _lever(bench: Bench, moved: Moved) -> float:
+    """Distance from the hinge's axis to the middle of the grip, metres."""
+    grips = [c for c in bench.pieces[moved.child].colliders if c.name == moved.grip]
+    if not grips:
+        raise ValueError(f"joint {moved.name!r}: link {moved.child!r} has no collider {moved.grip!r}")
+    arm = np.array(grips[0].pose.position) - np.array(moved.anchor)
+    axis = np.array(moved.axis)
+    return max(0.01, float(np.linalg.norm(arm - axis * float(arm @ axis) / float(axis @ axis))))
+
+
+def _resistance(bench: Bench, moved: Moved, inertials: dict[str, Inertial]) -> float:
+    """Inertia of all that a joint moves: kg*m^2 about its axis, or kg."""
+    carried = _carried(bench, moved.child, Pose())
+    if moved.kind is JointKind.SLIDE:
+        return sum(inertials[name].mass for name, _ in carried)
+    axis = np.array(moved.axis) / np.linalg.norm(moved.axis)
+    total = 0.0
+    for name, pose in carried:
+        body = inertials[name]
+        arm = pose.apply(np.array([body.center_of_mass]))[0] - np.array(moved.anchor)
+        turned = pose.rotation @ body.tensor @ pose.rotation.T
+        off = arm - axis * float(arm @ axis)
+        total += float(axis @ turned @ axis) + body.mass * float(off @ off)
+    return total
+
+
+def _carried(bench: Bench, name: str, pose: Pose) -> list[tuple[str, Pose]]:
+    """A link and all that it carries, with their poses in its frame."""
+    out = [(name, pose)]
+    for piece in bench.pieces.values():
+        if piece.parent == name:
+            out += _carried(bench, piece.name, pose @ piece.pose)
+    return out
+
+
+def centred(asset: Asset) -> Asset:
+    """The asset moved so that the middle of its footprint is the origin, on the ground, joints at zero."""
+    low, high = asset.bounds
+    x, y, z = (float(np.float32(v)) for v in (-(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2]))
+    shift = Pose(position=(x, y, z))
+    root = asset.root
+    moved = root.replace(
+        inertial=root.inertial.replace(center_of_mass=_point(shift, root.inertial.center_of_mass)),
+        visuals=tuple(v.replace(mesh=_shifted(v.mesh, (x, y, z))) for v in root.visuals),
+        colliders=tuple(c.replace(pose=shift @ c.pose) for c in root.colliders),
+    )
+    others = tuple(k.replace(pose=shift @ k.pose) if k.parent == ROOT else k for k in asset.links[1:])
+    return asset.replace(
+        links=(moved, *others),
+        sites=tuple(s.replace(pose=shift @ s.pose) if s.link == ROOT else s for s in asset.sites),
+        regions=tuple(r.replace(pose=shift @ r.pose) if r.link == ROOT else r for r in asset.regions),
+    )
+
+
+def _point(pose: Pose, point: Vec3) -> Vec3:
+    x, y, z = pose.apply(np.array([point]))[0]
+    return float(x), float(y), float(z)
+
+
+def _shifted(mesh: Mesh, by: Vec3) -> Mesh:
+    vertices = (mesh.vertices + np.array(by)).astype(np.float32).astype(np.float64)
+    return mesh.with_vertices(vertices, mesh.normals)
+
+
+def _merged(meshes: Sequence[Mesh]) -> Mesh:
+    """Meshes side by side as one."""
+    if len(meshes) == 1:
+        return meshes[0]
+    starts = np.cumsum([0, *(len(m.vertices) for m in meshes)])
+    uv = [m.uv for m in meshes if m.uv is not None]
+    normals = [m.normals for m in meshes if m.normals is not None]
+    return Mesh(
+        vertices=np.concatenate([m.vertices for m in meshes]),
+        faces=np.concatenate([m.faces + s for m, s in zip(meshes, starts, strict=False)]),
+        uv=np.concatenate(uv) if uv else None,
+        normals=np.concatenate(normals),
+    )
+
+
+def _inertial(piece: Piece) -> Inertial:
+    """Mass properties of all that is on a link."""
+    if not piece.weights:
+        raise ValueError(f"link {piece.name!r} weighs nothing")
+    whole = total(piece.weights)
+    tensor = whole.inertia
+    # A thin plate's moments touch A + B = C; rounding must not carry them beyond.
+    tensor = tensor + np.eye(3) * 1e-6 * float(np.trace(tensor))
+    xx, yy, zz, xy, xz, yz = (_digits(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    x, y, z = (_digits(v) for v in whole.center)
+    return Inertial(mass=_digits(whole.mass), center_of_mass=(x, y, z), inertia=(xx, yy, zz, xy, xz, yz))
+
+
+def _digits(value: float) -> float:
+    """Seven digits: what both formats keep."""
+    return float(f"{value:.7g}") if math.isfinite(value) else value

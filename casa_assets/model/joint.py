@@ -1,0 +1,103 @@
+"""How links move against each other, and the poses that have names."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from casa_assets.model.record import Id, Record, Vec2, Vec3
+
+NotNegative = Annotated[float, Field(ge=0.0)]
+
+
+class JointKind(StrEnum):
+    """Hinge (rad) or slide (m)."""
+
+    HINGE = "hinge"
+    SLIDE = "slide"
+
+
+class Drive(Record):
+    """A spring to a target: stiffness and damping in N/m, N*s/m or N*m/rad, N*m*s/rad; target in m or rad."""
+
+    stiffness: NotNegative
+    damping: NotNegative
+    target: float = 0.0
+
+
+class Joint(Record):
+    """How a link moves against its parent. Zero is closed.
+
+    Attributes:
+        name: unique.
+        child: link that moves.
+        kind: hinge or slide.
+        axis: unit vector, child frame.
+        anchor: a point on the axis, metres, child frame.
+        range: (low, high), rad or m; low < high.
+        damping: N*m*s/rad or N*s/m. frictionloss: N*m or N. armature: kg*m^2 or kg.
+        drive: spring to a target, or None.
+        grip: collider that a hand takes, on the moved link or on one that it carries rigidly; None where unknown.
+    """
+
+    name: Id
+    child: Id
+    kind: JointKind
+    axis: Vec3
+    anchor: Vec3 = (0.0, 0.0, 0.0)
+    range: Vec2
+    damping: NotNegative = 0.0
+    frictionloss: NotNegative = 0.0
+    armature: NotNegative = 0.0
+    drive: Drive | None = None
+    grip: Id | None = None
+
+    @field_validator("axis")
+    @classmethod
+    def _unit(cls, axis: Vec3) -> Vec3:
+        norm = float(np.linalg.norm(axis))
+        if norm < 1e-9:
+            raise ValueError("axis has no direction")
+        if abs(norm - 1.0) <= 1e-12:
+            return axis
+        return (axis[0] / norm, axis[1] / norm, axis[2] / norm)
+
+    @field_validator("range")
+    @classmethod
+    def _ordered(cls, span: Vec2) -> Vec2:
+        if not span[0] < span[1]:
+            raise ValueError(f"range {span} must rise")
+        return span
+
+
+class State(Record):
+    """A named interval of a joint, as fractions of its way from closed (0) to open (1): `open` is (0.9, 1)."""
+
+    name: Id
+    joint: Id
+    value: Id
+    interval: Vec2
+
+
+class JointValue(Record):
+    """Where a joint stands, rad or m."""
+
+    joint: Id
+    value: float
+
+
+class Keyframe(Record):
+    """A named pose of the whole asset: `closed`, `open`, `on`. Joints that are not named stand at zero."""
+
+    name: Id
+    joints: tuple[JointValue, ...] = ()
+
+
+class Exclusion(Record):
+    """Two links that never collide with each other."""
+
+    first: Id
+    second: Id

@@ -1,0 +1,70 @@
+"""Finishes by id: plain ones out of the registry, pictured ones out of their recipes, kept in the store."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.errors import UnknownId
+from casa_assets.families.family import Stock
+from casa_assets.model.finish import Finish, Plain, Surface
+from casa_assets.model.material import Material
+from casa_assets.model.record import Vec4
+
+
+def stock() -> Stock:
+    """Ids of everything that a draw may choose."""
+    known = registry.load()
+    recipes = registry.textures()
+    surfaces: Mapping[Surface, tuple[str, ...]] = {s: tuple(sorted(recipes.get(s, {}))) for s in Surface}
+    return Stock(surfaces=surfaces, plain=tuple(sorted(known.materials)))
+
+
+@lru_cache(maxsize=1)
+def plain() -> Mapping[str, Finish]:
+    """Every plain finish of the registry."""
+    known = registry.load()
+    return {name: plain_finish(row, known) for name, row in known.materials.items()}
+
+
+def plain_finish(row: Plain, known: registry.Registry) -> Finish:
+    """A row of registry/materials.yaml as a finish."""
+    material = Material(
+        id=row.id,
+        base_color=linear(row.color, row.opacity),
+        metallic=row.metallic,
+        roughness=row.roughness,
+        glow=row.glow,
+        substance=row.substance,
+    )
+    return Finish(id=row.id, material=material, substance=known.substances[row.substance])
+
+
+def linear(color: str, opacity: float = 1.0) -> Vec4:
+    """`#rrggbb` in sRGB as linear RGBA. Ref: IEC 61966-2-1."""
+    parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    r, g, b = (round(v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4, 6) for v in parts)
+    return (r, g, b, opacity)
+
+
+def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:
+    """All plain finishes, and those named that have pictures.
+
+    Args:
+        names: ids of finishes. cache: folder of the store that keeps pictures.
+    Raises:
+        UnknownId: neither a plain finish nor a recipe.
+    """
+    from casa_assets.pipeline.textures import finish_of
+
+    found = dict(plain())
+    recipes = {name: recipe for rows in registry.textures().values() for name, recipe in rows.items()}
+    for name in names:
+        if name in found:
+            continue
+        if name not in recipes:
+            raise UnknownId("finish", name, [*found, *recipes])
+        found[name] = finish_of(recipes[name], cache)
+    return found
