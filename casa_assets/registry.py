@@ -15,12 +15,23 @@ from pydantic import ValidationError
 
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.category import Category, Certainty, QCode
+from casa_assets.model.finish import Plain
 from casa_assets.model.issue import Code
 from casa_assets.model.material import Substance
 from casa_assets.model.record import Id, Record
 from casa_assets.model.vocabulary import Vocabulary
 
-FILES = ("categories", "classes", "limits", "rejections", "substances", "waivers", "words")
+FILES = (
+    "categories",
+    "classes",
+    "fixtures",
+    "limits",
+    "materials",
+    "rejections",
+    "substances",
+    "waivers",
+    "words",
+)
 FALLBACK = "object"  # the category of what has no other; never found by its name, which every second node carries
 R = TypeVar("R", bound=Record)
 Path_ = tuple[str | int, ...]
@@ -88,7 +99,8 @@ class Registry:
     """What we decided, read from registry/.
 
     Attributes:
-        categories, substances, classes, rejections: by id (rejections by code).
+        categories, fixtures, materials, substances, classes, rejections: by id (rejections by code). Fixtures are the
+            categories of what families build; free words never find them.
         limits, limit_units: numbers and their units by key.
         waivers: in file order.
         digest: sha256 of the contents of all files.
@@ -96,6 +108,8 @@ class Registry:
     """
 
     categories: Mapping[str, Category]
+    fixtures: Mapping[str, Category]
+    materials: Mapping[str, Plain]
     substances: Mapping[str, Substance]
     classes: Mapping[str, Class]
     limits: Mapping[str, float]
@@ -245,6 +259,15 @@ def read_categories(
     return categories
 
 
+def read_materials(document: Document, substances: Mapping[str, Substance]) -> dict[str, Plain]:
+    """The plain finishes; each names a substance."""
+    materials = read_table(Plain, document)
+    for name, row in materials.items():
+        if row.substance not in substances:
+            raise document.fault((name, "substance"), "a substance of substances.yaml", repr(row.substance))
+    return materials
+
+
 def read_vocabulary(document: Document, categories: Mapping[str, Category], words: Words) -> Vocabulary:
     """What each id and alias names. Raises RegistryError where two categories claim a name."""
     names = [(c.id, c.id) for c in categories.values() if c.id != FALLBACK]
@@ -282,6 +305,8 @@ def load(root: Path | None = None) -> Registry:
     waivers = documents["waivers"]
     return Registry(
         categories=MappingProxyType(categories),
+        fixtures=MappingProxyType(read_categories(documents["fixtures"], classes, substances)),
+        materials=MappingProxyType(read_materials(documents["materials"], substances)),
         substances=MappingProxyType(substances),
         classes=MappingProxyType(classes),
         limits=MappingProxyType({name: limit.value for name, limit in limits.items()}),

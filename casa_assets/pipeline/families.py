@@ -32,7 +32,6 @@ from casa_assets.pipeline.worker import PREVIEW_PX, THUMBNAIL_PX, certificate, t
 from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
 
-
 # A picture for the thumbnail alone.
 QUICK = View(size_px=THUMBNAIL_PX, passes=8)
 

@@ -12,13 +12,13 @@ from casa_assets.families.family import Stock
 from casa_assets.model.finish import Finish, Plain, Surface
 from casa_assets.model.material import Material
 from casa_assets.model.record import Vec4
+from casa_assets.pipeline.textures import finish_of, recipes
 
 
 def stock() -> Stock:
     """Ids of everything that a draw may choose."""
     known = registry.load()
-    recipes = registry.textures()
-    surfaces: Mapping[Surface, tuple[str, ...]] = {s: tuple(sorted(recipes.get(s, {}))) for s in Surface}
+    surfaces: Mapping[Surface, tuple[str, ...]] = {s: tuple(sorted(rows)) for s, rows in recipes().items()}
     return Stock(surfaces=surfaces, plain=tuple(sorted(known.materials)))
 
 
@@ -57,14 +57,12 @@ def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:
     Raises:
         UnknownId: neither a plain finish nor a recipe.
     """
-    from casa_assets.pipeline.textures import finish_of
-
     found = dict(plain())
-    recipes = {name: recipe for rows in registry.textures().values() for name, recipe in rows.items()}
+    known = {name: recipe for rows in recipes().values() for name, recipe in rows.items()}
     for name in names:
         if name in found:
             continue
-        if name not in recipes:
-            raise UnknownId("finish", name, [*found, *recipes])
-        found[name] = finish_of(recipes[name], cache)
+        if name not in known:
+            raise UnknownId("finish", name, [*found, *known])
+        found[name] = finish_of(known[name], cache)
     return found

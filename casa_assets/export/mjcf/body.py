@@ -52,6 +52,8 @@ def add(parent: etree._Element, link: Link, draft: Draft) -> etree._Element:
     for region in [*([outer] if outer else []), *asset.regions]:
         if region.link == link.name:
             site.add_region(body, region)
+            if asset.contract:
+                site.add_corners(body, region)
     for point in asset.sites:
         if point.link == link.name:
             site.add(body, point)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lxml import etree
 
-from casa_assets.export.mjcf import body, collider, contact, label, material, mesh, scene, site, visual
+from casa_assets.export.mjcf import body, collider, contact, keyframe, label, material, mesh, scene, site, visual
 from casa_assets.model.asset import Asset
 from casa_assets.model.files import Files
 
@@ -15,13 +15,15 @@ def write(asset: Asset) -> Files:
     Returns:
         `model.xml` (body `object` inside an unnamed body, no floor, no free joint: what robosuite and robocasa merge),
         `scene.xml` (the same body on a floor, free to move where its base is free), `meshes/*.obj` and
-        `textures/*.png`. Paths are relative to the XML.
+        `textures/*.png`, and `behavior.json` where the asset has one. Paths are relative to the XML.
     """
     meshes = mesh.gather(asset)
     entries = {file.path: file.data for file in meshes.files}
     entries |= {path: image.png for path, image in material.textures(asset).items()}
     entries["model.xml"] = _model(asset, meshes)
     entries["scene.xml"] = _scene(asset, meshes)
+    if asset.behavior is not None:
+        entries["behavior.json"] = label.behavior_file(asset)
     return Files.of(entries)
 
 
@@ -33,6 +35,7 @@ def _model(asset: Asset, meshes: mesh.Meshes) -> bytes:
     body.add(outer, asset.root, body.Draft(asset, meshes, material.names(asset), collider.GROUP, visual.GROUP))
     site.add_measures(outer, asset)
     _rest(root, asset)
+    keyframe.add_all(root, asset)
     return _text(root)
 
 
@@ -44,8 +47,9 @@ def _scene(asset: Asset, meshes: mesh.Meshes) -> bytes:
     world = etree.SubElement(root, "worldbody")
     scene.add_stage(assets, world, asset)
     draft = body.Draft(asset, meshes, material.names(asset), collider.VIEWER_GROUP, visual.VIEWER_GROUP)
-    scene.add_object(world, draft)
+    placed = scene.add_object(world, draft)
     _rest(root, asset)
+    keyframe.add_all(root, asset, placed)
     return _text(root)
 
 

@@ -1,6 +1,8 @@
-"""Labels, states and the kind of base -> `<custom>` texts, which MuJoCo keeps and does not interpret."""
+"""Labels, states, grips, behaviour and the kind of base -> `<custom>` texts, which MuJoCo keeps and leaves alone."""
 
 from __future__ import annotations
+
+import json
 
 from lxml import etree
 
@@ -9,7 +11,9 @@ from casa_assets.model.asset import Asset
 
 
 def add_all(root: etree._Element, asset: Asset) -> None:
-    """`<custom>` with `base`, `class` (from the category upwards), `qcode` and one `state__...` per named state."""
+    """`<custom>` with `base`, `class` (from the category upwards), `qcode`, and as far as there are any: `contract`,
+    `state__<name>`, `label__<label>` (names of geoms), `grip__<joint>` (name of a geom) and `behavior` (JSON).
+    """
     texts = {
         "base": asset.base.value,
         "class": " ".join(asset.labels.classes),
@@ -17,6 +21,34 @@ def add_all(root: etree._Element, asset: Asset) -> None:
     }
     for state in asset.states:
         texts[f"state__{state.name}"] = f"{state.joint} {state.value} {number.numbers(state.interval)}"
+    if asset.contract is not None:
+        texts["contract"] = asset.contract
+    texts |= {f"label__{label}": " ".join(names) for label, names in labelled(asset).items()}
+    texts |= {f"grip__{joint.name}": joint.grip for joint in asset.joints if joint.grip is not None}
+    if asset.behavior is not None:
+        texts["behavior"] = asset.behavior.to_json()
     custom = etree.SubElement(root, "custom")
     for name, data in texts.items():
         etree.SubElement(custom, "text", {"name": name, "data": data})
+
+
+def labelled(asset: Asset) -> dict[str, list[str]]:
+    """Label -> names of the geoms that carry it, sorted."""
+    found: dict[str, list[str]] = {}
+    for link in asset.links:
+        parts = [(c.label, c.name) for c in link.colliders] + [(v.label, v.name) for v in link.visuals]
+        for label, name in parts:
+            if label is not None:
+                found.setdefault(label, []).append(name)
+    return {label: sorted(found[label]) for label in sorted(found)}
+
+
+def behavior_file(asset: Asset) -> bytes:
+    """The state machine, the named states of joints and the named poses as JSON for people and programs."""
+    assert asset.behavior is not None, "the caller has looked"
+    data = {
+        "behavior": asset.behavior.model_dump(mode="json", exclude_none=True),
+        "states": [state.model_dump(mode="json") for state in asset.states],
+        "keyframes": [key.model_dump(mode="json") for key in asset.keyframes],
+    }
+    return (json.dumps(data, indent=1, sort_keys=True) + "\n").encode("ascii")

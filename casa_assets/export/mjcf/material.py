@@ -51,13 +51,17 @@ def _attributes(material: Material, name: str) -> dict[str, str]:
     attributes = {"name": name}
     if material.base_color_texture is not None:
         attributes |= {"texture": _stem(material.base_color_texture), "texuniform": "false"}
-    return attributes | {
-        "rgba": number.numbers((display(red), display(green), display(blue), alpha)),
-        "specular": number.number(_specular(metallic, roughness)),
-        "shininess": number.number(_shininess(roughness)),
-        "metallic": number.number(metallic),
-        "roughness": number.number(roughness),
-    }
+    return (
+        attributes
+        | {
+            "rgba": number.numbers((display(red), display(green), display(blue), alpha)),
+            "specular": number.number(_specular(metallic, roughness)),
+            "shininess": number.number(_shininess(roughness)),
+            "metallic": number.number(metallic),
+            "roughness": number.number(roughness),
+        }
+        | ({"emission": number.number(material.glow)} if material.glow else {})
+    )
 
 
 def _overall(material: Material) -> tuple[float, float]:

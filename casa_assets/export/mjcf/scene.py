@@ -64,14 +64,20 @@ def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> No
     etree.SubElement(world, "geom", floor)
 
 
-def add_object(world: etree._Element, draft: body.Draft) -> None:
-    """The asset, standing on the floor: free to move where its base is free, else welded to the world."""
+def add_object(world: etree._Element, draft: body.Draft) -> tuple[float, ...]:
+    """The asset, standing on the floor: free to move where its base is free, else welded to the world.
+
+    Returns:
+        Positions of the free joint (x, y, z, w, x, y, z); none where it is welded.
+    """
     asset = draft.asset
     placed = body.add(world, asset.root, draft)
     x, y, z = asset.root.pose.position
     placed.set("pos", number.numbers((x, y, z + _lift(asset))))
     if asset.base is Base.FREE:
         placed.insert(0, etree.Element("freejoint", {"name": "scene__free"}))
+        return (x, y, z + _lift(asset), *asset.root.pose.quaternion)
+    return ()
 
 
 def _seen(asset: Asset) -> tuple[npt.NDArray[np.float64], float]:

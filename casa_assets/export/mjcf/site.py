@@ -7,24 +7,51 @@ import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.export.mjcf import number
+from casa_assets.export.mjcf.material import display
 from casa_assets.geometry.extent import link_bounds
 from casa_assets.model.asset import Asset, Region, Site
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 SITE_GROUP = 3  # hidden by the viewer until asked for
-SITE_COLOR = "1 0.2 0.2 0.6"
 REGION_GROUP = 1
 REGION_COLOR = "0 1 0 0"
 # Names under which robocasa looks for the outer volume. Ref: robocasa v1.0, fixtures and objects.
 OUTER = ("bbox", "main")
 MEASURE_RADIUS = 0.005
+# Regions whose corners robocasa v0.2 reads from sites, and the prefix of their names.
+CORNERS = {"main": "ext", "int": "int"}
 
 
 def add(body: etree._Element, site: Site) -> None:
     """`<site>` below the body of its link."""
-    attributes = {"name": site.name, "type": "sphere", **number.place(site.pose), "size": number.number(site.radius)}
-    etree.SubElement(body, "site", attributes | {"group": str(SITE_GROUP), "rgba": SITE_COLOR})
+    attributes = {"name": site.name, "type": site.kind, **number.place(site.pose), "size": _half_size(site)}
+    red, green, blue, alpha = site.color
+    shown = number.numbers((display(red), display(green), display(blue), alpha))
+    etree.SubElement(body, "site", attributes | {"group": str(SITE_GROUP), "rgba": shown})
+
+
+def _half_size(site: Site) -> str:
+    """MuJoCo's `size`: radius; half sizes of a box; radius and half the height of a cylinder."""
+    if site.size is None:
+        return number.number(site.radius)
+    x, y, z = (s / 2 for s in site.size)
+    return number.numbers((x, y, z) if site.kind == "box" else (x, z))
+
+
+def add_corners(body: etree._Element, region: Region) -> None:
+    """The four sites from which robocasa v0.2 takes a fixture's outer (`main`) and inner (`int`) size.
+
+    `p0` is a corner; `px`, `py` and `pz` are the next ones along each axis.
+    """
+    prefix = CORNERS.get(region.name)
+    if prefix is None or region.kind != "box":
+        return
+    half = np.array(region.size) / 2
+    for end, signs in (("p0", (-1, -1, -1)), ("px", (1, -1, -1)), ("py", (-1, 1, -1)), ("pz", (-1, -1, 1))):
+        point = region.pose.apply((half * np.array(signs))[None])[0]
+        attributes = {"name": f"{prefix}_{end}", "pos": number.numbers(point), "size": number.number(MEASURE_RADIUS)}
+        etree.SubElement(body, "site", attributes | {"group": str(SITE_GROUP), "rgba": "0 0 0 0"})
 
 
 def add_region(body: etree._Element, region: Region) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from casa_assets.export.usd import number, visual
+from casa_assets.export.usd import label, number, visual
 from casa_assets.export.usd.material import Looks
 from casa_assets.model.asset import Collider, Link
 from casa_assets.model.shape import MAX_HULL_VERTICES, Box, Capsule, Cylinder, Hull, Shape, Sphere
@@ -59,6 +59,8 @@ def _touch(prim: Usd.Prim, item: Collider, looks: Looks) -> None:
     """Pose, purpose, collision schemas and friction."""
     number.place(prim, item.pose, item.shape.size if isinstance(item.shape, Box) else None)
     UsdGeom.Imageable(prim).CreatePurposeAttr(UsdGeom.Tokens.guide)
+    if item.label is not None:
+        label.attach(prim, label.PART, [item.label])
     UsdPhysics.CollisionAPI.Apply(prim)
     if prim.IsA(UsdGeom.Mesh):
         hull = isinstance(item.shape, Hull)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from pxr import Sdf, Usd, UsdGeom
 
-from casa_assets.export.usd import body, contact, joint, label, material, metadata, site
+from casa_assets.export.usd import behavior, body, contact, joint, keyframe, label, material, metadata, site
 from casa_assets.model.asset import Asset
 from casa_assets.model.files import Files
 
@@ -59,5 +59,7 @@ def layer_text(asset: Asset) -> str:
     joint.define_all(stage, path, asset)
     site.define_all(stage, path, asset)
     contact.filter_all(stage, path, asset)
+    behavior.define_all(stage, root, asset)
+    keyframe.define_all(stage, root, asset)
     text: str = layer.ExportToString()
     return text

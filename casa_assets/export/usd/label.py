@@ -8,6 +8,9 @@ from pxr import Usd, UsdSemantics
 
 from casa_assets.model.asset import Asset
 
+# The taxonomy of what a visual or collider is within its thing: handle, door, shelf.
+PART = "part"
+
 
 def attach(prim: Usd.Prim, taxonomy: str, labels: Sequence[str]) -> None:
     """Labels of one taxonomy on a prim."""

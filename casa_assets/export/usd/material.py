@@ -76,6 +76,9 @@ def _surface(stage: Usd.Stage, path: Sdf.Path, item: Material, textures: str) ->
         node.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(2, 2, 2, 1))
         node.CreateInput("bias", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(-1, -1, -1, 0))
         _connect(shader, "normal", Sdf.ValueTypeNames.Normal3f, node, "rgb", Sdf.ValueTypeNames.Float3)
+    if item.glow:
+        light = [item.glow * c for c in item.base_color[:3]]
+        shader.CreateInput("emissiveColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*light))
     label.attach(material.GetPrim(), "material", [item.substance])
     return material
 

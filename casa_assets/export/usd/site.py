@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from casa_assets.export.usd import collider, number
 from casa_assets.model.asset import Asset, Region, Site
 from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box, Cylinder, Shape, Sphere
 
 GROUP = 3  # not shown unless asked for, as in model.xml
@@ -15,9 +16,12 @@ GROUP = 3  # not shown unless asked for, as in model.xml
 def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
     """Sites and regions below `<root>/<link>/sites`."""
     for site in asset.sites:
-        _define(stage, _path(stage, root, site), Sphere(radius=site.radius), site.pose)
+        prim = _define(stage, _path(stage, root, site), _shape(site), site.pose)
+        red, green, blue, alpha = site.color
+        UsdGeom.Gprim(prim).CreateDisplayColorAttr([Gf.Vec3f(red, green, blue)])
+        UsdGeom.Gprim(prim).CreateDisplayOpacityAttr([alpha])
     for region in asset.regions:
-        _define(stage, _path(stage, root, region), _volume(region), region.pose)
+        _define(stage, _path(stage, root, region), _volume(region.kind, region.size), region.pose)
 
 
 def _path(stage: Usd.Stage, root: Sdf.Path, item: Site | Region) -> Sdf.Path:
@@ -26,16 +30,21 @@ def _path(stage: Usd.Stage, root: Sdf.Path, item: Site | Region) -> Sdf.Path:
     )
 
 
-def _volume(region: Region) -> Shape:
-    if region.kind == "box":
-        return Box(size=region.size)
-    return Cylinder(radius=region.size[0] / 2, height=region.size[2])
+def _shape(site: Site) -> Shape:
+    return Sphere(radius=site.radius) if site.size is None else _volume(site.kind, site.size)
 
 
-def _define(stage: Usd.Stage, path: Sdf.Path, shape: Shape, pose: Pose) -> None:
+def _volume(kind: str, size: Vec3) -> Shape:
+    if kind == "box":
+        return Box(size=size)
+    return Cylinder(radius=size[0] / 2, height=size[2])
+
+
+def _define(stage: Usd.Stage, path: Sdf.Path, shape: Shape, pose: Pose) -> Usd.Prim:
     prim = collider.define_shape(stage, path, shape)
     number.place(prim, pose, shape.size if isinstance(shape, Box) else None)
     UsdGeom.Imageable(prim).CreatePurposeAttr(UsdGeom.Tokens.guide)
     for schema in ("NewtonSiteAPI", "MjcSiteAPI"):
         prim.AddAppliedSchema(schema)
     number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, GROUP)
+    return prim

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Sdf, Usd, UsdGeom, UsdShade, Vt
 
-from casa_assets.export.usd import number
+from casa_assets.export.usd import label, number
 from casa_assets.export.usd.material import Looks
 from casa_assets.model.asset import Link
 from casa_assets.model.mesh import Mesh
@@ -22,6 +22,8 @@ def define_all(stage: Usd.Stage, body: Sdf.Path, link: Link, looks: Looks) -> No
     for item in link.visuals:
         prim = define_mesh(stage, scope.AppendChild(item.name), item.mesh)
         UsdShade.MaterialBindingAPI.Apply(prim).Bind(looks.surfaces[item.material])
+        if item.label is not None:
+            label.attach(prim, label.PART, [item.label])
         prim.AddAppliedSchema("MjcImageableAPI")
         number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, GROUP)
         # MuJoCo refuses a mesh without volume unless it is told to take it for a shell; the mass is the body's.

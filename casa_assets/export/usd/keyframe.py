@@ -1,0 +1,73 @@
+"""Keyframe -> variant of the root prim: the bodies stand where the joints put them."""
+
+from __future__ import annotations
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from casa_assets.export.usd import number
+from casa_assets.model.asset import Asset, Joint, JointKind
+from casa_assets.model.pose import Pose
+
+SET = "pose"
+DEFAULT = "closed"
+
+
+def define_all(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
+    """The variant set `pose`, `closed` selected; the layer's own opinions are those of joints at zero.
+
+    A variant is weaker than what the layer says outside of it, so the poses of links that move are said only inside.
+    """
+    if not asset.keyframes:
+        return
+    variants = root.GetVariantSets().AddVariantSet(SET)
+    named = {key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes}
+    named = {DEFAULT: named.get(DEFAULT, {}), **named}
+    moving = [k.name for k in asset.links if _moves(asset, k.name)]
+    for name in moving:
+        # Ops are ordered outside, so that every variant gives values to the same ones.
+        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(name)))
+        xform.ClearXformOpOrder()
+        for op in ("xformOp:translate", "xformOp:orient"):
+            xform.GetPrim().RemoveProperty(op)
+        xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
+        xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
+    for key, values in named.items():
+        variants.AddVariant(key)
+        variants.SetVariantSelection(key)
+        with variants.GetVariantEditContext():
+            for name in moving:
+                prim = stage.OverridePrim(root.GetPath().AppendChild(name))
+                pose = asset_from_link(asset, name, values)
+                prim.GetAttribute("xformOp:translate").Set(number.vec3d(pose.position))
+                prim.GetAttribute("xformOp:orient").Set(number.quatd(pose.quaternion))
+    variants.SetVariantSelection(DEFAULT)
+
+
+def asset_from_link(asset: Asset, name: str, values: dict[str, float]) -> Pose:
+    """Pose of a link in the asset frame with the joints at `values` (rad, m); those not named are at zero."""
+    link = asset.link(name)
+    if link.parent is None:
+        return link.pose
+    joint = asset.joint_of(name)
+    moved = Pose() if joint is None else joint_motion(joint, values.get(joint.name, 0.0))
+    return asset_from_link(asset, link.parent, values) @ link.pose @ moved
+
+
+def joint_motion(joint: Joint, value: float) -> Pose:
+    """Pose of the child at `value` in its own frame at zero."""
+    axis = np.array(joint.axis)
+    if joint.kind is JointKind.SLIDE:
+        x, y, z = (float(v) for v in axis * value)
+        return Pose(position=(x, y, z))
+    x, y, z = (float(v) for v in np.sin(value / 2) * axis)
+    spin = Pose(quaternion=(float(np.cos(value / 2)), x, y, z))
+    at = Pose(position=joint.anchor)
+    return at @ spin @ at.inverse()
+
+
+def _moves(asset: Asset, name: str) -> bool:
+    link = asset.link(name)
+    if asset.joint_of(name) is not None:
+        return True
+    return link.parent is not None and _moves(asset, link.parent)

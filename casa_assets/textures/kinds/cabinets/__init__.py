@@ -1,0 +1,10 @@
+"""What doors, drawers and carcasses are faced with."""
+
+from __future__ import annotations
+
+from casa_assets.textures.kind import Kind
+from casa_assets.textures.kinds.cabinets.board import PRESSED
+from casa_assets.textures.kinds.cabinets.painted import PAINTED
+from casa_assets.textures.kinds.cabinets.veneer import VENEER
+
+KINDS: tuple[Kind, ...] = (VENEER, PAINTED, PRESSED)

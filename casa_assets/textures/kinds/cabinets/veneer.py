@@ -1,0 +1,83 @@
+"""Wooden fronts: solid boards and veneers, oiled, stained, limed, brushed, weathered."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.record import Record
+from casa_assets.textures import wood
+from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.layers import Layers
+from casa_assets.textures.wood import Cut, Map, Palette, Share, Sheet, Species
+from casa_assets.textures.wood_grain import smoothstep
+
+
+class Veneer(Record):
+    """A wooden front.
+
+    Attributes:
+        species, palette: anatomy of the wood and colours of its finish.
+        cut: what the face shows.
+        leaves: veneers or boards side by side over the width of the picture.
+        gap_m: open joint between boards in metres, 0 for a glued face.
+        nodes_m: distance of the nodes of bamboo along a strip in metres, 0 for wood.
+        saw_marks: 0..1, strength of the level lines that a saw leaves.
+        weather: 0..1, how grey and cracked the face has become.
+    """
+
+    species: Species
+    palette: Palette
+    cut: Cut
+    leaves: Annotated[int, Field(ge=1, le=64)] = 1
+    gap_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0
+    nodes_m: Annotated[float, Field(ge=0, le=1)] = 0.0
+    saw_marks: Share = 0.0
+    weather: Share = 0.0
+
+
+def paint(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One sheet of fronts, grain along v."""
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    grain = wood.grain_of(sheet, params.species, params.cut, params.leaves, rng)
+    face = wood.dress(grain, params.species, params.palette, sheet, rng)
+    albedo, height, roughness = face.albedo, face.height_m, face.roughness
+    if params.weather > 0:
+        grey = np.float32([0.60, 0.57, 0.53]) * (0.9 + 0.08 * grain.fibre[..., None])
+        patch = params.weather * smoothstep(-1.4, 1.2, sheet.noise(0.35, 0.09, rng, 3) + 0.4 * grain.tone)
+        albedo = albedo + (grey - albedo) * (0.75 * patch)[..., None]
+        crack = smoothstep(2.0, 2.5, sheet.noise(0.18, 0.0022, rng) + 0.5 * sheet.noise(0.5, 0.05, rng))
+        albedo = albedo * (1.0 - 0.6 * params.weather * crack)[..., None]
+        height = height - 0.0006 * params.weather * crack
+        roughness = roughness + 0.25 * params.weather * patch
+    if params.saw_marks > 0:
+        lines = sheet.noise(0.0045, 0.25, rng) * smoothstep(-0.8, 1.2, sheet.noise(0.3, 0.1, rng) + grain.tone)
+        albedo = albedo * (1.0 - 0.07 * params.saw_marks * np.maximum(lines, -0.6))[..., None]
+        height = height - 0.00012 * params.saw_marks * np.maximum(lines, 0.0)
+    if params.nodes_m > 0:
+        node = _nodes(params.nodes_m, sheet, grain.tone)
+        albedo = albedo * (1.0 - 0.2 * node)[..., None]
+    if params.gap_m > 0:
+        gap = 1.0 - smoothstep(0.4 * params.gap_m, 0.4 * params.gap_m + 0.0012, grain.edge_m)
+        albedo = albedo * (1.0 - 0.75 * gap)[..., None]
+        height = height - 0.002 * gap
+    return Layers(
+        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
+        height_m=height.astype(np.float32),
+        roughness=np.clip(roughness, 0.04, 1.0).astype(np.float32),
+        metallic=0.0,
+    )
+
+
+def _nodes(distance_m: float, sheet: Sheet, tone: Map) -> Map:
+    """0..1, a dark line across each strip, at another height in each."""
+    _, y = sheet.axes()
+    pitch = sheet.tile_m[1] / max(1, round(sheet.tile_m[1] / distance_m))
+    off = (np.mod(y / pitch + 7.3 * tone, 1.0) - 0.5) * pitch
+    line = np.exp(-((off / 0.0022) ** 2)) + 0.35 * np.exp(-np.maximum(off, 0.0) / 0.012) * (off > 0)
+    return np.clip(line, 0.0, 1.0).astype(np.float32)
+
+
+VENEER = Kind("veneer", Veneer, paint)

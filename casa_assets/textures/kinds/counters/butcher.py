@@ -1,0 +1,178 @@
+"""Wooden worktops: staves glued edge to edge, and end grain blocks."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from casa_assets.model.record import Record
+from casa_assets.textures import wood
+from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.layers import Layers
+from casa_assets.textures.wood import Board, Cut, Grain, Map, Palette, Sheet, Species
+from casa_assets.textures.wood_grain import smoothstep, years
+
+Ids = npt.NDArray[np.intp]
+
+
+class Staves(Record):
+    """Staves along u.
+
+    Attributes:
+        species, palette, cut: of the wood; `palette.variety` is how much staves differ.
+        stave_m: width of a stave in metres.
+        length_m: of the pieces that a stave is joined from, metres.
+    """
+
+    species: Species
+    palette: Palette
+    cut: Cut = Cut.RIFT
+    stave_m: Annotated[float, Field(gt=0.01, lt=0.4)] = 0.04
+    length_m: Annotated[float, Field(gt=0.05, lt=4)] = 0.5
+
+
+class EndGrain(Record):
+    """Blocks standing on end.
+
+    Attributes:
+        species, palette: of the wood.
+        block_m: side of a block in metres.
+        second: palette of every other block, None where all are of one wood.
+        bond: 0..1, how far every other row is moved along, as a part of a block.
+    """
+
+    species: Species
+    palette: Palette
+    block_m: Annotated[float, Field(gt=0.01, lt=0.2)] = 0.045
+    second: Palette | None = None
+    bond: Annotated[float, Field(ge=0, le=1)] = 0.5
+
+
+def paint_staves(params: Staves, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One worktop, grain along u."""
+    upright = Sheet(canvas.size_px[::-1], canvas.tile_m[::-1])
+    face = _glued(params, upright, rng)
+    return Layers(
+        albedo=np.ascontiguousarray(face.albedo.swapaxes(0, 1)),
+        height_m=np.ascontiguousarray(face.height_m.T),
+        roughness=np.ascontiguousarray(face.roughness.T),
+        metallic=0.0,
+    )
+
+
+def _glued(params: Staves, sheet: Sheet, rng: np.random.Generator) -> Board:
+    """The worktop with its grain along v: every piece is read from another place of one sheet of wood."""
+    plain = params.palette.replace(variety=0.0)
+    face = wood.board(sheet, params.species, params.cut, plain, rng)
+    piece, edge_m, count = _pieces(sheet, params.stave_m, params.length_m, rng)
+    dx = rng.uniform(0.0, sheet.tile_m[0], count).astype(np.float32)[piece]
+    dy = rng.uniform(0.0, sheet.tile_m[1], count).astype(np.float32)[piece]
+    moved = [sheet.shifted(plane, dx, dy) for plane in (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)]
+    # Most staves are much alike and a few stand out: a cube of the lot keeps it so.
+    lot = rng.permutation(np.linspace(-1.0, 1.0, count))
+    tone = (0.35 * lot + 0.65 * lot**3).astype(np.float32)[piece] * params.palette.variety
+    albedo = np.stack(moved[:3], axis=-1)
+    dark, light = wood.rgb(params.palette.dark), wood.rgb(params.palette.light)
+    albedo = albedo + 0.9 * (dark - light) * tone[..., None]
+    albedo = albedo * (1.0 + 0.04 * tone)[..., None]
+    pixel = max(sheet.tile_m[0] / sheet.size_px[1], sheet.tile_m[1] / sheet.size_px[0])
+    glue = np.clip(1.2 - edge_m / max(0.0005, 0.6 * pixel), 0.0, 1.0)
+    albedo = albedo + (wood.rgb(params.palette.heart) - albedo) * (0.42 * glue)[..., None]
+    return Board(
+        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
+        height_m=(moved[3] - 0.00004 * glue).astype(np.float32),
+        roughness=np.clip(moved[4] + 0.04 * glue, 0.04, 1.0).astype(np.float32),
+    )
+
+
+def _pieces(sheet: Sheet, stave_m: float, length_m: float, rng: np.random.Generator) -> tuple[Ids, Map, int]:
+    """Number of the piece, metres to its edge, count of pieces. Staves upright, ends at random heights."""
+    x, y = sheet.axes()
+    columns = max(2, round(sheet.tile_m[0] / stave_m))
+    rows = max(1, round(sheet.tile_m[1] / length_m))
+    pitch = sheet.tile_m[0] / columns
+    column = np.minimum((x / pitch).astype(np.intp), columns - 1)
+    # Ends may not come to lie beside those of the next stave: golden steps keep them apart.
+    start = np.mod(np.arange(columns) * 0.618 + rng.uniform(0.0, 0.12, columns), 1.0) / rows
+    ends = np.sort(np.mod(start[:, None] + (np.arange(rows) + rng.uniform(-0.22, 0.22, (columns, rows))) / rows, 1.0))
+    at = np.mod(y / np.float32(sheet.tile_m[1]), 1.0)
+    row = np.zeros(sheet.size_px, dtype=np.intp)
+    off = np.full(sheet.size_px, np.inf, dtype=np.float32)
+    for n in range(rows if rows > 1 else 0):  # a stave as long as the picture has no ends
+        end = ends[:, n][column]
+        row = row + (at >= end)
+        off = np.minimum(off, np.abs(np.mod(at - end + 0.5, 1.0) - 0.5) * sheet.tile_m[1])
+    side = np.abs(np.mod(x / pitch + 0.5, 1.0) - 0.5) * pitch
+    return np.mod(row, rows) + column * rows, np.minimum(off, side).astype(np.float32), rows * columns
+
+
+def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One block worktop: years as arcs around piths that lie outside the blocks, pores as dots, rays between."""
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    x, y = sheet.axes()
+    rows = 2 * max(1, round(sheet.tile_m[1] / params.block_m / 2.0))
+    columns = 2 * max(1, round(sheet.tile_m[0] / params.block_m / 2.0))
+    tall, wide = sheet.tile_m[1] / rows, sheet.tile_m[0] / columns
+    row = np.minimum((y / tall).astype(np.intp), rows - 1)
+    along = x / wide + params.bond * np.mod(row, 2)
+    column = np.mod(np.floor(along).astype(np.intp), columns)
+    block = row * columns + column
+    in_x, in_y = (np.mod(along, 1.0) - 0.5) * wide, (np.mod(y / tall, 1.0) - 0.5) * tall
+    angle = rng.uniform(0.0, 2.0 * np.pi, rows * columns)
+    far = rng.uniform(0.6, 3.5, rows * columns) * params.block_m
+    dx = in_x - (far * np.cos(angle)).astype(np.float32)[block]
+    dy = in_y - (far * np.sin(angle)).astype(np.float32)[block]
+    lot = rng.uniform(0.0, sheet.tile_m[0], rows * columns).astype(np.float32)[block]
+    radius = np.hypot(dx, dy) + lot + 0.0006 * sheet.noise(0.015, 0.015, rng)
+    grain = _end_maps(sheet, params.species, radius.astype(np.float32), np.arctan2(dy, dx), rng)
+    tone = rng.uniform(-1.0, 1.0, rows * columns).astype(np.float32)[block]
+    grain = _with_tone(grain, tone)
+    face = wood.dress(grain, params.species, params.palette, sheet, rng)
+    albedo = face.albedo
+    if params.second is not None:
+        other = wood.dress(grain, params.species, params.second, sheet, rng)
+        albedo = np.where((np.mod(row + column, 2) == 1)[..., None], other.albedo, albedo)
+    edge = np.minimum(wide / 2.0 - np.abs(in_x), tall / 2.0 - np.abs(in_y))
+    pixel = sheet.tile_m[0] / sheet.size_px[1]
+    glue = np.clip(1.2 - edge / max(0.0005, 0.6 * pixel), 0.0, 1.0)
+    albedo = albedo + (wood.rgb(params.palette.heart) - albedo) * (0.5 * glue)[..., None]
+    return Layers(
+        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
+        height_m=(face.height_m - 0.00004 * glue).astype(np.float32),
+        roughness=np.clip(face.roughness + 0.04 * glue, 0.04, 1.0).astype(np.float32),
+        metallic=0.0,
+    )
+
+
+def _end_maps(sheet: Sheet, species: Species, radius: Map, angle: Map, rng: np.random.Generator) -> Grain:
+    """Maps of wood seen from its end."""
+    ring, early, zone = years(sheet, species, radius, rng)
+    dots = sheet.noise(0.0012, 0.0012, rng)
+    zero = np.zeros_like(ring)
+    rays = np.cos(angle * 160.0).astype(np.float32)
+    return Grain(
+        ring=ring,
+        early=early,
+        fibre=0.5 * sheet.noise(0.002, 0.002, rng) + 0.25 * rays,
+        zone=zone,
+        pore=smoothstep(0.5, 1.6, dots),
+        fleck=zero,
+        dash=zero,
+        sheen=zero,
+        knot=zero,
+        tone=zero,
+        joint=zero,
+        edge_m=zero + 1.0,
+    )
+
+
+def _with_tone(grain: Grain, tone: Map) -> Grain:
+    maps = {name: getattr(grain, name) for name in Grain.__dataclass_fields__}
+    return Grain(**{**maps, "tone": tone})
+
+
+STAVES = Kind("butcher_block", Staves, paint_staves)
+END_GRAIN = Kind("end_grain", EndGrain, paint_blocks)

@@ -1,0 +1,151 @@
+"""Granites: a mosaic of crystals of several minerals, specks of mica, clouds and movement."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.finish import HexColor
+from casa_assets.model.record import Record
+from casa_assets.textures import wood
+from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kinds.counters.crystals import cells
+from casa_assets.textures.layers import Layers
+from casa_assets.textures.wood import Map, Share, Sheet
+from casa_assets.textures.wood_grain import smoothstep
+
+Size = Annotated[float, Field(gt=0.0005, lt=0.5)]
+
+
+class Mineral(Record):
+    """One colour of crystal.
+
+    Attributes:
+        color: in the middle of its range.
+        share: relative part of the face.
+        spread: 0..1, how much its crystals differ in brightness.
+        cluster: -1..1, whether it gathers where the stone is dark (-1) or pale (1).
+    """
+
+    color: HexColor
+    share: Annotated[float, Field(gt=0, le=100)]
+    spread: Share = 0.2
+    cluster: Annotated[float, Field(ge=-1, le=1)] = 0.0
+
+
+class Speck(Record):
+    """Small crystals scattered over the mosaic.
+
+    Attributes:
+        color: of the specks.
+        size_m: of one, metres.
+        share: 0..1 of the face.
+        flock: 0..1, how much they gather in swarms.
+        stretch: how much longer than wide.
+    """
+
+    color: HexColor
+    size_m: Size
+    share: Share
+    flock: Share = 0.4
+    stretch: Annotated[float, Field(ge=0.2, le=8)] = 1.0
+
+
+class Granite(Record):
+    """A polished granite.
+
+    Attributes:
+        minerals: of the mosaic.
+        grain_m: size of its crystals, metres.
+        specks: over the mosaic, in order.
+        orb: colour of large round feldspars, None for a stone without; `orb_m` is their size.
+        orb_rim: colour of the rim around them.
+        cloud_m: size of the swarms, metres.
+        flow: 0..1, how far the swarms are drawn out into streams.
+        shear: how often the streams climb the height of the picture over its width.
+        gloss: roughness.
+    """
+
+    minerals: tuple[Mineral, ...]
+    grain_m: Size = 0.005
+    specks: tuple[Speck, ...] = ()
+    orb: HexColor | None = None
+    orb_m: Size = 0.03
+    orb_rim: HexColor = "#2a2622"
+    cloud_m: Size = 0.08
+    flow: Share = 0.0
+    shear: Annotated[int, Field(ge=-3, le=3)] = 0
+    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.16
+
+
+def paint(params: Granite, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One slab."""
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    swarm = streams(sheet, params.cloud_m, params.flow, params.shear, rng)
+    albedo = _mosaic(params, sheet, swarm, rng)
+    if params.orb is not None:
+        albedo = _orbs(params, params.orb, albedo, sheet, rng)
+    rough = np.zeros(sheet.size_px, dtype=np.float32)
+    for speck in params.specks:
+        mask = _scatter(speck, sheet, swarm, rng)
+        albedo = albedo + (wood.rgb(speck.color) - albedo) * mask[..., None]
+        rough = np.maximum(rough, mask)
+    cloud = sheet.noise(0.004, 0.004, rng)
+    return Layers(
+        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
+        height_m=(-0.000004 * rough + 0.000001 * cloud).astype(np.float32),
+        roughness=np.clip(params.gloss + 0.06 * rough, 0.04, 1.0).astype(np.float32),
+        metallic=0.0,
+    )
+
+
+def streams(sheet: Sheet, size_m: float, flow: float, shear: int, rng: np.random.Generator) -> Map:
+    """Broad noise of deviation 1, drawn out along x by `flow` and slanted by whole turns, so that it closes."""
+    field = sheet.noise(size_m, size_m * (1.0 + 7.0 * flow), rng, 4)
+    x, _ = sheet.axes()
+    wave = 0.5 * size_m * sheet.noise(0.4, 0.4, rng, 2) * (0.3 + flow)
+    return sheet.shifted(field, np.zeros_like(x), shear * x * np.float32(sheet.tile_m[1] / sheet.tile_m[0]) + wave)
+
+
+def _mosaic(params: Granite, sheet: Sheet, swarm: Map, rng: np.random.Generator) -> Map:
+    """(H, W, 3) crystals side by side; which mineral each is hangs on its swarm."""
+    mosaic = cells(sheet, params.grain_m, rng, bend_m=0.18 * params.grain_m)
+    # Crystals are as large as they like: a second mosaic of twice the size takes a third of the face.
+    coarse = cells(sheet, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
+    large = coarse.draw(rng) < 0.35
+    lot = np.where(large, coarse.draw(rng), mosaic.draw(rng))
+    shade = np.where(large, coarse.draw(rng), mosaic.draw(rng)) - 0.5
+    weights = np.stack([m.share * np.exp(0.9 * m.cluster * swarm) for m in params.minerals])
+    edges = np.cumsum(weights / weights.sum(axis=0), axis=0)
+    pick = np.minimum((lot > edges).sum(axis=0), len(params.minerals) - 1)
+    colors = np.stack([wood.rgb(m.color) for m in params.minerals])[pick]
+    spreads = np.array([m.spread for m in params.minerals], dtype=np.float32)[pick]
+    # Within a crystal the light changes a little: cleavage and what lies below the polish.
+    inside = 0.10 * sheet.noise(params.grain_m * 0.6, params.grain_m * 0.6, rng)
+    return np.asarray(colors * (1.0 + spreads * (1.1 * shade + inside))[..., None], dtype=np.float32)
+
+
+def _orbs(params: Granite, color: str, albedo: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
+    """Round feldspars with a rim, packed as they grew."""
+    orbs = cells(sheet, params.orb_m, rng, bend_m=0.10 * params.orb_m)
+    size = params.orb_m * (0.24 + 0.22 * orbs.draw(rng))
+    edge = np.minimum(size - orbs.near_m, orbs.border_m - 0.04 * params.orb_m) / params.orb_m
+    shade = 1.0 + 0.25 * (orbs.draw(rng) - 0.5) + 0.05 * sheet.noise(0.003, 0.003, rng)
+    mixed = 0.28 * albedo + 0.72 * wood.rgb(color) * shade[..., None]
+    body = smoothstep(0.02, 0.06, edge)
+    rim = smoothstep(-0.06, 0.0, edge) * (1.0 - smoothstep(0.03, 0.09, edge))
+    albedo = albedo + (mixed - albedo) * body[..., None]
+    return np.asarray(albedo + (wood.rgb(params.orb_rim) - albedo) * (0.75 * rim)[..., None], dtype=np.float32)
+
+
+def _scatter(speck: Speck, sheet: Sheet, swarm: Map, rng: np.random.Generator) -> Map:
+    """0..1, crystals of one speck; the share is kept, whatever the swarms do."""
+    grains = cells(sheet, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
+    odds = speck.share * np.exp(1.2 * speck.flock * swarm)
+    chosen = grains.draw(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)
+    return np.asarray(chosen * smoothstep(0.0, 0.08, grains.border_m / speck.size_m), dtype=np.float32)
+
+
+GRANITE = Kind("granite", Granite, paint)

@@ -1,0 +1,188 @@
+"""Counters of glazed tiles, glazed lava, and laminates with a printed pattern."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.finish import HexColor
+from casa_assets.model.record import Record
+from casa_assets.textures import wood
+from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kinds.counters.crystals import cells
+from casa_assets.textures.layers import Layers
+from casa_assets.textures.wood import Map, Share, Sheet
+from casa_assets.textures.wood_grain import smoothstep
+
+
+class Tiled(Record):
+    """Tiles with grout.
+
+    Attributes:
+        colors: drawn from with equal odds, or in turn where `checker`.
+        grout: colour of the grout; `joint_m` is its width in metres.
+        width_m, height_m: of a tile.
+        bond: 0..1, how far every other row is moved along.
+        checker: colours take turns.
+        uneven: 0..1, how much tiles differ, and the glaze within one.
+        pillow_m: how much lower the edge of a tile is than its middle, metres.
+        gloss: roughness of the glaze.
+    """
+
+    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
+    grout: HexColor
+    joint_m: Annotated[float, Field(gt=0.0005, lt=0.03)] = 0.004
+    width_m: Annotated[float, Field(gt=0.01, lt=1)] = 0.1
+    height_m: Annotated[float, Field(gt=0.01, lt=1)] = 0.1
+    bond: Annotated[float, Field(ge=0, le=1)] = 0.0
+    checker: bool = False
+    uneven: Share = 0.3
+    pillow_m: Annotated[float, Field(ge=0, le=0.004)] = 0.0006
+    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.15
+
+
+class Glazed(Record):
+    """Enamelled lava: thick glaze that pools and crackles.
+
+    Attributes:
+        color: of the glaze; `deep` where it pools.
+        crackle: 0..1, how plain its net of fine cracks is; `crackle_m` is the size of its pieces.
+        gloss: roughness.
+    """
+
+    color: HexColor
+    deep: HexColor
+    crackle: Share = 0.4
+    crackle_m: Annotated[float, Field(gt=0.003, lt=0.2)] = 0.02
+    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.08
+
+
+class Print(StrEnum):
+    """Patterns of printed laminate."""
+
+    BOOMERANG = "boomerang"
+    CRACKED_ICE = "cracked_ice"
+    FLECKS = "flecks"
+    TERRAZZO = "terrazzo"
+
+
+class Printed(Record):
+    """A laminate with a pattern of the middle of the last century.
+
+    Attributes:
+        ground: colour of the sheet.
+        inks: colours of the figures.
+        pattern: which.
+        size_m: of a figure, metres.
+        gloss: roughness.
+    """
+
+    ground: HexColor
+    inks: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=6)]
+    pattern: Print
+    size_m: Annotated[float, Field(gt=0.003, lt=0.3)] = 0.05
+    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.35
+
+
+def paint_tiles(params: Tiled, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One field of tiles."""
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    x, y = sheet.axes()
+    rows = max(1, round(sheet.tile_m[1] / params.height_m))
+    columns = max(1, round(sheet.tile_m[0] / params.width_m))
+    if params.bond > 0 or params.checker:  # two rows that differ have to close over the border
+        rows, columns = rows + rows % 2, columns + (columns % 2 if params.checker else 0)
+    tall, wide = sheet.tile_m[1] / rows, sheet.tile_m[0] / columns
+    row = np.minimum((y / tall).astype(np.intp), rows - 1)
+    along = x / wide + params.bond * np.mod(row, 2)
+    column = np.mod(np.floor(along).astype(np.intp), columns)
+    in_x, in_y = np.mod(along, 1.0) * wide, np.mod(y / tall, 1.0) * tall
+    # Joints lie half on this tile and half on the next.
+    edge = np.minimum(np.minimum(in_x, wide - in_x), np.minimum(in_y, tall - in_y)) - params.joint_m / 2.0
+    tile = row * columns + column
+    lot = rng.uniform(0.0, 1.0, (2, rows * columns)).astype(np.float32)
+    pick = np.mod(row + column, len(params.colors)) if params.checker else (lot[0][tile] * len(params.colors))
+    colors = np.stack([wood.rgb(c) for c in params.colors])[np.asarray(pick).astype(np.intp)]
+    glaze = sheet.noise(0.05, 0.05, rng, 4)
+    shade = 1.0 + params.uneven * (0.16 * (lot[1][tile] - 0.5) + 0.035 * glaze)
+    rim = np.exp(-np.maximum(edge, 0.0) / 0.006)  # glaze is thinner at the edge
+    albedo = colors * (shade * (1.0 - 0.06 * params.uneven * rim))[..., None]
+    sand = sheet.noise(0.0025, 0.0025, rng)
+    grout = wood.rgb(params.grout) * (1.0 + 0.03 * sand + 0.03 * sheet.noise(0.15, 0.15, rng, 2))[..., None]
+    face = smoothstep(-0.0004, 0.0008, edge)
+    albedo = grout + (albedo - grout) * face[..., None]
+    dome = params.pillow_m * (1.0 - np.exp(-np.maximum(edge, 0.0) / 0.008)) + 0.00002 * params.uneven * glaze
+    return Layers(
+        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
+        height_m=(face * (0.0008 + dome) + (1.0 - face) * 0.00004 * sand).astype(np.float32),
+        roughness=np.clip(0.85 + (params.gloss - 0.85) * face, 0.04, 1.0).astype(np.float32),
+        metallic=0.0,
+    )
+
+
+def paint_glaze(params: Glazed, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One glazed slab."""
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    pool = smoothstep(-1.5, 2.0, sheet.noise(0.3, 0.3, rng, 5))
+    color, deep = wood.rgb(params.color), wood.rgb(params.deep)
+    albedo = color + (deep - color) * (0.8 * pool)[..., None]
+    net = cells(sheet, params.crackle_m, rng, bend_m=0.12 * params.crackle_m)
+    pixel = sheet.tile_m[0] / sheet.size_px[1]
+    crack = np.clip(1.3 - net.border_m / max(0.00035, 0.6 * pixel), 0.0, 1.0) * min(1.0, 0.0007 / pixel)
+    crack = crack * (0.3 + 0.7 * smoothstep(-1.0, 1.0, sheet.noise(0.15, 0.15, rng)))
+    albedo = albedo + (deep * 0.45 - albedo) * (params.crackle * crack)[..., None]
+    wave = sheet.noise(0.06, 0.06, rng, 2)
+    return Layers(
+        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
+        height_m=(0.00004 * wave - 0.00002 * crack).astype(np.float32),
+        roughness=np.clip(params.gloss + 0.1 * params.crackle * crack + 0.02 * pool, 0.04, 1.0).astype(np.float32),
+        metallic=0.0,
+    )
+
+
+def paint_print(params: Printed, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One sheet of laminate."""
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    albedo = np.broadcast_to(wood.rgb(params.ground), (*sheet.size_px, 3)).astype(np.float32)
+    for n, ink in enumerate(params.inks):
+        mask = _figures(params, n, sheet, rng)
+        albedo = albedo + (wood.rgb(ink) - albedo) * mask[..., None]
+    peel = sheet.noise(0.004, 0.004, rng)
+    return Layers(
+        albedo=np.clip(albedo * (1.0 + 0.004 * peel)[..., None], 0.0, 1.0).astype(np.float32),
+        height_m=(0.000004 * peel).astype(np.float32),
+        roughness=np.clip(params.gloss + 0.01 * peel, 0.04, 1.0).astype(np.float32),
+        metallic=0.0,
+    )
+
+
+def _figures(params: Printed, ink: int, sheet: Sheet, rng: np.random.Generator) -> Map:
+    """0..1, what is printed in one ink."""
+    size = params.size_m
+    if params.pattern is Print.CRACKED_ICE:
+        shards = cells(sheet, size * (1.0 + 0.5 * ink), rng, stretch=1.4)
+        lit = shards.draw(rng) ** 2
+        return np.asarray(0.75 * lit * smoothstep(0.0, 0.03, shards.border_m / size), dtype=np.float32)
+    places = cells(sheet, size * (1.25 if params.pattern is Print.BOOMERANG else 1.0), rng)
+    turn = 2.0 * np.pi * places.draw(rng)
+    u = (np.cos(turn) * places.dx_m + np.sin(turn) * places.dy_m) / size
+    v = (np.cos(turn) * places.dy_m - np.sin(turn) * places.dx_m) / size
+    soft = sheet.tile_m[0] / sheet.size_px[1] / size
+    if params.pattern is Print.BOOMERANG:
+        # A bent bar: distance to a parabola, the bar thins out to its tips; only its outline is inked.
+        bar = np.abs(v + 0.10 - 1.6 * u * u) / np.sqrt(1.0 + (3.2 * u) ** 2) - 0.10 * np.sqrt(np.clip(1 - 9 * u * u, 0, 1))
+        bar = np.where(np.abs(u) < 0.34, bar, 1.0)
+        return np.asarray(np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0) * (places.draw(rng) < 0.8))
+    if params.pattern is Print.FLECKS:
+        slim = np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)
+        return np.asarray(np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0) * (places.draw(rng) < 0.55))
+    chip = places.border_m / size - 0.05 - 0.15 * places.draw(rng)
+    return np.asarray(np.clip(chip / soft, 0.0, 1.0) * (places.draw(rng) < 0.3), dtype=np.float32)
+
+
+TILED = Kind("tiled_counter", Tiled, paint_tiles)
+GLAZED = Kind("glazed_lava", Glazed, paint_glaze)
+PRINTED = Kind("printed_laminate", Printed, paint_print)

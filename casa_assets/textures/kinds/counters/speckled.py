@@ -1,0 +1,116 @@
+"""Made stone: quartz composite, solid surface, terrazzo, recycled glass, ground concrete. Chips in a binder."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.finish import HexColor
+from casa_assets.model.record import Record
+from casa_assets.textures import wood
+from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kinds.counters.crystals import cells
+from casa_assets.textures.kinds.counters.veined import Vein, lines
+from casa_assets.textures.layers import Layers
+from casa_assets.textures.wood import Map, Share, Sheet
+from casa_assets.textures.wood_grain import smoothstep
+
+
+class Chips(Record):
+    """One size of chip.
+
+    Attributes:
+        colors: drawn from with equal odds.
+        size_m: of the largest, metres.
+        share: 0..1, how many of the places for a chip are taken.
+        spread: 0..1, how much chips of a colour differ in brightness.
+        round: 0..1, from broken stone to washed pebble.
+        gloss: change of roughness on a chip, such as -0.1 for glass.
+    """
+
+    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=16)]
+    size_m: Annotated[float, Field(gt=0.0005, lt=0.2)]
+    share: Share
+    spread: Share = 0.15
+    round: Share = 0.3
+    gloss: Annotated[float, Field(ge=-0.4, le=0.4)] = 0.0
+
+
+class Made(Record):
+    """A slab of chips in a binder.
+
+    Attributes:
+        binder: its colour.
+        clouds: 0..1, how uneven the binder is; `cloud_m` is the size of its clouds in metres.
+        chips: from the largest to the smallest.
+        veins: printed or poured over it.
+        pinholes: 0..1, small open pores.
+        gloss: roughness.
+    """
+
+    binder: HexColor
+    clouds: Share = 0.1
+    cloud_m: Annotated[float, Field(gt=0.01, lt=2)] = 0.4
+    chips: tuple[Chips, ...] = ()
+    veins: tuple[Vein, ...] = ()
+    pinholes: Share = 0.0
+    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.22
+
+
+def paint(params: Made, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One slab."""
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    cloud = 0.7 * sheet.noise(params.cloud_m, params.cloud_m, rng, 6) + 0.5 * sheet.noise(0.06, 0.09, rng, 5)
+    fine = sheet.noise(0.003, 0.003, rng)
+    albedo = wood.rgb(params.binder) * (1.0 + params.clouds * (0.075 * cloud + 0.02 * fine))[..., None]
+    for vein in params.veins:
+        line, halo = lines(vein, sheet, rng)
+        share = vein.strength * np.clip(line + vein.bleed * halo, 0.0, 1.0)
+        albedo = albedo + (wood.rgb(vein.color) - albedo) * share[..., None]
+    height = 0.000001 * fine
+    roughness = params.gloss + params.clouds * 0.05 * cloud
+    free = np.ones(sheet.size_px, dtype=np.float32)
+    for chips in params.chips:
+        color, mask = _chips(chips, sheet, rng)
+        mask = mask * free
+        albedo = albedo + (color - albedo) * mask[..., None]
+        height = height + 0.000003 * mask
+        roughness = roughness + chips.gloss * mask
+        free = free * (1.0 - mask)  # a small chip lies beside a large one, never on it
+    if params.pinholes > 0:
+        hole = _pinholes(params.pinholes, sheet, rng)
+        albedo = albedo * (1.0 - 0.4 * hole)[..., None]
+        height = height - 0.0006 * hole
+    return Layers(
+        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
+        height_m=height.astype(np.float32),
+        roughness=np.clip(roughness, 0.04, 1.0).astype(np.float32),
+        metallic=0.0,
+    )
+
+
+def _chips(chips: Chips, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map]:
+    """(H, W, 3) colours and (H, W) 0..1 where there is a chip."""
+    places = cells(sheet, chips.size_m, rng, bend_m=0.10 * chips.round * chips.size_m)
+    taken = places.draw(rng) < chips.share
+    small = chips.size_m * (0.03 + 0.16 * places.draw(rng))  # how far the chip stays off its neighbours
+    broken = places.border_m - small
+    pebble = chips.size_m * 0.42 - small - places.near_m
+    edge = np.where(chips.round > 0.5, np.minimum(broken, pebble), broken) / (0.04 * chips.size_m)
+    colors = np.stack([wood.rgb(c) for c in chips.colors])
+    pick = np.minimum((places.draw(rng) * len(colors)).astype(np.intp), len(colors) - 1)
+    shade = 1.0 + chips.spread * (places.draw(rng) - 0.5)
+    inside = 1.0 + 0.06 * chips.spread * sheet.noise(0.4 * chips.size_m, 0.4 * chips.size_m, rng)
+    return np.asarray(colors[pick] * (shade * inside)[..., None]), smoothstep(0.0, 1.0, edge) * taken
+
+
+def _pinholes(share: float, sheet: Sheet, rng: np.random.Generator) -> Map:
+    """0..1, round holes of one to three millimetres, far apart."""
+    places = cells(sheet, 0.012, rng)
+    radius = 0.0004 + 0.0013 * places.draw(rng) ** 3
+    return np.asarray((places.draw(rng) < 0.5 * share) * np.clip(1.5 - places.near_m / radius, 0.0, 1.0))
+
+
+MADE = Kind("made_stone", Made, paint)

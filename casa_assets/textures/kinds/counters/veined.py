@@ -1,0 +1,168 @@
+"""Veined stone: marble, soapstone, veined quartz. Clouds under veins of true width that fade, split and meet."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.finish import HexColor
+from casa_assets.model.record import Record
+from casa_assets.textures import wood
+from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kinds.counters.crystals import cells
+from casa_assets.textures.layers import Layers
+from casa_assets.textures.wood import Map, Share, Sheet
+from casa_assets.textures.wood_grain import smoothstep
+
+
+class Course(StrEnum):
+    """How veins run."""
+
+    FLOW = "flow"  # long lines side by side
+    NET = "net"  # between the pieces of a broken stone that has healed
+
+
+class Vein(Record):
+    """One family of veins.
+
+    Attributes:
+        color: of the vein; `strength` 0..1 is how much of it is seen.
+        course: how they run.
+        spacing_m: usual distance of two, metres.
+        width_m: of a vein where it is strong, metres.
+        halo_m: how far its colour bleeds, metres.
+        bleed: 0..1, strength of that halo.
+        stretch: how much longer than their distance they are before they turn.
+        shear: how often they climb the height of the picture over its width.
+        wobble: 0..1, how restless the lines are.
+        gaps: 0..1, how much of them has faded away.
+    """
+
+    color: HexColor
+    strength: Share = 0.8
+    course: Course = Course.FLOW
+    spacing_m: Annotated[float, Field(gt=0.01, lt=3)] = 0.3
+    width_m: Annotated[float, Field(gt=0.0002, lt=0.2)] = 0.004
+    halo_m: Annotated[float, Field(gt=0.001, lt=0.3)] = 0.02
+    bleed: Share = 0.3
+    stretch: Annotated[float, Field(ge=1, le=8)] = 3.0
+    shear: Annotated[int, Field(ge=-3, le=3)] = 1
+    wobble: Share = 0.5
+    gaps: Share = 0.4
+
+
+class Veined(Record):
+    """A veined slab.
+
+    Attributes:
+        ground, cloud: colours of the stone and of the clouds in it.
+        cloudy: 0..1, strength of the clouds; `cloud_m` is their size in metres.
+        shear: slant of the clouds, as that of veins.
+        veins: laid over it in order.
+        crystal: 0..1, how much the sugar of the crystals sparkles.
+        gloss: roughness.
+    """
+
+    ground: HexColor
+    cloud: HexColor
+    cloudy: Share = 0.5
+    cloud_m: Annotated[float, Field(gt=0.01, lt=2)] = 0.4
+    shear: Annotated[int, Field(ge=-3, le=3)] = 1
+    veins: tuple[Vein, ...] = ()
+    crystal: Share = 0.3
+    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.2
+
+
+def paint(params: Veined, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One slab."""
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    clouds = _clouds(params, sheet, rng)
+    ground, cloud = wood.rgb(params.ground), wood.rgb(params.cloud)
+    albedo = ground + (cloud - ground) * (params.cloudy * clouds)[..., None]
+    cut = np.zeros(sheet.size_px, dtype=np.float32)
+    for vein in params.veins:
+        line, halo = lines(vein, sheet, rng)
+        share = vein.strength * np.clip(line + vein.bleed * halo, 0.0, 1.0)
+        albedo = albedo + (wood.rgb(vein.color) - albedo) * share[..., None]
+        cut = np.maximum(cut, line)
+    sugar = sheet.noise(0.0025, 0.0025, rng)
+    albedo = albedo * (1.0 + 0.012 * params.crystal * sugar)[..., None]
+    return Layers(
+        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
+        height_m=(0.000001 * sugar - 0.000006 * cut).astype(np.float32),
+        roughness=np.clip(params.gloss + 0.05 * cut + 0.008 * sugar, 0.04, 1.0).astype(np.float32),
+        metallic=0.0,
+    )
+
+
+def slanted(sheet: Sheet, image: Map, shear: int) -> Map:
+    """`image` climbing `shear` times its height over its width; it still closes over the border."""
+    x, _ = sheet.axes()
+    return sheet.shifted(image, np.zeros_like(x), shear * x * np.float32(sheet.tile_m[1] / sheet.tile_m[0]))
+
+
+def lines(vein: Vein, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map]:
+    """Vein and its halo, each (H, W) 0..1."""
+    main, branch, side = _courses(vein, sheet, rng)
+    # A vein swells and dies away along its course; its branches die first.
+    life = slanted(sheet, sheet.noise(0.28, 0.28 * vein.stretch**0.5, rng, 2), vein.shear)
+    edge = 2.2 * vein.gaps - 1.6
+    alive = smoothstep(edge, edge + 1.5, life)
+    swell = np.exp(0.45 * sheet.noise(0.07, 0.07, rng, 2) - 0.2)
+    width = vein.width_m * swell * (0.12 + 0.88 * alive**1.5)
+    line = alive * _drawn(main * np.where(side > 0, 0.8, 1.5), width, sheet)
+    twig = smoothstep(edge + 0.5, edge + 1.8, life) * _drawn(branch, 0.28 * width, sheet)
+    line = np.maximum(line, 0.8 * twig) * np.clip(0.85 + 0.2 * sheet.noise(0.025, 0.025, rng, 4), 0.3, 1.1)
+    # Halos lean to one side, as the water came from there.
+    halo = alive * np.exp(-main / (vein.halo_m * np.where(side > 0, 1.0, 0.4)))
+    torn = np.clip(0.75 + 0.3 * sheet.noise(0.06, 0.06, rng, 5), 0.0, 1.3)
+    return np.clip(line, 0.0, 1.0).astype(np.float32), np.asarray(halo * torn, dtype=np.float32)
+
+
+def _drawn(off: Map, width: Map, sheet: Sheet) -> Map:
+    """A soft line; thinner than a pixel it is paler, not broader."""
+    pixel = sheet.tile_m[0] / sheet.size_px[1]
+    drawn = np.maximum(width, 1.2 * pixel)
+    return np.asarray(np.exp(-((off / (0.6 * drawn)) ** 2)) * np.minimum(width / (1.2 * pixel), 1.0) ** 0.7)
+
+
+def _courses(vein: Vein, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+    """Metres to the nearest vein, metres to the nearest branch, and a field that tells the sides of a vein apart."""
+    size = vein.spacing_m
+    bend = vein.wobble * size * 0.10 * sheet.noise(0.8 * size, 0.8 * size, rng, 2)
+    fine = vein.wobble * (0.0022 * sheet.noise(0.03, 0.03, rng, 3) + 0.012 * size * sheet.noise(0.12, 0.12, rng, 2))
+    if vein.course is Course.NET:
+        pieces = cells(sheet, size, rng, stretch=vein.stretch)
+        smaller = cells(sheet, 0.45 * size, rng, stretch=vein.stretch)
+        # Cells lie square to the picture: slanted, they no longer do.
+        moved = [slanted(sheet, m, vein.shear) for m in (pieces.border_m, smaller.border_m, pieces.draw(rng) - 0.5)]
+        near, twig, side = (sheet.shifted(m, 1.6 * bend + fine, fine - 1.6 * bend) for m in moved)
+        return near, twig + 0.0012, side
+    tilt = sheet.noise(size, size * vein.stretch, rng) + 0.25 * sheet.noise(0.4 * size, 0.4 * size * vein.stretch, rng)
+    field = slanted(sheet, sheet.shifted(tilt, bend, 0.6 * bend + fine), vein.shear)
+    split = 0.45 * slanted(sheet, sheet.noise(0.5 * size, 0.8 * size * vein.stretch, rng, 2), vein.shear)
+    return _off(field, size, sheet), _off(field + split, size, sheet), field
+
+
+def _off(field: Map, size_m: float, sheet: Sheet) -> Map:
+    """About the metres to where a field is 0."""
+    step_x, step_y = (m / p for m, p in zip(sheet.tile_m, sheet.size_px[::-1], strict=True))
+    rise_x = (np.roll(field, -1, axis=1) - np.roll(field, 1, axis=1)) / (2.0 * step_x)
+    rise_y = (np.roll(field, -1, axis=0) - np.roll(field, 1, axis=0)) / (2.0 * step_y)
+    # Near a saddle the slope vanishes, and a vein would run out into a blot.
+    slope = np.maximum(np.hypot(rise_x, rise_y), 1.2 / size_m)
+    return np.asarray(np.abs(field) / slope, dtype=np.float32)
+
+
+def _clouds(params: Veined, sheet: Sheet, rng: np.random.Generator) -> Map:
+    """0..1, banks of cloud drawn out along the slant."""
+    size = params.cloud_m
+    field = sheet.noise(0.6 * size, 1.5 * size, rng, 5)
+    bend = 0.25 * size * sheet.noise(size, size, rng, 2)
+    return smoothstep(-1.2, 1.8, slanted(sheet, sheet.shifted(field, bend, bend), params.shear))
+
+
+VEINED = Kind("veined_stone", Veined, paint)

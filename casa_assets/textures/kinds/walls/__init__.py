@@ -1,0 +1,7 @@
+"""What walls are covered with."""
+
+from __future__ import annotations
+
+from casa_assets.textures.kind import Kind
+
+KINDS: tuple[Kind, ...] = ()

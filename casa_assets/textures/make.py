@@ -1,0 +1,28 @@
+"""Recipe -> picture."""
+
+from __future__ import annotations
+
+from casa_assets.errors import UnknownId
+from casa_assets.model.chance import rng_for
+from casa_assets.textures.kind import Canvas, Kind, Recipe
+from casa_assets.textures.kinds import KINDS
+from casa_assets.textures.layers import Layers
+
+SIZE_PX = 1024
+
+
+def kind_of(name: str) -> Kind:
+    """The kind of that name. Raises UnknownId with the nearest names."""
+    if name not in KINDS:
+        raise UnknownId("kind of texture", name, KINDS)
+    return KINDS[name]
+
+
+def make(recipe: Recipe, size_px: int = SIZE_PX) -> Layers:
+    """The picture of a recipe; its longer side has `size_px` pixels."""
+    kind = kind_of(recipe.kind)
+    width, height = recipe.tile_m
+    longest = max(width, height)
+    size = (max(8, round(size_px * height / longest)), max(8, round(size_px * width / longest)))
+    params = kind.params.from_json(recipe.params)
+    return kind.paint(params, Canvas(size, recipe.tile_m), rng_for(recipe.seed, f"textures/{recipe.kind}"))

@@ -1,0 +1,187 @@
+"""How visible the border of a repeated picture is, and how to take it away."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+Picture = npt.NDArray[np.float32]
+
+# One step of an 8-bit picture: below it no border can be seen, whatever stands inside.
+_STEP = 1.0 / 255.0
+# Columns that the border is held against: the strongest of this share, for a joint may lie on the border as it may
+# lie inside.
+_STRONGEST = 0.01
+_BAND = 0.04  # of the side: width of the strips whose mean tone is compared, and of the blend of a repair
+_SHORTEST = 0.7  # of the side: what a repair leaves at least
+
+
+@dataclass(frozen=True)
+class Seam:
+    """Steps across the border over steps inside: 1 is a border like any other place, 3 is plainly seen.
+
+    Attributes:
+        x: across the left and right edge.
+        y: across the upper and lower edge.
+    """
+
+    x: float
+    y: float
+
+    @property
+    def worst(self) -> float:
+        """The larger of both."""
+        return max(self.x, self.y)
+
+
+def seam(picture: npt.NDArray[np.floating]) -> Seam:
+    """Score both borders of a picture that is going to be repeated.
+
+    Args:
+        picture: (H, W) or (H, W, C), 0..1, at least 16 px a side.
+    """
+    image = np.asarray(picture, dtype=np.float32)
+    image = image[..., None] if image.ndim == 2 else image
+    return Seam(x=_across(image), y=_across(image.swapaxes(0, 1)))
+
+
+def repair(picture: npt.NDArray[np.floating]) -> Picture:
+    """The picture without its border: light evened out, cut to the best fit, both ends grown together.
+
+    Args:
+        picture: (H, W, C), 0..1.
+    Returns:
+        (h, w, C) float32 0..1 with h, w between 0.7 and 1 of H, W; it tiles in both directions.
+    """
+    image = np.asarray(picture, dtype=np.float32)
+    image = _without_drift(image)
+    image = _closed(image, ring=False)
+    return np.clip(_closed(image.swapaxes(0, 1), ring=True).swapaxes(0, 1), 0.0, 1.0)
+
+
+def smooth_part(picture: Picture) -> Picture:
+    """The smooth image whose removal makes a picture periodic.
+
+    Ref: L. Moisan, Periodic plus Smooth Image Decomposition, J. Math. Imaging Vis. 39 (2011).
+
+    Args:
+        picture: (H, W, C).
+    Returns:
+        (H, W, C) float32 of mean 0; `picture` minus it has no jump at its border.
+    """
+    height, width = picture.shape[:2]
+    jump = np.zeros_like(picture, dtype=np.float64)
+    jump[0] += picture[0] - picture[-1]
+    jump[-1] -= picture[0] - picture[-1]
+    jump[:, 0] += picture[:, 0] - picture[:, -1]
+    jump[:, -1] -= picture[:, 0] - picture[:, -1]
+    rows = 2.0 * np.cos(2.0 * np.pi * np.arange(height) / height)
+    cols = 2.0 * np.cos(2.0 * np.pi * np.arange(width) / width)
+    laplacian = 4.0 - rows[:, None] - cols[None, :]
+    laplacian[0, 0] = 1.0
+    spectrum = np.fft.fft2(jump, axes=(0, 1)) / laplacian[..., None]
+    spectrum[0, 0] = 0.0
+    return np.real(np.fft.ifft2(spectrum, axes=(0, 1))).astype(np.float32)
+
+
+def _across(image: Picture) -> float:
+    """Score of the edge between the last and the first column, fine and broad."""
+    width = image.shape[1]
+    steps = np.abs(np.diff(image, axis=1, append=image[:, :1])).mean(axis=(0, 2))
+    fine = steps[-1] / max(_strongest(steps[:-1]), _STEP)
+    # A drift of light shows no step from pixel to pixel, but the tones of the two ends are far apart.
+    band = max(2, round(_BAND * width))
+    count = width // band
+    means = image[:, : count * band].reshape(image.shape[0], count, band, -1).mean(axis=(0, 2))
+    inner = np.abs(np.diff(means, axis=0)).mean(axis=1)
+    ends = np.abs(image[:, :band].mean(axis=(0, 1)) - image[:, -band:].mean(axis=(0, 1))).mean()
+    broad = ends / max(float(inner.max()), 2.0 * _STEP)
+    return float(max(fine, broad))
+
+
+def _strongest(steps: npt.NDArray[np.float32]) -> float:
+    count = max(3, round(_STRONGEST * len(steps)))
+    return float(np.sort(steps)[-count:].mean())
+
+
+def _without_drift(image: Picture) -> Picture:
+    """Even out what is as wide as the picture: vignettes and light from one side."""
+    sigma = 0.2 * min(image.shape[:2])
+    light = ndimage.gaussian_filter(image, (sigma, sigma, 0.0), mode="nearest")
+    evened = image - 0.7 * (light - light.mean(axis=(0, 1)))
+    broad = ndimage.gaussian_filter(evened, (4.0, 4.0, 0.0), mode="nearest")
+    return np.clip(evened - smooth_part(broad), 0.0, 1.0).astype(np.float32)
+
+
+def _closed(image: Picture, ring: bool) -> Picture:
+    """Cut columns away at both ends so that they fit, and let the ends overlap along the least visible path.
+
+    Args:
+        image: (H, W, C).
+        ring: the rows are already periodic, so the path has to end where it began.
+    """
+    width = image.shape[1]
+    overlap = max(4, round(2.0 * _BAND * width))
+    start, length = _best_cut(image, overlap)
+    kept = image[:, start : start + length].copy()
+    over = image[:, start + length : start + length + overlap]
+    path = _path(((over - kept[:, :overlap]) ** 2).sum(axis=2), ring)
+    feather = max(2.0, overlap / 8.0)
+    share = np.clip((np.arange(overlap)[None, :] - path[:, None]) / feather + 0.5, 0.0, 1.0)
+    # The first column has to go on from the last one, and the last of the overlap into the picture.
+    ramp = np.arange(overlap) / (overlap - 1.0)
+    share = np.clip(share, np.maximum(0.0, 4.0 * ramp - 3.0), np.minimum(1.0, 4.0 * ramp))[..., None]
+    kept[:, :overlap] = share * kept[:, :overlap] + (1.0 - share) * over
+    return kept.astype(np.float32)
+
+
+def _best_cut(image: Picture, overlap: int) -> tuple[int, int]:
+    """First column and number of columns whose ends look most alike, looked for on a coarse grid."""
+    width = image.shape[1]
+    # Columns are compared as they are, rows may be thinned: a joint that moves by a pixel is seen.
+    rows = image[:: max(1, image.shape[0] // 96)]
+    hop = max(1, width // 128)
+    shortest = round(_SHORTEST * width)
+    best = (np.inf, 0, width - overlap)
+    for start in range(0, width - overlap - shortest + 1, 2 * hop):
+        left = rows[:, start : start + overlap]
+        for length in range(shortest, width - overlap - start + 1, hop):
+            right = rows[:, start + length : start + length + overlap]
+            cost = float(np.abs(left[:, ::hop] - right[:, ::hop]).mean()) * (1.0 + 0.2 * (width - length) / width)
+            if cost < best[0]:
+                best = (cost, start, length)
+    return best[1], best[2]
+
+
+def _path(cost: npt.NDArray[np.float32], ring: bool) -> npt.NDArray[np.intp]:
+    """Column of the cheapest cut from the first row to the last, one column a row at most.
+
+    Ref: A. Efros, W. Freeman, Image Quilting for Texture Synthesis and Transfer, SIGGRAPH 2001.
+    """
+    path = _cheapest(cost)
+    if not ring:
+        return path
+    middle = int(path[len(path) // 2])
+    fenced = cost.copy()
+    columns = np.arange(cost.shape[1])
+    for row in (0, -1):
+        fenced[row] = np.where(columns == middle, fenced[row], np.float32(1e6))
+    return _cheapest(fenced)
+
+
+def _cheapest(cost: npt.NDArray[np.float32]) -> npt.NDArray[np.intp]:
+    rows, columns = cost.shape
+    total = cost.astype(np.float64)
+    for row in range(1, rows):
+        above = np.pad(total[row - 1], 1, constant_values=np.inf)
+        total[row] += np.minimum(np.minimum(above[:-2], above[1:-1]), above[2:])
+    path = np.empty(rows, dtype=np.intp)
+    path[-1] = int(np.argmin(total[-1]))
+    for row in range(rows - 2, -1, -1):
+        low = max(0, int(path[row + 1]) - 1)
+        high = min(columns, int(path[row + 1]) + 2)
+        path[row] = low + int(np.argmin(total[row, low:high]))
+    return path

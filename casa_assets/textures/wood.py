@@ -1,0 +1,123 @@
+"""Wood as it is sawn, coloured and finished: grain maps and a palette into colour, relief and gloss."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.finish import HexColor
+from casa_assets.model.record import Record
+from casa_assets.textures import wood_grain
+from casa_assets.textures.wood_grain import Cut, Grain, Map, Rings, Share, Sheet, Species, smoothstep
+
+__all__ = ["Board", "Cut", "Grain", "Map", "Palette", "Rings", "Sheet", "Species", "board", "dress", "grain_of"]
+
+grain_of = wood_grain.grain
+# Between the deepest pore and the face of a planed board. Ref: about the vessel diameter of open woods, 0.1 to 0.3 mm.
+_PORE_DEPTH_M = 0.00018
+_RING_DEPTH_M = 0.00008
+_JOINT_DEPTH_M = 0.00015
+
+
+class Palette(Record):
+    """Colours of a finished wood, as a colour card shows them.
+
+    Attributes:
+        light: the plain wood.
+        dark: the strong part of a year, and the tone that broad clouds lean to.
+        pore: in the pores; pale where they are limed.
+        heart: of knots, mineral streaks and dark bands.
+        variety: 0..1, how much the leaves differ from each other.
+        streaks: 0..1, share of the face that leans to `heart` in long streaks.
+        gloss: roughness of the finish, 0..1.
+        brushed: 0..1, how far the soft wood was brushed out.
+    """
+
+    light: HexColor
+    dark: HexColor
+    pore: HexColor
+    heart: HexColor
+    variety: Share = 0.35
+    streaks: Share = 0.0
+    gloss: Annotated[float, Field(ge=0.05, le=0.95)] = 0.45
+    brushed: Share = 0.0
+
+
+@dataclass(frozen=True)
+class Board:
+    """A dressed face, as `Layers` without the metal.
+
+    Attributes:
+        albedo: (H, W, 3) float32 sRGB 0..1.
+        height_m: (H, W) float32 metres, 0 on the planed face.
+        roughness: (H, W) float32 0..1.
+    """
+
+    albedo: Map
+    height_m: Map
+    roughness: Map
+
+
+def board(
+    sheet: Sheet, species: Species, cut: Cut, palette: Palette, rng: np.random.Generator, leaves: int = 1
+) -> Board:
+    """A face that tiles in both directions, grain along the height.
+
+    Args:
+        sheet: pixels and metres.
+        species: anatomy of the wood.
+        cut: how it was taken from the log; a flat cut has a joint at the border even with one leaf.
+        palette: colours and gloss.
+        rng: all of the randomness.
+        leaves: boards or veneers side by side.
+    """
+    return dress(wood_grain.grain(sheet, species, cut, leaves, rng), species, palette, sheet, rng)
+
+
+def dress(grain: Grain, species: Species, palette: Palette, sheet: Sheet, rng: np.random.Generator) -> Board:
+    """Give maps of a face their colours, relief and gloss."""
+    light, dark, pore, heart = (rgb(c) for c in (palette.light, palette.dark, palette.pore, palette.heart))
+    cloud = np.clip(0.5 + 0.22 * grain.zone, 0.0, 1.0)
+    mix = species.contrast * grain.ring * (0.75 + 0.5 * cloud) + 0.75 * species.clouds * (cloud - 0.35)
+    mix = mix + 0.5 * palette.variety * grain.tone + 0.10 * species.fibre * grain.fibre
+    albedo = _blend(light, dark, np.clip(mix, -0.35, 1.0))
+    if palette.streaks > 0:
+        vein = 1.0 * grain.zone + 0.6 * sheet.noise(1.8, 0.022, rng) + 0.12 * grain.fibre
+        edge = 1.5 - 2.2 * palette.streaks
+        albedo = _toward(albedo, heart, 0.6 * smoothstep(edge, edge + 2.0, vein))
+    shade = 1.0 + 0.035 * species.fibre * grain.fibre + 0.07 * grain.sheen + 0.03 * palette.variety * grain.tone
+    albedo = albedo * shade[..., None]
+    open_pores = species.pores * grain.pore * (0.3 + 0.7 * grain.early)
+    albedo = _toward(albedo, pore, 0.85 * open_pores)
+    albedo = _toward(albedo, pore, 0.45 * grain.dash * species.rays * (1.0 - (grain.fleck.max() > 0)))
+    fleck = np.clip(light * 1.05 + 0.02, 0.0, 1.0)
+    albedo = _toward(albedo, fleck, 0.6 * species.rays * grain.fleck)
+    albedo = _toward(albedo, heart, 0.85 * grain.knot)
+    albedo = albedo * (1.0 - 0.22 * grain.joint)[..., None]
+    relief = -_PORE_DEPTH_M * (1.0 + 2.0 * palette.brushed) * open_pores
+    relief = relief + _RING_DEPTH_M * (0.3 + 4.0 * palette.brushed) * (grain.ring - 0.5)
+    relief = relief + 0.00001 * grain.fibre - _JOINT_DEPTH_M * grain.joint
+    roughness = palette.gloss + 0.10 * open_pores - 0.06 * species.rays * grain.fleck - 0.03 * grain.sheen
+    roughness = roughness + 0.015 * grain.fibre + 0.05 * grain.knot
+    return Board(
+        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
+        height_m=relief.astype(np.float32),
+        roughness=np.clip(roughness, 0.04, 1.0).astype(np.float32),
+    )
+
+
+def rgb(color: str) -> Map:
+    """(3,) sRGB 0..1 of `#rrggbb`."""
+    return np.array([int(color[i : i + 2], 16) / 255.0 for i in (1, 3, 5)], dtype=np.float32)
+
+
+def _blend(light: Map, dark: Map, share: Map) -> Map:
+    """Between two colours; below 0 it goes on past the light one."""
+    return np.asarray(light + (dark - light) * share[..., None], dtype=np.float32)
+
+
+def _toward(albedo: Map, color: Map, share: Map) -> Map:
+    return np.asarray(albedo + (color - albedo) * share[..., None], dtype=np.float32)
