@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.checks import asset, cover, mjcf, parity, usd, visual
+from casa_assets.checks import asset, clearance, cover, flicker, force, grip, hollow, mjcf, parity, unwrap, usd, visual
 from casa_assets.checks.check import Check
 from casa_assets.checks.package import Package
 from casa_assets.model.asset import Asset
@@ -28,6 +28,9 @@ TABLE: tuple[Check, ...] = (
     Check("AST014", WARNING, Package, asset.has_usual_size, "size_slack", "", "A gripper has one width."),
     Check("AST015", ERROR, Asset, asset.closes_at_zero, None, "", "Zero is closed: a joint starts there."),
     Check("AST016", ERROR, Asset, cover.is_covered, "collider_bare", "", "What is bare of shapes is passed through."),
+    Check(
+        "AST017", ERROR, Asset, grip.is_spread_like_matter, "gyration_share", "", "Inertia decides how a door swings."
+    ),
     # what is seen
     Check("VIS001", ERROR, Asset, visual.has_whole_triangles, None, "", "A triangle without area has no normal."),
     Check("VIS002", ERROR, Asset, visual.is_lit_from_outside, "flipped_normals", "", "Else light falls on the back."),
@@ -37,6 +40,18 @@ TABLE: tuple[Check, ...] = (
     Check("VIS006", ERROR, Asset, visual.has_small_textures, "texture_px", "px", "Pictures fill a GPU's memory first."),
     Check("VIS007", ERROR, Asset, visual.has_enough_vertices, None, "", "MuJoCo refuses meshes of fewer than four."),
     Check("VIS008", ERROR, Asset, visual.is_seen_once, None, "", "Two surfaces in one place flicker."),
+    Check("VIS009", ERROR, Asset, unwrap.is_true_to_size, "uv_stretch", "", "A tile has one size in a whole kitchen."),
+    Check("VIS010", ERROR, Asset, flicker.shows_one_face, "flicker_m2", "m^2", "Two faces in one place flicker."),
+    # what moves
+    Check("KIN001", ERROR, Package, force.opens_under_a_hand, "reach_share", "", "A door that sticks is a wall."),
+    Check("KIN002", ERROR, Package, force.opens_by_itself_alone, "reach_share", "", "Too stiff is too stiff anywhere."),
+    Check("KIN003", ERROR, Package, force.starts_gently, "hand_force_n", "N", "ADA 309.4 grants a hand no more."),
+    Check("KIN004", ERROR, Package, force.springs_back, "spring_back_share", "", "A key that stays in works once."),
+    Check("KIN005", ERROR, Package, clearance.keeps_clear, "clearance_m", "m", "Loaders drop excludes: form must do."),
+    Check("KIN006", ERROR, Package, force.stays_put, "drift_share", "", "What drifts spoils every episode."),
+    Check("KIN007", ERROR, Asset, grip.has_a_handle, "gripper_m", "m", "A policy has to know what to take."),
+    Check("KIN008", ERROR, Asset, grip.is_upright, "axis_off_rad", "rad", "Scaling loaders know upright axes only."),
+    Check("HOL001", ERROR, Package, hollow.holds_a_ball, "hollow_m", "m", "What cannot hold a thing is no interior."),
     # MJCF package
     Check("MJC001", ERROR, Package, mjcf.compiles, None, "", "A file that does not compile is of no use to anyone."),
     Check("MJC002", ERROR, Package, mjcf.loads_in_silence, None, "", "What MuJoCo warns of today it refuses tomorrow."),

@@ -101,6 +101,7 @@ class Asset(Record):
         _distinct("keyframe", [k.name for k in self.keyframes])
         _known("collider", [j.grip for j in self.joints if j.grip], colliders)
         ranges = {j.name: j.range for j in self.joints}
+        _known("joint", [j.behind for j in self.joints if j.behind], list(ranges))
         for key in self.keyframes:
             _known("joint", [at.joint for at in key.joints], list(ranges))
             for at in key.joints:

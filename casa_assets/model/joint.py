@@ -41,6 +41,7 @@ class Joint(Record):
         damping: N*m*s/rad or N*s/m. frictionloss: N*m or N. armature: kg*m^2 or kg.
         drive: spring to a target, or None.
         grip: collider that a hand takes, on the moved link or on one that it carries rigidly; None where unknown.
+        behind: joint that has to be open before this one can move: the door before a rack.
     """
 
     name: Id
@@ -54,6 +55,7 @@ class Joint(Record):
     armature: NotNegative = 0.0
     drive: Drive | None = None
     grip: Id | None = None
+    behind: Id | None = None
 
     @field_validator("axis")
     @classmethod

@@ -8,6 +8,11 @@ from casa_assets.export.mjcf import number
 from casa_assets.model.asset import Joint
 
 
+# MuJoCo's dry friction yields a little to any force: at its usual impedance (0.9) a light lever creeps under its own
+# weight. This holds it. Impedance at both ends, width, midpoint, power. Ref: MuJoCo XML reference, solimpfriction.
+HOLD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+
+
 def add(body: etree._Element, joint: Joint) -> None:
     """`<joint>` below the body that it moves; radians and metres, body frame."""
     drive = joint.drive
@@ -23,6 +28,8 @@ def add(body: etree._Element, joint: Joint) -> None:
         "frictionloss": number.number(joint.frictionloss),
         "armature": number.number(joint.armature),
     }
+    if joint.frictionloss:
+        attributes["solimpfriction"] = number.numbers(HOLD)
     if drive:
         attributes |= {"stiffness": number.number(drive.stiffness), "springref": number.number(drive.target)}
     etree.SubElement(body, "joint", attributes)

@@ -12,7 +12,8 @@ from casa_assets.model.asset import Asset
 
 def add_all(root: etree._Element, asset: Asset) -> None:
     """`<custom>` with `base`, `class` (from the category upwards), `qcode`, and as far as there are any: `contract`,
-    `state__<name>`, `label__<label>` (names of geoms), `grip__<joint>` (name of a geom) and `behavior` (JSON).
+    `state__<name>`, `label__<label>` (names of geoms), `grip__<joint>` (name of a geom),
+    `behind__<joint>` (name of a joint) and `behavior` (JSON).
     """
     texts = {
         "base": asset.base.value,
@@ -25,6 +26,7 @@ def add_all(root: etree._Element, asset: Asset) -> None:
         texts["contract"] = asset.contract
     texts |= {f"label__{label}": " ".join(names) for label, names in labelled(asset).items()}
     texts |= {f"grip__{joint.name}": joint.grip for joint in asset.joints if joint.grip is not None}
+    texts |= {f"behind__{joint.name}": joint.behind for joint in asset.joints if joint.behind is not None}
     if asset.behavior is not None:
         texts["behavior"] = asset.behavior.to_json()
     custom = etree.SubElement(root, "custom")

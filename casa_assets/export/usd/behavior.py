@@ -9,13 +9,14 @@ from casa_assets.model.asset import Asset
 
 
 def define_all(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
-    """`casa:behavior` (JSON) and `casa:contract` on the root, `casa:grip` (name of a collider) on joints."""
+    """`casa:behavior` (JSON) and `casa:contract` on the root, `casa:grip` and `casa:behind` on joints."""
     text = Sdf.ValueTypeNames.String
     if asset.contract is not None:
         root.CreateAttribute("casa:contract", text, True, Sdf.VariabilityUniform).Set(asset.contract)
     if asset.behavior is not None:
         root.CreateAttribute("casa:behavior", text, True, Sdf.VariabilityUniform).Set(asset.behavior.to_json())
     for joint in asset.joints:
-        if joint.grip is not None:
-            prim = stage.GetPrimAtPath(root.GetPath().AppendChild(SCOPE).AppendChild(joint.name))
-            prim.CreateAttribute("casa:grip", text, True, Sdf.VariabilityUniform).Set(joint.grip)
+        prim = stage.GetPrimAtPath(root.GetPath().AppendChild(SCOPE).AppendChild(joint.name))
+        for name, value in (("grip", joint.grip), ("behind", joint.behind)):
+            if value is not None:
+                prim.CreateAttribute(f"casa:{name}", text, True, Sdf.VariabilityUniform).Set(value)

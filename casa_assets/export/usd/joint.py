@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdPhysics
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics, Vt
 
 from casa_assets.export.usd import number
 from casa_assets.model.asset import Asset, Base, Drive, Joint, JointKind, State
@@ -15,6 +15,9 @@ from casa_assets.model.record import Vec3, Vec4
 # camelCase, which no joint or link id is.
 SCOPE = "physicsJoints"
 BASE_TO_WORLD = "baseToWorld"
+
+# As in model.xml: dry friction that holds a light lever against its own weight.
+HOLD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 X, Y, Z = UsdGeom.Tokens.x, UsdGeom.Tokens.y, UsdGeom.Tokens.z
 # USD joints move along X, Y or Z of the joint frame. Directions that need no rounding: token, child_from_joint.
@@ -116,8 +119,11 @@ def _resist(prim: Usd.Prim, joint: Joint, hinge: bool) -> None:
     number.author(prim, "newton:armature", single, joint.armature, uniform=False)
     number.author(prim, "newton:damping", single, (joint.damping + drive.damping) * per_unit, uniform=False)
     number.author(prim, "newton:friction", single, joint.frictionloss, uniform=False)
-    if joint.drive is not None:
+    if joint.drive is not None or joint.frictionloss:
         prim.AddAppliedSchema("MjcJointAPI")
+    if joint.frictionloss:
+        number.author(prim, "mjc:solimpfriction", Sdf.ValueTypeNames.DoubleArray, Vt.DoubleArray(HOLD))
+    if joint.drive is not None:
         number.author(prim, "mjc:stiffness", double, drive.stiffness)
         number.author(prim, "mjc:springref", double, drive.target / per_unit)
 

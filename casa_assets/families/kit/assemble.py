@@ -106,7 +106,10 @@ def _joint(bench: Bench, moved: Moved, inertials: dict[str, Inertial]) -> Joint:
     lever = _lever(bench, moved) if moved.lever is None else moved.lever
     way = moved.range[1] - moved.range[0]
     inertia = _resistance(bench, moved, inertials)
-    found = moved.feel or dynamics.feel(inertia, lever, way, moved.start_n, moved.push_n)
+    # A spring that holds the part shut takes its share of the push; what gravity leaves over may take as much again.
+    held = abs(moved.spring.stiffness * moved.spring.rest) / lever if moved.spring else 0.0
+    push = max(moved.push_n - 2 * held, moved.start_n + 2.0)
+    found = moved.feel or dynamics.feel(inertia, lever, way, moved.start_n, push)
     drive = None
     if moved.spring:
         drive = Drive(stiffness=moved.spring.stiffness, damping=0.0, target=moved.spring.rest)
@@ -122,6 +125,7 @@ def _joint(bench: Bench, moved: Moved, inertials: dict[str, Inertial]) -> Joint:
         armature=found.armature,
         drive=drive,
         grip=moved.grip,
+        behind=moved.behind,
     )
 
 

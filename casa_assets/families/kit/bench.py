@@ -54,6 +54,7 @@ class Moved:
     lever: float | None
     push_n: float
     feel: dynamics.Feel | None
+    behind: str | None = None
 
 
 @dataclass
@@ -160,6 +161,7 @@ class Bench:
         lever: float | None = None,
         push_n: float = dynamics.PULL_N,
         feel: dynamics.Feel | None = None,
+        behind: str | None = None,
     ) -> None:
         """A hinge that moves `child`; friction and damping are found from the hand's force at the grip.
 
@@ -172,9 +174,12 @@ class Bench:
             lever: metres from the axis to the hand; None measures it to the middle of the grip.
             push_n: strongest force that opens it, N.
             feel: instead of all that.
+            behind: joint that has to be open before this one can move.
         """
         hinge = JointKind.HINGE
-        self.moved.append(Moved(name, child, hinge, axis, anchor, span, grip, start_n, spring, lever, push_n, feel))
+        self.moved.append(
+            Moved(name, child, hinge, axis, anchor, span, grip, start_n, spring, lever, push_n, feel, behind)
+        )
 
     def slide(
         self,
@@ -188,10 +193,11 @@ class Bench:
         spring: dynamics.Spring | None = None,
         push_n: float = dynamics.PULL_N,
         feel: dynamics.Feel | None = None,
+        behind: str | None = None,
     ) -> None:
         """A slide that moves `child`; span in metres, one end 0. As `hinge`."""
         kind, here = JointKind.SLIDE, (0.0, 0.0, 0.0)
-        self.moved.append(Moved(name, child, kind, axis, here, span, grip, start_n, spring, 1.0, push_n, feel))
+        self.moved.append(Moved(name, child, kind, axis, here, span, grip, start_n, spring, 1.0, push_n, feel, behind))
 
     # Names ----------------------------------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit import dynamics
 from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import ball, box, lathe, rod
-from casa_assets.families.kit.solid import Solid, box_shape
+from casa_assets.families.kit.solid import Floats, Solid, box_shape
 from casa_assets.families.kit.sweep import bent, rectangle, tube
 from casa_assets.model.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.record import Vec3
@@ -79,8 +79,7 @@ def fit(bench: Bench, p: Faucet, at: Vec3, fall: float) -> None:
     spout = _spout(p, p.height - swivel)
     for i, solid in enumerate(spout.solids):
         bench.add("spout", solid, p.finish, label="spout", touch="spout_main" if i == 0 else True, density=HOLLOW)
-    feel = dynamics.feel(0.01, p.reach, 2 * SPOUT_RANGE, 5.0)
-    bench.hinge("spout_joint", "spout", (0.0, 0.0, 1.0), (-SPOUT_RANGE, SPOUT_RANGE), "spout_main", feel=feel)
+    bench.hinge("spout_joint", "spout", (0.0, 0.0, 1.0), (-SPOUT_RANGE, SPOUT_RANGE), "spout_main", start_n=5.0)
     mx, my, mz = spout.mouth
     stream = z + swivel + mz - fall
     bench.column("water", (mx, my, mz - stream / 2), (0.016, 0.016, stream), WATER, link="spout")
@@ -136,7 +135,8 @@ def _spout(p: Faucet, rise: float) -> Spout:
         return Spout((tube([path[1], path[2], path[3]], outline), tube(path[:2], outline)), (0.0, -reach, rise - 0.06))
     if p.form is Form.LOW_ARC:
         path = [(0.0, 0.0, 0.0), (0.0, -0.03, rise * 0.8), (0.0, -reach * 0.75, rise), (0.0, -reach, rise * 0.55)]
-        return Spout((_pipe(path, 0.014, 0.09),), (0.0, -reach, rise * 0.55))
+        tip = rod(0.016, 0.012).at(0.0, -reach, rise * 0.55)
+        return Spout((_pipe(path, 0.014, 0.09), tip), (0.0, -reach, rise * 0.55 - 0.006))
     if p.form is Form.VICTORIAN:
         path = [
             (0.0, 0.0, 0.0),
@@ -146,7 +146,8 @@ def _spout(p: Faucet, rise: float) -> Spout:
             (0.0, -reach, rise * 0.35),
         ]
         knob = ball(0.017).at(0.0, 0.0, 0.02)
-        return Spout((_pipe(path, 0.0125, 0.07), knob), (0.0, -reach, rise * 0.35))
+        tip = rod(0.0145, 0.012).at(0.0, -reach, rise * 0.35)
+        return Spout((_pipe(path, 0.0125, 0.07), knob, tip), (0.0, -reach, rise * 0.35 - 0.006))
     drop = {Form.GOOSENECK: 0.45, Form.BRIDGE: 0.5, Form.TAPERED: 0.4, Form.PULL_DOWN: 0.3, Form.SPRING: 0.25}[p.form]
     mouth = (0.0, -reach, rise * (1 - drop))
     path = [(0.0, 0.0, 0.0), (0.0, 0.0, rise), (0.0, -reach, rise), mouth]
@@ -170,16 +171,21 @@ def _spout(p: Faucet, rise: float) -> Spout:
 
 def _pipe(path: list[Vec3], radius: float, bend: float) -> Solid:
     """A bent round pipe, touched as boxes round its straight runs: capsules would stick out of the bends."""
-    solid = tube([tuple(float(v) for v in q) for q in bent(path, bend, 8)], radius)  # type: ignore[misc]
+    solid = tube([_vec(q) for q in bent(path, bend, 8)], radius)
     line = bent(path, bend, 3)
     shapes = []
     for a, b in pairwise(line):
-        seg = tube([tuple(map(float, a)), tuple(map(float, b))], radius)  # type: ignore[arg-type]
-        if np.linalg.norm(b - a) > 0.012:
+        seg = tube([_vec(a), _vec(b)], radius)
+        if np.linalg.norm(b - a) > 0.006:
             shapes += list(seg.shapes)
     # The grip comes first: the run that is farthest from the swivel.
     shapes.sort(key=lambda s: (s[1].position[1], s[1].position[2]))
     return Solid(solid.points, solid.faces, tuple(shapes), solid.spread, 40.0)
+
+
+def _vec(point: Floats) -> Vec3:
+    x, y, z = (float(v) for v in point)
+    return x, y, z
 
 
 def _coil(path: list[Vec3], radius: float, bend: float) -> Solid:
@@ -216,17 +222,17 @@ def _levers(bench: Bench, p: Faucet, at: Vec3, wide: bool) -> None:
     # Flow: a hinge about x; at rest the lever stands up, and tips forward.
     bench.link("handle", at=(x + side + (0.0 if wide else 0.0075), y, z + high + (0.014 if wide else 0.0)))
     hub = ball(0.0125) if wide else rod(0.0135, 0.014, axis="x")
-    bench.add("handle", hub, p.finish, label="handle", touch=False, density=HOLLOW)
     _lever(bench, "handle", p, "handle_main")
+    bench.add("handle", hub, p.finish, label="handle", density=HOLLOW)
     flow = dynamics.feel(2e-4, 0.07, FLOW_RANGE, 5.5)
     bench.hinge("handle_joint", "handle", (1.0, 0.0, 0.0), (0.0, FLOW_RANGE), "handle_main", feel=flow)
     # Temperature: a hinge about z; at rest the lever points to the left.
-    left = -side - (0.0 if wide else 0.0065)
+    left = -side - (0.0 if wide else 0.0125)
     bench.link("handle_temp", at=(x + left, y, z + high + (0.008 if wide else 0.0)))
     cap = rod(0.0125, 0.012) if wide else rod(0.0135, 0.026)
-    bench.add("handle_temp", cap, p.finish, label="handle", touch=False, density=HOLLOW)
     arm = tube([(-0.008, 0.0, 0.002), (-0.066, 0.0, 0.008)], 0.0058)
     bench.add("handle_temp", arm, p.finish, label="handle", name="handle_temp_main", density=HOLLOW)
+    bench.add("handle_temp", cap, p.finish, label="handle", density=HOLLOW)
     warm = dynamics.feel(1.5e-4, 0.04, 2 * TEMPERATURE_RANGE, 5.5)
     span = (-TEMPERATURE_RANGE, TEMPERATURE_RANGE)
     bench.hinge("handle_temp_joint", "handle_temp", (0.0, 0.0, 1.0), span, "handle_temp_main", feel=warm)

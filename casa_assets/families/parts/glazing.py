@@ -6,7 +6,7 @@ from casa_assets.families.kit.bench import Bench
 from casa_assets.families.kit.blocks import board
 from casa_assets.families.kit.solid import Solid, box_shape
 
-GLASS = 0.006  # metres; a sealed unit drawn as one pane
+GLASS = 0.004  # metres
 BAR = 0.02
 
 

@@ -17,12 +17,12 @@ def standing(solid: Solid) -> Solid:
 
 
 def plate(bench: Bench, width: float, height: float, radius: float, finish: str, screws: bool = True) -> None:
-    """A plate with eased edges about x = 0, z = 0, its back on the wall y = 0; touched as a box of 10 mm."""
+    """A plate with eased edges about x = 0, z = 0, its back on the wall y = 0; touched as a box."""
     body = standing(prism(rectangle(width, height, radius, 5), THICK, 0.0025))
     body = Solid(
         body.points,
         body.faces,
-        (box_shape((-width / 2, -0.01, -height / 2), (width / 2, 0.0, height / 2)),),
+        (box_shape((-width / 2, -THICK, -height / 2), (width / 2, 0.0, height / 2)),),
         crease_deg=50.0,
     )
     bench.add(ROOT, body, finish, label="plate", name="plate", density=1080.0)
