@@ -42,7 +42,7 @@ def shows_one_face(asset: Asset, limit: float | None) -> Measured:
 
 
 def _faces(asset: Asset) -> tuple[Floats, Floats, Ints, list[str], list[str]]:
-    """(F, 3, 3) corners in the asset frame, (F, 3) normals, (F,) visual of each face; pointers and materials of those."""
+    """(F, 3, 3) corners in the asset frame, (F, 3) normals, (F,) visual of each; pointers and materials of visuals."""
     corners, owner, names, materials = [], [], [], []
     for link in asset.links:
         pose = asset.asset_from_link(link.name)
@@ -100,7 +100,7 @@ def _overlap(one: Floats, two: Floats, normal: Floats) -> float:
         a = a[::-1]
     if _turn(b) < 0:
         b = b[::-1]
-    shape = [p for p in a]
+    shape = list(a)
     for k in range(3):
         start, end = b[k], b[(k + 1) % 3]
         edge = end - start

@@ -10,12 +10,14 @@ from casa_assets.geometry.extent import link_bounds, shape_bounds
 from casa_assets.model.asset import Asset, Collider, Joint
 
 # What a hand may take. A rim or a tray is held where a thing has no handle of its own.
-HELD = frozenset({"handle", "knob", "button", "lever", "key", "lid", "rim", "pull", "spout", "roll", "tray", "rack"})
+HELD = frozenset(
+    {"handle", "knob", "button", "lever", "key", "lid", "rim", "pull", "spout", "roll", "tray", "rack", "seat"}
+)
 THINNEST_M = 0.0015
 
 
 def has_a_handle(asset: Asset, limit: float | None) -> Measured:
-    """The part under the hand is a labelled handle, some side of which fits a gripper; metres of the widest such side."""
+    """What the hand takes is a labelled handle with a side that fits a gripper; metres of the widest such side."""
     assert limit is not None
     problems, widest = [], 0.0
     for joint in asset.joints:
@@ -37,7 +39,7 @@ def has_a_handle(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_upright(asset: Asset, limit: float | None) -> Measured:
-    """Joints of built-in things turn or slide along x, y or z: loaders that scale them know no other; worst off, rad."""
+    """Joints of built-in things turn or slide along x, y or z, as loaders that scale them expect; worst off, rad."""
     assert limit is not None
     if asset.contract is None:
         return Measured()
@@ -53,7 +55,7 @@ def is_upright(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_spread_like_matter(asset: Asset, limit: float | None) -> Measured:
-    """The radius of gyration of each link lies within what its shapes span; the largest share of half their diagonal."""
+    """The radius of gyration of each link lies within what its shapes span; largest share of half their diagonal."""
     assert limit is not None
     problems, worst = [], 0.0
     for link in asset.links:

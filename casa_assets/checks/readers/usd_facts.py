@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import numpy.typing as npt
-from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
+from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade, Work
 
 from casa_assets.checks.facts import BodyFacts, Facts, JointFacts
 from casa_assets.checks.readers.mujoco_facts import facts_of_model, has_free_joint, tensor_entries
@@ -22,6 +22,11 @@ Array = npt.NDArray[np.float64]
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 # Axis of a cylinder or capsule -> columns of its matrix, the axis last.
 COLUMNS = {"X": (1, 2, 0), "Y": (2, 0, 1), "Z": (0, 1, 2)}
+
+
+# UsdPhysics parses in parallel and appends to one list of colliders from many threads without a lock: with some twenty
+# of them the list is damaged now and then, or the process dies. Seen with usd-core 25.11. One thread is fast enough.
+Work.SetConcurrencyLimit(1)
 
 
 def imported(path: Path) -> Loaded:
