@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import numpy.typing as npt
-from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade, Work
+from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
 from casa_assets.checks.facts import BodyFacts, Facts, JointFacts
 from casa_assets.checks.readers.mujoco_facts import facts_of_model, has_free_joint, tensor_entries
@@ -22,11 +22,6 @@ Array = npt.NDArray[np.float64]
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 # Axis of a cylinder or capsule -> columns of its matrix, the axis last.
 COLUMNS = {"X": (1, 2, 0), "Y": (2, 0, 1), "Z": (0, 1, 2)}
-
-
-# UsdPhysics parses in parallel and appends to one list of colliders from many threads without a lock: with some twenty
-# of them the list is damaged now and then, or the process dies. Seen with usd-core 25.11. One thread is fast enough.
-Work.SetConcurrencyLimit(1)
 
 
 def imported(path: Path) -> Loaded:
@@ -61,14 +56,17 @@ def pxr_facts(path: Path) -> Facts:
         ValueError: the file does not open, or holds a joint that no asset has.
     """
     stage = _open(path)
-    parsed = UsdPhysics.LoadUsdPhysicsFromRange(stage, ["/"])
+    # The parser appends colliders to one list from many threads without a lock: with some twenty of them the list is
+    # damaged now and then, or the process dies (seen with usd-core 25.11). They are left out and traversed.
+    shapes = [p for p in stage.Traverse() if p.HasAPI(UsdPhysics.CollisionAPI)]
+    parsed = UsdPhysics.LoadUsdPhysicsFromRange(stage, ["/"], sorted({p.GetParent().GetPath() for p in shapes}))
     kinds = UsdPhysics.ObjectType
     links = {d.primPath: d for d in _found(parsed, kinds.RigidBody)}
     mounts = {d.body1: d for d in _found(parsed, kinds.FixedJoint)}
     movers = {d.body1: d for kind in (kinds.RevoluteJoint, kinds.PrismaticJoint) for d in _found(parsed, kind)}
     if _found(parsed, kinds.SphericalJoint, kinds.DistanceJoint, kinds.D6Joint, kinds.CustomJoint):
         raise ValueError("a joint is neither fixed, revolute nor prismatic")
-    bodies = [_body(stage, d, {**mounts, **movers}, movers.get(path)) for path, d in links.items()]
+    bodies = [_body(stage, d, {**mounts, **movers}, movers.get(path), shapes) for path, d in links.items()]
     pairs = {tuple(sorted((p.name, o.name))) for p, d in links.items() for o in d.filteredCollisions}
     welded = any(d.body0.isEmpty and body in links for body, d in mounts.items())
     return Facts(
@@ -100,12 +98,13 @@ def _body(
     body: UsdPhysics.RigidBodyDesc,
     joints: dict[object, UsdPhysics.JointDesc],
     mover: UsdPhysics.JointDesc | None,
+    colliders: list[Usd.Prim],
 ) -> BodyFacts:
     prim = stage.GetPrimAtPath(body.primPath)
     mass = UsdPhysics.MassAPI(prim)
     axes = _pose(Gf.Vec3f(0), mass.GetPrincipalAxesAttr().Get()).rotation
     tensor = axes @ np.diag(_numbers(mass.GetDiagonalInertiaAttr().Get())) @ axes.T
-    shapes = [stage.GetPrimAtPath(path) for path in body.collisions]
+    shapes = [shape for shape in colliders if shape.GetPath().HasPrefix(body.primPath)]
     bounds = [_bounds(shape, prim) for shape in shapes]
     pose = _world_from_body(body.primPath, joints)
     up = joints.get(body.primPath)
