@@ -17,7 +17,7 @@ PULL_N = 20.0  # the force that has to do; at a knob the couple of two fingers w
 LONGEST_S = 2.0
 CHUNK = 20  # steps between two looks
 REST_S = 5.0
-KNOBS = frozenset({"knob"})
+KNOBS = frozenset({"knob", "seat", "roll"})
 SPRUNG = frozenset({"button", "lever", "key", "knob"})
 
 

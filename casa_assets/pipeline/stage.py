@@ -81,7 +81,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("mass", 2, lambda d, b: mass(d, b.category, b.substance, b.limits["mass_range_slack"]), ("manifold3d",)),
 )
 # `load` and `clean` come before, `assemble` after: they change the type.
-ENDS: Mapping[str, int] = {"load": 1, "clean": 2, "assemble": 2, "mjcf": 1, "usd": 1, "preview": 1, "checks": 1}
+ENDS: Mapping[str, int] = {"load": 1, "clean": 2, "assemble": 2, "mjcf": 1, "usd": 1, "preview": 2, "checks": 1}
 END_TOOLS = ("pillow", "lxml", "usd-core", "mujoco", "simready-foundation-tier-core")
 
 

@@ -92,7 +92,9 @@ def finish(spec: Any) -> None:
         # A negative value means that the file says nothing.
         metallic = max(0.0, material.metallic)
         smooth = 1.0 - (material.roughness if material.roughness >= 0.0 else 0.5)
-        material.specular = (1.0 - metallic) * (0.08 + 0.2 * smooth) + metallic * 0.9
+        # Metal mirrors in its own colour: a black one shines less than chrome.
+        bright = max(material.rgba[:3]) if not any(material.textures) else 1.0
+        material.specular = (1.0 - metallic) * (0.08 + 0.2 * smooth) + metallic * 0.9 * bright
         material.shininess = 0.05 + 0.45 * smooth**2
         material.reflectance = 0.0
         dim = 1.0 - metallic * (0.2 + 0.5 * smooth)
