@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.category import Category, Certainty, QCode
+from casa_assets.model.contract import Contract
 from casa_assets.model.finish import Plain
 from casa_assets.model.issue import Code
 from casa_assets.model.material import Substance
@@ -101,6 +102,7 @@ class Registry:
     Attributes:
         categories, fixtures, materials, substances, classes, rejections: by id (rejections by code). Fixtures are the
             categories of what families build; free words never find them.
+        contracts: what runtimes expect of fixtures, by id; one file each in contracts/.
         limits, limit_units: numbers and their units by key.
         waivers: in file order.
         digest: sha256 of the contents of all files.
@@ -116,6 +118,7 @@ class Registry:
     limit_units: Mapping[str, str]
     waivers: tuple[Waiver, ...]
     rejections: Mapping[str, Rejection]
+    contracts: Mapping[str, Contract]
     digest: str
     vocabulary: Vocabulary
 
@@ -268,6 +271,11 @@ def read_materials(document: Document, substances: Mapping[str, Substance]) -> d
     return materials
 
 
+def read_contracts(documents: Mapping[str, Document]) -> dict[str, Contract]:
+    """The contracts; the stem of a file is the id of its contract."""
+    return {name: read_record(Contract, document.value, document, (), id=name) for name, document in documents.items()}
+
+
 def read_vocabulary(document: Document, categories: Mapping[str, Category], words: Words) -> Vocabulary:
     """What each id and alias names. Raises RegistryError where two categories claim a name."""
     names = [(c.id, c.id) for c in categories.values() if c.id != FALLBACK]
@@ -297,6 +305,9 @@ def load(root: Path | None = None) -> Registry:
     digest = hashlib.sha256()
     for name in FILES:
         digest.update(name.encode() + b"\0" + hashlib.sha256((folder / f"{name}.yaml").read_bytes()).digest())
+    pages = sorted((folder / "contracts").glob("*.yaml"))
+    for page in pages:
+        digest.update(page.name.encode() + b"\0" + hashlib.sha256(page.read_bytes()).digest())
     substances = read_table(Substance, documents["substances"])
     classes = read_classes(documents["classes"])
     categories = read_categories(documents["categories"], classes, substances)
@@ -313,6 +324,7 @@ def load(root: Path | None = None) -> Registry:
         limit_units=MappingProxyType({name: limit.unit for name, limit in limits.items()}),
         waivers=tuple(read_record(Waiver, row, waivers, (i,)) for i, row in enumerate(waivers.value or [])),
         rejections=MappingProxyType(read_table(Rejection, documents["rejections"], "code")),
+        contracts=MappingProxyType(read_contracts({page.stem: read_document(page) for page in pages})),
         digest=digest.hexdigest(),
         vocabulary=read_vocabulary(documents["categories"], categories, words),
     )

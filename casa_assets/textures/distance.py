@@ -59,7 +59,7 @@ class Look:
                 self.chroma / (_SPREAD_STEP / 2.0),
                 self.bands.ravel() / (_BAND_STEP * np.sqrt(self.bands.size / 4.0)),
                 self.shape / (_SHAPE_STEP * np.sqrt(len(self.shape) / 2.0)),
-                self.gloss / (_GLOSS_STEP, 3.0 * _BAND_STEP),
+                self.gloss / (_GLOSS_STEP, 1.5 * _BAND_STEP),
             ]
         )
 
@@ -106,7 +106,9 @@ def pairwise(looks: Sequence[Look]) -> Array:
     return np.stack([np.linalg.norm(vectors - row, axis=1) for row in vectors]) if looks else np.zeros((0, 0))
 
 
-def closest_pairs(looks: Mapping[str, Look], below: float = np.inf, most: int = 20) -> tuple[tuple[float, str, str], ...]:
+def closest_pairs(
+    looks: Mapping[str, Look], below: float = np.inf, most: int = 20
+) -> tuple[tuple[float, str, str], ...]:
     """(distance, id, id) of the most alike pairs, the closest first; ids of a pair in the order of `looks`."""
     ids = tuple(looks)
     table = pairwise([looks[name] for name in ids])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -25,3 +26,19 @@ class Layers:
     height_m: Map
     roughness: Map
     metallic: float = 0.0
+
+    @classmethod
+    def of(
+        cls,
+        albedo: npt.NDArray[np.floating[Any]],
+        height_m: npt.NDArray[np.floating[Any]],
+        roughness: npt.NDArray[np.floating[Any]],
+        metallic: float = 0.0,
+    ) -> Layers:
+        """Layers with colours and roughness kept within bounds, in single precision."""
+        return cls(
+            np.clip(albedo, 0.0, 1.0).astype(np.float32),
+            height_m.astype(np.float32),
+            np.clip(roughness, 0.04, 1.0).astype(np.float32),
+            metallic,
+        )

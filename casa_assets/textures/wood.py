@@ -11,9 +11,10 @@ from pydantic import Field
 from casa_assets.model.finish import HexColor
 from casa_assets.model.record import Record
 from casa_assets.textures import wood_grain
-from casa_assets.textures.wood_grain import Cut, Grain, Map, Rings, Share, Sheet, Species, smoothstep
+from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
+from casa_assets.textures.wood_grain import Cut, Grain, Rings, Species
 
-__all__ = ["Board", "Cut", "Grain", "Map", "Palette", "Rings", "Sheet", "Species", "board", "dress", "grain_of"]
+__all__ = ["Board", "Cut", "Grain", "Palette", "Rings", "Species", "board", "dress", "grain_of", "rgb"]
 
 grain_of = wood_grain.grain
 # Between the deepest pore and the face of a planed board. Ref: about the vessel diameter of open woods, 0.1 to 0.3 mm.
@@ -90,8 +91,11 @@ def dress(grain: Grain, species: Species, palette: Palette, sheet: Sheet, rng: n
         albedo = _toward(albedo, heart, 0.6 * smoothstep(edge, edge + 2.0, vein))
     shade = 1.0 + 0.035 * species.fibre * grain.fibre + 0.07 * grain.sheen + 0.03 * palette.variety * grain.tone
     albedo = albedo * shade[..., None]
-    open_pores = species.pores * grain.pore * (0.3 + 0.7 * grain.early)
+    open_pores = species.pores * grain.pore * (0.2 + 0.8 * grain.early)
+    # The first wood of a year is so full of pores that it takes their colour as a whole.
+    porous = np.clip(grain.early - grain.early.mean(), 0.0, 1.0)
     albedo = _toward(albedo, pore, 0.85 * open_pores)
+    albedo = _toward(albedo, pore, 0.4 * species.pores * porous)
     albedo = _toward(albedo, pore, 0.45 * grain.dash * species.rays * (1.0 - (grain.fleck.max() > 0)))
     fleck = np.clip(light * 1.05 + 0.02, 0.0, 1.0)
     albedo = _toward(albedo, fleck, 0.6 * species.rays * grain.fleck)

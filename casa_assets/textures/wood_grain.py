@@ -12,10 +12,10 @@ from pydantic import Field
 from scipy import ndimage
 
 from casa_assets.model.record import Record
-from casa_assets.textures import noise
+from casa_assets.textures.sheet import Map, Share, Sheet, covered, curve, smoothstep
 
-Map = npt.NDArray[np.float32]
-Share = Annotated[float, Field(ge=0, le=1)]
+# A glued joint is a hair line; it is drawn as wide as it looks from arm's length.
+_JOINT_M = 0.001
 
 
 class Cut(StrEnum):
@@ -101,63 +101,6 @@ class Grain:
     edge_m: Map
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """A rectangle of wood that repeats: pixels (H, W), width and height in metres, grain along the height."""
-
-    size_px: tuple[int, int]
-    tile_m: tuple[float, float]
-
-    def axes(self) -> tuple[Map, Map]:
-        """(1, W) and (H, 1) middles of the pixels in metres."""
-        height, width = self.size_px
-        x = (np.arange(width, dtype=np.float32)[None, :] + 0.5) * np.float32(self.tile_m[0] / width)
-        y = (np.arange(height, dtype=np.float32)[:, None] + 0.5) * np.float32(self.tile_m[1] / height)
-        return x, y
-
-    def cells(self, along_m: float, across_m: float) -> tuple[int, int]:
-        """Noise cells (rows, columns) of about this size."""
-        return max(1, round(self.tile_m[1] / along_m)), max(1, round(self.tile_m[0] / across_m))
-
-    def noise(self, along_m: float, across_m: float, rng: np.random.Generator, octaves: int = 1) -> Map:
-        """Periodic noise of mean 0 and deviation 1 (at full resolution) with features of this size."""
-        cells = self.cells(along_m, across_m)
-        if octaves == 1:
-            return standard(noise.gradient(self.size_px, cells, rng))
-        return standard(noise.fbm(self.size_px, cells, rng, octaves))
-
-    def seen(self, along_m: float, across_m: float) -> float:
-        """0..1, how much contrast of features of this size is left when they are smaller than a pixel."""
-        return min(1.0, along_m * self.size_px[0] / self.tile_m[1]) * min(1.0, across_m * self.size_px[1] / self.tile_m[0])
-
-    def shifted(self, image: Map, dx_m: Map, dy_m: Map | float = 0.0) -> Map:
-        """`image` looked up at (x + dx, y + dy), around the edges."""
-        height, width = self.size_px
-        rows = np.arange(height, dtype=np.float32)[:, None] + np.float32(height / self.tile_m[1]) * dy_m
-        columns = np.arange(width, dtype=np.float32)[None, :] + np.float32(width / self.tile_m[0]) * dx_m
-        rows, columns = np.broadcast_arrays(rows, columns)
-        return np.asarray(ndimage.map_coordinates(image, [rows, columns], order=1, mode="grid-wrap"), dtype=np.float32)
-
-
-def standard(image: npt.NDArray[np.floating]) -> Map:
-    """Mean 0, deviation 1."""
-    return np.asarray((image - image.mean()) / max(float(image.std()), 1e-6), dtype=np.float32)
-
-
-def smoothstep(low: float, high: float, value: Map) -> Map:
-    """0 at `low` and below, 1 at `high` and above, smooth between."""
-    t = np.clip((value - low) / (high - low), 0.0, 1.0)
-    return np.asarray(t * t * (3.0 - 2.0 * t), dtype=np.float32)
-
-
-def curve(at: Map, length: float, step: float, rng: np.random.Generator) -> Map:
-    """Smooth periodic function of one coordinate, about -1..1, with a bend every `step` of its `length`."""
-    count = max(2, round(length / step))
-    knots = rng.uniform(-1.0, 1.0, count).astype(np.float32)
-    where = np.mod(at / np.float32(length), 1.0) * count - 0.5
-    return np.asarray(ndimage.map_coordinates(knots, [where], order=3, mode="grid-wrap"), dtype=np.float32)
-
-
 def grain(sheet: Sheet, species: Species, cut: Cut, leaves: int, rng: np.random.Generator) -> Grain:
     """Maps of a face made of `leaves` boards or veneers side by side; 1 is one piece without a joint.
 
@@ -185,29 +128,26 @@ def grain(sheet: Sheet, species: Species, cut: Cut, leaves: int, rng: np.random.
     jagged = min(0.1 * species.ring_m, 0.0003) * sheet.seen(0.06, 0.0025)
     radius = radius + jagged * sheet.noise(0.06, 0.0025, rng)
     ring, early, zone = years(sheet, species, radius, rng)
-    fine = sheet.shifted(sheet.seen(0.06, 0.0016) * sheet.noise(0.06, 0.0016, rng) + 0.7 * sheet.noise(0.22, 0.005, rng), across, drop)
+    fine = sheet.shifted(
+        sheet.seen(0.06, 0.0016) * sheet.noise(0.06, 0.0016, rng) + 0.7 * sheet.noise(0.22, 0.005, rng), across, drop
+    )
     # Two sizes that share no lattice: pores of one noise would stand in rows.
     pores = sheet.noise(species.pore_m, 0.0017, rng) + 0.9 * sheet.noise(1.7 * species.pore_m, 0.0027, rng)
     pores = sheet.shifted(pores, across, drop)
-    zone = 0.6 * zone + 0.8 * sheet.shifted(sheet.noise(0.5, 0.06, rng, 2), across, drop)
-    zone = zone - zone.mean()  # a board is neither paler nor darker than its palette says
-    band = sheet.noise(0.4, species.ribbon_m, rng)
-    wave = sheet.noise(0.013, 0.14, rng) * smoothstep(-1.2, 1.0, sheet.noise(0.5, 0.2, rng))
-    wave = sheet.shifted(wave, np.zeros_like(x), 0.0018 * sheet.noise(0.2, 0.05, rng)) * sheet.seen(0.006, 1.0)
-    dashes = sheet.shifted(sheet.noise(0.004, 0.0016, rng), across)
-    quartered = cut is Cut.QUARTER
+    clouds = 0.6 * zone + 0.8 * sheet.shifted(sheet.noise(0.5, 0.06, rng, 2), across, drop)
+    clouds = clouds - clouds.mean()  # a board is neither paler nor darker than its palette says
     return Grain(
         ring=ring,
         early=early,
         fibre=fine / 1.6,
-        zone=zone,
+        zone=clouds,
         pore=_kept(smoothstep(0.4, 2.6, pores), sheet.seen(species.pore_m, 0.0017)),
-        fleck=_flecks(sheet, across, rng) if quartered else np.zeros_like(ring),
-        dash=_kept(smoothstep(1.1, 1.7, dashes), sheet.seen(0.004, 0.0016)),
-        sheen=species.ribbon * sheet.shifted(band, across) + species.curl * wave,
+        fleck=_flecks(sheet, across, rng) if cut is Cut.QUARTER else np.zeros_like(ring),
+        dash=_dashes(sheet, across, rng),
+        sheen=_sheen(sheet, species, across, rng),
         knot=knot,
         tone=np.broadcast_to(tones[leaf], ring.shape),
-        joint=np.broadcast_to(np.clip(1.0 - edge * sheet.size_px[1] / sheet.tile_m[0] / 0.75, 0.0, 1.0), ring.shape),
+        joint=np.broadcast_to(covered(edge, _JOINT_M, sheet.tile_m[0] / sheet.size_px[1]), ring.shape),
         edge_m=np.broadcast_to(edge, ring.shape),
     )
 
@@ -217,15 +157,18 @@ def _kept(mask: Map, seen: float) -> Map:
     return np.asarray(mask.mean() + (mask - mask.mean()) * seen, dtype=np.float32)
 
 
-def _leaves(
-    sheet: Sheet, x: Map, count: int, rng: np.random.Generator
-) -> tuple[npt.NDArray[np.intp], Map, Map, Map]:
+def _leaves(sheet: Sheet, x: Map, count: int, rng: np.random.Generator) -> tuple[npt.NDArray[np.intp], Map, Map, Map]:
     """Number of the leaf, metres to its nearer edge, its left edge and its width, each (1, W)."""
     widths = rng.uniform(0.75, 1.25, count)
     edges = np.concatenate([[0.0], np.cumsum(widths / widths.sum())]) * sheet.tile_m[0]
     leaf = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, count - 1)
     near = np.abs(x[..., None] - edges).min(axis=-1) if count > 1 else np.ones_like(x)
-    return leaf, near.astype(np.float32), edges[leaf].astype(np.float32), (edges[leaf + 1] - edges[leaf]).astype(np.float32)
+    return (
+        leaf,
+        near.astype(np.float32),
+        edges[leaf].astype(np.float32),
+        (edges[leaf + 1] - edges[leaf]).astype(np.float32),
+    )
 
 
 def _radius(sheet: Sheet, cut: Cut, x: Map, y: Map, rng: np.random.Generator) -> Map:
@@ -288,6 +231,20 @@ def _slow(count: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:
     coarse = rng.normal(0.0, 1.0, max(2, count // 8))
     where = np.arange(count) / count * len(coarse)
     return np.asarray(ndimage.map_coordinates(coarse, [where], order=3, mode="grid-wrap"))
+
+
+def _sheen(sheet: Sheet, species: Species, across: Map, rng: np.random.Generator) -> Map:
+    """Stripes of interlocked grain, and waves across it."""
+    ribbon = sheet.shifted(sheet.noise(0.4, species.ribbon_m, rng), across)
+    curl = sheet.noise(0.013, 0.14, rng) * smoothstep(-1.2, 1.0, sheet.noise(0.5, 0.2, rng))
+    bent = sheet.shifted(curl, np.zeros_like(across), 0.0018 * sheet.noise(0.2, 0.05, rng))
+    return np.asarray(species.ribbon * ribbon + species.curl * sheet.seen(0.006, 1.0) * bent)
+
+
+def _dashes(sheet: Sheet, across: Map, rng: np.random.Generator) -> Map:
+    """Ends of rays on a flat face: dashes of a few millimetres."""
+    dashes = sheet.shifted(sheet.noise(0.004, 0.0016, rng), across)
+    return _kept(smoothstep(1.1, 1.7, dashes), sheet.seen(0.004, 0.0016))
 
 
 def _flecks(sheet: Sheet, across: Map, rng: np.random.Generator) -> Map:

@@ -98,14 +98,25 @@ def front(
         Boards and panes; x from 0 to width, y from 0 (face) to thick, z from 0 to height.
     """
     kind = OF_DRAWERS.get(kind, kind) if drawer else kind
-    stile = min(STILES.get(kind, STILE), 0.24 * width)
-    rail = min(STILES.get(kind, STILE), 0.3 * height if drawer else 0.2 * height)
+    stile, rail = members(kind, width, height, drawer)
     least = min(width - 2 * stile, height - 2 * rail)
     if kind in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED) or least < 0.03:
         parts = _plain(kind, width, height, thick, drawer)
     else:
         parts = _framed(kind, width, height, thick, stile, rail)
     return parts if groove is None else tuple(_grooved(part, width, height, thick, groove) for part in parts)
+
+
+def members(kind: FrontKind, width: float, height: float, drawer: bool = False) -> tuple[float, float]:
+    """Width of the stiles and of the rails of a front, metres, where it has a frame."""
+    kind = OF_DRAWERS.get(kind, kind) if drawer else kind
+    usual = STILES.get(kind, STILE)
+    return min(usual, 0.24 * width), min(usual, 0.3 * height if drawer else 0.2 * height)
+
+
+def has_frame(kind: FrontKind) -> bool:
+    """Whether a front of the kind has stiles wide enough to carry a handle."""
+    return kind not in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED, FrontKind.SLIM_SHAKER)
 
 
 def lay(
@@ -119,13 +130,16 @@ def lay(
     label: str = "door",
     name: str | None = None,
     at: Vec3 = (0.0, 0.0, 0.0),
+    groove: Edge | None = None,
+    grip: str | None = None,
 ) -> None:
-    """Put a front on a link, touched as one box.
+    """Put a front on a link, touched as one box; one with a groove as a box and the lip before the groove.
 
     Args:
         parts: of `front`. size: its width, thickness, height, metres.
         finish, glass: of boards and panes. name: of its collider; its mesh is `<name>_visual`.
         at: of its lower left front corner, link frame.
+        groove: as it was given to `front`. grip: name of the lip's collider.
     """
     for part in parts:
         solid = part.solid.at(*at)
@@ -133,8 +147,42 @@ def lay(
             bench.add(link, solid, glass, label="glass", touch=False, density=GLASS_DENSITY)
         else:
             bench.add(link, solid, finish, label, name, part.grain, touch=False, density=BOARD_DENSITY)
-    whole = board(at, (at[0] + size[0], at[1] + size[1], at[2] + size[2]), 0.0)
-    bench.add(link, whole, finish, label, name, density=0.0, seen=False)
+    low, high = [0.0, 0.0, 0.0], list(size)
+    if groove in (Edge.TOP, Edge.RIGHT):
+        high[2 if groove is Edge.TOP else 0] -= GROOVE
+    elif groove is not None:
+        low[2 if groove is Edge.BOTTOM else 0] += GROOVE
+    whole = board((low[0], low[1], low[2]), (high[0], high[1], high[2]), 0.0)
+    bench.add(link, whole.at(*at), finish, label, name, density=0.0, seen=False)
+    if groove is not None:
+        shapes = (lip(size[0], size[2], groove),)
+        held = Solid(whole.points, whole.faces, shapes).at(*at)
+        bench.add(link, held, finish, "handle", grip, density=0.0, seen=False)
+
+
+def glass_of(kind: FrontKind) -> str:
+    """Finish of the panes of a kind."""
+    return "glass_frosted" if kind is FrontKind.GLASS_FROSTED else "glass_clear"
+
+
+def depth_at(parts: tuple[FrontPart, ...], spots: list[tuple[float, float]]) -> float:
+    """How far behind the face the wood lies at points x, z of a front: the most of them, metres."""
+    corners = np.concatenate([p.solid.points[p.solid.faces] for p in parts if not p.pane])
+    found = [_hit(corners, x, z) for x, z in spots]
+    return max([y for y in found if y is not None], default=0.0)
+
+
+def _hit(corners: np.ndarray, x: float, z: float) -> float | None:
+    """Least y at which a line along y through x, z meets (F, 3, 3) triangles."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    ux, uz, vx, vz = b[:, 0] - a[:, 0], b[:, 2] - a[:, 2], c[:, 0] - a[:, 0], c[:, 2] - a[:, 2]
+    det = ux * vz - uz * vx
+    safe = np.where(np.abs(det) < 1e-12, np.inf, det)
+    s = ((x - a[:, 0]) * vz - (z - a[:, 2]) * vx) / safe
+    t = (ux * (z - a[:, 2]) - uz * (x - a[:, 0])) / safe
+    inside = (np.abs(det) > 1e-12) & (s >= 0) & (t >= 0) & (s + t <= 1)
+    y = a[:, 1] + s * (b[:, 1] - a[:, 1]) + t * (c[:, 1] - a[:, 1])
+    return float(y[inside].min()) if inside.any() else None
 
 
 def is_glazed(kind: FrontKind) -> bool:

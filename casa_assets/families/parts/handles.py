@@ -12,7 +12,7 @@ from casa_assets.families.kit.bench import Bench
 from casa_assets.families.kit.blocks import ball, box, lathe, rod
 from casa_assets.families.kit.carve import cut
 from casa_assets.families.kit.solid import Placed, Solid, box_shape, joined, turn
-from casa_assets.families.kit.sweep import bent, rectangle, tube
+from casa_assets.families.kit.sweep import bent, prism, rectangle, tube
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Capsule
@@ -21,6 +21,7 @@ LEATHER = "leather_tan"
 # A hollow zinc casting: share of the solid that is metal, times zinc. By weighing handles of the trade.
 CAST = 4000.0
 HIDE_DENSITY = 900.0
+EDGE_REACH = 0.024  # metres
 
 
 class HandleKind(StrEnum):
@@ -42,7 +43,7 @@ class HandleKind(StrEnum):
 # Handles that are one with an edge of the front; `parts.doors` and `parts.drawers` lay them there.
 OF_EDGES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
 # Handles that lie across whatever they are on.
-LEVEL = (HandleKind.CUP, HandleKind.RING)
+LEVEL = (HandleKind.CUP, HandleKind.RING, HandleKind.KNOB)
 SHORT = {
     HandleKind.CUP: 0.096,
     HandleKind.KNOB: 0.034,
@@ -77,6 +78,17 @@ class Handle:
 def length_of(kind: HandleKind, wanted: float) -> float:
     """How long a handle of the kind is where `wanted` metres are asked for."""
     return SHORT.get(kind, wanted)
+
+
+def reach_of(kind: HandleKind) -> float:
+    """How far a handle of the kind stands out before the face of a door, metres."""
+    if kind is HandleKind.FINGER_GROOVE:
+        return 0.0
+    if kind is HandleKind.EDGE_PULL:
+        return EDGE_REACH
+    kind = HandleKind.KNOB if kind is HandleKind.CUP else kind
+    made = handle(kind, 0.16)
+    return -min(float(solid.bounds[0, 1]) for solid in (*made.metal, *made.hide))
 
 
 def handle(kind: HandleKind, length: float) -> Handle:
@@ -138,7 +150,7 @@ def _bow(length: float) -> Handle:
 
 
 def _cup(length: float) -> Handle:
-    """A bin pull: a quarter of a hollow ball, open below, with a flange on the front."""
+    """A bin pull: a quarter of a hollow ball, open below, on a plate."""
     w, d, h, wall = length / 2 - 0.005, 0.027, 0.036, 0.003
 
     def shell(thin: float) -> Solid:
@@ -149,15 +161,17 @@ def _cup(length: float) -> Handle:
     low = box((0.3, 0.3, 0.3), (0.0, 0.0, -0.15), 0.0)
     behind = box((0.3, 0.3, 0.3), (0.0, 0.15, 0.0), 0.0)
     cup = cut(shell(0.0), shell(wall), low, behind).at(0.0, 0.0, -h / 2)
-    flange = box((length, 0.0022, 0.008), (0.0, -0.0011, h / 2 - 0.0005), 0.001)
-    sides = tuple(box((0.008, 0.0022, h), (x, -0.0011, -0.001), 0.001) for x in (-w, w))
+    turns = np.linspace(0.0, math.pi, 17)
+    rim = [((w + 0.005) * math.cos(a), (h + 0.005) * math.sin(a)) for a in turns]
+    plate = prism(np.array([*rim, (-w - 0.005, -0.003), (w + 0.005, -0.003)]), 0.002, 0.0006)
+    flange = plate.turned("x", math.pi / 2).at(0.0, 0.0, -h / 2)
     z = -h / 2
     shapes = (
         box_shape((-0.72 * w, -d, z), (0.72 * w, -d + 0.006, z + 0.6 * h)),
         box_shape((-0.8 * w, -0.8 * d, z + 0.6 * h), (0.8 * w, 0.0, z + h)),
         *(box_shape((x - 0.006, -0.7 * d, z), (x + 0.006, 0.0, z + 0.7 * h)) for x in (-w + 0.006, w - 0.006)),
     )
-    return Handle((cup, flange, *sides), shapes)
+    return Handle((cup, flange), shapes)
 
 
 def _knob(length: float) -> Handle:
@@ -237,7 +251,7 @@ _MAKERS = {
 
 def edge_pull(length: float) -> Handle:
     """An angle of sheet metal screwed on an edge; along x, lying on the plane z = 0 (the edge), the face in y = 0."""
-    thick, reach, drop = 0.0022, 0.024, 0.014
+    thick, reach, drop = 0.0022, EDGE_REACH, 0.014
     plate = box((length, reach + 0.014, thick), (0.0, (0.014 - reach) / 2, thick / 2), 0.0006)
     hook = box((length, thick, drop), (0.0, -reach + thick / 2, thick - drop / 2 - 0.0006), 0.0006)
     shapes = (

@@ -13,8 +13,7 @@ from casa_assets.model.record import Record
 from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas, Kind
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.wood import Map, Share, Sheet
-from casa_assets.textures.wood_grain import smoothstep
+from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class Face(StrEnum):
@@ -157,7 +156,7 @@ def _cane(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
 def _strand(at: Map, width: float) -> Map:
     """Round profile 0..1 of a strand on every whole number, `width` of the pitch wide."""
     off = np.abs(np.mod(at + 0.5, 1.0) - 0.5) / (width / 2.0)
-    return np.sqrt(np.clip(1.0 - off**2, 0.0, 1.0)).astype(np.float32)
+    return np.asarray(np.sqrt(np.clip(1.0 - off**2, 0.0, 1.0)), dtype=np.float32)
 
 
 _FACES = {

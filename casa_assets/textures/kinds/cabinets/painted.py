@@ -13,8 +13,8 @@ from casa_assets.model.record import Record
 from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas, Kind
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.wood import Cut, Map, Share, Sheet, Species
-from casa_assets.textures.wood_grain import smoothstep
+from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
+from casa_assets.textures.wood import Cut, Species
 
 
 class Coat(StrEnum):

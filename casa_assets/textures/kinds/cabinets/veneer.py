@@ -11,8 +11,8 @@ from casa_assets.model.record import Record
 from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas, Kind
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.wood import Cut, Map, Palette, Share, Sheet, Species
-from casa_assets.textures.wood_grain import smoothstep
+from casa_assets.textures.sheet import Map, Share, Sheet, covered, smoothstep
+from casa_assets.textures.wood import Cut, Palette, Species
 
 
 class Veneer(Record):
@@ -45,7 +45,7 @@ def paint(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> Layers:
     face = wood.dress(grain, params.species, params.palette, sheet, rng)
     albedo, height, roughness = face.albedo, face.height_m, face.roughness
     if params.weather > 0:
-        grey = np.float32([0.60, 0.57, 0.53]) * (0.9 + 0.08 * grain.fibre[..., None])
+        grey = np.array([0.60, 0.57, 0.53], dtype=np.float32) * (0.9 + 0.08 * grain.fibre[..., None])
         patch = params.weather * smoothstep(-1.4, 1.2, sheet.noise(0.35, 0.09, rng, 3) + 0.4 * grain.tone)
         albedo = albedo + (grey - albedo) * (0.75 * patch)[..., None]
         crack = smoothstep(2.0, 2.5, sheet.noise(0.18, 0.0022, rng) + 0.5 * sheet.noise(0.5, 0.05, rng))
@@ -60,7 +60,7 @@ def paint(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> Layers:
         node = _nodes(params.nodes_m, sheet, grain.tone)
         albedo = albedo * (1.0 - 0.2 * node)[..., None]
     if params.gap_m > 0:
-        gap = 1.0 - smoothstep(0.4 * params.gap_m, 0.4 * params.gap_m + 0.0012, grain.edge_m)
+        gap = covered(grain.edge_m, params.gap_m, canvas.tile_m[0] / canvas.size_px[1])
         albedo = albedo * (1.0 - 0.75 * gap)[..., None]
         height = height - 0.002 * gap
     return Layers(

@@ -12,10 +12,12 @@ from casa_assets.model.record import Record
 from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas, Kind
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.wood import Board, Cut, Grain, Map, Palette, Sheet, Species
-from casa_assets.textures.wood_grain import smoothstep, years
+from casa_assets.textures.sheet import Map, Sheet, covered, smoothstep
+from casa_assets.textures.wood import Board, Cut, Grain, Palette, Species
+from casa_assets.textures.wood_grain import years
 
 Ids = npt.NDArray[np.intp]
+_GLUE_M = 0.001  # as wide as a joint looks from arm's length
 
 
 class Staves(Record):
@@ -71,15 +73,17 @@ def _glued(params: Staves, sheet: Sheet, rng: np.random.Generator) -> Board:
     dx = rng.uniform(0.0, sheet.tile_m[0], count).astype(np.float32)[piece]
     dy = rng.uniform(0.0, sheet.tile_m[1], count).astype(np.float32)[piece]
     moved = [sheet.shifted(plane, dx, dy) for plane in (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)]
-    # Most staves are much alike and a few stand out: a cube of the lot keeps it so.
+    # Most staves are much alike and a few stand out: a cube of the lot keeps it so. Pale ones stand out less.
     lot = rng.permutation(np.linspace(-1.0, 1.0, count))
-    tone = (0.35 * lot + 0.65 * lot**3).astype(np.float32)[piece] * params.palette.variety
+    tones = 0.35 * lot + 0.65 * lot**3
+    tones = np.where(tones < 0.0, 0.5 * tones, tones) * params.palette.variety
+    tone = tones.astype(np.float32)[piece]
     albedo = np.stack(moved[:3], axis=-1)
     dark, light = wood.rgb(params.palette.dark), wood.rgb(params.palette.light)
     albedo = albedo + 0.9 * (dark - light) * tone[..., None]
     albedo = albedo * (1.0 + 0.04 * tone)[..., None]
     pixel = max(sheet.tile_m[0] / sheet.size_px[1], sheet.tile_m[1] / sheet.size_px[0])
-    glue = np.clip(1.2 - edge_m / max(0.0005, 0.6 * pixel), 0.0, 1.0)
+    glue = covered(edge_m, _GLUE_M, pixel)
     albedo = albedo + (wood.rgb(params.palette.heart) - albedo) * (0.42 * glue)[..., None]
     return Board(
         albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
@@ -137,7 +141,7 @@ def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> 
         albedo = np.where((np.mod(row + column, 2) == 1)[..., None], other.albedo, albedo)
     edge = np.minimum(wide / 2.0 - np.abs(in_x), tall / 2.0 - np.abs(in_y))
     pixel = sheet.tile_m[0] / sheet.size_px[1]
-    glue = np.clip(1.2 - edge / max(0.0005, 0.6 * pixel), 0.0, 1.0)
+    glue = covered(edge, _GLUE_M, pixel)
     albedo = albedo + (wood.rgb(params.palette.heart) - albedo) * (0.5 * glue)[..., None]
     return Layers(
         albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.textures.wood_grain import Map, Sheet
+from casa_assets.textures.sheet import Map, Sheet
 
 Ids = npt.NDArray[np.intp]
 
@@ -42,9 +42,7 @@ class Cells:
         return rng.uniform(0.0, 1.0, self.count).astype(np.float32)[self.id]
 
 
-def cells(
-    sheet: Sheet, size_m: float, rng: np.random.Generator, stretch: float = 1.0, bend_m: float = 0.0
-) -> Cells:
+def cells(sheet: Sheet, size_m: float, rng: np.random.Generator, stretch: float = 1.0, bend_m: float = 0.0) -> Cells:
     """Share the sheet out among jittered seeds; it closes over the border.
 
     Args:

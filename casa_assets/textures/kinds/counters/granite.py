@@ -13,8 +13,7 @@ from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas, Kind
 from casa_assets.textures.kinds.counters.crystals import cells
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.wood import Map, Share, Sheet
-from casa_assets.textures.wood_grain import smoothstep
+from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 Size = Annotated[float, Field(gt=0.0005, lt=0.5)]
 

@@ -14,8 +14,7 @@ from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas, Kind
 from casa_assets.textures.kinds.counters.crystals import cells
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.wood import Map, Share, Sheet
-from casa_assets.textures.wood_grain import smoothstep
+from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class Tiled(Record):
@@ -146,7 +145,7 @@ def paint_glaze(params: Glazed, canvas: Canvas, rng: np.random.Generator) -> Lay
 def paint_print(params: Printed, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One sheet of laminate."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
-    albedo = np.broadcast_to(wood.rgb(params.ground), (*sheet.size_px, 3)).astype(np.float32)
+    albedo: Map = np.broadcast_to(wood.rgb(params.ground), (*sheet.size_px, 3))
     for n, ink in enumerate(params.inks):
         mask = _figures(params, n, sheet, rng)
         albedo = albedo + (wood.rgb(ink) - albedo) * mask[..., None]
@@ -173,7 +172,9 @@ def _figures(params: Printed, ink: int, sheet: Sheet, rng: np.random.Generator) 
     soft = sheet.tile_m[0] / sheet.size_px[1] / size
     if params.pattern is Print.BOOMERANG:
         # A bent bar: distance to a parabola, the bar thins out to its tips; only its outline is inked.
-        bar = np.abs(v + 0.10 - 1.6 * u * u) / np.sqrt(1.0 + (3.2 * u) ** 2) - 0.10 * np.sqrt(np.clip(1 - 9 * u * u, 0, 1))
+        bar = np.abs(v + 0.10 - 1.6 * u * u) / np.sqrt(1.0 + (3.2 * u) ** 2) - 0.10 * np.sqrt(
+            np.clip(1 - 9 * u * u, 0, 1)
+        )
         bar = np.where(np.abs(u) < 0.34, bar, 1.0)
         return np.asarray(np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0) * (places.draw(rng) < 0.8))
     if params.pattern is Print.FLECKS:

@@ -14,8 +14,7 @@ from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas, Kind
 from casa_assets.textures.kinds.counters.crystals import cells
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.wood import Map, Share, Sheet
-from casa_assets.textures.wood_grain import smoothstep
+from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class Tooling(StrEnum):
@@ -63,7 +62,7 @@ def paint(params: Metal, canvas: Canvas, rng: np.random.Generator) -> Layers:
     if params.patina > 0:
         field = 0.8 * sheet.noise(0.25, 0.3, rng, 6) + 0.5 * sheet.noise(0.05, 0.06, rng, 5)
         edge = 1.6 - 3.0 * params.patina
-        share = 0.7 * smoothstep(edge - 1.6, edge + 1.6, field)
+        share = 0.6 * smoothstep(edge - 2.0, edge + 2.0, field)
         deep = 1.0 + 0.08 * sheet.noise(0.05, 0.05, rng, 4)
         albedo = albedo + (wood.rgb(params.aged) * deep[..., None] - albedo) * share[..., None]
         roughness = roughness + 0.25 * share
@@ -97,7 +96,7 @@ def _marks(params: Metal, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, 
         dents = cells(sheet, mark, rng, bend_m=0.05 * mark)
         bowl = np.minimum(dents.near_m / mark, 0.62) ** 2
         rim = 1.0 - smoothstep(0.0, 0.10, dents.border_m / mark)
-        return 1.1 * (bowl - 0.15) * 6.0 * 0.5 + 0.9 * rim, 0.045 * mark * bowl, np.zeros_like(bowl)
+        return 3.3 * (bowl - 0.15) + 0.4 * rim, 0.045 * mark * bowl, np.zeros_like(bowl)
     if tooling is Tooling.QUILTED:
         return _quilted(sheet, mark)
     cloud, fine = sheet.noise(0.1, 0.2, rng, 4), sheet.noise(0.004, 0.03, rng)

@@ -14,8 +14,7 @@ from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas, Kind
 from casa_assets.textures.kinds.counters.crystals import cells
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.wood import Map, Share, Sheet
-from casa_assets.textures.wood_grain import smoothstep
+from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class Course(StrEnum):
@@ -115,10 +114,10 @@ def lines(vein: Vein, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map]
     width = vein.width_m * swell * (0.12 + 0.88 * alive**1.5)
     line = alive * _drawn(main * np.where(side > 0, 0.8, 1.5), width, sheet)
     twig = smoothstep(edge + 0.5, edge + 1.8, life) * _drawn(branch, 0.28 * width, sheet)
-    line = np.maximum(line, 0.8 * twig) * np.clip(0.85 + 0.2 * sheet.noise(0.025, 0.025, rng, 4), 0.3, 1.1)
+    line = np.maximum(line, 0.8 * twig) * np.clip(0.85 + 0.2 * sheet.noise(0.025, 0.025, rng, 2), 0.3, 1.1)
     # Halos lean to one side, as the water came from there.
     halo = alive * np.exp(-main / (vein.halo_m * np.where(side > 0, 1.0, 0.4)))
-    torn = np.clip(0.75 + 0.3 * sheet.noise(0.06, 0.06, rng, 5), 0.0, 1.3)
+    torn = np.clip(0.75 + 0.3 * sheet.noise(0.06, 0.06, rng, 3), 0.0, 1.3)
     return np.clip(line, 0.0, 1.0).astype(np.float32), np.asarray(halo * torn, dtype=np.float32)
 
 

@@ -3,5 +3,11 @@
 from __future__ import annotations
 
 from casa_assets.textures.kind import Kind
+from casa_assets.textures.kinds.walls.boards import BOARDS
+from casa_assets.textures.kinds.walls.cast import CONCRETE, TIN
+from casa_assets.textures.kinds.walls.ceramic import CERAMIC
+from casa_assets.textures.kinds.walls.clay import CLAY
+from casa_assets.textures.kinds.walls.plaster import PLASTER
+from casa_assets.textures.kinds.walls.stonework import STONEWORK
 
-KINDS: tuple[Kind, ...] = ()
+KINDS: tuple[Kind, ...] = (PLASTER, CERAMIC, CLAY, BOARDS, STONEWORK, CONCRETE, TIN)

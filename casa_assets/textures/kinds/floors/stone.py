@@ -1,0 +1,130 @@
+"""Tiles sawn from stone: marble, travertine, limestone, slate, granite, terrazzo, each piece from its own place."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.record import Record
+from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kinds.counters import flow, granite, speckled, veined
+from casa_assets.textures.layers import Layers
+from casa_assets.textures.laying.inlay import Slab, dealt, inlay, slab_canvas
+from casa_assets.textures.laying.joint import Joint, fill, rim
+from casa_assets.textures.laying.laying import Laying, lay
+from casa_assets.textures.sheet import Map, Share, Sheet
+
+
+class StoneTile(Record):
+    """What tiles of any stone have.
+
+    Attributes:
+        laying, joint: how they lie and what is between them.
+        variety: 0..1, how much pieces differ in tone; warmth: in hue.
+        turned: whether pieces are laid with their grain in all directions.
+        cleft_m: relief of a split face, metres; proud_m: how far pieces stand out, standard deviation.
+        slab_m: side of the slab that pieces are cut from, metres.
+    """
+
+    laying: Laying
+    joint: Joint = Joint(width_m=0.002, depth_m=0.0006)
+    variety: Share = 0.3
+    warmth: Share = 0.2
+    turned: bool = True
+    cleft_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0
+    proud_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
+    slab_m: Annotated[float, Field(ge=0.4, le=3)] = 1.6
+
+
+class MarbleTile(StoneTile):
+    """Marble and its like; `stone` is its slab, `accent` that of every other sort of piece where there is one."""
+
+    stone: veined.Veined
+    accent: veined.Veined | None = None
+
+
+class LayeredTile(StoneTile):
+    """Travertine, limestone, slate."""
+
+    stone: flow.Banded
+    accent: flow.Banded | None = None
+
+
+class GraniteTile(StoneTile):
+    """Granite."""
+
+    stone: granite.Granite
+    accent: granite.Granite | None = None
+
+
+class ChipTile(StoneTile):
+    """Terrazzo and quartz in pieces."""
+
+    stone: speckled.Made
+    accent: speckled.Made | None = None
+
+
+def paint_marble(params: MarbleTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One field of marble tiles."""
+    stones = [s for s in (params.stone, params.accent) if s is not None]
+    small = slab_canvas(canvas, (params.slab_m, params.slab_m))
+    return _laid(params, [veined.paint(s, small, rng) for s in stones], canvas, rng)
+
+
+def paint_layered(params: LayeredTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One field of layered stone tiles."""
+    stones = [s for s in (params.stone, params.accent) if s is not None]
+    small = slab_canvas(canvas, (params.slab_m, params.slab_m))
+    return _laid(params, [flow.paint(s, small, rng) for s in stones], canvas, rng)
+
+
+def paint_granite(params: GraniteTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One field of granite tiles."""
+    stones = [s for s in (params.stone, params.accent) if s is not None]
+    small = slab_canvas(canvas, (params.slab_m, params.slab_m))
+    return _laid(params, [granite.paint(s, small, rng) for s in stones], canvas, rng)
+
+
+def paint_chips(params: ChipTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One field of terrazzo tiles."""
+    stones = [s for s in (params.stone, params.accent) if s is not None]
+    small = slab_canvas(canvas, (params.slab_m, params.slab_m))
+    return _laid(params, [speckled.paint(s, small, rng) for s in stones], canvas, rng)
+
+
+def _laid(params: StoneTile, faces: list[Layers], canvas: Canvas, rng: np.random.Generator) -> Layers:
+    pieces = lay(params.laying, canvas, rng)
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    slabs = tuple(Slab(face, (params.slab_m, params.slab_m)) for face in faces)
+    pick = pieces.sort % len(slabs)
+    at = rng.uniform(0.0, params.slab_m, (2, pieces.count))
+    mirrored = rng.permutation(np.arange(pieces.count) % 2) * 2.0 - 1.0
+    face = inlay(pieces, slabs, pick, at[0], at[1], mirrored if params.turned else np.ones(pieces.count))
+    tone = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
+    warm = dealt(pieces.count, rng).astype(np.float32)[pieces.owner] * np.float32(params.warmth)
+    hue = np.stack([1.0 + 0.035 * warm, 1.0 + 0.008 * warm, 1.0 - 0.06 * warm], axis=2)
+    albedo = face.albedo * hue * (1.0 + 0.16 * params.variety * tone)[..., None]
+    height: Map = face.height_m
+    if params.proud_m > 0:
+        out = rng.normal(0.0, 1.0, pieces.count).clip(-2, 2).astype(np.float32) * np.float32(params.proud_m)
+        height = height + out[pieces.owner]
+    if params.cleft_m > 0:
+        height = height + np.float32(params.cleft_m) * _cleft(sheet, rng)
+    laid = Layers.of(albedo, height, face.roughness)
+    return fill(laid, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
+
+
+def _cleft(sheet: Sheet, rng: np.random.Generator) -> Map:
+    """Terraces of a split face: flat ground and short steps, about -1..1."""
+    ground = sheet.noise(0.12, 0.16, rng, 5)
+    steps = np.round(2.0 * ground) / 2.0
+    soft = steps + 0.5 * np.tanh(6.0 * (ground - steps) * 2.0) / 2.0
+    return np.asarray(0.45 * soft + 0.08 * sheet.noise(0.015, 0.015, rng, 3), dtype=np.float32)
+
+
+MARBLE = Kind("marble_tile", MarbleTile, paint_marble)
+LAYERED = Kind("layered_stone_tile", LayeredTile, paint_layered)
+GRANITE = Kind("granite_tile", GraniteTile, paint_granite)
+CHIPS = Kind("chip_tile", ChipTile, paint_chips)

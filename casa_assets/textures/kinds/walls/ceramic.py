@@ -1,0 +1,124 @@
+"""Glazed tiles in any laying: subway, zellige, penny, scales; also bare porcelain, glass and metal ones."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from casa_assets.model.finish import HexColor
+from casa_assets.model.record import Record
+from casa_assets.textures import wood
+from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.layers import Layers
+from casa_assets.textures.laying.inlay import dealt
+from casa_assets.textures.laying.joint import Joint, fill, rim
+from casa_assets.textures.laying.laying import Laying, lay
+from casa_assets.textures.laying.pieces import Pieces
+from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
+
+
+class Deal(StrEnum):
+    """Which piece gets which colour."""
+
+    LOT = "lot"  # as often as the others, in no order
+    SORT = "sort"  # by its shape, orientation or place in the pattern
+
+
+class Ceramic(Record):
+    """Tiles.
+
+    Attributes:
+        laying, joint: how they lie and what is between them.
+        colors: of the glaze; `deal` says which piece gets which.
+        variety: 0..1, how much pieces of one colour differ in tone.
+        pool: 0..1, how unevenly the glaze flowed within a piece; where it is thin, `body` shows through.
+        body: colour of the clay under the glaze.
+        tilt: standard deviation of the slope of a piece, metres a metre.
+        wave_m: height of the waves in the glaze, metres.
+        crackle: 0..1, how plain the net of fine cracks is.
+        speckle: 0..1, share of small dark specks.
+        ribs: relief lines along each piece; 0 for none.
+        gloss: roughness; metallic: 0..1.
+    """
+
+    laying: Laying
+    joint: Joint = Joint()
+    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
+    deal: Deal = Deal.LOT
+    variety: Share = 0.25
+    pool: Share = 0.2
+    body: HexColor = "#cdb8a0"
+    tilt: Annotated[float, Field(ge=0, le=0.05)] = 0.002
+    wave_m: Annotated[float, Field(ge=0, le=0.001)] = 0.00003
+    crackle: Share = 0.0
+    speckle: Share = 0.0
+    ribs: Annotated[int, Field(ge=0, le=16)] = 0
+    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.14
+    metallic: Share = 0.0
+
+
+def paint(params: Ceramic, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One field of tiles."""
+    pieces = lay(params.laying, canvas, rng)
+    rim_m = rim(params.joint, pieces, canvas, rng)
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    number, tone = colors_of(params.deal, len(params.colors), pieces, rng), dealt(pieces.count, rng)
+    glaze = own(sheet.noise(0.035, 0.035, rng, 4), sheet, pieces, rng)
+    albedo = np.stack([wood.rgb(c) for c in params.colors])[number][pieces.owner]
+    shade = 1.0 + params.variety * 0.13 * tone.astype(np.float32)[pieces.owner] + params.pool * 0.045 * glaze
+    albedo = albedo * shade[..., None]
+    if params.pool > 0:
+        # Glaze draws back from the rim and gathers in low spots.
+        thin = np.exp(-np.maximum(rim_m, 0.0) / 0.0025) + 0.35 * smoothstep(0.9, 2.4, glaze)
+        share = params.pool * np.clip(0.55 * thin, 0.0, 0.7)
+        albedo = albedo + (wood.rgb(params.body) * albedo**0.4 - albedo) * share[..., None]
+    if params.speckle > 0:
+        dots = sheet.noise(0.004, 0.004, rng) + 0.5 * sheet.noise(0.009, 0.009, rng)
+        edge = 3.2 - 1.6 * params.speckle
+        dots = smoothstep(edge, edge + 0.3, dots * (0.4 + 0.6 * sheet.seen(0.004, 0.004)))
+        albedo = albedo * (1.0 - 0.55 * dots)[..., None]
+    if params.crackle > 0:
+        albedo = albedo * (1.0 - 0.16 * params.crackle * _cracks(sheet, canvas, rng))[..., None]
+    height = _relief(params, pieces, glaze, rng)
+    gloss = params.gloss + 0.02 * glaze * params.pool + 0.03 * params.variety * dealt(pieces.count, rng)[pieces.owner]
+    face = Layers.of(albedo, height, gloss, params.metallic)
+    return fill(face, params.joint, rim_m, canvas, rng)
+
+
+def colors_of(deal: Deal, count: int, pieces: Pieces, rng: np.random.Generator) -> npt.NDArray[np.int64]:
+    """(N,) number of the colour of each piece, below `count`."""
+    if deal is Deal.SORT:
+        return np.asarray(pieces.sort % count)
+    return np.asarray(rng.permutation(np.arange(pieces.count) % count))
+
+
+def own(image: Map, sheet: Sheet, pieces: Pieces, rng: np.random.Generator) -> Map:
+    """A picture that each piece reads at a place of its own, so that nothing runs on across a joint."""
+    jump = rng.random((2, pieces.count)).astype(np.float32)
+    dx, dy = jump[0] * np.float32(sheet.tile_m[0]), jump[1] * np.float32(sheet.tile_m[1])
+    return sheet.shifted(image, dx[pieces.owner], dy[pieces.owner])
+
+
+def _relief(params: Ceramic, pieces: Pieces, glaze: Map, rng: np.random.Generator) -> Map:
+    slope = rng.normal(0.0, 1.0, (2, pieces.count)).clip(-2, 2).astype(np.float32) * np.float32(params.tilt)
+    height = slope[0][pieces.owner] * pieces.u_m + slope[1][pieces.owner] * pieces.v_m
+    height = height + np.float32(params.wave_m) * glaze
+    if params.ribs:
+        across = pieces.u_m / pieces.half_m[:, 0].astype(np.float32)[pieces.owner]
+        height = height + 0.0022 * np.abs(np.sin(np.pi / 2 * params.ribs * (across + 1.0)))
+    return np.asarray(height, dtype=np.float32)
+
+
+def _cracks(sheet: Sheet, canvas: Canvas, rng: np.random.Generator) -> Map:
+    """0..1, a net of hair lines."""
+    lines = np.minimum(np.abs(sheet.noise(0.02, 0.02, rng, 2)), np.abs(sheet.noise(0.035, 0.035, rng, 2)))
+    wide = 0.05 * max(1.0, canvas.pixel_m / 0.001)
+    return np.asarray(np.clip(1.3 - lines / wide, 0.0, 1.0) / max(1.0, canvas.pixel_m / 0.001), dtype=np.float32)
+
+
+CERAMIC = Kind("ceramic_tile", Ceramic, paint)
+"""Kind of tile."""

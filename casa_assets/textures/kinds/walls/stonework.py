@@ -1,0 +1,82 @@
+"""Walls of rough stone: ledgestone, fieldstone, ashlar."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.finish import HexColor
+from casa_assets.model.record import Record
+from casa_assets.textures import wood
+from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kinds.walls.ceramic import Deal, colors_of, own
+from casa_assets.textures.layers import Layers
+from casa_assets.textures.laying.inlay import dealt
+from casa_assets.textures.laying.joint import Joint, fill, rim
+from casa_assets.textures.laying.laying import Laying, lay
+from casa_assets.textures.sheet import Share, Sheet, smoothstep
+
+
+class Stonework(Record):
+    """A wall of stones.
+
+    Attributes:
+        laying, joint: how they lie and what is between them.
+        colors: of the stones, drawn with equal odds; `stain` gathers on parts of them.
+        variety: 0..1, how much stones of one colour differ.
+        stained: 0..1, share of the face that leans to the stain.
+        layered: 0..1, strength of the lines along a stone.
+        rough_m: relief of a face, metres; proud_m: how far stones stand out, standard deviation; round_m: how far a
+            face falls off toward its rim.
+        gloss: roughness.
+    """
+
+    laying: Laying
+    joint: Joint = Joint(width_m=0.012, depth_m=0.006, wobble_m=0.004)
+    colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
+    stain: HexColor = "#8a6a48"
+    variety: Share = 0.5
+    stained: Share = 0.2
+    layered: Share = 0.2
+    rough_m: Annotated[float, Field(ge=0, le=0.02)] = 0.003
+    proud_m: Annotated[float, Field(ge=0, le=0.02)] = 0.003
+    round_m: Annotated[float, Field(ge=0, le=0.02)] = 0.004
+    gloss: Annotated[float, Field(ge=0.1, le=0.98)] = 0.85
+
+
+def paint(params: Stonework, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    """One wall."""
+    pieces = lay(params.laying, canvas, rng)
+    rim_m = rim(params.joint, pieces, canvas, rng)
+    sheet = Sheet(canvas.size_px, canvas.tile_m)
+    number, tone = colors_of(Deal.LOT, len(params.colors), pieces, rng), dealt(pieces.count, rng)
+    rock = own(sheet.noise(0.10, 0.13, rng, 6), sheet, pieces, rng)
+    lines = own(sheet.noise(0.006, 0.16, rng) + 0.7 * sheet.noise(0.016, 0.3, rng, 2), sheet, pieces, rng)
+    grit = sheet.noise(0.006, 0.006, rng, 2)
+    crack = 1.0 - smoothstep(0.0, 0.16, np.abs(own(sheet.noise(0.06, 0.09, rng, 3), sheet, pieces, rng)))
+    shade = 1.0 + params.variety * 0.24 * tone.astype(np.float32)[pieces.owner] + 0.07 * rock + 0.035 * grit
+    shade = shade + 0.08 * params.layered * lines - 0.10 * crack * (1.0 - params.layered)
+    albedo = np.stack([wood.rgb(c) for c in params.colors])[number][pieces.owner] * shade[..., None]
+    if params.stained > 0:
+        bias = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
+        edge = 2.2 - 3.6 * params.stained
+        share = smoothstep(edge, edge + 1.8, own(rock, sheet, pieces, rng) + 0.9 * bias)
+        albedo = albedo + (wood.rgb(params.stain) * shade[..., None] - albedo) * (0.65 * share)[..., None]
+    dome = 1.0 - np.exp(-np.maximum(rim_m, 0.0) / 0.018)
+    out = (rng.normal(0.0, 1.0, pieces.count).clip(-1.6, 2) * params.proud_m).astype(np.float32)[pieces.owner]
+    # Split faces are flats that meet in edges, not dunes.
+    facets = np.abs(rock) * 0.9 - np.abs(own(sheet.noise(0.05, 0.05, rng, 2), sheet, pieces, rng)) * 0.6
+    height = (
+        out + params.round_m * dome + params.rough_m * (0.45 * facets + 0.10 * grit + 0.25 * params.layered * lines)
+    )
+    # Little light reaches the foot of a deep joint.
+    albedo = albedo * (0.62 + 0.38 * smoothstep(-0.001, 0.008, rim_m))[..., None]
+    gloss = np.broadcast_to(np.float32(params.gloss), sheet.size_px) + np.float32(0.03) * rock
+    face = Layers.of(albedo, height, gloss)
+    return fill(face, params.joint, rim_m, canvas, rng)
+
+
+STONEWORK = Kind("stonework", Stonework, paint)
+"""Kind of walls of rough stone."""

@@ -1,0 +1,1 @@
+"""How pieces are laid side by side: bonds of bricks, tiles, planks and stones that close over the border."""

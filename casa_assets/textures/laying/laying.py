@@ -1,0 +1,110 @@
+"""How a surface is laid, as recipes say it: pattern and sizes in metres into pieces."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.model.record import Record
+from casa_assets.textures.kind import Canvas
+from casa_assets.textures.laying import bonds, rubble, shapes
+from casa_assets.textures.laying.pieces import Pieces, Place, raster
+
+
+class Pattern(StrEnum):
+    """Shapes and bonds."""
+
+    RUNNING = "running"
+    PLANKS = "planks"
+    BASKET = "basket"
+    HERRINGBONE = "herringbone"
+    CHEVRON = "chevron"
+    ASHLAR = "ashlar"
+    PANEL = "panel"
+    HEXAGON = "hexagon"
+    PENNY = "penny"
+    PICKET = "picket"
+    DIAMOND = "diamond"
+    SCALE = "scale"
+    LANTERN = "lantern"
+    OCTAGON = "octagon"
+    STAR = "star"
+    CUBE = "cube"
+    FIELDSTONE = "fieldstone"
+    LEDGE = "ledge"
+
+
+class Laying(Record):
+    """A pattern and its sizes. The picture has to hold whole repeats: another size is an error, not a stretch.
+
+    Attributes:
+        pattern: shape and bond.
+        width_m: of a piece across its length, metres, joint included.
+        length_m: of a piece along its length, metres, joint included.
+        bond: of a running bond: share of a length by which each row is moved on; 0 is stacked.
+        upright: pieces stand (running bond, planks).
+        slant: the whole is turned by 45 degrees (herringbone).
+        widths: of planks: how many widths are mixed.
+    """
+
+    pattern: Pattern
+    width_m: Annotated[float, Field(gt=0.005, le=2)]
+    length_m: Annotated[float, Field(gt=0.005, le=3)] = 0.1
+    bond: Annotated[float, Field(ge=0, lt=1)] = 0.0
+    upright: bool = False
+    slant: bool = False
+    widths: Annotated[int, Field(ge=1, le=8)] = 1
+
+
+def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> Pieces:
+    """Every pixel's piece, and where on it.
+
+    Raises:
+        ValueError: the picture holds no whole number of repeats.
+    """
+    width, length = laying.width_m, laying.length_m
+    if laying.pattern is Pattern.FIELDSTONE:
+        return rubble.fieldstone(canvas, length, width, rng)
+    if laying.pattern is Pattern.LEDGE:
+        return rubble.ledges(canvas, width, length, rng)
+    return raster(_places(laying, canvas.tile_m, rng), canvas)
+
+
+def _places(laying: Laying, tile_m: tuple[float, float], rng: np.random.Generator) -> list[Place]:
+    width, length = laying.width_m, laying.length_m
+    match laying.pattern:
+        case Pattern.RUNNING:
+            return bonds.running(tile_m, width, length, laying.bond, laying.upright)
+        case Pattern.PLANKS:
+            return bonds.planks(tile_m, width, length, laying.widths, laying.upright, rng)
+        case Pattern.BASKET:
+            return bonds.basket(tile_m, width, length)
+        case Pattern.HERRINGBONE:
+            return bonds.herringbone(tile_m, width, length, laying.slant)
+        case Pattern.CHEVRON:
+            return bonds.chevron(tile_m, width, length)
+        case Pattern.ASHLAR:
+            return bonds.ashlar(tile_m, width, rng)
+        case Pattern.PANEL:
+            return bonds.panel(tile_m, width, length)
+        case Pattern.PICKET:
+            return shapes.pickets(tile_m, width, length)
+        case Pattern.DIAMOND:
+            return shapes.diamonds(tile_m, width, length)
+        case Pattern.LANTERN:
+            return shapes.lanterns(tile_m, width, length)
+        case _:
+            return _BY_WIDTH[laying.pattern](tile_m, width)
+
+
+_BY_WIDTH = {
+    Pattern.HEXAGON: shapes.hexagons,
+    Pattern.PENNY: shapes.pennies,
+    Pattern.SCALE: shapes.scales,
+    Pattern.OCTAGON: shapes.octagons,
+    Pattern.STAR: shapes.stars,
+    Pattern.CUBE: shapes.cubes,
+}

@@ -1,0 +1,1 @@
+"""Drawn figures: masks of inks in a square or rectangle that repeats."""

@@ -1,0 +1,101 @@
+"""Bytes of a picture -> pixels, after it was looked at without being unpacked."""
+
+from __future__ import annotations
+
+import io
+import struct
+import warnings
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageOps, UnidentifiedImageError
+
+from casa_assets.textures.packs.faults import Fault, refuse
+
+FORMATS = ("PNG", "JPEG", "WEBP")
+SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
+LEAST_PX = 512
+MOST_PX = 8192
+LONGEST = 2.0  # sides: a longer strip shows too little of a pattern
+_OPAQUE = 250  # of 255: some encoders write 254 for opaque
+_BLANK = 1.5  # of 255: deviation of the noise that encoders add to one colour
+_FAULTS = (OSError, SyntaxError, ValueError, TypeError, IndexError, KeyError, OverflowError, EOFError, struct.error)
+
+Floats = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """A picture.
+
+    Attributes:
+        pixels: (H, W, 3) float32 sRGB 0..1, upright.
+        prompt: what its generator wrote into the file, or nothing.
+        notes: conversions that were made.
+    """
+
+    pixels: Floats
+    prompt: str
+    notes: tuple[str, ...]
+
+
+def decode(data: bytes) -> Decoded:
+    """The picture in these bytes.
+
+    Raises:
+        Rejected: it is none, is broken, has a wrong size, can be seen through, or shows one colour.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of metadata and of sizes, which are checked here
+            image = Image.open(io.BytesIO(data), formats=FORMATS)
+            _check_size(image.width, image.height)
+            prompt = _prompt(image)
+            image.load()
+            upright = ImageOps.exif_transpose(image)
+            pixels, notes = _rgb(upright if upright is not None else image)
+    except (UnidentifiedImageError, Image.DecompressionBombError) as error:
+        large = isinstance(error, Image.DecompressionBombError)
+        fault = Fault.TOO_LARGE if large else Fault.NOT_A_PICTURE
+        raise refuse(fault, "is far too large" if large else f"is no {', '.join(FORMATS)} file") from None
+    except (*_FAULTS, zlib.error) as error:
+        raise refuse(Fault.BROKEN, f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}") from None
+    if float(np.abs(pixels - pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
+        raise refuse(Fault.BLANK, "shows one colour")
+    return Decoded(pixels, prompt, notes)
+
+
+def _check_size(width: int, height: int) -> None:
+    size = f"{width} x {height} pixels"
+    if max(width, height) > MOST_PX:
+        raise refuse(Fault.TOO_LARGE, f"{size}, over {MOST_PX} a side")
+    if min(width, height) < LEAST_PX:
+        raise refuse(Fault.TOO_SMALL, f"{size}, under {LEAST_PX} a side")
+    if max(width, height) > LONGEST * min(width, height):
+        raise refuse(Fault.TOO_LONG, f"{size}, longer than {LONGEST:g} times its width")
+
+
+def _rgb(image: Image.Image) -> tuple[Floats, tuple[str, ...]]:
+    notes = []
+    mode = image.mode
+    if mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
+        alpha = np.asarray(image.convert("RGBA"))[..., 3]
+        if int(alpha.min()) < _OPAQUE:
+            raise refuse(Fault.TRANSPARENT, f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through")
+    if mode.startswith("I") or mode == "F":
+        raw = np.asarray(image, dtype=np.float32)
+        grey = raw / (65535.0 if raw.max() > 255 else 255.0)
+        return np.repeat(grey[..., None], 3, axis=2), (f"grey of mode {mode} was read as 16 bit",)
+    if mode != "RGB":
+        notes.append(f"was converted from {mode} to RGB")
+    return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255.0), tuple(notes)
+
+
+def _prompt(image: Image.Image) -> str:
+    """What image generators write into a text chunk of a PNG."""
+    for key in ("parameters", "prompt", "Description"):
+        if isinstance(said := image.info.get(key), str):
+            return " ".join(said.split())[:2000]
+    return ""

@@ -1,0 +1,125 @@
+"""What is known of a picture and of a pack: the records of pack.yaml and pack.json."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, StringConstraints
+
+from casa_assets.model.finish import Surface
+from casa_assets.model.issue import Code
+from casa_assets.model.material import Positive
+from casa_assets.model.record import Id, Record, Sha256
+
+Text = Annotated[str, StringConstraints(max_length=4000)]
+Share = Annotated[float, Field(ge=0, le=1)]
+UNKNOWN = "unknown"
+
+
+class Described(Record):
+    """What somebody says of a picture; None is not said. A row of pack.yaml, its `defaults`, or the flags.
+
+    Attributes:
+        surface: what it is for.
+        tile_m: width and height in metres of what the picture shows.
+        licence: SPDX id, or the words of whoever gives it.
+        prompt, generator, author: how and by whom it was made.
+        substance: id in registry/substances.yaml.
+        roughness: 0..1, mean gloss of the surface.
+        name: short name; the file name where it is not said.
+    """
+
+    surface: Surface | None = None
+    tile_m: tuple[Positive, Positive] | None = None
+    licence: Text | None = None
+    prompt: Text | None = None
+    generator: Text | None = None
+    author: Text | None = None
+    substance: Id | None = None
+    roughness: Share | None = None
+    name: Text | None = None
+
+    def over(self, other: Described) -> Described:
+        """This description, with what it leaves out taken from another."""
+        said = {name: getattr(self, name) for name in type(self).model_fields}
+        return Described(**{k: getattr(other, k) if v is None else v for k, v in said.items()})
+
+
+class Picture(Record):
+    """A picture of the pack.
+
+    Attributes:
+        id: `<pack>_<name>`.
+        source: file it came from, relative to its folder; `source_sha256` is that of its bytes.
+        surface, substance: what it is for, what it is made of.
+        tile_m: width and height in metres of one copy, after it was cut to tile.
+        width_px, height_px: of the base colour.
+        licence, prompt, generator, author: as they were given, `unknown` where nothing was said.
+        seam_before, seam_after: worst score of the border, see `textures.seam`.
+        repaired: whether the border was mended.
+        derived: maps that were computed from the colour and are therefore guesses.
+        files: base, normal and roughness, relative to the pack; sha256 of each in the same order.
+        notes: what was done or is doubtful, one sentence each.
+    """
+
+    id: Id
+    source: str
+    source_sha256: Sha256
+    surface: Surface
+    substance: Id
+    tile_m: tuple[Positive, Positive]
+    width_px: Annotated[int, Field(ge=1)]
+    height_px: Annotated[int, Field(ge=1)]
+    licence: str
+    prompt: str
+    generator: str
+    author: str
+    seam_before: float
+    seam_after: float
+    repaired: bool
+    derived: tuple[str, ...]
+    files: tuple[str, str, str]
+    sha256: tuple[Sha256, Sha256, Sha256]
+    notes: tuple[str, ...] = ()
+
+
+class Refused(Record):
+    """A picture that was left out.
+
+    Attributes:
+        source: file, relative to its folder.
+        code: such as `PCK005`.
+        says: what is wrong with it.
+        mend: what to do.
+    """
+
+    source: str
+    code: Code
+    says: str
+    mend: str
+
+
+class Alike(Record):
+    """Two pictures of a pack that can hardly be told apart; both are kept."""
+
+    first: Id
+    second: Id
+    distance: float
+
+
+class Pack(Record):
+    """pack.json.
+
+    Attributes:
+        id: name of the pack. version: of the program that made it.
+        pictures, refused: by source.
+        alike: nearly equal pairs, the closest first.
+        ignored: files that are no pictures.
+    """
+
+    id: Id
+    version: int
+    pictures: tuple[Picture, ...] = ()
+    refused: tuple[Refused, ...] = ()
+    alike: tuple[Alike, ...] = ()
+    ignored: tuple[str, ...] = ()

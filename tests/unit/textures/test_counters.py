@@ -1,0 +1,258 @@
+"""Every counter tiles, and stones, staves and tiles have the sizes that their recipes state."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from casa_assets.model.chance import rng_for
+from casa_assets.model.finish import Surface
+from casa_assets.pipeline.textures import recipes
+from casa_assets.textures import wood
+from casa_assets.textures.kind import Canvas
+from casa_assets.textures.kinds import counters
+from casa_assets.textures.kinds.counters.butcher import EndGrain, Staves, paint_blocks, paint_staves
+from casa_assets.textures.kinds.counters.crystals import cells
+from casa_assets.textures.kinds.counters.flow import Banded
+from casa_assets.textures.kinds.counters.flow import paint as paint_banded
+from casa_assets.textures.kinds.counters.granite import Granite, Mineral, Speck
+from casa_assets.textures.kinds.counters.granite import paint as paint_granite
+from casa_assets.textures.kinds.counters.laid import (
+    Glazed,
+    Print,
+    Printed,
+    Tiled,
+    paint_glaze,
+    paint_print,
+    paint_tiles,
+)
+from casa_assets.textures.kinds.counters.metal import Metal, Tooling
+from casa_assets.textures.kinds.counters.metal import paint as paint_metal
+from casa_assets.textures.kinds.counters.speckled import Chips, Made
+from casa_assets.textures.kinds.counters.speckled import paint as paint_made
+from casa_assets.textures.kinds.counters.veined import Course, Vein, Veined
+from casa_assets.textures.kinds.counters.veined import paint as paint_veined
+from casa_assets.textures.layers import Layers, Map
+from casa_assets.textures.make import make
+from casa_assets.textures.seam import seam
+from casa_assets.textures.sheet import Sheet
+from casa_assets.textures.wood import Palette, Species
+
+RECIPES = recipes()[Surface.COUNTER]
+CANVAS = Canvas((240, 240), (0.6, 0.6))
+WHITE, BLACK = "#ffffff", "#000000"
+PALETTE = Palette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818", variety=0.0)
+QUIET = Species(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
+
+
+def runs(row: Map) -> int:
+    """How often a row that repeats rises over its middle."""
+    middle = (row.max() + row.min()) / 2
+    return int(np.sum((row < middle) & (np.roll(row, -1) >= middle)))
+
+
+def test_there_are_a_hundred_and_every_kind_is_used() -> None:
+    assert len(RECIPES) == 100
+    used = {r.kind for r in RECIPES.values()}
+    assert {k.name for k in counters.KINDS} <= used
+
+
+@pytest.mark.parametrize("name", list(RECIPES))
+def test_every_counter_is_sound(name: str) -> None:
+    made = make(RECIPES[name], 128)
+    assert seam(made.albedo).worst < 2.0
+    assert made.albedo.dtype == made.height_m.dtype == made.roughness.dtype == np.float32
+    assert made.albedo.shape == (*made.height_m.shape, 3)
+    assert made.roughness.shape == made.height_m.shape
+    assert 0.0 <= made.albedo.min() <= made.albedo.max() <= 1.0
+    assert 0.04 <= made.roughness.min() <= made.roughness.max() <= 1.0
+    assert 0.03 < made.albedo.mean() < 0.97
+    assert np.ptp(made.height_m) < 0.01
+
+
+@pytest.mark.parametrize("kind", counters.KINDS, ids=lambda k: str(k.name))
+def test_same_seed_same_bytes(kind: object) -> None:
+    recipe = next(r for r in RECIPES.values() if r.kind == getattr(kind, "name"))  # noqa: B009
+    one, same = make(recipe, 64), make(recipe, 64)
+    assert one.albedo.tobytes() == same.albedo.tobytes()
+    assert one.height_m.tobytes() == same.height_m.tobytes()
+    other = make(recipe.replace(seed=recipe.seed + 1), 64)
+    assert one.albedo.tobytes() != other.albedo.tobytes()
+
+
+@pytest.mark.parametrize("name", ["granite_alaska", "marble_statuario", "onyx_honey", "block_walnut", "tile_saltillo"])
+def test_another_size_shows_the_same_design(name: str) -> None:
+    fine = make(RECIPES[name], 256).albedo.reshape(128, 2, 128, 2, 3).mean(axis=(1, 3))
+    coarse = make(RECIPES[name], 128).albedo
+    assert np.corrcoef(fine.ravel(), coarse.ravel())[0, 1] > 0.6
+
+
+def test_cells_have_their_size_and_close() -> None:
+    sheet = Sheet((200, 200), (0.5, 0.5))
+    found = cells(sheet, 0.05, rng_for(1, "cells"))
+    assert found.count == 100
+    assert len(np.unique(found.id)) == 100
+    assert np.all(found.near_m <= found.second_m)
+    assert found.near_m == pytest.approx(np.hypot(found.dx_m, found.dy_m), abs=1e-5)
+    assert found.near_m.max() < 0.06
+    grid = found.id
+    assert np.mean(grid[:, 0] == grid[:, -1]) > 0.8  # the same cells on both sides of the border
+
+
+def test_minerals_have_their_shares() -> None:
+    stone = Granite(
+        minerals=(Mineral(color=WHITE, share=3, spread=0), Mineral(color=BLACK, share=1, spread=0)), grain_m=0.004
+    )
+    made = paint_granite(stone, CANVAS, rng_for(1, "g"))
+    assert float((made.albedo[..., 0] > 0.5).mean()) == pytest.approx(0.75, abs=0.05)
+
+
+def test_specks_have_their_share_however_they_flock() -> None:
+    for flock in (0.0, 1.0):
+        speck = Speck(color=BLACK, size_m=0.01, share=0.2, flock=flock)
+        stone = Granite(minerals=(Mineral(color=WHITE, share=1, spread=0),), specks=(speck,))
+        made = paint_granite(stone, CANVAS, rng_for(1, "g"))
+        assert float((made.albedo[..., 0] < 0.5).mean()) == pytest.approx(0.19, abs=0.06)
+
+
+def test_orbs_are_round_and_larger_than_the_grain() -> None:
+    stone = Granite(minerals=(Mineral(color=WHITE, share=1, spread=0),), orb=BLACK, orb_m=0.05, orb_rim=BLACK)
+    made = paint_granite(stone, CANVAS, rng_for(1, "g"))
+    dark = made.albedo[..., 0] < 0.6
+    assert 0.2 < dark.mean() < 0.8
+    lengths = np.diff(np.flatnonzero(np.diff(dark.ravel().astype(int)) != 0)) * 0.6 / 240
+    assert 0.005 < np.median(lengths) < 0.06
+
+
+@pytest.mark.parametrize("course", list(Course))
+def test_veins_have_their_width(course: Course) -> None:
+    """Twice the width is about twice the ink; the widest place is near the width that was asked for."""
+    ink = []
+    for width in (0.006, 0.012):
+        vein = Vein(color=BLACK, strength=1, course=course, spacing_m=0.15, width_m=width, bleed=0, gaps=0, wobble=0.2)
+        stone = Veined(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
+        ink.append(1.0 - float(paint_veined(stone, CANVAS, rng_for(2, "v")).albedo.mean()))
+    assert ink[0] > 0.01
+    assert 1.5 < ink[1] / ink[0] < 2.5
+
+
+def test_veins_that_are_gone_leave_the_stone() -> None:
+    vein = Vein(color=BLACK, strength=1, spacing_m=0.15, width_m=0.01, bleed=0)
+    inks = []
+    for gaps in (0.0, 1.0):
+        stone = Veined(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein.replace(gaps=gaps),))
+        inks.append(1.0 - float(paint_veined(stone, CANVAS, rng_for(2, "v")).albedo.mean()))
+    assert inks[1] < 0.5 * inks[0]
+
+
+def test_layers_are_counted() -> None:
+    stone = Banded(colors=(WHITE, BLACK), layers=5, fold_m=0.0, fine=0, mottle=0)
+    made = paint_banded(stone, CANVAS, rng_for(1, "b"))
+    assert runs(made.albedo[:, 7, 0]) == 5
+    pitted = paint_banded(stone.replace(pits=0.8), CANVAS, rng_for(1, "b"))
+    assert pitted.height_m.min() < -0.0005 < made.height_m.min()
+
+
+def test_chips_lie_beside_each_other() -> None:
+    """Large and small chips cover their places, a small one never on a large one."""
+    large = Chips(colors=(BLACK,), size_m=0.05, share=1.0, spread=0)
+    small = Chips(colors=("#ff0000",), size_m=0.01, share=1.0, spread=0)
+    made = paint_made(Made(binder=WHITE, clouds=0, chips=(large, small)), CANVAS, rng_for(1, "m")).albedo
+    alone = paint_made(Made(binder=WHITE, clouds=0, chips=(large,)), CANVAS, rng_for(1, "m")).albedo
+    inside = alone.max(axis=2) < 0.02
+    assert 0.2 < inside.mean() < 0.9
+    assert made[inside].max() < 0.05
+    assert ((made[..., 0] > 0.8) & (made[..., 1] < 0.2)).mean() > 0.02
+
+
+def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
+    """0.6 m hold ten staves of 0.06 m, each of one tone from end to end, with a dark line between two."""
+    staves = Staves(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.6)
+    made = paint_staves(staves, CANVAS, rng_for(1, "s")).albedo[..., 0]
+    bodies = made.reshape(10, 24, 240)[:, 4:-4]
+    assert len(np.unique(bodies.mean(axis=(1, 2)).round(3))) == 10
+    assert np.ptp(bodies, axis=(1, 2)).max() < 0.01
+    lines = made.reshape(10, 24, 240)[:, [0, -1]].mean(axis=(1, 2))
+    assert np.all(lines < bodies.mean(axis=(1, 2)) - 0.02)
+
+
+def test_pieces_end_at_different_places() -> None:
+    staves = Staves(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.3)
+    made = paint_staves(staves, CANVAS, rng_for(1, "s")).albedo[..., 0]
+    ends = [np.flatnonzero(np.abs(np.diff(row)) > 0.004) for row in made[12::24]]
+    assert all(len(e) >= 2 for e in ends)
+    firsts = [int(e[0]) for e in ends]
+    assert all(abs(one - other) > 3 for one, other in itertools.pairwise(firsts))
+
+
+def test_blocks_are_square_and_two_woods_take_turns() -> None:
+    pale, dark = PALETTE, Palette(light="#403020", dark="#201810", pore="#100c08", heart="#080604", variety=0.0)
+    blocks = EndGrain(species=QUIET, palette=pale, second=dark, block_m=0.1, bond=0.0)
+    made = paint_blocks(blocks, CANVAS, rng_for(1, "e")).albedo[..., 0]
+    assert runs(made[20]) == runs(made[:, 20]) == 3  # six blocks, three of each
+    assert made[20, 20] > made[20, 60] + 0.2
+    assert made[20, 20] > made[60, 20] + 0.2
+
+
+def test_tiles_and_joints_are_as_wide_as_stated() -> None:
+    tiles = Tiled(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, uneven=0)
+    made = paint_tiles(tiles, CANVAS, rng_for(1, "t"))
+    assert runs(made.albedo[20, :, 0]) == 4
+    assert runs(made.albedo[:, 30, 0]) == 6
+    dark = float((made.albedo[20, :, 0] < 0.5).mean()) * 0.6
+    assert dark == pytest.approx(4 * 0.01, abs=0.008)
+    joint = made.albedo[..., 0] < 0.2
+    assert made.height_m[joint].max() < made.height_m[~joint].mean()
+    assert made.roughness[joint].min() > 0.7 > 0.3 > made.roughness[~joint].mean()
+
+
+def test_checkered_tiles_take_turns_over_the_border() -> None:
+    tiles = Tiled(colors=(WHITE, "#404040"), grout=BLACK, width_m=0.12, height_m=0.12, checker=True, uneven=0)
+    made = paint_tiles(tiles, CANVAS, rng_for(1, "t")).albedo[..., 0]  # five columns would not close: six are laid
+    assert made[20, 20] != pytest.approx(made[20, 230], abs=0.2)
+
+
+@pytest.mark.parametrize("tooling", list(Tooling))
+def test_metal_tiles_and_shows_its_tool(tooling: Tooling) -> None:
+    made = paint_metal(Metal(color="#b0b0b0", aged="#707070", tooling=tooling, mark_m=0.03), CANVAS, rng_for(1, "m"))
+    assert seam(made.albedo).worst < 1.6
+    assert made.metallic == 1.0
+    across = float(np.abs(np.diff(made.albedo[..., 0], axis=1)).mean())
+    along = float(np.abs(np.diff(made.albedo[..., 0], axis=0)).mean())
+    if tooling in (Tooling.ALONG, Tooling.ROLLED):
+        assert along > 3 * across
+    elif tooling is Tooling.UPRIGHT:
+        assert across > 3 * along
+    else:
+        assert 0.3 < along / across < 3.5
+
+
+def test_patina_and_spots_age_the_metal() -> None:
+    clean = Metal(color="#b0b0b0", aged="#303030", tooling=Tooling.ROLLED)
+    shares = [paint_metal(clean.replace(patina=p), CANVAS, rng_for(1, "m")) for p in (0.0, 0.4, 0.9)]
+    assert shares[0].albedo.mean() > shares[1].albedo.mean() > shares[2].albedo.mean()
+    assert shares[0].roughness.mean() < shares[2].roughness.mean()
+    spotted = paint_metal(clean.replace(spots=1.0), CANVAS, rng_for(1, "m"))
+    assert spotted.albedo.mean() < shares[0].albedo.mean()
+
+
+@pytest.mark.parametrize("pattern", list(Print))
+def test_prints_use_their_inks(pattern: Print) -> None:
+    sheet = Printed(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
+    made: Layers = paint_print(sheet, CANVAS, rng_for(1, "p"))
+    inked = made.albedo.min(axis=2) < 0.7
+    assert 0.01 < inked.mean() < 0.95
+    assert seam(made.albedo).worst < 1.6
+
+
+def test_crackle_is_a_fine_net() -> None:
+    plain = Glazed(color="#e0e0e0", deep="#e0e0e0", crackle=0.0, crackle_m=0.06)
+    still, cracked = (paint_glaze(g, CANVAS, rng_for(1, "g")) for g in (plain, plain.replace(crackle=1.0)))
+    lines = still.albedo[..., 0] - cracked.albedo[..., 0] > 0.05
+    assert 0.005 < lines.mean() < 0.2
+
+
+def test_wood_and_stone_share_their_colours_exactly() -> None:
+    assert wood.rgb("#336699") == pytest.approx([0.2, 0.4, 0.6])

@@ -1,0 +1,332 @@
+"""A folder of pictures becomes a pack: good ones tile, bad ones are named with a reason, and nothing is lost."""
+
+from __future__ import annotations
+
+import io
+import json
+import zlib
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image, PngImagePlugin
+
+from casa_assets import registry
+from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
+from casa_assets.model.chance import rng_for
+from casa_assets.model.finish import Surface
+from casa_assets.pipeline.library import sums
+from casa_assets.pipeline.texture_packs import PackOptions, PackReport, ingest_pack, load_finishes, load_pack
+from casa_assets.textures import noise
+from casa_assets.textures.packs import decode as decoding
+from casa_assets.textures.packs.decode import decode
+from casa_assets.textures.packs.derive import layers, tile
+from casa_assets.textures.packs.entry import Described
+from casa_assets.textures.packs.faults import MEND, Fault
+from casa_assets.textures.packs.naming import slug, unique_ids
+from casa_assets.textures.seam import seam
+
+Pixels = npt.NDArray[np.uint8]
+FLAGS = Described(surface=Surface.WALL, tile_m=(1.0, 1.0), licence="CC0-1.0")
+
+
+def pixels(seed: int = 1, width: int = 520, height: int = 520, color: tuple[int, int, int] = (150, 120, 90)) -> Pixels:
+    """A stone-like picture that does not tile: a cut from a larger one."""
+    rng = rng_for(seed, "stone")
+    tone = noise.fbm((height + 100, width + 100), (9, 9), rng, 5)[:height, :width]
+    return np.asarray(np.clip(np.array(color) * (1.0 + 0.5 * tone[..., None]), 0, 255), dtype=np.uint8)
+
+
+def encoded(image: Pixels, kind: str = "PNG") -> bytes:
+    out = io.BytesIO()
+    Image.fromarray(image).save(out, kind)
+    return out.getvalue()
+
+
+def taken(folder: Path, library: Path, flags: Described = FLAGS) -> PackReport:
+    return ingest_pack(folder, PackOptions(library=library, pack="my stones", flags=flags))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    place = tmp_path / "in"
+    place.mkdir()
+    (place / "Old Brick 01.png").write_bytes(encoded(pixels(1)))
+    (place / "ember.jpg").write_bytes(encoded(pixels(2, 640, 560, (120, 60, 50)), "JPEG"))
+    return place
+
+
+def test_good_pictures_become_tiles(folder: Path, tmp_path: Path) -> None:
+    report = taken(folder, tmp_path / "lib")
+    assert report.changed
+    assert report.folder == tmp_path / "lib" / "textures" / "my_stones"
+    assert [p.id for p in report.pack.pictures] == ["my_stones_old_brick_01", "my_stones_ember"]
+    assert report.pack.refused == ()
+    for picture in report.pack.pictures:
+        assert picture.repaired
+        assert picture.seam_before > 1.5 > picture.seam_after
+        assert picture.derived == ("normal", "roughness")
+        assert (picture.licence, picture.prompt, picture.generator) == ("CC0-1.0", "unknown", "unknown")
+        base = np.asarray(Image.open(report.folder / picture.files[0]), dtype=np.float32) / 255
+        assert base.shape == (picture.height_px, picture.width_px, 3)
+        assert seam(base).worst == pytest.approx(picture.seam_after, abs=0.02)
+    names = sorted(p.name for p in report.folder.iterdir())
+    assert names == sorted([*(f for p in report.pack.pictures for f in p.files), "pack.json", "sheet.png"])
+
+
+def test_what_is_cut_off_is_cut_off_the_metres_too(folder: Path, tmp_path: Path) -> None:
+    report = taken(folder, tmp_path / "lib")
+    picture = next(p for p in report.pack.pictures if p.source == "ember.jpg")
+    assert picture.tile_m == pytest.approx((picture.width_px / 640, picture.height_px / 560), abs=1e-3)
+    assert 0.55 < picture.tile_m[0] <= 1.0
+
+
+def test_pack_reads_as_finishes(folder: Path, tmp_path: Path) -> None:
+    report = taken(folder, tmp_path / "lib", FLAGS.replace(substance="stone", roughness=0.3))
+    finishes = load_finishes(report.folder, registry.load().substances)
+    finish = finishes["my_stones_ember"]
+    assert load_pack(report.folder) == report.pack
+    assert finish.substance.id == "stone"
+    assert finish.tile_m == report.pack.pictures[1].tile_m
+    rough = finish.material.metallic_roughness_texture
+    assert rough is not None
+    maps = np.asarray(Image.open(io.BytesIO(rough.png)))
+    assert maps.shape[:2] == (rough.height_px, rough.width_px)
+    assert maps[..., 1].mean() / 255 == pytest.approx(0.3, abs=0.05)
+    assert maps[..., 2].max() == 0
+    normal = finish.material.normal_texture
+    assert normal is not None
+    vectors = np.asarray(Image.open(io.BytesIO(normal.png)), dtype=np.float64) / 127.5 - 1
+    assert np.linalg.norm(vectors, axis=2) == pytest.approx(np.ones(vectors.shape[:2]), abs=0.02)
+    assert vectors[..., 2].min() > 0
+
+
+def test_a_damaged_pack_is_not_read(folder: Path, tmp_path: Path) -> None:
+    report = taken(folder, tmp_path / "lib")
+    (report.folder / report.pack.pictures[0].files[1]).write_bytes(b"\x89PNG\r\n\x1a\n")
+    with pytest.raises(OutputError, match="not the file that was written"):
+        load_finishes(report.folder, registry.load().substances)
+    (report.folder / "pack.json").write_text("{}")
+    with pytest.raises(OutputError, match="ingest it again"):
+        load_pack(report.folder)
+
+
+def test_again_is_the_same_bytes_and_nothing_is_written(folder: Path, tmp_path: Path) -> None:
+    first = taken(folder, tmp_path / "lib")
+    before = sums(first.folder)
+    inode = first.folder.stat().st_ino
+    again = taken(folder, tmp_path / "lib")
+    assert not again.changed
+    assert again.pack == first.pack
+    assert first.folder.stat().st_ino == inode
+    assert sums(taken(folder, tmp_path / "other").folder) == before
+    assert list((tmp_path / "lib" / ".casa" / "staging").iterdir()) == []
+
+
+def test_a_run_goes_on_where_it_was_cut_off(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = taken(folder, tmp_path / "whole")
+    calls: list[int] = []
+
+    def counted(image: npt.NDArray[np.float32], size_px: int) -> object:
+        calls.append(1)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return tile(image, size_px)
+
+    monkeypatch.setattr("casa_assets.pipeline.pack_survey.tile", counted)
+    with pytest.raises(KeyboardInterrupt):
+        taken(folder, tmp_path / "lib")
+    assert not (tmp_path / "lib" / "textures").exists()
+    resumed = taken(folder, tmp_path / "lib")
+    assert len(calls) == 3  # one before the cut, one cut off, one after: the first was kept
+    assert sums(resumed.folder) == sums(whole.folder)
+
+
+def _transparent() -> bytes:
+    return encoded(np.dstack([pixels(), np.full((520, 520), 128, np.uint8)]))
+
+
+BAD = {
+    Fault.NOT_A_PICTURE: b"GIF89a not a picture at all",
+    Fault.BROKEN: encoded(pixels())[:4000],
+    Fault.TOO_LARGE: encoded(np.zeros((1, 9000, 3), np.uint8)),
+    Fault.TOO_SMALL: encoded(pixels(1, 511, 600)),
+    Fault.TOO_LONG: encoded(pixels(1, 1100, 540)),
+    Fault.TRANSPARENT: _transparent(),
+    Fault.BLANK: encoded(np.full((520, 520, 3), 7, np.uint8)),
+}
+
+
+@pytest.mark.parametrize("fault", list(BAD))
+def test_a_bad_picture_is_left_out_with_its_reason(fault: Fault, folder: Path, tmp_path: Path) -> None:
+    (folder / "bad.png").write_bytes(BAD[fault])
+    report = taken(folder, tmp_path / "lib")
+    assert [(r.source, r.code) for r in report.pack.refused] == [("bad.png", fault.value)]
+    assert report.pack.refused[0].mend == MEND[fault]
+    assert len(report.pack.pictures) == 2
+
+
+def test_a_header_that_lies_is_not_unpacked(folder: Path, tmp_path: Path) -> None:
+    """A picture of 60000 x 60000 pixels in a few bytes is refused by its header."""
+    bomb = bytearray(encoded(pixels()))
+    bomb[16:24] = (60000).to_bytes(4, "big") * 2
+    bomb[29:33] = zlib.crc32(bytes(bomb[12:29])).to_bytes(4, "big")
+    (folder / "bomb.png").write_bytes(bytes(bomb))
+    refused = taken(folder, tmp_path / "lib").pack.refused
+    assert [r.code for r in refused] == [Fault.TOO_LARGE.value]
+
+
+def test_a_picture_that_cannot_be_mended_is_refused(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("casa_assets.textures.packs.derive.repair", lambda image: image)
+    refused = taken(folder, tmp_path / "lib").pack.refused
+    assert {r.code for r in refused} == {Fault.SEAM.value}
+
+
+def test_links_out_of_the_folder_are_not_followed(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "secret.png").write_bytes(encoded(pixels(5)))
+    (folder / "link.png").symlink_to(tmp_path / "secret.png")
+    (folder / "dead.png").symlink_to(tmp_path / "nowhere.png")
+    refused = taken(folder, tmp_path / "lib").pack.refused
+    assert [(r.source, r.code) for r in refused] == [("dead.png", "PCK001"), ("link.png", "PCK001")]
+
+
+def test_duplicates_are_named(folder: Path, tmp_path: Path) -> None:
+    (folder / "zz_copy.png").write_bytes((folder / "Old Brick 01.png").read_bytes())
+    (folder / "other.jpg").write_bytes(encoded(pixels(1), "JPEG"))  # the same picture, other bytes
+    pack = taken(folder, tmp_path / "lib").pack
+    assert [(r.source, r.code) for r in pack.refused] == [("zz_copy.png", Fault.DUPLICATE.value)]
+    assert "Old Brick 01.png" in pack.refused[0].says
+    assert [(a.first, a.second) for a in pack.alike] == [("my_stones_old_brick_01", "my_stones_other")]
+    assert pack.alike[0].distance < 0.3
+
+
+def test_the_manifest_is_kept(folder: Path, tmp_path: Path) -> None:
+    (folder / "pack.yaml").write_text(
+        "defaults: {surface: floor, tile_m: [2, 2], licence: CC-BY-4.0, generator: painter 3}\n"
+        "pictures:\n"
+        "  ember.jpg: {name: Glowing Ember, surface: counter, tile_m: [0.5, 0.5], prompt: embers, author: A. Maker}\n"
+        "  lost.png: {licence: CC0-1.0}\n"
+    )
+    (folder / "Old Brick 01.txt").write_text("an old\nbrick wall")
+    (folder / "readme.md").write_text("hello")
+    pack = taken(folder, tmp_path / "lib", Described()).pack
+    brick, ember = pack.pictures
+    assert (brick.surface, brick.licence, brick.generator, brick.prompt) == (
+        Surface.FLOOR,
+        "CC-BY-4.0",
+        "painter 3",
+        "an old brick wall",
+    )
+    assert (ember.id, ember.surface, ember.prompt, ember.author) == (
+        "my_stones_glowing_ember",
+        Surface.COUNTER,
+        "embers",
+        "A. Maker",
+    )
+    assert [(r.source, r.code) for r in pack.refused] == [("lost.png", Fault.MISSING.value)]
+    assert pack.ignored == ("readme.md",)
+
+
+def test_flags_stand_between_rows_and_defaults(folder: Path, tmp_path: Path) -> None:
+    (folder / "pack.yaml").write_text("defaults: {surface: floor, licence: A}\npictures: {ember.jpg: {licence: B}}\n")
+    flags = Described(licence="C", tile_m=(1.0, 1.0))
+    pack = taken(folder, tmp_path / "lib", flags).pack
+    assert [(p.licence, p.surface) for p in pack.pictures] == [("C", Surface.FLOOR), ("B", Surface.FLOOR)]
+
+
+def test_what_nobody_says_is_asked_for(folder: Path, tmp_path: Path) -> None:
+    refused = taken(folder, tmp_path / "lib", Described(tile_m=(1.0, 1.0))).pack.refused
+    assert {r.code for r in refused} == {Fault.NOT_DESCRIBED.value}
+    assert refused[0].says == "nobody says its surface, licence"
+    assert "--licence" in refused[0].mend
+
+
+@pytest.mark.parametrize("row", ["{tile_m: [0, 1]}", "{surfaces: wall}", "{substance: unobtainium}", "7"])
+def test_a_wrong_row_costs_its_picture_and_no_other(row: str, folder: Path, tmp_path: Path) -> None:
+    (folder / "pack.yaml").write_text(f"pictures:\n  ember.jpg: {row}\n")
+    pack = taken(folder, tmp_path / "lib").pack
+    assert [(r.source, r.code) for r in pack.refused] == [("ember.jpg", Fault.BAD_ROW.value)]
+    assert [p.source for p in pack.pictures] == ["Old Brick 01.png"]
+
+
+@pytest.mark.parametrize("text", ["[1, 2]", "colour: red", "defaults: {surface: roof}", "pictures: [a]", "a: [", "3"])
+def test_a_wrong_manifest_is_said_with_its_line(text: str, folder: Path, tmp_path: Path) -> None:
+    (folder / "pack.yaml").write_text(f"# pack\n{text}\n")
+    with pytest.raises(RegistryError, match=r"pack.yaml:[1-3]"):
+        taken(folder, tmp_path / "lib")
+
+
+def test_json_manifest_and_prompt_inside_the_file(folder: Path, tmp_path: Path) -> None:
+    said = PngImagePlugin.PngInfo()
+    said.add_text("parameters", "grey stone,  seamless")
+    Image.fromarray(pixels(9, color=(110, 115, 120))).save(folder / "grey.png", pnginfo=said)
+    (folder / "pack.json").write_text(json.dumps({"pack": "from json", "pictures": {"grey.png": {"author": "me"}}}))
+    report = ingest_pack(folder, PackOptions(library=tmp_path / "lib", flags=FLAGS))
+    assert report.pack.id == "from_json"
+    grey = next(p for p in report.pack.pictures if p.source == "grey.png")
+    assert (grey.prompt, grey.author) == ("grey stone, seamless", "me")
+
+
+def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(CasaError, match="no such folder"):
+        taken(tmp_path / "nothing", tmp_path / "lib")
+
+
+def test_an_empty_folder_is_an_empty_pack(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    report = taken(tmp_path / "in", tmp_path / "lib")
+    assert (report.pack.pictures, report.pack.refused) == ((), ())
+
+
+@pytest.mark.parametrize("mode", ["L", "CMYK", "P", "RGBA", "I;16"])
+def test_other_channels_are_converted(mode: str) -> None:
+    source = Image.fromarray(pixels())
+    out = io.BytesIO()
+    if mode == "I;16":
+        Image.fromarray(pixels()[..., 0].astype(np.uint16) * 257).save(out, "PNG")
+    else:
+        source.convert(mode).save(out, "JPEG" if mode == "CMYK" else "PNG")
+    seen = decode(out.getvalue())
+    assert seen.pixels.shape == (520, 520, 3)
+    expected = pixels().mean() / 255 if mode != "I;16" else pixels()[..., 0].mean() / 255
+    assert float(seen.pixels.mean()) == pytest.approx(expected, abs=0.04)
+    assert seen.notes
+
+
+def test_any_cut_of_a_file_is_refused_and_raises_nothing_else() -> None:
+    for kind in ("PNG", "JPEG", "WEBP"):
+        whole = encoded(pixels(), kind)
+        for share in (0.0, 0.001, 0.01, 0.3, 0.7):
+            with pytest.raises(Rejected, match="PCK00"):
+                decode(whole[: int(len(whole) * share)])
+        assert decode(whole).pixels.shape == (520, 520, 3)
+
+
+def test_large_pictures_are_scaled_down() -> None:
+    made = tile(np.repeat(np.repeat(pixels(3).astype(np.float32) / 255, 2, 0), 2, 1), 512)
+    assert max(made.width_px, made.height_px) <= 512
+    assert decoding.MOST_PX == 8192
+
+
+def test_dark_detail_is_low_and_rough() -> None:
+    base = np.full((256, 256, 3), 0.7, np.float32)
+    base[100:104] = 0.2
+    made = layers(base, Surface.FLOOR, None)
+    assert made.height_m[101:103].max() < made.height_m[50:60].min()
+    assert made.roughness[101:103].min() > made.roughness[50:60].max()
+    assert -0.001 < made.height_m.min() < made.height_m.max() < 0.001
+
+
+def test_ids() -> None:
+    assert slug("Zellige — Größe 3!") == "zellige_groe_3"
+    assert slug("07 brick") == "p07_brick"
+    assert slug("日本") == "picture"
+    assert unique_ids("a", ["x", "X", "x 2", "x"]) == ("a_x", "a_x_2", "a_x_2_2", "a_x_3")
+
+
+def test_every_fault_says_how_to_mend_it() -> None:
+    assert set(MEND) == set(Fault)
+    assert len(set(MEND.values())) == len(Fault)

@@ -1,0 +1,97 @@
+"""Borders are found where they are, and mended."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.model.chance import rng_for
+from casa_assets.textures import noise
+from casa_assets.textures.seam import Picture, jump, repair, seam, smooth_part
+
+
+def clouds(seed: int = 1, size: int = 192) -> Picture:
+    """A picture that repeats: coloured noise."""
+    rng = rng_for(seed, "clouds")
+    planes = [0.5 + 0.35 * noise.fbm((size, size), (6, 6), rng, 4) for _ in range(3)]
+    return np.clip(np.stack(planes, axis=-1), 0.0, 1.0).astype(np.float32)
+
+
+def bricks(size: int = 240) -> Picture:
+    """Running bond of 8 by 6 with a joint on the border, which is as it should be."""
+    rng = rng_for(3, "bricks")
+    y, x = np.mgrid[0:size, 0:size] / size
+    row = np.floor(y * 8).astype(int)
+    along = x * 6 + 0.5 * (row % 2)
+    tone = rng.uniform(0.4, 0.7, (8, 6))[row, np.floor(along).astype(int) % 6]
+    joint = (np.abs(np.mod(y * 8 + 0.5, 1) - 0.5) < 0.06) | (np.abs(np.mod(along + 0.5, 1) - 0.5) < 0.045)
+    return np.repeat(np.where(joint, 0.9, tone)[..., None], 3, axis=2).astype(np.float32)
+
+
+def test_what_repeats_has_no_seam() -> None:
+    assert seam(clouds()).worst < 1.2
+    assert seam(bricks()).worst < 1.2
+    assert jump(clouds()).worst < 1.5
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_cut_is_found_in_its_direction(axis: int) -> None:
+    cut = np.take(clouds(), range(130), axis=axis)
+    found = seam(cut)
+    across, along = (found.y, found.x) if axis == 0 else (found.x, found.y)
+    assert across > 2.5
+    assert along < 1.2
+
+
+def test_light_from_one_side_is_found_though_no_step_is_large() -> None:
+    ramp = np.linspace(0.8, 1.2, 192, dtype=np.float32)[None, :, None]
+    assert seam(clouds() * ramp).x > 2.5
+    assert seam(clouds() * ramp).y < 1.2
+
+
+def test_grey_pictures_have_seams_too() -> None:
+    cut = clouds()[:, :130, 0]
+    assert seam(cut).x == pytest.approx(seam(cut[..., None]).x)
+    assert seam(cut).x > 2.5
+
+
+@pytest.mark.parametrize("lit", [False, True])
+def test_repair_leaves_a_picture_that_repeats(lit: bool) -> None:
+    cut = clouds()[:150, :140]
+    if lit:
+        cut = cut * np.linspace(0.8, 1.15, 140, dtype=np.float32)[None, :, None]
+    mended = repair(cut)
+    assert seam(cut).worst > 2.5
+    assert seam(mended).worst < 1.2
+    assert mended.dtype == np.float32
+    assert 0.0 <= mended.min() <= mended.max() <= 1.0
+    assert all(0.55 * old <= new <= old for new, old in zip(mended.shape[:2], cut.shape[:2], strict=True))
+
+
+def test_repair_keeps_the_colour() -> None:
+    cut = clouds()[:150, :140]
+    assert repair(cut).mean(axis=(0, 1)) == pytest.approx(cut.mean(axis=(0, 1)), abs=0.03)
+
+
+def test_repair_keeps_whole_bricks() -> None:
+    """Cut amid a brick, the bond goes on over the mended border: it still has the period of the wall."""
+    cut = bricks()[:220, :225]  # 7.3 rows, 5.6 bricks
+    mended = repair(cut)
+    rows, columns = mended.shape[:2]
+    assert rows / 30 == pytest.approx(6, abs=0.25)  # an even number of rows, or the bond would break
+    assert columns / 40 == pytest.approx(round(columns / 40), abs=0.15)
+
+
+def test_repair_is_the_same_each_time() -> None:
+    cut = clouds()[:150, :140]
+    assert np.array_equal(repair(cut), repair(cut))
+
+
+def test_periodic_plus_smooth() -> None:
+    """The smooth part has no mean and no fine detail, and takes the jump with it."""
+    ramp = clouds() * np.linspace(0.7, 1.3, 192, dtype=np.float32)[None, :, None]
+    smooth = smooth_part(ramp)
+    assert smooth.mean() == pytest.approx(0.0, abs=1e-5)
+    assert seam(ramp - smooth).x < 1.2 < seam(ramp).x
+    inside = smooth[40:-40, 40:-40]
+    assert np.abs(np.diff(inside, axis=1)).max() < 0.02
