@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.checks.built import is_built
 from casa_assets.checks.check import Measured
 from casa_assets.checks.package import Package
 from casa_assets.geometry.extent import link_bounds
@@ -23,6 +24,8 @@ Floats = npt.NDArray[np.float64]
 WATER = 1000.0  # kg/m^3. Ref: CRC Handbook of Chemistry and Physics, water at 4 degrees Celsius.
 # Part of the longest side of a link that its boxes may differ by, where that is more than the row's limit.
 BOUNDS_RATIO = 0.02  # as registry/limits.yaml has it: collider_bounds_ratio
+# What is built knows its own shape: its boxes differ by no more than this however large it is, metres.
+BUILT_M = 0.01  # as registry/limits.yaml has it: collider_bounds_built_m
 
 
 def fits_in_a_kitchen(asset: Asset, limit: float | None) -> Measured:
@@ -112,7 +115,8 @@ def is_touched_as_seen(asset: Asset, limit: float | None) -> Measured:
         gaps = np.abs(seen - _bounds(link))
         gap, side = float(gaps.max()), int(gaps.argmax())
         worst = max(gap, worst or 0.0)
-        if gap > max(_number(limit), BOUNDS_RATIO * float(np.ptp(seen, axis=0).max())):
+        share = BOUNDS_RATIO * float(np.ptp(seen, axis=0).max())
+        if gap > max(_number(limit), min(share, BUILT_M) if is_built(asset) else share):
             where = f"{'low' if side < 3 else 'high'} {'xyz'[side % 3]}"
             says = f"collision shapes end {gap:.3g} m away from what is seen at {where}; fit them again"
             problems.append((f"links/{link.name}/colliders", says))

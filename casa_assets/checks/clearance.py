@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured
 from casa_assets.checks.motion import Movable, far, movable, opened
 from casa_assets.checks.package import Package
+from casa_assets.checks.sweep import Mask, Meeting, Way, bounds_of, moved_by, sweep
 from casa_assets.model.asset import Asset, Joint
 
-STEPS = 20  # poses over a range, both ends included
-FINE = 8  # more of them between two poses where something is near
+# With another part open only the two moved parts can meet in a new way; they are large, and steps may be wider.
+PAIR_STEP_M = 0.025
 
 
 def keeps_clear(package: Package, limit: float | None) -> Measured:
@@ -23,67 +26,56 @@ def keeps_clear(package: Package, limit: float | None) -> Measured:
     problems = []
     worst = 0.0
     for joint in asset.joints:
-        depth, others, meets = _deepest(ready, asset, joint, limit)
-        worst = max(worst, depth)
-        if depth > limit:
-            beside = f" while {', '.join(sorted(others))} stand open" if others else ""
-            problems.append((f"joints/{joint.name}", f"{meets[0]} sinks {depth:.4f} m into {meets[1]}{beside}"))
+        meeting, beside = _deepest(ready, asset, joint)
+        worst = max(worst, meeting.depth)
+        if meeting.depth > limit:
+            while_ = f" while {beside} stands open" if beside else ""
+            says = f"{meeting.one} sinks {meeting.depth:.4f} m into {meeting.other}{while_}; make room between them"
+            problems.append((f"joints/{joint.name}", says))
     return Measured(worst, tuple(problems))
 
 
-def _deepest(
-    ready: Movable, asset: Asset, joint: Joint, limit: float
-) -> tuple[float, dict[str, float], tuple[str, str]]:
-    """The deepest meeting over all sweeps of a joint: metres, the joints that stood open, and what met."""
+def _deepest(ready: Movable, asset: Asset, joint: Joint) -> tuple[Meeting, str]:
+    """The deepest meeting over all sweeps of a joint, and the other joint that stood open, or nothing."""
+    model, number = ready.near, ready.number(joint.name)
+    data = mujoco.MjData(model)
     base = opened(asset, joint)
-    settings = [base]
-    for other in asset.joints:
-        waits = other.behind is not None and other.behind not in base
-        if other.name == joint.name or other.name in base or waits or joint.name in opened(asset, other):
+    _stand(ready, data, base)
+    own, everything = moved_by(model, number), np.ones(model.nbody, dtype=bool)
+    alone = sweep(model, data, number, everything)
+    worst, beside = alone.worst, ""
+    for other, setting in _others(asset, joint, base):
+        theirs = moved_by(model, ready.number(other.name))
+        _stand(ready, data, setting)
+        # What carries this joint along takes it away from the rest. What it carries, a latch, changes its own outline.
+        if theirs[model.jnt_bodyid[number]]:
             continue
-        settings.append({**base, other.name: far(other)})
-    worst: tuple[float, dict[str, float], tuple[str, str]] = (0.0, {}, ("", ""))
-    data = mujoco.MjData(ready.model)
-    for setting in settings:
-        depth, meets = _sweep(ready, data, joint, setting, limit)
-        if depth > worst[0]:
-            worst = (depth, {k: v for k, v in setting.items() if k not in base}, meets)
-    return worst
+        carried = bool(own[theirs].any())
+        if not carried and _apart(model, data, alone, theirs):
+            continue
+        meeting = sweep(model, data, number, everything if carried else theirs, PAIR_STEP_M).worst
+        if meeting.depth > worst.depth:
+            worst, beside = meeting, other.name
+    return worst, beside
 
 
-def _sweep(
-    ready: Movable, data: mujoco.MjData, joint: Joint, setting: dict[str, float], limit: float
-) -> tuple[float, tuple[str, str]]:
-    model = ready.model
-    data.qpos[:] = model.qpos0
+def _others(asset: Asset, joint: Joint, base: dict[str, float]) -> Iterator[tuple[Joint, dict[str, float]]]:
+    """Each joint that may stand open while this one moves, and all that then stands open: rad or m."""
+    for other in asset.joints:
+        behind = opened(asset, other)
+        # What needs this joint open cannot be out while it moves.
+        if other.name != joint.name and other.name not in base and joint.name not in behind:
+            yield other, {**base, **behind, other.name: far(other)}
+
+
+def _apart(model: mujoco.MjModel, data: mujoco.MjData, alone: Way, theirs: Mask) -> bool:
+    """Whether what stands open lies outside all that the joint's part passes."""
+    mujoco.mj_kinematics(model, data)
+    low, high = bounds_of(model, data, np.flatnonzero(theirs[model.geom_bodyid]))
+    return bool((low > alone.bounds[1]).any() or (high < alone.bounds[0]).any())
+
+
+def _stand(ready: Movable, data: mujoco.MjData, setting: dict[str, float]) -> None:
+    data.qpos[:] = ready.near.qpos0
     for name, value in setting.items():
         data.qpos[ready.address[name]] = value
-    at = ready.address[joint.name]
-    worst, meets = 0.0, ("", "")
-    # What stood open before it moves meets nothing through this joint's fault: only its own motion counts.
-    moved = _subtree(model, int(model.joint(joint.name).bodyid[0]))
-    for value in np.linspace(joint.range[0], joint.range[1], STEPS):
-        data.qpos[at] = value
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_collision(model, data)
-        for i in range(data.ncon):
-            contact = data.contact[i]
-            if -contact.dist <= max(worst, 0.0):
-                continue
-            one, two = (int(model.geom_bodyid[g]) for g in contact.geom)
-            if (one in moved) == (two in moved):
-                continue
-            worst = -float(contact.dist)
-            meets = (model.geom(contact.geom[0]).name, model.geom(contact.geom[1]).name)
-            if worst > 20 * limit:
-                return worst, meets
-    return worst, meets
-
-
-def _subtree(model: mujoco.MjModel, body: int) -> set[int]:
-    found = {body}
-    for other in range(body + 1, model.nbody):
-        if int(model.body_parentid[other]) in found:
-            found.add(other)
-    return found

@@ -10,8 +10,10 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.checks.built import is_built
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_load
+from casa_assets.checks.sweep import alert
 from casa_assets.model.asset import Asset, Joint, JointKind
 from casa_assets.model.pose import Pose
 
@@ -27,18 +29,24 @@ class Movable:
         model: parents may touch their children, excludes are gone: the reference loader drops them, so parts have to
             clear each other by their form.
         free: the same with no contact at all.
+        near: the same as `model`, but reports what comes near; for looking, not for stepping.
         address, dof: joint name -> index in qpos and in qvel.
     """
 
     model: mujoco.MjModel
     free: mujoco.MjModel
+    near: mujoco.MjModel
     address: dict[str, int]
     dof: dict[str, int]
 
+    def number(self, joint: str) -> int:
+        """Index of a joint in the models. Raises KeyError."""
+        return int(self.model.joint(joint).id)
+
 
 def movable(package: Package) -> Movable | None:
-    """The models of a package with joints; None where it has none or does not compile."""
-    if not package.asset.joints or mujoco_load.load(package.mjcf).error:
+    """The models of a built package with joints; None where it has none or does not compile."""
+    if not package.asset.joints or not is_built(package.asset) or mujoco_load.load(package.mjcf).error:
         return None
     return _movable(package.mjcf, package.asset.digest)
 
@@ -69,6 +77,7 @@ def _movable(path: Path, digest: str) -> Movable:
     return Movable(
         model,
         free,
+        alert(model),
         {n: int(model.jnt_qposadr[i]) for i, n in enumerate(names)},
         {n: int(model.jnt_dofadr[i]) for i, n in enumerate(names)},
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from casa_assets.model.asset import Asset
 from casa_assets.model.category import Category
+from casa_assets.model.contract import Contract
 
 
 @dataclass(frozen=True)
@@ -17,11 +18,13 @@ class Package:
         asset: what the writers were given.
         category: what the registry knows of its kind.
         root: its folder, with `model.xml`, `scene.xml`, and the USD file at `usd/<id>.usda`.
+        contract: what runtimes expect of it, None where the registry has none of the name that the asset gives.
     """
 
     asset: Asset
     category: Category
     root: Path
+    contract: Contract | None = None
 
     @property
     def mjcf(self) -> Path:

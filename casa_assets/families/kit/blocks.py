@@ -64,20 +64,21 @@ def _rounded(steps: int) -> tuple[Floats, Ints]:
     return directions, faces
 
 
-def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0) -> Solid:
+def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0, closed: bool = False) -> Solid:
     """A turned body about z.
 
     Args:
         profile: (radius, z) from the lower end to the upper one, metres; where an end is off the axis it is closed by a
             flat disc. A hollow body goes up outside and comes down inside.
         segments: points around; 0 chooses by radius.
+        closed: the profile is a loop off the axis, counter-clockwise, and the body a ring.
     Returns:
         A solid without collision shape.
     """
     line = [(max(0.0, float(r)), float(z)) for r, z in profile]
-    if line[0][0] > 0:
+    if line[0][0] > 0 and not closed:
         line.insert(0, (0.0, line[0][1]))
-    if line[-1][0] > 0:
+    if line[-1][0] > 0 and not closed:
         line.append((0.0, line[-1][1]))
     count = segments or around(max(r for r, _ in line))
     angles = np.arange(count) * 2 * np.pi / count
@@ -89,6 +90,8 @@ def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0) 
         points.append(ring)
         rings.append(np.arange(total, total + len(ring)))
         total += len(ring)
+    if closed:
+        rings, line = [*rings, rings[0]], [*line, line[0]]
     faces, spread = _stitch(rings, line, count)
     return Solid(np.concatenate(points), faces, spread=spread, crease_deg=crease_deg)
 

@@ -201,3 +201,9 @@ def shelves_for(height: float) -> int:
     """How many shelves a room of that height has. Ref: RoboCasa v1.0, cabinets: levels by height."""
     levels = next((n for n, top in ((1, 0.6), (2, 0.8), (3, 1.5), (4, 2.0)) if height <= top), 5)
     return levels - 1
+
+
+def check_shelves(room: float, count: int | None) -> None:
+    """Raises ValueError where so many shelves leave less than 0.1 m between them in a clear height of metres."""
+    if count and (room - count * WALL) / (count + 1) < 0.1:
+        raise ValueError(f"{count} shelves in {room:.3f} m leave less than 0.1 m each")

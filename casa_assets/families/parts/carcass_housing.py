@@ -15,6 +15,7 @@ from casa_assets.families.parts.carcass import Carcass
 from casa_assets.families.parts.carcass_cells import Cell, CellKind, build_column, finish
 from casa_assets.families.parts.fronts import BOARD_DENSITY
 from casa_assets.families.parts.fronts_doors import Reach, Side
+from casa_assets.families.parts.fronts_drawers import least_height
 from casa_assets.families.parts.fronts_look import Look
 from casa_assets.model.asset import Asset
 
@@ -64,6 +65,10 @@ class Housing(Params):
             raise ValueError("a niche stands on the floor, or high enough for something under it")
         if self.niche_from == 0 and self.plinth:
             raise ValueError("a cabinet whose niche stands on the floor has no plinth")
+        parts = ((self.under, self.niche_from - self.plinth), (self.over, self.height - self.niche_from - self.niche))
+        drawers = [room for fill, room in parts if fill in (Fill.DRAWER, Fill.DRAWERS)]
+        if any(0 < room < least_height(self.look) + 0.02 for room in drawers):
+            raise ValueError("too low for a drawer")
         return self
 
 
@@ -80,20 +85,20 @@ def build_housing(family: str, p: Housing, supplies: Supplies, panelled: bool = 
         p.width, p.depth, p.height, p.plinth, look, open_bottom=on_floor, skinned=skinned, back_from=open_back
     )
     top = p.niche_from + p.niche
-    cells = [] if on_floor else _cells(p.under, p.niche_from - p.plinth, p.hinge, Reach.HIGH, "lower_")
+    cells = [] if on_floor else _cells(p.under, p.niche_from - p.plinth, p.hinge, Reach.HIGH, "lower_", look)
     if on_floor:
         # What stands in the niche stands on a thin board, which keeps drips off the floor of the room.
         sheet = board((body.left, body.front, 0.0), (body.right, p.depth, body.floor), 0.001)
         bench.add(ROOT, sheet, look.inside, label="floor", density=BOARD_DENSITY)
     cells.append(Cell(CellKind.NICHE, p.niche, name="int"))
-    cells += _cells(p.over, p.height - top, p.hinge, Reach.LOW, "upper_")
+    cells += _cells(p.over, p.height - top, p.hinge, Reach.LOW, "upper_", look)
     build_column(bench, body, tuple(cells))
     finish(bench, p.width, p.depth, p.height)
     return assemble(bench, family, p)
 
 
-def _cells(fill: Fill, height: float, hinge: Side, reach: Reach, prefix: str) -> list[Cell]:
-    if fill is Fill.DRAWER or (fill is Fill.DRAWERS and height < 0.36):
+def _cells(fill: Fill, height: float, hinge: Side, reach: Reach, prefix: str, look: Look) -> list[Cell]:
+    if fill is Fill.DRAWER or (fill is Fill.DRAWERS and height < 2 * least_height(look) + 0.02):
         return [Cell(CellKind.DRAWER, height, name=f"{prefix}drawer")]
     if fill is Fill.DRAWERS:
         return [Cell(CellKind.DRAWER, height / 2, name=f"{prefix}drawer{i}") for i in range(2)]

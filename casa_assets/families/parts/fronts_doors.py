@@ -21,6 +21,7 @@ from casa_assets.model.record import Vec3
 # Ref: RoboCasa v1.0, HingeCabinet: leftdoorhinge -1.57..0, rightdoorhinge 0..1.57.
 SWING = 1.57
 HAND_HEIGHT = 1.05  # metres above the floor at which tall doors are taken
+LOW = 0.3  # metres; lower doors have no room for a bar that stands upright
 PLATE = 0.0026  # room for the sheet of an edge pull
 
 
@@ -67,7 +68,7 @@ def hang(bench: Bench, look: Look, leaf: Leaf) -> None:
     kind = look.handle
     if kind is HandleKind.FINGER_GROOVE and leaf.reach is Reach.MIDDLE:
         kind = HandleKind.EDGE_PULL
-    if kind is HandleKind.CUP:
+    if kind is HandleKind.CUP or (kind not in handles.OF_EDGES and leaf.height < LOW):
         kind = HandleKind.KNOB
     free = Edge.RIGHT if leaf.hinge is Side.LEFT else Edge.LEFT
     edge = {Reach.HIGH: Edge.TOP, Reach.LOW: Edge.BOTTOM, Reach.MIDDLE: free}[leaf.reach]

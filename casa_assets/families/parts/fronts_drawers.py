@@ -15,7 +15,13 @@ from casa_assets.families.parts.handles import HandleKind
 SIDE, BASE = 0.014, 0.008  # thickness of a drawer's sides and bottom, metres
 RUNNER = 0.008  # of the runner, which fills most of the room beside the box
 BESIDE = 0.013  # room beside the box, as side-mounted runners need it
+MOST_TRAVEL = 0.65  # metres, the longest full extension of the trade
 RAISED = 0.01  # the bottom sits in a groove so far above the lower edge of the sides
+
+
+def least_height(look: Look) -> float:
+    """The lowest front that leaves a box into which things can be laid, metres."""
+    return 0.19 if look.handle is HandleKind.FINGER_GROOVE else 0.13
 
 
 @dataclass(frozen=True)
@@ -50,7 +56,7 @@ def fit(bench: Bench, look: Look, d: Drawer) -> None:
     grip = f"{d.link}_handle"
     _front(bench, look, d, grip)
     long = _box(bench, look, d)
-    bench.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-round(long - 0.06, 3), 0.0), grip)
+    bench.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-min(MOST_TRAVEL, round(long - 0.06, 3)), 0.0), grip)
 
 
 def _front(bench: Bench, look: Look, d: Drawer, grip: str) -> None:

@@ -16,7 +16,7 @@ def running(tile_m: Size, width: float, length: float, bond: float, upright: boo
     along, across = (tile_m[1], tile_m[0]) if upright else tile_m
     columns, true_length = whole(along, length)
     rows, true_width = whole(across, width)
-    if bond > 0 and abs(rows * bond - round(rows * bond)) > 1e-6:
+    if bond > 0 and abs(rows * bond - round(rows * bond)) > 1e-3:
         raise ValueError(f"{rows} rows moved by {bond:g} of a length do not close over the border")
     shape = box(true_width / 2, true_length / 2)
     found = []

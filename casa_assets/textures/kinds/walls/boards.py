@@ -124,7 +124,7 @@ def _profile(params: Boards, edge: Array, pitch: float, pixel: float) -> tuple[A
             line = band(gap / 2)
             return -depth * line + 0.0004 * (np.minimum(edge / 0.003, 1) - 1), 0.85 * line, 0.55 * line
         case Profile.VEE:
-            slope = np.clip(1.0 - edge / (gap / 2), 0, 1)
+            slope: Array = np.clip(1.0 - edge / (gap / 2), 0, 1)
             return -depth * slope, 0.30 * slope + 0.45 * band(0.0008), none
         case Profile.BATTEN:
             strip = band(gap / 2)

@@ -1,0 +1,229 @@
+"""Cabinets: every preset and some draws are built, named as their runtime asks, and open without touching."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from casa_assets import registry
+from casa_assets.export import mjcf
+from casa_assets.families.family import Family, Params, Stock, Supplies
+from casa_assets.families.fixtures.cabinets import FAMILIES
+from casa_assets.families.fixtures.cabinets.base_cabinet import BaseCabinet
+from casa_assets.families.fixtures.cabinets.drawer_stack import DrawerStack
+from casa_assets.families.fixtures.cabinets.island_base import IslandBase, stiles
+from casa_assets.families.parts import fronts, handles
+from casa_assets.families.parts.fronts import Edge, FrontKind
+from casa_assets.families.parts.fronts_doors import SWING
+from casa_assets.families.parts.fronts_look import Look
+from casa_assets.families.parts.handles import HandleKind
+from casa_assets.model.asset import Asset, JointKind
+from casa_assets.model.finish import Finish, Surface
+from casa_assets.model.material import Material
+from casa_assets.model.provenance import Labels
+from casa_assets.model.shape import Box, Capsule
+
+BY_NAME = {f.name: f for f in FAMILIES}
+PRESETS = [(f.name, p) for f in FAMILIES for p in f.presets]
+# Ref: RoboCasa v1.0, HingeCabinet, SingleCabinet and Drawer; a word in front tells several apart.
+NAMES = re.compile("([a-z0-9]+_)*((left|right)?doorhinge|slidejoint)")
+WOODS = ("cherry", "oak_natural", "paint_navy", "walnut_natural")
+
+
+@lru_cache(maxsize=1)
+def known() -> registry.Registry:
+    return registry.load()
+
+
+def supplies(family: Family[Params], params: Params) -> Supplies:
+    """Plain looks under the ids that the numbers name: what is built does not hang on pictures."""
+    found = known()
+    category = found.fixtures[family.category]
+    names = (*found.materials, *params.finishes)
+    finishes = {}
+    for name in names:
+        row = found.materials.get(name)
+        substance = found.substances[row.substance if row else "wood"]
+        material = Material(id=name, tile_m=None if row else (0.9, 1.8))
+        finishes[name] = Finish(id=name, material=material, substance=substance)
+    labels = Labels(category=category.id, classes=found.classes_of(category), qcode=category.qcode)
+    return Supplies(finishes, labels)
+
+
+def stock() -> Stock:
+    return Stock(surfaces=dict.fromkeys(Surface, WOODS), plain=tuple(sorted(known().materials)))
+
+
+@lru_cache(maxsize=64)
+def preset(family: str, name: str) -> Asset:
+    found = BY_NAME[family]
+    params = found.presets[name]
+    return found.build(params, supplies(found, params))
+
+
+def drawn(family: str, seed: int) -> tuple[Params, Asset]:
+    found = BY_NAME[family]
+    params = found.sample(np.random.default_rng(seed), stock())
+    return params, found.build(params, supplies(found, params))
+
+
+def holds(asset: Asset) -> None:
+    """What every cabinet keeps: its names, signs, grips and interiors."""
+    contract = known().contracts[str(asset.contract)]
+    for wanted in contract.joints:
+        assert sum(wanted.matches(j.name) for j in asset.joints) >= wanted.least, wanted.name
+    for joint in asset.joints:
+        assert NAMES.fullmatch(joint.name), joint.name
+        assert asset.link(joint.child).parent == "object"
+        low, high = joint.range
+        if joint.kind is JointKind.SLIDE:
+            assert joint.name.endswith("slidejoint")
+            assert joint.axis == (0.0, 1.0, 0.0)
+            assert high == 0
+            assert -0.7 <= low <= -0.15
+        else:
+            assert joint.axis == (0.0, 0.0, 1.0)
+            assert max(-low, high) == SWING
+            assert min(-low, high) == 0
+            assert not joint.name.endswith("leftdoorhinge") or high == 0
+            assert not joint.name.endswith("rightdoorhinge") or low == 0
+        grip = next(c for c in asset.link(joint.child).colliders if c.name == joint.grip)
+        assert grip.label == "handle"
+    assert "main" in [r.name for r in asset.regions]
+    assert not asset.exclusions
+    if asset.joints:
+        assert [k.name for k in asset.keyframes] == ["closed", "open"]
+        assert len(asset.keyframes[1].joints) == len(asset.joints)
+    assert all(len(k.colliders) <= 32 for k in asset.links)
+    faces = sum(len(v.mesh.faces) for k in asset.links for v in k.visuals)
+    assert faces < 15000
+
+
+def weighs(family: str, asset: Asset) -> None:
+    span = known().fixtures[BY_NAME[family].category].mass_kg
+    assert span.low / 1.5 <= asset.mass <= span.high * 1.5
+
+
+@pytest.mark.parametrize(("family", "name"), PRESETS)
+def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
+    asset = preset(family, name)
+    holds(asset)
+    weighs(family, asset)
+
+
+@pytest.mark.parametrize("family", list(BY_NAME))
+def test_presets_are_many_and_differ(family: str) -> None:
+    found = BY_NAME[family]
+    assert len(found.presets) >= 8
+    assert len({p.digest for p in found.presets.values()}) == len(found.presets)
+
+
+@pytest.mark.parametrize("family", list(BY_NAME))
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
+    params, asset = drawn(family, seed)
+    holds(asset)
+    weighs(family, asset)
+    again, twin = drawn(family, seed)
+    assert again == params
+    assert twin.digest == asset.digest
+    assert type(params).from_json(params.to_json()) == params
+
+
+def test_sizes_are_those_asked_for() -> None:
+    params = BaseCabinet(width=0.43, depth=0.58, height=0.87, look=Look(handle=HandleKind.FINGER_GROOVE))
+    found = BY_NAME["base_cabinet"]
+    low, high = found.build(params, supplies(found, params)).bounds
+    np.testing.assert_allclose(high - low, (0.43, 0.58, 0.87), atol=1e-5)
+    np.testing.assert_allclose(low[2], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("family", "name"),
+    [
+        ("base_cabinet", "shaker_navy_cups"),
+        ("base_cabinet", "slab_oak_groove"),
+        ("wall_cabinet", "glass_black"),
+        ("drawer_stack", "birch_leather_five"),
+        ("corner_cabinet_diagonal", "navy_cups"),
+        ("island_base", "navy_cups"),
+    ],
+)
+def test_parts_clear_each_other_when_all_stand_open(family: str, name: str, tmp_path: Path) -> None:
+    """Every share of the way, all at once and one by one, without the exclusion of neighbours."""
+    for path, data in mjcf.write(preset(family, name)).entries.items():
+        target = tmp_path / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+    spec = mujoco.MjSpec.from_file(str(tmp_path / "model.xml"))
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_FILTERPARENT
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    far = np.where(np.abs(model.jnt_range[:, 0]) > np.abs(model.jnt_range[:, 1]), *model.jnt_range.T)
+    deepest = 0.0
+    for share in np.linspace(0.0, 1.0, 9):
+        for mask in (np.ones(model.njnt), *np.eye(model.njnt)):
+            data.qpos[:] = share * far * mask
+            mujoco.mj_forward(model, data)
+            deepest = max([deepest, *(-float(c.dist) for c in data.contact)])
+    assert deepest < 0.0005
+
+
+@pytest.mark.parametrize("kind", list(FrontKind))
+@pytest.mark.parametrize("groove", [None, *Edge])
+def test_fronts_fill_their_size_and_are_closed(kind: FrontKind, groove: Edge | None) -> None:
+    for drawer, height in ((False, 0.72), (True, 0.14), (False, 2.1)):
+        parts = fronts.front(kind, 0.4, height, drawer=drawer, groove=groove)
+        assert all(p.solid.volume > 0 for p in parts)
+        cloud = np.concatenate([p.solid.points for p in parts])
+        np.testing.assert_allclose(cloud.max(axis=0) - cloud.min(axis=0), (0.4, fronts.THICK, height), atol=1e-6)
+        assert fronts.is_glazed(kind) == any(p.pane for p in fronts.front(kind, 0.4, 0.72))
+
+
+def test_a_groove_leaves_a_lip() -> None:
+    (part,) = fronts.front(FrontKind.SLAB, 0.5, 0.3, groove=Edge.TOP)
+    top = part.solid.points[part.solid.points[:, 2] > 0.3 - fronts.GROOVE + 0.006]
+    assert top[:, 1].max() == pytest.approx(fronts.LIP, abs=1e-6)
+
+
+def test_depth_at_finds_the_panel_behind_the_face() -> None:
+    parts = fronts.front(FrontKind.SHAKER, 0.5, 0.7)
+    assert fronts.depth_at(parts, [(0.25, 0.35)]) == pytest.approx(0.008)
+    assert fronts.depth_at(parts, [(0.03, 0.35)]) == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("kind", [k for k in HandleKind if k is not HandleKind.FINGER_GROOVE])
+def test_handles_stand_on_the_face_and_fit_a_gripper(kind: HandleKind) -> None:
+    length = handles.length_of(kind, 0.16)
+    made = handles.edge_pull(length) if kind is HandleKind.EDGE_PULL else handles.handle(kind, length)
+    solids = (*made.metal, *made.hide)
+    assert all(s.volume > 0 for s in solids)
+    cloud = np.concatenate([s.points for s in solids])
+    assert cloud[:, 1].max() >= -1e-6
+    assert -0.06 < cloud[:, 1].min() < -0.02
+    shape = made.shapes[0][0]
+    assert isinstance(shape, Box | Capsule)
+    section = min(shape.size) if isinstance(shape, Box) else 2 * shape.radius
+    assert 0.002 < section <= 0.08
+
+
+def test_stiles_of_an_island_part_doors_from_what_opens_beside_them() -> None:
+    bars = IslandBase(look=Look(handle=HandleKind.BAR))
+    assert min(stiles(bars)) > handles.reach_of(HandleKind.BAR)
+    flush = IslandBase(look=Look(front=FrontKind.SLAB, handle=HandleKind.FINGER_GROOVE))
+    assert stiles(flush) == (0.0, 0.0)
+
+
+def test_what_cannot_be_built_is_refused() -> None:
+    with pytest.raises(ValidationError, match="take two"):
+        BaseCabinet(width=0.9, doors=1)
+    with pytest.raises(ValidationError, match="lower than"):
+        DrawerStack(height=0.6, shares=(1.0,) * 5)
+    with pytest.raises(ValidationError, match="shelves"):
+        BaseCabinet(height=0.5, shelves=4)
