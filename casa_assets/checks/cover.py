@@ -34,5 +34,10 @@ def _bare(link: Link) -> float:
     vertices = np.concatenate([m.vertices for m in meshes])
     faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=True)])
     reach = max(REACH_M, REACH_RATIO * float(np.ptp(vertices, axis=0).max()))
-    clouds = [surface(c.shape, c.pose)[0] for c in link.colliders]
-    return float((gaps(surface_samples(vertices, faces, SAMPLES), clouds) > reach).mean())
+    bare = surface_samples(vertices, faces, SAMPLES)
+    for collider in link.colliders:
+        # What one shape covers no other has to.
+        bare = bare[gaps(bare, [surface(collider.shape, collider.pose)[0]]) > reach]
+        if not len(bare):
+            break
+    return len(bare) / SAMPLES

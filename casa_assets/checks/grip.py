@@ -13,7 +13,7 @@ from casa_assets.geometry.extent import link_bounds, shape_bounds
 from casa_assets.geometry.tessellate import surface
 from casa_assets.model.asset import Asset, Collider, Joint, Link
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import MeshShape
+from casa_assets.model.shape import Hull, MeshShape
 
 # What a hand may take. A rim or a tray is held where a thing has no handle of its own.
 HELD = frozenset(
@@ -113,7 +113,14 @@ def is_spread_like_matter(asset: Asset, limit: float | None) -> Measured:
 
 def _off_hull(link: Link) -> float:
     """How far the centre of mass lies outside the convex hull of the shapes, metres, seen along many directions."""
-    cloud = np.concatenate([surface(c.shape, c.pose)[0] for c in link.colliders])
+    points = []
+    for collider in link.colliders:
+        shape, pose = collider.shape, collider.pose
+        if isinstance(shape, Hull | MeshShape):  # its corners do, and no hull has to be made of them anew
+            points.append(pose.apply(shape.mesh.vertices))
+        else:
+            points.append(surface(shape, pose)[0])
+    cloud = np.concatenate(points)
     return float((DIRECTIONS @ np.array(link.inertial.center_of_mass) - (DIRECTIONS @ cloud.T).max(axis=1)).max())
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from casa_assets.checks.built import is_built
 from casa_assets.checks.check import Measured
 from casa_assets.checks.motion import STEP_S
 from casa_assets.checks.package import Package
@@ -17,6 +18,7 @@ DROP_M = 0.008
 WATCH_S = 1.5
 OUTER = frozenset({"main", "bbox"})
 SLOW_M_S = 0.05
+SUNK_M = 1e-3
 
 
 def holds_a_ball(package: Package, limit: float | None) -> Measured:
@@ -24,17 +26,22 @@ def holds_a_ball(package: Package, limit: float | None) -> Measured:
     assert limit is not None
     asset = package.asset
     regions = [r for r in asset.regions if r.name not in OUTER]
-    if not regions or mujoco_load.load(package.mjcf).error:
+    if not regions or not is_built(asset) or mujoco_load.load(package.mjcf).error:
         return Measured()
     model, data = _with_balls(package, regions)
     mujoco.mj_forward(model, data)
     starts = {r.name: _sunk(model, data, f"ball__{r.name}") for r in regions}
+    blocked = _blocked(package, model, regions)
     mujoco.mj_step(model, data, nstep=int(WATCH_S / STEP_S))
     problems, worst = [], 0.0
     for region in regions:
         pointer = f"regions/{region.name}"
-        if starts[region.name] > 1e-3:
+        if starts[region.name] > SUNK_M:
             problems.append((pointer, f"is not hollow: a ball of {2 * _radius(region):.3f} m does not fit in"))
+            continue
+        if region.name in blocked:
+            says = f"is filled {blocked[region.name]:.3f} m above its floor: a ball let down from its top does not pass"
+            problems.append((pointer, says))
             continue
         off = _outside(model, data, region)
         worst = max(worst, off)
@@ -80,6 +87,36 @@ def _with_balls(package: Package, regions: list[Region]) -> tuple[mujoco.MjModel
         )
     model = spec.compile()
     return model, mujoco.MjData(model)
+
+
+def _blocked(package: Package, model: mujoco.MjModel, regions: list[Region]) -> dict[str, float]:
+    """Region name -> height above its floor at which a ball in its middle runs into something, metres."""
+    data = mujoco.MjData(model)
+    found: dict[str, float] = {}
+    ways = {r.name: _column(r) for r in regions}
+    for k in range(max(len(way) for way in ways.values())):
+        for region in regions:
+            at = ways[region.name][min(k, len(ways[region.name]) - 1)]
+            world = package.asset.asset_from_link(region.link) @ region.pose
+            start = model.jnt_qposadr[model.body_jntadr[model.body(f"ball__{region.name}").id]]
+            data.qpos[start : start + 3] = world.apply(np.array([[0.0, 0.0, at - region.size[2] / 2]]))[0]
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_collision(model, data)
+        for region in regions:
+            at = ways[region.name][min(k, len(ways[region.name]) - 1)]
+            if _sunk(model, data, f"ball__{region.name}") > SUNK_M:
+                found.setdefault(region.name, at)
+    return found
+
+
+def _column(region: Region) -> list[float]:
+    """Heights above its floor of a ball on the way from the top of a region to its floor, metres; none overlap less."""
+    radius = _radius(region)
+    low, high = radius + DROP_M, region.size[2] - radius
+    if high <= low:
+        return [low]
+    return [float(at) for at in np.linspace(high, low, int(np.ceil((high - low) / radius)) + 1)]
 
 
 def _sunk(model: mujoco.MjModel, data: mujoco.MjData, ball: str) -> float:

@@ -2,7 +2,22 @@
 
 from __future__ import annotations
 
-from casa_assets.checks import asset, clearance, cover, flicker, force, grip, hollow, mjcf, parity, unwrap, usd, visual
+from casa_assets.checks import (
+    asset,
+    behavior,
+    clearance,
+    contract,
+    cover,
+    flicker,
+    force,
+    grip,
+    hollow,
+    mjcf,
+    parity,
+    unwrap,
+    usd,
+    visual,
+)
 from casa_assets.checks.check import Check
 from casa_assets.checks.package import Package
 from casa_assets.model.asset import Asset
@@ -52,6 +67,17 @@ TABLE: tuple[Check, ...] = (
     Check("KIN007", ERROR, Asset, grip.has_a_handle, "gripper_m", "m", "A policy has to know what to take."),
     Check("KIN008", ERROR, Asset, grip.is_upright, "axis_off_rad", "rad", "Scaling loaders know upright axes only."),
     Check("HOL001", ERROR, Package, hollow.holds_a_ball, "hollow_m", "m", "What cannot hold a thing is no interior."),
+    # what runtimes look for
+    Check("CON001", ERROR, Package, contract.has_links_and_joints, None, "", "A runtime finds a door by its name."),
+    Check("CON002", ERROR, Package, contract.has_sites, None, "", "A flame or a stream is a site of a given name."),
+    Check("CON003", ERROR, Package, contract.has_shapes, None, "", "A key is pressed where its named geom is touched."),
+    Check("CON004", ERROR, Package, contract.has_regions, "main_gap_m", "m", "Layouts place the region main."),
+    Check("CON005", ERROR, Package, contract.is_found_in_the_file, None, "", "Runtimes walk literal paths in the XML."),
+    Check("CON006", ERROR, Package, contract.reaches_thresholds, None, "", "A knob that stops short is never on."),
+    Check("CON007", WARNING, Package, contract.is_spelled_as_read, None, "", "Runtimes tell capitals apart."),
+    Check("BEH001", ERROR, Asset, behavior.can_take_every_value, None, "", "What no robot can bring about is no task."),
+    Check("BEH002", ERROR, Asset, behavior.is_seen_to_change, None, "", "A policy learns from what it sees."),
+    Check("BEH003", ERROR, Package, behavior.does_as_asked, None, "", "Data that nobody ran is a wish."),
     # MJCF package
     Check("MJC001", ERROR, Package, mjcf.compiles, None, "", "A file that does not compile is of no use to anyone."),
     Check("MJC002", ERROR, Package, mjcf.loads_in_silence, None, "", "What MuJoCo warns of today it refuses tomorrow."),

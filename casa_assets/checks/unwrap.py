@@ -12,6 +12,8 @@ from casa_assets.model.record import Vec2
 # Share of a mesh's area that has to be right: seams of a body that is turned or swept leave slivers.
 AREA = 0.99
 LEAST_AREA_M2 = 1e-9
+# Even those are not torn: no triangle of a square millimetre shows its picture at half the size or at one and a half.
+TORN, TORN_AREA_M2 = 0.5, 1e-6
 
 Floats = npt.NDArray[np.float64]
 
@@ -66,6 +68,10 @@ def _stretch(visual: Visual, tile: Vec2) -> float:
     shown = np.stack([(flat[:, 1] - flat[:, 0])[keep], (flat[:, 2] - flat[:, 0])[keep]], axis=2)
     scales = np.linalg.svd(shown @ np.linalg.inv(face), compute_uv=False)
     off = np.abs(scales - 1).max(axis=1)
+    torn = float(off[area > TORN_AREA_M2].max(initial=0.0))
+    if torn > TORN:
+        return torn
     order = np.argsort(off)
-    inside = np.cumsum(area[order]) <= AREA * area.sum()
+    # Each triangle that begins within the share counts: of a few large ones, all.
+    inside = np.cumsum(area[order]) - area[order] < AREA * area.sum()
     return float(off[order][inside].max(initial=0.0))

@@ -148,7 +148,8 @@ def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) ->
     if checked:
         waived = frozenset(w.code for w in known.waivers if w.subject == asset.id)
         category = known.fixtures[found.category]
-        for subject in (asset, Package(asset, category, staged)):
+        contract = known.contracts.get(asset.contract or "")
+        for subject in (asset, Package(asset, category, staged, contract)):
             report = report + run_checks(subject, asset.id, known.limits, waived)
     checked_at = time.perf_counter()
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())

@@ -1,4 +1,4 @@
-"""Noise on a torus: every picture repeats without a seam. Cells are (rows, columns); more rows than columns stretch it."""
+"""Noise on a torus: every picture repeats without a seam. Cells are (rows, columns); unequal ones stretch it."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from casa_assets.families.kit import dynamics
 from casa_assets.families.kit.bench import ROOT, Bench, Moved, Part, Piece
 from casa_assets.families.kit.skin import skin
 from casa_assets.families.kit.weight import total
-from casa_assets.model.asset import Asset, Drive, Inertial, Joint, JointKind, Link, Visual
+from casa_assets.model.asset import Asset, Drive, Inertial, Joint, JointKind, Link, Region, Visual
 from casa_assets.model.material import Material, Substance
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
@@ -60,7 +60,7 @@ def assemble(bench: Bench, family: str, params: Params) -> Asset:
             generator="casa-assets families",
         ),
     )
-    return centred(made)
+    return with_outside(centred(made))
 
 
 def _ordered(bench: Bench) -> list[Piece]:
@@ -162,6 +162,17 @@ def _carried(bench: Bench, name: str, pose: Pose) -> list[tuple[str, Pose]]:
         if piece.parent == name:
             out += _carried(bench, piece.name, pose @ piece.pose)
     return out
+
+
+def with_outside(asset: Asset) -> Asset:
+    """The asset with a region `main` round all that is seen of it, unless it has one or answers to no contract."""
+    if asset.contract is None or any(region.name == "main" for region in asset.regions):
+        return asset
+    low, high = asset.bounds
+    x, y, z = (float(v) for v in (low + high) / 2)
+    a, b, c = (float(v) for v in high - low)
+    outside = Region(name="main", pose=Pose(position=(x, y, z)), size=(a, b, c))
+    return asset.replace(regions=(*asset.regions, outside))
 
 
 def centred(asset: Asset) -> Asset:

@@ -16,12 +16,16 @@ SIDE, BASE = 0.014, 0.008  # thickness of a drawer's sides and bottom, metres
 RUNNER = 0.008  # of the runner, which fills most of the room beside the box
 BESIDE = 0.013  # room beside the box, as side-mounted runners need it
 MOST_TRAVEL = 0.65  # metres, the longest full extension of the trade
-RAISED = 0.01  # the bottom sits in a groove so far above the lower edge of the sides
+RAISED = 0.006  # the bottom sits in a groove so far above the lower edge of the sides
 
 
-def least_height(look: Look) -> float:
-    """The lowest front that leaves a box into which things can be laid, metres."""
-    return 0.19 if look.handle is HandleKind.FINGER_GROOVE else 0.13
+def least_height(look: Look, boarded: bool = True) -> float:
+    """The lowest front that leaves a box into which things can be laid, metres.
+
+    Args:
+        boarded: whether it runs over a board, which takes a part of its room, or over another drawer.
+    """
+    return (0.155 if look.handle is HandleKind.FINGER_GROOVE else 0.115) + (0.018 if boarded else 0.0)
 
 
 @dataclass(frozen=True)
@@ -89,7 +93,7 @@ def _box(bench: Bench, look: Look, d: Drawer) -> float:
     """The box behind the front, in the link's frame; returns its depth."""
     x0, x1 = d.left + BESIDE - d.x, d.right - BESIDE - d.x
     y0, y1 = THICK, d.back - 0.03
-    low, high = d.floor + 0.012 - d.z, d.ceiling - 0.016 - d.z
+    low, high = d.floor + 0.008 - d.z, d.ceiling - 0.016 - d.z
     high = min(high, low + 0.22)  # deep fronts hide boxes of the trade's greatest height
     across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     for x in (x0, x1 - SIDE):

@@ -30,7 +30,7 @@ def running(tile_m: Size, width: float, length: float, bond: float, upright: boo
 
 
 def planks(
-    tile_m: Size, width: float, length: float, widths: int, upright: bool, rng: np.random.Generator
+    tile_m: Size, width: float, length: float, widths: int, upright: bool, ends_m: float, rng: np.random.Generator
 ) -> list[Place]:
     """Boards end to end in courses, their ends staggered at random.
 
@@ -38,6 +38,7 @@ def planks(
         tile_m: of the picture. width, length: of a board, metres.
         widths: 1 for boards of one width, else how many widths are mixed (0.7 to 1.3 of `width`).
         upright: boards run along v of the picture, else along u.
+        ends_m: by how much boards reach into the joints at their ends.
         rng: draws widths and ends.
     """
     along, across = (tile_m[1], tile_m[0]) if upright else tile_m
@@ -58,7 +59,7 @@ def planks(
             a, b = (ends[n] + half_v) % along, edges[course] + half_u
             x, y = (b, a) if upright else (a, b)
             turn = 0.0 if upright else _LEVEL
-            found.append(Place(x, y, turn, half_u, half_v, box(half_u, half_v), course % 2))
+            found.append(Place(x, y, turn, half_u, half_v, box(half_u, half_v + ends_m / 2), course % 2))
     return found
 
 

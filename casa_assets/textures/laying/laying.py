@@ -48,6 +48,7 @@ class Laying(Record):
         upright: pieces stand (running bond, planks).
         slant: the whole is turned by 45 degrees (herringbone).
         widths: of planks: how many widths are mixed.
+        ends_m: of planks: by how much the joints at their ends are narrower than those along them, metres.
     """
 
     pattern: Pattern
@@ -57,6 +58,7 @@ class Laying(Record):
     upright: bool = False
     slant: bool = False
     widths: Annotated[int, Field(ge=1, le=8)] = 1
+    ends_m: Annotated[float, Field(ge=0, le=0.03)] = 0.0
 
 
 def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> Pieces:
@@ -79,7 +81,7 @@ def _places(laying: Laying, tile_m: tuple[float, float], rng: np.random.Generato
         case Pattern.RUNNING:
             return bonds.running(tile_m, width, length, laying.bond, laying.upright)
         case Pattern.PLANKS:
-            return bonds.planks(tile_m, width, length, laying.widths, laying.upright, rng)
+            return bonds.planks(tile_m, width, length, laying.widths, laying.upright, laying.ends_m, rng)
         case Pattern.BASKET:
             return bonds.basket(tile_m, width, length)
         case Pattern.HERRINGBONE:

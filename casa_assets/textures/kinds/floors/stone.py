@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -77,7 +78,7 @@ def paint_layered(params: LayeredTile, canvas: Canvas, rng: np.random.Generator)
     """One field of layered stone tiles."""
     stones = [s for s in (params.stone, params.accent) if s is not None]
     small = slab_canvas(canvas, (params.slab_m, params.slab_m))
-    return _laid(params, [flow.paint(s, small, rng) for s in stones], canvas, rng)
+    return _laid(params, [flow.paint(s, small, rng) for s in stones], canvas, rng, along=True)
 
 
 def paint_granite(params: GraniteTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -94,8 +95,13 @@ def paint_chips(params: ChipTile, canvas: Canvas, rng: np.random.Generator) -> L
     return _laid(params, [speckled.paint(s, small, rng) for s in stones], canvas, rng)
 
 
-def _laid(params: StoneTile, faces: list[Layers], canvas: Canvas, rng: np.random.Generator) -> Layers:
+def _laid(
+    params: StoneTile, faces: list[Layers], canvas: Canvas, rng: np.random.Generator, along: bool = False
+) -> Layers:
+    """Pieces cut from slabs; `along`: the layers of the slab lie along the pieces."""
     pieces = lay(params.laying, canvas, rng)
+    if along:
+        pieces = replace(pieces, u_m=pieces.v_m, v_m=-pieces.u_m)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     slabs = tuple(Slab(face, (params.slab_m, params.slab_m)) for face in faces)
     pick = pieces.sort % len(slabs)

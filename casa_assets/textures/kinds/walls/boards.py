@@ -117,14 +117,14 @@ def _profile(params: Boards, edge: Array, pitch: float, pixel: float) -> tuple[A
 
     match params.profile:
         case Profile.BEAD:
-            bead = np.sqrt(np.clip(1.0 - (edge / (0.5 * gap)) ** 2, 0, 1))
+            bead: Array = np.sqrt(np.clip(1.0 - (edge / (0.5 * gap)) ** 2, 0, 1))
             line = np.clip(band(0.5 * gap + 0.0018) - band(0.5 * gap), 0, 1)
             return depth * (0.5 * bead - line), 0.9 * line, none
         case Profile.SHIPLAP:
             line = band(gap / 2)
             return -depth * line + 0.0004 * (np.minimum(edge / 0.003, 1) - 1), 0.85 * line, 0.55 * line
         case Profile.VEE:
-            slope: Array = np.clip(1.0 - edge / (gap / 2), 0, 1)
+            slope = np.asarray(np.clip(1.0 - edge / (gap / 2), 0, 1))
             return -depth * slope, 0.30 * slope + 0.45 * band(0.0008), none
         case Profile.BATTEN:
             strip = band(gap / 2)
@@ -135,7 +135,7 @@ def _profile(params: Boards, edge: Array, pitch: float, pixel: float) -> tuple[A
             rise = np.minimum(np.maximum(edge - gap / 2, 0) / 0.0015, 1)
             return -depth * line + 0.0008 * (rise - 1), 0.2 * line, line
         case Profile.FLUTED:
-            across = np.clip(1.0 - edge / (pitch / 2), 0, 1)
+            across: Array = np.clip(1.0 - edge / (pitch / 2), 0, 1)
             crest = np.sqrt(np.clip(1.0 - across**2, 0, 1))
             return depth * crest, 0.5 * (1 - crest), none
         case _:

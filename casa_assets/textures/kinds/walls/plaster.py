@@ -105,12 +105,12 @@ def _venetian(sheet: Sheet, rng: np.random.Generator) -> _Parts:
 
 
 def _limewash(sheet: Sheet, rng: np.random.Generator) -> _Parts:
-    one = sheet.noise(0.012, 0.16, rng, 2)
-    other = sheet.noise(0.16, 0.012, rng, 2)
-    bend = 0.03 * sheet.noise(0.3, 0.3, rng, 2)
+    one = sheet.noise(0.012, 0.22, rng, 2)
+    other = sheet.noise(0.22, 0.012, rng, 2)
+    bend = 0.009 * sheet.noise(0.3, 0.3, rng, 2)
     one, other = sheet.shifted(one, bend, bend), sheet.shifted(other, bend, -bend)
-    cross = np.where(sheet.noise(0.22, 0.22, rng, 4) > 0, one, other)
-    cross = noise.blur(cross.astype(np.float32), 0.004 * sheet.size_px[1] / sheet.tile_m[0])
+    level = smoothstep(-0.9, 0.9, sheet.noise(0.22, 0.22, rng, 4))
+    cross = other + (one - other) * level
     cloud = sheet.noise(0.5, 0.5, rng, 6)
     return 0.6 * cloud + 0.3 * cross, np.asarray(0.00018 * cross), 0.01 * cloud
 
@@ -151,7 +151,7 @@ def _clay(sheet: Sheet, rng: np.random.Generator) -> _Parts:
         fibre = sheet.noise(along, across, rng)
         bend = 0.012 * sheet.noise(0.05, 0.05, rng)
         fibre = sheet.shifted(fibre, bend, -bend) * sheet.seen(0.003, 0.003)
-        straw = np.maximum(straw, smoothstep(2.0, 2.5, fibre))
+        straw = np.maximum(straw, smoothstep(1.5, 2.1, fibre))
     return (
         0.35 * cloud + 0.15 * grain - 1.1 * straw,
         np.asarray(0.0005 * cloud + 0.0002 * grain + 0.0003 * straw),

@@ -1,0 +1,254 @@
+"""Each BEH code: silent on what behaves, and alone in speaking where one thing is wrong; and the interpreter itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.checks import operate
+from casa_assets.checks.behavior import position
+from casa_assets.checks.machine import Machine, Stimulus, start, step
+from casa_assets.checks.reachable import unreached
+from casa_assets.checks.run import run
+from casa_assets.checks.table import TABLE
+from casa_assets.model.asset import Asset
+from casa_assets.model.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
+from casa_assets.model.contract import Contract
+from tests.contracted import HIGH, LOW, block, burning, hob, oven, packed
+from tests.unit.checks.test_contract_checks import codes
+
+KNOWN = registry.load()
+ROWS = [check for check in TABLE if check.code.startswith("BEH")]
+Make = Callable[[], Asset]
+SWITCH = Variable(name="power", values=("off", "on"), initial="off")
+PRESS = Condition(contact="key", begins=True)
+
+
+def behaving(asset: Asset, **changes: object) -> Asset:
+    """The asset with its behaviour changed."""
+    assert asset.behavior is not None
+    return asset.replace(behavior=asset.behavior.replace(**changes))
+
+
+def with_value(value: str) -> Asset:
+    """An oven that has one more value, which nothing sets."""
+    power = SWITCH.replace(values=("off", "on", value))
+    return behaving(oven(), variables=(power,))
+
+
+def affecting(kind: EffectKind, target: str, **changes: object) -> Asset:
+    effect = Effect(variable="burner_left", value="low", kind=kind, target=target)
+    return behaving(hob(), effects=(effect.replace(**changes),))
+
+
+def deaf_to_the_door() -> Asset:
+    """An oven that goes on while its door is open."""
+    plain = oven()
+    assert plain.behavior is not None
+    return behaving(plain, rules=plain.behavior.rules[1:])
+
+
+def walled_in() -> Asset:
+    """An oven whose start button lies in a recess that no finger fits."""
+    plain = oven()
+    walls = tuple(
+        block(f"wall_{i}", size, at)
+        for i, (size, at) in enumerate(
+            [
+                ((0.005, 0.02, 0.04), (0.1825, -0.19, 0.05)),
+                ((0.005, 0.02, 0.04), (0.2175, -0.19, 0.05)),
+                ((0.04, 0.02, 0.005), (0.2, -0.19, 0.0375)),
+                ((0.04, 0.02, 0.005), (0.2, -0.19, 0.0625)),
+                ((0.026, 0.002, 0.018), (0.2, -0.192, 0.05)),
+            ]
+        )
+    )
+    root = plain.root.replace(colliders=(*plain.root.colliders, *walls))
+    return plain.replace(links=(root, *plain.links[1:]))
+
+
+BAD: list[tuple[str, Make, Make]] = [
+    ("BEH001", oven, lambda: with_value("grill")),
+    ("BEH002", hob, lambda: affecting(EffectKind.SHOW, "main")),
+    ("BEH002", hob, lambda: affecting(EffectKind.SPIN, "burner_on_left")),
+    ("BEH002", hob, lambda: affecting(EffectKind.SHOW, "burner_on_left", color=(1.0, 0.0, 0.0, 0.0))),
+    ("BEH002", hob, lambda: affecting(EffectKind.LIGHT, "ring", color=(0.0, 0.0, 0.0, 1.0))),
+    ("BEH003", oven, lambda: oven().replace(behavior=None)),
+    ("BEH003", oven, deaf_to_the_door),
+    ("BEH003", oven, walled_in),
+    ("BEH003", hob, lambda: hob().replace(behavior=burning(0.45, HIGH))),
+    ("BEH003", hob, lambda: hob().replace(keyframes=(hob().keyframes[0], hob().keyframes[0].replace(name="on")))),
+]
+EXAMPLES: dict[str, tuple[Make, Make]] = {code: (good, bad) for code, good, bad in BAD}
+
+
+@pytest.mark.parametrize(("code", "good", "bad"), BAD)
+def test_trips_one_code(code: str, good: Make, bad: Make, tmp_path: Path) -> None:
+    assert codes(good(), tmp_path / "good") == set()
+    assert codes(bad(), tmp_path / "bad") == {code}
+
+
+def says(asset: Asset, folder: Path, contract: Contract | None = None) -> list[str]:
+    report = run(packed(asset, folder, contract), "subject", KNOWN.limits, table=ROWS)
+    return [f"{issue.pointer}: {issue.says}" for issue in report.issues]
+
+
+class TestSays:
+    """What is wrong, and where, in words."""
+
+    def test_of_a_trial(self, tmp_path: Path) -> None:
+        found = says(deaf_to_the_door(), tmp_path)
+        assert found == ["trials/the_door_ends_it/1: after microjoint to 1 power is 'on', not 'off'"]
+
+    def test_of_a_threshold(self, tmp_path: Path) -> None:
+        found = says(hob().replace(behavior=burning(0.45, HIGH)), tmp_path)
+        assert [one for one in found if "0.45" in one and "burner_on 0.35" in one]
+
+    def test_of_a_pose(self, tmp_path: Path) -> None:
+        still = hob().keyframes[0]
+        found = says(hob().replace(keyframes=(still, still.replace(name="on"))), tmp_path)
+        assert found == ["keyframes/on: in this pose burner_left is 'off', not 'low|high'"]
+
+    def test_of_a_key(self, tmp_path: Path) -> None:
+        assert "cannot be touched by a fingertip" in says(walled_in(), tmp_path)[0]
+
+
+def walk(behavior: Behavior, acts: list[tuple[dict[str, float], set[str]]], dt: float = 0.05) -> list[str]:
+    """Value of the first variable after each step."""
+    machine, found = start(behavior), []
+    for joints, touched in acts:
+        machine = step(machine, Stimulus(joints, frozenset(touched)), dt)
+        found.append(machine.values[behavior.variables[0].name])
+    return found
+
+
+IDLE: tuple[dict[str, float], set[str]] = ({}, set())
+HELD: tuple[dict[str, float], set[str]] = ({}, {"key"})
+
+
+class TestMachine:
+    def test_a_press_counts_once(self) -> None:
+        rules = (Rule(variable="power", from_values=("off",), to="on", when=(PRESS,)),)
+        other = Rule(variable="power", from_values=("on",), to="off", when=(Condition(contact="stop"),))
+        both = Behavior(variables=(SWITCH,), rules=(*rules, other))
+        assert walk(both, [IDLE, HELD, ({}, {"key", "stop"}), HELD, IDLE, HELD]) == [
+            "off",
+            "on",
+            "off",
+            "off",
+            "off",
+            "on",
+        ]
+
+    def test_what_holds_from_the_start_has_not_begun(self) -> None:
+        rule = Rule(variable="power", to="on", when=(PRESS,))
+        assert walk(Behavior(variables=(SWITCH,), rules=(rule,)), [HELD, HELD, IDLE, HELD]) == [
+            "off",
+            "off",
+            "off",
+            "on",
+        ]
+
+    def test_both_ends_of_an_interval_count(self) -> None:
+        rule = Rule(variable="power", to="on", when=(Condition(joint="knob", interval=(0.35, 1.0)),))
+        back = Rule(variable="power", to="off", when=(Condition(joint="knob", interval=(0.35, 1.0), negated=True),))
+        turned = [({"knob": at}, set[str]()) for at in (0.349, 0.35, 0.7, 1.0, 1.001)]
+        assert walk(Behavior(variables=(SWITCH,), rules=(rule, back)), turned) == ["off", "on", "on", "on", "off"]
+
+    def test_waiting_begins_anew_where_it_is_interrupted(self) -> None:
+        rule = Rule(variable="power", to="on", when=(Condition(contact="key"),), after_s=0.15)
+        machine = Behavior(variables=(SWITCH,), rules=(rule,))
+        assert walk(machine, [HELD, HELD, IDLE, HELD, HELD, HELD]) == ["off"] * 5 + ["on"]
+
+    def test_a_rule_sees_what_an_earlier_one_set(self) -> None:
+        lamp = Variable(name="lamp", values=("dark", "bright"), initial="dark")
+        first = Rule(variable="power", to="on", when=(Condition(contact="key"),))
+        then = Rule(variable="lamp", to="bright", when=(Condition(variable="power", equals="on"),))
+        assert walk(Behavior(variables=(lamp, SWITCH), rules=(first, then)), [HELD]) == ["bright"]
+        assert walk(Behavior(variables=(lamp, SWITCH), rules=(then, first)), [HELD, HELD]) == ["dark", "bright"]
+
+    def test_effects_follow_values(self) -> None:
+        burner = burning(LOW, HIGH)
+        for angle, seen in ((0.0, []), (0.8, ["low"]), (2.0, ["high"])):
+            machine = step(start(burner), Stimulus({"knob_left_joint": angle}), 0.05)
+            assert [e.value for e in machine.effects] == seen
+
+    def test_a_step_leaves_the_machine_as_it_was(self) -> None:
+        before: Machine = start(burning(LOW, HIGH))
+        step(before, Stimulus({"knob_left_joint": 2.0}), 0.05)
+        assert before.values == {"burner_left": "off"}
+
+
+class TestReachable:
+    def test_finds_what_takes_several_moves(self) -> None:
+        """A door has to be shut, then a key pressed, then a minute has to pass."""
+        shut = Condition(joint="door", interval=(-0.01, 0.01))
+        power = Variable(name="power", values=("off", "on", "done"), initial="off")
+        rules = (
+            Rule(variable="power", from_values=("off",), to="on", when=(PRESS, shut)),
+            Rule(variable="power", from_values=("on",), to="done", when=(shut,), after_s=60.0),
+        )
+        assert unreached(Behavior(variables=(power,), rules=rules), {"door": (-1.5, 0.0)}) == []
+        assert unreached(Behavior(variables=(power,), rules=rules), {"door": (-1.5, -0.5)}) == [
+            ("power", "on"),
+            ("power", "done"),
+        ]
+
+    def test_an_interval_out_of_range_is_never_met(self) -> None:
+        rule = Rule(variable="power", to="on", when=(Condition(joint="knob", interval=(2.0, 3.0)),))
+        machine = Behavior(variables=(SWITCH,), rules=(rule,))
+        assert unreached(machine, {"knob": (0.0, 1.9)}) == [("power", "on")]
+        assert unreached(machine, {"knob": (0.0, 2.0)}) == []
+
+    def test_conditions_that_exclude_each_other(self) -> None:
+        never = (Condition(contact="key"), Condition(contact="key", negated=True))
+        machine = Behavior(variables=(SWITCH,), rules=(Rule(variable="power", to="on", when=never),))
+        assert unreached(machine, {}) == [("power", "on")]
+
+    def test_a_toggle_by_two_rules_undoes_itself(self) -> None:
+        """Rules run in order: what the first has set, the second sees. A toggle needs a variable that remembers."""
+        on = Rule(variable="power", from_values=("off",), to="on", when=(PRESS,))
+        off = Rule(variable="power", from_values=("on",), to="off", when=(PRESS,))
+        assert unreached(Behavior(variables=(SWITCH,), rules=(on, off)), {}) == [("power", "on")]
+        armed = Variable(name="armed", values=("to_on", "to_off"), initial="to_on")
+        let_go = Condition(contact="key", negated=True)
+        rules = (
+            on.replace(when=(PRESS, Condition(variable="armed", equals="to_on"))),
+            off.replace(when=(PRESS, Condition(variable="armed", equals="to_off"))),
+            Rule(variable="armed", to="to_off", when=(let_go, Condition(variable="power", equals="on"))),
+            Rule(variable="armed", to="to_on", when=(let_go, Condition(variable="power", equals="off"))),
+        )
+        toggle = Behavior(variables=(SWITCH, armed), rules=rules)
+        assert unreached(toggle, {}) == []
+        assert walk(toggle, [IDLE, HELD, IDLE, HELD, IDLE]) == ["off", "on", "on", "off", "off"]
+
+
+class TestOperated:
+    def test_a_fingertip_touches_one_key(self, tmp_path: Path) -> None:
+        model = operate.operated(packed(oven(), tmp_path))
+        assert model is not None
+        pressed = model.press({}, "stop_button")
+        assert pressed is not None
+        assert pressed.touched == {"stop_button"}
+
+    def test_positions_are_those_of_the_file(self, tmp_path: Path) -> None:
+        model = operate.operated(packed(oven(), tmp_path))
+        assert model is not None
+        assert model.measure({}).joints == {"microjoint": 0.0}
+        assert model.measure({"microjoint": -9.0}).joints["microjoint"] == pytest.approx(-math.pi / 2)
+
+    def test_a_file_that_does_not_compile_is_left_alone(self, tmp_path: Path) -> None:
+        package = packed(oven(), tmp_path)
+        package.mjcf.write_text("<mujoco><worldbody><body/></worldbody></mujoco")
+        assert operate.operated(package) is None
+
+    @pytest.mark.parametrize(
+        ("span", "way", "at"),
+        [((-1.5, 0.0), 1.0, -1.5), ((0.0, 2.0), 0.5, 1.0), ((-0.7, 0.7), 1.0, 0.7), ((-0.7, 0.7), -1.0, -0.7)],
+    )
+    def test_ways_go_from_zero(self, span: tuple[float, float], way: float, at: float) -> None:
+        assert position(span, way) == pytest.approx(at)

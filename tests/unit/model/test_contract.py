@@ -1,0 +1,94 @@
+"""Contracts as records: patterns, short forms, thresholds, and what `for_each` puts into them."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+from casa_assets.model.contract import (
+    Contract,
+    ForEach,
+    JointRule,
+    KeyRule,
+    Named,
+    Needs,
+    SiteRule,
+    Step,
+    Threshold,
+)
+
+
+def test_a_name_matches_as_a_whole() -> None:
+    assert Named(name="door").matches("door")
+    assert not Named(name="door").matches("door_main")
+    assert Named(name="fridge_.*door.*").matches("fridge_left_door_joint")
+    assert not Named(name="rack[0-9]").matches("rack10")
+
+
+def test_a_bare_name_is_a_rule() -> None:
+    needs = Needs.model_validate({"sites": ["water"], "joints": ["a_joint", {"name": "b_joint", "least": 0}]})
+    assert needs.sites == (SiteRule(name="water"),)
+    assert [(j.name, j.least) for j in needs.joints] == [("a_joint", 1), ("b_joint", 0)]
+    assert Contract.model_validate({"id": "x", "title": "X", "keyframes": ["closed"]}).keyframes == (
+        KeyRule(name="closed"),
+    )
+
+
+@pytest.mark.parametrize("name", ["(open", "[a-", "*", ""])
+def test_what_is_no_pattern_is_refused(name: str) -> None:
+    with pytest.raises(ValidationError):
+        Named(name=name)
+
+
+def test_at_most_is_not_less_than_at_least() -> None:
+    with pytest.raises(ValidationError, match="cannot both hold"):
+        Named(name="door", least=2, most=1)
+
+
+@pytest.mark.parametrize("given", [{}, {"at": 0.4, "share": 0.5}])
+def test_a_threshold_is_given_once(given: dict[str, float]) -> None:
+    with pytest.raises(ValidationError, match="at a position or at a share"):
+        Threshold.model_validate({"name": "on", "joint": "knob", **given})
+
+
+@pytest.mark.parametrize(
+    ("span", "share", "at"),
+    [
+        ((0.0, 2.0), 0.9, 1.8),
+        ((-1.5, 0.0), 0.9, -1.35),
+        ((-1.5, 0.0), 0.0, 0.0),
+        ((-0.8, 0.8), 0.5, 0.0),
+        ((-0.8, 0.8), 0.25, -0.4),
+    ],
+)
+def test_a_share_counts_from_the_end_nearer_to_zero(span: tuple[float, float], share: float, at: float) -> None:
+    assert Threshold(name="x", joint="x", share=share).position(span) == pytest.approx(at)
+
+
+def test_a_position_is_that_of_any_range() -> None:
+    assert Threshold(name="x", joint="x", at=0.35).position((0.0, 3.0)) == 0.35
+
+
+def test_filled_puts_the_value_into_every_pattern() -> None:
+    each = ForEach(
+        key="loc",
+        values=("rear_left",),
+        used_by=("burner_on_{loc}",),
+        needs=Needs(
+            joints=(JointRule(name="knob_{loc}_joint", link="knob_{loc}", reach=(0.0, 2.0)),),
+            sites=(SiteRule(name="burner_on_{loc}", depth=0),),
+        ),
+    )
+    filled = each.needs.filled("loc", "rear_left")
+    assert filled.joints == (JointRule(name="knob_rear_left_joint", link="knob_rear_left", reach=(0.0, 2.0)),)
+    assert filled.sites == (SiteRule(name="burner_on_rear_left", depth=0),)
+
+
+def test_a_move_goes_no_farther_than_the_ends() -> None:
+    with pytest.raises(ValidationError):
+        Step(move={"door": 1.1})
+
+
+def test_a_contract_reads_back_as_written() -> None:
+    contract = Contract(id="hood", title="Hood", regions=Needs.model_validate({"regions": ["main"]}).regions)
+    assert Contract.from_json(contract.to_json()) == contract

@@ -1,0 +1,153 @@
+"""registry/contracts as they come with the package: each reads well, holds together, and says where it is wrong."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.errors import RegistryError
+from casa_assets.model.contract import Contract, Needs, Threshold
+
+KNOWN = registry.load()
+FOLDER = registry.data_root() / "contracts"
+# What the reference runtime has classes for, by the names of ours.
+CLASSES = """
+microwave sink stove stovetop oven fridge_french_door fridge_side_by_side fridge_bottom_freezer fridge_top_freezer
+dishwasher coffee_machine toaster toaster_oven electric_kettle stand_mixer blender hood hinge_cabinet single_cabinet
+drawer open_cabinet panel_cabinet housing_cabinet counter stool window wall_accessory accessory paper_towel plant
+knife_block utensil_holder utensil_rack dish_rack
+"""
+CONTRACTS = list(KNOWN.contracts.values())
+IDS = list(KNOWN.contracts)
+SAMPLE = {"loc": "rear_left"}
+
+
+def needs_of(contract: Contract) -> list[Needs]:
+    """Every set of needs in it, `for_each` filled with its first value."""
+    sets: list[Needs] = [contract, *(n for c in contract.one_of for n in c.any_of)]
+    return sets + [e.needs.filled(e.key, e.values[0]) for e in contract.for_each]
+
+
+def sample(pattern: str) -> list[str]:
+    """Plausible names that a pattern was written for: its alternatives, with classes and options left out."""
+    text = re.sub(r"\(\?[!=][^)]*\)", "", pattern)
+    text = re.sub(r"\(([^()|]*)\)\?|\(([^()|]*)\)\*", "", text)
+    return [re.sub(r"\[[^]]*\][+*]?", "0", text).replace(".*", "")]
+
+
+def test_every_class_of_the_runtime_has_a_contract() -> None:
+    assert set(CLASSES.split()) - KNOWN.contracts.keys() == set()
+
+
+@pytest.mark.parametrize("contract", CONTRACTS, ids=IDS)
+class TestEach:
+    def test_is_short_and_says_who_reads_it(self, contract: Contract) -> None:
+        text = (FOLDER / f"{contract.id}.yaml").read_text(encoding="utf-8")
+        assert text.startswith("# ")
+        assert len(text.splitlines()) < 120
+        assert contract.read_by or "reference" in text
+
+    def test_asks_for_its_outer_size(self, contract: Contract) -> None:
+        assert [r.least for r in contract.regions if r.matches("main")] == [1]
+
+    def test_keys_and_trials_speak_of_what_is_asked_for(self, contract: Contract) -> None:
+        """A trial that presses, moves or expects what no rule asks for would pass on anything."""
+        sets = needs_of(contract)
+        names = {
+            "press": [r.name for n in sets for r in n.colliders],
+            "move": [r.name for n in sets for r in n.joints],
+            "then": [r.name for n in sets for r in n.variables],
+        }
+        used = {"press": [], "move": [], "then": []}  # type: dict[str, list[str]]
+        for trial in contract.trials:
+            assert any(step.then for step in trial.steps), f"{trial.name} expects nothing"
+            for step in trial.steps:
+                used["press"] += [step.press] if step.press else []
+                used["move"] += step.move
+                used["then"] += step.then
+        for key in contract.keyframes:
+            used["move"] += key.stands
+            used["then"] += key.values
+        for kind, patterns in used.items():
+            for pattern in patterns:
+                fits = [n for n in names[kind] if pattern == n or any(re.fullmatch(pattern, s) for s in sample(n))]
+                assert fits, f"{kind} {pattern!r} is none of {names[kind]}"
+
+    def test_values_that_are_expected_are_asked_for(self, contract: Contract) -> None:
+        rules = [r for n in needs_of(contract) for r in n.variables]
+        values = {v for r in rules for v in r.values}
+        expected = [v for t in contract.trials for s in t.steps for v in s.then.values()]
+        expected += [v for k in contract.keyframes for v in k.values.values()]
+        assert {one for v in expected for one in v.split("|")} <= values
+
+    def test_thresholds_have_a_joint(self, contract: Contract) -> None:
+        joints = [r.name for n in needs_of(contract) for r in n.joints]
+        for threshold in contract.thresholds:
+            assert any(
+                threshold.joint == j or any(re.fullmatch(threshold.joint, s) for s in sample(j)) for j in joints
+            ), threshold
+
+    def test_asked_ranges_reach_its_thresholds(self, contract: Contract) -> None:
+        """What keeps the rules on range keeps the thresholds too."""
+        for rule in (r for n in needs_of(contract) for r in n.joints if r.reach):
+            assert rule.reach is not None
+            for threshold in contract.thresholds:
+                if threshold.at is not None and any(re.fullmatch(threshold.joint, s) for s in sample(rule.name)):
+                    assert rule.reach[0] < threshold.at < rule.reach[1]
+
+
+def positions(contract: str) -> dict[str, Threshold]:
+    return {t.name: t for t in KNOWN.contracts[contract].thresholds}
+
+
+def test_thresholds_are_those_of_the_runtime() -> None:
+    """Ref: RoboCasa, Stove.update_state, Sink.get_handle_state, Microwave.is_open, ElectricKettle, Toaster."""
+    assert positions("stovetop")["burner_on"].at == 0.35
+    assert positions("stovetop") == positions("stove")
+    assert positions("sink")["flow_begins"].at == 0.40
+    assert positions("microwave")["closed"].share == 0.005
+    assert positions("microwave")["open"].share == 0.90
+    assert positions("electric_kettle")["switch_is_on"].share == 0.95
+    assert positions("toaster")["lever_down"].share == 0.90
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """A registry of one's own to break."""
+    root = tmp_path / "registry"
+    shutil.copytree(registry.data_root(), root)
+    return root
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "pointer", "expected"),
+    [
+        ("title: Microwave oven", "titel: Microwave oven", 2, "titel", "one of"),
+        ("  - {name: door, depth: 1}", "  - {name: door, depht: 1}", 5, "links.0.depht", "one of"),
+        ("axis: +z", "axis: up", 8, "joints.0.axis", "Input should be"),
+        ("share: 0.9}", "share: 1.9}", 24, "thresholds.1.share", "less than or equal to 1"),
+        ("{name: start_button, label", "{name: '(start', label", 10, "colliders.0.name", "no pattern"),
+    ],
+)
+def test_faults_name_their_line(copy: Path, old: str, new: str, line: int, pointer: str, expected: str) -> None:
+    path = copy / "contracts" / "microwave.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(RegistryError) as caught:
+        registry.load(copy)
+    fault = caught.value
+    assert (fault.file, fault.line, fault.pointer) == ("microwave.yaml", line, pointer)
+    assert expected in fault.expected
+
+
+def test_a_contract_counts_in_the_digest(copy: Path) -> None:
+    before = registry.load(copy).digest
+    path = copy / "contracts" / "hood.yaml"
+    path.write_text(path.read_text(encoding="utf-8") + "# more\n", encoding="utf-8")
+    registry.load.cache_clear()
+    assert registry.load(copy).digest != before
