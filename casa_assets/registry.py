@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
@@ -16,10 +16,10 @@ from pydantic import ValidationError
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.category import Category, Certainty, QCode
 from casa_assets.model.contract import Contract
+from casa_assets.model.decided import Class, Limit, Rejection, Waiver, Words
 from casa_assets.model.finish import Plain
-from casa_assets.model.issue import Code
 from casa_assets.model.material import Substance
-from casa_assets.model.record import Id, Record
+from casa_assets.model.record import Record
 from casa_assets.model.vocabulary import Vocabulary
 
 FILES = (
@@ -36,47 +36,6 @@ FILES = (
 FALLBACK = "object"  # the category of what has no other; never found by its name, which every second node carries
 R = TypeVar("R", bound=Record)
 Path_ = tuple[str | int, ...]
-
-
-class Class(Record):
-    """A class of categories or of classes; `parent` is None at the root."""
-
-    id: Id
-    parent: Id | None = None
-    qcode: QCode
-
-
-class Limit(Record):
-    """A number that something is held against, with its unit (empty for counts and ratios) and one line of why."""
-
-    id: Id
-    value: float
-    unit: str = ""
-    why: str
-
-
-class Rejection(Record):
-    """Why an input is turned away: what it means and how to mend it, for the person who sent it."""
-
-    code: Code
-    name: Id
-    meaning: str
-    mend: str
-
-
-class Waiver(Record):
-    """A fault of one subject that is known and accepted, with the reason."""
-
-    code: Code
-    subject: str
-    reason: str
-
-
-class Words(Record):
-    """Words that mislead a look-up: `weak` ones yield to any other, `breaks` end what a text is about."""
-
-    weak: tuple[str, ...]
-    breaks: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -271,9 +230,13 @@ def read_materials(document: Document, substances: Mapping[str, Substance]) -> d
     return materials
 
 
-def read_contracts(documents: Mapping[str, Document]) -> dict[str, Contract]:
-    """The contracts; the stem of a file is the id of its contract."""
-    return {name: read_record(Contract, document.value, document, (), id=name) for name, document in documents.items()}
+def read_contracts(pages: Sequence[Path]) -> dict[str, Contract]:
+    """The contracts, one file each; the stem of a file is the id of its contract."""
+    contracts: dict[str, Contract] = {}
+    for page in pages:
+        document = replace(read_document(page), file=f"{page.parent.name}/{page.name}")
+        contracts[page.stem] = read_record(Contract, document.value, document, (), id=page.stem)
+    return contracts
 
 
 def read_vocabulary(document: Document, categories: Mapping[str, Category], words: Words) -> Vocabulary:
@@ -324,7 +287,7 @@ def load(root: Path | None = None) -> Registry:
         limit_units=MappingProxyType({name: limit.unit for name, limit in limits.items()}),
         waivers=tuple(read_record(Waiver, row, waivers, (i,)) for i, row in enumerate(waivers.value or [])),
         rejections=MappingProxyType(read_table(Rejection, documents["rejections"], "code")),
-        contracts=MappingProxyType(read_contracts({page.stem: read_document(page) for page in pages})),
+        contracts=MappingProxyType(read_contracts(pages)),
         digest=digest.hexdigest(),
         vocabulary=read_vocabulary(documents["categories"], categories, words),
     )

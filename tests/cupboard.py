@@ -109,11 +109,6 @@ def cupboard() -> Asset:
     )
 
 
-def without_a_drawer_front() -> Asset:
-    """Its drawer has no handle of its own."""
-    return joint_changed("drawer_slide", grip=None)
-
-
 def joint_changed(name: str, **changes: object) -> Asset:
     """The cupboard with fields of a joint replaced."""
     whole = cupboard()
@@ -141,9 +136,7 @@ def with_grip(joint: str, replaced: Shape, **changes: object) -> Asset:
     whole = cupboard()
     name = next(j.grip for j in whole.joints if j.name == joint)
     links = tuple(
-        k.replace(
-            colliders=tuple(c.replace(shape=replaced, **changes) if c.name == name else c for c in k.colliders)
-        )
+        k.replace(colliders=tuple(c.replace(shape=replaced, **changes) if c.name == name else c for c in k.colliders))
         for k in whole.links
     )
     return whole.replace(links=links)
@@ -165,7 +158,10 @@ def caught_by(lip: float) -> Asset:
 
 def with_pointer(length: float) -> Asset:
     """A bar on its knob points up; turned, it hangs before the drawer where it is long enough."""
-    return with_shapes("knob", shape("pointer", (0.02, 0.01, length), (0.0, -0.02, length / 2)))
+    size, at = (0.02, 0.01, length), (0.0, -0.02, length / 2)
+    knob = cupboard().link("knob")
+    bar = Visual(name="pointer_bar", mesh=box_mesh(size, at), material="brass")
+    return link_changed("knob", visuals=(*knob.visuals, bar), colliders=(*knob.colliders, shape("pointer", size, at)))
 
 
 def filled_to(height: float) -> Asset:

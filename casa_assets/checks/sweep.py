@@ -13,12 +13,13 @@ import numpy.typing as npt
 from casa_assets.checks.readers import mujoco_load
 
 # How far the part of a joint that moves fastest goes between two poses. A corner that swings past an edge on an arm of
-# 0.6 m and meets it by half a millimetre does so over 49 mm of its way; parts that slide are thicker than this.
+# 0.6 m and meets it by half a millimetre does so over 49 mm of its way. Parts of 4 mm that slide past each other meet
+# over 8 mm, and are near for 14 mm.
 STEP_M = 0.012
 MOST_POSES = 160
 LEAST_POSES = 12
 # Between poses where parts come nearer than this and part again, there are finer ones.
-NEAR_M = 0.002
+NEAR_M = 0.003
 FINER = 6
 PEAKS = 2
 
@@ -46,7 +47,8 @@ class Way:
 def deepest(scene: Path) -> dict[str, float]:
     """Joint name -> deepest penetration between bodies of the asset, metres, over its range with all others at zero.
 
-    Contacts that the model excludes do not count, nor do those with the floor. Empty where the scene does not compile.
+    Those that the file names as standing before a joint are open. Contacts that the model excludes do not count, nor do
+    those with the floor. Empty where the scene does not compile.
     """
     loaded = mujoco_load.load(scene).model
     if loaded is None:
@@ -58,6 +60,8 @@ def deepest(scene: Path) -> dict[str, float]:
         if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
             continue
         mujoco.mj_resetData(model, data)
+        for before in _before(model, joint):
+            data.qpos[model.jnt_qposadr[before]] = max(model.jnt_range[before], key=abs)
         found[model.joint(joint).name] = max(0.0, sweep(model, data, joint, ~moved_by(model, joint)).worst.depth)
     return found
 
@@ -113,6 +117,20 @@ def bounds_of(model: mujoco.MjModel, data: mujoco.MjData, geoms: npt.NDArray[np.
     middle = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", turn, model.geom_aabb[geoms, :3])
     half = np.einsum("nij,nj->ni", np.abs(turn), model.geom_aabb[geoms, 3:])
     return np.array([(middle - half).min(axis=0, initial=np.inf), (middle + half).max(axis=0, initial=-np.inf)])
+
+
+def _before(model: mujoco.MjModel, joint: int) -> list[int]:
+    """Joints that have to be open before one can move, as the custom texts `behind__<joint>` have it."""
+    kind = mujoco.mjtObj.mjOBJ_TEXT
+    ends = zip(model.text_adr, model.text_adr + model.text_size, strict=True)
+    told = [bytes(model.text_data[start : end - 1]).decode() for start, end in ends]
+    texts = {mujoco.mj_id2name(model, kind, i): text for i, text in enumerate(told)}
+    found: list[int] = []
+    at = texts.get(f"behind__{model.joint(joint).name}")
+    while at is not None and model.joint(at).id not in found:
+        found.append(int(model.joint(at).id))
+        at = texts.get(f"behind__{at}")
+    return found
 
 
 def _poses(

@@ -97,7 +97,7 @@ def finish(spec: Any) -> None:
         material.specular = (1.0 - metallic) * (0.08 + 0.2 * smooth) + metallic * 0.9 * bright
         material.shininess = 0.05 + 0.45 * smooth**2
         material.reflectance = 0.0
-        dim = 1.0 - metallic * (0.2 + 0.5 * smooth)
+        dim = 1.0 - metallic * (0.14 + 0.42 * smooth)
         material.rgba = [*(dim * c for c in material.rgba[:3]), material.rgba[3]]
 
 

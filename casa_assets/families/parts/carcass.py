@@ -9,6 +9,7 @@ from casa_assets.families.kit.blocks import board
 from casa_assets.families.kit.solid import Solid
 from casa_assets.families.parts.fronts import BOARD_DENSITY, THICK
 from casa_assets.families.parts.fronts_look import Look
+from casa_assets.families.parts.handles import HandleKind
 from casa_assets.model.record import Vec3
 
 WALL = 0.018  # metres, boards of a carcass
@@ -19,6 +20,7 @@ RAIL = 0.09  # height of the rails of an open top
 GAP = 0.003  # between fronts
 OFFSET = 0.0022  # between the back of a front and the carcass: bumpers and hinges
 SHEET = 0.006  # of the board under what stands in a niche on the floor
+CHANNEL_DEEP = 0.032  # from the carcass's edge to the web of the channel behind fronts with a finger groove
 KICK_SET_BACK = 0.07
 ACROSS: Vec3 = (1.0, 0.0, 0.0)
 ALONG: Vec3 = (0.0, 1.0, 0.0)
@@ -146,8 +148,10 @@ def _levels(bench: Bench, c: Carcass) -> None:
         high = c.height - (SKIN if "top" in c.skinned else 0.0)
         layered(bench, c, (x0, c.front, c.ceiling), (x1, y1, high), 2, True, False)
         return
+    # The rail stands behind the channel into which fingers reach over the fronts.
+    y0 = c.front + (CHANNEL_DEEP + 0.004 if c.look.handle is HandleKind.FINGER_GROOVE else 0.0)
     z = c.height - c.dip
-    rail = board((x0, c.front, z - RAIL), (x1, c.front + WALL, z))
+    rail = board((x0, y0, z - RAIL), (x1, y0 + WALL, z))
     _put(bench, rail, c.look.inside, "carcass", ACROSS)
     stay = board((x0, y1 - WALL, c.height - RAIL), (x1, y1, c.height))
     _put(bench, stay, c.look.inside, "carcass", ACROSS)

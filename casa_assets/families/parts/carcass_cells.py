@@ -10,6 +10,7 @@ from casa_assets.families.kit.blocks import board
 from casa_assets.families.parts import fronts, fronts_drawers
 from casa_assets.families.parts.carcass import (
     ACROSS,
+    CHANNEL_DEEP,
     GAP,
     RAIL,
     WALL,
@@ -25,8 +26,8 @@ from casa_assets.families.parts.fronts_drawers import Drawer
 from casa_assets.families.parts.handles import HandleKind
 from casa_assets.model.record import Vec3
 
-# A channel of sheet metal behind fronts with a finger groove: how far the front stays below, and where the web stands.
-REVEAL, CHANNEL_DEEP, CHANNEL_HIGH = 0.028, 0.032, 0.062
+# A channel of sheet metal behind fronts with a finger groove: how far the front stays below, and how high it is.
+REVEAL, CHANNEL_HIGH = 0.028, 0.062
 SHEET = 0.0025
 
 
@@ -124,9 +125,12 @@ def _room(bench: Bench, c: Carcass, cells: tuple[Cell, ...], k: int, z: float, t
     elif _boarded(cell, cells[k + 1]):
         high = top - WALL / 2
         layered(bench, c, (c.left, c.front, high), (c.right, c.back, top + WALL / 2), 2, True, False)
-    if _grooved(c, cell):
+    if _grooved(c, cell) and last and c.open_top:
+        _channel(bench, c, c.height, c.height - CHANNEL_HIGH)
+        high = min(high, c.height - CHANNEL_HIGH)
+    elif _grooved(c, cell):
         high = min(high, top) - (CHANNEL_HIGH - (WALL if last else 0.0))
-        _channel(bench, c, top if not last else c.ceiling, high)
+        _channel(bench, c, c.ceiling if last else top, high)
     return low, high
 
 
@@ -193,6 +197,7 @@ def _false_front(bench: Bench, c: Carcass, cell: Cell, z: float, top: float) -> 
     parts = fronts.front(c.look.front, w, h, THICK, drawer=True)
     at: Vec3 = (c.x + GAP / 2, 0.0, low)
     fronts.lay(bench, ROOT, parts, (w, THICK, h), c.look.face, "", label="panel", name="false_front", at=at)
+    upper = top - CHANNEL_HIGH - 0.004 if _grooved(c, cell) else high - 0.01
     for x in (c.left, c.right - 0.03):
-        block = board((x, THICK, low + 0.01), (x + 0.03, c.front + 0.03, high - 0.01), 0.0)
+        block = board((x, THICK, low + 0.01), (x + 0.03, c.front + 0.03, upper), 0.0)
         bench.add(ROOT, block, c.look.inside, label="carcass", touch=False, density=BOARD_DENSITY)

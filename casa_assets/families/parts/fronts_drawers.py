@@ -78,10 +78,8 @@ def _front(bench: Bench, look: Look, d: Drawer, grip: str) -> None:
     elif groove is None:
         kind = HandleKind.BAR if kind is HandleKind.TEE and w > 0.5 else kind
         length = handles.length_of(kind, min(max(look.length, 0.22 * w), 0.6 * w))
-        rail = fronts.members(look.front, w, h, True)[1]
-        z = h / 2
-        if h > 0.24:
-            z = h - rail / 2 if fronts.has_frame(look.front) and rail > 0.05 else h - 0.09
+        # Pulls sit in the middle of a front, but no lower than a hand likes to reach on a deep one.
+        z = h / 2 if h < 0.3 else 0.68 * h
         half = max(0.0, length / 2 - 0.03)
         y = fronts.depth_at(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
         lift = 0.02 if kind is HandleKind.RING else 0.0

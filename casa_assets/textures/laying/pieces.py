@@ -105,7 +105,9 @@ def window(place: Place, canvas: Canvas) -> tuple[npt.NDArray[np.int64], npt.NDA
         pixel = length / size
         first = int(np.floor((middle - reach) / pixel - 0.5))
         last = int(np.ceil((middle + reach) / pixel - 0.5))
-        numbers = np.arange(first, min(last, first + size - 1) + 1)
+        if last - first >= size:  # a piece as long as the picture: once around, with its ends on the border
+            first, last = int(np.ceil(middle / pixel - size / 2 - 0.5)), int(np.ceil(middle / pixel + size / 2 - 1.5))
+        numbers = np.arange(first, last + 1)
         return numbers % size, ((numbers + 0.5) * pixel - middle).astype(np.float32)
 
     columns, dx = span(place.x, reach_x, width, wide)

@@ -134,7 +134,7 @@ def _honeycomb(tile_m: Size, width: float, outline: Outline, pitch: float, half_
             width / 2,
             half_v,
             outline,
-            (column + row // 2 * 2 + row % 2 * 2) % 3,
+            (column - row // 2 - row) % 3,  # no two neighbours alike where columns come in threes
         )
         for row in range(rows)
         for column in range(columns)

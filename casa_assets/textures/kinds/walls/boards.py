@@ -124,22 +124,22 @@ def _profile(params: Boards, edge: Array, pitch: float, pixel: float) -> tuple[A
             line = band(gap / 2)
             return -depth * line + 0.0004 * (np.minimum(edge / 0.003, 1) - 1), 0.85 * line, 0.55 * line
         case Profile.VEE:
-            slope = np.asarray(np.clip(1.0 - edge / (gap / 2), 0, 1))
-            return -depth * slope, 0.30 * slope + 0.45 * band(0.0008), none
+            broken: Array = np.clip(1.0 - edge / (gap / 2), 0, 1)
+            return -depth * broken, 0.30 * broken + 0.45 * band(0.0008), none
         case Profile.BATTEN:
             strip = band(gap / 2)
             shadow = np.clip(band(gap / 2 + 0.0015) - strip, 0, 1)
             return depth * strip, 0.55 * shadow, none
         case Profile.SLAT:
             line = band(gap / 2)
-            rise = np.minimum(np.maximum(edge - gap / 2, 0) / 0.0015, 1)
+            rise: Array = np.minimum(np.maximum(edge - gap / 2, 0) / 0.0015, 1)
             return -depth * line + 0.0008 * (rise - 1), 0.2 * line, line
         case Profile.FLUTED:
             across: Array = np.clip(1.0 - edge / (pitch / 2), 0, 1)
-            crest = np.sqrt(np.clip(1.0 - across**2, 0, 1))
+            crest: Array = np.sqrt(np.clip(1.0 - across**2, 0, 1))
             return depth * crest, 0.5 * (1 - crest), none
         case _:
-            slope = np.clip((gap / 2 + 0.003 - edge) / 0.003, 0, 1)
+            slope: Array = np.clip((gap / 2 + 0.003 - edge) / 0.003, 0, 1)
             return -depth * slope, 0.18 * slope, none
 
 

@@ -53,7 +53,9 @@ def paint(params: Stonework, canvas: Canvas, rng: np.random.Generator) -> Layers
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     number, tone = colors_of(Deal.LOT, len(params.colors), pieces, rng), dealt(pieces.count, rng)
     rock = own(sheet.noise(0.10, 0.13, rng, 6), sheet, pieces, rng)
-    lines = own(sheet.noise(0.006, 0.16, rng) + 0.7 * sheet.noise(0.016, 0.3, rng, 2), sheet, pieces, rng)
+    lines = 0.5 * sheet.noise(0.009, 0.13, rng) + 0.8 * sheet.noise(0.023, 0.3, rng, 3)
+    bend = 0.006 * sheet.noise(0.05, 0.12, rng, 2)
+    lines = own(sheet.shifted(lines, 0.0 * bend, bend), sheet, pieces, rng)
     grit = sheet.noise(0.006, 0.006, rng, 2)
     crack = 1.0 - smoothstep(0.0, 0.16, np.abs(own(sheet.noise(0.06, 0.09, rng, 3), sheet, pieces, rng)))
     shade = 1.0 + params.variety * 0.24 * tone.astype(np.float32)[pieces.owner] + 0.07 * rock + 0.035 * grit

@@ -1,0 +1,212 @@
+"""Is a picture fit for use, and a set varied: finish or looks -> Report. Codes TEX001 to TEX013."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from casa_assets.model.finish import Finish
+from casa_assets.model.issue import CheckResult, Issue, Report, Severity
+from casa_assets.model.material import Texture
+from casa_assets.textures.distance import Look, closest_pairs, oklab
+from casa_assets.textures.seam import seam
+
+Pixels = npt.NDArray[np.uint8]
+_SLOWEST = 2  # waves per picture that count as its repeat: one blotch, or two
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """The images of a finish, decoded.
+
+    Attributes:
+        id: of the finish. tile_m: width and height of the picture, metres.
+        base: (H, W, 3) uint8 sRGB. normal: (h, w, 3) uint8. rough: (h, w) uint8.
+        size_bytes: of the three files together.
+    """
+
+    id: str
+    tile_m: tuple[float, float]
+    base: Pixels
+    normal: Pixels
+    rough: Pixels
+    size_bytes: int
+
+
+@dataclass(frozen=True)
+class Row:
+    """One check of a picture.
+
+    Attributes:
+        code: such as `TEX001`; never reused. why: one line.
+        measure: number of the pictures. limit: key in registry/limits.yaml; unit of both.
+        most: the limit is an upper one.
+    """
+
+    code: str
+    measure: Callable[[Pictures], float]
+    limit: str
+    unit: str
+    most: bool
+    why: str
+
+
+def pictures_of(finish: Finish) -> Pictures:
+    """Decode a finish.
+
+    Raises:
+        ValueError: it lacks one of the three images or the size of its tile.
+    """
+    material = finish.material
+    files = (material.base_color_texture, material.normal_texture, material.metallic_roughness_texture)
+    base, normal, rough = files
+    if base is None or normal is None or rough is None or finish.tile_m is None:
+        raise ValueError(f"{finish.id} lacks a picture or the size of its tile")
+    return Pictures(
+        id=finish.id,
+        tile_m=finish.tile_m,
+        base=_decoded(base),
+        normal=_decoded(normal),
+        rough=_decoded(rough)[..., 1],
+        size_bytes=sum(len(t.png) for t in (base, normal, rough)),
+    )
+
+
+def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
+    """Every check of one finish.
+
+    Args:
+        pictures: of the finish. limits: key to number, as registry/limits.yaml has it.
+    """
+    results: list[CheckResult] = []
+    issues: list[Issue] = []
+    for row in TABLE:
+        number, limit = float(row.measure(pictures)), limits[row.limit]
+        passed = number <= limit if row.most else number >= limit
+        shown = float(f"{number:.6g}")
+        results.append(CheckResult(code=row.code, passed=passed, number=shown, limit=limit, unit=row.unit))
+        if not passed:
+            side = "above" if row.most else "below"
+            says = f"{row.why}: {shown:g} {row.unit}".rstrip() + f" is {side} {limit:g}"
+            issues.append(Issue(code=row.code, severity=Severity.ERROR, pointer=row.limit, says=says))
+    return Report(subject=pictures.id, results=tuple(results), issues=tuple(issues))
+
+
+def check_set(name: str, looks: Mapping[str, Look], limits: Mapping[str, float]) -> Report:
+    """Checks of a whole set: how many there are, and that no two are nearly alike.
+
+    Args:
+        name: of the set, such as `wall`.
+        looks: of every picture of the set, by id. limits: as registry/limits.yaml has it.
+    """
+    wanted, apart = limits["texture_set_count"], limits["texture_alike"]
+    pairs = closest_pairs(looks, most=len(looks))
+    close = [p for p in pairs if p[0] <= apart]
+    nearest = pairs[0][0] if pairs else None
+    results = (
+        CheckResult(code="TEX012", passed=len(looks) >= wanted, number=float(len(looks)), limit=wanted),
+        CheckResult(
+            code="TEX013", passed=not close, number=None if nearest is None else float(f"{nearest:.6g}"), limit=apart
+        ),
+    )
+    issues = [
+        Issue(
+            code="TEX013",
+            severity=Severity.ERROR,
+            pointer=f"{a} {b}",
+            says=f"nearly alike: {d:.2f} <= {apart:g}",
+        )
+        for d, a, b in close
+    ]
+    if len(looks) < wanted:
+        says = f"the set has {len(looks)} pictures, {wanted:g} are wanted"
+        issues.insert(0, Issue(code="TEX012", severity=Severity.ERROR, says=says))
+    return Report(subject=name, results=results, issues=tuple(issues))
+
+
+def _decoded(texture: Texture) -> Pixels:
+    with Image.open(io.BytesIO(texture.png)) as image:
+        return np.asarray(image.convert("RGB"))
+
+
+def _seam(p: Pictures) -> float:
+    return max(seam(p.base / np.float32(255)).worst, seam(p.rough / np.float32(255)).worst)
+
+
+def _mean(p: Pictures) -> float:
+    return float(p.base.mean() / 255)
+
+
+def _clipped(p: Pictures) -> float:
+    """Share of pixels that are wholly white or wholly black."""
+    white, black = (p.base >= 254).all(axis=2), (p.base <= 1).all(axis=2)
+    return float((white | black).mean())
+
+
+def _contrast(p: Pictures) -> float:
+    """Standard deviation of the lightness; relief and changes of gloss count as far as they are seen."""
+    light = oklab(p.base[::2, ::2] / np.float64(255))[..., 0]
+    shade = p.normal[..., :2].std(axis=(0, 1)) / 127.5
+    gloss = float(p.rough.std() / 255)
+    return float(light.std() + 0.5 * np.hypot(shade[0], shade[1]) + 0.2 * gloss)
+
+
+def _length(p: Pictures) -> float:
+    """Largest error of the length of a normal."""
+    vectors = p.normal.astype(np.float64) / 127.5 - 1.0
+    return float(np.abs(np.linalg.norm(vectors, axis=2) - 1.0).max())
+
+
+def _lean(p: Pictures) -> float:
+    """How far the mean normal is from upright; a relief that repeats has none."""
+    vectors = p.normal.reshape(-1, 3).astype(np.float64) / 127.5 - 1.0
+    mean = vectors.mean(axis=0)
+    return float(np.hypot(mean[0], mean[1])) if mean[2] > 0 else 1.0
+
+
+def _rough_low(p: Pictures) -> float:
+    return float(np.quantile(p.rough, 0.01) / 255)
+
+
+def _px_per_m(p: Pictures) -> float:
+    return float(min(p.base.shape[1] / p.tile_m[0], p.base.shape[0] / p.tile_m[1]))
+
+
+def _short_side(p: Pictures) -> float:
+    return min(p.tile_m)
+
+
+def _blotch(p: Pictures) -> float:
+    """Amplitude in lightness of what has one or two waves in the picture: it shows each repeat from afar."""
+    step = max(1, min(p.base.shape[:2]) // 128)
+    rows, columns = (n - n % step for n in p.base.shape[:2])
+    blocks = p.base[:rows, :columns].reshape(rows // step, step, columns // step, step, 3).mean(axis=(1, 3)) / 255
+    light = oklab(blocks)[..., 0]
+    power = np.abs(np.fft.fft2(light)) ** 2 / light.size**2
+    waves = np.hypot(np.fft.fftfreq(light.shape[0], 1 / light.shape[0])[:, None],
+                     np.fft.fftfreq(light.shape[1], 1 / light.shape[1])[None, :])  # fmt: skip
+    return float(np.sqrt(power[(waves > 0) & (waves <= _SLOWEST)].sum()))
+
+
+def _megabytes(p: Pictures) -> float:
+    return p.size_bytes / 1e6
+
+
+TABLE: tuple[Row, ...] = (
+    Row("TEX001", _seam, "texture_seam", "", True, "the border shows where the picture repeats"),
+    Row("TEX002", _mean, "texture_dark", "", False, "the picture is nearly black"),
+    Row("TEX003", _clipped, "texture_clipped", "", True, "pixels are clipped to white or black"),
+    Row("TEX004", _contrast, "texture_contrast", "", False, "nothing is seen on the picture, a plain finish would do"),
+    Row("TEX005", _length, "texture_normal_length", "", True, "normals are not of unit length"),
+    Row("TEX006", _lean, "texture_normal_lean", "", True, "normals lean to one side on the whole"),
+    Row("TEX007", _rough_low, "texture_rough_low", "", False, "the surface is a mirror that renderers alias on"),
+    Row("TEX008", _px_per_m, "texture_px_per_m", "px/m", False, "the picture is coarse for its size"),
+    Row("TEX009", _short_side, "texture_tile_m", "m", False, "the picture is small, its repeat is seen"),
+    Row("TEX010", _blotch, "texture_blotch", "", True, "one blotch shows every repeat from afar"),
+    Row("TEX011", _megabytes, "texture_megabytes", "MB", True, "the files are large"),
+)
