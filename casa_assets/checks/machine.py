@@ -52,22 +52,24 @@ def start(behavior: Behavior) -> Machine:
 
 
 def step(machine: Machine, stimulus: Stimulus, dt: float) -> Machine:
-    """One control step of `dt` seconds: every rule once, in order; a rule sees what earlier ones have set.
+    """One control step of `dt` seconds: of each variable the first rule that applies; all see the values of before.
 
     A condition that holds in the very first step has not begun: the runtime has not seen it otherwise.
     """
-    values = dict(machine.values)
+    values, decided = dict(machine.values), set[str]()
     now: list[tuple[bool, ...]] = []
     held: list[float] = []
     for i, rule in enumerate(machine.behavior.rules):
-        raw = tuple(_holds(c, stimulus, values) for c in rule.when)
+        raw = tuple(_holds(c, stimulus, machine.values) for c in rule.when)
         was = raw if machine.before is None else machine.before[i]
         now.append(raw)
-        if not _applies(rule, raw, was, values[rule.variable]):
+        if not _applies(rule, raw, was, machine.values[rule.variable]):
             held.append(0.0)
             continue
         held.append(machine.held_s[i] + dt)
-        if rule.after_s == 0.0 or held[i] >= rule.after_s - TIME_SLACK_S:
+        due = rule.after_s == 0.0 or held[i] >= rule.after_s - TIME_SLACK_S
+        if due and rule.variable not in decided:
+            decided.add(rule.variable)
             values[rule.variable] = rule.to
             held[i] = 0.0 if rule.after_s else held[i]
     return Machine(machine.behavior, values, tuple(now), tuple(held))

@@ -1,8 +1,9 @@
 """What a stateful thing does, as data: joint or contact -> state -> effect. A runtime reads it without our code.
 
-Once per control step a runtime goes through `rules` in order. A rule whose `from_values` hold the value of its variable
-and whose conditions all hold, for `after_s` on end, sets the variable to `to`. Then every effect whose variable has its
-value acts on its target.
+Once per control step a runtime goes through `rules` in order. The first rule of a variable whose `from_values` hold its
+value and whose conditions all hold, for `after_s` on end, sets the variable to `to`; its other rules wait for the next
+step. All conditions of a step see the values that the step before left. Then every effect whose variable has its value
+acts on its target.
 """
 
 from __future__ import annotations

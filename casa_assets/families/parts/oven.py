@@ -22,7 +22,7 @@ GAP = 0.003
 THICK = 0.045  # of a door: two panes and air
 FOLD = 1.48  # rad
 WOOL = 260.0  # kg/m^3 of a wall: sheet on both sides, mineral wool between
-DOOR = 620.0  # kg/m^3 of a door's frame
+DOOR = 480.0  # kg/m^3 of a door's frame
 SPAN = 0.26  # metres that a rack comes out
 
 
@@ -221,7 +221,7 @@ def _fold(bench: Bench, link: str) -> str:
         if worst < best[0]:
             best = (worst, float(stiffness), middle)
     worst, stiffness, bias = best
-    start = max(6.5, 1.35 * worst / lever)
+    start = max(6.0, 1.25 * worst / lever)
     joint = f"{link}_joint"
     spring = dynamics.Spring(float(f"{stiffness:.4g}"), float(f"{-bias / stiffness:.4g}"))
     feel = dynamics.feel(

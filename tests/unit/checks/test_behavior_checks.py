@@ -164,12 +164,18 @@ class TestMachine:
         machine = Behavior(variables=(SWITCH,), rules=(rule,))
         assert walk(machine, [HELD, HELD, IDLE, HELD, HELD, HELD]) == ["off"] * 5 + ["on"]
 
-    def test_a_rule_sees_what_an_earlier_one_set(self) -> None:
+    def test_all_rules_of_a_step_see_the_values_of_before(self) -> None:
         lamp = Variable(name="lamp", values=("dark", "bright"), initial="dark")
         first = Rule(variable="power", to="on", when=(Condition(contact="key"),))
         then = Rule(variable="lamp", to="bright", when=(Condition(variable="power", equals="on"),))
-        assert walk(Behavior(variables=(lamp, SWITCH), rules=(first, then)), [HELD]) == ["bright"]
-        assert walk(Behavior(variables=(lamp, SWITCH), rules=(then, first)), [HELD, HELD]) == ["dark", "bright"]
+        for rules in ((first, then), (then, first)):
+            assert walk(Behavior(variables=(lamp, SWITCH), rules=rules), [HELD, HELD]) == ["dark", "bright"]
+
+    def test_the_first_rule_of_a_variable_decides(self) -> None:
+        on = Rule(variable="power", to="on", when=(Condition(contact="key"),))
+        off = Rule(variable="power", to="off", when=(Condition(contact="key"),))
+        assert walk(Behavior(variables=(SWITCH,), rules=(on, off)), [HELD, HELD]) == ["on", "on"]
+        assert walk(Behavior(variables=(SWITCH,), rules=(off, on)), [HELD, HELD]) == ["off", "off"]
 
     def test_effects_follow_values(self) -> None:
         burner = burning(LOW, HIGH)
@@ -209,20 +215,11 @@ class TestReachable:
         machine = Behavior(variables=(SWITCH,), rules=(Rule(variable="power", to="on", when=never),))
         assert unreached(machine, {}) == [("power", "on")]
 
-    def test_a_toggle_by_two_rules_undoes_itself(self) -> None:
-        """Rules run in order: what the first has set, the second sees. A toggle needs a variable that remembers."""
+    def test_two_rules_make_a_toggle(self) -> None:
+        """All rules see the value of before, so the second does not undo what the first has set."""
         on = Rule(variable="power", from_values=("off",), to="on", when=(PRESS,))
         off = Rule(variable="power", from_values=("on",), to="off", when=(PRESS,))
-        assert unreached(Behavior(variables=(SWITCH,), rules=(on, off)), {}) == [("power", "on")]
-        armed = Variable(name="armed", values=("to_on", "to_off"), initial="to_on")
-        let_go = Condition(contact="key", negated=True)
-        rules = (
-            on.replace(when=(PRESS, Condition(variable="armed", equals="to_on"))),
-            off.replace(when=(PRESS, Condition(variable="armed", equals="to_off"))),
-            Rule(variable="armed", to="to_off", when=(let_go, Condition(variable="power", equals="on"))),
-            Rule(variable="armed", to="to_on", when=(let_go, Condition(variable="power", equals="off"))),
-        )
-        toggle = Behavior(variables=(SWITCH, armed), rules=rules)
+        toggle = Behavior(variables=(SWITCH,), rules=(on, off))
         assert unreached(toggle, {}) == []
         assert walk(toggle, [IDLE, HELD, IDLE, HELD, IDLE]) == ["off", "on", "on", "off", "off"]
 

@@ -118,7 +118,7 @@ def _profile(params: Boards, edge: Array, pitch: float, pixel: float) -> tuple[A
     match params.profile:
         case Profile.BEAD:
             bead: Array = np.sqrt(np.clip(1.0 - (edge / (0.5 * gap)) ** 2, 0, 1))
-            line = np.clip(band(0.5 * gap + 0.0018) - band(0.5 * gap), 0, 1)
+            line: Array = np.clip(band(0.5 * gap + 0.0018) - band(0.5 * gap), 0, 1)
             return depth * (0.5 * bead - line), 0.9 * line, none
         case Profile.SHIPLAP:
             line = band(gap / 2)

@@ -1,0 +1,81 @@
+"""The verbs of textures: what they print, write and exit with."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from casa_assets.cli.textures import app
+from casa_assets.errors import UnknownId
+
+RUNNER = CliRunner()
+
+
+def test_list_names_every_recipe_of_a_set() -> None:
+    result = RUNNER.invoke(app, ["list", "--set", "wall", "--json"])
+    rows = json.loads(result.stdout)
+    assert result.exit_code == 0
+    assert len(rows) == 100
+    assert {r["surface"] for r in rows} == {"wall"}
+    assert isinstance(rows[0]["params"], dict)
+
+
+def test_make_writes_where_it_is_told(tmp_path: Path) -> None:
+    result = RUNNER.invoke(app, ["make", "beadboard_white", "-o", str(tmp_path), "--size", "64", "--json"])
+    assert result.exit_code == 0
+    files = json.loads(result.stdout)["files"]
+    assert len(files) == 3
+    assert all(Path(f).is_file() and Path(f).parent == tmp_path / "wall" for f in files)
+
+
+def test_check_passes_a_sound_one(tmp_path: Path) -> None:
+    result = RUNNER.invoke(app, ["check", "beadboard_white", "-o", str(tmp_path), "--json"])
+    assert result.exit_code == 0
+    (report,) = json.loads(result.stdout)
+    assert report["subject"] == "beadboard_white"
+    assert all(r["passed"] for r in report["results"])
+
+
+def test_check_exits_with_one_on_faults(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from casa_assets import registry
+    from casa_assets.pipeline import texture_check
+
+    strict = {**registry.load().limits, "texture_px_per_m": 1e6}
+    known = registry.load()
+    monkeypatch.setattr(
+        texture_check.registry, "load", lambda: type("R", (), {"limits": strict, "substances": known.substances})
+    )
+    result = RUNNER.invoke(app, ["check", "beadboard_white", "-o", str(tmp_path)])
+    assert result.exit_code == 1
+    assert "TEX008" in result.stdout
+
+
+def test_sheet_is_a_picture(tmp_path: Path) -> None:
+    result = RUNNER.invoke(app, ["sheet", "beadboard_white", "-o", str(tmp_path), "--size", "64"])
+    assert result.exit_code == 0
+    assert (tmp_path / "sheet_chosen.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_an_unknown_id_is_an_error_with_near_names() -> None:
+    result = RUNNER.invoke(app, ["make", "beadbord_white"])
+    assert isinstance(result.exception, UnknownId)
+    assert "beadboard_white" in str(result.exception)
+
+
+def test_ingest_reports_what_it_left_out(tmp_path: Path) -> None:
+    (tmp_path / "pack").mkdir()
+    (tmp_path / "pack" / "broken.png").write_bytes(b"no picture")
+    command = ["ingest", str(tmp_path / "pack"), "--library", str(tmp_path / "library"), "--surface", "wall"]
+    result = RUNNER.invoke(app, command)
+    assert result.exit_code == 1
+    assert "broken.png" in result.stdout
+    assert "0 pictures taken, 1 left out" in result.stdout
+
+
+def test_ingest_refuses_a_size_that_is_none(tmp_path: Path) -> None:
+    result = RUNNER.invoke(app, ["ingest", str(tmp_path), "--tile", "-1", "1", "--library", str(tmp_path / "l")])
+    assert result.exit_code == 2
+    assert "tile_m" in result.output

@@ -1,0 +1,169 @@
+"""Bonds close over the border, leave no holes, and their pieces have the stated size in metres."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.model.chance import rng_for
+from casa_assets.textures.kind import Canvas
+from casa_assets.textures.layers import Layers
+from casa_assets.textures.laying import rubble
+from casa_assets.textures.laying.inlay import Slab, dealt, inlay
+from casa_assets.textures.laying.joint import Edge, Joint, gap, profile
+from casa_assets.textures.laying.laying import Laying, Pattern, lay
+from casa_assets.textures.laying.pieces import Pieces, box, disc, polygon, whole
+
+R2, R3 = float(np.sqrt(2.0)), float(np.sqrt(3.0))
+# Pattern -> laying, picture in metres, area of one module in square metres, pieces in the picture.
+TILINGS: dict[str, tuple[Laying, tuple[float, float], int]] = {
+    "stacked": (Laying(pattern=Pattern.RUNNING, width_m=0.1, length_m=0.2), (0.8, 0.6), 24),
+    "running": (Laying(pattern=Pattern.RUNNING, width_m=0.1, length_m=0.2, bond=0.5), (0.8, 0.6), 24),
+    "upright third": (
+        Laying(pattern=Pattern.RUNNING, width_m=0.1, length_m=0.2, bond=1 / 3, upright=True), (0.6, 0.8), 24),
+    "basket": (Laying(pattern=Pattern.BASKET, width_m=0.1, length_m=0.3), (1.2, 0.6), 24),
+    "herringbone": (Laying(pattern=Pattern.HERRINGBONE, width_m=0.1, length_m=0.3), (0.6, 0.6), 12),
+    "herringbone slant": (
+        Laying(pattern=Pattern.HERRINGBONE, width_m=0.1, length_m=0.3, slant=True), (0.6 * R2, 0.6 * R2), 24),
+    "chevron": (Laying(pattern=Pattern.CHEVRON, width_m=0.1, length_m=0.4), (0.8 / R2, 0.4 * R2), 8),
+    "ashlar": (Laying(pattern=Pattern.ASHLAR, width_m=0.1), (1.0, 0.8), 0),
+    "panel": (Laying(pattern=Pattern.PANEL, width_m=0.05, length_m=0.6), (0.6, 0.6), 0),
+    "hexagon": (Laying(pattern=Pattern.HEXAGON, width_m=0.1), (0.6, 0.1 * R3 * 3), 36),
+    "picket": (Laying(pattern=Pattern.PICKET, width_m=0.1, length_m=0.3), (0.6, 0.5), 12),
+    "diamond": (Laying(pattern=Pattern.DIAMOND, width_m=0.1, length_m=0.2), (0.6, 0.6), 36),
+    "scale": (Laying(pattern=Pattern.SCALE, width_m=0.1), (0.6, 0.6), 72),
+    "lantern": (Laying(pattern=Pattern.LANTERN, width_m=0.1, length_m=0.2), (0.6, 0.6), 36),
+    "octagon": (Laying(pattern=Pattern.OCTAGON, width_m=0.1), (0.6, 0.6), 72),
+    "star": (Laying(pattern=Pattern.STAR, width_m=0.2), (0.6, 0.6), 18),
+    "cube": (Laying(pattern=Pattern.CUBE, width_m=0.2), (0.6, 0.2 * R3 * 2), 36),
+    "planks": (Laying(pattern=Pattern.PLANKS, width_m=0.1, length_m=0.5, upright=True), (0.6, 1.0), 12),
+    "ledge": (Laying(pattern=Pattern.LEDGE, width_m=0.09, length_m=0.3), (0.9, 0.9), 0),
+}  # fmt: skip
+
+UNEQUAL = {"octagon", "star", "planks", "ashlar", "panel", "ledge"}
+
+
+def laid(name: str, px_per_m: int = 400) -> tuple[Pieces, Canvas]:
+    laying, tile, _ = TILINGS[name]
+    canvas = Canvas((round(tile[1] * px_per_m), round(tile[0] * px_per_m)), tile)
+    return lay(laying, canvas, rng_for(1, name)), canvas
+
+
+@pytest.mark.parametrize("name", TILINGS)
+def test_pieces_cover_the_picture_without_holes(name: str) -> None:
+    pieces, canvas = laid(name)
+    assert pieces.inside_m.min() > -1.5 * canvas.pixel_m
+    used = np.unique(pieces.owner)
+    assert len(used) == pieces.count or name == "panel"  # corners of a weave may be cut off altogether
+
+
+@pytest.mark.parametrize("name", [n for n, t in TILINGS.items() if t[2]])
+def test_number_of_pieces_follows_from_their_size(name: str) -> None:
+    pieces, _ = laid(name)
+    assert pieces.count == TILINGS[name][2]
+
+
+@pytest.mark.parametrize("name", sorted(TILINGS.keys() - UNEQUAL))
+def test_pieces_of_one_shape_have_one_area(name: str) -> None:
+    pieces, _ = laid(name)
+    shares = np.bincount(pieces.owner.ravel(), minlength=pieces.count) / pieces.owner.size * pieces.count
+    assert shares.min() > 0.9
+    assert shares.max() < 1.1
+
+
+@pytest.mark.parametrize("name", TILINGS)
+@pytest.mark.parametrize("axis", [0, 1])
+def test_pieces_go_on_over_the_border(name: str, axis: int) -> None:
+    """The distance to an edge changes by a pixel from one pixel to the next, on the border as well."""
+    pieces, canvas = laid(name)
+    steps = np.abs(np.take(pieces.inside_m, 0, axis) - np.take(pieces.inside_m, -1, axis))
+    assert steps.max() < 1.6 * canvas.pixel_m
+
+
+def test_place_on_a_piece_is_true_to_size() -> None:
+    pieces, canvas = laid("running")
+    one = pieces.owner == 5
+    assert np.ptp(pieces.v_m[one]) == pytest.approx(0.2, abs=2 * canvas.pixel_m)
+    assert np.ptp(pieces.u_m[one]) == pytest.approx(0.1, abs=2 * canvas.pixel_m)
+    assert pieces.inside_m[one].max() == pytest.approx(0.05, abs=canvas.pixel_m)
+
+
+def test_a_level_piece_has_its_length_along_x() -> None:
+    pieces, _ = laid("stacked")
+    one = np.argwhere(pieces.owner == 0)
+    assert np.ptp(one[:, 1]) > np.ptp(one[:, 0])
+
+
+def test_design_does_not_hang_on_pixels() -> None:
+    coarse, fine = laid("planks", 100)[0], laid("planks", 400)[0]
+    np.testing.assert_allclose(coarse.x_m, fine.x_m)
+    np.testing.assert_allclose(coarse.half_m, fine.half_m)
+
+
+def test_pennies_leave_the_gaps_of_circles() -> None:
+    canvas = Canvas((round(0.1 * R3 * 2 * 400), 160), (0.4, 0.1 * R3 * 2))
+    pieces = lay(Laying(pattern=Pattern.PENNY, width_m=0.1), canvas, rng_for(1, "p"))
+    covered = float((pieces.inside_m > 0).mean())
+    assert covered == pytest.approx(np.pi * 0.0475**2 / (0.1 * 0.1 * R3 / 2), abs=0.01)
+
+
+def test_fieldstones_are_of_the_stated_size() -> None:
+    canvas = Canvas((300, 300), (1.5, 1.5))
+    pieces = rubble.fieldstone(canvas, 0.3, 0.25, rng_for(1, "f"))
+    assert pieces.count == 5 * 6
+    assert len(np.unique(pieces.owner)) == pieces.count
+
+
+@pytest.mark.parametrize(("length", "module", "even"), [(1.0, 0.3, False), (0.9, 0.3, True), (0.05, 0.1, False)])
+def test_a_picture_that_holds_no_whole_number_is_an_error(length: float, module: float, even: bool) -> None:
+    with pytest.raises(ValueError, match="no whole number of modules"):
+        whole(length, module, even)
+
+
+def test_rows_that_do_not_close_are_an_error() -> None:
+    laying = Laying(pattern=Pattern.RUNNING, width_m=0.1, length_m=0.2, bond=0.5)
+    with pytest.raises(ValueError, match="do not close"):
+        lay(laying, Canvas((50, 40), (0.4, 0.5)), rng_for(1, "x"))
+
+
+def test_outlines_measure_the_distance_to_the_edge() -> None:
+    u, v = np.array([[0.0, 0.4, 2.0]]), np.array([[0.0, 0.1, 0.0]])
+    np.testing.assert_allclose(box(0.5, 1.0)(u, v), [[0.5, 0.1, -1.5]], atol=1e-6)
+    np.testing.assert_allclose(disc(1.0)(u, v), [[1.0, 1.0 - np.hypot(0.4, 0.1), -1.0]], atol=1e-6)
+    square = polygon([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+    np.testing.assert_allclose(square(u, v), [[0.5, 0.1, -1.5]], atol=1e-6)
+
+
+def test_a_joint_covers_its_width_at_any_resolution() -> None:
+    joint = Joint(width_m=0.003)
+    for pixel in (0.0005, 0.002, 0.01):
+        count = round(0.1 / pixel)
+        x = (np.arange(count) + 0.5) * pixel
+        inside = np.minimum(x, 0.1 - x)[None, :].astype(np.float32)  # half a joint at each end
+        share = gap(joint, inside - np.float32(0.0015), Canvas((1, count), (0.1, pixel)))
+        assert share.sum() * pixel == pytest.approx(0.003, rel=0.02)
+
+
+@pytest.mark.parametrize("edge", Edge)
+def test_rims_fall_off_by_the_stated_drop(edge: Edge) -> None:
+    joint = Joint(edge=edge, edge_m=0.004, drop_m=0.001)
+    depth = profile(joint, np.array([[0.0, 0.002, 0.05]], dtype=np.float32))
+    np.testing.assert_allclose(depth[0, [0, 2]], [-0.001, 0.0], atol=1e-5)
+    assert -0.001 < depth[0, 1] < 0.0
+
+
+def test_every_piece_shows_its_own_place_of_the_slab() -> None:
+    pieces, _ = laid("stacked", 100)
+    ramp = np.broadcast_to(np.linspace(0, 1, 64, endpoint=False, dtype=np.float32)[None, :], (64, 64))
+    slab = Slab(Layers(np.stack([ramp] * 3, axis=2), ramp, ramp), (6.4, 6.4))
+    places = np.linspace(0.5, 5.5, pieces.count)
+    flat = np.zeros(pieces.count, dtype=np.int64)
+    face = inlay(pieces, (slab,), flat, places, places, np.ones(pieces.count))
+    means = [float(face.height_m[pieces.owner == n].mean()) for n in range(pieces.count)]
+    np.testing.assert_allclose(means, (places - 0.05) / 6.4, atol=0.002)
+
+
+def test_tones_are_dealt_out_evenly() -> None:
+    tones = dealt(9, rng_for(1, "t"))
+    np.testing.assert_allclose(np.sort(tones), np.linspace(-1, 1, 9))
+    assert dealt(1, rng_for(1, "t")).tolist() == [0.0]

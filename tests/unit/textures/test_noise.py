@@ -1,0 +1,72 @@
+"""Noise closes over the border and hangs on the seed, not on the number of pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from casa_assets.model.chance import rng_for
+from casa_assets.textures import noise
+from casa_assets.textures.layers import Map
+
+SIZE, CELLS = (96, 128), (6, 4)
+MAKERS: dict[str, Callable[[tuple[int, int]], Map]] = {
+    "value": lambda size: noise.value(size, CELLS, rng_for(1, "n")),
+    "gradient": lambda size: noise.gradient(size, CELLS, rng_for(1, "n")),
+    "fbm": lambda size: noise.fbm(size, CELLS, rng_for(1, "n"), 3),
+    "ridged": lambda size: noise.ridged(size, CELLS, rng_for(1, "n"), 2),
+    "worley": lambda size: noise.worley(size, CELLS, rng_for(1, "n"))[0],
+}
+
+
+def step(image: Map, axis: int) -> tuple[float, float]:
+    """Largest step across the border, and inside."""
+    steps = np.abs(image - np.roll(image, 1, axis)).max(axis=1 - axis)
+    return float(steps[0]), float(steps[1:].max())
+
+
+@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("axis", [0, 1])
+def test_border_is_a_place_like_any_other(name: str, axis: int) -> None:
+    border, inside = step(MAKERS[name](SIZE), axis)
+    assert 0.0 < border <= inside
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_finer_picture_shows_the_same_design(name: str) -> None:
+    coarse, fine = MAKERS[name](SIZE), MAKERS[name]((SIZE[0] * 2, SIZE[1] * 2))
+    halved = fine.reshape(SIZE[0], 2, SIZE[1], 2).mean(axis=(1, 3))
+    assert np.corrcoef(coarse.ravel(), halved.ravel())[0, 1] > 0.99
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_same_seed_same_bytes(name: str) -> None:
+    assert MAKERS[name](SIZE).tobytes() == MAKERS[name](SIZE).tobytes()
+
+
+def test_cells_stretch_it() -> None:
+    level = noise.gradient((128, 128), (16, 2), rng_for(3, "n"))
+    down, across = np.abs(np.diff(level, axis=0)).mean(), np.abs(np.diff(level, axis=1)).mean()
+    assert 5.0 < down / across < 12.0
+
+
+def test_warp_by_whole_pixels_is_a_roll() -> None:
+    image = noise.value((32, 48), (4, 4), rng_for(1, "n"))
+    moved = noise.warp(image, np.full((32, 48), 5, np.float32), np.full((32, 48), -3, np.float32))
+    np.testing.assert_allclose(moved, np.roll(image, (3, -5), axis=(0, 1)), atol=1e-6)
+
+
+def test_blur_keeps_the_mean_and_goes_round_the_border() -> None:
+    image = np.zeros((32, 32), dtype=np.float32)
+    image[0, 0] = 1.0
+    soft = noise.blur(image, 2.0)
+    assert soft.sum() == pytest.approx(1.0, abs=1e-4)
+    assert soft[-1, -1] == pytest.approx(soft[1, 1], rel=1e-4)
+
+
+def test_owner_of_worley_is_the_nearest_point() -> None:
+    first, second, owner = noise.worley((64, 64), (4, 4), rng_for(2, "n"))
+    assert set(np.unique(owner)) == set(range(16))
+    assert (first <= second).all()

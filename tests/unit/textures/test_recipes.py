@@ -1,0 +1,111 @@
+"""Recipes are read with the file, line and place of whatever is wrong; finishes come from the store."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.model.finish import Surface
+from casa_assets.pipeline.store import Store
+from casa_assets.pipeline.texture_check import check_one, check_recipes, check_sets, chosen
+from casa_assets.pipeline.texture_sheet import pages, shots, write_finish
+from casa_assets.pipeline.textures import finish_of, recipe, recipes
+
+PLAIN = (
+    'one: {kind: plaster, seed: 1, tile_m: [1, 1], substance: stone, params: {color: "#ffffff", second: "#eeeeee"}}\n'
+)
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    """A registry with a single wall recipe and empty other sets."""
+    target = tmp_path / "registry"
+    shutil.copytree(registry.data_root(), target)
+    for surface in Surface:
+        (target / "textures" / f"{surface.value}.yaml").write_text("{}\n")
+    (target / "textures" / "wall.yaml").write_text(PLAIN)
+    return target
+
+
+def test_a_sound_recipe_is_read_with_its_defaults(root: Path) -> None:
+    found = recipes(root)[Surface.WALL]["one"]
+    assert found.surface is Surface.WALL
+    assert '"hand":"roller"' in found.params
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "pointer"),
+    [
+        pytest.param("kind: plaster", "kind: plastic", 3, "one.kind", id="kind"),
+        pytest.param("substance: stone", "substance: cheesecloth", 3, "one.substance", id="substance"),
+        pytest.param("second:", "third:", 3, "one.params", id="key of params"),
+        pytest.param('"#eeeeee"', '"grey"', 3, "one.params.second", id="color"),
+        pytest.param("tile_m: [1, 1]", "tile_m: [1, -1]", 3, "one.tile_m", id="size"),
+        pytest.param("seed: 1", "sead: 1", 3, "one", id="key"),
+    ],
+)
+def test_a_fault_names_its_file_line_and_place(root: Path, old: str, new: str, line: int, pointer: str) -> None:
+    (root / "textures" / "wall.yaml").write_text("# walls\n\n" + PLAIN.replace(old, new))
+    with pytest.raises(RegistryError) as caught:
+        recipes(root)
+    assert (caught.value.file, caught.value.line) == ("wall.yaml", line)
+    assert caught.value.pointer.startswith(pointer)
+
+
+def test_an_id_twice_is_an_error_within_a_file_and_across(root: Path) -> None:
+    (root / "textures" / "floor.yaml").write_text(PLAIN)
+    with pytest.raises(RegistryError, match="no other surface"):
+        recipes(root)
+    (root / "textures" / "wall.yaml").write_text(PLAIN + PLAIN)
+    recipes.cache_clear()
+    with pytest.raises(RegistryError, match="each key once"):
+        recipes(root)
+
+
+def test_an_unknown_id_offers_near_ones() -> None:
+    with pytest.raises(UnknownId, match="subway_white_running"):
+        recipe("subway_white_runing")
+
+
+def test_chosen_takes_ids_before_sets() -> None:
+    assert [r.id for r in chosen(["oak_ebony"], [Surface.WALL])] == ["oak_ebony"]
+    assert {r.surface for r in chosen([], [Surface.FLOOR])} == {Surface.FLOOR}
+    assert len(chosen([], [])) == sum(len(rows) for rows in recipes().values())
+
+
+def test_a_finish_comes_from_the_store_the_second_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wanted = recipe("beadboard_white")
+    first = finish_of(wanted, tmp_path, 64)
+    monkeypatch.setattr(Store, "put", lambda *_: pytest.fail("painted again"))
+    assert finish_of(wanted, tmp_path, 64).digest == first.digest
+    assert first.tile_m == wanted.tile_m
+    assert first.substance.id == wanted.substance
+
+
+def test_three_files_are_written(tmp_path: Path) -> None:
+    paths = write_finish(recipe("beadboard_white"), tmp_path / "made", tmp_path / "cache", 64)
+    assert sorted(p.name for p in paths) == [
+        "beadboard_white_color.png",
+        "beadboard_white_metallic_roughness.png",
+        "beadboard_white_normal.png",
+    ]
+    assert all(p.read_bytes().startswith(b"\x89PNG") for p in paths)
+
+
+def test_a_sheet_has_one_cell_for_each(tmp_path: Path) -> None:
+    cells = list(shots([recipe("beadboard_white"), recipe("tin_ceiling_white")], tmp_path, side_px=64))
+    assert [c.title for c in cells] == ["beadboard_white", "tin_ceiling_white"]
+    assert len(pages(cells, "two", 64)) == 1
+
+
+def test_recipes_are_checked_one_by_one_and_as_a_set(tmp_path: Path) -> None:
+    wanted = [recipe("beadboard_white"), recipe("tin_ceiling_white")]
+    done = list(check_recipes(wanted, tmp_path, jobs=1))
+    assert [c.report.subject for c in done] == ["beadboard_white", "tin_ceiling_white"]
+    assert all(c.report.passed for c in done), [i for c in done for i in c.report.issues]
+    assert check_sets(done) == ()  # only whole sets are judged
+    assert check_one(wanted[0], tmp_path).report == done[0].report
