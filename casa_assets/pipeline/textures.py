@@ -22,7 +22,7 @@ from casa_assets.textures.make import SIZE_PX, make
 
 FOLDER = "textures"
 # Goes up with every change of a kind, of the noise or of how pictures are written.
-VERSION = 2
+VERSION = 4
 TOOLS = ("numpy", "scipy", "pillow")
 
 

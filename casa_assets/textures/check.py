@@ -205,7 +205,7 @@ TABLE: tuple[Row, ...] = (
     Row("TEX005", _length, "texture_normal_length", "", True, "normals are not of unit length"),
     Row("TEX006", _lean, "texture_normal_lean", "", True, "normals lean to one side on the whole"),
     Row("TEX007", _rough_low, "texture_rough_low", "", False, "the surface is a mirror that renderers alias on"),
-    Row("TEX008", _px_per_m, "texture_px_per_m", "px/m", False, "the picture is coarse for its size"),
+    Row("TEX008", _px_per_m, "texture_resolution", "px/m", False, "the picture is coarse for its size"),
     Row("TEX009", _short_side, "texture_tile_m", "m", False, "the picture is small, its repeat is seen"),
     Row("TEX010", _blotch, "texture_blotch", "", True, "one blotch shows every repeat from afar"),
     Row("TEX011", _megabytes, "texture_megabytes", "MB", True, "the files are large"),

@@ -77,6 +77,6 @@ def _halved(image: Map) -> Map:
 
 def _texture(name: str, pixels: Pixels, space: ColorSpace) -> Texture:
     out = io.BytesIO()
-    Image.fromarray(pixels, "RGB").save(out, "PNG", compress_level=9)
+    Image.fromarray(pixels, "RGB").save(out, "PNG", compress_level=6)
     height, width = pixels.shape[:2]
     return Texture(name=name, png=out.getvalue(), width_px=width, height_px=height, color_space=space)

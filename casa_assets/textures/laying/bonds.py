@@ -47,7 +47,8 @@ def planks(
     if widths > 1:
         sizes = rng.permutation(np.resize(np.linspace(0.7, 1.3, widths), courses))
     edges = np.concatenate([[0.0], np.cumsum(sizes / sizes.sum())]) * across
-    count = max(1, round(along / length))
+    # One board to a course would make the picture repeat as an endless stripe.
+    count = max(2, round(along / length))
     found, last = [], 0.0
     for course in range(courses):
         # Ends of neighbours keep apart: each course starts a good way off the one before.

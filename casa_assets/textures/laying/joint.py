@@ -90,7 +90,7 @@ def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.
     share = gap(joint, rim_m, canvas)
     sand = sheet.seen(0.003, 0.003) * sheet.noise(0.003, 0.003, rng) + 0.5 * sheet.noise(0.012, 0.012, rng, 3)
     stain = sheet.noise(0.3, 0.3, rng, 3)
-    shade = 1.0 + joint.sand * 0.09 * sand + 0.03 * stain
+    shade = 1.0 + joint.sand * 0.06 * sand + 0.03 * stain
     mortar = wood.rgb(joint.color) * shade[..., None]
     height = face.height_m + profile(joint, rim_m)
     low = -joint.drop_m - joint.depth_m + 0.0004 * joint.sand * sand

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -41,13 +42,10 @@ def test_check_passes_a_sound_one(tmp_path: Path) -> None:
 
 def test_check_exits_with_one_on_faults(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from casa_assets import registry
-    from casa_assets.pipeline import texture_check
 
-    strict = {**registry.load().limits, "texture_px_per_m": 1e6}
+    strict = {**registry.load().limits, "texture_resolution": 1e6}
     known = registry.load()
-    monkeypatch.setattr(
-        texture_check.registry, "load", lambda: type("R", (), {"limits": strict, "substances": known.substances})
-    )
+    monkeypatch.setattr(registry, "load", lambda *_: replace(known, limits=strict))
     result = RUNNER.invoke(app, ["check", "beadboard_white", "-o", str(tmp_path)])
     assert result.exit_code == 1
     assert "TEX008" in result.stdout

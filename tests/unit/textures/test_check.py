@@ -36,9 +36,9 @@ def good() -> Pictures:
 
 
 def changed(
-    base: np.ndarray | None = None,  # type: ignore[type-arg]
-    normal: np.ndarray | None = None,  # type: ignore[type-arg]
-    rough: np.ndarray | None = None,  # type: ignore[type-arg]
+    base: np.ndarray | None = None,
+    normal: np.ndarray | None = None,
+    rough: np.ndarray | None = None,
     tile_m: tuple[float, float] = (1.0, 1.0),
     size_bytes: int = 900_000,
 ) -> Pictures:
@@ -84,13 +84,13 @@ def _bad() -> Mapping[str, Pictures]:
     }
 
 
-def _tooth(clipped: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+def _tooth(clipped: np.ndarray) -> np.ndarray:
     """The clipped rows spread over the picture, so that neither a seam nor a blotch comes of them."""
     order = rng_for(4, "check").permutation(SIZE * SIZE)
     return np.asarray(clipped.reshape(-1, 3)[order].reshape(SIZE, SIZE, 3))
 
 
-def _scattered(rough: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+def _scattered(rough: np.ndarray) -> np.ndarray:
     return np.asarray(rough.ravel()[rng_for(5, "check").permutation(rough.size)].reshape(rough.shape))
 
 

@@ -132,7 +132,7 @@ def paint_ends(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> La
     check = _checks(pieces, pu, pv, sheet, rng)
     light, dark = wood.rgb(params.palette.light), wood.rgb(params.palette.dark)
     fibre = sheet.seen(0.002, 0.002) * sheet.noise(0.002, 0.002, rng)
-    mix = np.clip(params.species.contrast * ring + 0.35 * params.variety * tone + 0.1 * fibre + 0.2, 0.0, 1.0)
+    mix = np.clip(params.species.contrast * ring + 0.35 * params.variety * tone + 0.045 * fibre + 0.2, 0.0, 1.0)
     albedo = (light + (dark - light) * mix[..., None]) * (1.0 - 0.5 * check)[..., None]
     face = Layers(
         albedo.astype(np.float32),

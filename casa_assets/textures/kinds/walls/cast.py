@@ -93,7 +93,7 @@ def _board_marks(
     ridge = np.clip(1.4 - edge / max(0.0018, 0.7 * pixel), 0, 1) * min(1.0, 0.004 / pixel)
     tone, step = dealt(count, rng).astype(np.float32)[board], rng.normal(0, 1, count).astype(np.float32)[board]
     return (
-        np.asarray(share + 0.14 * lines + 0.30 * tone),
+        np.asarray(share + 0.09 * lines + 0.30 * tone),
         np.asarray(height + 0.0005 * lines + 0.0011 * np.clip(step, -2, 2) + 0.0016 * ridge),
         np.maximum(dark, 0.30 * ridge),
     )

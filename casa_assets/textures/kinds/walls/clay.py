@@ -59,7 +59,7 @@ def paint(params: Clay, canvas: Canvas, rng: np.random.Generator) -> Layers:
     cloud = own(sheet.noise(0.06, 0.06, rng, 5), sheet, pieces, rng)
     grit = sheet.seen(0.004, 0.004) * sheet.noise(0.004, 0.004, rng) + 0.6 * sheet.noise(0.011, 0.011, rng, 2)
     shade = 1.0 + params.variety * 0.17 * tone.astype(np.float32)[pieces.owner]
-    shade = shade + params.mottle * 0.10 * cloud + 0.035 * grit
+    shade = shade + params.mottle * 0.10 * cloud + 0.018 * grit
     albedo = np.stack([wood.rgb(c) for c in params.colors])[number][pieces.owner] * shade[..., None]
     if params.burn > 0:
         dark = _burnt(pieces, cloud, rng) * params.burn
@@ -87,7 +87,7 @@ def _coated(params: Clay, laid: Layers, rim_m: Map, grit: Map, sheet: Sheet, rng
     edge = 2.4 - 4.8 * params.wash_share
     share = smoothstep(edge - 0.7, edge + 0.7, worn + 0.8 * low)
     share = np.maximum(share, params.paint) * (0.9 + 0.1 * params.paint)
-    coat = wood.rgb(params.wash) * (1.0 + 0.018 * sheet.noise(0.2, 0.2, rng, 3) + 0.012 * grit)[..., None]
+    coat = wood.rgb(params.wash) * (1.0 + 0.018 * sheet.noise(0.2, 0.2, rng, 3) + 0.006 * grit)[..., None]
     # Mortar lies in its own shade: a coat of one colour still shows the bond a little.
     coat = coat * (1.0 - 0.05 * smoothstep(0.001, -0.002, rim_m))[..., None]
     return Layers(

@@ -111,8 +111,8 @@ def _limewash(sheet: Sheet, rng: np.random.Generator) -> _Parts:
     one, other = sheet.shifted(one, bend, bend), sheet.shifted(other, bend, -bend)
     level = smoothstep(-0.9, 0.9, sheet.noise(0.22, 0.22, rng, 4))
     cross = other + (one - other) * level
-    cloud = sheet.noise(0.5, 0.5, rng, 6)
-    return 0.6 * cloud + 0.3 * cross, np.asarray(0.00018 * cross), 0.01 * cloud
+    cloud = 0.7 * sheet.noise(0.5, 0.5, rng, 6) + 0.6 * sheet.noise(0.2, 0.25, rng, 5)
+    return 0.45 * cloud + 0.17 * cross, np.asarray(0.0001 * cross), 0.01 * cloud
 
 
 def _tadelakt(sheet: Sheet, rng: np.random.Generator) -> _Parts:

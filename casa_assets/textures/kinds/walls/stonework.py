@@ -58,7 +58,7 @@ def paint(params: Stonework, canvas: Canvas, rng: np.random.Generator) -> Layers
     lines = own(sheet.shifted(lines, 0.0 * bend, bend), sheet, pieces, rng)
     grit = sheet.noise(0.006, 0.006, rng, 2)
     crack = 1.0 - smoothstep(0.0, 0.16, np.abs(own(sheet.noise(0.06, 0.09, rng, 3), sheet, pieces, rng)))
-    shade = 1.0 + params.variety * 0.24 * tone.astype(np.float32)[pieces.owner] + 0.07 * rock + 0.035 * grit
+    shade = 1.0 + params.variety * 0.24 * tone.astype(np.float32)[pieces.owner] + 0.07 * rock + 0.024 * grit
     shade = shade + 0.08 * params.layered * lines - 0.10 * crack * (1.0 - params.layered)
     albedo = np.stack([wood.rgb(c) for c in params.colors])[number][pieces.owner] * shade[..., None]
     if params.stained > 0:
