@@ -125,6 +125,28 @@ def build(
         raise typer.Exit(1)
 
 
+@app.command()
+def catalogue(
+    names: Annotated[list[str] | None, typer.Argument(help="Families; all where none is named.")] = None,
+    out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/catalogue"),
+    jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
+    textures: Annotated[bool, typer.Option(help="Also a swatch of every texture.")] = True,
+) -> None:
+    """Draw every preset, closed and open, and every texture, on one HTML page.
+
+    Example:  casa-assets families catalogue --out out/catalogue
+    """
+    from casa_assets.pipeline.books.catalogue import make
+
+    console = Console()
+    done = ""
+    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console) as progress:
+        task = progress.add_task("drawing", total=None)
+        for done in make(out, jobs, names or [], textures):
+            progress.update(task, description=escape(done))
+    console.print(f"Catalogue: {done}", highlight=False)
+
+
 def _row(done: Built) -> dict[str, object]:
     return {
         "member": done.wish.title,

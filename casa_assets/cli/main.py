@@ -22,6 +22,7 @@ from casa_assets.cli.index import index
 from casa_assets.cli.ingest import ingest
 from casa_assets.cli.preview import preview
 from casa_assets.cli.report import report
+from casa_assets.cli.textures import app as textures
 from casa_assets.cli.words import plain
 from casa_assets.errors import CasaError
 
@@ -38,6 +39,7 @@ app = typer.Typer(
 for verb in (ingest, fetch, preview, report, index, checks, doctor):
     app.command()(verb)
 app.add_typer(families)
+app.add_typer(textures)
 
 
 class Stopped(BaseException):

@@ -193,7 +193,7 @@ def _dispenser(bench: Bench, leaf: Leaf, hole: tuple[Vec2, Vec2]) -> None:
         leaf.put(bench, sheet, dark, "dispenser", density=1000.0)
     rim = 0.009
     ring = cut(
-        board((x0 - rim, -0.0018, z0 - rim), (x1 + rim, 0.0004, z1 + rim + 0.062), 0.0008),
+        board((x0 - rim, -0.0018, z0 - rim), (x1 + rim, 0.0, z1 + rim + 0.062), 0.0006),
         board((x0, -0.1, z0), (x1, 0.1, z1), 0.0),
     )
     leaf.put(bench, ring, dark, "dispenser", density=1000.0)

@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.families.kit.blocks import box, rod
-from casa_assets.families.kit.solid import Placed, Solid, box_shape
+from casa_assets.families.kit.solid import Placed, box_shape
 from casa_assets.families.kit.sweep import rectangle, tube
 from casa_assets.families.parts.handles import Handle
 from casa_assets.model.pose import Pose

@@ -6,7 +6,7 @@ from casa_assets.families.kit.bench import Bench
 from casa_assets.families.kit.blocks import board, box
 from casa_assets.families.parts.appliance_door import Leaf, face, grip
 from casa_assets.families.parts.appliance_look import Look
-from casa_assets.families.parts.appliance_shell import GAP, SHEET, Room
+from casa_assets.families.parts.appliance_shell import GAP, SHEET
 from casa_assets.families.parts.gasket import DENSITY, gasket
 from casa_assets.model.record import Vec3
 
@@ -85,5 +85,3 @@ def pull_out(bench: Bench, leaf: Leaf, look: Look, region: str) -> None:
     grip_name = f"{leaf.name}_door_handle_main"
     bench.slide(leaf.joint, leaf.link, (0.0, 1.0, 0.0), (-way, 0.0), grip_name, start_n=11.0)
     bench.region(region, (x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1), link=leaf.link)
-
-

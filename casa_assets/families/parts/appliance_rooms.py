@@ -83,6 +83,12 @@ def _crispers(
     return floor + rows * (tall + 0.012) + 0.02
 
 
+def fill(bench: Bench, r: Room, look: Look, leaf: Leaf, count: int) -> None:
+    """A room that is nothing but baskets above each other."""
+    floor, roof = r.low[2] + SHEET + 0.004, r.high[2] - 0.014
+    _crispers(bench, r, look, (leaf,), count, (roof - floor) / count - 0.012, True, floor)
+
+
 def finish(bench: Bench, doors: Sequence[str], fridge: Sequence[str]) -> None:
     """States, poses and the behaviour of a refrigerator.
 
@@ -111,5 +117,3 @@ def behavior(bench: Bench, fridge: Sequence[str]) -> Behavior:
             Effect(variable="light", value="on", kind=EffectKind.LIGHT, target="fridge_light_visual", color=LAMP),
         ),
     )
-
-

@@ -36,6 +36,11 @@ def room(name: str, left: float, right: float, bottom: float, top: float, depth:
     return Room(name, (left, 0.0, bottom), (right, depth - BACK, top))
 
 
+def roof(height: float, look: Look) -> float:
+    """Height of the case where covers of hinges stand on it and the whole is so high, metres."""
+    return height if look.form is Form.PANEL else height - HINGE
+
+
 def shell(bench: Bench, width: float, depth: float, top: float, foot: float, rooms: Sequence[Room], look: Look) -> None:
     """Walls with liners round the rooms, from z = foot to top, open to the front; a compressor behind the floor.
 
@@ -70,7 +75,7 @@ def _walls(width: float, depth: float, top: float, foot: float, rooms: Sequence[
         if other.low[2] >= one.high[2]:
             shapes.append(box_shape((left, 0, one.high[2]), (right, back, other.low[2])))
         else:
-            shapes.append(box_shape((one.high[0], 0, low), (other.low[0], back, high)))
+            shapes.append(box_shape((one.high[0], 0, one.low[2]), (other.low[0], back, one.high[2])))
     return shapes
 
 
@@ -88,9 +93,7 @@ def _line(bench: Bench, r: Room) -> None:
         bench.add(ROOT, sheet, LINER, label="liner", touch=False, density=1050.0)
     middle, tall = (x0 + x1) / 2, z1 - z0
     wide = min(0.16, 0.4 * (x1 - x0))
-    duct = board(
-        (middle - wide / 2, y1 - 0.007, z0 + 0.04), (middle + wide / 2, y1 - e - 3e-4, z1 - 0.04), 0.002
-    )
+    duct = board((middle - wide / 2, y1 - 0.007, z0 + 0.04), (middle + wide / 2, y1 - e - 3e-4, z1 - 0.04), 0.002)
     bench.add(ROOT, duct, "plastic_grey_light", label="liner", touch=False)
     for k in range(max(2, int(tall / 0.2))):
         z = z0 + 0.1 + k * 0.2

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from casa_assets.families.kit.bench import Bench
 from casa_assets.families.kit.blocks import box
 from casa_assets.families.parts.appliance_door import Leaf
 from casa_assets.families.parts.appliance_look import Form, Look
-from casa_assets.families.kit.bench import Bench
 
 PANEL_HIGH = 1.45  # metres above the floor
 

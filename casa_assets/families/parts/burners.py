@@ -41,6 +41,7 @@ class Spot:
 def spots(count: int, width: float, depth: float, middle: tuple[float, float] = (0.0, 0.0)) -> list[Spot]:
     """Where four, five or six burners lie on a field about `middle`; metres."""
     small, large = 0.075, 0.1
+    columns: tuple[tuple[str, float], ...]
     if count == 6:
         columns = (("left", -width / 3), ("center", 0.0), ("right", width / 3))
     else:

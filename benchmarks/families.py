@@ -1,0 +1,56 @@
+"""Builds random members of every family, runs every check on them and prints seconds and megabytes per asset.
+
+    ./dev bench families                        20 members of each family
+    ./dev bench families --samples 3 --jobs 1   fewer, on one core
+
+Seconds are wall time of one process per member: `build` is numbers to Asset with the pictures of its finishes painted
+or taken from the cache, `write` is both formats, `draw` the thumbnail, `check` every check. The exit code is 1 where any
+member fails a check.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+from statistics import median
+
+from rich.console import Console
+from rich.table import Table
+
+from casa_assets.pipeline.families import Built, build_all, summary, wishes
+
+
+def main() -> int:
+    """Build, print, and say whether all passed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", help="families; all where none is named")
+    parser.add_argument("--samples", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=0)
+    options = parser.parse_args()
+    console = Console()
+    results: list[Built] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for done in build_all(
+            wishes(options.names, options.samples, options.seed, False), Path(folder), options.jobs, False
+        ):
+            results.append(done)
+            if not done.passed:
+                console.print(f"[red]failed[/] {done.wish.title} {done.says}", highlight=False)
+                for issue in done.problems:
+                    console.print(f"  {issue.code} {issue.pointer}: {issue.says}", highlight=False, markup=False)
+    table = Table("family", "passed", "of", "build s", "write s", "draw s", "check s", "MB", title="median per member")
+    for row in summary(results):
+        table.add_row(*row)
+    console.print(table)
+    made = [r for r in results if r.report]
+    console.print(f"build and write: median {median(r.build_s + r.write_s for r in made):.3f} s per asset and core")
+    console.print(
+        f"with thumbnail and all checks: median {median(r.build_s + r.write_s + r.draw_s + r.check_s for r in made):.3f} s"
+    )
+    return 0 if all(r.passed for r in results) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
