@@ -210,3 +210,8 @@ TABLE: tuple[Row, ...] = (
     Row("TEX010", _blotch, "texture_blotch", "", True, "one blotch shows every repeat from afar"),
     Row("TEX011", _megabytes, "texture_megabytes", "MB", True, "the files are large"),
 )
+# What is asked of a whole set, by code.
+OF_SETS = {
+    "TEX012": "the set has fewer pictures than promised",
+    "TEX013": "two pictures of a set are nearly alike",
+}

@@ -103,8 +103,13 @@ def hang(bench: Bench, leaf: Leaf, look: Look, rows: int, above: float, niche: b
     face(bench, leaf, look, hole)
     if hole is not None:
         _dispenser(bench, leaf, hole)
-    leaf.put(bench, gasket((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + GAP - 3e-4), "gasket_grey", "gasket",
-             density=DENSITY)  # fmt: skip
+    leaf.put(
+        bench,
+        gasket((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + GAP - 3e-4),
+        "gasket_grey",
+        "gasket",
+        density=DENSITY,
+    )
     r = leaf.room
     a, b = sorted((leaf.inwards(r.low[0]), leaf.inwards(r.high[0])))
     c, d = r.low[2] - leaf.low[1], r.high[2] - leaf.low[1]
@@ -126,8 +131,9 @@ def face(bench: Bench, leaf: Leaf, look: Look, hole: tuple[Vec2, Vec2] | None = 
         parts = fronts.front(look.front, w, h)
         for k, part in enumerate(parts):
             finish = "glass_clear" if part.pane else leaf.face
-            leaf.put(bench, part.solid, finish, "door", None if k else name, density=fronts.BOARD_DENSITY,
-                     grain=part.grain)  # fmt: skip
+            leaf.put(
+                bench, part.solid, finish, "door", None if k else name, density=fronts.BOARD_DENSITY, grain=part.grain
+            )
         core = board((0.004, fronts.THICK + 2e-4, 0.004), (w - 0.004, t, h - 0.004), 0.002)
         leaf.put(bench, core, LINER, "door", density=120.0)
         whole = board((0.0, 0.0, 0.0), (w, t, h), 0.0)
@@ -141,8 +147,15 @@ def face(bench: Bench, leaf: Leaf, look: Look, hole: tuple[Vec2, Vec2] | None = 
         slab = cut(slab, _opening(hole))
         shapes = _around(hole, w, t, h)
     body = look.body if look.form is Form.GLASS else leaf.face
-    leaf.put(bench, Solid(slab.points, slab.faces, shapes, crease_deg=slab.crease_deg), body, "door", name,
-             touch=name, density=LEAF)  # fmt: skip
+    leaf.put(
+        bench,
+        Solid(slab.points, slab.faces, shapes, crease_deg=slab.crease_deg),
+        body,
+        "door",
+        name,
+        touch=name,
+        density=LEAF,
+    )
     if look.form is Form.GLASS:
         pane = board((0.001, 0.0, 0.001), (w - 0.001, 0.004, h - 0.001), 0.0012)
         leaf.put(bench, cut(pane, _opening(hole)) if hole else pane, leaf.face, "door")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from itertools import pairwise
 
 from casa_assets.families.kit.bench import Bench
 from casa_assets.families.parts.appliance_door import Leaf, hang
@@ -60,7 +61,7 @@ def lower_fronts(
         fill(bench, r, look, leaf, 3 if high - low > 0.6 else 2)
         return [leaf.joint]
     joints = []
-    planes = [low, *((a.high[2] + b.low[2]) / 2 for a, b in zip(rooms, rooms[1:], strict=False)), high]
+    planes = [low, *((a.high[2] + b.low[2]) / 2 for a, b in pairwise(rooms)), high]
     for k, r in enumerate(rooms):
         under, over = planes[k] + (0.003 if k else 0.0), planes[k + 1] - (0.003 if k + 1 < len(rooms) else 0.0)
         leaf = Leaf(r.name, (0.0, under), (width, over), False, r, 0.0, face, across=True)

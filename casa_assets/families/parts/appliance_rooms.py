@@ -35,7 +35,7 @@ def furnish(
         shelves: panes over the lowest level. drawers: crispers, beside each other or stacked. tall: height of each.
     """
     floor, roof = r.low[2] + SHEET + 0.004, r.high[2] - 0.014
-    level, number, first = r.low[2] + SHEET, 0, REACH + 0.012
+    level, first = r.low[2] + SHEET, REACH + 0.012
     if drawers:
         level = _crispers(bench, r, look, leaves, drawers, tall, stacked, floor)
         shelf(bench, f"{r.name}_shelf0", r, level, 0.022, look)
@@ -45,8 +45,7 @@ def furnish(
         if k:
             shelf(bench, f"{r.name}_shelf{k}", r, z, first, look)
         ceiling = levels[k + 1] - 0.018 if k < count else roof
-        over(bench, f"{r.name}_shelf{number}", r, z, first, ceiling)
-        number += 1
+        over(bench, f"{r.name}_shelf{k}", r, z, first, ceiling)
     return level + 0.012
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import board, box, rod
@@ -71,7 +72,7 @@ def _walls(width: float, depth: float, top: float, foot: float, rooms: Sequence[
         box_shape((left, back, low), (right, depth, high)),
     ]
     ordered = sorted(rooms, key=lambda r: (r.low[2], r.low[0]))
-    for one, other in zip(ordered, ordered[1:], strict=False):
+    for one, other in pairwise(ordered):
         if other.low[2] >= one.high[2]:
             shapes.append(box_shape((left, 0, one.high[2]), (right, back, other.low[2])))
         else:
