@@ -7,7 +7,6 @@ from lxml import etree
 from casa_assets.export.mjcf import number
 from casa_assets.model.asset import Joint
 
-
 # MuJoCo's dry friction yields a little to any force: at its usual impedance (0.9) a light lever creeps under its own
 # weight. This holds it. Impedance at both ends, width, midpoint, power. Ref: MuJoCo XML reference, solimpfriction.
 HOLD = (0.9999, 0.9999, 0.001, 0.5, 2.0)

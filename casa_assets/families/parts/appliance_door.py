@@ -32,10 +32,10 @@ class Leaf:
     """A door of a refrigerator.
 
     Attributes:
-        name: `fridge`, `fridge_left`, `freezer`: prefix of its link, joint and colliders.
+        name: `fridge`, `fridge_left`, `freezer`: prefix of its link, joint and colliders; may be empty.
         low, high: corners in x and z, asset frame, metres. right: whether it is hinged on the right.
         room: what it shuts. far: x of the nearest thing on its free side that its bins must swing clear of.
-        face: finish of its front. across: whether its pull lies across.
+        face: finish of its front. across: whether its pull lies across, `drop` metres below its upper edge.
     """
 
     name: str
@@ -46,16 +46,17 @@ class Leaf:
     far: float
     face: str
     across: bool = False
+    drop: float = 0.07
 
     @property
     def link(self) -> str:
-        """Name of its link."""
-        return f"{self.name}_door"
+        """Name of its link, and prefix of its colliders."""
+        return f"{self.name}_door" if self.name else "door"
 
     @property
     def joint(self) -> str:
         """Name of its joint."""
-        return f"{self.name}_door_joint"
+        return f"{self.link}_joint"
 
     @property
     def width(self) -> float:
@@ -115,18 +116,18 @@ def hang(bench: Bench, leaf: Leaf, look: Look, rows: int, above: float, niche: b
     c, d = r.low[2] - leaf.low[1], r.high[2] - leaf.low[1]
     a, b = max(a, 0.03) + 0.01, min(b, w - 0.03) - 0.014
     plug = board((a, t - 0.0002, c + 0.012), (b, t + 0.012, d - 0.012), 0.004, 2)
-    leaf.put(bench, plug, LINER, "liner", touch=f"{leaf.name}_door_liner", density=60.0)
+    leaf.put(bench, plug, LINER, "liner", touch=f"{leaf.link}_liner", density=60.0)
     if rows:
         _bins(bench, leaf, look, rows, max(above - leaf.low[1], c + 0.02), d - 0.015)
     grip(bench, leaf, look)
     span = (0.0, SWING) if leaf.right else (-SWING, 0.0)
-    bench.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, f"{leaf.name}_door_handle_main", start_n=10.0)
+    bench.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, f"{leaf.link}_handle_main", start_n=10.0)
 
 
 def face(bench: Bench, leaf: Leaf, look: Look, hole: tuple[Vec2, Vec2] | None = None) -> None:
     """The slab of a leaf in its form; `<name>_door_main` is its collider."""
     t, w, h = look.thick, leaf.width, leaf.height
-    name = f"{leaf.name}_door_main"
+    name = f"{leaf.link}_main"
     if look.form is Form.PANEL:
         parts = fronts.front(look.front, w, h)
         for k, part in enumerate(parts):
@@ -158,7 +159,7 @@ def face(bench: Bench, leaf: Leaf, look: Look, hole: tuple[Vec2, Vec2] | None = 
     )
     if look.form is Form.GLASS:
         pane = board((0.001, 0.0, 0.001), (w - 0.001, 0.004, h - 0.001), 0.0012)
-        leaf.put(bench, cut(pane, _opening(hole)) if hole else pane, leaf.face, "door")
+        leaf.put(bench, cut(pane, _opening(hole)) if hole else pane, leaf.face, "door", density=2500.0)
     if look.form is Form.ROUND and h > 0.6:
         band = board((0.05, -0.0022, 0.0), (w - 0.05, 0.003, 0.012), 0.0018, 2)
         leaf.put(bench, band.at(z=0.09), look.metal, "trim")
@@ -229,13 +230,13 @@ def _dispenser(bench: Bench, leaf: Leaf, hole: tuple[Vec2, Vec2]) -> None:
 def grip(bench: Bench, leaf: Leaf, look: Look) -> None:
     """The pull of a leaf, near its free side at the height of a hand, or across its top where it says so."""
     w, h = leaf.width, leaf.height
-    name = f"{leaf.name}_door_handle_main"
+    name = f"{leaf.link}_handle_main"
     latch = look.pull is Pull.LATCH
     inset = 0.05 if look.pull is not Pull.LEDGE else 0.016
     if leaf.across or latch:
         length = LATCH_LENGTH if latch else min(w - 0.12, max(0.24, look.share * 1.2 * w))
         middle = w / 2 if leaf.across else w - 0.03 - LATCH_LENGTH / 2
-        z = h - min(0.07, 0.3 * h) if leaf.across else min(max(HAND - leaf.low[1], 0.1), h - 0.1)
+        z = h - min(leaf.drop, 0.3 * h) if leaf.across else min(max(HAND - leaf.low[1], 0.1), h - 0.1)
         y = _depth(leaf, look, (middle - length / 2 + 0.05, z), (middle + length / 2 - 0.05, z))
         made = handles.turned(pull(look.pull, length), "z", 0.0, (middle, y, z))
     else:

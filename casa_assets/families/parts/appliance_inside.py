@@ -82,6 +82,6 @@ def pull_out(bench: Bench, leaf: Leaf, look: Look, region: str) -> None:
         rail = board((x, y0 + 0.012, z0 + 0.03), (x + 0.01, y1 - 0.06, z0 + 0.05), 0.001)
         bench.add(leaf.link, rail, "steel_galvanised", "rail", touch=False, density=2500.0)
     way = round(0.82 * (y1 - y0), 3)
-    grip_name = f"{leaf.name}_door_handle_main"
+    grip_name = f"{leaf.link}_handle_main"
     bench.slide(leaf.joint, leaf.link, (0.0, 1.0, 0.0), (-way, 0.0), grip_name, start_n=11.0)
     bench.region(region, (x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1), link=leaf.link)

@@ -120,9 +120,8 @@ def page(found: Sequence[Shown], swatches: dict[Surface, list[str]]) -> str:
         parts += [_cell(s) for s in found if s.wish.family == name]
         parts += ["</div>"]
     for surface, names in swatches.items():
-        parts += [
-            f'<h2 id="{surface.value}">{surface.value.title()} <small>{len(names)}, each {SWATCH_M:g} m wide</small></h2>'
-        ]
+        about = f"{len(names)}, each {SWATCH_M:g} m wide"
+        parts += [f'<h2 id="{surface.value}">{surface.value.title()} <small>{about}</small></h2>']
         parts += ["<div class=cells>"]
         for name in names:
             image = f'<img loading=lazy width={SWATCH_PX} height={SWATCH_PX} src="textures/{name}.webp" alt="{name}">'

@@ -1,0 +1,37 @@
+"""Flaps that fold down: a spring that carries their weight, and friction that holds them where they are left."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from casa_assets.families.kit import dynamics
+from casa_assets.families.kit.bench import Bench
+
+GRAVITY = 9.81  # m/s^2
+LEAST_N, PULL_N = 7.0, 20.0
+
+
+def fold(bench: Bench, link: str, joint: str, grip: str, way: float) -> None:
+    """Hinge a flap about x through its link's origin; it opens by `way` rad to the front.
+
+    The spring is the straight line that comes nearest to the moment of the weight over the way; what is left over
+    is held by friction.
+    """
+    piece = bench.pieces[link]
+    mass = sum(q.mass for q in piece.weights)
+    center = sum((q.mass * q.center for q in piece.weights), np.zeros(3)) / mass
+    hand = np.array(next(c for c in piece.colliders if c.name == grip).pose.position)
+    lever = math.hypot(float(hand[1]), float(hand[2]))
+    turns = np.linspace(0.0, way, 33)
+    pull = mass * GRAVITY * (center[2] * np.sin(turns) - center[1] * np.cos(turns))
+    stiffness = float(np.polyfit(turns, pull, 1)[0])
+    rest = pull - stiffness * turns
+    bias = (float(rest.max()) + float(rest.min())) / 2
+    left = float(rest.max()) - bias
+    start = max(LEAST_N, 1.35 * left / lever)
+    inertia = mass * float(center[1] ** 2 + center[2] ** 2) * 1.35
+    feel = dynamics.feel(inertia, lever, way, start, max(start + 2.5, PULL_N - left / lever))
+    spring = dynamics.Spring(float(f"{stiffness:.4g}"), float(f"{-bias / stiffness:.4g}"))
+    bench.hinge(joint, link, (1.0, 0.0, 0.0), (0.0, way), grip, spring=spring, feel=feel)
