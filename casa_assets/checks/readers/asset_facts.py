@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from casa_assets.checks.facts import BodyFacts, Facts, JointFacts
+from casa_assets.checks.facts import (
+    CLOSED,
+    OUTER,
+    BodyFacts,
+    Facts,
+    JointFacts,
+    PlaceFacts,
+    PoseFacts,
+    StateFacts,
+    Words,
+)
 from casa_assets.geometry.extent import link_bounds
-from casa_assets.model.asset import Asset, Joint, Link
+from casa_assets.model.asset import Asset, Joint, JointKind, Link, Region, Site
+from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 
@@ -14,7 +27,15 @@ def facts(asset: Asset) -> Facts:
     """The table of an asset: joints at zero, root at the origin."""
     bodies = sorted((_body(asset, link) for link in asset.links), key=lambda body: body.name)
     pairs = {(min(e.first, e.second), max(e.first, e.second)) for e in asset.exclusions}
-    return Facts(base=asset.base, bodies=tuple(bodies), exclusions=tuple(sorted(pairs)), classes=asset.labels.classes)
+    places = [_place(p) for p in (*asset.sites, *asset.regions) if p.name != OUTER]
+    return Facts(
+        base=asset.base,
+        bodies=tuple(bodies),
+        exclusions=tuple(sorted(pairs)),
+        places=tuple(sorted(places, key=lambda place: place.name)),
+        poses=_poses(asset),
+        words=_words(asset),
+    )
 
 
 def _body(asset: Asset, link: Link) -> BodyFacts:
@@ -46,7 +67,87 @@ def _friction(asset: Asset, substance: str) -> Vec3:
 def _joint(joint: Joint | None) -> JointFacts | None:
     if joint is None:
         return None
-    return JointFacts(name=joint.name, kind=joint.kind, axis=joint.axis, anchor=joint.anchor, range=joint.range)
+    stiffness, rest, damping = (0.0, 0.0, joint.damping)
+    if joint.drive is not None:
+        stiffness, rest, damping = joint.drive.stiffness, joint.drive.target, joint.damping + joint.drive.damping
+    return JointFacts(
+        name=joint.name,
+        kind=joint.kind,
+        axis=joint.axis,
+        anchor=joint.anchor,
+        range=joint.range,
+        resistance=(stiffness, rest, damping, joint.frictionloss, joint.armature),
+    )
+
+
+def _place(item: Site | Region) -> PlaceFacts:
+    site = isinstance(item, Site)
+    size = item.size if item.size is not None else (2 * item.radius,) * 3 if site else (0.0,) * 3
+    # A cylinder is as wide as its size along x.
+    x, y, z = size
+    return PlaceFacts(
+        name=item.name,
+        body=item.link,
+        kind=item.kind,
+        position=item.pose.position,
+        quaternion=item.pose.quaternion,
+        size=(x, x, z) if item.kind == "cylinder" else (x, y, z),
+        color=item.color if isinstance(item, Site) else None,
+    )
+
+
+def _poses(asset: Asset) -> tuple[PoseFacts, ...]:
+    if not asset.keyframes:
+        return ()
+    named = {CLOSED: {}, **{key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes}}
+    return tuple(_standing(asset, name, named[name]) for name in sorted(named))
+
+
+def _standing(asset: Asset, name: str, values: dict[str, float]) -> PoseFacts:
+    """Forward kinematics, parents before children."""
+    root_from: dict[str, Pose] = {}
+    for link in asset.links:
+        if link.parent is None:
+            root_from[link.name] = Pose()
+            continue
+        joint = asset.joint_of(link.name)
+        moved = Pose() if joint is None else _moved(joint, values.get(joint.name, 0.0))
+        root_from[link.name] = root_from[link.parent] @ link.pose @ moved
+    order = sorted(root_from)
+    return PoseFacts(
+        name=name,
+        bodies=tuple(order),
+        positions=tuple(root_from[link].position for link in order),
+        quaternions=tuple(root_from[link].quaternion for link in order),
+    )
+
+
+def _moved(joint: Joint, value: float) -> Pose:
+    """Pose of the child in its own frame at zero. Ref: Rodrigues' formula, and p - R p for a turn about the point p."""
+    axis = np.array(joint.axis)
+    if joint.kind is JointKind.SLIDE:
+        return Pose(position=_three(axis * value))
+    x, y, z = axis
+    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] += math.sin(value) * across + (1.0 - math.cos(value)) * (across @ across)
+    anchor = np.array(joint.anchor)
+    matrix[:3, 3] = anchor - matrix[:3, :3] @ anchor
+    return Pose.from_matrix(matrix)
+
+
+def _words(asset: Asset) -> Words:
+    shapes = [(s.name, s.label) for link in asset.links for s in (*link.visuals, *link.colliders)]
+    states = [StateFacts(name=s.name, joint=s.joint, value=s.value, interval=s.interval) for s in asset.states]
+    return Words(
+        classes=asset.labels.classes,
+        labels=tuple(sorted((name, label) for name, label in shapes if label is not None)),
+        grips=tuple(sorted((j.name, j.grip) for j in asset.joints if j.grip is not None)),
+        behind=tuple(sorted((j.name, j.behind) for j in asset.joints if j.behind is not None)),
+        states=tuple(sorted(states, key=lambda state: state.name)),
+        contract=asset.contract or "",
+        behavior=asset.behavior.digest if asset.behavior is not None else "",
+    )
 
 
 def _three(values: np.ndarray) -> Vec3:

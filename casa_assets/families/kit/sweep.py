@@ -145,13 +145,16 @@ def tube(path: Sequence[Vec3], section: float | Floats, bend: float = 0.0, up: V
     faces: list[tuple[int, int, int]] = []
     spread: list[tuple[Vec2, Vec2, Vec2]] = []
     for k in range(m - 1):
-        v0, v1 = float(run[k]), float(run[k + 1])
+        # At a mitre the corners of a ring lie before or behind its middle: each face keeps its true length.
+        starts = run[k] + (rings[k] - line[k]) @ forward[k]
+        ends = run[k] + (rings[k + 1] - line[k]) @ forward[k]
         for i in range(n):
             j = (i + 1) % n
             a, b, c, d = k * n + i, k * n + j, (k + 1) * n + j, (k + 1) * n + i
             u0, u1 = float(perimeter[i]), float(perimeter[i + 1])
             faces += [(a, b, c), (a, c, d)]
-            spread += [((u0, v0), (u1, v0), (u1, v1)), ((u0, v0), (u1, v1), (u0, v1))]
+            va, vb, vc, vd = (float(v) for v in (starts[i], starts[j], ends[j], ends[i]))
+            spread += [((u0, va), (u1, vb), (u1, vc)), ((u0, va), (u1, vc), (u0, vd))]
     cap = np.asarray(manifold3d.triangulate([outline]), dtype=np.int64)
     for t in cap:
         low = [(float(x), float(y)) for x, y in outline[t]]

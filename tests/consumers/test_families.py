@@ -1,0 +1,35 @@
+"""Every family, drawn at random, and every texture: all checks pass."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from casa_assets.families.catalog import FAMILIES
+from casa_assets.model.finish import Surface
+from casa_assets.pipeline.families import build_all, wishes
+from casa_assets.pipeline.texture_check import check_recipes, check_sets, chosen
+
+pytestmark = pytest.mark.consumers
+
+
+def test_there_are_as_many_families_as_promised() -> None:
+    assert len(FAMILIES) >= 45
+
+
+def test_random_members_of_every_family_pass(tmp_path: Path) -> None:
+    wanted = wishes([], samples=2, seed=20, presets=False)
+    done = list(build_all(wanted, tmp_path, drawn=False))
+    failed = [
+        (d.wish.title, d.says or [f"{i.code} {i.pointer}: {i.says}" for i in d.problems]) for d in done if not d.passed
+    ]
+    assert failed == []
+    assert len(done) == 2 * len(FAMILIES)
+
+
+def test_four_hundred_textures_pass(tmp_path: Path) -> None:
+    checked = list(check_recipes(chosen([], list(Surface)), tmp_path))
+    assert len(checked) == 400
+    assert [c.recipe.id for c in checked if not c.report.passed] == []
+    assert [r.subject for r in check_sets(checked) if not r.passed] == []

@@ -1,0 +1,190 @@
+"""The kit: solids are closed and of the right volume, skins true to size, joints start at the force they were given."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from casa_assets.families.family import FinishId, Params, Supplies
+from casa_assets.families.kit import dynamics
+from casa_assets.families.kit.assemble import assemble
+from casa_assets.families.kit.bench import ROOT, Bench
+from casa_assets.families.kit.blocks import ball, board, box, lathe, rod
+from casa_assets.families.kit.carve import cut, united
+from casa_assets.families.kit.loft import levels, loft, vessel
+from casa_assets.families.kit.skin import skin
+from casa_assets.families.kit.slab import slab
+from casa_assets.families.kit.solid import Solid
+from casa_assets.families.kit.sweep import circle, frame, prism, rectangle, tube
+from casa_assets.geometry.topology import is_closed
+from casa_assets.model.asset import Asset
+from casa_assets.model.finish import Finish
+from casa_assets.model.material import Material, Substance
+from tests.matter import labels
+
+WOOD = Substance(id="wood", density=600.0, static_friction=0.5, dynamic_friction=0.4)
+TILED = Finish(id="tiled", material=Material(id="tiled", tile_m=(0.5, 0.8)), substance=WOOD)
+PLAIN = Finish(id="plain", material=Material(id="plain"), substance=WOOD)
+SUPPLIES = Supplies({"tiled": TILED, "plain": PLAIN}, labels("cabinet", ("cabinet", "furniture"), "Q1049754"))
+
+SOLIDS: dict[str, tuple[Solid, float]] = {
+    "sharp box": (box((0.2, 0.3, 0.4), ease=0.0), 0.024),
+    "board": (board((0.0, 0.0, 0.0), (0.6, 0.018, 0.7), ease=0.0), 0.6 * 0.018 * 0.7),
+    "cylinder": (rod(0.05, 0.2, ease=0.0005), math.pi * 0.05**2 * 0.2),
+    "ball": (ball(0.05, 24), 4 / 3 * math.pi * 0.05**3),
+    "ring": (lathe([(0.04, 0.0), (0.05, 0.0), (0.05, 0.1), (0.04, 0.1)], 64, closed=True), math.pi * 0.0009 * 0.1),
+    "plate with a hole": (prism(rectangle(0.4, 0.3), 0.02, 0.0, [rectangle(0.1, 0.1)]), (0.12 - 0.01) * 0.02),
+    "slab": (slab(rectangle(0.4, 0.3), [(0.0, 0.0), (0.0, 0.03)], [True] * 4), 0.4 * 0.3 * 0.03),
+    "pipe": (tube([(0, 0, 0), (0, 0, 0.3)], 0.01), math.pi * 0.01**2 * 0.3),
+    "mitred strap": (tube([(0, 0, 0), (0.2, 0, 0), (0.2, 0, 0.2)], rectangle(0.02, 0.01)), 0.4 * 0.0002),
+    "taper": (loft(levels(circle(0.1, 64), [(0.0, 0.0), (0.05, 0.1)])), math.pi * 0.1 / 3 * (0.01 + 0.005 + 0.0025)),
+}
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+class TestSolid:
+    def test_is_closed_and_outward(self, name: str) -> None:
+        solid, _ = SOLIDS[name]
+        assert is_closed(solid.faces)
+        assert solid.volume > 0
+
+    def test_has_the_volume_of_the_formula(self, name: str) -> None:
+        solid, volume = SOLIDS[name]
+        assert solid.volume == pytest.approx(volume, rel=0.03)
+
+    def test_keeps_it_when_moved_and_mirrored(self, name: str) -> None:
+        solid, _ = SOLIDS[name]
+        for other in (solid.at(1.0, 2.0, 3.0), solid.turned("y", 0.7), solid.mirrored_x()):
+            assert other.volume == pytest.approx(solid.volume, rel=1e-6)
+
+    def test_skin_is_true_to_size(self, name: str) -> None:
+        solid, _ = SOLIDS[name]
+        mesh = skin(solid, (0.5, 0.8), (0.0, 0.0, 1.0), name)
+        assert mesh.uv is not None
+        corners, shown = mesh.vertices[mesh.faces], mesh.uv[mesh.faces] * np.array([0.5, 0.8])
+        for i, j in ((0, 1), (1, 2), (2, 0)):
+            true = np.linalg.norm(corners[:, i] - corners[:, j], axis=1)
+            flat = np.linalg.norm(shown[:, i] - shown[:, j], axis=1)
+            if solid.spread is None:  # what is laid flat is exact; what is rolled off stretches a little at its seams
+                np.testing.assert_allclose(flat, true, atol=1e-6)
+            else:
+                assert np.median(np.abs(flat - true)) < 1e-3
+
+
+def test_grain_runs_along_the_height_of_the_picture() -> None:
+    plank = skin(board((0, 0, 0), (1.0, 0.02, 0.1), 0.0), (1.0, 1.0), (1.0, 0.0, 0.0))
+    assert plank.uv is not None
+    front = [f for f in plank.faces if np.ptp(plank.vertices[f][:, 1]) < 1e-9]
+    for face in front:
+        along = plank.vertices[face][:, 0]
+        across = plank.uv[face][:, 1]
+        np.testing.assert_allclose(np.ptp(across), np.ptp(along), atol=1e-6)
+
+
+def test_what_is_cut_away_is_gone() -> None:
+    block = box((0.2, 0.2, 0.2), ease=0.0)
+    hollow = cut(block, box((0.1, 0.1, 1.0), ease=0.0))
+    assert hollow.volume == pytest.approx(0.008 - 0.002)
+    assert united(block, block.at(0.1)).volume == pytest.approx(0.012)
+
+
+def test_a_vessel_holds_what_it_says() -> None:
+    basin = vessel(rectangle(0.4, 0.3, 0.02, 4), 0.2, 0.01, 0.02)
+    assert is_closed(basin.faces)
+    low, high = basin.bounds
+    assert high[2] == pytest.approx(0.0)
+    assert low[2] == pytest.approx(-0.21)
+
+
+class Lid(Params):
+    """A board on a hinge."""
+
+    width: float = 0.4
+    face: FinishId = "tiled"
+    back: FinishId | None = None
+
+
+def chest(start_n: float = 7.0) -> Asset:
+    """A box with a door of 400 mm, pulled at its edge."""
+    bench = Bench(SUPPLIES)
+    bench.contract = "hinge_cabinet"
+    bench.add(ROOT, board((0, 0.02, 0), (0.4, 0.3, 0.6)), "plain", label="case")
+    bench.link("door", at=(0.0, 0.0, 0.0))
+    bench.add("door", board((0, 0, 0), (0.4, 0.018, 0.6)), "tiled", label="door", name="door_main")
+    bench.add("door", box((0.01, 0.03, 0.1), (0.36, -0.015, 0.3)), "plain", label="handle", name="door_handle_main")
+    bench.hinge("doorhinge", "door", (0, 0, 1), (-math.pi / 2, 0.0), "door_handle_main", start_n=start_n)
+    bench.keyframe("closed")
+    bench.keyframe("open", doorhinge=bench.far("doorhinge"))
+    return assemble(bench, "chest", Lid())
+
+
+class TestBench:
+    def test_mass_is_volume_times_density(self) -> None:
+        asset = chest()
+        assert asset.root.inertial.mass == pytest.approx(0.4 * 0.28 * 0.6 * 600.0, rel=0.001)
+
+    def test_friction_starts_at_the_given_force(self) -> None:
+        for force in (6.0, 12.0):
+            (joint,) = chest(force).joints
+            assert joint.frictionloss == pytest.approx(force * math.hypot(0.36, 0.015), rel=0.01)
+
+    def test_stands_on_its_origin(self) -> None:
+        low, high = chest().bounds
+        assert low[2] == pytest.approx(0.0, abs=1e-6)
+        np.testing.assert_allclose((low + high)[:2], 0.0, atol=1e-6)
+
+    def test_main_is_the_outside(self) -> None:
+        asset = chest()
+        (main,) = [r for r in asset.regions if r.name == "main"]
+        np.testing.assert_allclose(main.size, np.ptp(asset.bounds, axis=0), atol=1e-6)
+
+    def test_colliders_carry_the_names_that_were_given(self) -> None:
+        names = [c.name for c in chest().link("door").colliders]
+        assert names == ["door_main", "door_handle_main"]
+
+    def test_the_same_numbers_are_the_same_asset(self) -> None:
+        assert chest().digest == chest().digest
+
+    def test_far_is_the_open_end(self) -> None:
+        key = next(k for k in chest().keyframes if k.name == "open")
+        assert key.joints[0].value == pytest.approx(-math.pi / 2)
+
+    def test_a_grip_that_is_not_there(self) -> None:
+        bench = Bench(SUPPLIES)
+        bench.add(ROOT, box((0.1, 0.1, 0.1)), "plain")
+        bench.link("flap")
+        bench.add("flap", box((0.1, 0.1, 0.1)), "plain")
+        bench.hinge("flap_joint", "flap", (0, 0, 1), (0.0, 1.0), "no_handle")
+        with pytest.raises(ValueError, match="no collider 'no_handle'"):
+            assemble(bench, "chest", Lid())
+
+
+def test_params_name_their_finishes() -> None:
+    assert Lid().finishes == ("tiled",)
+    assert Lid(back="plain").finishes == ("plain", "tiled")
+
+
+@pytest.mark.parametrize("inertia", [0.01, 0.3, 2.0])
+def test_a_strong_pull_opens_in_time(inertia: float) -> None:
+    lever, way = 0.4, math.pi / 2
+    felt = dynamics.feel(inertia, lever, way, 7.0)
+    speed, place, dt = 0.0, 0.0, 1e-3
+    for _ in range(2000):
+        torque = 20.0 * lever - felt.frictionloss - felt.damping * speed
+        speed += torque / (inertia + felt.armature) * dt
+        place += speed * dt
+    assert place >= 0.95 * way
+
+
+def test_a_key_is_pressed_by_the_given_forces() -> None:
+    spring = dynamics.press(0.003, 6.0, 2.0)
+    assert spring.stiffness * (0.0 - spring.rest) == pytest.approx(2.0, rel=0.02)
+    assert spring.stiffness * (0.003 - spring.rest) == pytest.approx(6.0, rel=0.02)
+
+
+def test_a_moulding_runs_round() -> None:
+    moulding = frame(0.4, 0.6, np.array([(-0.02, 0.0), (0.02, 0.0), (0.02, 0.01), (-0.02, 0.01)]))
+    assert moulding.volume == pytest.approx(2 * (0.4 + 0.6) * 0.04 * 0.01, rel=0.01)
+    assert moulding.bounds[1][0] == pytest.approx(0.22)
