@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from casa_assets.model.finish import Surface
+from casa_assets.model.surface import Surface
 
 app = typer.Typer(
     name="textures",

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from typing import Annotated
 
 from pydantic import Field, StringConstraints
 
 from casa_assets.model.material import Material, Substance
 from casa_assets.model.record import Id, Record, Vec2
+from casa_assets.model.surface import Surface
+
+__all__ = ["Finish", "HexColor", "Plain", "Surface"]
 
 HexColor = Annotated[str, StringConstraints(pattern=r"^#[0-9a-f]{6}$")]
-
-
-class Surface(StrEnum):
-    """The four surfaces of a kitchen whose pictures are chosen independently."""
-
-    WALL = "wall"
-    FLOOR = "floor"
-    COUNTER = "counter"
-    CABINET = "cabinet"
 
 
 class Plain(Record):
