@@ -13,12 +13,15 @@ from casa_assets.model.asset import (
     Inertial,
     Joint,
     JointKind,
+    JointValue,
+    Keyframe,
     Link,
     Region,
     Site,
     State,
     Visual,
 )
+from casa_assets.model.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.material import Material
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
@@ -166,4 +169,129 @@ def drawer_unit() -> Asset:
         substances=(CARDBOARD, STEEL),
         labels=labels("cabinet", ("cabinet", "furniture"), "Q1049754"),
         provenance=PROVENANCE,
+    )
+
+
+def grill() -> Asset:
+    """The microwave with all that a stateful fixture may have: a handle that the door carries, a rack behind the door,
+    a turned knob, glow, labels, grips, coloured sites of each kind, named poses, a state machine and a contract.
+    """
+    plain = microwave()
+    door = plain.link("door")
+    lamp = Visual(
+        name="lamp_main", mesh=box_mesh((0.06, 0.04, 0.01), (-0.04, 0.1, 0.27)), material="lamp", label="lamp"
+    )
+    swung = plain.joints[0].replace(grip="handle_0")
+    return plain.replace(
+        id="grill_0123456789",
+        links=(
+            plain.root.replace(visuals=(*plain.root.visuals, lamp)),
+            door.replace(
+                visuals=tuple(v.replace(label="door") for v in door.visuals),
+                colliders=tuple(c.replace(label="door") for c in door.colliders),
+            ),
+            *_grill_parts(),
+        ),
+        joints=(swung, *_grill_joints()),
+        sites=(
+            *plain.sites,
+            Site(name="heat_glow", kind="cylinder", size=(0.3, 0.3, 0.02), color=(1.0, 0.2, 0.05, 0.0), pose=_AT_TOP),
+            Site(name="display", link="knob", kind="box", size=(0.02, 0.04, 0.001), color=(0.02, 0.6, 0.001, 1.0)),
+        ),
+        regions=(*plain.regions, Region(name="main", pose=Pose(position=(0.0, 0.01, 0.15)), size=(0.5, 0.38, 0.3))),
+        keyframes=(
+            Keyframe(name="closed"),
+            Keyframe(name="on", joints=(JointValue(joint="knob_joint", value=1.2),)),
+            Keyframe(
+                name="open",
+                joints=(JointValue(joint="rack_joint", value=0.15), JointValue(joint="microjoint", value=-1.3)),
+            ),
+        ),
+        behavior=_grilling(),
+        contract="microwave",
+        materials=(*plain.materials, Material(id="lamp", base_color=(1.0, 0.8, 0.5, 1.0), glow=0.7, substance="glass")),
+        labels=labels("grill", ("grill", "appliance"), "Q187528"),
+    )
+
+
+_AT_TOP = Pose(position=(-0.04, 0.0, 0.26), quaternion=(math.cos(0.2), 0.0, math.sin(0.2), 0.0))
+
+
+def _grill_parts() -> tuple[Link, ...]:
+    bar: Vec3 = (0.02, 0.02, 0.2)
+    sheet: Vec3 = (0.34, 0.3, 0.01)
+    here: Vec3 = (0.0, 0.0, 0.0)
+    return (
+        Link(
+            name="handle",
+            parent="door",
+            pose=Pose(position=(0.36, -0.05, 0.0), quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1))),
+            inertial=box_inertial(0.2, bar, here),
+            visuals=(Visual(name="handle_main", mesh=box_mesh(bar, here), material="enamel", label="handle"),),
+            colliders=(Collider(name="handle_0", shape=Box(size=bar), substance="steel", label="handle"),),
+        ),
+        Link(
+            name="rack",
+            parent="object",
+            pose=Pose(position=(-0.04, 0.0, 0.1)),
+            inertial=box_inertial(0.6, sheet, here),
+            visuals=(Visual(name="rack_main", mesh=box_mesh(sheet, here), material="enamel", label="rack"),),
+            colliders=(Collider(name="rack_0", shape=Box(size=sheet), substance="steel", label="rack"),),
+        ),
+        Link(
+            name="knob",
+            parent="object",
+            # Its z looks out of the front.
+            pose=Pose(position=(0.2, -0.2, 0.1), quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)),
+            inertial=box_inertial(0.05, (0.03, 0.03, 0.03), here),
+            visuals=(
+                Visual(name="knob_main", mesh=box_mesh((0.03, 0.03, 0.03), here), material="enamel", label="knob"),
+            ),
+            colliders=(
+                Collider(name="knob_0", shape=Cylinder(radius=0.015, height=0.03), substance="steel", label="knob"),
+            ),
+        ),
+    )
+
+
+def _grill_joints() -> tuple[Joint, ...]:
+    return (
+        Joint(
+            name="rack_joint",
+            child="rack",
+            kind=JointKind.SLIDE,
+            axis=(0.0, -1.0, 0.0),
+            range=(0.0, 0.2),
+            damping=3.0,
+            frictionloss=0.5,
+            grip="rack_0",
+            behind="microjoint",
+        ),
+        Joint(
+            name="knob_joint",
+            child="knob",
+            kind=JointKind.HINGE,
+            axis=(0.1, 0.0, 1.0),
+            anchor=(0.001, 0.002, 0.0),
+            range=(0.0, 2.4),
+            damping=0.01,
+            armature=1e-4,
+            drive=Drive(stiffness=0.02, damping=0.002, target=0.1),
+            grip="knob_0",
+        ),
+    )
+
+
+def _grilling() -> Behavior:
+    turned = Condition(joint="knob_joint", interval=(0.5, 2.4))
+    return Behavior(
+        variables=(Variable(name="power", values=("off", "on"), initial="off"),),
+        rules=(
+            Rule(variable="power", to="on", when=(turned,)),
+            Rule(variable="power", to="off", when=(turned.replace(negated=True),), after_s=0.5),
+        ),
+        effects=(
+            Effect(variable="power", value="on", kind=EffectKind.SHOW, target="heat_glow", color=(1.0, 0.2, 0.05, 0.5)),
+            Effect(variable="power", value="on", kind=EffectKind.LIGHT, target="lamp_main"),
+        ),
     )

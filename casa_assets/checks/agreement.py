@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.facts import BodyFacts, Facts, JointFacts, PlaceFacts, PoseFacts, Words
+from casa_assets.checks.facts import BodyFacts, Facts, JointFacts, LookFacts, PlaceFacts, PoseFacts, Words
 
 # Where these differ there is no number to say by how much.
 WORDS = ("parent", "colliders")
@@ -38,15 +38,22 @@ def differences(expected: Facts, found: Facts) -> Iterator[Difference]:
     for name in ("base", "exclusions"):
         yield from _word(name, getattr(expected, name), getattr(found, name))
     yield from _words(expected.words, found.words)
-    bodies, places, poses = ({row.name: row for row in rows} for rows in (found.bodies, found.places, found.poses))
+    bodies = {body.name: body for body in found.bodies}
     yield from _word("bodies", sorted(b.name for b in expected.bodies), sorted(bodies))
     for body in sorted(expected.bodies, key=lambda b: b.name):
         if body.name in bodies:
             yield from _body(body, bodies[body.name])
+    places = {place.name: place for place in found.places}
     yield from _word("places", sorted(p.name for p in expected.places), sorted(places))
     for place in expected.places:
         if place.name in places:
             yield from _place(place, places[place.name])
+    looks = {look.name: look for look in found.looks}
+    yield from _word("looks", sorted(look.name for look in expected.looks), sorted(looks))
+    for look in expected.looks:
+        if look.name in looks:
+            yield from _look(look, looks[look.name])
+    poses = {pose.name: pose for pose in found.poses}
     yield from _word("poses", sorted(p.name for p in expected.poses), sorted(poses))
     for pose in expected.poses:
         if pose.name in poses:
@@ -98,6 +105,13 @@ def _place(ours: PlaceFacts, theirs: PlaceFacts) -> Iterator[Difference]:
         yield from _word(f"{at}/color", ours.color, theirs.color)
     else:
         yield _number(f"{at}/color", ours.color, theirs.color)
+
+
+def _look(ours: LookFacts, theirs: LookFacts) -> Iterator[Difference]:
+    at = f"looks/{ours.name}"
+    yield _number(f"{at}/color", ours.color, theirs.color)
+    yield _number(f"{at}/light", ours.light, theirs.light)
+    yield from _word(f"{at}/picture", ours.picture, theirs.picture)
 
 
 def _pose(ours: PoseFacts, theirs: PoseFacts) -> Iterator[Difference]:

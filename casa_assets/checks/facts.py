@@ -75,6 +75,21 @@ class PlaceFacts(Record):
     color: Vec4 | None
 
 
+class LookFacts(Record):
+    """What a visual looks like, as far as both formats hold it alike.
+
+    Attributes:
+        color: linear RGBA, by which its picture is multiplied where it has one.
+        light: linear RGB that it gives off by itself, times its picture.
+        picture: file name, empty where it has none.
+    """
+
+    name: str
+    color: Vec4
+    light: Vec3
+    picture: str
+
+
 class PoseFacts(Record):
     """Where bodies stand in a named pose: root_from_body of each, bodies sorted by name."""
 
@@ -121,7 +136,7 @@ class Facts(Record):
         base: free or fixed to the world.
         bodies: sorted by name.
         exclusions: (first, second) names, each pair sorted, pairs sorted.
-        places: sorted by name.
+        places, looks: sorted by name.
         poses: sorted by name; `closed` among them where there are any.
         words: classes, labels, states, behaviour.
     """
@@ -130,5 +145,6 @@ class Facts(Record):
     bodies: tuple[BodyFacts, ...]
     exclusions: tuple[tuple[str, str], ...]
     places: tuple[PlaceFacts, ...] = ()
+    looks: tuple[LookFacts, ...] = ()
     poses: tuple[PoseFacts, ...] = ()
     words: Words

@@ -14,19 +14,19 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Tf
 
-from casa_assets.checks.agreement import Difference, differences
+from casa_assets.checks.agreement import Difference, differences, ratio
 from casa_assets.checks.check import Measured
 from casa_assets.checks.facts import Facts
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mjcf_facts, mujoco_load, usd_facts
-from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, collides, short_name
+from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, collides, resistance, short_name
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.model.asset import JointKind
 
 T = TypeVar("T")
 Values = npt.NDArray[np.float64]
 # Cells of the table in metres; a range is one where the joint slides.
-LENGTHS = frozenset({"position", "center_of_mass", "lower", "upper", "anchor"})
+LENGTHS = frozenset({"position", "center_of_mass", "lower", "upper", "anchor", "size"})
 
 
 class Row(NamedTuple):
@@ -123,7 +123,7 @@ def _parameters(model: mujoco.MjModel) -> dict[str, Values]:
             table[f"bodies/{short_name(model.body(body).name)}/contacts"] = np.array(rows)
     for joint in range(model.njnt):
         if int(model.jnt_type[joint]) != FREE_JOINT:
-            table[f"joints/{short_name(model.joint(joint).name)}"] = np.array(_resistance(model, joint))
+            table[f"joints/{short_name(model.joint(joint).name)}"] = np.array(_friction_too(model, joint))
     return table
 
 
@@ -134,19 +134,17 @@ def _contact(model: mujoco.MjModel, geom: int) -> tuple[float, ...]:
     return (*(float(a[geom]) for a in (*plain, *soft)), *model.geom_solref[geom], *model.geom_solimp[geom])
 
 
-def _resistance(model: mujoco.MjModel, joint: int) -> tuple[float, ...]:
-    """(stiffness, springref, damping, frictionloss, armature) of a joint."""
-    dof, position = int(model.jnt_dofadr[joint]), int(model.jnt_qposadr[joint])
-    spring = (model.jnt_stiffness[joint], model.qpos_spring[position])
-    return (*spring, model.dof_damping[dof], model.dof_frictionloss[dof], model.dof_armature[dof])
+def _friction_too(model: mujoco.MjModel, joint: int) -> tuple[float, ...]:
+    """Resistance of a joint, and how its dry friction gives way: solref and solimp."""
+    dof = int(model.jnt_dofadr[joint])
+    return (*resistance(model, joint), *model.dof_solref[dof], *model.dof_solimp[dof])
 
 
 def _differ(pointer: str, ours: Values, theirs: Values) -> Difference:
     says = f"is {_text(theirs)}, should be {_text(ours)}"
     if ours.shape != theirs.shape:
         return Difference(pointer, None, says)
-    scale = np.maximum(np.maximum(np.abs(ours), np.abs(theirs)), 1e-12)
-    return Difference(pointer, float((np.abs(ours - theirs) / scale).max(initial=0.0)), says)
+    return Difference(pointer, ratio(ours, theirs), says)
 
 
 def _text(values: Values) -> str:

@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import mujoco
+import numpy as np
 import pytest
+from pxr import Usd, UsdGeom, UsdPhysics
 
 from casa_assets.checks import parity
+from casa_assets.checks.facts import Facts
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import asset_facts, mjcf_facts, usd_facts
 from casa_assets.model.asset import Asset, Base
-from tests.assets import EVERY, drawer_unit, microwave, rigid_mug
+from tests.articulated import grill
+from tests.assets import EVERY, drawer_unit, microwave, rigid_mug, textured_box
 from tests.packages import Tampering, tamper, tripped, written
 
 RELATIVE, LENGTH = 1e-5, 1e-6
@@ -68,7 +73,7 @@ def test_both_sides_of_a_joint_are_read(tmp_path: Path) -> None:
     assert tripped(package, ("USD", "PAR")) == {"PAR002", "PAR004"}
 
 
-@pytest.mark.parametrize("make", EVERY)
+@pytest.mark.parametrize("make", [*EVERY, grill])
 def test_every_reader_of_every_file_says_what_the_asset_says(make: Callable[[], Asset], tmp_path: Path) -> None:
     asset = make()
     package = written(asset, tmp_path)
@@ -113,3 +118,126 @@ def test_a_missing_collider_is_a_difference() -> None:
     facts = asset_facts.facts(rigid_mug())
     fewer = facts.replace(bodies=(facts.bodies[0].replace(colliders=9),))
     assert [where for where, _ in parity.compare(facts, fewer, RELATIVE, LENGTH)] == ["bodies/object/colliders"]
+
+
+# What stands in model.xml, what is put there instead, and the cell of the table that differs.
+IN_MJCF = [
+    ('name="label__handle" data="handle_0 ', 'name="label__handle" data="door_1 ', "labels"),
+    ('name="grip__microjoint" data="handle_0"', 'name="grip__microjoint" data="door_0"', "grips"),
+    ('name="behind__rack_joint" data="microjoint"', 'name="behind__rack_joint" data="knob_joint"', "behind"),
+    ('data="microjoint open 0.9 1"', 'data="microjoint open 0.8 1"', "states/door_open/interval"),
+    ('data="microjoint open 0.9 1"', 'data="microjoint ajar 0.9 1"', "states"),
+    ("[0.5,2.4]", "[0.6,2.4]", "behavior"),
+    ('name="contract" data="microwave"', 'name="contract" data="oven"', "contract"),
+    ('key name="on"', 'key name="hot"', "poses"),
+    ('key name="on" qpos="0 0 1.2"', 'key name="on" qpos="0 0.1 1.2"', "poses/on/rack/position"),
+    (
+        'name="display" type="box" pos="0 0 0" size="0.01 ',
+        'name="display" type="box" size="0.02 ',
+        "places/display/size",
+    ),
+    ('name="heat_glow" type="cylinder"', 'name="heat_glow" type="box"', "places/heat_glow/kind"),
+    (
+        'name="reg_tray" type="cylinder" pos="-0.04 ',
+        'name="reg_tray" type="cylinder" pos="-0.05 ',
+        "places/tray/position",
+    ),
+    ('emission="0.7"', 'emission="0.6"', "looks/lamp_main/light"),
+    ('rgba="0.24', 'rgba="0.34', "looks/door_main/color"),
+    ('stiffness="0.02"', 'stiffness="0.021"', "bodies/knob/joint/resistance"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "cell"), IN_MJCF)
+def test_what_model_xml_says_otherwise_is_found(old: str, new: str, cell: str, tmp_path: Path) -> None:
+    package = written(grill(), tmp_path)
+    tamper(package.mjcf, (old, new))
+    assert cell in _cells(mjcf_facts.facts(package.mjcf))
+
+
+# The same of the USD layer, as OpenUSD reads it.
+IN_USD = [
+    ('semantics:labels:part = ["handle"]', 'semantics:labels:part = ["pull"]', "labels"),
+    ('casa:grip = "handle_0"', 'casa:grip = "door_0"', "grips"),
+    ('casa:behind = "microjoint"', 'casa:behind = "nothing"', "behind"),
+    ('string value = "open"', 'string value = "ajar"', "states"),
+    ("[0.5,2.4]", "[0.6,2.4]", "behavior"),
+    ('casa:contract = "microwave"', 'casa:contract = "oven"', "contract"),
+    (
+        "double3 xformOp:translate = (-0.04, -0.15, 0.1)",
+        "double3 xformOp:translate = (-0.04, -0.14, 0.1)",
+        "poses/open/rack/position",
+    ),
+    ("xformOp:scale = (0.02, 0.04, 0.001)", "xformOp:scale = (0.02, 0.05, 0.001)", "places/display/size"),
+    ("primvars:displayOpacity = [0]", "primvars:displayOpacity = [0.5]", "places/heat_glow/color"),
+    ("inputs:emissiveColor = (0.7, ", "inputs:emissiveColor = (0.6, ", "looks/lamp_main/light"),
+    ("inputs:opacity = 0.5", "inputs:opacity = 0.6", "looks/door_main/color"),
+    ("newton:friction = 0.5", "newton:friction = 0.6", "bodies/rack/joint/resistance"),
+    ("newton:armature = 0.0001", "newton:armature = 0.0002", "bodies/knob/joint/resistance"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "cell"), IN_USD)
+def test_what_the_layer_says_otherwise_is_found(old: str, new: str, cell: str, tmp_path: Path) -> None:
+    package = written(grill(), tmp_path)
+    tamper(package.usd, (old, new))
+    assert _cells(usd_facts.pxr_facts(package.usd)) == [cell]
+
+
+def test_another_picture_is_found(tmp_path: Path) -> None:
+    package = written(textured_box(), tmp_path)
+    (picture,) = (package.root / "textures").iterdir()
+    picture.rename(picture.with_name("print_other.png"))
+    tamper(package.mjcf, (picture.name, "print_other.png"))
+    truth, found = asset_facts.facts(textured_box()), mjcf_facts.facts(package.mjcf)
+    assert [where for where, _ in parity.compare(truth, found, RELATIVE, LENGTH)] == ["looks/carton/picture"]
+
+
+def test_a_display_shines_its_picture(tmp_path: Path) -> None:
+    box = textured_box()
+    (carton,) = box.materials
+    shining = box.replace(materials=(carton.replace(glow=0.5, base_color=(1.0, 0.5, 1.0, 1.0)),))
+    package = written(shining, tmp_path)
+    (look,) = asset_facts.facts(shining).looks
+    assert look.light == (0.5, 0.25, 0.5)
+    assert tripped(package, ("MJC", "USD", "PAR")) == set()
+
+
+def test_a_pose_that_one_format_alone_has_trips_parity(tmp_path: Path) -> None:
+    package = written(grill(), tmp_path)
+    tamper(package.usd, ('string pose = "closed"', 'string pose = "open"'))
+    # MuJoCo reads the bodies where they stand: another selection is another zero.
+    assert tripped(package, ("PAR",)) >= {"PAR001", "PAR004"}
+    other = written(grill(), tmp_path / "other")
+    tamper(other.mjcf, ('key name="on"', 'key name="hot"'))
+    assert tripped(other, ("PAR",)) == {"PAR001", "PAR002"}
+
+
+@pytest.mark.parametrize("key", ["closed", "on", "open"])
+def test_bodies_of_a_variant_stand_where_mujoco_puts_them(key: str, tmp_path: Path) -> None:
+    """And both sides of every joint are where they meet, turned by what the joint is said to stand at."""
+    package = written(grill(), tmp_path)
+    model = mujoco.MjModel.from_xml_path(str(package.mjcf))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)
+    mujoco.mj_kinematics(model, data)
+    stage = Usd.Stage.Open(str(package.usd))
+    root = stage.GetDefaultPrim()
+    stage.SetEditTarget(stage.GetSessionLayer())
+    root.GetVariantSet("pose").SetVariantSelection(key)
+    cache = UsdGeom.XformCache()
+    for link in package.asset.links:
+        matrix = np.array(cache.GetLocalToWorldTransform(root.GetChild(link.name)))
+        body = data.body(link.name)
+        assert matrix[3, :3] == pytest.approx(body.xpos, abs=1e-8)
+        assert matrix[:3, :3].T.ravel() == pytest.approx(body.xmat, abs=1e-8)
+    for joint in package.asset.joints:
+        prim = root.GetPrimAtPath(f"physicsJoints/{joint.name}")
+        hinge = prim.IsA(UsdPhysics.RevoluteJoint)
+        stands = prim.GetAttribute(f"state:{'angular' if hinge else 'linear'}:physics:position").Get()
+        expected = float(data.joint(joint.name).qpos[0])
+        assert (np.radians(stands) if hinge else stands) == pytest.approx(expected, abs=1e-6)
+
+
+def _cells(found: Facts) -> list[str]:
+    return [where for where, _ in parity.compare(asset_facts.facts(grill()), found, RELATIVE, LENGTH)]

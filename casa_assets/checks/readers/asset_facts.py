@@ -12,6 +12,7 @@ from casa_assets.checks.facts import (
     BodyFacts,
     Facts,
     JointFacts,
+    LookFacts,
     PlaceFacts,
     PoseFacts,
     StateFacts,
@@ -27,12 +28,13 @@ def facts(asset: Asset) -> Facts:
     """The table of an asset: joints at zero, root at the origin."""
     bodies = sorted((_body(asset, link) for link in asset.links), key=lambda body: body.name)
     pairs = {(min(e.first, e.second), max(e.first, e.second)) for e in asset.exclusions}
-    places = [_place(p) for p in (*asset.sites, *asset.regions) if p.name != OUTER]
+    places = [*map(_place, asset.sites), *map(_place, asset.regions)]
     return Facts(
         base=asset.base,
         bodies=tuple(bodies),
         exclusions=tuple(sorted(pairs)),
-        places=tuple(sorted(places, key=lambda place: place.name)),
+        places=tuple(sorted((p for p in places if p.name != OUTER), key=lambda place: place.name)),
+        looks=_looks(asset),
         poses=_poses(asset),
         words=_words(asset),
     )
@@ -96,6 +98,24 @@ def _place(item: Site | Region) -> PlaceFacts:
     )
 
 
+def _looks(asset: Asset) -> tuple[LookFacts, ...]:
+    worn = {material.id: material for material in asset.materials}
+    found = []
+    for visual in (v for link in asset.links for v in link.visuals):
+        material = worn[visual.material]
+        red, green, blue, _ = material.base_color
+        picture = material.base_color_texture
+        found.append(
+            LookFacts(
+                name=visual.name,
+                color=material.base_color,
+                light=(material.glow * red, material.glow * green, material.glow * blue),
+                picture=picture.file_name if picture is not None else "",
+            )
+        )
+    return tuple(sorted(found, key=lambda look: look.name))
+
+
 def _poses(asset: Asset) -> tuple[PoseFacts, ...]:
     if not asset.keyframes:
         return ()
@@ -137,7 +157,8 @@ def _moved(joint: Joint, value: float) -> Pose:
 
 
 def _words(asset: Asset) -> Words:
-    shapes = [(s.name, s.label) for link in asset.links for s in (*link.visuals, *link.colliders)]
+    shapes = [(seen.name, seen.label) for link in asset.links for seen in link.visuals]
+    shapes += [(touched.name, touched.label) for link in asset.links for touched in link.colliders]
     states = [StateFacts(name=s.name, joint=s.joint, value=s.value, interval=s.interval) for s in asset.states]
     return Words(
         classes=asset.labels.classes,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import mujoco
 
-from casa_assets.checks.facts import BodyFacts, Facts
+from casa_assets.checks.facts import BodyFacts, Facts, StateFacts, Words
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.readers.mujoco_facts import facts_of_model
 from casa_assets.model.asset import Base
@@ -16,7 +17,7 @@ from casa_assets.model.pose import Pose
 def facts(path: Path) -> Facts:
     """The table of a model.xml or scene.xml: joints at zero, root at the origin.
 
-    The unnamed body around `object` is no body of the asset. Base and classes are custom texts.
+    The unnamed body around `object` is no body of the asset. Base and words are custom texts.
 
     Raises:
         ValueError: the file does not compile, or does not say what its base is.
@@ -25,7 +26,7 @@ def facts(path: Path) -> Facts:
     if loaded.model is None:
         raise ValueError(f"{path.name} does not compile: {loaded.error}")
     texts = _texts(loaded.model)
-    table = facts_of_model(loaded.model, base=Base(texts.get("base", "")), classes=texts.get("class", "").split())
+    table = facts_of_model(loaded.model, base=Base(texts.get("base", "")), words=_words(loaded.model, texts))
     bodies = [body for body in table.bodies if body.name]
     roots = [Pose(position=b.position, quaternion=b.quaternion) for b in bodies if not b.parent]
     if len(roots) != 1:
@@ -36,6 +37,34 @@ def facts(path: Path) -> Facts:
 def _seen_from(root: Pose, body: BodyFacts) -> BodyFacts:
     pose = root.inverse() @ Pose(position=body.position, quaternion=body.quaternion)
     return body.replace(position=pose.position, quaternion=pose.quaternion)
+
+
+def _words(model: mujoco.MjModel, texts: dict[str, str]) -> Words:
+    """Words of the texts; of geoms and joints those that there are."""
+    geoms = {model.geom(i).name for i in range(model.ngeom)}
+    joints = {model.joint(i).name for i in range(model.njnt)}
+    labels = [(name, label) for label, names in _after("label__", texts) for name in names.split() if name in geoms]
+    grips = [(joint, name) for joint, name in _after("grip__", texts) if joint in joints and name in geoms]
+    behind = [(joint, name) for joint, name in _after("behind__", texts) if joint in joints and name in joints]
+    return Words(
+        classes=tuple(texts.get("class", "").split()),
+        labels=tuple(sorted(labels)),
+        grips=tuple(sorted(grips)),
+        behind=tuple(sorted(behind)),
+        states=tuple(_state(name, data) for name, data in sorted(_after("state__", texts))),
+        contract=texts.get("contract", ""),
+        behavior=hashlib.sha256(texts["behavior"].encode()).hexdigest() if "behavior" in texts else "",
+    )
+
+
+def _after(prefix: str, texts: dict[str, str]) -> list[tuple[str, str]]:
+    """(rest of the name, text) of the texts whose names begin so."""
+    return [(name.removeprefix(prefix), data) for name, data in texts.items() if name.startswith(prefix)]
+
+
+def _state(name: str, data: str) -> StateFacts:
+    joint, value, low, high = data.split()
+    return StateFacts(name=name, joint=joint, value=value, interval=(float(low), float(high)))
 
 
 def _texts(model: mujoco.MjModel) -> dict[str, str]:

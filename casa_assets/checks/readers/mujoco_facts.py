@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.facts import BodyFacts, Facts, JointFacts
+from casa_assets.checks.facts import CLOSED, OUTER, BodyFacts, Facts, JointFacts, PlaceFacts, PoseFacts, Words
+from casa_assets.checks.readers.mujoco_looks import linear, looks
 from casa_assets.model.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
@@ -20,23 +23,86 @@ KINDS = {
     int(mujoco.mjtJoint.mjJNT_SLIDE): JointKind.SLIDE,
 }
 FREE_JOINT = int(mujoco.mjtJoint.mjJNT_FREE)
+PLACES: dict[int, Literal["sphere", "box", "cylinder"]] = {
+    int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
+    int(mujoco.mjtGeom.mjGEOM_BOX): "box",
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
+}
+# What robocasa calls a region. Ref: robocasa v1.0, models/fixtures.
+REGION = "reg_"
+# Sites that MJCF repeats a region by, for robocasa v0.2.
+CORNER = re.compile(r"(ext|int)_p[0xyz]")
 
 
-def facts_of_model(model: mujoco.MjModel, *, base: Base, classes: Sequence[str]) -> Facts:
+def facts_of_model(model: mujoco.MjModel, *, base: Base, words: Words) -> Facts:
     """Fact table of a compiled model; what hangs on the world body itself (a floor) is no part of it.
 
     Args:
         model: compiled; its bodies are called `object`, `door`, ... or end in `/object`, `/door`, ... A body without a
             name is only a frame around them.
         base: how the root meets the world, which a model without its world does not tell.
-        classes: semantic labels, which a compiled model does not carry.
+        words: what a compiled model does not carry.
     Raises:
         ValueError: a joint is neither free, hinge nor slide.
     """
-    poses = _poses(model)
-    bodies = [_body(model, b, poses[b]) for b in range(model.nbody) if _is_link(model, b)]
+    at_rest = _poses(model)
+    bodies = [_body(model, b, at_rest[b]) for b in range(model.nbody) if _is_link(model, b)]
     bodies.sort(key=lambda body: body.name)
-    return Facts(base=base, bodies=tuple(bodies), exclusions=_exclusions(model), classes=tuple(classes))
+    return Facts(
+        base=base,
+        bodies=tuple(bodies),
+        exclusions=_exclusions(model),
+        places=places(model),
+        looks=looks(model),
+        poses=poses(model),
+        words=words,
+    )
+
+
+def places(model: mujoco.MjModel) -> tuple[PlaceFacts, ...]:
+    """Sites of links and geoms called `reg_...`, sorted by name; without what MJCF derives from them or from colliders.
+
+    Raises:
+        ValueError: one is neither sphere, box nor cylinder.
+    """
+    found = []
+    for i in range(model.nsite):
+        site = model.site(i)
+        name = short_name(site.name)
+        if _is_link(model, int(site.bodyid[0])) and not CORNER.fullmatch(name):
+            found.append(_place(model, name, site, linear(tuple(float(n) for n in site.rgba))))
+    for i in range(model.ngeom):
+        geom = model.geom(i)
+        if geom.name.startswith(REGION) and _is_link(model, int(geom.bodyid[0])):
+            found.append(_place(model, geom.name.removeprefix(REGION), geom, None))
+    return tuple(sorted((p for p in found if p.name != OUTER), key=lambda place: place.name))
+
+
+def poses(model: mujoco.MjModel) -> tuple[PoseFacts, ...]:
+    """Where the bodies stand at each keyframe, and at zero as `closed`; none where there are no keyframes."""
+    if not model.nkey:
+        return ()
+    links = sorted((short_name(model.body(b).name), b) for b in range(model.nbody) if _is_link(model, b))
+    data = mujoco.MjData(model)
+    found = {}
+    for key in range(-1, model.nkey):
+        if key < 0:
+            mujoco.mj_resetData(model, data)
+        else:
+            mujoco.mj_resetDataKeyframe(model, data, key)
+        mujoco.mj_kinematics(model, data)
+        world_from = {name: Pose(position=_three(data.xpos[b]), quaternion=_four(data.xquat[b])) for name, b in links}
+        tops = [name for name, b in links if not _is_link(model, int(model.body_parentid[b]))]
+        root_from_world = world_from[tops[0]].inverse()
+        stand = [root_from_world @ pose for pose in world_from.values()]
+        name = CLOSED if key < 0 else model.key(key).name
+        found[name] = PoseFacts(
+            name=name,
+            bodies=tuple(world_from),
+            positions=tuple(pose.position for pose in stand),
+            quaternions=tuple(pose.quaternion for pose in stand),
+        )
+    return tuple(found[name] for name in sorted(found))
 
 
 def has_free_joint(model: mujoco.MjModel) -> bool:
@@ -132,8 +198,40 @@ def _joint(model: mujoco.MjModel, body: int) -> JointFacts | None:
             axis=_three(model.jnt_axis[joint]),
             anchor=_three(model.jnt_pos[joint]),
             range=(low, high),
+            resistance=resistance(model, joint),
         )
     return None
+
+
+def resistance(model: mujoco.MjModel, joint: int) -> tuple[float, float, float, float, float]:
+    """(stiffness, where that spring rests, damping, frictionloss, armature) of a joint, SI."""
+    dof, position = int(model.jnt_dofadr[joint]), int(model.jnt_qposadr[joint])
+    return (
+        float(model.jnt_stiffness[joint]),
+        float(model.qpos_spring[position]),
+        float(model.dof_damping[dof]),
+        float(model.dof_frictionloss[dof]),
+        float(model.dof_armature[dof]),
+    )
+
+
+def _place(model: mujoco.MjModel, name: str, item: Any, color: Vec4 | None) -> PlaceFacts:
+    """A site or geom of a model; `item` is the view of it."""
+    kind = PLACES.get(int(item.type[0]))
+    if kind is None:
+        raise ValueError(f"place {name!r} is neither sphere, box nor cylinder")
+    a, b, c = (2 * float(n) for n in item.size)
+    # MuJoCo keeps radius, or radius and half height, in the first cells.
+    size = {"sphere": (a, a, a), "box": (a, b, c), "cylinder": (a, a, b)}[kind]
+    return PlaceFacts(
+        name=name,
+        body=short_name(model.body(int(item.bodyid[0])).name),
+        kind=kind,
+        position=_three(item.pos),
+        quaternion=_four(item.quat),
+        size=size,
+        color=color,
+    )
 
 
 def collides(model: mujoco.MjModel, geom: int) -> bool:

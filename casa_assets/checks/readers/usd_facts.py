@@ -8,9 +8,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import numpy.typing as npt
-from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
+from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from casa_assets.checks.facts import BodyFacts, Facts, JointFacts
+from casa_assets.checks.readers import usd_looks, usd_words
 from casa_assets.checks.readers.mujoco_facts import facts_of_model, has_free_joint, tensor_entries
 from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.model.asset import Base, JointKind
@@ -46,7 +47,12 @@ def mujoco_facts(path: Path) -> Facts:
         raise ValueError(loaded.error)
     model = loaded.model
     base = Base.FREE if has_free_joint(model) else Base.FIXED
-    return facts_of_model(model, base=base, classes=_classes(_open(path)))
+    stage = _open(path)
+    table = facts_of_model(model, base=base, words=usd_words.words(stage))
+    # MuJoCo leaves the colours of sites, most of what a surface is, and the variants of USD out; OpenUSD reads them.
+    colors = {place.name: place.color for place in usd_words.places(stage)}
+    places = [place.replace(color=colors.get(place.name)) for place in table.places]
+    return table.replace(places=tuple(places), looks=usd_looks.looks(stage), poses=usd_words.poses(stage))
 
 
 def pxr_facts(path: Path) -> Facts:
@@ -73,7 +79,10 @@ def pxr_facts(path: Path) -> Facts:
         base=Base.FIXED if welded else Base.FREE,
         bodies=tuple(sorted(bodies, key=lambda b: b.name)),
         exclusions=tuple(sorted((a, b) for a, b in pairs)),
-        classes=_classes(stage),
+        places=usd_words.places(stage),
+        looks=usd_looks.looks(stage),
+        poses=usd_words.poses(stage),
+        words=usd_words.words(stage),
     )
 
 
@@ -87,10 +96,6 @@ def _open(path: Path) -> Usd.Stage:
     if not stage or not stage.GetDefaultPrim():
         raise ValueError(f"{path.name} has no default prim")
     return stage
-
-
-def _classes(stage: Usd.Stage) -> tuple[str, ...]:
-    return tuple(UsdSemantics.LabelsAPI(stage.GetDefaultPrim(), "class").GetLabelsAttr().Get() or ())
 
 
 def _body(
@@ -120,7 +125,7 @@ def _body(
         lower=_numbers(np.min([b[0] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
         upper=_numbers(np.max([b[1] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
         frictions=tuple(sorted({_friction(shape) for shape in shapes})),
-        joint=None if mover is None else _joint(mover),
+        joint=None if mover is None else _joint(mover, stage.GetPrimAtPath(mover.primPath)),
     )
 
 
@@ -134,7 +139,7 @@ def _world_from_body(path: object, joints: dict[object, UsdPhysics.JointDesc]) -
     return _world_from_body(joint.body0, joints) @ parent_from_joint @ body_from_joint.inverse()
 
 
-def _joint(joint: UsdPhysics.JointDesc) -> JointFacts:
+def _joint(joint: UsdPhysics.JointDesc, prim: Usd.Prim) -> JointFacts:
     frame = _pose(joint.localPose1Position, joint.localPose1Orientation)
     axis = frame.rotation @ np.array(AXES[str(joint.axis)[-1]])
     hinge = joint.type == UsdPhysics.ObjectType.RevoluteJoint
@@ -146,7 +151,23 @@ def _joint(joint: UsdPhysics.JointDesc) -> JointFacts:
         axis=_numbers(axis),
         anchor=frame.position,
         range=(low, high),
+        resistance=_resistance(joint, prim, math.pi / 180 if hinge else 1.0),
     )
+
+
+def _resistance(joint: UsdPhysics.JointDesc, prim: Usd.Prim, unit: float) -> tuple[float, float, float, float, float]:
+    """(stiffness, where that spring rests, damping, frictionloss, armature) as PhysX and Newton read them, SI.
+
+    Args:
+        joint: as UsdPhysics parses it.
+        prim: the joint.
+        unit: of its positions, in radians or metres: angles are degrees in USD.
+    """
+    drive = joint.drive
+    stiffness, rest = (drive.stiffness / unit, drive.targetPosition * unit) if drive.enabled else (0.0, 0.0)
+    names = ("newton:damping", "newton:friction", "newton:armature")
+    damping, friction, armature = (float(prim.GetAttribute(n).Get() or 0.0) for n in names)
+    return stiffness, rest, damping / unit, friction, armature
 
 
 def _friction(shape: Usd.Prim) -> Vec3:

@@ -14,6 +14,8 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 SITE_GROUP = 3  # hidden by the viewer until asked for
+# Of flames and streams, which runtimes show by raising their alpha: a group that every camera sees.
+EFFECT_GROUP = 1
 REGION_GROUP = 1
 REGION_COLOR = "0 1 0 0"
 # Names under which robocasa looks for the outer volume. Ref: robocasa v1.0, fixtures and objects.
@@ -28,7 +30,8 @@ def add(body: etree._Element, site: Site) -> None:
     attributes = {"name": site.name, "type": site.kind, **number.place(site.pose), "size": _half_size(site)}
     red, green, blue, alpha = site.color
     shown = number.numbers((display(red), display(green), display(blue), alpha))
-    etree.SubElement(body, "site", attributes | {"group": str(SITE_GROUP), "rgba": shown})
+    group = SITE_GROUP if alpha else EFFECT_GROUP
+    etree.SubElement(body, "site", attributes | {"group": str(group), "rgba": shown})
 
 
 def _half_size(site: Site) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-from pxr import Usd, UsdGeom
+import math
+
+from pxr import Sdf, Usd, UsdGeom
 
 from casa_assets.export.usd import number
+from casa_assets.export.usd.joint import SCOPE
 from casa_assets.model.asset import Asset, Joint, JointKind
 from casa_assets.model.pose import Pose
 
@@ -24,14 +26,7 @@ def define_all(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
     named = {key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes}
     named = {DEFAULT: named.get(DEFAULT, {}), **named}
     moving = [k.name for k in asset.links if _moves(asset, k.name)]
-    for name in moving:
-        # Ops are ordered outside, so that every variant gives values to the same ones.
-        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(name)))
-        xform.ClearXformOpOrder()
-        for op in ("xformOp:translate", "xformOp:orient"):
-            xform.GetPrim().RemoveProperty(op)
-        xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
-        xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
+    _make_room(stage, root, asset, moving)
     for key, values in named.items():
         variants.AddVariant(key)
         variants.SetVariantSelection(key)
@@ -41,7 +36,36 @@ def define_all(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
                 pose = asset_from_link(asset, name, values)
                 prim.GetAttribute("xformOp:translate").Set(number.vec3d(pose.position))
                 prim.GetAttribute("xformOp:orient").Set(number.quatd(pose.quaternion))
+            for joint in asset.joints:
+                _stand(stage.OverridePrim(_path(root, joint)), joint, values.get(joint.name, 0.0))
     variants.SetVariantSelection(DEFAULT)
+
+
+def _make_room(stage: Usd.Stage, root: Usd.Prim, asset: Asset, moving: list[str]) -> None:
+    """Outside of the variants: the ops to which each of them gives values, and that joints have a position."""
+    for name in moving:
+        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(name)))
+        xform.ClearXformOpOrder()
+        for op in ("xformOp:translate", "xformOp:orient"):
+            xform.GetPrim().RemoveProperty(op)
+        xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
+        xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
+    for joint in asset.joints:
+        stage.GetPrimAtPath(_path(root, joint)).AddAppliedSchema(f"PhysicsJointStateAPI:{_freedom(joint)}")
+
+
+def _stand(prim: Usd.Prim, joint: Joint, value: float) -> None:
+    """Where PhysX finds the joint: degrees or metres. Ref: PhysxSchema, PhysicsJointStateAPI."""
+    position = number.degrees(value) if joint.kind is JointKind.HINGE else value
+    number.author(prim, f"state:{_freedom(joint)}:physics:position", Sdf.ValueTypeNames.Float, position, uniform=False)
+
+
+def _freedom(joint: Joint) -> str:
+    return "angular" if joint.kind is JointKind.HINGE else "linear"
+
+
+def _path(root: Usd.Prim, joint: Joint) -> Sdf.Path:
+    return root.GetPath().AppendChild(SCOPE).AppendChild(joint.name)
 
 
 def asset_from_link(asset: Asset, name: str, values: dict[str, float]) -> Pose:
@@ -56,12 +80,12 @@ def asset_from_link(asset: Asset, name: str, values: dict[str, float]) -> Pose:
 
 def joint_motion(joint: Joint, value: float) -> Pose:
     """Pose of the child at `value` in its own frame at zero."""
-    axis = np.array(joint.axis)
+    x, y, z = joint.axis
     if joint.kind is JointKind.SLIDE:
-        x, y, z = (float(v) for v in axis * value)
-        return Pose(position=(x, y, z))
-    x, y, z = (float(v) for v in np.sin(value / 2) * axis)
-    spin = Pose(quaternion=(float(np.cos(value / 2)), x, y, z))
+        return Pose(position=(x * value, y * value, z * value))
+    # Not numpy's: its sine depends on the processor.
+    c, s = math.cos(value / 2), math.sin(value / 2)
+    spin = Pose(quaternion=(c, s * x, s * y, s * z))
     at = Pose(position=joint.anchor)
     return at @ spin @ at.inverse()
 

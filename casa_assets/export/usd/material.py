@@ -77,8 +77,7 @@ def _surface(stage: Usd.Stage, path: Sdf.Path, item: Material, textures: str) ->
         node.CreateInput("bias", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(-1, -1, -1, 0))
         _connect(shader, "normal", Sdf.ValueTypeNames.Normal3f, node, "rgb", Sdf.ValueTypeNames.Float3)
     if item.glow:
-        light = [item.glow * c for c in item.base_color[:3]]
-        shader.CreateInput("emissiveColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*light))
+        _glow(stage, path, item, shader, reader, textures)
     label.attach(material.GetPrim(), "material", [item.substance])
     return material
 
@@ -109,6 +108,24 @@ def _color(
         _connect(shader, "opacity", Sdf.ValueTypeNames.Float, mask, "a", Sdf.ValueTypeNames.Float)
     else:
         shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(alpha)
+
+
+def _glow(
+    stage: Usd.Stage,
+    path: Sdf.Path,
+    item: Material,
+    shader: UsdShade.Shader,
+    reader: UsdShade.Shader | None,
+    textures: str,
+) -> None:
+    """A share of the base colour; where that is a picture (a display), of the picture."""
+    red, green, blue = (item.glow * c for c in item.base_color[:3])
+    if item.base_color_texture is None:
+        shader.CreateInput("emissiveColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(red, green, blue))
+        return
+    node = _texture(stage, path.AppendChild("glow"), item.base_color_texture, reader, textures)
+    node.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(red, green, blue, 1))
+    _connect(shader, "emissiveColor", Sdf.ValueTypeNames.Color3f, node, "rgb", Sdf.ValueTypeNames.Float3)
 
 
 def _metal(

@@ -10,7 +10,9 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box, Cylinder, Shape, Sphere
 
-GROUP = 3  # not shown unless asked for, as in model.xml
+# As in model.xml: marks are not shown unless asked for, flames and streams are where a runtime raises their alpha.
+GROUP = 3
+EFFECT_GROUP = 1
 
 
 def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
@@ -18,10 +20,12 @@ def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
     for site in asset.sites:
         prim = _define(stage, _path(stage, root, site), _shape(site), site.pose)
         red, green, blue, alpha = site.color
+        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, GROUP if alpha else EFFECT_GROUP)
         UsdGeom.Gprim(prim).CreateDisplayColorAttr([Gf.Vec3f(red, green, blue)])
         UsdGeom.Gprim(prim).CreateDisplayOpacityAttr([alpha])
     for region in asset.regions:
-        _define(stage, _path(stage, root, region), _volume(region.kind, region.size), region.pose)
+        prim = _define(stage, _path(stage, root, region), _volume(region.kind, region.size), region.pose)
+        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, GROUP)
 
 
 def _path(stage: Usd.Stage, root: Sdf.Path, item: Site | Region) -> Sdf.Path:
@@ -46,5 +50,4 @@ def _define(stage: Usd.Stage, path: Sdf.Path, shape: Shape, pose: Pose) -> Usd.P
     UsdGeom.Imageable(prim).CreatePurposeAttr(UsdGeom.Tokens.guide)
     for schema in ("NewtonSiteAPI", "MjcSiteAPI"):
         prim.AddAppliedSchema(schema)
-    number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, GROUP)
     return prim

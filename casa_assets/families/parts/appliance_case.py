@@ -19,6 +19,7 @@ from casa_assets.model.shape import Hull
 
 # Plastic or sheet of 2 to 3 mm with works and air inside, as a density of the whole case. By weighing such things.
 WORKS = 330.0
+FLAT_BAND = 0.0015  # metres
 
 
 def rounded(points: Sequence[Vec2], radius: float, steps: int = 5) -> Floats:
@@ -52,7 +53,9 @@ def tapered(width: float, depth: float, steps: Sequence[tuple[float, float]], ra
     Insets above half of the narrower side are cut to it.
     """
     rings = []
-    for inset, z in steps:
+    # A narrow flat band inside each cap keeps the shading of the round edge off the cap.
+    (low, bottom), (high, top) = steps[0], steps[-1]
+    for inset, z in ((low + FLAT_BAND, bottom), *steps, (high + FLAT_BAND, top)):
         w, d = max(width - 2 * inset, 0.004), max(depth - 2 * inset, 0.004)
         ring = rectangle(w, d, max(radius - inset, 0.15 * min(w, d)), corner)
         rings.append(np.column_stack([ring, np.full(len(ring), z)]))

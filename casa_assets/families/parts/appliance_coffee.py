@@ -17,7 +17,10 @@ CAST = 2600.0  # kg/m^3 of a brass casting with holes and a chromed shell
 def tray(bench: Bench, low: Vec3, high: Vec3, metal: str) -> None:
     """A dark tray with a grid on top; high[2] is where a cup stands. Its frame, slats and shape are put on the root."""
     (x0, y0, z0), (x1, y1, z1) = low, high
-    pan = cut(board(low, (x1, y1, z1 - 0.0006), 0.003, 2), board((x0 + 0.006, y0 + 0.006, z0 + 0.006), (x1 - 0.006, y1 - 0.006, 1.0), 0.0))
+    pan = cut(
+        board(low, (x1, y1, z1 - 0.0006), 0.003, 2),
+        board((x0 + 0.006, y0 + 0.006, z0 + 0.006), (x1 - 0.006, y1 - 0.006, 1.0), 0.0),
+    )
     bench.add(ROOT, pan, "plastic_black", label="tray", touch=False)
     touch = board(low, high, 0.0)
     bench.add(ROOT, touch, metal, label="tray", touch="drip_tray", density=0.0, seen=False)
@@ -69,30 +72,34 @@ def wand(bench: Bench, at: Vec3, low: float, metal: str) -> None:
     bench.add(ROOT, ball_, metal, label="wand", touch=False)
     pipe = tube([(x, y, z), (x, y, z - 0.03), (x + out * 0.02, y - 0.015, low)], 0.0042, 0.012)
     bench.add(ROOT, pipe, metal, label="wand", density=4000.0)
-    sleeve = tube([(x + out * 0.0095, y - 0.007, low + (z - low) * 0.5), (x + out * 0.0155, y - 0.0117, low + (z - low) * 0.22)], 0.0066)
+    sleeve = tube(
+        [(x + out * 0.0095, y - 0.007, low + (z - low) * 0.5), (x + out * 0.0155, y - 0.0117, low + (z - low) * 0.22)],
+        0.0066,
+    )
     bench.add(ROOT, sleeve, "rubber_black", label="wand", touch=False)
 
 
 def hopper(bench: Bench, x: float, y: float, z: float, size: float, tall: float) -> None:
     """A see-through funnel for beans with a lid; z is the top that it stands on."""
     steps = [(0.022, z), (0.0, z + 0.5 * tall), (0.0, z + tall - 0.012)]
-    body = tapered(size, size, steps, 0.03)
+    body = tapered(size, size, steps, 0.03).at(x, y)
     bench.add(ROOT, body.hulled(), "plastic_smoked", label="hopper", density=220.0)
-    beans = tapered(size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * tall)], 0.028)
+    beans = tapered(size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * tall)], 0.028).at(x, y)
     bench.add(ROOT, beans, "coffee_dark", label="hopper", touch=False, density=350.0)
-    lid = tapered(size + 0.004, size + 0.004, [(0.0, z + tall - 0.0118), (0.0, z + tall - 0.003), (0.003, z + tall)], 0.031)
+    lid = tapered(
+        size + 0.004, size + 0.004, [(0.0, z + tall - 0.0118), (0.0, z + tall - 0.003), (0.003, z + tall)], 0.031
+    ).at(x, y)
     bench.add(ROOT, lid.hulled(), "plastic_black", label="hopper", density=500.0)
     knob = rod(0.011, 0.012, 0.003).at(x, y, z + tall + 0.006)
-    bench.add(ROOT, knob, "plastic_black", label="hopper", touch=False)
-    for piece in (bench.pieces[ROOT],):
-        for part in piece.parts[-4:-1]:
-            part.solid = part.solid.at(x, y)
+    bench.add(ROOT, knob, "plastic_black", label="hopper")
 
 
 def gauge(bench: Bench, at: Vec3, radius: float, metal: str) -> None:
     """A round pressure gauge in a front that looks to -y."""
     x, y, z = at
-    bezel = lathe([(radius, 0.0), (radius, 0.005), (radius - 0.003, 0.007), (radius - 0.004, 0.0062), (0.0, 0.0062)], 32)
+    bezel = lathe(
+        [(radius, 0.0), (radius, 0.005), (radius - 0.003, 0.007), (radius - 0.004, 0.0062), (0.0, 0.0062)], 32
+    )
     bench.add(ROOT, bezel.turned("x", math.pi / 2).at(x, y, z), metal, label="gauge", touch=False)
     dial = rod(radius - 0.0042, 0.0006, 0.0, "y").at(x, y - 0.0067, z)
     bench.add(ROOT, dial, "enamel_white", label="gauge", touch=False, density=0.0)

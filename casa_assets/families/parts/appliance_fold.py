@@ -1,4 +1,4 @@
-"""Flaps that fold down: a spring that carries their weight, and friction that holds them where they are left."""
+"""Flaps and heads that turn about x: a spring carries their weight, friction holds them where they are left."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LEAST_N, PULL_N = 7.0, 20.0
 
 
 def fold(bench: Bench, link: str, joint: str, grip: str, way: float) -> None:
-    """Hinge a flap about x through its link's origin; it opens by `way` rad to the front.
+    """Hinge a link about x through its origin; it opens by `way` rad: to the front where positive, up where negative.
 
     The spring is the straight line that comes nearest to the moment of the weight over the way; what is left over
     is held by friction.
@@ -32,6 +32,6 @@ def fold(bench: Bench, link: str, joint: str, grip: str, way: float) -> None:
     left = float(rest.max()) - bias
     start = max(LEAST_N, 1.35 * left / lever)
     inertia = mass * float(center[1] ** 2 + center[2] ** 2) * 1.35
-    feel = dynamics.feel(inertia, lever, way, start, max(start + 2.5, PULL_N - left / lever))
+    feel = dynamics.feel(inertia, lever, abs(way), start, max(start + 2.5, PULL_N - left / lever))
     spring = dynamics.Spring(float(f"{stiffness:.4g}"), float(f"{-bias / stiffness:.4g}"))
-    bench.hinge(joint, link, (1.0, 0.0, 0.0), (0.0, way), grip, spring=spring, feel=feel)
+    bench.hinge(joint, link, (1.0, 0.0, 0.0), (min(0.0, way), max(0.0, way)), grip, spring=spring, feel=feel)

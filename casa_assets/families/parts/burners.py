@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
@@ -12,10 +11,13 @@ from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import box, lathe, rod
 from casa_assets.families.kit.solid import Solid
 from casa_assets.families.kit.sweep import tube
+from casa_assets.families.parts.grates import GrateStyle, Spot, cells, grates
 from casa_assets.model.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 
 # Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
 ON, HIGH = 0.35, math.radians(80)
+SMALL, LARGE = 0.0725, 0.092  # radii of burners, metres
+RIM = 1.16  # radius of a drip bowl over that of its coil
 FLAME, GLOW = (0.06, 0.2, 0.75, 0.0), (0.85, 0.12, 0.03, 0.0)
 
 
@@ -28,34 +30,22 @@ class Fuel(StrEnum):
     INDUCTION = "induction"
 
 
-@dataclass(frozen=True)
-class Spot:
-    """A burner: its location's name, its middle and radius in metres."""
-
-    loc: str
-    x: float
-    y: float
-    radius: float
-
-
 def spots(count: int, width: float, depth: float, middle: tuple[float, float] = (0.0, 0.0)) -> list[Spot]:
     """Where four, five or six burners lie on a field about `middle`; metres."""
-    small, large = 0.075, 0.1
-    columns: tuple[tuple[str, float], ...]
+    # Pans of 145 and 180 mm, and a wide one in the middle; two in a column keep clear of each other, dishes and all.
+    fit = min(1.0, (depth / 2 - 0.006) / (RIM * (SMALL + LARGE)))
+    count_x = 2 if count == 4 else 3
+    left, right = -width * (count_x - 1) / (2 * count_x), width * (count_x - 1) / (2 * count_x)
+    columns = [("left", left), ("right", right)]
     if count == 6:
-        columns = (("left", -width / 3), ("center", 0.0), ("right", width / 3))
-    else:
-        columns = (
-            ("left", -width / 4 - (0.03 if count == 5 else 0.0)),
-            ("right", width / 4 + (0.03 if count == 5 else 0.0)),
-        )
+        columns.insert(1, ("center", 0.0))
     rows = (("rear", depth / 4), ("front", -depth / 4))
     out = []
     for i, (side, x) in enumerate(columns):
         for j, (row, y) in enumerate(rows):
-            out.append(Spot(f"{row}_{side}", x, y, large if (i + j) % 2 else small))
+            out.append(Spot(f"{row}_{side}", x, y, (LARGE if (i + j) % 2 else SMALL) * fit))
     if count == 5:
-        out.append(Spot("center", 0.0, 0.0, 0.11))
+        out.append(Spot("center", 0.0, 0.0, min(0.108, 0.45 * width / 3)))
     return [Spot(s.loc, s.x + middle[0], s.y + middle[1], s.radius) for s in out]
 
 
@@ -66,21 +56,22 @@ def light(
     top: float,
     grate: str,
     field: tuple[float, float],
-    modern: bool,
+    style: GrateStyle,
     middle: tuple[float, float] = (0.0, 0.0),
+    ink: str = "plastic_grey_light",
 ) -> None:
     """Burners on a surface at z = top, with their sites.
 
     Args:
         grate: finish of the grates. field: width and depth that the grates cover, metres, about `middle`.
-        modern: grates that join to one surface instead of one for each burner.
+        style: of the grates. ink: finish of rings that are printed on glass.
     """
     high = top
     if fuel is Fuel.GAS:
         high = top + 0.045
         for s in places:
             _gas(bench, s, top)
-        _grates(bench, places, top, high, grate, field, modern, middle)
+        grates(bench, cells(places, field, middle), top, high, grate, style)
     elif fuel is Fuel.COIL:
         high = top + 0.018
         for s in places:
@@ -88,7 +79,7 @@ def light(
     else:
         high = top + 0.0004
         for s in places:
-            _ring(bench, s, top, fuel)
+            _ring(bench, s, top, fuel, ink)
     for s in places:
         color = FLAME if fuel is Fuel.GAS else GLOW
         tall = 0.02 if fuel is Fuel.GAS else 0.004
@@ -135,56 +126,6 @@ def _moved(solid: Solid, s: Spot) -> Solid:
     return solid.at(s.x, s.y)
 
 
-def _grates(
-    bench: Bench,
-    places: list[Spot],
-    top: float,
-    high: float,
-    finish: str,
-    field: tuple[float, float],
-    modern: bool,
-    middle: tuple[float, float],
-) -> None:
-    """Iron bars: a frame for each column of burners, with fingers that point to their middles."""
-    bar, (w, d), (mx, my) = 0.011, field, middle
-    columns = sorted({round(s.x, 4) for s in places})
-    pitch = w / len(columns)
-    z0, z1 = high - 0.014, high
-    for x in columns:
-        own = [s for s in places if round(s.x, 4) == x]
-        cx = mx - w / 2 + pitch * (columns.index(x) + 0.5)
-        half = pitch / 2 - (0.0015 if modern else 0.012)
-        for side in (-1, 1):
-            rail = box((bar, d, z1 - z0), (cx + side * (half - bar / 2), my, (z0 + z1) / 2), 0.002)
-            bench.add(ROOT, rail, finish, label="grate")
-            for y in (my - d / 2 + 0.012, my + d / 2 - 0.012):
-                foot = box((bar, 0.016, z0 - top - 0.0004), (cx + side * (half - bar / 2), y, (z0 + top) / 2), 0.001)
-                bench.add(ROOT, foot, finish, label="grate", touch=False)
-        ends = (my - d / 2 + bar / 2, my + d / 2 - bar / 2)
-        for y in ends if len(own) < 2 else (*ends, my):
-            cross = box((2 * half - 2 * bar + 0.001, bar, z1 - z0 - 0.0006), (cx, y, (z0 + z1) / 2), 0.002)
-            bench.add(ROOT, cross, finish, label="grate")
-        for s in own:
-            reach = half - 0.35 * s.radius
-            for side in (-1, 1):
-                finger = box(
-                    (reach - 0.4 * s.radius, 0.008, 0.012),
-                    (
-                        s.x + side * (0.35 * s.radius + (reach - 0.4 * s.radius) / 2 + 0.1 * s.radius),
-                        s.y,
-                        high - 0.0064,
-                    ),
-                    0.001,
-                )
-                bench.add(ROOT, finger, finish, label="grate", touch=False)
-            for side in (-1, 1):
-                long = max(0.02, d / 4 - 0.45 * s.radius)
-                finger = box(
-                    (0.008, long, 0.0116), (s.x, s.y + side * (0.4 * s.radius + long / 2), high - 0.0066), 0.001
-                )
-                bench.add(ROOT, finger, finish, label="grate", touch=False)
-
-
 def _coil(bench: Bench, s: Spot, top: float) -> None:
     bowl = lathe(
         [
@@ -208,13 +149,13 @@ def _coil(bench: Bench, s: Spot, top: float) -> None:
     bench.add(ROOT, touch, "heating_element", label="burner", density=0.0, seen=False)
 
 
-def _ring(bench: Bench, s: Spot, top: float, fuel: Fuel) -> None:
+def _ring(bench: Bench, s: Spot, top: float, fuel: Fuel, ink: str) -> None:
     """Printed rings on glass, a hair above it."""
     z = top + 0.0002
     radii = (s.radius, 0.62 * s.radius) if fuel is Fuel.CERAMIC else (s.radius,)
     for r in radii:
         ring = lathe([(r - 0.0016, z), (r, z), (r, z + 0.0002), (r - 0.0016, z + 0.0002)], 56, closed=True)
-        bench.add(ROOT, _moved(ring, s), "plastic_grey_light", label="burner", touch=False, density=0.0)
+        bench.add(ROOT, _moved(ring, s), ink, label="burner", touch=False, density=0.0)
     if fuel is Fuel.INDUCTION:
         for t in np.arange(4) * math.pi / 2:
             tick = box((0.0014, 0.3 * s.radius, 0.0002), (0.0, 0.0, z + 0.0001), 0.0).at(
@@ -223,7 +164,7 @@ def _ring(bench: Bench, s: Spot, top: float, fuel: Fuel) -> None:
             bench.add(
                 ROOT,
                 _moved(tick.turned("z", float(t)), s),
-                "plastic_grey_light",
+                ink,
                 label="burner",
                 touch=False,
                 density=0.0,

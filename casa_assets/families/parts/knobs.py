@@ -8,7 +8,7 @@ from enum import StrEnum
 from casa_assets.families.kit import dynamics
 from casa_assets.families.kit.bench import Bench
 from casa_assets.families.kit.blocks import box, lathe, rod
-from casa_assets.families.kit.solid import Solid
+from casa_assets.families.kit.solid import Solid, joined
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Cylinder
@@ -59,13 +59,12 @@ def knob(
         ((Cylinder(radius=radius, height=depth), Pose(position=(0.0, 0.0, depth / 2))),),
         crease_deg=body.crease_deg,
     )
-    line = box((0.0022, 0.62 * radius, 0.0012), (0.0, 0.52 * radius, depth + 0.0002), 0.0002)
     face = Pose() if up else Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
     bench.add(link, shaped.posed(face), finish, label="knob", touch=collider, density=1500.0)
     for solid in extra:
         bench.add(link, solid.posed(face), finish, label="knob", touch=False, density=1500.0)
-    top = 0.117 * depth if style is KnobStyle.BAR else 0.0
-    bench.add(link, line.at(z=top).posed(face), mark, label="knob", touch=False, density=0.0)
+    pointer = _pointer(style, radius, depth)
+    bench.add(link, pointer.posed(face), mark, label="knob", touch=False, density=0.0)
     axis = (0.0, 0.0, 1.0) if up else (0.0, -1.0, 0.0)
     feel = dynamics.Feel(damping=0.02, frictionloss=TORQUE, armature=2e-4)
     bench.hinge(joint, link, axis, (0.0, turn), collider, feel=feel)
@@ -79,7 +78,7 @@ def _shape(style: KnobStyle, r: float, d: float) -> tuple[Solid, list[Solid]]:
         return body, []
     if style is KnobStyle.FLUTED:
         grips = [
-            box((0.0026, 0.0026, 0.7 * d), (0.0, 0.93 * r, 0.5 * d), 0.0008).turned("z", math.pi * k / 9)
+            box((0.0026, 0.0026, 0.7 * d), (0.0, 0.93 * r, 0.5 * d), 0.0).turned("z", math.pi * k / 9)
             for k in range(18)
         ]
         return lathe([(r, 0.0), (r, 0.12 * d), (0.93 * r, 0.15 * d), (0.93 * r, d - e), (0.93 * r - e, d)], 36), grips
@@ -96,6 +95,30 @@ def _shape(style: KnobStyle, r: float, d: float) -> tuple[Solid, list[Solid]]:
         return lathe([(r - 0.0005, 0.0), (r, 0.001), (r, d - e), (r - e, d)], 32), []
     body = lathe([(r, 0.0), (r, 0.18 * d), (0.55 * r, 0.3 * d), (0.5 * r, 0.8 * d)], 28)
     return body, [box((0.5 * r, 1.6 * r, 0.72 * d), (0.0, 0.18 * r, 0.63 * d), 0.004, 3)]
+
+
+def _pointer(style: KnobStyle, r: float, d: float) -> Solid:
+    """The mark that shows where a knob stands, on top of it, towards y."""
+    if style is KnobStyle.DOME:
+        t = 1.0  # how far up the dome, rad; the mark lies along it
+        lean = -math.atan2(0.7 * d * math.cos(t), r * math.sin(t))
+        line = box((0.0022, 0.34 * r, 0.0016), (0.0, 0.0, 0.0), 0.0003).turned("x", lean)
+        return line.at(y=r * math.cos(t), z=0.3 * d + 0.7 * d * math.sin(t))
+    ends = {KnobStyle.SKIRT: (0.08, 0.6), KnobStyle.SLIM: (0.3, 0.88)}.get(style, (0.21, 0.83))
+    top = 1.117 * d if style is KnobStyle.BAR else d
+    low, high = ends[0] * r, ends[1] * r
+    return box((0.0022, high - low, 0.0012), (0.0, (low + high) / 2, top + 0.0002), 0.0002)
+
+
+def dial(radius: float, turn: float = TURN, up: bool = False, steps: int = 7) -> Solid:
+    """Ticks printed round a knob, from off over its range; their back is the plane of its foot at the origin."""
+    parts = []
+    for k in range(steps):
+        long = 0.2 if k == 0 else 0.08 + 0.07 * k / (steps - 1)
+        tick = box((0.0014, long * radius, 0.0003), (0.0, (1.32 + long / 2) * radius, 0.00015), 0.0)
+        parts.append(tick.turned("z", turn * k / (steps - 1)))
+    ring = joined(parts).untouched()
+    return ring if up else ring.turned("x", math.pi / 2)
 
 
 def bezel(radius: float, up: bool = False) -> Solid:

@@ -10,9 +10,9 @@ import numpy as np
 
 from casa_assets.families.kit import dynamics
 from casa_assets.families.kit.bench import ROOT, Bench
-from casa_assets.families.kit.blocks import board, box
+from casa_assets.families.kit.blocks import board, box, lathe
 from casa_assets.families.kit.carve import cut
-from casa_assets.families.kit.solid import Solid, box_shape
+from casa_assets.families.kit.solid import Solid, box_shape, joined
 from casa_assets.families.kit.sweep import rectangle, tube
 from casa_assets.families.parts.legs import bar
 from casa_assets.model.record import Vec3
@@ -23,6 +23,7 @@ THICK = 0.045  # of a door: two panes and air
 FOLD = 1.48  # rad
 WOOL = 260.0  # kg/m^3 of a wall: sheet on both sides, mineral wool between
 DOOR = 480.0  # kg/m^3 of a door's frame
+PIPE, CAST = 2050.0, 2700.0  # kg/m^3 of a handle: steel pipe of 2 mm with what is in it; posts of cast aluminium
 SPAN = 0.26  # metres that a rack comes out
 
 
@@ -41,6 +42,7 @@ class Looks:
 
     Attributes:
         shell, liner, face, glass, metal: finishes. grip: of the door. window: share of the door that is glass, 0..1.
+        border: finish of a border round the window, or None.
     """
 
     shell: str
@@ -50,17 +52,25 @@ class Looks:
     window: float = 0.62
     liner: str = "enamel_charcoal"
     glass: str = "glass_oven_dark"
+    border: str | None = None
 
 
 def cavity(
-    bench: Bench, low: Vec3, high: Vec3, looks: Looks, racks: int, first: int = 0, door: str = "door_joint"
+    bench: Bench,
+    low: Vec3,
+    high: Vec3,
+    looks: Looks,
+    racks: int,
+    first: int = 0,
+    door: str = "door_joint",
+    touched: bool = True,
 ) -> None:
     """Walls round a cavity, open to the front (-y), and its racks.
 
     Args:
         low, high: corners of the outside; the front plane is low[1].
         racks: how many; they are named rack<first>, rack<first + 1> from below.
-        door: joint that has to be open before a rack can move.
+        door: joint that has to be open before a rack can move. touched: False where the caller adds shapes for walls.
     """
     (x0, y0, z0), (x1, y1, z1) = low, high
     t, e = WALL, 0.0006
@@ -73,7 +83,7 @@ def cavity(
         board((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t), 0.0),
     )
     for wall in walls:
-        bench.add(ROOT, wall, looks.shell, label="case", density=WOOL)
+        bench.add(ROOT, wall, looks.shell, label="case", touch=touched, density=WOOL)
     (a0, b0, c0), (a1, b1, c1) = inner
     liners = (
         board((a0, b0 + 0.001, c0), (a0 + e, b1, c1), 0.0),
@@ -89,6 +99,17 @@ def cavity(
         board((a0 - 0.004, y0 - 0.01, c0 - 0.004), (a1 + 0.004, y0 + 0.01, c1 + 0.004), 0.0),
     )
     bench.add(ROOT, seal, "gasket_grey", label="gasket", touch=False, density=300.0)
+    _furnish(bench, (a0, b0, c0), (a1, b1, c1), f"lamp{first}")
+    height = c1 - c0
+    for k in range(racks):
+        z = c0 + height * (0.22 + 0.56 * k / max(1, racks - 1) if racks > 1 else 0.4)
+        room = height * (0.56 / max(1, racks - 1)) - 0.03 if k < racks - 1 else c1 - z - 0.05
+        rack(bench, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, room)), looks, door)
+
+
+def _furnish(bench: Bench, low: Vec3, high: Vec3, lamp: str) -> None:
+    """The grill's element under the roof; a fan behind a cover and a lamp on the back wall."""
+    (a0, b0, _), (a1, b1, c1) = low, high
     element = tube(
         [
             (a0 + 0.05, b1 - 0.04, c1 - 0.03),
@@ -100,14 +121,20 @@ def cavity(
         0.03,
     )
     bench.add(ROOT, element, "heating_element", label="element", touch=False)
-    height = c1 - c0
-    for k in range(racks):
-        z = c0 + height * (0.22 + 0.56 * k / max(1, racks - 1) if racks > 1 else 0.4)
-        room = height * (0.56 / max(1, racks - 1)) - 0.03 if k < racks - 1 else c1 - z - 0.05
-        _rack(bench, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, room)), looks, door)
+    x, z = (a0 + a1) / 2, (low[2] + c1) / 2
+    r = min(0.085, 0.33 * (c1 - low[2]), 0.3 * (a1 - a0))
+    face = b1 - 0.0008  # the liner's front
+    cover = lathe([(r, 0.0), (r, 0.004), (0.9 * r, 0.009), (0.0, 0.009)]).turned("x", math.pi / 2)
+    bench.add(ROOT, cover.at(x, face, z), "enamel_charcoal", label="fan", touch=False, density=1200.0)
+    slots = [box((0.0035, 0.0008, 0.5 * r), (0.0, -0.0098, 0.52 * r), 0.0) for _ in range(12)]
+    ring = joined([s.turned("y", 2 * math.pi * k / 12) for k, s in enumerate(slots)])
+    bench.add(ROOT, ring.at(x, face, z), "rubber_black", label="fan", touch=False, density=0.0)
+    bulb = lathe([(0.026, 0.0), (0.026, 0.003), (0.021, 0.005), (0.017, 0.011), (0.0, 0.014)]).turned("x", math.pi / 2)
+    at = (a1 - 0.055, face, c1 - 0.05)
+    bench.add(ROOT, bulb.at(*at), "glass_opal", label="lamp", name=lamp, touch=False, density=1500.0)
 
 
-def _rack(bench: Bench, name: str, low: Vec3, high: Vec3, looks: Looks, door: str) -> None:
+def rack(bench: Bench, name: str, low: Vec3, high: Vec3, looks: Looks, door: str) -> None:
     """A wire rack on ledges; its region rides on it."""
     (x0, y0, z), (x1, y1, top) = low, high
     for x in (x0 + 0.0008, x1 - 0.0088):
@@ -150,6 +177,15 @@ def door(
     hole = board((pane_low[0], -0.01, pane_low[1]), (pane_high[0], THICK + 0.01, pane_high[1]), 0.0)
     frame = cut(slab, hole, shapes=(box_shape((0, 0, 0), (w, THICK, h)),))
     bench.add(link, frame, looks.face, label="door", name=f"{link}_main", density=DOOR)
+    if looks.border:
+        rim = cut(
+            board(
+                (pane_low[0] - 0.016, -0.0009, pane_low[1] - 0.016),
+                (pane_high[0] + 0.016, -0.0003, pane_high[1] + 0.016),
+            ),
+            board((pane_low[0], -0.1, pane_low[1]), (pane_high[0], 0.1, pane_high[1]), 0.0),
+        )
+        bench.add(link, rim, looks.border, label="window", touch=False)
     for y in (0.004, THICK - 0.008):
         pane = board(
             (pane_low[0] - 0.004, y, pane_low[1] - 0.004), (pane_high[0] + 0.004, y + 0.003, pane_high[1] + 0.004), 0.0
@@ -161,23 +197,23 @@ def door(
     )
     bench.add(link, inner, looks.liner, label="door", touch=False, density=2000.0)
     _handle(bench, link, w, h, looks)
-    return _fold(bench, link)
+    return fold(bench, link)
 
 
 def _handle(bench: Bench, link: str, w: float, h: float, looks: Looks) -> None:
     z, reach, inset = h - 0.05, 0.048, 0.06
     if looks.grip is Grip.PRO:
         for x in (inset, w - inset):
-            bench.add(link, box((0.03, reach, 0.034), (x, -reach / 2, z), 0.005, 2), looks.metal, label="handle")
+            post = box((0.03, reach, 0.034), (x, -reach / 2, z), 0.005, 2)
+            bench.add(link, post, looks.metal, label="handle", density=CAST)
         grip = tube([(inset - 0.035, -reach - 0.002, z), (w - inset + 0.035, -reach - 0.002, z)], 0.0145)
-        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density=3000.0)
+        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density=PIPE)
     elif looks.grip is Grip.FLAT:
         for x in (inset, w - inset):
-            bench.add(
-                link, box((0.02, reach - 0.01, 0.016), (x, -(reach - 0.01) / 2, z), 0.002), looks.metal, label="handle"
-            )
+            post = box((0.02, reach - 0.01, 0.016), (x, -(reach - 0.01) / 2, z), 0.002)
+            bench.add(link, post, looks.metal, label="handle", density=CAST)
         flat = box((w - 2 * inset + 0.05, 0.012, 0.026), (w / 2, -reach + 0.004, z), 0.003, 2)
-        bench.add(link, flat, looks.metal, label="handle", name=f"{link}_handle_main", density=3000.0)
+        bench.add(link, flat, looks.metal, label="handle", name=f"{link}_handle_main", density=PIPE)
     elif looks.grip is Grip.CURVED:
         steps = np.linspace(-1, 1, 13)
         path = [
@@ -195,15 +231,16 @@ def _handle(bench: Bench, link: str, w: float, h: float, looks: Looks) -> None:
             for x in (inset + 0.012, w - inset - 0.012)
         ]
         body = Solid(grip.points, grip.faces, (whole, *ends), grip.spread, 50.0)
-        bench.add(link, body, looks.metal, label="handle", name=f"{link}_handle_main", density=3000.0)
+        bench.add(link, body, looks.metal, label="handle", name=f"{link}_handle_main", density=PIPE)
     else:
         for x in (inset, w - inset):
-            bench.add(link, box((0.018, reach, 0.018), (x, -reach / 2, z), 0.004, 2), looks.metal, label="handle")
+            post = box((0.018, reach, 0.018), (x, -reach / 2, z), 0.004, 2)
+            bench.add(link, post, looks.metal, label="handle", density=CAST)
         grip = tube([(inset - 0.02, -reach, z), (w - inset + 0.02, -reach, z)], 0.0105)
-        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density=4000.0)
+        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density=PIPE)
 
 
-def _fold(bench: Bench, link: str) -> str:
+def fold(bench: Bench, link: str) -> str:
     """The hinge: a spring that carries the door, and friction that holds it where it is left."""
     piece = bench.pieces[link]
     mass = sum(q.mass for q in piece.weights)

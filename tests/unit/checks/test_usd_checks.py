@@ -16,6 +16,7 @@ from casa_assets.checks import usd
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.model.asset import Asset
+from tests.articulated import grill
 from tests.assets import EVERY, microwave, rigid_mug, textured_box
 from tests.packages import Tampering, tamper, thumbnail, tripped, written
 
@@ -61,7 +62,7 @@ BAD: dict[str, Tampering] = {
 EXAMPLES = {code: (textured_box, spoil) for code, spoil in BAD.items()}
 
 
-@pytest.mark.parametrize("make", EVERY)
+@pytest.mark.parametrize("make", [*EVERY, grill])
 def test_good_packages_trip_nothing(make: Callable[[], Asset], tmp_path: Path) -> None:
     assert tripped(written(make(), tmp_path), FILES) == set()
 

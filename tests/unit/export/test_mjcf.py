@@ -118,6 +118,7 @@ class TestJoint:
             "damping": "0.5",
             "frictionloss": "0.3",
             "armature": "0.01",
+            "solimpfriction": "0.9999 0.9999 0.001 0.5 2",
         }
 
     def test_drive_is_a_spring_whose_damping_adds_up(self) -> None:

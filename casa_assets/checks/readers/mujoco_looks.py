@@ -1,0 +1,48 @@
+"""Compiled MuJoCo model -> what its visuals look like."""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath
+
+import mujoco
+
+from casa_assets.checks.facts import LookFacts
+from casa_assets.model.record import Vec4
+
+COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
+
+
+def looks(model: mujoco.MjModel) -> tuple[LookFacts, ...]:
+    """Named geoms that have a material and touch nothing, sorted by name; what hangs on the world is left out."""
+    found = []
+    for geom in range(model.ngeom):
+        name, material = model.geom(geom).name, int(model.geom_matid[geom])
+        touches = model.geom_contype[geom] or model.geom_conaffinity[geom]
+        if material < 0 or touches or not name or not model.geom_bodyid[geom]:
+            continue
+        color = linear(tuple(float(n) for n in model.mat_rgba[material]))
+        glow = float(model.mat_emission[material])
+        found.append(
+            LookFacts(
+                name=name,
+                color=color,
+                light=(glow * color[0], glow * color[1], glow * color[2]),
+                picture=_picture(model, int(model.mat_texid[material][COLOR])),
+            )
+        )
+    return tuple(sorted(found, key=lambda look: look.name))
+
+
+def linear(rgba: tuple[float, ...]) -> Vec4:
+    """Display colour -> linear, alpha as it is. Ref: IEC 61966-2-1."""
+    red, green, blue, alpha = rgba
+    dark = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (red, green, blue)]
+    return dark[0], dark[1], dark[2], alpha
+
+
+def _picture(model: mujoco.MjModel, texture: int) -> str:
+    """File name of a texture, empty where there is none."""
+    if texture < 0:
+        return ""
+    paths, start = bytes(model.paths), int(model.tex_pathadr[texture])
+    return PurePosixPath(paths[start : paths.index(0, start)].decode()).name

@@ -1,0 +1,67 @@
+"""USD stage -> what its visuals look like. Read with OpenUSD alone."""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath
+
+from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
+
+from casa_assets.checks.facts import LookFacts
+from casa_assets.model.record import Vec3, Vec4
+
+
+def looks(stage: Usd.Stage) -> tuple[LookFacts, ...]:
+    """Meshes that physics does not touch, sorted by name, in the material that they are bound to.
+
+    Raises:
+        ValueError: one has no surface to be seen.
+    """
+    meshes = [p for p in stage.Traverse() if p.IsA(UsdGeom.Mesh) and not p.HasAPI(UsdPhysics.CollisionAPI)]
+    # A site is no mesh, so what is left is seen.
+    return tuple(sorted((_look(prim) for prim in meshes), key=lambda look: look.name))
+
+
+def _look(prim: Usd.Prim) -> LookFacts:
+    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+    shader = material.ComputeSurfaceSource()[0] if material else None
+    if not shader:
+        raise ValueError(f"{prim.GetName()!r} has no surface")
+    red, green, blue, _ = _value(shader, "diffuseColor")
+    return LookFacts(
+        name=prim.GetName(),
+        color=(red, green, blue, _value(shader, "opacity")[3]),
+        light=_three(_value(shader, "emissiveColor")),
+        picture=_picture(shader),
+    )
+
+
+def _node(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
+    """The texture that feeds an input."""
+    port = shader.GetInput(name)
+    if not port or not port.HasConnectedSource():
+        return None
+    return UsdShade.Shader(port.GetConnectedSources()[0][0].source.GetPrim())
+
+
+def _value(shader: UsdShade.Shader, name: str) -> Vec4:
+    """What a colour or a number is, or what its picture is multiplied with; a number is the alpha of white."""
+    node = _node(shader, name)
+    if node is not None:
+        scale = node.GetInput("scale")
+        red, green, blue, alpha = (float(n) for n in (scale.Get() if scale else (1, 1, 1, 1)))
+        return red, green, blue, alpha
+    port = shader.GetInput(name)
+    value = port.Get() if port else (0.0, 0.0, 0.0)
+    if isinstance(value, float):
+        return 1.0, 1.0, 1.0, value
+    red, green, blue = (float(n) for n in value)
+    return red, green, blue, 1.0
+
+
+def _picture(shader: UsdShade.Shader) -> str:
+    node = _node(shader, "diffuseColor")
+    return PurePosixPath(node.GetInput("file").Get().path).name if node is not None else ""
+
+
+def _three(rgba: Vec4) -> Vec3:
+    return rgba[0], rgba[1], rgba[2]

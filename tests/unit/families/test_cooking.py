@@ -1,0 +1,260 @@
+"""What cooks: presets and draws are built to their contract, keep clear of themselves, and carry a pan level."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import combinations, product
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from casa_assets import registry
+from casa_assets.checks import contract_names as names
+from casa_assets.export import mjcf
+from casa_assets.families.family import Family, Params, Stock, Supplies
+from casa_assets.families.fixtures.cooking import FAMILIES
+from casa_assets.families.fixtures.cooking.microwave_models import Controls, Microwave, Pull, Stand
+from casa_assets.families.fixtures.cooking.range import WIDE
+from casa_assets.families.fixtures.cooking.range_models import Range
+from casa_assets.families.fixtures.cooking.toaster_oven_models import PanelPlace, ToasterOven
+from casa_assets.families.kit.carve import common
+from casa_assets.families.parts import knobs
+from casa_assets.families.parts.burners import RIM, spots
+from casa_assets.families.parts.grates import cells
+from casa_assets.families.parts.knobs import KnobStyle
+from casa_assets.families.parts.readout import BARS, Sign, figures, sign
+from casa_assets.model.asset import Asset
+from casa_assets.model.finish import Finish, Surface
+from casa_assets.model.material import Material
+from casa_assets.model.provenance import Labels
+
+BY_NAME = {f.name: f for f in FAMILIES}
+PRESETS = [(f.name, p) for f in FAMILIES for p in f.presets]
+WOODS = ("oak_natural", "walnut_natural")
+LOOKS = (names.links_and_joints, names.sites, names.shapes, names.regions, names.variables)
+
+
+@lru_cache(maxsize=1)
+def known() -> registry.Registry:
+    return registry.load()
+
+
+def made(family: Family[Params], params: Params) -> Asset:
+    """Built with plain looks under the ids that the numbers name: what is built does not hang on pictures."""
+    found = known()
+    category = found.fixtures[family.category]
+    finishes = {}
+    for name in (*found.materials, *params.finishes):
+        row = found.materials.get(name)
+        substance = found.substances[row.substance if row else "wood"]
+        material = Material(id=name, tile_m=None if row else (0.9, 1.8))
+        finishes[name] = Finish(id=name, material=material, substance=substance)
+    labels = Labels(category=category.id, classes=found.classes_of(category), qcode=category.qcode)
+    return family.build(params, Supplies(finishes, labels))
+
+
+@lru_cache(maxsize=80)
+def preset(family: str, name: str) -> Asset:
+    return made(BY_NAME[family], BY_NAME[family].presets[name])
+
+
+def drawn(family: str, seed: int) -> Params:
+    stock = Stock(surfaces=dict.fromkeys(Surface, WOODS), plain=tuple(sorted(known().materials)))
+    params: Params = BY_NAME[family].sample(np.random.default_rng(seed), stock)
+    return params
+
+
+def holds(family: str, asset: Asset) -> None:
+    """What everything here keeps: the names of its contract, grips, few shapes and faces, a usual mass."""
+    contract = known().contracts[str(asset.contract)]
+    for look in LOOKS:
+        assert names.wanting(asset, contract, look) == []
+    for joint in asset.joints:
+        grip = next(c for c in asset.link(joint.child).colliders if c.name == joint.grip)
+        assert grip.label in ("handle", "knob", "button", "rack", "tray")
+        assert min(abs(v) for v in joint.range) == 0
+    assert not asset.exclusions
+    assert all(len(k.colliders) <= 32 for k in asset.links)
+    assert sum(len(v.mesh.faces) for k in asset.links for v in k.visuals) < 24000
+    span = known().fixtures[BY_NAME[family].category].mass_kg
+    assert span.low <= asset.mass <= span.high
+
+
+@pytest.mark.parametrize(("family", "name"), PRESETS)
+def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
+    holds(family, preset(family, name))
+
+
+@pytest.mark.parametrize("family", list(BY_NAME))
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
+    params = drawn(family, seed)
+    asset = made(BY_NAME[family], params)
+    holds(family, asset)
+    again = drawn(family, seed)
+    assert again == params
+    assert made(BY_NAME[family], again).digest == asset.digest
+    assert type(params).from_json(params.to_json()) == params
+
+
+@pytest.mark.parametrize("family", list(BY_NAME))
+def test_a_hundred_draws_stay_within_bounds_and_differ(family: str) -> None:
+    assert len({drawn(family, seed).digest for seed in range(100)}) > 95
+
+
+@pytest.mark.parametrize("family", list(BY_NAME))
+def test_presets_are_many_and_differ_in_form(family: str) -> None:
+    found = BY_NAME[family]
+    assert len(found.presets) >= 8
+    sizes = [tuple(np.round(preset(family, name).bounds, 4).ravel()) for name in found.presets]
+    assert len(set(sizes)) >= 5
+
+
+def model_of(asset: Asset, folder: Path) -> mujoco.MjSpec:
+    for path, data in mjcf.write(asset).entries.items():
+        target = folder / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+    return mujoco.MjSpec.from_file(str(folder / "model.xml"))
+
+
+@pytest.mark.parametrize(
+    ("family", "name"),
+    [
+        ("range", "slide_in_gas"),
+        ("range", "cooker_double_sage"),
+        ("wall_oven", "double"),
+        ("microwave", "built_in_white"),
+        ("microwave", "retro_cream"),
+        ("toaster_oven", "mint"),
+        ("toaster_oven", "pro_four_knobs"),
+        ("hood", "slanted"),
+    ],
+)
+def test_parts_clear_each_other_on_their_way(family: str, name: str, tmp_path: Path) -> None:
+    """Every joint alone, with what has to be open before it, without the exclusion of neighbours."""
+    asset = preset(family, name)
+    spec = model_of(asset, tmp_path)
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_FILTERPARENT
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    address = {j.name: int(model.joint(j.name).qposadr[0]) for j in asset.joints}
+    far = {j.name: max(j.range, key=abs) for j in asset.joints}
+    for joint in asset.joints:
+        for share in np.linspace(0.0, 1.0, 9):
+            data.qpos[:] = model.qpos0
+            if joint.behind:
+                data.qpos[address[joint.behind]] = far[joint.behind]
+            data.qpos[address[joint.name]] = share * far[joint.name]
+            mujoco.mj_forward(model, data)
+            depth = max([0.0, *(-float(c.dist) for c in data.contact)])
+            assert depth < 0.0005, f"{joint.name} at {share:.0%}"
+
+
+@pytest.mark.parametrize(
+    "name", ["gas_five", "gas_four_side", "gas_six_pro", "gas_black_glass", "coil_steel", "ceramic_framed"]
+)
+def test_a_small_pan_stands_level_on_every_burner(name: str, tmp_path: Path) -> None:
+    """A pan of 14 cm put down at each place site comes to rest there, upright."""
+    asset = preset("hob", name)
+    spec = model_of(asset, tmp_path)
+    places = [s for s in asset.sites if s.name.endswith("_place_site")]
+    for site in places:
+        x, y, z = site.pose.position
+        body = spec.worldbody.add_body(name=f"pan_{site.name}", pos=[x, y, z + 0.021])
+        body.add_freejoint()
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[0.07, 0.02, 0.0], mass=0.8)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=int(0.6 / model.opt.timestep))
+    for site in places:
+        pan = data.body(f"pan_{site.name}")
+        tilt = np.degrees(np.arccos(np.clip(pan.xmat.reshape(3, 3)[2, 2], -1, 1)))
+        assert tilt < 0.5, site.name
+        assert abs(float(pan.xpos[2]) - 0.02 - site.pose.position[2]) < 0.0015, site.name
+
+
+@pytest.mark.parametrize("count", [4, 5, 6])
+@pytest.mark.parametrize("depth", [0.34, 0.4, 0.5])
+def test_burners_keep_apart_and_each_has_a_cell(count: int, depth: float) -> None:
+    field, middle = (0.15 * (count - 1), depth), (0.3, -0.1)
+    places = spots(count, *field, middle)
+    assert len({s.loc for s in places}) == count
+    for a, b in combinations(places, 2):
+        if a.x == b.x:
+            assert abs(a.y - b.y) > RIM * (a.radius + b.radius)
+    found = cells(places, field, middle)
+    assert len(found) == count
+    assert sum((c.x[1] - c.x[0]) * (c.y[1] - c.y[0]) for c in found) == pytest.approx(field[0] * field[1])
+    for cell in found:
+        assert cell.x[0] < cell.spot.x < cell.x[1]
+        assert cell.y[0] < cell.spot.y < cell.y[1]
+
+
+@pytest.mark.parametrize("style", list(KnobStyle))
+def test_a_knob_carries_its_pointer(style: KnobStyle) -> None:
+    radius, depth = 0.02, 0.023
+    body, extra = knobs._shape(style, radius, depth)
+    pointer = knobs._pointer(style, radius, depth)
+    met = sum(common(solid, pointer).volume for solid in (body, *extra) if _meet(solid, pointer))
+    assert met > 0.05 * pointer.volume
+    assert pointer.points[:, 2].max() > max(s.points[:, 2].max() for s in (body, *extra)) - 0.4 * depth
+    assert pointer.points[:, 1].min() > 0
+
+
+def _meet(a: object, b: object) -> bool:
+    try:
+        common(a, b)  # type: ignore[arg-type]
+    except ValueError:
+        return False
+    return True
+
+
+def test_figures_show_what_they_are_given() -> None:
+    assert len(set(BARS.values())) == len(BARS)
+    assert len(figures("8", 0.02).faces) == 7 * 12
+    assert len(figures("1:1", 0.02).faces) == (2 + 2 + 2) * 12
+    low, high = figures("12:30", 0.02).bounds
+    np.testing.assert_allclose(high[2] - low[2], 0.02, atol=1e-9)
+    with pytest.raises(KeyError):
+        figures("x", 0.02)
+
+
+@pytest.mark.parametrize("kind", list(Sign))
+def test_signs_lie_flat_and_fit_their_size(kind: Sign) -> None:
+    solid = sign(kind, 0.01)
+    low, high = solid.bounds
+    assert 0.006 < max(high - low) < 0.0101
+    assert -0.0005 < low[1] < high[1] < 1e-9
+    assert solid.volume > 0
+
+
+@pytest.mark.parametrize(("stand", "pull", "controls"), list(product(Stand, Pull, Controls)))
+def test_every_microwave_has_its_keys_and_handle(stand: Stand, pull: Pull, controls: Controls) -> None:
+    asset = made(BY_NAME["microwave"], Microwave(stand=stand, pull=pull, controls=controls))
+    holds("microwave", asset)
+    turned = [j.name for j in asset.joints if j.name.startswith("knob_")]
+    assert len(turned) == (2 if controls is Controls.KNOBS else 0)
+
+
+@pytest.mark.parametrize(("place", "tray"), list(product(PanelPlace, (False, True))))
+def test_a_toaster_oven_has_a_rack_or_a_tray(place: PanelPlace, tray: bool) -> None:
+    asset = made(BY_NAME["toaster_oven"], ToasterOven(panel=place, tray=tray, height=0.29))
+    holds("toaster_oven", asset)
+    inside = "tray0" if tray else "rack0"
+    joint = next(j for j in asset.joints if j.name == f"{inside}_joint")
+    assert joint.behind == "door_joint"
+    region = next(r for r in asset.regions if r.name == inside)
+    assert region.link == inside
+    assert region.size[2] > 0.04
+
+
+def test_a_wide_range_has_two_ovens() -> None:
+    family = BY_NAME["range"]
+    narrow, wide = (made(family, Range(width=w, burners=6)) for w in (0.91, WIDE + 0.1))
+    assert [j.name for j in narrow.joints if "door" in j.name] == ["door_joint"]
+    assert [j.name for j in wide.joints if "door" in j.name] == ["door_joint", "right_door_joint"]
+    behind = {j.name: j.behind for j in wide.joints if j.name.startswith("rack")}
+    assert sorted(str(b) for b in behind.values()) == ["door_joint"] * 2 + ["right_door_joint"] * 2
