@@ -12,6 +12,7 @@ WIRE, RIM = 0.0016, 0.0026  # metres; radius with its coat
 # Steel of 2.4 mm in a coat of nylon.
 COATED = 5200.0
 TINE = 0.05
+TINES_APART = 0.095  # metres; closer rows hold no plates
 
 
 def wire(a: Vec3, b: Vec3, radius: float = WIRE) -> Solid:
@@ -25,13 +26,15 @@ def rack(
     """A basket between two corners, open on top; its link is `name`, its joint `<name>_joint`.
 
     Args:
-        low, high: metres; low[1] is its front. tines: rows that hold plates. way: how far it slides out, metres.
+        low, high: metres; low[1] is its front. way: how far it slides out, metres.
+        tines: rows that hold plates; fewer where they would stand closer than TINES_APART.
         finish: of the wire. metal: of the bar that a hand takes.
     """
     (x0, y0, z0), (x1, y1, z1) = low, high
     half, deep, tall = (x1 - x0) / 2, y1 - y0, z1 - z0
     bench.link(name, at=((x0 + x1) / 2, y0, z0))
-    wires = [*_floor(half, deep), *_sides(half, deep, tall), *_tines(half, deep, tines)]
+    rows = min(tines, int(2 * half / TINES_APART))
+    wires = [*_floor(half, deep), *_sides(half, deep, tall), *_tines(half, deep, rows)]
     bench.add(name, joined(wires), finish, label="rack", touch=False, density=COATED)
     t = 0.007
     for solid, part in (

@@ -20,7 +20,7 @@ def adorn(bench: Bench, leaf: Leaf, look: Look, main: bool) -> None:
         plate = box(size, (w / 2, -size[1] / 2 + 0.0004, h - 0.075), 0.45 * size[1], 2)
         leaf.put(bench, plate, look.metal, "badge")
     if look.display and main:
-        z = min(max(PANEL_HIGH - leaf.low[1], 0.2), h - 0.15)
+        z = min(max(PANEL_HIGH - leaf.low[1], 0.2), h - 0.2)
         glass = box((0.036, 0.0014, 0.2), (w / 2, -0.0006, z), 0.0005)
         leaf.put(bench, glass, "display_dark", "display", density=0.0)
         for k in range(2):

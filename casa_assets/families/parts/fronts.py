@@ -166,7 +166,7 @@ def glass_of(kind: FrontKind) -> str:
     return "glass_frosted" if kind is FrontKind.GLASS_FROSTED else "glass_clear"
 
 
-def depth_at(parts: tuple[FrontPart, ...], spots: list[tuple[float, float]]) -> float:
+def depth_at(parts: tuple[FrontPart, ...], spots: Sequence[tuple[float, float]]) -> float:
     """How far behind the face the wood lies at points x, z of a front: the most of them, metres."""
     corners = np.concatenate([p.solid.points[p.solid.faces] for p in parts if not p.pane])
     found = [_hit(corners, x, z) for x, z in spots]
