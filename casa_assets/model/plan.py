@@ -1,0 +1,413 @@
+"""A floor plan as a designer writes it: walls, openings, rows of units, and what stands where. No coordinates.
+
+Lengths are metres, or the name of a parameter of the plan. Walls follow each other clockwise as seen from above,
+beginning at the back left corner, which is the origin of the room (x right, y back, z up). `left` and `right` of a wall
+or a run are as seen by somebody who stands in front of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from enum import StrEnum
+from typing import Annotated, Any, Self
+
+from pydantic import Field, model_validator
+
+from casa_assets.model.record import Id, Record
+
+Length = Annotated[float, Field(ge=0, le=20)] | Id
+Width = Annotated[float, Field(gt=0, le=6)] | tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]]
+
+
+class Heading(StrEnum):
+    """Which way a wall runs, seen from above."""
+
+    RIGHT = "right"
+    FRONT = "front"
+    LEFT = "left"
+    BACK = "back"
+
+
+class Side(StrEnum):
+    """An end of a run."""
+
+    LEFT = "left"
+    RIGHT = "right"
+
+
+class Parameter(Record):
+    """A length that may vary. Metres."""
+
+    default: float
+    low: float
+    high: float
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, value: Any) -> Any:
+        if isinstance(value, list) and len(value) == 3:
+            return dict(zip(("default", "low", "high"), value, strict=True))
+        return value
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not 0 < self.low <= self.default <= self.high:
+            raise ValueError("0 < low <= default <= high")
+        return self
+
+
+class Wall(Record):
+    """A side of the room. An `open` one is drawn only where a closed room is asked for."""
+
+    id: Id
+    go: Heading
+    length: Length
+    open: bool = False
+
+
+class OpeningKind(StrEnum):
+    """What fills a hole in a wall."""
+
+    WINDOW = "window"
+    DOOR = "door"
+    PASSAGE = "passage"
+
+
+class Opening(Record):
+    """A window, a door, or a passage without a leaf.
+
+    Attributes:
+        wall: where. at: from the wall's left end to its middle; or over: the unit that it is centred on.
+        width, height: of the hole. sill: height of its lower edge; doors and passages stand on the floor.
+        hinge: side on which a door is hung.
+    """
+
+    id: Id
+    kind: OpeningKind
+    wall: Id
+    at: Length | None = None
+    over: Id | None = None
+    width: Annotated[float, Field(ge=0.4, le=2.4)] = 1.2
+    height: Annotated[float, Field(ge=0.4, le=2.4)] = 1.1
+    sill: Annotated[float, Field(ge=0, le=1.8)] = 1.02
+    hinge: Side = Side.LEFT
+
+    @model_validator(mode="after")
+    def _placed(self) -> Self:
+        if (self.at is None) == (self.over is None):
+            raise ValueError("give either `at` or `over`")
+        return self
+
+    @property
+    def bottom(self) -> float:
+        """Height of the lower edge, metres."""
+        return self.sill if self.kind is OpeningKind.WINDOW else 0.0
+
+
+class BaseKind(StrEnum):
+    """What stands on the floor in a run."""
+
+    DOORS = "doors"
+    DRAWERS = "drawers"
+    SINK = "sink"
+    DISHWASHER = "dishwasher"
+    RANGE = "range"
+    HOB = "hob"
+    SHELF = "shelf"
+    PANEL = "panel"
+    FILLER = "filler"
+    GAP = "gap"
+    ISLAND = "island"
+    PANTRY = "pantry"
+    OVEN = "oven"
+    MICROWAVE = "microwave"
+    FRIDGE = "fridge"
+
+
+class UpperKind(StrEnum):
+    """What hangs on the wall over a run."""
+
+    DOORS = "doors"
+    GLASS = "glass"
+    SHELF = "shelf"
+    BOARDS = "boards"
+    HOOD = "hood"
+    MICROWAVE = "microwave"
+    FILLER = "filler"
+    GAP = "gap"
+
+
+# Units that reach up to the height of the wall units and so end the worktop. Others carry it, or interrupt it.
+TALL = (BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE)
+
+
+class Unit(Record):
+    """What every unit of a row has.
+
+    Attributes:
+        id: unique in the plan; where it is not given, the kind and a number.
+        width: metres, or the least and the most of one that takes up what others leave; None for what is usual.
+    """
+
+    id: Id
+    width: Width | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if isinstance(self.width, tuple) and self.width[0] > self.width[1]:
+            raise ValueError(f"the least width {self.width[0]} is more than the most {self.width[1]}")
+        return self
+
+
+class BaseUnit(Unit):
+    """A unit on the floor.
+
+    Attributes:
+        drawers: number of drawers in a drawer unit, or over the doors of a cabinet (0 or 1).
+        hinge: side of a single door; None: the composer chooses, away from a corner.
+        housing: whether a fridge stands between panels.
+        oven: whether a hob has a wall oven under it.
+        microwave: whether a tower has a microwave over its oven.
+    """
+
+    kind: BaseKind
+    drawers: Annotated[int | None, Field(ge=0, le=5)] = None
+    hinge: Side | None = None
+    housing: bool = True
+    oven: bool = False
+    microwave: bool = False
+
+
+class UpperUnit(Unit):
+    """A unit on the wall; `over`: the unit below whose middle it shares, and whose width it takes where it has none."""
+
+    kind: UpperKind
+    over: Id | None = None
+    hinge: Side | None = None
+    height: Annotated[float | None, Field(gt=0.2, le=1.4)] = None
+
+
+class Facing(Record):
+    """Where an island stands: in front of a run, and turned to it.
+
+    Attributes:
+        run: the run that it faces. aisle: from worktop to worktop, metres.
+        by: the unit of that run that its middle is in front of; None: the middle of the run.
+        shift: of its middle to the right as seen by who stands before the run, metres.
+    """
+
+    run: Id
+    aisle: Annotated[float, Field(ge=0.9, le=3)] = 1.2
+    by: Id | None = None
+    shift: float = 0.0
+
+
+class Joining(Record):
+    """Where a peninsula begins: at the free end of a run, across it, so that the two form a corner."""
+
+    run: Id
+    end: Side
+
+
+class Run(Record):
+    """A row of units.
+
+    Attributes:
+        on: the wall that it stands at; or faces: a run that it stands before; or joins: a run that it continues.
+        start, end: distance of its ends from those of the wall, metres.
+        length: of an island or peninsula; None: the usual widths of its units.
+        base, upper: from left to right.
+        overhang: how far the worktop reaches out behind, for people to sit; 0 at a wall.
+    """
+
+    id: Id
+    on: Id | None = None
+    faces: Facing | None = None
+    joins: Joining | None = None
+    start: Length = 0.0
+    end: Length = 0.0
+    length: Length | None = None
+    base: tuple[BaseUnit, ...] = ()
+    upper: tuple[UpperUnit, ...] = ()
+    overhang: Annotated[float, Field(ge=0, le=0.45)] = 0.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, value: Any) -> Any:
+        """Rows may be written `- drawers: 0.6`, `- doors: [0.4, 0.9]`, `- sink: {width: 0.8}` or just `- fridge`."""
+        if not isinstance(value, Mapping):
+            return value
+        whole = dict(value)
+        for row in ("base", "upper"):
+            if isinstance(units := whole.get(row), list):
+                whole[row] = list(_numbered(units, str(whole.get("id", "run")), row))
+        return whole
+
+    @model_validator(mode="after")
+    def _placed(self) -> Self:
+        if sum(x is not None for x in (self.on, self.faces, self.joins)) != 1:
+            raise ValueError("give one of `on`, `faces` and `joins`")
+        return self
+
+
+def _numbered(units: list[Any], run: str, row: str) -> Iterator[Any]:
+    counts: dict[str, int] = {}
+    for unit in units:
+        if isinstance(unit, str):
+            unit = {unit: {}}
+        if not isinstance(unit, Mapping) or len(unit) != 1:
+            yield unit
+            continue
+        kind, said = next(iter(unit.items()))
+        fields = dict(said) if isinstance(said, Mapping) else {} if said is None else {"width": said}
+        counts[kind] = counts.get(kind, 0) + 1
+        stem = f"{run}_{kind}" if row == "base" else f"{run}_upper_{kind}"
+        fields.setdefault("id", stem if counts[kind] == 1 else f"{stem}_{counts[kind]}")
+        yield {"kind": kind, **fields}
+
+
+class CornerKind(StrEnum):
+    """How two rows meet."""
+
+    BLIND = "blind"
+    DIAGONAL = "diagonal"
+    DEAD = "dead"
+
+
+class Corner(Record):
+    """Where the right end of one run meets the left end of the next.
+
+    Attributes:
+        runs: the first, and the one that is met clockwise of it.
+        base: below. upper: above, or None where one of the runs has no wall units there.
+        by: the run whose blind cabinet reaches into the corner; None: the first.
+    """
+
+    runs: tuple[Id, Id]
+    base: CornerKind = CornerKind.BLIND
+    upper: CornerKind | None = None
+    by: Id | None = None
+
+
+class Stand(Record):
+    """Something that stands on a worktop or shelf.
+
+    Attributes:
+        id: what it is: a role of the styles, such as `coffee_machine`.
+        on: the unit under the worktop. at: where along the unit, 0 left to 1 right.
+        back: gap between it and the wall, metres. turn_deg: to the left, seen from above.
+    """
+
+    id: Id
+    on: Id
+    at: Annotated[float, Field(ge=0, le=1)] = 0.5
+    back: Annotated[float, Field(ge=0.0, le=0.5)] = 0.06
+    turn_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
+
+
+class Seats(Record):
+    """Stools along the side of an island or peninsula that is turned away from the cook."""
+
+    run: Id
+    count: Annotated[int, Field(ge=1, le=6)]
+
+
+class Hanging(Record):
+    """Something on a wall.
+
+    Attributes:
+        id: unique. item: role. wall: where. at: from its left end to the middle; or over: the unit it is centred on.
+        height: of its middle above the floor, metres. shift: to the right, metres.
+    """
+
+    id: Id
+    item: Id
+    wall: Id
+    at: Length | None = None
+    over: Id | None = None
+    height: Annotated[float, Field(ge=0.1, le=3)]
+    shift: float = 0.0
+
+    @model_validator(mode="after")
+    def _placed(self) -> Self:
+        if (self.at is None) == (self.over is None):
+            raise ValueError("give either `at` or `over`")
+        return self
+
+
+class Lamps(Record):
+    """Lamps under the ceiling.
+
+    Attributes:
+        item: role. over: run along which they hang; None: over the free floor. count: of them.
+    """
+
+    item: Id
+    over: Id | None = None
+    count: Annotated[int, Field(ge=1, le=8)] = 1
+
+
+class OnFloor(Record):
+    """Something on the floor: its middle is `beside` metres from the wall, and `at` metres from its left end."""
+
+    id: Id
+    item: Id
+    wall: Id
+    at: Length
+    beside: Length = 0.4
+    turn_deg: float = 0.0
+
+
+class Plan(Record):
+    """A floor plan. See the module.
+
+    Attributes:
+        id, title: name, and what a person calls it.
+        parameters: lengths that may vary.
+        height: of the room.
+        walls, openings, runs, corners: as above.
+        stands, seats, hangings, lamps, floor: what is put in besides the units.
+        dining: whether people eat in it at a worktop.
+        compact: a small kitchen: the aisle may be 0.914 m, as between walls that people only pass.
+    """
+
+    id: Id
+    title: str
+    parameters: Mapping[Id, Parameter] = Field(default_factory=dict)
+    height: Annotated[float, Field(ge=2.3, le=3.4)] = 2.7
+    walls: Annotated[tuple[Wall, ...], Field(min_length=4)]
+    openings: tuple[Opening, ...] = ()
+    runs: Annotated[tuple[Run, ...], Field(min_length=1)]
+    corners: tuple[Corner, ...] = ()
+    stands: tuple[Stand, ...] = ()
+    seats: tuple[Seats, ...] = ()
+    hangings: tuple[Hanging, ...] = ()
+    lamps: tuple[Lamps, ...] = ()
+    floor: tuple[OnFloor, ...] = ()
+    compact: bool = False
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, value: Any) -> Any:
+        """Walls, openings, runs and all that is put in may be written as a mapping of ids to rows."""
+        if not isinstance(value, Mapping):
+            return value
+        whole = dict(value)
+        for field in ("walls", "openings", "runs", "stands", "hangings", "floor"):
+            if isinstance(rows := whole.get(field), Mapping):
+                whole[field] = [{"id": name, **row} if isinstance(row, Mapping) else row for name, row in rows.items()]
+        return whole
+
+    def length(self, value: Length, given: Mapping[str, float]) -> float:
+        """Metres of a length: a number, or what the parameters are."""
+        return given[value] if isinstance(value, str) else value
+
+    @property
+    def defaults(self) -> dict[str, float]:
+        """The parameters as the plan has them."""
+        return {name: p.default for name, p in self.parameters.items()}
+
+    @property
+    def units(self) -> dict[str, BaseUnit]:
+        """All units on the floor by id."""
+        return {u.id: u for run in self.runs for u in run.base}
