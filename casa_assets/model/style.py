@@ -106,9 +106,9 @@ class Shell(Record):
     """The room: finishes of walls, woodwork, floor and ceiling.
 
     Attributes:
-        wall, floor, ceiling: finishes. trim: of skirting and casings. turn: boards run across the room (90) or along (0).
+        wall, floor, ceiling: finishes. trim: of skirting and casings.
+        turn_deg: boards run across the room (90) or along it (0).
         skirting: profile. beams: finish of beams under the ceiling, or None.
-        wainscot: wall finish of a lower band, or None.
     """
 
     wall: Id
@@ -134,7 +134,7 @@ class Style(Record):
         id, title: name, and what a person calls it. says: what makes it recognisable, one line.
         cabinets, counter, island, splash, shell: as above.
         models: role -> member of a family. Roles are the words of the plans: range, hob, oven, microwave,
-            microwave_built_in, hood, sink, fridge, dishwasher, window, door, stool, and those of stands, hangings, lamps.
+            microwave_built_in, hood, sink, fridge, dishwasher, window, door, stool, and what stands and hangs.
         props: members that may be scattered on worktops and shelves, the likeliest first.
         lights: colour temperature of the lamps, kelvin. daylight: of the windows.
     """

@@ -18,8 +18,10 @@ from casa_assets.families.parts.handles import HandleKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-# Ref: RoboCasa v1.0, HingeCabinet: leftdoorhinge -1.57..0, rightdoorhinge 0..1.57.
+# Ref: RoboCasa v1.0, HingeCabinet: leftdoorhinge -1.57..0, rightdoorhinge 0..1.57. A door whose handle stands out stops
+# a little before, so that nothing of it ever leaves its own width: its neighbours open at the same time.
 SWING = 1.57
+SHY = 0.001  # metres that a handle keeps from the edge of its door's room
 HAND_HEIGHT = 1.05  # metres above the floor at which tall doors are taken
 LOW = 0.3  # metres; lower doors have no room for a bar that stands upright
 PLATE = 0.0026  # room for the sheet of an edge pull
@@ -88,13 +90,26 @@ def hang(bench: Bench, look: Look, leaf: Leaf) -> None:
     corner = (start, 0.0, z)
     fronts.lay(bench, leaf.link, parts, (w, THICK, h), look.face, glass, name=main, at=corner, groove=groove, grip=grip)
     if kind is HandleKind.EDGE_PULL:
-        made = edge_pull(edge, w, h, look.length, corner)
-        handles.fix(bench, leaf.link, made, look.metal, grip)
-    elif groove is None:
-        _handle(bench, look, leaf, kind, parts, corner, grip)
+        pull: handles.Handle | None = edge_pull(edge, w, h, look.length, corner)
+    else:
+        pull = None if groove else _handle(look, leaf, kind, parts, corner)
+    if pull is not None:
+        handles.fix(bench, leaf.link, pull, look.metal, grip)
     _cups(bench, leaf, corner, w, h)
-    span = (-SWING, 0.0) if leaf.hinge is Side.LEFT else (0.0, SWING)
+    wide = swing(pull) if pull is not None else SWING
+    span = (-wide, 0.0) if leaf.hinge is Side.LEFT else (0.0, wide)
     bench.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, grip)
+
+
+def swing(pull: handles.Handle) -> float:
+    """How far a door may turn about the axis x = y = 0 before its handle leaves the door's own width, radians."""
+    points = np.concatenate([s.points for s in (*pull.metal, *pull.hide)])
+    out = points[points[:, 1] < 0.0]
+    if not len(out):
+        return SWING
+    # At the angle a, a point that is x from the axis and y before it has come to x cos a - y sin a.
+    x, y = np.abs(out[:, 0]) - SHY, -out[:, 1]
+    return min(SWING, math.floor(float(np.arctan2(x, y).min()) * 100) / 100)
 
 
 def edge_pull(edge: Edge, w: float, h: float, length: float, corner: Vec3) -> handles.Handle:
@@ -115,9 +130,7 @@ def _shortened(w: float, h: float, edge: Edge) -> tuple[float, float, float, flo
     return w - PLATE, h, PLATE if edge is Edge.LEFT else 0.0, 0.0
 
 
-def _handle(
-    bench: Bench, look: Look, leaf: Leaf, kind: HandleKind, parts: tuple[FrontPart, ...], corner: Vec3, grip: str
-) -> None:
+def _handle(look: Look, leaf: Leaf, kind: HandleKind, parts: tuple[FrontPart, ...], corner: Vec3) -> handles.Handle:
     """A handle on the stile of the free side."""
     w, h = leaf.width, leaf.height
     stile, rail = fronts.members(look.front, w, h)
@@ -134,7 +147,7 @@ def _handle(
     made = handles.handle(kind, length)
     angle = math.pi / 2 if upright else 0.0
     there = (corner[0] + x, corner[1] + y, corner[2] + z)
-    handles.fix(bench, leaf.link, handles.turned(made, "y", angle, there), look.metal, grip)
+    return handles.turned(made, "y", angle, there)
 
 
 def _cups(bench: Bench, leaf: Leaf, corner: Vec3, w: float, h: float) -> None:
