@@ -90,7 +90,7 @@ def hang(bench: Bench, look: Look, leaf: Leaf) -> None:
     corner = (start, 0.0, z)
     fronts.lay(bench, leaf.link, parts, (w, THICK, h), look.face, glass, name=main, at=corner, groove=groove, grip=grip)
     if kind is HandleKind.EDGE_PULL:
-        pull: handles.Handle | None = edge_pull(edge, w, h, look.length, corner)
+        pull: handles.Handle | None = edge_pull(edge, w, h, look.length, corner, leaf.hinge)
     else:
         pull = None if groove else _handle(look, leaf, kind, parts, corner)
     if pull is not None:
@@ -112,12 +112,18 @@ def swing(pull: handles.Handle) -> float:
     return min(SWING, math.floor(float(np.arctan2(x, y).min()) * 100) / 100)
 
 
-def edge_pull(edge: Edge, w: float, h: float, length: float, corner: Vec3) -> handles.Handle:
-    """An edge pull on an edge of a front whose lower left front corner is given."""
+def edge_pull(
+    edge: Edge, w: float, h: float, length: float, corner: Vec3, hinge: Side | None = None
+) -> handles.Handle:
+    """An edge pull on an edge of a front whose lower left front corner is given; of a door away from its hinge."""
     flat = edge in (Edge.TOP, Edge.BOTTOM)
-    made = handles.edge_pull(min(length, (w if flat else h) - 0.05))
+    long = min(length, (w if flat else h) - 0.05)
+    if flat and hinge is not None:
+        long = min(long, 0.5 * w)
+    made = handles.edge_pull(long)
+    free = {None: w / 2, Side.LEFT: w - 0.025 - long / 2, Side.RIGHT: 0.025 + long / 2}
     angle = {Edge.TOP: 0.0, Edge.BOTTOM: math.pi, Edge.RIGHT: math.pi / 2, Edge.LEFT: -math.pi / 2}[edge]
-    x = {Edge.LEFT: 0.0, Edge.RIGHT: w}.get(edge, w / 2)
+    x = {Edge.LEFT: 0.0, Edge.RIGHT: w}.get(edge, free[hinge])
     # A tall door is taken at hand height whatever its own height.
     z = {Edge.BOTTOM: 0.0, Edge.TOP: h}.get(edge, h / 2)
     return handles.turned(made, "y", angle, (corner[0] + x, corner[1], corner[2] + z))

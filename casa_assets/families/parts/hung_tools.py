@@ -55,7 +55,7 @@ def hung_tool(kind: Hung, grip: Grip, size: float) -> Pieces:
     end = 0.42 * size
     held, metal = _handle(grip, end)
     metal += [_eye()] if grip is not Grip.FLAT else []
-    neck = 0.3 * size
+    neck = (0.12 if kind is Hung.WHISK else 0.3) * size
     z = -end - neck
     metal.append(tube([(0, 0, -end + 0.012), (0, 0, z)], NECK))
     head = _HEADS[kind](z, size - end - neck)
@@ -118,13 +118,11 @@ def _turner(z: float, tall: float) -> list[Solid]:
 def _whisk(z: float, tall: float) -> list[Solid]:
     out = [lathe([(0.003, z - 0.012), (0.0062, z - 0.008), (0.0062, z + 0.012), (0.004, z + 0.016)], 12)]
     for k in range(6):
-        wide = 0.029 - 0.0011 * k
+        wide, deep = 0.047 - 0.0018 * k, tall - 0.006 - 0.0012 * k
         path: list[Vec3] = []
-        for s in np.linspace(-1, 1, 23):
-            a = math.pi / 2 * s  # from one end over the tip to the other
-            x = wide * math.sin(math.pi * s) * (0.62 + 0.38 * abs(math.cos(a))) * (1 if abs(s) <= 1 else 0)
-            depth = math.cos(a) ** 0.75 if abs(s) < 1 else 0.0
-            path.append((float(x), 0.0, z - 0.006 - (tall - 0.006 - 0.001 * k) * depth))
+        for t in np.linspace(0.25, 2 * math.pi - 0.25, 25):  # a drop, its point up
+            x = wide * math.sin(t) * math.sin(t / 2) ** 1.6
+            path.append((float(x), 0.0, z + 0.012 - (deep + 0.012) * 0.5 * (1 - math.cos(t))))
         out.append(tube(path, circle(0.001, 6)).turned("z", math.pi * k / 6))
     return out
 

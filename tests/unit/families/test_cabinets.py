@@ -24,6 +24,7 @@ from casa_assets.families.parts.fronts_doors import SWING
 from casa_assets.families.parts.fronts_look import Look
 from casa_assets.families.parts.handles import HandleKind
 from casa_assets.model.asset import Asset, JointKind
+from casa_assets.model.joint import Joint
 from casa_assets.model.finish import Finish, Surface
 from casa_assets.model.material import Material
 from casa_assets.model.provenance import Labels
@@ -73,6 +74,19 @@ def drawn(family: str, seed: int) -> tuple[Params, Asset]:
     return params, found.build(params, supplies(found, params))
 
 
+def stays_in_its_width(asset: Asset, joint: Joint) -> bool:
+    """Whether no visual vertex of a door, as far open as it goes, lies beyond its hinge's side of its own room."""
+    low, high = joint.range
+    angle = low if -low > high else high
+    link = asset.link(joint.child)
+    for visual in link.visuals:
+        points = visual.mesh.vertices
+        x = points[:, 0] * np.cos(angle) - points[:, 1] * np.sin(angle)
+        if float((x * (1.0 if angle < 0 else -1.0)).min()) < -1e-4:
+            return False
+    return True
+
+
 def holds(asset: Asset) -> None:
     """What every cabinet keeps: its names, signs, grips and interiors."""
     contract = known().contracts[str(asset.contract)]
@@ -89,7 +103,8 @@ def holds(asset: Asset) -> None:
             assert -0.7 <= low <= -0.15
         else:
             assert joint.axis == (0.0, 0.0, 1.0)
-            assert max(-low, high) == SWING
+            assert 1.2 <= max(-low, high) <= SWING
+            assert stays_in_its_width(asset, joint)
             assert min(-low, high) == 0
             assert not joint.name.endswith("leftdoorhinge") or high == 0
             assert not joint.name.endswith("rightdoorhinge") or low == 0

@@ -1,0 +1,120 @@
+"""Units of a row: what stands on the floor and hangs on the wall of a run, from left to right."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from enum import StrEnum
+from typing import Annotated, Any, Self
+
+from pydantic import Field, model_validator
+
+from casa_assets.model.record import Id, Record
+
+Width = Annotated[float, Field(gt=0, le=6)] | tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]]
+
+
+class Side(StrEnum):
+    """An end of a run."""
+
+    LEFT = "left"
+    RIGHT = "right"
+
+
+class BaseKind(StrEnum):
+    """What stands on the floor in a run."""
+
+    DOORS = "doors"
+    DRAWERS = "drawers"
+    SINK = "sink"
+    DISHWASHER = "dishwasher"
+    RANGE = "range"
+    HOB = "hob"
+    SHELF = "shelf"
+    PANEL = "panel"
+    FILLER = "filler"
+    GAP = "gap"
+    ISLAND = "island"
+    PANTRY = "pantry"
+    OVEN = "oven"
+    MICROWAVE = "microwave"
+    FRIDGE = "fridge"
+
+
+class UpperKind(StrEnum):
+    """What hangs on the wall over a run."""
+
+    DOORS = "doors"
+    GLASS = "glass"
+    SHELF = "shelf"
+    BOARDS = "boards"
+    HOOD = "hood"
+    MICROWAVE = "microwave"
+    FILLER = "filler"
+    GAP = "gap"
+
+
+# Units that reach up to the height of the wall units and so end the worktop. Others carry it, or interrupt it.
+TALL = (BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE)
+
+
+class Unit(Record):
+    """What every unit of a row has.
+
+    Attributes:
+        id: unique in the plan; where it is not given, the kind and a number.
+        width: metres, or the least and the most of one that takes up what others leave; None for what is usual.
+    """
+
+    id: Id
+    width: Width | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if isinstance(self.width, tuple) and self.width[0] > self.width[1]:
+            raise ValueError(f"the least width {self.width[0]} is more than the most {self.width[1]}")
+        return self
+
+
+class BaseUnit(Unit):
+    """A unit on the floor.
+
+    Attributes:
+        drawers: number of drawers in a drawer unit, or over the doors of a cabinet (0 or 1).
+        hinge: side of a single door; None: the composer chooses, away from a corner.
+        housing: whether a fridge stands between panels.
+        oven: whether a hob has a wall oven under it.
+        microwave: whether a tower has a microwave over its oven.
+    """
+
+    kind: BaseKind
+    drawers: Annotated[int | None, Field(ge=0, le=5)] = None
+    hinge: Side | None = None
+    housing: bool = True
+    oven: bool = False
+    microwave: bool = False
+
+
+class UpperUnit(Unit):
+    """A unit on the wall; `over`: the unit below whose middle it shares, and whose width it takes where it has none."""
+
+    kind: UpperKind
+    over: Id | None = None
+    hinge: Side | None = None
+    height: Annotated[float | None, Field(gt=0.2, le=1.4)] = None
+
+
+def numbered(units: list[Any], run: str, row: str) -> Iterator[Any]:
+    """Rows of units as written, each with its kind and an id of its own."""
+    counts: dict[str, int] = {}
+    for unit in units:
+        if isinstance(unit, str):
+            unit = {unit: {}}
+        if not isinstance(unit, Mapping) or len(unit) != 1:
+            yield unit
+            continue
+        kind, said = next(iter(unit.items()))
+        fields = dict(said) if isinstance(said, Mapping) else {} if said is None else {"width": said}
+        counts[kind] = counts.get(kind, 0) + 1
+        stem = f"{run}_{kind}" if row == "base" else f"{run}_upper_{kind}"
+        fields.setdefault("id", stem if counts[kind] == 1 else f"{stem}_{counts[kind]}")
+        yield {"kind": kind, **fields}
