@@ -6,6 +6,7 @@ CasaError
 +-- Rejected           an input that a stage cannot accept: code, says
 |   +-- DegenerateShape   points that span no volume (code GEO001)
 +-- OutputError        the output folder cannot be used: path, says
++-- Misfit             a plan and a style cannot be made into a kitchen: plan, pointer, expected, got
 """
 
 from __future__ import annotations
@@ -68,3 +69,17 @@ class OutputError(CasaError):
     def __init__(self, path: str, says: str) -> None:
         self.path, self.says = path, says
         super().__init__(f"{path}: {says}")
+
+
+class Misfit(CasaError):
+    """What a plan asks for does not go together, or not with the style.
+
+    Args:
+        plan: id of the plan.
+        pointer: path inside the plan's file, such as `("runs", "main", "base", 2)`.
+        expected: what would fit. got: what the plan has.
+    """
+
+    def __init__(self, plan: str, pointer: tuple[str | int, ...], expected: str, got: str) -> None:
+        self.plan, self.pointer, self.expected, self.got = plan, pointer, expected, got
+        super().__init__(f"{plan}: {'.'.join(map(str, pointer)) or '(top)'}: expected {expected}, got {got}")

@@ -6,7 +6,7 @@ from typing import Any
 
 from casa_assets.errors import UnknownId
 from casa_assets.families.family import Family
-from casa_assets.families.fixtures import cabinets, cold, cooking, counters, decor, small
+from casa_assets.families.fixtures import cabinets, cold, cooking, counters, decor, room, small
 
 GROUPS: dict[str, tuple[Family[Any], ...]] = {
     "cabinets": cabinets.FAMILIES,
@@ -15,6 +15,7 @@ GROUPS: dict[str, tuple[Family[Any], ...]] = {
     "cold": cold.FAMILIES,
     "small": small.FAMILIES,
     "decor": decor.FAMILIES,
+    "room": room.FAMILIES,
 }
 FAMILIES: dict[str, Family[Any]] = {family.name: family for group in GROUPS.values() for family in group}
 

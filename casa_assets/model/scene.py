@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import Annotated, Self
 
-from pydantic import Field, model_validator
+import numpy as np
+from pydantic import Field, field_validator, model_validator
 
 from casa_assets.model.asset import Asset, JointValue
+from casa_assets.model.material import Positive, Unit
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Id, Record, Vec3
+
+# What the writers call the joint of a free base and the body that holds the others; no joint, no placement is called so.
+FREE_JOINT, WORLD = "free", "world"
+
+
+class Layer(StrEnum):
+    """What a placement belongs to. The room and its ceiling can be hidden, to look in from outside."""
+
+    THINGS = "things"
+    ROOM = "room"
+    CEILING = "ceiling"
 
 
 class Placement(Record):
@@ -18,13 +32,15 @@ class Placement(Record):
         name: unique in the scene.
         asset: id in Scene.assets.
         pose: world_from_asset.
-        joints: starting positions; joints that are not named start at zero.
+        joints: starting positions, rad or m; joints that are not named start at zero.
+        layer: what it belongs to.
     """
 
     name: Id
     asset: Id
     pose: Pose = Pose()
     joints: tuple[JointValue, ...] = ()
+    layer: Layer = Layer.THINGS
 
 
 class Camera(Record):
@@ -35,13 +51,59 @@ class Camera(Record):
     fov_y_deg: Annotated[float, Field(gt=0, lt=180)] = 45.0
 
 
+class LightKind(StrEnum):
+    """From everywhere along one direction (the sun), from a point to all sides (a bulb), or from a point in a cone."""
+
+    DIRECTIONAL = "directional"
+    POINT = "point"
+    SPOT = "spot"
+
+
 class Light(Record):
-    """A light at `position` shining along `direction`; `color` is linear RGB, >= 0."""
+    """A light at `position` shining along `direction`, world frame, metres.
+
+    Attributes:
+        direction: need not have length one; a point shines to all sides all the same.
+        color: linear RGB, >= 0: how bright a white surface that faces it looks, before attenuation; 1 is white.
+        castshadow: whether what it does not reach is darker.
+        attenuation: (a, b, c): at a distance of d metres it is 1 / (a + b d + c d^2) as bright. Not of directional ones.
+        radius: of the bulb, metres: the larger, the softer the shadows.
+        cone_deg: angle between the axis of a spot and the edge of its light, degrees.
+        softness: 0..1, how early a spot fades towards that edge.
+    """
 
     name: Id
+    kind: LightKind = LightKind.DIRECTIONAL
     position: Vec3
     direction: Vec3
     color: Vec3 = (1.0, 1.0, 1.0)
+    castshadow: bool = True
+    attenuation: Vec3 = (1.0, 0.0, 0.0)
+    radius: Positive = 0.05
+    cone_deg: Annotated[float, Field(gt=0, le=90)] = 45.0
+    softness: Unit = 0.5
+
+    @model_validator(mode="after")
+    def _shines(self) -> Self:
+        if min(self.color) < 0 or min(self.attenuation) < 0 or max(self.attenuation) == 0:
+            raise ValueError(f"light {self.name!r}: colour and attenuation are not negative, one of the latter positive")
+        if float(np.linalg.norm(self.direction)) < 1e-9:
+            raise ValueError(f"light {self.name!r} has no direction")
+        return self
+
+
+class Sky(Record):
+    """What is seen through windows and beyond open walls: linear RGB, 0..1, from overhead down to the horizon."""
+
+    zenith: Vec3 = (0.36, 0.55, 0.8)
+    horizon: Vec3 = (0.85, 0.88, 0.9)
+
+    @field_validator("zenith", "horizon")
+    @classmethod
+    def _legal(cls, color: Vec3) -> Vec3:
+        if not all(0.0 <= c <= 1.0 for c in color):
+            raise ValueError(f"colour {color} is outside 0..1")
+        return color
 
 
 class Scene(Record):
@@ -51,6 +113,8 @@ class Scene(Record):
         id: legal name.
         assets: each asset once, however often it is placed.
         placements, cameras, lights: what stands where.
+        ambient: linear RGB, >= 0, of light that comes evenly from all sides; 1 makes a white surface white by itself.
+        sky: None where nothing is seen beyond the room.
         gravity: m/s^2.
     """
 
@@ -59,7 +123,15 @@ class Scene(Record):
     placements: tuple[Placement, ...]
     cameras: tuple[Camera, ...] = ()
     lights: tuple[Light, ...] = ()
+    ambient: Vec3 = (0.3, 0.3, 0.3)
+    sky: Sky | None = Sky()
     gravity: Vec3 = (0.0, 0.0, -9.81)
+
+    @property
+    def asset_of(self) -> dict[str, Asset]:
+        """Name of a placement -> its asset, in the order of the placements."""
+        assets = {asset.id: asset for asset in self.assets}
+        return {place.name: assets[place.asset] for place in self.placements}
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
@@ -67,14 +139,24 @@ class Scene(Record):
         names = [n.name for group in (self.placements, self.cameras, self.lights) for n in group]
         if len(assets) != len(self.assets) or len(set(names)) != len(names):
             raise ValueError("ids of assets and names of placements, cameras and lights must be distinct")
+        if WORLD in names:
+            raise ValueError(f"nothing in a scene is called {WORLD!r}")
+        if min(self.ambient) < 0:
+            raise ValueError(f"ambient light {self.ambient} must not be negative")
         for place in self.placements:
             if place.asset not in assets:
                 raise ValueError(f"placement {place.name!r}: no asset {place.asset!r}")
-            joints = {j.name: j for j in assets[place.asset].joints}
-            for at in place.joints:
-                if at.joint not in joints:
-                    raise ValueError(f"placement {place.name!r}: no joint {at.joint!r} in {place.asset!r}")
-                low, high = joints[at.joint].range
-                if not low <= at.value <= high:
-                    raise ValueError(f"placement {place.name!r}: {at.joint} = {at.value} is outside {low}..{high}")
+            _check_joints(place, assets[place.asset])
         return self
+
+
+def _check_joints(place: Placement, asset: Asset) -> None:
+    joints = {j.name: j for j in asset.joints}
+    if FREE_JOINT in joints:
+        raise ValueError(f"asset {asset.id!r}: a joint called {FREE_JOINT!r} would be taken for that of its base")
+    for at in place.joints:
+        if at.joint not in joints:
+            raise ValueError(f"placement {place.name!r}: no joint {at.joint!r} in {place.asset!r}")
+        low, high = joints[at.joint].range
+        if not low <= at.value <= high:
+            raise ValueError(f"placement {place.name!r}: {at.joint} = {at.value} is outside {low}..{high}")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from lxml import etree
@@ -24,6 +25,9 @@ class Draft:
         meshes: its mesh files.
         materials: material id -> name in the document.
         touched, seen: groups of colliders and of visuals.
+        placement: name of the copy in a document that holds several: that of its root body, and with `__` what the names
+            of everything else in it begin with. None where the names stay as they are.
+        tints: collider name -> `rgba`, where colliders are what is seen.
     """
 
     asset: Asset
@@ -31,6 +35,18 @@ class Draft:
     materials: dict[str, str]
     touched: int
     seen: int
+    placement: str | None = None
+    tints: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def prefix(self) -> str:
+        """What names begin with."""
+        return "" if self.placement is None else f"{self.placement}__"
+
+    def body_name(self, link: str) -> str:
+        """Name of the body of a link."""
+        root = self.placement is not None and link == self.asset.root.name
+        return str(self.placement) if root else self.prefix + link
 
 
 def add(parent: etree._Element, link: Link, draft: Draft) -> etree._Element:
@@ -38,25 +54,28 @@ def add(parent: etree._Element, link: Link, draft: Draft) -> etree._Element:
 
     Order inside a body: mass, joint, colliders, visuals, regions, sites, carried bodies.
     """
-    asset = draft.asset
-    body = etree.SubElement(parent, "body", {"name": link.name, **number.place(link.pose)})
+    asset, prefix = draft.asset, draft.prefix
+    body = etree.SubElement(parent, "body", {"name": draft.body_name(link.name), **number.place(link.pose)})
     etree.SubElement(body, "inertial", _inertial(link.inertial))
     moved_by = asset.joint_of(link.name)
     if moved_by is not None:
-        joint.add(body, moved_by)
+        joint.add(body, moved_by, prefix)
     for item in link.colliders:
-        collider.add(body, item, asset.substance(item.substance), draft.meshes, draft.touched)
+        geom = collider.add(body, item, asset.substance(item.substance), draft.meshes, draft.touched, prefix)
+        if item.name in draft.tints:
+            geom.set("rgba", draft.tints[item.name])
     for shown in link.visuals:
-        visual.add(body, shown, draft.meshes.of[shown.name], draft.materials[shown.material], draft.seen)
+        look = draft.materials[shown.material]
+        visual.add(body, shown, draft.meshes.of[shown.name], look, draft.seen, prefix)
     outer = site.outer_region(asset) if link.parent is None else None
     for region in [*([outer] if outer else []), *asset.regions]:
         if region.link == link.name:
-            site.add_region(body, region)
+            site.add_region(body, region, prefix)
             if asset.contract:
-                site.add_corners(body, region)
+                site.add_corners(body, region, prefix)
     for point in asset.sites:
         if point.link == link.name:
-            site.add(body, point)
+            site.add(body, point, prefix)
     for carried in asset.links:
         if carried.parent == link.name:
             add(body, carried, draft)

@@ -22,9 +22,11 @@ FACETED = 4
 ROUND = 6
 
 
-def add(body: etree._Element, collider: Collider, substance: Substance, meshes: Meshes, group: int) -> None:
-    """`<geom>` below `<body>`."""
-    attributes = {"name": collider.name, **_form(collider, meshes), **number.place(collider.pose)}
+def add(
+    body: etree._Element, collider: Collider, substance: Substance, meshes: Meshes, group: int, prefix: str = ""
+) -> etree._Element:
+    """`<geom>` below `<body>`; its name begins with `prefix`."""
+    attributes = {"name": prefix + collider.name, **_form(collider, meshes), **number.place(collider.pose)}
     attributes |= {
         "group": str(group),
         "contype": "1",
@@ -36,7 +38,7 @@ def add(body: etree._Element, collider: Collider, substance: Substance, meshes: 
         "mass": "0",
         "rgba": COLOR,
     }
-    etree.SubElement(body, "geom", attributes)
+    return etree.SubElement(body, "geom", attributes)
 
 
 def friction(substance: Substance) -> str:

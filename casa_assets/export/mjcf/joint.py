@@ -12,11 +12,11 @@ from casa_assets.model.asset import Joint
 HOLD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 
-def add(body: etree._Element, joint: Joint) -> None:
-    """`<joint>` below the body that it moves; radians and metres, body frame."""
+def add(body: etree._Element, joint: Joint, prefix: str = "") -> None:
+    """`<joint>` below the body that it moves; radians and metres, body frame. Its name begins with `prefix`."""
     drive = joint.drive
     attributes = {
-        "name": joint.name,
+        "name": prefix + joint.name,
         "type": joint.kind.value,
         "pos": number.numbers(joint.anchor),
         "axis": number.numbers(joint.axis),

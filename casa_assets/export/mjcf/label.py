@@ -11,27 +11,36 @@ from casa_assets.model.asset import Asset
 
 
 def add_all(root: etree._Element, asset: Asset) -> None:
-    """`<custom>` with `base`, `class` (from the category upwards), `qcode`, and as far as there are any: `contract`,
-    `state__<name>`, `label__<label>` (names of geoms), `grip__<joint>` (name of a geom),
-    `behind__<joint>` (name of a joint) and `behavior` (JSON).
+    """`<custom>` with the texts of an asset."""
+    custom = etree.SubElement(root, "custom")
+    for name, data in texts(asset).items():
+        etree.SubElement(custom, "text", {"name": name, "data": data})
+
+
+def texts(asset: Asset, prefix: str = "") -> dict[str, str]:
+    """`base`, `class` (from the category upwards), `qcode`, and as far as there are any: `contract`, `state__<name>`,
+    `label__<label>` (names of geoms), `grip__<joint>` (name of a geom), `behind__<joint>` (name of a joint) and
+    `behavior` (JSON).
+
+    Args:
+        asset: whose texts.
+        prefix: what the names of its geoms and joints in the document begin with; the JSON names them without it.
     """
-    texts = {
+    said = {
         "base": asset.base.value,
         "class": " ".join(asset.labels.classes),
         "qcode": asset.labels.qcode.id,
     }
     for state in asset.states:
-        texts[f"state__{state.name}"] = f"{state.joint} {state.value} {number.numbers(state.interval)}"
+        said[f"state__{state.name}"] = f"{prefix}{state.joint} {state.value} {number.numbers(state.interval)}"
     if asset.contract is not None:
-        texts["contract"] = asset.contract
-    texts |= {f"label__{label}": " ".join(names) for label, names in labelled(asset).items()}
-    texts |= {f"grip__{joint.name}": joint.grip for joint in asset.joints if joint.grip is not None}
-    texts |= {f"behind__{joint.name}": joint.behind for joint in asset.joints if joint.behind is not None}
+        said["contract"] = asset.contract
+    said |= {f"label__{label}": " ".join(prefix + name for name in names) for label, names in labelled(asset).items()}
+    said |= {f"grip__{joint.name}": prefix + joint.grip for joint in asset.joints if joint.grip is not None}
+    said |= {f"behind__{joint.name}": prefix + joint.behind for joint in asset.joints if joint.behind is not None}
     if asset.behavior is not None:
-        texts["behavior"] = asset.behavior.to_json()
-    custom = etree.SubElement(root, "custom")
-    for name, data in texts.items():
-        etree.SubElement(custom, "text", {"name": name, "data": data})
+        said["behavior"] = asset.behavior.to_json()
+    return said
 
 
 def labelled(asset: Asset) -> dict[str, list[str]]:

@@ -35,9 +35,19 @@ def textures(asset: Asset) -> dict[str, Texture]:
 def add_all(assets: etree._Element, asset: Asset) -> None:
     """Every `<texture>`, then every `<material>`, below `<asset>`."""
     for path, image in textures(asset).items():
-        etree.SubElement(assets, "texture", {"name": _stem(image), "type": "2d", "file": path})
+        add_texture(assets, image, path)
     for material, name in zip(asset.materials, names(asset).values(), strict=True):
-        etree.SubElement(assets, "material", _attributes(material, name))
+        add(assets, material, name)
+
+
+def add_texture(assets: etree._Element, image: Texture, path: str) -> None:
+    """`<texture>` of an image that lies at `path`, relative to the document."""
+    etree.SubElement(assets, "texture", {"name": _stem(image), "type": "2d", "file": path})
+
+
+def add(assets: etree._Element, material: Material, name: str) -> None:
+    """`<material>` called `name`; it names the texture of its colour image."""
+    etree.SubElement(assets, "material", _attributes(material, name))
 
 
 def display(linear: float) -> float:

@@ -51,16 +51,10 @@ class Meshes:
 
 def gather(asset: Asset) -> Meshes:
     """Mesh files of every visual and of every collider that is a mesh."""
-    items: list[tuple[str, Mesh, Use]] = []
-    for link in asset.links:
-        items += [(v.name, v.mesh, Use.SURFACE) for v in link.visuals]
-        for c in link.colliders:
-            if isinstance(c.shape, Hull | MeshShape):
-                items.append((c.name, c.shape.mesh, Use.HULL if isinstance(c.shape, Hull) else Use.SURFACE))
     paths: dict[str, str] = {}
     known: dict[tuple[str, Use], MeshFile] = {}
     of: dict[str, MeshFile] = {}
-    for name, mesh, use in items:
+    for name, mesh, use in uses(asset):
         data = obj(mesh, bare=use is Use.HULL)
         content = hashlib.sha256(data).hexdigest()
         path = paths.setdefault(content, f"{FOLDER}/{name}_{content[:12]}.obj")
@@ -68,9 +62,21 @@ def gather(asset: Asset) -> Meshes:
     return Meshes(tuple(known.values()), of)
 
 
-def add(assets: etree._Element, file: MeshFile) -> None:
-    """`<mesh>` below `<asset>`."""
-    attributes = {"name": file.name, "file": file.path, "inertia": file.use.value}
+def uses(asset: Asset) -> list[tuple[str, Mesh, Use]]:
+    """(name of the visual or collider, its mesh, what it is for) of everything in an asset that is a mesh."""
+    items: list[tuple[str, Mesh, Use]] = []
+    for link in asset.links:
+        items += [(v.name, v.mesh, Use.SURFACE) for v in link.visuals]
+        for c in link.colliders:
+            if isinstance(c.shape, Hull | MeshShape):
+                items.append((c.name, c.shape.mesh, Use.HULL if isinstance(c.shape, Hull) else Use.SURFACE))
+    return items
+
+
+def add(assets: etree._Element, file: MeshFile, folder: str = "") -> None:
+    """`<mesh>` below `<asset>`; `folder` leads from the document to where its files lie, empty where they lie beside."""
+    path = f"{folder}/{file.path}" if folder else file.path
+    attributes = {"name": file.name, "file": path, "inertia": file.use.value}
     if file.use is Use.HULL:
         attributes["maxhullvert"] = str(MAX_HULL_VERTICES)
     etree.SubElement(assets, "mesh", attributes)

@@ -25,9 +25,9 @@ MEASURE_RADIUS = 0.005
 CORNERS = {"main": "ext", "int": "int"}
 
 
-def add(body: etree._Element, site: Site) -> None:
-    """`<site>` below the body of its link."""
-    attributes = {"name": site.name, "type": site.kind, **number.place(site.pose), "size": _half_size(site)}
+def add(body: etree._Element, site: Site, prefix: str = "") -> None:
+    """`<site>` below the body of its link; its name begins with `prefix`."""
+    attributes = {"name": prefix + site.name, "type": site.kind, **number.place(site.pose), "size": _half_size(site)}
     red, green, blue, alpha = site.color
     shown = number.numbers((display(red), display(green), display(blue), alpha))
     group = SITE_GROUP if alpha else EFFECT_GROUP
@@ -42,26 +42,27 @@ def _half_size(site: Site) -> str:
     return number.numbers((x, y, z) if site.kind == "box" else (x, z))
 
 
-def add_corners(body: etree._Element, region: Region) -> None:
+def add_corners(body: etree._Element, region: Region, prefix: str = "") -> None:
     """The four sites from which robocasa v0.2 takes a fixture's outer (`main`) and inner (`int`) size.
 
     `p0` is a corner; `px`, `py` and `pz` are the next ones along each axis.
     """
-    prefix = CORNERS.get(region.name)
-    if prefix is None or region.kind != "box":
+    corner = CORNERS.get(region.name)
+    if corner is None or region.kind != "box":
         return
     half = np.array(region.size) / 2
     for end, signs in (("p0", (-1, -1, -1)), ("px", (1, -1, -1)), ("py", (-1, 1, -1)), ("pz", (-1, -1, 1))):
         point = region.pose.apply((half * np.array(signs))[None])[0]
-        attributes = {"name": f"{prefix}_{end}", "pos": number.numbers(point), "size": number.number(MEASURE_RADIUS)}
+        name, size = f"{prefix}{corner}_{end}", number.number(MEASURE_RADIUS)
+        attributes = {"name": name, "pos": number.numbers(point), "size": size}
         etree.SubElement(body, "site", attributes | {"group": str(SITE_GROUP), "rgba": "0 0 0 0"})
 
 
-def add_region(body: etree._Element, region: Region) -> None:
-    """`<geom name="reg_...">` below the body of its link: seen by no camera, touched by nothing, without mass."""
+def add_region(body: etree._Element, region: Region, prefix: str = "") -> None:
+    """`<geom name="<prefix>reg_...">` below the body of its link: seen by no camera, touched by nothing, without mass."""
     x, y, z = (s / 2 for s in region.size)
     attributes = {
-        "name": f"reg_{region.name}",
+        "name": f"{prefix}reg_{region.name}",
         "type": region.kind,
         **number.place(region.pose),
         "size": number.numbers((x, y, z) if region.kind == "box" else (x, z)),

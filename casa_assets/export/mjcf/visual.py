@@ -13,10 +13,12 @@ GROUP = 1
 VIEWER_GROUP = 2
 
 
-def add(body: etree._Element, visual: Visual, file: MeshFile, material: str, group: int) -> None:
-    """`<geom>` below `<body>`; `material` is the name of a `<material>`."""
+def add(
+    body: etree._Element, visual: Visual, file: MeshFile, material: str, group: int, prefix: str = ""
+) -> None:
+    """`<geom>` below `<body>`; `material` is the name of a `<material>`, `prefix` the begin of its own."""
     attributes = {
-        "name": visual.name,
+        "name": prefix + visual.name,
         "type": "mesh",
         "mesh": file.name,
         "material": material,

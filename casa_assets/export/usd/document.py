@@ -43,8 +43,13 @@ def write(asset: Asset, thumbnail: bytes) -> Files:
     return Files.of(entries)
 
 
-def layer_text(asset: Asset) -> str:
-    """The root layer as usda text: the same text for the same asset, whatever was written before."""
+def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
+    """The root layer as usda text: the same text for the same asset, whatever was written before.
+
+    Args:
+        asset: what to write.
+        textures: leads from the layer to the folder of the pictures.
+    """
     layer = Sdf.Layer.CreateAnonymous(".usda")
     stage = Usd.Stage.Open(layer)
     root = UsdGeom.Xform.Define(stage, Sdf.Path.absoluteRootPath.AppendChild(asset.id)).GetPrim()
@@ -53,7 +58,7 @@ def layer_text(asset: Asset) -> str:
     metadata.set_model(root, asset)
     metadata.set_provenance(layer, asset)
     label.attach_all(root, asset)
-    looks = material.define_all(stage, path, asset, f"./{TEXTURES}")
+    looks = material.define_all(stage, path, asset, textures)
     for link in asset.links:
         body.define(stage, path.AppendChild(link.name), asset, link, looks)
     joint.define_all(stage, path, asset)

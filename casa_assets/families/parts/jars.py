@@ -13,6 +13,7 @@ from casa_assets.families.kit.solid import Solid
 from casa_assets.families.kit.sweep import circle, prism, tube
 from casa_assets.model.record import Vec2
 
+SMALL = 0.03  # metres; a jar below this radius is drawn with fewer faces
 GAP = 0.0006  # metres between glass and what is in it, so that neither flickers
 
 
@@ -32,6 +33,7 @@ class Jar:
     """Solids of a jar about z that stands on z = 0, by what they are made of."""
 
     body: Solid
+    shell: Solid  # its outside alone: what is seen of glass, which has no need of a second face behind the first
     inside: Solid
     lid: tuple[Solid, ...]
     fittings: tuple[Solid, ...]  # wires, seals
@@ -77,10 +79,11 @@ def jar(
 ) -> Jar:
     """A jar of a radius and a height without its lid, metres; `fill` is a share of its height."""
     outer = body_of(radius, height, shoulder, neck)
-    body = hollow(outer, wall, wall * 1.4)
-    inside = filling(outer, wall, wall * 1.4, fill)
+    around = 24 if radius < SMALL else 32
+    body = hollow(outer, wall, wall * 1.4, around)
+    inside = filling(outer, wall, wall * 1.4, fill, around)
     solids, fittings, top = _lid(lid, radius * min(1.0, neck), height, wall)
-    return Jar(body, inside, tuple(solids), tuple(fittings), top)
+    return Jar(body, lathe(outer, around, 45.0), inside, tuple(solids), tuple(fittings), top)
 
 
 def _lid(lid: Lid, r: float, h: float, wall: float) -> tuple[list[Solid], list[Solid], float]:
@@ -92,8 +95,9 @@ def _lid(lid: Lid, r: float, h: float, wall: float) -> tuple[list[Solid], list[S
         return [lathe(cork, 28)], [], z + 0.014
     if lid is Lid.SCREW:
         tall = max(0.012, min(0.02, 0.2 * h))
-        turns = np.linspace(0, 2 * np.pi, 97)[:-1]
-        ring = r + 0.0022 + 0.0008 * np.cos(24 * turns)
+        ribs = 16 if r < SMALL else 24
+        turns = np.linspace(0, 2 * np.pi, 4 * ribs + 1)[:-1]
+        ring = r + 0.0022 + 0.0008 * np.cos(ribs * turns)
         outline = np.column_stack([ring * np.cos(turns), ring * np.sin(turns)])
         cap = prism(outline, tall, 0.0012).at(z=h - tall + 0.003)
         return [cap], [], h + 0.003
@@ -118,7 +122,7 @@ def _lid(lid: Lid, r: float, h: float, wall: float) -> tuple[list[Solid], list[S
 def _clip(r: float, h: float, top: float) -> list[Solid]:
     """A band round the neck and a wire over the lid, with its lever at the front."""
     w = circle(0.0012, 6)
-    low = h - 0.016
+    low = h - 0.006
     band = [(1.02 * r * math.sin(t), 1.02 * r * math.cos(t), low) for t in np.linspace(0, 2 * math.pi, 33)]
     front, up = -1.08 * r, top + 0.001
     over = [(0.0, 1.06 * r, low), (0.0, 1.08 * r, up), (0.0, front, up), (0.0, -1.1 * r, low - 0.01)]

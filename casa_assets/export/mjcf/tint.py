@@ -1,0 +1,82 @@
+"""Asset -> one plain colour for each collider: the mean colour of the visual that it stands for."""
+
+from __future__ import annotations
+
+import io
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageStat
+
+from casa_assets.export.mjcf import number
+from casa_assets.export.mjcf.material import display
+from casa_assets.geometry.extent import shape_bounds
+from casa_assets.model.asset import Asset, Collider, Link
+from casa_assets.model.material import Material
+from casa_assets.model.record import Vec4
+
+# Thickness that a bound has at least, metres, so that the overlap of flat things is not zero.
+THIN = 1e-4
+# Pictures whose mean is remembered: those of a kitchen.
+KEPT = 256
+PLAIN: Vec4 = (0.6, 0.6, 0.6, 1.0)
+
+Box = npt.NDArray[np.float64]
+
+
+def tints(asset: Asset) -> dict[str, str]:
+    """Collider name -> `rgba`, three digits. A collider stands for the visual of its link whose bounds are most alike."""
+    colors = {item.id: mean_color(item) for item in asset.materials}
+    found = {}
+    for link in asset.links:
+        bounds = [(_thick(v.mesh.bounds), colors[v.material]) for v in link.visuals]
+        for item in link.colliders:
+            found[item.name] = number.numbers(round(c, 3) for c in _color(item, bounds) or _any(asset, link, colors))
+    return found
+
+
+def mean_color(item: Material) -> Vec4:
+    """Display colour and alpha of a material: its colour times the mean of its picture."""
+    red, green, blue, alpha = item.base_color
+    if item.base_color_texture is not None:
+        r, g, b, a = _mean(item.base_color_texture.png)
+        red, green, blue, alpha = red * r, green * g, blue * b, alpha * a
+    return display(red), display(green), display(blue), alpha
+
+
+@lru_cache(maxsize=KEPT)
+def _mean(png: bytes) -> Vec4:
+    """Linear mean of a picture."""
+    with Image.open(io.BytesIO(png)) as image:
+        # Of a small copy: a mean of display values would be too dark where a picture is rich in contrast.
+        small = image.convert("RGBA").resize((32, 32), Image.Resampling.BOX)
+    values = np.asarray(small, dtype=np.float64).reshape(-1, 4) / 255
+    color = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)[:, :3].mean(axis=0)
+    red, green, blue = (float(c) for c in color)
+    return red, green, blue, float(ImageStat.Stat(small.getchannel("A")).mean[0]) / 255
+
+
+def _color(item: Collider, bounds: list[tuple[Box, Vec4]]) -> Vec4 | None:
+    own = _thick(shape_bounds(item.shape, item.pose))
+    likeness = [_overlap(own, box) for box, _ in bounds]
+    best = max(range(len(bounds)), key=lambda i: likeness[i], default=None)
+    return None if best is None or likeness[best] <= 0 else bounds[best][1]
+
+
+def _any(asset: Asset, link: Link, colors: dict[str, Vec4]) -> Vec4:
+    """Colour of the largest visual of the link, of the asset where it has none."""
+    visuals = link.visuals or tuple(v for k in asset.links for v in k.visuals)
+    best = max(visuals, key=lambda v: float(np.ptp(v.mesh.bounds, axis=0).sum()), default=None)
+    return PLAIN if best is None else colors[best.material]
+
+
+def _thick(bounds: Box) -> Box:
+    return np.array([bounds[0] - THIN, bounds[1] + THIN])
+
+
+def _overlap(first: Box, second: Box) -> float:
+    """Volume that two boxes share over the volume that they fill together, 0..1."""
+    common = np.clip(np.minimum(first[1], second[1]) - np.maximum(first[0], second[0]), 0.0, None).prod()
+    total = np.ptp(first, axis=0).prod() + np.ptp(second, axis=0).prod() - common
+    return float(common / total)

@@ -1,0 +1,123 @@
+"""What a plan puts in besides its units: on worktops, at walls, under the ceiling, before the island, on the floor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from casa_assets.errors import Misfit
+from casa_assets.layouts import sizes
+from casa_assets.layouts.frame import Frame
+from casa_assets.layouts.models import Models
+from casa_assets.layouts.room import Room, metres
+from casa_assets.layouts.runs import Line, Slot
+from casa_assets.layouts.wanted import Depth, Height, Order, Spot, Wanted
+from casa_assets.model.plan import Plan
+from casa_assets.model.style import Choice
+
+SEAT_APART = 0.6  # metres per person at a worktop; NKBA planning guideline 9
+ON_TOP = 0.0008  # metres over a worktop at which things are set down
+
+
+def order_stands(order: Order, plan: Plan, slots: Mapping[str, Slot], models: Models) -> None:
+    """Things on worktops."""
+    for stand in plan.stands:
+        if stand.on not in slots:
+            raise Misfit(plan.id, ("stands", stand.id, "on"), "a unit of the plan", repr(stand.on))
+        if not models.has(stand.id):
+            raise Misfit(plan.id, ("stands", stand.id), "a role of the style", repr(stand.id))
+        slot = slots[stand.on]
+        u = slot.left + stand.at * slot.width
+        spot = Spot(slot.line.frame, u, stand.back, sizes.TOP + ON_TOP, stand.turn_deg)
+        order.add(Wanted(stand.id, stand.id, models.of(stand.id).choice, spot, slot.name, slot.line.id))
+
+
+def order_seats(order: Order, plan: Plan, lines: Mapping[str, Line], models: Models) -> None:
+    """Stools at the guests' side of islands and peninsulas, turned to it."""
+    for seats in plan.seats:
+        if seats.run not in lines:
+            raise Misfit(plan.id, ("seats",), "a run of the plan", repr(seats.run))
+        line = lines[seats.run]
+        low, high = (line.left.base, line.length - line.right.base)
+        pitch = min(0.75, (high - low) / seats.count)
+        if pitch < SEAT_APART - 0.001:
+            got = f"{high - low:.2f} m for {seats.count}"
+            raise Misfit(plan.id, ("seats",), f"{SEAT_APART} m for each seat", got)
+        for k in range(seats.count):
+            u = (low + high) / 2 + (k - (seats.count - 1) / 2) * pitch
+            # The back of the stool is away from the top, which reaches out behind the line of the run.
+            spot = Spot(line.frame, u, -line.run.overhang - 0.12, 0.0005, 0.0, Depth.MIDDLE)
+            name = f"{seats.run}_stool_{k + 1}"
+            order.add(Wanted(name, "stool", models.of("stool").choice, spot, "", seats.run))
+
+
+def order_hangings(
+    order: Order, plan: Plan, room: Room, given: Mapping[str, float], slots: Mapping[str, Slot], models: Models
+) -> None:
+    """Things on walls."""
+    for hung in plan.hangings:
+        at = ("hangings", hung.id)
+        if not models.has(hung.item):
+            continue  # a style may leave a wall bare
+        wall = room.wall(hung.wall) if hung.wall in {w.id for w in room.walls} else None
+        if wall is None:
+            raise Misfit(plan.id, (*at, "wall"), f"one of {', '.join(w.id for w in room.walls)}", repr(hung.wall))
+        if hung.over is not None:
+            if hung.over not in slots:
+                raise Misfit(plan.id, (*at, "over"), "a unit of the plan", repr(hung.over))
+            slot = slots[hung.over]
+            u = wall.frame.of(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
+        else:
+            assert hung.at is not None
+            u = metres(plan, hung.at, given, *at, "at")
+        model = models.of(hung.item)
+        v = 0.0105 if models.style.splash and hung.over and sizes.TOP < hung.height < sizes.UPPER_FROM else 0.0
+        spot = Spot(wall.frame, u + hung.shift, v, hung.height, height=Height.FOOT)
+        order.add(Wanted(hung.id, hung.item, model.choice, spot, hung.over or ""))
+
+
+def order_lamps(order: Order, plan: Plan, room: Room, lines: Mapping[str, Line], models: Models) -> None:
+    """Lamps under the ceiling."""
+    (x0, y0), (x1, y1) = room.bounds()
+    for n, lamps in enumerate(plan.lamps):
+        if not models.has(lamps.item):
+            continue
+        choice = models.of(lamps.item).choice
+        stem = lamps.item if n == 0 else f"{lamps.item}_{n + 1}"
+        for k, (frame, u, v) in enumerate(_hung_at(lamps.over, lamps.count, lines, (x0, y0, x1, y1), room)):
+            spot = Spot(frame, u, v, room.height - 0.001, 0.0, Depth.MIDDLE, Height.HEAD)
+            order.add(Wanted(f"{stem}_{k + 1}", "lamp", choice, spot))
+
+
+def _hung_at(
+    over: str | None, count: int, lines: Mapping[str, Line], box: tuple[float, float, float, float], room: Room
+) -> Sequence[tuple[Frame, float, float]]:
+    x0, y0, x1, y1 = box
+    if over is not None and over in lines:
+        line = lines[over]
+        span = line.length - 0.4
+        return [(line.frame, line.length / 2 + span * ((k + 0.5) / count - 0.5), line.depth / 2) for k in range(count)]
+    rows = 1 if count <= 2 else 2
+    per = -(-count // rows)
+    out = []
+    for k in range(count):
+        row, column = divmod(k, per)
+        x = x0 + (x1 - x0) * (column + 0.5) / per
+        y = y1 - (y1 - y0) * (row + 0.5) / rows
+        if room.holds(x, y):
+            out.append((Frame(x0, y1, 0), x - x0, y1 - y))
+    return out
+
+
+def order_floor(order: Order, plan: Plan, room: Room, given: Mapping[str, float], models: Models) -> None:
+    """Things on the floor."""
+    for thing in plan.floor:
+        at = ("floor", thing.id)
+        if not models.has(thing.item):
+            continue
+        if thing.wall not in {w.id for w in room.walls}:
+            raise Misfit(plan.id, (*at, "wall"), f"one of {', '.join(w.id for w in room.walls)}", repr(thing.wall))
+        wall = room.wall(thing.wall)
+        u, v = metres(plan, thing.at, given, *at, "at"), metres(plan, thing.beside, given, *at, "beside")
+        spot = Spot(wall.frame, u, v, 0.0005, thing.turn_deg, Depth.MIDDLE)
+        choice: Choice = models.of(thing.item).choice
+        order.add(Wanted(thing.id, thing.item, choice, spot))

@@ -1,0 +1,39 @@
+"""How the units of a row share its length."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+FINEST = 0.001  # metres: widths are whole millimetres
+
+
+@dataclass(frozen=True)
+class Span:
+    """Least and greatest width of a unit, metres."""
+
+    low: float
+    high: float
+
+    @property
+    def usual(self) -> float:
+        """What it has where nothing presses it."""
+        return round((self.low + self.high) / 2, 3)
+
+
+def share(spans: Sequence[Span], room: float) -> list[float] | None:
+    """Widths whose sum is `room`, or the greatest where that is less; None where not even the least ones fit.
+
+    Every unit that can give or take does so in the same proportion.
+    """
+    least, most = sum(s.low for s in spans), sum(s.high for s in spans)
+    if least > room + FINEST / 2:
+        return None
+    part = 1.0 if most <= room or most <= least else (room - least) / (most - least)
+    widths = [round(s.low + part * (s.high - s.low), 3) for s in spans]
+    rest = round(min(room, most) - sum(widths), 3)
+    for i in sorted(range(len(spans)), key=lambda k: spans[k].low - spans[k].high):
+        if rest and spans[i].high > spans[i].low:
+            widths[i] = round(widths[i] + rest, 3)
+            break
+    return widths

@@ -1,0 +1,363 @@
+"""Runs of a plan: where each stands, what corners take of it, and how its units share the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+from casa_assets.errors import Misfit, UnknownId
+from casa_assets.layouts import sizes
+from casa_assets.layouts.frame import Frame
+from casa_assets.layouts.models import Models
+from casa_assets.layouts.room import Room, metres
+from casa_assets.layouts.rows import Span, share
+from casa_assets.model.plan import Corner, CornerKind, Plan, Run
+from casa_assets.model.units import BaseKind, BaseUnit, Side, UpperKind, UpperUnit
+
+TOUCHES = 0.002  # metres: an end that is so near a wall stands at it
+WIDEST_FILLER = 0.12
+
+
+class EndKind(StrEnum):
+    """What is at an end of a run."""
+
+    FREE = "free"
+    WALL = "wall"
+    CORNER = "corner"
+
+
+@dataclass(frozen=True)
+class End:
+    """An end of a run, and how much of it a corner takes below and above, metres."""
+
+    kind: EndKind
+    corner: Corner | None = None
+    base: float = 0.0
+    upper: float = 0.0
+
+
+@dataclass(frozen=True)
+class Line:
+    """A run in the room: units stand between `frame` (their backs) and its `depth` before it."""
+
+    run: Run
+    frame: Frame
+    length: float
+    depth: float
+    left: End = End(EndKind.FREE)
+    right: End = End(EndKind.FREE)
+
+    @property
+    def id(self) -> str:
+        """Of the run."""
+        return self.run.id
+
+    @property
+    def at_wall(self) -> bool:
+        """Whether it stands at a wall."""
+        return self.run.on is not None
+
+
+class CornerPart(StrEnum):
+    """Units that plans do not name: what stands in a corner, and strips that close gaps."""
+
+    BLIND = "corner_blind"
+    DIAGONAL = "corner_diagonal"
+    FILLER = "filler"
+
+
+@dataclass(frozen=True)
+class Slot:
+    """The room of one unit, in the frame of its run.
+
+    Attributes:
+        name: of the unit. kind: of unit, or of corner part. unit: as the plan has it, None for a corner part.
+        line: its run. left, right: along it. depth: from its back. low, high: above the floor. All metres.
+        hinge: side of a single door. corner: side of it on which a corner lies.
+    """
+
+    name: str
+    kind: BaseKind | UpperKind | CornerPart
+    line: Line
+    left: float
+    right: float
+    depth: float
+    low: float
+    high: float
+    unit: BaseUnit | UpperUnit | None = None
+    hinge: Side | None = None
+    corner: Side | None = None
+
+    @property
+    def width(self) -> float:
+        """Metres."""
+        return round(self.right - self.left, 4)
+
+    @property
+    def middle(self) -> float:
+        """Along the run, metres."""
+        return (self.left + self.right) / 2
+
+    @property
+    def is_upper(self) -> bool:
+        """Whether it hangs on the wall."""
+        return self.low > 1.0
+
+
+def place_runs(plan: Plan, room: Room, given: Mapping[str, float], models: Models) -> dict[str, Line]:
+    """All runs by id. Raises Misfit."""
+    lines: dict[str, Line] = {}
+    claims = {}
+    for corner in plan.corners:
+        for name in corner.runs:
+            if name not in {r.id for r in plan.runs}:
+                raise Misfit(plan.id, ("corners",), "runs of the plan", repr(name))
+        claims[(corner.runs[0], Side.RIGHT)] = _claim(corner, 0)
+        claims[(corner.runs[1], Side.LEFT)] = _claim(corner, 1)
+    for run in plan.runs:
+        left = claims.get((run.id, Side.LEFT), End(EndKind.FREE))
+        right = claims.get((run.id, Side.RIGHT), End(EndKind.FREE))
+        lines[run.id] = _place(plan, run, room, given, models, lines, left, right)
+    return lines
+
+
+def _claim(corner: Corner, which: int) -> End:
+    """What a corner takes of the first (0) or second (1) of its runs."""
+    owner = corner.by or corner.runs[0]
+    owns = corner.runs[which] == owner
+    base = {
+        CornerKind.BLIND: sizes.CORNER + (sizes.CORNER_DOOR if owns else 0.0),
+        CornerKind.DIAGONAL: sizes.DIAGONAL,
+        CornerKind.DEAD: sizes.CORNER,
+    }[corner.base]
+    upper = {
+        None: 0.0,
+        CornerKind.BLIND: sizes.UPPER_CORNER + (sizes.UPPER_CORNER_DOOR if owns else 0.0),
+        CornerKind.DIAGONAL: sizes.UPPER_DIAGONAL,
+        CornerKind.DEAD: sizes.UPPER_CORNER,
+    }[corner.upper]
+    return End(EndKind.CORNER, corner, base, upper)
+
+
+def _place(
+    plan: Plan,
+    run: Run,
+    room: Room,
+    given: Mapping[str, float],
+    models: Models,
+    lines: Mapping[str, Line],
+    left: End,
+    right: End,
+) -> Line:
+    at = ("runs", run.id)
+    if run.on is not None:
+        try:
+            wall = room.wall(run.on)
+        except UnknownId as error:
+            raise Misfit(plan.id, (*at, "on"), "a wall of the plan", str(error)) from None
+        start, end = (metres(plan, x, given, *at, n) for x, n in ((run.start, "start"), (run.end, "end")))
+        length = round(wall.length - start - end, 4)
+        if length <= 0.3:
+            raise Misfit(plan.id, at, f"a start and an end that leave some of {wall.length:.2f} m", f"{length:.2f} m")
+        if left.kind is EndKind.FREE and start < TOUCHES and not wall.left_out:
+            left = End(EndKind.WALL)
+        if right.kind is EndKind.FREE and end < TOUCHES and not wall.right_out:
+            right = End(EndKind.WALL)
+        return Line(run, wall.frame.moved(start), length, sizes.BASE_DEPTH, left, right)
+    length = _own_length(plan, run, given, models, left, right)
+    other_id = run.faces.run if run.faces else run.joins.run if run.joins else ""
+    if other_id not in lines:
+        raise Misfit(plan.id, at, "a run that stands before it in the plan", repr(other_id))
+    other = lines[other_id]
+    if run.joins is not None:
+        if run.joins.end is Side.RIGHT:
+            return Line(run, other.frame.moved(other.length, 0.0, -1), length, sizes.BASE_DEPTH, left, right)
+        frame = other.frame.moved(0.0, 0.0, 1)
+        return Line(run, frame.moved(-length), length, sizes.BASE_DEPTH, left, right)
+    assert run.faces is not None
+    depth = sizes.ISLAND_DEPTH if run.base and run.base[0].kind is BaseKind.ISLAND else sizes.BASE_DEPTH
+    middle = other.length / 2
+    if run.faces.by is not None:
+        slots = {s.name: s for s in base_slots(plan, other, models)}
+        if run.faces.by not in slots:
+            raise Misfit(plan.id, (*at, "faces", "by"), f"a unit of {other.id}", repr(run.faces.by))
+        middle = slots[run.faces.by].middle
+    middle += run.faces.shift
+    back = sizes.TOP_DEPTH + run.faces.aisle + sizes.OVERHANG + depth
+    return Line(run, other.frame.moved(middle + length / 2, back, 2), length, depth, left, right)
+
+
+def _own_length(plan: Plan, run: Run, given: Mapping[str, float], models: Models, left: End, right: End) -> float:
+    """Length of a run that no wall bounds."""
+    if run.length is not None:
+        return metres(plan, run.length, given, "runs", run.id, "length")
+    return round(left.base + right.base + sum(sizes.base_span(u, models).usual for u in run.base), 3)
+
+
+def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
+    """The units on the floor from left to right, corners and strips included. Raises Misfit where they do not fit."""
+    room = line.length - line.left.base - line.right.base
+    spans = [sizes.base_span(u, models) for u in line.run.base]
+    widths = share(spans, room)
+    if widths is None:
+        least = sum(s.low for s in spans)
+        says = f"units that need at most {room:.3f} m"
+        raise Misfit(
+            plan.id, ("runs", line.id, "base"), says, f"at least {least:.3f} m ({_told(line.run.base, spans)})"
+        )
+    rest = round(room - sum(widths), 3)
+    first = last = 0.0
+    if rest > 0.0:
+        first, last = _spread(plan, line, rest)
+    high = sizes.TOP - models.style.counter.thickness
+    out: list[Slot] = [*_corner_slots(line, Side.LEFT, high)]
+    at = line.left.base
+    if first >= 0.02:
+        out.append(_strip(line, f"{line.id}_strip_left", at, at + first, high))
+    at = round(at + first, 4)
+    for unit, width in zip(line.run.base, widths, strict=True):
+        out.append(_base_slot(line, unit, at, round(at + width, 4), high))
+        at = round(at + width, 4)
+    if last >= 0.02:
+        out.append(_strip(line, f"{line.id}_strip_right", at, at + last, high))
+    out += _corner_slots(line, Side.RIGHT, high)
+    return tuple(out)
+
+
+def _told(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: list[Span]) -> str:
+    return ", ".join(f"{u.id} {s.low:g}" for u, s in zip(units, spans, strict=True))
+
+
+def _spread(plan: Plan, line: Line, rest: float) -> tuple[float, float]:
+    """Where what is left over goes: free ends just stop earlier; at walls and corners strips close the gap."""
+    if line.right.kind is EndKind.FREE:
+        return 0.0, 0.0
+    if line.left.kind is EndKind.FREE:
+        return rest, 0.0
+    if rest <= WIDEST_FILLER:
+        return (rest, 0.0) if line.left.kind is EndKind.WALL else (0.0, rest)
+    if rest <= 2 * WIDEST_FILLER:
+        return round(rest / 2, 3), round(rest - round(rest / 2, 3), 3)
+    room = line.length - line.left.base - line.right.base
+    raise Misfit(plan.id, ("runs", line.id, "base"), f"units that fill {room:.3f} m", f"{rest:.3f} m less")
+
+
+def _strip(line: Line, name: str, left: float, right: float, high: float) -> Slot:
+    return Slot(name, CornerPart.FILLER, line, round(left, 4), round(right, 4), sizes.BASE_DEPTH, 0.0, high)
+
+
+def _corner_slots(line: Line, side: Side, high: float) -> Iterator[Slot]:
+    end = line.left if side is Side.LEFT else line.right
+    if end.corner is None:
+        return
+    stem = f"{line.id}_{side.value}"
+
+    def slot(name: str, kind: CornerPart, near: float, far: float) -> Slot:
+        a, b = (near, far) if side is Side.LEFT else (line.length - far, line.length - near)
+        return Slot(
+            name, kind, line, round(a, 4), round(b, 4), sizes.BASE_DEPTH, 0.0, high, corner=side, hinge=_other(side)
+        )
+
+    owns = (end.corner.by or end.corner.runs[0]) == line.id
+    if end.corner.base is CornerKind.BLIND and owns:
+        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.base)
+    elif end.corner.base is CornerKind.DIAGONAL:
+        if owns:
+            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.base)
+    else:
+        yield slot(f"{stem}_filler", CornerPart.FILLER, sizes.BASE_DEPTH, end.base)
+
+
+def _other(side: Side) -> Side:
+    return Side.RIGHT if side is Side.LEFT else Side.LEFT
+
+
+def _base_slot(line: Line, unit: BaseUnit, left: float, right: float, high: float) -> Slot:
+    tall = unit.kind in (BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE)
+    hinge = unit.hinge
+    if hinge is None:
+        # Away from a corner, and towards a wall beside it.
+        near_left = left - line.left.base < TOUCHES and line.left.kind is EndKind.WALL
+        near_corner = left - line.left.base < 0.2 and line.left.kind is EndKind.CORNER
+        ends_at_wall = line.length - right < 0.2 and line.right.kind is EndKind.WALL
+        hinge = Side.RIGHT if near_corner or (ends_at_wall and not near_left) else Side.LEFT
+    top = sizes.UPPER_TO if tall else high
+    return Slot(unit.id, unit.kind, line, left, right, line.depth, 0.0, top, unit=unit, hinge=hinge)
+
+
+def upper_slots(plan: Plan, line: Line, base: Mapping[str, Slot], models: Models) -> tuple[Slot, ...]:
+    """The units on the wall from left to right. Raises Misfit."""
+    pointer = ("runs", line.id, "upper")
+    out: list[Slot] = [*_upper_corner(line, Side.LEFT)]
+    at, end = line.left.upper, round(line.length - line.right.upper, 4)
+    waiting: list[UpperUnit] = []
+    for unit in line.run.upper:
+        if unit.over is None:
+            waiting.append(unit)
+            continue
+        if unit.over not in base:
+            raise Misfit(plan.id, (*pointer, unit.id), f"a unit below of {', '.join(base)}", repr(unit.over))
+        below = base[unit.over]
+        width = below.width if unit.width is None and unit.kind is not UpperKind.HOOD else None
+        width = width or sizes.upper_span(unit, models).usual
+        left, right = round(below.middle - width / 2, 4), round(below.middle + width / 2, 4)
+        if left < at - TOUCHES or right > end + TOUCHES:
+            raise Misfit(
+                plan.id, (*pointer, unit.id), f"a unit between {at:.3f} and {end:.3f} m", f"{left:.3f} to {right:.3f} m"
+            )
+        out += _stretch(plan, line, waiting, at, left, models, first=at == line.left.upper)
+        out.append(_upper_slot(line, unit, left, right))
+        waiting, at = [], right
+    out += _stretch(plan, line, waiting, at, end, models, first=False)
+    out += _upper_corner(line, Side.RIGHT)
+    return tuple(s for s in out if s.kind is not UpperKind.GAP)
+
+
+def _stretch(
+    plan: Plan, line: Line, units: list[UpperUnit], left: float, right: float, models: Models, first: bool
+) -> Iterator[Slot]:
+    """Units that share what lies between two fixed ones; what is left over stays on the outer side."""
+    spans = [sizes.upper_span(u, models) for u in units]
+    widths = share(spans, right - left)
+    if widths is None:
+        says = f"units that need at most {right - left:.3f} m"
+        got = f"at least {sum(s.low for s in spans):.3f} m ({_told(tuple(units), spans)})"
+        raise Misfit(plan.id, ("runs", line.id, "upper"), says, got)
+    at = round(right - sum(widths), 4) if first else left
+    for unit, width in zip(units, widths, strict=True):
+        yield _upper_slot(line, unit, at, round(at + width, 4))
+        at = round(at + width, 4)
+
+
+def _upper_slot(line: Line, unit: UpperUnit, left: float, right: float) -> Slot:
+    hinge = unit.hinge
+    if hinge is None:
+        near_corner = left - line.left.upper < 0.05 and line.left.kind is EndKind.CORNER and line.left.upper > 0
+        ends_at_wall = line.length - right < 0.05
+        hinge = Side.RIGHT if near_corner or ends_at_wall else Side.LEFT
+    low, high = sizes.UPPER_FROM, sizes.UPPER_TO
+    if unit.height is not None:
+        low = round(high - unit.height, 4)
+    return Slot(unit.id, unit.kind, line, left, right, sizes.UPPER_DEPTH, low, high, unit=unit, hinge=hinge)
+
+
+def _upper_corner(line: Line, side: Side) -> Iterator[Slot]:
+    end = line.left if side is Side.LEFT else line.right
+    if end.corner is None or end.corner.upper is None:
+        return
+    owns = (end.corner.by or end.corner.runs[0]) == line.id
+
+    def slot(name: str, kind: CornerPart, near: float, far: float) -> Slot:
+        a, b = (near, far) if side is Side.LEFT else (line.length - far, line.length - near)
+        made = Slot(name, kind, line, round(a, 4), round(b, 4), sizes.UPPER_DEPTH, sizes.UPPER_FROM, sizes.UPPER_TO)
+        return replace(made, corner=side, hinge=_other(side))
+
+    stem = f"{line.id}_{side.value}_upper"
+    if end.corner.upper is CornerKind.BLIND and owns:
+        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.upper)
+    elif end.corner.upper is CornerKind.DIAGONAL:
+        if owns:
+            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.upper)
+    else:
+        yield slot(f"{stem}_filler", CornerPart.FILLER, sizes.UPPER_DEPTH, end.upper)

@@ -1,0 +1,165 @@
+"""The room itself: floor, walls with their openings, what fills those, skirting and ceiling."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from casa_assets.errors import Misfit
+from casa_assets.layouts.frame import Frame
+from casa_assets.layouts.models import Models
+from casa_assets.layouts.room import THICK, Hole, Room, WallLine, metres
+from casa_assets.layouts.runs import Line, Slot
+from casa_assets.layouts.wanted import Height, Order, Spot, Wanted, member
+from casa_assets.model.plan import OpeningKind, Plan
+from casa_assets.model.style import Choice
+from casa_assets.model.units import BaseKind
+
+CASING = 0.07
+SKIRTING = 0.1
+GAP = 0.004  # metres between a wall and what is let into it
+
+
+def find_holes(plan: Plan, room: Room, given: Mapping[str, float], slots: Mapping[str, Slot]) -> tuple[Hole, ...]:
+    """All openings in their walls. Raises Misfit where one does not fit."""
+    out: list[Hole] = []
+    for opening in plan.openings:
+        at = ("openings", opening.id)
+        if opening.wall not in {w.id for w in room.walls}:
+            raise Misfit(plan.id, (*at, "wall"), f"one of {', '.join(w.id for w in room.walls)}", repr(opening.wall))
+        wall = room.wall(opening.wall)
+        if opening.over is not None:
+            if opening.over not in slots:
+                raise Misfit(plan.id, (*at, "over"), "a unit of the plan", repr(opening.over))
+            slot = slots[opening.over]
+            middle = wall.frame.of(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
+        else:
+            assert opening.at is not None
+            middle = metres(plan, opening.at, given, *at, "at")
+        left, right = round(middle - opening.width / 2, 4), round(middle + opening.width / 2, 4)
+        high = round(opening.bottom + opening.height, 4)
+        if left < 0.05 or right > wall.length - 0.05 or high > room.height - 0.1:
+            got = f"{left:.2f} to {right:.2f} m, up to {high:.2f} m"
+            raise Misfit(plan.id, at, f"a hole inside {wall.length:.2f} x {room.height:.2f} m", got)
+        out.append(Hole(opening, wall, left, right, opening.bottom, high))
+    return tuple(out)
+
+
+def order_shell(order: Order, room: Room, holes: Sequence[Hole], models: Models, closed: bool) -> None:
+    """Add floor, walls, windows, doors and ceiling; `closed`: open walls too."""
+    shell = models.style.shell
+    (x0, y0), (x1, y1) = room.bounds()
+    outline = [(round(x - x0, 5), round(y - y0, 5)) for x, y in room.outline]
+    flat = Frame(x0, y1, 0)
+    middle = (x1 - x0) / 2
+    floor = {"outline": outline, "finish": shell.floor, "turn": shell.turn_deg}
+    order.add(
+        _room_part(
+            "floor", "floor", member("room_floor/plank", floor), Spot(flat, middle, 0.0, 0.0, height=Height.HEAD)
+        )
+    )
+    beams: dict[str, Any] = {"beams": 5, "beam_finish": shell.beams} if shell.beams else {}
+    ceiling = {"outline": outline, "finish": shell.ceiling, **beams}
+    top = Spot(flat, middle, 0.0, room.height)
+    order.add(Wanted("ceiling", "ceiling", member("room_ceiling/plain", ceiling), top, layer="ceiling"))
+    for wall in room.walls:
+        if wall.open and not closed:
+            continue
+        mine = [h for h in holes if h.wall.id == wall.id]
+        order.add(_wall(wall, room, mine, models, closed))
+        for hole in mine:
+            _fill(order, hole, models)
+
+
+def _room_part(name: str, role: str, choice: Choice, spot: Spot) -> Wanted:
+    return Wanted(name, role, choice, spot, layer="room")
+
+
+def _wall(wall: WallLine, room: Room, holes: Sequence[Hole], models: Models, closed: bool) -> Wanted:
+    by_id = {w.id: k for k, w in enumerate(room.walls)}
+    k = by_id[wall.id]
+    before, after = room.walls[k - 1], room.walls[(k + 1) % len(room.walls)]
+    # Of two walls that meet, the left one closes the corner; an outer corner needs none.
+    right_more = 0.0 if wall.right_out or (after.open and not closed) else THICK
+    left_more = 0.0 if wall.left_out or not (before.open and not closed) else 0.0
+    params = {
+        "length": wall.length,
+        "height": room.height,
+        "thickness": THICK,
+        "left_more": left_more,
+        "right_more": right_more,
+        "openings": [
+            {"left": h.left, "bottom": h.low, "width": round(h.right - h.left, 4), "height": round(h.high - h.low, 4)}
+            for h in holes
+        ],
+        "inside": models.style.shell.wall,
+    }
+    spot = Spot(wall.frame, wall.length / 2, -THICK, 0.0)
+    return _room_part(f"wall_{wall.id}", "wall", member("room_wall/bare", params), spot)
+
+
+def _fill(order: Order, hole: Hole, models: Models) -> None:
+    opening = hole.opening
+    if opening.kind is OpeningKind.PASSAGE:
+        return
+    role = "window" if hole.is_window else "door"
+    model = models.of(role)
+    width, height = round(hole.right - hole.left - GAP, 4), round(hole.high - hole.low - GAP / 2, 4)
+    params = {**model.choice.params, "width": width, "height": height, "wall": THICK}
+    casing = float(model.numbers.get("casing", CASING))
+    if not hole.is_window:
+        params["hinge_right"] = opening.hinge.value == "right"
+    frame, middle = hole.wall.frame, (hole.left + hole.right) / 2
+    spot = Spot(frame, middle, -THICK, round(hole.high + casing - GAP / 2, 4), height=Height.HEAD)
+    choice = Choice(preset=model.choice.preset, params=params)
+    order.add(Wanted(opening.id, role, choice, spot, layer="room"))
+
+
+def order_skirting(
+    order: Order,
+    room: Room,
+    holes: Sequence[Hole],
+    lines: Mapping[str, Line],
+    slots: Mapping[str, Sequence[Slot]],
+    models: Models,
+    closed: bool,
+) -> None:
+    """Skirting along every stretch of wall that nothing stands at."""
+    shell = models.style.shell
+    for wall in room.walls:
+        if wall.open and not closed:
+            continue
+        taken = [(h.left - CASING, h.right + CASING) for h in holes if h.wall.id == wall.id and not h.is_window]
+        taken += _stood_at(wall, lines, slots)
+        at, k = 0.0, 0
+        for a, b in [*sorted(taken), (wall.length, wall.length)]:
+            if a - at >= 0.3:
+                k += 1
+                params = {
+                    "length": round(a - at - 0.004, 4),
+                    "height": SKIRTING,
+                    "profile": shell.skirting,
+                    "finish": shell.trim,
+                }
+                spot = Spot(wall.frame, (at + a) / 2, 0.0, 0.0)
+                name = f"skirting_{wall.id}_{k}"
+                order.add(_room_part(name, "skirting", member("skirting/square", params), spot))
+            at = max(at, b)
+
+
+def _stood_at(
+    wall: WallLine, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]]
+) -> list[tuple[float, float]]:
+    """Stretches of a wall that units stand at, those of runs along its neighbours included."""
+    out = []
+    for name, line in lines.items():
+        for slot in slots[name]:
+            if slot.is_upper or slot.kind is BaseKind.GAP:
+                continue
+            corners = [
+                wall.frame.of(*line.frame.at(u, v)[:2]) for u in (slot.left, slot.right) for v in (0.0, slot.depth)
+            ]
+            us, vs = zip(*corners, strict=True)
+            if min(vs) < 0.05 and max(vs) > -0.05:
+                out.append((min(us), max(us)))
+    return out
