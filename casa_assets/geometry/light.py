@@ -40,9 +40,9 @@ class Inside(NamedTuple):
 
 
 def lighten(asset: Asset) -> Asset:
-    """The asset without visuals and materials, whose colliders are primitives that nowhere stick out of what they were.
+    """The asset without visuals and materials; its colliders are primitives that nowhere stick out of what they were.
 
-    So nothing that was apart touches. Mass, joints, sites and regions are as they were; effects on visuals are left out.
+    So nothing that was apart touches. Mass, joints, sites and regions stay; effects on visuals are left out.
     """
     effects = _effects(asset)
     behavior = asset.behavior

@@ -49,7 +49,7 @@ def request(
 
     Args:
         offers: numbers of all presets of all families.
-        given: lengths of the plan's parameters; None for its own. closed: walls that the plan leaves open are drawn too.
+        given: lengths of the plan's parameters; None for its own. closed: open walls are drawn too.
     Raises:
         Misfit: the plan does not fit together. UnknownId: the style lacks a model, or names one that does not exist.
     """

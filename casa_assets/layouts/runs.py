@@ -13,7 +13,7 @@ from casa_assets.layouts.models import Models
 from casa_assets.layouts.room import Room, metres
 from casa_assets.layouts.rows import Span, share
 from casa_assets.model.plan import Corner, CornerKind, Plan, Run
-from casa_assets.model.units import BaseKind, BaseUnit, Side, UpperKind, UpperUnit
+from casa_assets.model.units import TALL, BaseKind, BaseUnit, Side, UpperKind, UpperUnit
 
 TOUCHES = 0.002  # metres: an end that is so near a wall stands at it
 WIDEST_FILLER = 0.12
@@ -214,13 +214,13 @@ def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
     out: list[Slot] = [*_corner_slots(line, Side.LEFT, high)]
     at = line.left.base
     if first >= 0.02:
-        out.append(_strip(line, f"{line.id}_strip_left", at, at + first, high))
+        out.append(_strip(line, f"{line.id}_strip_left", at, at + first, _beside(line.run.base[:1], high)))
     at = round(at + first, 4)
     for unit, width in zip(line.run.base, widths, strict=True):
         out.append(_base_slot(line, unit, at, round(at + width, 4), high))
         at = round(at + width, 4)
     if last >= 0.02:
-        out.append(_strip(line, f"{line.id}_strip_right", at, at + last, high))
+        out.append(_strip(line, f"{line.id}_strip_right", at, at + last, _beside(line.run.base[-1:], high)))
     out += _corner_slots(line, Side.RIGHT, high)
     return tuple(out)
 
@@ -241,6 +241,11 @@ def _spread(plan: Plan, line: Line, rest: float) -> tuple[float, float]:
         return round(rest / 2, 3), round(rest - round(rest / 2, 3), 3)
     room = line.length - line.left.base - line.right.base
     raise Misfit(plan.id, ("runs", line.id, "base"), f"units that fill {room:.3f} m", f"{rest:.3f} m less")
+
+
+def _beside(units: tuple[BaseUnit, ...], high: float) -> float:
+    """Height of a strip beside a unit."""
+    return sizes.UPPER_TO if units and units[0].kind in TALL else high
 
 
 def _strip(line: Line, name: str, left: float, right: float, high: float) -> Slot:
@@ -274,7 +279,7 @@ def _other(side: Side) -> Side:
 
 
 def _base_slot(line: Line, unit: BaseUnit, left: float, right: float, high: float) -> Slot:
-    tall = unit.kind in (BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE)
+    tall = unit.kind in TALL
     hinge = unit.hinge
     if hinge is None:
         # Away from a corner, and towards a wall beside it.

@@ -52,16 +52,16 @@ def order_shell(order: Order, room: Room, holes: Sequence[Hole], models: Models,
     outline = [(round(x - x0, 5), round(y - y0, 5)) for x, y in room.outline]
     flat = Frame(x0, y1, 0)
     middle = (x1 - x0) / 2
-    floor = {"outline": outline, "finish": shell.floor, "turn": shell.turn_deg}
-    order.add(
-        _room_part(
-            "floor", "floor", member("room_floor/plank", floor), Spot(flat, middle, 0.0, 0.0, height=Height.HEAD)
-        )
-    )
-    beams: dict[str, Any] = {"beams": 5, "beam_finish": shell.beams} if shell.beams else {}
-    ceiling = {"outline": outline, "finish": shell.ceiling, **beams}
-    top = Spot(flat, middle, 0.0, room.height)
-    order.add(Wanted("ceiling", "ceiling", member("room_ceiling/plain", ceiling), top, layer="ceiling"))
+    boards = "y" if shell.turn_deg % 180 else "x"
+    floor = {"outline": outline, "face": shell.floor, "boards": boards}
+    spot = Spot(flat, middle, 0.0, 0.0, height=Height.HEAD)
+    order.add(_room_part("floor", "floor", member("room_floor/oak_boards", floor), spot))
+    ceiling: dict[str, Any] = {"outline": outline, "face": shell.ceiling, "trim": shell.trim}
+    if shell.beams:
+        count = max(3, round((x1 - x0) / 1.1))
+        ceiling["beams"] = {"count": min(count, 8), "finish": shell.beams}
+    top = Spot(flat, middle, 0.0, room.height, height=Height.HEAD if shell.beams else Height.FOOT)
+    order.add(Wanted("ceiling", "ceiling", member("room_ceiling/white_plain", ceiling), top, layer="ceiling"))
     for wall in room.walls:
         if wall.open and not closed:
             continue
@@ -78,15 +78,14 @@ def _room_part(name: str, role: str, choice: Choice, spot: Spot) -> Wanted:
 def _wall(wall: WallLine, room: Room, holes: Sequence[Hole], models: Models, closed: bool) -> Wanted:
     by_id = {w.id: k for k, w in enumerate(room.walls)}
     k = by_id[wall.id]
-    before, after = room.walls[k - 1], room.walls[(k + 1) % len(room.walls)]
+    after = room.walls[(k + 1) % len(room.walls)]
     # Of two walls that meet, the left one closes the corner; an outer corner needs none.
     right_more = 0.0 if wall.right_out or (after.open and not closed) else THICK
-    left_more = 0.0 if wall.left_out or not (before.open and not closed) else 0.0
     params = {
         "length": wall.length,
         "height": room.height,
         "thickness": THICK,
-        "left_more": left_more,
+        "left_more": 0.0,
         "right_more": right_more,
         "openings": [
             {"left": h.left, "bottom": h.low, "width": round(h.right - h.left, 4), "height": round(h.high - h.low, 4)}
@@ -95,7 +94,7 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[Hole], models: Models, clo
         "inside": models.style.shell.wall,
     }
     spot = Spot(wall.frame, wall.length / 2, -THICK, 0.0)
-    return _room_part(f"wall_{wall.id}", "wall", member("room_wall/bare", params), spot)
+    return _room_part(f"wall_{wall.id}", "wall", member("room_wall/plaster_bare", params), spot)
 
 
 def _fill(order: Order, hole: Hole, models: Models) -> None:
@@ -139,11 +138,11 @@ def order_skirting(
                     "length": round(a - at - 0.004, 4),
                     "height": SKIRTING,
                     "profile": shell.skirting,
-                    "finish": shell.trim,
+                    "face": shell.trim,
                 }
                 spot = Spot(wall.frame, (at + a) / 2, 0.0, 0.0)
                 name = f"skirting_{wall.id}_{k}"
-                order.add(_room_part(name, "skirting", member("skirting/square", params), spot))
+                order.add(_room_part(name, "skirting", member("skirting/white_bevel", params), spot))
             at = max(at, b)
 
 

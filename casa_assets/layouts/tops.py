@@ -17,7 +17,7 @@ from casa_assets.model.style import Tops
 from casa_assets.model.units import TALL, BaseKind
 
 LONGEST = 3.9  # metres of one slab
-SHORTEST_ARM = 0.72
+SHORTEST_ARM, NARROWEST = 0.72, 0.2
 RIM = 0.004
 SPLASH = 0.01  # thickness
 BREAKS = (*TALL, BaseKind.RANGE, BaseKind.GAP)
@@ -46,8 +46,8 @@ def stretches(line: Line, slots: Sequence[Slot]) -> list[Stretch]:
     lets: list[Slot] = []
     end = 0.0
     for slot in floor:
-        if slot.kind in BREAKS:
-            if begin is not None and slot.left - begin > 0.05:
+        if slot.kind in BREAKS or slot.high > sizes.TOP:
+            if begin is not None and slot.left - begin >= NARROWEST:
                 out.append(Stretch(line, begin, slot.left, tuple(lets)))
             begin, lets = None, []
         else:
@@ -260,7 +260,7 @@ def _fields(line: Line, slots: Sequence[Slot], holes: Sequence[Hole]) -> Iterato
     floor = [s for s in slots if not s.is_upper]
     parts: list[tuple[float, float]] = []
     for slot in floor:
-        if slot.kind in (*TALL, BaseKind.GAP):
+        if slot.kind in (*TALL, BaseKind.GAP) or slot.high > sizes.TOP:
             continue
         if parts and slot.left - parts[-1][1] < 0.01:
             parts[-1] = (parts[-1][0], slot.right)

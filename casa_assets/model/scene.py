@@ -6,14 +6,16 @@ from enum import StrEnum
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, StringConstraints, field_validator, model_validator
 
 from casa_assets.model.asset import Asset, JointValue
 from casa_assets.model.material import Positive, Unit
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Id, Record, Vec3
 
-# What the writers call the joint of a free base and the body that holds the others; no joint, no placement is called so.
+# `<plan>__<style>`, and more parts for what differs from them.
+SceneId = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9]*(_{1,2}[a-z0-9]+)*$", max_length=160)]
+# What writers call the joint of a free base and the body that holds the others; nothing else is called so.
 FREE_JOINT, WORLD = "free", "world"
 
 
@@ -66,7 +68,7 @@ class Light(Record):
         direction: need not have length one; a point shines to all sides all the same.
         color: linear RGB, >= 0: how bright a white surface that faces it looks, before attenuation; 1 is white.
         castshadow: whether what it does not reach is darker.
-        attenuation: (a, b, c): at a distance of d metres it is 1 / (a + b d + c d^2) as bright. Not of directional ones.
+        attenuation: (a, b, c): at d metres it is 1 / (a + b d + c d^2) as bright. Not of directional ones.
         radius: of the bulb, metres: the larger, the softer the shadows.
         cone_deg: angle between the axis of a spot and the edge of its light, degrees.
         softness: 0..1, how early a spot fades towards that edge.
@@ -86,7 +88,9 @@ class Light(Record):
     @model_validator(mode="after")
     def _shines(self) -> Self:
         if min(self.color) < 0 or min(self.attenuation) < 0 or max(self.attenuation) == 0:
-            raise ValueError(f"light {self.name!r}: colour and attenuation are not negative, one of the latter positive")
+            raise ValueError(
+                f"light {self.name!r}: colour and attenuation are not negative, one of the latter positive"
+            )
         if float(np.linalg.norm(self.direction)) < 1e-9:
             raise ValueError(f"light {self.name!r} has no direction")
         return self
@@ -118,7 +122,7 @@ class Scene(Record):
         gravity: m/s^2.
     """
 
-    id: Id
+    id: SceneId
     assets: tuple[Asset, ...]
     placements: tuple[Placement, ...]
     cameras: tuple[Camera, ...] = ()

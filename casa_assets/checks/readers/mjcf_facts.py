@@ -25,8 +25,10 @@ def facts(path: Path) -> Facts:
     loaded = mujoco_load.load(path)
     if loaded.model is None:
         raise ValueError(f"{path.name} does not compile: {loaded.error}")
-    texts = _texts(loaded.model)
-    table = facts_of_model(loaded.model, base=Base(texts.get("base", "")), words=_words(loaded.model, texts))
+    model = loaded.model
+    said = texts(model)
+    geoms, joints = {model.geom(i).name for i in range(model.ngeom)}, {model.joint(i).name for i in range(model.njnt)}
+    table = facts_of_model(model, base=Base(said.get("base", "")), words=words(said, geoms, joints))
     bodies = [body for body in table.bodies if body.name]
     roots = [Pose(position=b.position, quaternion=b.quaternion) for b in bodies if not b.parent]
     if len(roots) != 1:
@@ -39,10 +41,8 @@ def _seen_from(root: Pose, body: BodyFacts) -> BodyFacts:
     return body.replace(position=pose.position, quaternion=pose.quaternion)
 
 
-def _words(model: mujoco.MjModel, texts: dict[str, str]) -> Words:
+def words(texts: dict[str, str], geoms: set[str], joints: set[str]) -> Words:
     """Words of the texts; of geoms and joints those that there are."""
-    geoms = {model.geom(i).name for i in range(model.ngeom)}
-    joints = {model.joint(i).name for i in range(model.njnt)}
     labels = [(name, label) for label, names in _after("label__", texts) for name in names.split() if name in geoms]
     grips = [(joint, name) for joint, name in _after("grip__", texts) if joint in joints and name in geoms]
     behind = [(joint, name) for joint, name in _after("behind__", texts) if joint in joints and name in joints]
@@ -67,7 +67,7 @@ def _state(name: str, data: str) -> StateFacts:
     return StateFacts(name=name, joint=joint, value=value, interval=(float(low), float(high)))
 
 
-def _texts(model: mujoco.MjModel) -> dict[str, str]:
+def texts(model: mujoco.MjModel) -> dict[str, str]:
     """Custom texts by name."""
     data, names = bytes(model.text_data), bytes(model.names)
     starts = zip(model.name_textadr, model.text_adr, strict=True)

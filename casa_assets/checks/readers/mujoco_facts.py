@@ -32,9 +32,11 @@ PLACES: dict[int, Literal["sphere", "box", "cylinder"]] = {
 REGION = "reg_"
 # Sites that MJCF repeats a region by, for robocasa v0.2.
 CORNER = re.compile(r"(ext|int)_p[0xyz]")
+# The prim that holds the placements of a scene, and the root link of an asset. No asset is called like the former.
+WORLD, ROOT_BODY = "World", "object"
 
 
-def facts_of_model(model: mujoco.MjModel, *, base: Base, words: Words) -> Facts:
+def facts_of_model(model: mujoco.MjModel, *, base: Base, words: Words, scene: bool = False) -> Facts:
     """Fact table of a compiled model; what hangs on the world body itself (a floor) is no part of it.
 
     Args:
@@ -42,6 +44,7 @@ def facts_of_model(model: mujoco.MjModel, *, base: Base, words: Words) -> Facts:
             name is only a frame around them.
         base: how the root meets the world, which a model without its world does not tell.
         words: what a compiled model does not carry.
+        scene: whether the model holds many placements; then its poses are world_from_body.
     Raises:
         ValueError: a joint is neither free, hinge nor slide.
     """
@@ -54,7 +57,7 @@ def facts_of_model(model: mujoco.MjModel, *, base: Base, words: Words) -> Facts:
         exclusions=_exclusions(model),
         places=places(model),
         looks=looks(model),
-        poses=poses(model),
+        poses=poses(model, scene),
         words=words,
     )
 
@@ -69,16 +72,18 @@ def places(model: mujoco.MjModel) -> tuple[PlaceFacts, ...]:
     for i in range(model.nsite):
         site = model.site(i)
         name = short_name(site.name)
-        if _is_link(model, int(site.bodyid[0])) and not CORNER.fullmatch(name):
+        if _is_link(model, int(site.bodyid[0])) and not CORNER.fullmatch(own_name(name)):
             found.append(_place(model, name, site, linear(tuple(float(n) for n in site.rgba))))
     for i in range(model.ngeom):
         geom = model.geom(i)
-        if geom.name.startswith(REGION) and _is_link(model, int(geom.bodyid[0])):
-            found.append(_place(model, geom.name.removeprefix(REGION), geom, None))
-    return tuple(sorted((p for p in found if p.name != OUTER), key=lambda place: place.name))
+        own = own_name(geom.name)
+        if own.startswith(REGION) and _is_link(model, int(geom.bodyid[0])):
+            name = geom.name.removesuffix(own) + own.removeprefix(REGION)
+            found.append(_place(model, name, geom, None))
+    return tuple(sorted((p for p in found if own_name(p.name) != OUTER), key=lambda place: place.name))
 
 
-def poses(model: mujoco.MjModel) -> tuple[PoseFacts, ...]:
+def poses(model: mujoco.MjModel, scene: bool = False) -> tuple[PoseFacts, ...]:
     """Where the bodies stand at each keyframe, and at zero as `closed`; none where there are no keyframes."""
     if not model.nkey:
         return ()
@@ -91,9 +96,9 @@ def poses(model: mujoco.MjModel) -> tuple[PoseFacts, ...]:
         else:
             mujoco.mj_resetDataKeyframe(model, data, key)
         mujoco.mj_kinematics(model, data)
-        world_from = {name: Pose(position=_three(data.xpos[b]), quaternion=_four(data.xquat[b])) for name, b in links}
+        world_from = {name: Pose(position=three(data.xpos[b]), quaternion=four(data.xquat[b])) for name, b in links}
         tops = [name for name, b in links if not _is_link(model, int(model.body_parentid[b]))]
-        root_from_world = world_from[tops[0]].inverse()
+        root_from_world = Pose() if scene else world_from[tops[0]].inverse()
         stand = [root_from_world @ pose for pose in world_from.values()]
         name = CLOSED if key < 0 else model.key(key).name
         found[name] = PoseFacts(
@@ -111,13 +116,24 @@ def has_free_joint(model: mujoco.MjModel) -> bool:
 
 
 def short_name(name: str) -> str:
-    """`/mug_0123456789/object` -> `object`: names that come from USD are prim paths."""
-    return name.rsplit("/", 1)[-1]
+    """`/mug_0123456789/object` -> `object`: names that come from USD are prim paths.
+
+    In a scene they are called as in MJCF: `/World/cup/object` -> `cup`, `/World/cup/object/sites/fill` -> `cup__fill`.
+    """
+    parts = name.split("/")
+    if len(parts) < 4 or parts[1] != WORLD:
+        return parts[-1]
+    return parts[2] if parts[3:] == [ROOT_BODY] else f"{parts[2]}__{parts[-1]}"
+
+
+def own_name(name: str) -> str:
+    """`cup__fill` -> `fill`: a name within its placement."""
+    return name.rsplit("__", 1)[-1]
 
 
 def shape_bounds(model: mujoco.MjModel, geom: int) -> Array:
     """(2, 3) corners of a geom, body frame, metres; exact for every shape, not the bounds of bounds."""
-    pose = Pose(position=_three(model.geom_pos[geom]), quaternion=_four(model.geom_quat[geom]))
+    pose = Pose(position=three(model.geom_pos[geom]), quaternion=four(model.geom_quat[geom]))
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = int(model.geom_dataid[geom])
@@ -144,7 +160,7 @@ def _poses(model: mujoco.MjModel) -> list[Pose]:
     poses = [Pose()]
     for body in range(1, model.nbody):
         parent = int(model.body_parentid[body])
-        local = Pose(position=_three(model.body_pos[body]), quaternion=_four(model.body_quat[body]))
+        local = Pose(position=three(model.body_pos[body]), quaternion=four(model.body_quat[body]))
         poses.append(poses[parent] @ local if _is_link(model, parent) else Pose())
     return poses
 
@@ -156,7 +172,7 @@ def _is_link(model: mujoco.MjModel, body: int) -> bool:
 
 def _body(model: mujoco.MjModel, body: int, pose: Pose) -> BodyFacts:
     parent = int(model.body_parentid[body])
-    principal = Pose(quaternion=_four(model.body_iquat[body])).rotation
+    principal = Pose(quaternion=four(model.body_iquat[body])).rotation
     tensor = principal @ np.diag(model.body_inertia[body]) @ principal.T
     start = int(model.body_geomadr[body])
     geoms = [g for g in range(start, start + int(model.body_geomnum[body])) if collides(model, g)]
@@ -167,12 +183,12 @@ def _body(model: mujoco.MjModel, body: int, pose: Pose) -> BodyFacts:
         position=pose.position,
         quaternion=pose.quaternion,
         mass=float(model.body_mass[body]),
-        center_of_mass=_three(model.body_ipos[body]),
+        center_of_mass=three(model.body_ipos[body]),
         inertia=tensor_entries(tensor),
         colliders=len(geoms),
-        lower=_three(np.min([b[0] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
-        upper=_three(np.max([b[1] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
-        frictions=tuple(sorted({_three(model.geom_friction[g]) for g in geoms})),
+        lower=three(np.min([b[0] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
+        upper=three(np.max([b[1] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
+        frictions=tuple(sorted({three(model.geom_friction[g]) for g in geoms})),
         joint=_joint(model, body),
     )
 
@@ -195,8 +211,8 @@ def _joint(model: mujoco.MjModel, body: int) -> JointFacts | None:
         return JointFacts(
             name=short_name(model.joint(joint).name),
             kind=KINDS[kind],
-            axis=_three(model.jnt_axis[joint]),
-            anchor=_three(model.jnt_pos[joint]),
+            axis=three(model.jnt_axis[joint]),
+            anchor=three(model.jnt_pos[joint]),
             range=(low, high),
             resistance=resistance(model, joint),
         )
@@ -227,8 +243,8 @@ def _place(model: mujoco.MjModel, name: str, item: Any, color: Vec4 | None) -> P
         name=name,
         body=short_name(model.body(int(item.bodyid[0])).name),
         kind=kind,
-        position=_three(item.pos),
-        quaternion=_four(item.quat),
+        position=three(item.pos),
+        quaternion=four(item.quat),
         size=size,
         color=color,
     )
@@ -248,11 +264,13 @@ def _exclusions(model: mujoco.MjModel) -> tuple[tuple[str, str], ...]:
     return tuple(sorted(set(pairs)))
 
 
-def _three(values: Sequence[float] | Array) -> Vec3:
+def three(values: Sequence[float] | Array) -> Vec3:
+    """Three numbers as they are."""
     x, y, z = (float(v) for v in values)
     return x, y, z
 
 
-def _four(values: Sequence[float] | Array) -> Vec4:
+def four(values: Sequence[float] | Array) -> Vec4:
+    """Four numbers as they are."""
     w, x, y, z = (float(v) for v in values)
     return w, x, y, z

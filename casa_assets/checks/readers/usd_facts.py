@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from casa_assets.checks.facts import BodyFacts, Facts, JointFacts
+from casa_assets.checks.facts import BodyFacts, Facts, JointFacts, Words
 from casa_assets.checks.readers import usd_looks, usd_words
-from casa_assets.checks.readers.mujoco_facts import facts_of_model, has_free_joint, tensor_entries
+from casa_assets.checks.readers.mujoco_facts import facts_of_model, has_free_joint, short_name, tensor_entries
 from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.model.asset import Base, JointKind
 from casa_assets.model.pose import Pose
@@ -45,14 +45,19 @@ def mujoco_facts(path: Path) -> Facts:
     loaded = imported(path)
     if loaded.model is None:
         raise ValueError(loaded.error)
-    model = loaded.model
-    base = Base.FREE if has_free_joint(model) else Base.FIXED
-    stage = _open(path)
-    table = facts_of_model(model, base=base, words=usd_words.words(stage))
+    stage = opened(path)
+    base = Base.FREE if has_free_joint(loaded.model) else Base.FIXED
+    table = facts_of_import(loaded.model, stage)
+    return table.replace(base=base, poses=usd_words.poses(stage), words=usd_words.words(stage))
+
+
+def facts_of_import(model: mujoco.MjModel, stage: Usd.Stage) -> Facts:
+    """What MuJoCo made of the bodies, places and looks of a stage, without poses and words."""
+    table = facts_of_model(model, base=Base.FIXED, words=Words(classes=()))
     # MuJoCo leaves the colours of sites, most of what a surface is, and the variants of USD out; OpenUSD reads them.
     colors = {place.name: place.color for place in usd_words.places(stage)}
     places = [place.replace(color=colors.get(place.name)) for place in table.places]
-    return table.replace(places=tuple(places), looks=usd_looks.looks(stage), poses=usd_words.poses(stage))
+    return table.replace(places=tuple(places), looks=usd_looks.looks(stage))
 
 
 def pxr_facts(path: Path) -> Facts:
@@ -61,7 +66,19 @@ def pxr_facts(path: Path) -> Facts:
     Raises:
         ValueError: the file does not open, or holds a joint that no asset has.
     """
-    stage = _open(path)
+    stage = opened(path)
+    table, welded = facts_of_stage(stage)
+    return table.replace(
+        base=Base.FIXED if welded else Base.FREE, poses=usd_words.poses(stage), words=usd_words.words(stage)
+    )
+
+
+def facts_of_stage(stage: Usd.Stage) -> tuple[Facts, dict[str, Pose]]:
+    """What UsdPhysics says of bodies, places and looks, without poses and words.
+
+    Returns:
+        The table, and the bodies that are fixed to the world: name -> world_from_body as their joint demands.
+    """
     # The parser appends colliders to one list from many threads without a lock: with some twenty of them the list is
     # damaged now and then, or the process dies (seen with usd-core 25.11). They are left out and traversed.
     shapes = [p for p in stage.Traverse() if p.HasAPI(UsdPhysics.CollisionAPI)]
@@ -73,17 +90,17 @@ def pxr_facts(path: Path) -> Facts:
     if _found(parsed, kinds.SphericalJoint, kinds.DistanceJoint, kinds.D6Joint, kinds.CustomJoint):
         raise ValueError("a joint is neither fixed, revolute nor prismatic")
     bodies = [_body(stage, d, {**mounts, **movers}, movers.get(path), shapes) for path, d in links.items()]
-    pairs = {tuple(sorted((p.name, o.name))) for p, d in links.items() for o in d.filteredCollisions}
-    welded = any(d.body0.isEmpty and body in links for body, d in mounts.items())
-    return Facts(
+    filtered = [(short_name(str(p)), short_name(str(o))) for p, d in links.items() for o in d.filteredCollisions]
+    welded = {short_name(str(b)): _demanded(d) for b, d in mounts.items() if d.body0.isEmpty and b in links}
+    table = Facts(
         base=Base.FIXED if welded else Base.FREE,
         bodies=tuple(sorted(bodies, key=lambda b: b.name)),
-        exclusions=tuple(sorted((a, b) for a, b in pairs)),
+        exclusions=tuple(sorted({(min(pair), max(pair)) for pair in filtered})),
         places=usd_words.places(stage),
         looks=usd_looks.looks(stage),
-        poses=usd_words.poses(stage),
-        words=usd_words.words(stage),
+        words=Words(classes=()),
     )
+    return table, welded
 
 
 def _found(parsed: dict[object, object], *kinds: object) -> list[UsdPhysics.ObjectDesc]:
@@ -91,7 +108,8 @@ def _found(parsed: dict[object, object], *kinds: object) -> list[UsdPhysics.Obje
     return [d for kind in kinds if kind in parsed for d in parsed[kind][1]]  # type: ignore[index]
 
 
-def _open(path: Path) -> Usd.Stage:
+def opened(path: Path) -> Usd.Stage:
+    """The stage of a file. Raises ValueError where it has no default prim."""
     stage = Usd.Stage.Open(str(path))
     if not stage or not stage.GetDefaultPrim():
         raise ValueError(f"{path.name} has no default prim")
@@ -114,8 +132,8 @@ def _body(
     pose = _world_from_body(body.primPath, joints)
     up = joints.get(body.primPath)
     return BodyFacts(
-        name=body.primPath.name,
-        parent=up.body0.name if up is not None and not up.body0.isEmpty else "",
+        name=short_name(str(body.primPath)),
+        parent=short_name(str(up.body0)) if up is not None and not up.body0.isEmpty else "",
         position=pose.position,
         quaternion=pose.quaternion,
         mass=float(mass.GetMassAttr().Get()),
@@ -134,9 +152,14 @@ def _world_from_body(path: object, joints: dict[object, UsdPhysics.JointDesc]) -
     joint = joints.get(path)
     if joint is None or joint.body0.isEmpty:
         return Pose()
+    return _world_from_body(joint.body0, joints) @ _demanded(joint)
+
+
+def _demanded(joint: UsdPhysics.JointDesc) -> Pose:
+    """Pose of a joint's second body in the frame of its first, the joint at zero."""
     parent_from_joint = _pose(joint.localPose0Position, joint.localPose0Orientation)
     body_from_joint = _pose(joint.localPose1Position, joint.localPose1Orientation)
-    return _world_from_body(joint.body0, joints) @ parent_from_joint @ body_from_joint.inverse()
+    return parent_from_joint @ body_from_joint.inverse()
 
 
 def _joint(joint: UsdPhysics.JointDesc, prim: Usd.Prim) -> JointFacts:
@@ -146,7 +169,7 @@ def _joint(joint: UsdPhysics.JointDesc, prim: Usd.Prim) -> JointFacts:
     span = (joint.limit.lower, joint.limit.upper) if joint.limit.enabled else (-math.inf, math.inf)
     low, high = (math.radians(n) if hinge else float(n) for n in span)
     return JointFacts(
-        name=joint.primPath.name,
+        name=short_name(str(joint.primPath)),
         kind=JointKind.HINGE if hinge else JointKind.SLIDE,
         axis=_numbers(axis),
         anchor=frame.position,

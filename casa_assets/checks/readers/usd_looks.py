@@ -7,6 +7,7 @@ from pathlib import PurePosixPath
 from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
 
 from casa_assets.checks.facts import LookFacts
+from casa_assets.checks.readers.mujoco_facts import short_name
 from casa_assets.model.record import Vec3, Vec4
 
 
@@ -28,7 +29,7 @@ def _look(prim: Usd.Prim) -> LookFacts:
         raise ValueError(f"{prim.GetName()!r} has no surface")
     red, green, blue, _ = _value(shader, "diffuseColor")
     return LookFacts(
-        name=prim.GetName(),
+        name=short_name(str(prim.GetPath())),
         color=(red, green, blue, _value(shader, "opacity")[3]),
         light=_three(_value(shader, "emissiveColor")),
         picture=_picture(shader),

@@ -9,18 +9,22 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics
 
 from casa_assets.checks.facts import OUTER, PlaceFacts, PoseFacts, StateFacts, Words
+from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, own_name, short_name
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
 
 SITE = "MjcSiteAPI"
 VARIANTS = "pose"
-ROOT_BODY = "object"
 
 
 def words(stage: Usd.Stage) -> Words:
     """Classes and labels, states, grips, contract and behaviour."""
-    root = stage.GetDefaultPrim()
-    prims = list(stage.Traverse())
+    return words_below(stage.GetDefaultPrim())
+
+
+def words_below(root: Usd.Prim) -> Words:
+    """The same of one asset of many."""
+    prims = list(Usd.PrimRange(root))
     joints = [prim for prim in prims if prim.IsA(UsdPhysics.Joint)]
     names = {prim.GetName() for prim in prims}
     behavior = _text(root, "casa:behavior")
@@ -44,11 +48,16 @@ def places(stage: Usd.Stage) -> tuple[PlaceFacts, ...]:
         ValueError: one is neither sphere, cube nor cylinder about z.
     """
     found = [_place(prim) for prim in stage.Traverse() if SITE in prim.GetAppliedSchemas()]
-    return tuple(sorted((place for place in found if place.name != OUTER), key=lambda place: place.name))
+    return tuple(sorted((place for place in found if own_name(place.name) != OUTER), key=lambda place: place.name))
 
 
-def poses(stage: Usd.Stage) -> tuple[PoseFacts, ...]:
-    """Where the bodies stand in each variant of `pose`, sorted by name. The stage is left as it was."""
+def poses(stage: Usd.Stage, scene: bool = False) -> tuple[PoseFacts, ...]:
+    """Where the bodies stand in each variant of `pose`, sorted by name. The stage is left as it was.
+
+    Args:
+        stage: with the variants on its default prim.
+        scene: whether it holds many placements; then poses are world_from_body, else root_from_body.
+    """
     variants = stage.GetDefaultPrim().GetVariantSet(VARIANTS)
     bodies = sorted(p.GetPath() for p in stage.Traverse() if p.HasAPI(UsdPhysics.RigidBodyAPI))
     found = []
@@ -58,9 +67,11 @@ def poses(stage: Usd.Stage) -> tuple[PoseFacts, ...]:
             variants.SetVariantSelection(name)
             cache = UsdGeom.XformCache()
             world_from = {
-                path.name: _rigid(cache.GetLocalToWorldTransform(stage.GetPrimAtPath(path))) for path in bodies
+                short_name(str(path)): rigid(cache.GetLocalToWorldTransform(stage.GetPrimAtPath(path)))
+                for path in bodies
             }
-            stand = {body: world_from[ROOT_BODY].inverse() @ world_from[body] for body in sorted(world_from)}
+            base = Pose() if scene else world_from[ROOT_BODY].inverse()
+            stand = {body: base @ world_from[body] for body in sorted(world_from)}
             found.append(
                 PoseFacts(
                     name=name,
@@ -102,12 +113,12 @@ def _place(prim: Usd.Prim) -> PlaceFacts:
     cache = UsdGeom.XformCache()
     matrix = cache.GetLocalToWorldTransform(prim) * cache.GetLocalToWorldTransform(body).GetInverse()
     scale = [Gf.Vec3d(*(matrix[i][k] for k in range(3))).GetLength() for i in range(3)]
-    pose = _rigid(matrix)
+    pose = rigid(matrix)
     kind, own = _volume(prim)
     x, y, z = (float(s * n) for s, n in zip(scale, own, strict=True))
     return PlaceFacts(
-        name=prim.GetName(),
-        body=body.GetName(),
+        name=short_name(str(prim.GetPath())),
+        body=short_name(str(body.GetPath())),
         kind=kind,
         position=pose.position,
         quaternion=pose.quaternion,
@@ -140,7 +151,7 @@ def _color(gprim: UsdGeom.Gprim) -> Vec4 | None:
     return red, green, blue, float(alphas[0])
 
 
-def _rigid(matrix: Gf.Matrix4d) -> Pose:
+def rigid(matrix: Gf.Matrix4d) -> Pose:
     """Pose of a matrix of row vectors, without its scale."""
     rows = np.array(matrix)
     turned = np.eye(4)

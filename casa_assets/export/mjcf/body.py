@@ -25,8 +25,8 @@ class Draft:
         meshes: its mesh files.
         materials: material id -> name in the document.
         touched, seen: groups of colliders and of visuals.
-        placement: name of the copy in a document that holds several: that of its root body, and with `__` what the names
-            of everything else in it begin with. None where the names stay as they are.
+        placement: name of the copy in a document that holds several: that of its root body, and with `__` what the
+            names of everything else in it begin with. None where the names stay as they are.
         tints: collider name -> `rgba`, where colliders are what is seen.
     """
 

@@ -13,8 +13,8 @@ from enum import StrEnum
 from lxml import etree
 
 from casa_assets.export.mjcf import body, collider, contact, keyframe, label, number, room, stock, tint, visual
-from casa_assets.export.mjcf.stock import Stock
 from casa_assets.export.mjcf.mesh import Meshes
+from casa_assets.export.mjcf.stock import Stock
 from casa_assets.geometry.light import lighten
 from casa_assets.model.asset import Asset, Base
 from casa_assets.model.files import Files
@@ -43,9 +43,7 @@ class Groups:
     ceiling: int = CEILING_GROUP
 
 
-def write(
-    scene: Scene, shared: str = "../assets", weight: Weight = Weight.FULL, groups: Groups | None = None
-) -> Files:
+def write(scene: Scene, shared: str = "../assets", weight: Weight = Weight.FULL, groups: Groups | None = None) -> Files:
     """The MJCF of a scene; the same scene is the same bytes.
 
     Args:
@@ -54,7 +52,8 @@ def write(
         weight: LIGHT has no images and no meshes; what collides is seen, in the mean colour of what it stands for.
         groups: of geoms; those of robosuite where None.
     Returns:
-        `scene.xml`, and the files of the shared folder as `assets/meshes/<hash>.obj` and `assets/textures/<name>_<hash>.png`.
+        `scene.xml`, and the files of the shared folder as `assets/meshes/<hash>.obj` and
+        `assets/textures/<name>_<hash>.png`.
     """
     light = weight is Weight.LIGHT
     assets = {asset.id: lighten(asset) if light else asset for asset in scene.assets}

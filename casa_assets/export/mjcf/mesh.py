@@ -74,7 +74,7 @@ def uses(asset: Asset) -> list[tuple[str, Mesh, Use]]:
 
 
 def add(assets: etree._Element, file: MeshFile, folder: str = "") -> None:
-    """`<mesh>` below `<asset>`; `folder` leads from the document to where its files lie, empty where they lie beside."""
+    """`<mesh>` below `<asset>`; `folder` leads from the document to its files, empty where they lie beside it."""
     path = f"{folder}/{file.path}" if folder else file.path
     attributes = {"name": file.name, "file": path, "inertia": file.use.value}
     if file.use is Use.HULL:

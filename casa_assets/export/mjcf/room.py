@@ -12,7 +12,7 @@ from casa_assets.export.mjcf.site import touched_bounds
 from casa_assets.model.record import Vec3
 from casa_assets.model.scene import Camera, Layer, Light, LightKind, Scene
 
-# Nothing nearer or farther is drawn, metres: a camera at a robot's wrist sees its fingers, and the garden is not cut off.
+# Nothing nearer or farther is drawn, metres: a camera at a wrist sees its fingers, and a garden is not cut off.
 NEAR_M, FAR_M = 0.015, 60.0
 # Strength of highlights as a share of a light's colour. By eye, as in the scene of a single asset.
 HIGHLIGHT = 0.5
@@ -89,7 +89,10 @@ def _light(light: Light) -> dict[str, str]:
         return attributes
     attributes["attenuation"] = number.numbers(light.attenuation)
     if light.kind is LightKind.SPOT:
-        return attributes | {"cutoff": number.number(light.cone_deg), "exponent": number.number(SOFTEST * light.softness)}
+        return attributes | {
+            "cutoff": number.number(light.cone_deg),
+            "exponent": number.number(SOFTEST * light.softness),
+        }
     return attributes
 
 

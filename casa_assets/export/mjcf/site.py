@@ -59,7 +59,7 @@ def add_corners(body: etree._Element, region: Region, prefix: str = "") -> None:
 
 
 def add_region(body: etree._Element, region: Region, prefix: str = "") -> None:
-    """`<geom name="<prefix>reg_...">` below the body of its link: seen by no camera, touched by nothing, without mass."""
+    """`<geom name="<prefix>reg_...">` below the body of its link: not seen, not touched, without mass."""
     x, y, z = (s / 2 for s in region.size)
     attributes = {
         "name": f"{prefix}reg_{region.name}",

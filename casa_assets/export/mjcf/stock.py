@@ -1,4 +1,4 @@
-"""Assets of a scene -> the meshes, images and materials that it names, each once, in a folder that many scenes share."""
+"""Assets of a scene -> the meshes, images and materials that it names, each once, in a folder that scenes share."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from lxml import etree
 
 from casa_assets.export.mjcf import material, mesh
-from casa_assets.export.mjcf.mesh import MeshFile, Meshes, Use
+from casa_assets.export.mjcf.mesh import Meshes, MeshFile, Use
 from casa_assets.model.asset import Asset
 from casa_assets.model.material import Material, Texture
 
@@ -61,7 +61,7 @@ def material_name(asset: str, item: str) -> str:
 
 
 def add_all(element: etree._Element, stock: Stock, folder: str) -> None:
-    """Every `<texture>`, `<material>` and `<mesh>` below `<asset>`; `folder` leads from the document to the shared one."""
+    """Every `<texture>`, `<material>` and `<mesh>` below `<asset>`; `folder` leads from the document to the files."""
     for path, image in stock.textures.items():
         material.add_texture(element, image, f"{folder}/{path}")
     for name, item in stock.materials.items():

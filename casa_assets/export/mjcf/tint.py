@@ -26,7 +26,7 @@ Box = npt.NDArray[np.float64]
 
 
 def tints(asset: Asset) -> dict[str, str]:
-    """Collider name -> `rgba`, three digits. A collider stands for the visual of its link whose bounds are most alike."""
+    """Collider name -> `rgba`, three digits. A collider stands for the visual of its link with the likest bounds."""
     colors = {item.id: mean_color(item) for item in asset.materials}
     found = {}
     for link in asset.links:

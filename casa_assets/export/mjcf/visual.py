@@ -13,9 +13,7 @@ GROUP = 1
 VIEWER_GROUP = 2
 
 
-def add(
-    body: etree._Element, visual: Visual, file: MeshFile, material: str, group: int, prefix: str = ""
-) -> None:
+def add(body: etree._Element, visual: Visual, file: MeshFile, material: str, group: int, prefix: str = "") -> None:
     """`<geom>` below `<body>`; `material` is the name of a `<material>`, `prefix` the begin of its own."""
     attributes = {
         "name": prefix + visual.name,

@@ -12,7 +12,7 @@ import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
 
 from casa_assets.export.usd import document, keyframe, lamp, metadata, number, standing
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset import Asset, Base
 from casa_assets.model.files import Files
 from casa_assets.model.scene import Layer, Placement, Scene
 
@@ -51,9 +51,13 @@ def scene_text(scene: Scene, shared: str = "../assets") -> str:
     layer = Sdf.Layer.CreateAnonymous(".usda")
     _define(Usd.Stage.Open(layer), scene)
     # From here on without a stage: it would look for layers that are not on disk yet.
+    assets = scene.asset_of
     for place in scene.placements:
         spec = layer.GetPrimAtPath(WORLD.AppendChild(place.name))
         spec.referenceList.prependedItems = [Sdf.Reference(f"{shared}/{LAYERS}/{place.asset}/{place.asset}.usda")]
+        asset = assets[place.name]
+        if asset.base is Base.FIXED:
+            standing.anchor(layer, spec.path, WORLD, place.pose @ asset.root.pose)
     _poses(layer, scene)
     for kind in (Layer.ROOM, Layer.CEILING):
         _hideable(layer, kind.value, [place for place in scene.placements if place.layer is kind])

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pxr import Sdf
 
 from casa_assets.export.usd import keyframe, number
-from casa_assets.export.usd.joint import SCOPE
+from casa_assets.export.usd.joint import BASE_TO_WORLD, SCOPE
 from casa_assets.model.asset import Asset, JointKind
+from casa_assets.model.pose import Pose
 
 START, CLOSED, OPEN = "start", keyframe.DEFAULT, "open"
 OPS = ("xformOp:translate", "xformOp:orient")
@@ -43,3 +44,17 @@ def stand(layer: Sdf.Layer, root: Sdf.Path, asset: Asset, joints: dict[str, floa
         value = joints.get(joint.name, 0.0)
         position = number.degrees(value) if joint.kind is JointKind.HINGE else value
         Sdf.AttributeSpec(spec, f"state:{freedom}:physics:position", Sdf.ValueTypeNames.Float).default = position
+
+
+def anchor(layer: Sdf.Layer, root: Sdf.Path, world: Sdf.Path, world_from_base: Pose) -> None:
+    """The joint that holds a fixed base, from the world of the scene to the base of the copy at `root`.
+
+    By itself the asset holds its base by its own root prim. Once that is no longer the default prim of the stage,
+    MuJoCo does not take it for the world, and lets the base float.
+    """
+    spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(SCOPE).AppendChild(BASE_TO_WORLD))
+    Sdf.RelationshipSpec(spec, "physics:body0", custom=False).targetPathList.explicitItems = [world]
+    kinds = Sdf.ValueTypeNames
+    position, turned = number.vec3f(world_from_base.position), number.quatf(world_from_base.quaternion)
+    Sdf.AttributeSpec(spec, "physics:localPos0", kinds.Point3f).default = position
+    Sdf.AttributeSpec(spec, "physics:localRot0", kinds.Quatf).default = turned

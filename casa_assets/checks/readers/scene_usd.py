@@ -1,0 +1,129 @@
+"""scene.usda -> fact table of a scene, by two readers that share no code: MuJoCo and UsdPhysics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from pxr import Usd, UsdGeom, UsdLux, UsdPhysics
+
+from casa_assets.checks.readers import usd_facts, usd_words
+from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, four, short_name, three
+from casa_assets.checks.readers.scene_mjcf import free_bodies
+from casa_assets.checks.scene_facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
+from casa_assets.model.asset import Base
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
+
+LAYER = "casa:layer"
+
+
+def mujoco_facts(path: Path) -> SceneFacts:
+    """The table of a scene.usda as MuJoCo imports it. Raises ValueError where it does not."""
+    loaded = usd_facts.imported(path)
+    if loaded.model is None:
+        raise ValueError(loaded.error)
+    model, stage = loaded.model, usd_facts.opened(path)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    names = {short_name(model.body(i).name): i for i in range(1, model.nbody)}
+    stand = {n: Pose(position=three(data.xpos[b]), quaternion=four(data.xquat[b])) for n, b in names.items()}
+    free = free_bodies(model)
+    welded = {name: stand[name] for name, body in names.items() if body not in free}
+    things = usd_facts.facts_of_import(model, stage).replace(poses=usd_words.poses(stage, scene=True))
+    return SceneFacts(
+        gravity=three(model.opt.gravity),
+        placements=tuple(_placements(stage, stand, welded)),
+        cameras=_cameras(stage),
+        lights=_lights(stage),
+        things=things,
+    )
+
+
+def pxr_facts(path: Path) -> SceneFacts:
+    """The table of a scene.usda as UsdPhysics parses it. Raises ValueError where it does not open."""
+    stage = usd_facts.opened(path)
+    things, welded = usd_facts.facts_of_stage(stage)
+    cache = UsdGeom.XformCache()
+    stand = {
+        short_name(str(prim.GetPath())): usd_words.rigid(cache.GetLocalToWorldTransform(prim))
+        for prim in stage.Traverse()
+        if prim.HasAPI(UsdPhysics.RigidBodyAPI)
+    }
+    return SceneFacts(
+        gravity=_gravity(stage),
+        placements=tuple(_placements(stage, stand | welded, welded)),
+        cameras=_cameras(stage),
+        lights=_lights(stage),
+        # A scene has no base of its own.
+        things=things.replace(base=Base.FIXED, poses=usd_words.poses(stage, scene=True)),
+    )
+
+
+def _placements(stage: Usd.Stage, stand: dict[str, Pose], welded: dict[str, Pose]) -> Iterator[PlacementFacts]:
+    """Sorted by name. Raises ValueError where physics knows nothing of one."""
+    for prim in sorted(stage.GetDefaultPrim().GetChildren(), key=lambda p: p.GetName()):
+        name = prim.GetName()
+        if not prim.GetPrimAtPath(ROOT_BODY):
+            continue
+        if name not in stand:
+            raise ValueError(f"placement {name!r} has no body {ROOT_BODY!r}")
+        layer = prim.GetAttribute(LAYER).Get()
+        yield PlacementFacts(
+            name=name,
+            asset=Usd.ModelAPI(prim).GetAssetName(),
+            layer=str(layer or ""),
+            base=Base.FIXED if name in welded else Base.FREE,
+            position=stand[name].position,
+            quaternion=stand[name].quaternion,
+            words=usd_words.words_below(prim),
+        )
+
+
+def _gravity(stage: Usd.Stage) -> Vec3:
+    """Of the one physics scene. Raises ValueError where there is not one."""
+    scenes = [UsdPhysics.Scene(p) for p in stage.Traverse() if p.IsA(UsdPhysics.Scene)]
+    if len(scenes) != 1:
+        raise ValueError(f"there are {len(scenes)} physics scenes, not one")
+    strength = float(scenes[0].GetGravityMagnitudeAttr().Get())
+    return three(np.array(scenes[0].GetGravityDirectionAttr().Get(), dtype=np.float64) * strength)
+
+
+def _cameras(stage: Usd.Stage) -> tuple[CameraFacts, ...]:
+    found, cache = [], UsdGeom.XformCache()
+    for prim in (p for p in stage.Traverse() if p.IsA(UsdGeom.Camera)):
+        lens, pose = UsdGeom.Camera(prim), usd_words.rigid(cache.GetLocalToWorldTransform(prim))
+        high, focal = lens.GetVerticalApertureAttr().Get(), lens.GetFocalLengthAttr().Get()
+        fov = math.degrees(2 * math.atan(high / 2 / focal))
+        place = {"position": pose.position, "quaternion": pose.quaternion}
+        found.append(CameraFacts(name=prim.GetName(), fov_y_deg=fov, **place))
+    return tuple(sorted(found, key=lambda camera: camera.name))
+
+
+def _lights(stage: Usd.Stage) -> tuple[LightFacts, ...]:
+    """Distant lights and balls; the dome is no light of the scene's own."""
+    found, cache = [], UsdGeom.XformCache()
+    for prim in stage.Traverse():
+        distant = prim.IsA(UsdLux.DistantLight)
+        if not distant and not prim.IsA(UsdLux.SphereLight):
+            continue
+        shaping = UsdLux.ShapingAPI(prim) if prim.HasAPI(UsdLux.ShapingAPI) else None
+        kind = "directional" if distant else "point" if shaping is None else "spot"
+        pose = usd_words.rigid(cache.GetLocalToWorldTransform(prim))
+        color = np.array(UsdLux.LightAPI(prim).GetColorAttr().Get(), dtype=np.float64)
+        found.append(
+            LightFacts(
+                name=prim.GetName(),
+                kind=kind,
+                position=pose.position,
+                # Lights of USD shine along their -z.
+                direction=three(np.zeros(3) if kind == "point" else -pose.rotation[:, 2]),
+                tint=three(color / max(float(color.max()), 1e-12)),
+                castshadow=bool(UsdLux.ShadowAPI(prim).GetShadowEnableAttr().Get()),
+                cone_deg=float(shaping.GetShapingConeAngleAttr().Get()) if shaping is not None else 0.0,
+            )
+        )
+    return tuple(sorted(found, key=lambda light: light.name))

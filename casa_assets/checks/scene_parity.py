@@ -1,0 +1,109 @@
+"""MJCF and USD of one scene say the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from pxr import Tf
+
+from casa_assets.checks import parity
+from casa_assets.checks.agreement import Difference, number, turned, word, words
+from casa_assets.checks.readers import scene_mjcf, scene_usd
+from casa_assets.checks.readers.quiet import quiet
+from casa_assets.checks.scene_facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
+
+# Where a fault is, and what it is.
+Fault = tuple[str, str]
+Standing = PlacementFacts | CameraFacts
+Row = TypeVar("Row", PlacementFacts, CameraFacts, LightFacts)
+
+# Ratios, unit vectors, radians, masses relative to those of the body: USD holds them as float32.
+RELATIVE = 1e-5
+# Metres: a float32 six metres from the origin is right to 2.4e-7.
+LENGTH_M = 2e-6
+DEGREES = 1e-4
+
+
+def scene_parity(mjcf: Path, usd: Path, relative: float = RELATIVE, length: float = LENGTH_M) -> list[Fault]:
+    """(pointer, says) for each cell in which what MuJoCo and UsdPhysics read from the USD differs from the MJCF.
+
+    Args:
+        mjcf, usd: scene.xml and scene.usda, beside the shared folder that they name.
+        relative: tolerance of ratios, unit vectors, radians, and of masses and moments relative to those of the body.
+        length: tolerance of lengths, metres.
+    """
+    expected = _read(scene_mjcf.facts, mjcf)
+    if isinstance(expected, str):
+        return [(mjcf.name, expected)]
+    faults: list[Fault] = []
+    for reader in (scene_usd.mujoco_facts, scene_usd.pxr_facts):
+        found = _read(reader, usd)
+        faults += [(usd.name, found)] if isinstance(found, str) else compare(expected, found, relative, length)
+    # What both readers of the USD say is said once.
+    return list(dict.fromkeys(faults))
+
+
+def compare(
+    expected: SceneFacts, found: SceneFacts, relative: float = RELATIVE, length: float = LENGTH_M
+) -> list[Fault]:
+    """(pointer, says) for each cell in which two tables of a scene differ by more than they may."""
+    limits = {"gravity": 10 * relative, "position": length, "fov_y_deg": DEGREES, "cone_deg": DEGREES}
+    faults = []
+    for row in _rows(expected, found):
+        limit = limits.get(row.pointer.rsplit("/", 1)[-1], relative)
+        if row.size is None or not row.size <= limit:
+            faults.append((row.pointer, row.says))
+    return faults + parity.compare(expected.things, found.things, relative, length)
+
+
+def _rows(ours: SceneFacts, theirs: SceneFacts) -> Iterator[Difference]:
+    """Every cell but those of the things in it."""
+    yield number("gravity", ours.gravity, theirs.gravity)
+    for one, other in _pairs(ours.placements, theirs.placements):
+        at = f"placements/{one.name}"
+        for name in ("asset", "layer", "base"):
+            yield from word(f"{at}/{name}", getattr(one, name), getattr(other, name))
+        yield from _stand(at, one, other)
+        for row in words(one.words, other.words):
+            yield row._replace(pointer=f"{at}/{row.pointer}")
+    yield from _missing("placements", ours.placements, theirs.placements)
+    for camera, found in _pairs(ours.cameras, theirs.cameras):
+        at = f"cameras/{camera.name}"
+        yield from _stand(at, camera, found)
+        yield number(f"{at}/fov_y_deg", camera.fov_y_deg, found.fov_y_deg)
+    yield from _missing("cameras", ours.cameras, theirs.cameras)
+    for light, lamp in _pairs(ours.lights, theirs.lights):
+        at = f"lights/{light.name}"
+        for name in ("kind", "castshadow"):
+            yield from word(f"{at}/{name}", getattr(light, name), getattr(lamp, name))
+        for name in ("position", "direction", "tint", "cone_deg"):
+            yield number(f"{at}/{name}", getattr(light, name), getattr(lamp, name))
+    yield from _missing("lights", ours.lights, theirs.lights)
+
+
+def _stand(at: str, ours: Standing, theirs: Standing) -> Iterator[Difference]:
+    yield number(f"{at}/position", ours.position, theirs.position)
+    yield turned(f"{at}/quaternion", ours.quaternion, theirs.quaternion)
+
+
+def _pairs(ours: Sequence[Row], theirs: Sequence[Row]) -> Iterator[tuple[Row, Row]]:
+    """Rows of one name."""
+    named = {row.name: row for row in theirs}
+    return ((row, named[row.name]) for row in ours if row.name in named)
+
+
+def _missing(at: str, ours: Sequence[Row], theirs: Sequence[Row]) -> Iterator[Difference]:
+    return word(at, sorted(row.name for row in ours), sorted(row.name for row in theirs))
+
+
+def _read(reader: Callable[[Path], SceneFacts], path: Path) -> SceneFacts | str:
+    """The table, or why there is none."""
+    if not path.is_file():
+        return "does not exist"
+    with quiet():
+        try:
+            return reader(path)
+        except (ValueError, Tf.ErrorException) as error:
+            return " ".join(str(error).split()) or type(error).__name__

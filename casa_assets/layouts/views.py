@@ -1,0 +1,94 @@
+"""Cameras of a kitchen: from outside over all of it, into it, at each place of work, and as a robot sees it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from casa_assets.layouts.request import Kitchen
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
+from casa_assets.model.scene import Camera
+from casa_assets.model.units import BaseKind
+
+FOV = 50.0
+ASPECT = 4 / 3  # of the pictures that the overview has to fit into
+EYE = 1.45  # metres: eye of a robot of human height
+WORK = {
+    BaseKind.SINK: "sink",
+    BaseKind.RANGE: "stove",
+    BaseKind.HOB: "stove",
+    BaseKind.FRIDGE: "fridge",
+    BaseKind.OVEN: "oven",
+    BaseKind.ISLAND: "island",
+}
+
+
+def cameras(kitchen: Kitchen) -> tuple[Camera, ...]:
+    """Overview from above the open side, straight from above, at each place of work, and two robot eyes."""
+    (x0, y0), (x1, y1) = kitchen.room.bounds()
+    middle = ((x0 + x1) / 2, (y0 + y1) / 2)
+    out = [_overview(kitchen, x0, y0, x1, y1), _above(middle, x1 - x0, y1 - y0)]
+    seen: set[str] = set()
+    for row in kitchen.slots.values():
+        for slot in row:
+            name = WORK.get(slot.kind) if isinstance(slot.kind, BaseKind) else None
+            if name is None or name in seen:
+                continue
+            seen.add(name)
+            target = slot.line.frame.at(slot.middle, 0.45, 1.0)
+            eye = slot.line.frame.at(slot.middle + 0.35, 1.95, 1.65)
+            out.append(Camera(name=f"at_{name}", pose=look_at(eye, target), fov_y_deg=62.0))
+    for k, (fx, fy, way) in enumerate(((0.35, 0.3, 1.0), (0.65, 0.3, -1.0))):
+        eye = (x0 + fx * (x1 - x0), y0 + fy * (y1 - y0), EYE)
+        target = (middle[0] - way * 0.3, y1, 1.05)
+        out.append(Camera(name=f"robot_eye_{k + 1}", pose=look_at(eye, target), fov_y_deg=58.0))
+    return tuple(out)
+
+
+def _overview(kitchen: Kitchen, x0: float, y0: float, x1: float, y1: float) -> Camera:
+    """From the side that the plan leaves open, high enough to see over what stands in front."""
+    openings = [w for w in kitchen.room.walls if w.open]
+    sides = {w.frame.quarter for w in openings}
+    turn = 0.0
+    if 3 in sides and 1 not in sides:
+        turn = 0.5
+    elif 1 in sides and 3 not in sides:
+        turn = -0.5
+    width, depth, height = x1 - x0, y1 - y0, 1.6
+    radius = 0.5 * math.hypot(width, depth) + 0.15
+    distance = max(
+        radius / math.tan(math.radians(FOV / 2)) * 0.92, (0.5 * width + 0.4) / math.tan(math.radians(FOV / 2)) / ASPECT
+    )
+    pitch = 0.62
+    target = np.array([(x0 + x1) / 2, (y0 + y1) / 2 + 0.08 * depth, height * 0.5])
+    away = np.array([math.sin(turn) * math.cos(pitch), -math.cos(turn) * math.cos(pitch), math.sin(pitch)])
+    eye = target + (distance + 0.3 * depth) * away
+    return Camera(name="overview", pose=look_at(_vec(eye), _vec(target)), fov_y_deg=FOV)
+
+
+def _above(middle: tuple[float, float], width: float, depth: float) -> Camera:
+    high = max(width / ASPECT, depth) / 2 / math.tan(math.radians(20.0)) * 1.06 + 2.4
+    return Camera(name="above", pose=Pose(position=(middle[0], middle[1], round(high, 4))), fov_y_deg=40.0)
+
+
+def look_at(eye: Vec3, target: Vec3) -> Pose:
+    """room_from_camera of a camera at `eye` that looks at `target`, its upper edge upwards."""
+    back = np.array(eye) - np.array(target)
+    back /= np.linalg.norm(back)
+    right = np.cross((0.0, 0.0, 1.0), back)
+    right /= np.linalg.norm(right)
+    up = np.cross(back, right)
+    m = np.stack([right, up, back], axis=1)
+    w = math.sqrt(max(0.0, 1 + m[0, 0] + m[1, 1] + m[2, 2])) / 2
+    x = math.copysign(math.sqrt(max(0.0, 1 + m[0, 0] - m[1, 1] - m[2, 2])) / 2, m[2, 1] - m[1, 2])
+    y = math.copysign(math.sqrt(max(0.0, 1 - m[0, 0] + m[1, 1] - m[2, 2])) / 2, m[0, 2] - m[2, 0])
+    z = math.copysign(math.sqrt(max(0.0, 1 - m[0, 0] - m[1, 1] + m[2, 2])) / 2, m[1, 0] - m[0, 1])
+    q = np.round(np.array([w, x, y, z]), 9)
+    q /= np.linalg.norm(q)
+    return Pose(position=_vec(np.round(eye, 6)), quaternion=(float(q[0]), float(q[1]), float(q[2]), float(q[3])))
+
+
+def _vec(values: np.ndarray | Vec3) -> Vec3:
+    return (float(values[0]), float(values[1]), float(values[2]))

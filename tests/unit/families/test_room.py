@@ -1,0 +1,499 @@
+"""The room itself: walls have the holes they were given, floors and ceilings fill any outline, mouldings meet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import combinations, pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from pydantic import ValidationError
+
+from casa_assets import registry
+from casa_assets.families.family import Params, Stock, Supplies
+from casa_assets.families.fixtures.room import FAMILIES
+from casa_assets.families.fixtures.room.room_ceiling import Beams, Ceiling, Coving
+from casa_assets.families.fixtures.room.room_floor import L_ROOM, T_ROOM, U_ROOM, Floor
+from casa_assets.families.fixtures.room.room_wall import DENSITY, Opening, Structure, Wall
+from casa_assets.families.fixtures.room.skirting import End, Profile, Skirting, section
+from casa_assets.families.fixtures.room.wall_panelling import Panelling, Panels
+from casa_assets.families.kit import cells
+from casa_assets.families.kit.moulding import round_the_room, straight
+from casa_assets.families.parts.room_outline import Lay, Outline, inside, spans
+from casa_assets.geometry.measure import face_normals
+from casa_assets.geometry.topology import is_closed, weld
+from casa_assets.model.asset import Asset, Visual
+from casa_assets.model.finish import Finish, Surface
+from casa_assets.model.material import Material
+from casa_assets.model.provenance import Labels
+from casa_assets.model.shape import Box
+
+Floats = npt.NDArray[np.float64]
+BY_NAME = {f.name: f for f in FAMILIES}
+PRESETS = [(f.name, p) for f in FAMILIES for p in f.presets]
+TILE = (0.9, 1.8)
+SURFACES = ("cherry", "oak_natural", "paint_navy", "walnut_natural")
+BAY = Opening(left=1.0, bottom=0.9, width=1.2, height=1.1)
+DOOR = Opening(left=2.6, width=0.9, height=2.1)
+
+
+@lru_cache(maxsize=1)
+def known() -> registry.Registry:
+    return registry.load()
+
+
+def made(family: str, params: Params) -> Asset:
+    """Built with plain looks: what is built does not hang on pictures."""
+    found = BY_NAME[family]
+    category = known().fixtures[found.category]
+    finishes = {}
+    for name in (*known().materials, *params.finishes):
+        row = known().materials.get(name)
+        substance = known().substances[row.substance if row else "wood"]
+        finishes[name] = Finish(id=name, material=Material(id=name, tile_m=None if row else TILE), substance=substance)
+    labels = Labels(category=category.id, classes=known().classes_of(category), qcode=category.qcode)
+    return found.build(params, Supplies(finishes, labels))
+
+
+def stock() -> Stock:
+    return Stock(surfaces=dict.fromkeys(Surface, SURFACES), plain=tuple(sorted(known().materials)))
+
+
+def visual(asset: Asset, name: str) -> Visual:
+    return next(v for v in asset.root.visuals if v.name == f"{name}_visual")
+
+
+def main(asset: Asset) -> Floats:
+    """(2, 3) corners of the region main."""
+    region = next(r for r in asset.regions if r.name == "main")
+    half = np.array(region.size) / 2
+    middle = np.array(region.pose.position)
+    return np.array([middle - half, middle + half])
+
+
+def boxes(asset: Asset, label: str) -> list[Floats]:
+    """(2, 3) corners of each upright box that is touched."""
+    out = []
+    for collider in asset.root.colliders:
+        if collider.label == label:
+            assert isinstance(collider.shape, Box)
+            half, middle = np.array(collider.shape.size) / 2, np.array(collider.pose.position)
+            out.append(np.array([middle - half, middle + half]))
+    return out
+
+
+def volume(pieces: Sequence[Floats]) -> float:
+    """Of boxes of which no two overlap."""
+    for a, b in combinations(pieces, 2):
+        common = np.minimum(a[1], b[1]) - np.maximum(a[0], b[0])
+        assert common.min() < 1e-6, "two boxes overlap"
+    return float(sum(np.prod(b[1] - b[0]) for b in pieces))
+
+
+def hits(visuals: Sequence[Visual], points: Floats, axes: tuple[int, int], normal: Floats) -> npt.NDArray[np.int64]:
+    """How many triangles that look along `normal` lie over each (N, 2) point."""
+    count = np.zeros(len(points), dtype=np.int64)
+    for each in visuals:
+        fronts, _ = face_normals(each.mesh.vertices, each.mesh.faces.astype(np.int64))
+        corners = each.mesh.vertices[each.mesh.faces[fronts @ normal > 0.99]][..., list(axes)]
+        for t in corners:
+            edges = np.roll(t, -1, axis=0) - t
+            away = points[:, None] - t
+            turns = edges[:, 0] * away[..., 1] - edges[:, 1] * away[..., 0]
+            count += ((turns > 0).all(axis=1) | (turns < 0).all(axis=1)).astype(np.int64)
+    return count
+
+
+def phase_error(shown: Visual, expected: Floats) -> float:
+    """How far pictures are off (V, 2) metres from their corner, whole pictures left out, metres."""
+    assert shown.mesh.uv is not None
+    off = shown.mesh.uv - expected / np.array(TILE)
+    return float(np.abs(off - np.round(off)).max() * max(TILE))
+
+
+# Every family ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("family", "name"), PRESETS)
+def test_every_preset_is_built_and_weighs_what_such_things_do(family: str, name: str) -> None:
+    asset = made(family, BY_NAME[family].presets[name])
+    span = known().fixtures[BY_NAME[family].category].mass_kg
+    assert span.low <= asset.mass <= span.high
+    assert asset.contract == "room"
+    assert not asset.joints
+    assert 1 <= len(asset.root.colliders) <= 32
+    assert sum(len(v.mesh.faces) for v in asset.root.visuals) < 15_000
+
+
+def test_presets_differ_and_are_enough() -> None:
+    counts = {f.name: len({p.digest for p in f.presets.values()}) for f in FAMILIES}
+    assert counts == {f.name: len(f.presets) for f in FAMILIES}
+    assert counts["room_wall"] >= 8
+    assert min(counts.values()) >= 6
+
+
+@pytest.mark.parametrize("family", sorted(BY_NAME))
+def test_draws_are_built_and_the_same_draw_is_the_same_thing(family: str) -> None:
+    found = BY_NAME[family]
+    longest = known().limits["max_extent_m"]
+    for seed in range(8):
+        one, two = (found.sample(np.random.default_rng(seed), stock()) for _ in range(2))
+        assert one == two
+        asset = made(family, one)
+        assert np.ptp(asset.bounds, axis=0).max() <= longest
+        assert asset == made(family, two)
+
+
+def test_the_largest_of_their_category_are_within_its_range() -> None:
+    big: Outline = ((0.0, 0.0), (12.0, 0.0), (12.0, 12.0), (0.0, 12.0))
+    heavy: list[tuple[str, Params]] = [
+        (
+            "room_wall",
+            Wall(length=12.0, height=3.6, thickness=0.3, left_more=0.4, right_more=0.4, structure=Structure.BRICK),
+        ),
+        ("room_floor", Floor(outline=big, thickness=0.15)),
+        ("room_ceiling", Ceiling(outline=big, thickness=0.15)),
+        ("skirting", Skirting(length=12.0, height=0.2, thickness=0.03, left=End.OUTER, right=End.OUTER)),
+        ("wall_panelling", Panelling(length=12.0, height=1.8, pitch=0.3, panels=Panels.RAISED)),
+        ("room_wall", Wall(length=0.3, height=2.2, thickness=0.08)),
+        ("skirting", Skirting(length=0.05, height=0.05, thickness=0.008)),
+        ("wall_panelling", Panelling(length=0.3, height=0.6, panels=Panels.BEADBOARD, foot=False)),
+    ]
+    for family, params in heavy:
+        asset, category = made(family, params), known().fixtures[BY_NAME[family].category]
+        assert category.mass_kg.low <= asset.mass <= category.mass_kg.high, family
+        longest = float(np.ptp(asset.bounds, axis=0).max())
+        assert category.longest_m.low - 1e-6 <= longest <= category.longest_m.high + 1e-6, family
+
+
+# Walls ----------------------------------------------------------------------------------------------------------------
+
+HOLES: dict[str, tuple[Opening, ...]] = {
+    "none": (),
+    "window": (BAY,),
+    "door": (DOOR,),
+    "both": (BAY, DOOR),
+    "three": (
+        Opening(left=0.2, bottom=0.4, width=0.8, height=0.8),
+        Opening(left=0.6, bottom=1.4, width=0.9, height=0.9),
+        Opening(left=1.6, width=0.7, height=2.0),
+    ),
+    "at_the_left": (Opening(left=0.0, width=0.8, height=2.1),),
+    "at_the_right": (Opening(left=3.2, bottom=0.9, width=0.8, height=1.0),),
+    "to_the_top": (Opening(left=1.0, bottom=1.0, width=1.0, height=1.6),),
+    "through": (Opening(left=1.0, width=1.0, height=2.6),),
+}
+
+
+@pytest.mark.parametrize("tiled", [False, True])
+@pytest.mark.parametrize("more", [(0.0, 0.0), (0.12, 0.25)])
+@pytest.mark.parametrize("holes", sorted(HOLES))
+def test_a_wall_is_open_where_it_was_opened_and_nowhere_else(
+    holes: str, more: tuple[float, float], tiled: bool
+) -> None:
+    p = Wall(
+        length=4.0,
+        openings=HOLES[holes],
+        left_more=more[0],
+        right_more=more[1],
+        tile="zellige_snow" if tiled else None,
+        tiled_from=0.3,
+    )
+    asset = made("room_wall", p)
+    low, high = main(asset)
+    assert high - low == pytest.approx((4.0, 0.12, 2.6), abs=1e-6)
+    points = np.random.default_rng(1).uniform((-more[0], 0.0), (4.0 + more[1], p.height), (500, 2))
+    free = np.zeros(len(points), dtype=bool)
+    for hole in p.openings:
+        (x0, z0), (x1, z1) = hole.corners
+        free |= (points[:, 0] > x0) & (points[:, 0] < x1) & (points[:, 1] > z0) & (points[:, 1] < z1)
+    placed = points + low[[0, 2]]
+    seen = hits(asset.root.visuals, placed, (0, 2), np.array([0.0, -1.0, 0.0]))
+    assert (seen == np.where(free, 0, 1)).all()
+    assert (hits(asset.root.visuals, placed, (0, 2), np.array([0.0, 1.0, 0.0])) == seen).all()
+    touched = np.zeros(len(points), dtype=np.int64)
+    pieces = boxes(asset, "wall")
+    for b in pieces:
+        touched += ((placed > b[0][[0, 2]]) & (placed < b[1][[0, 2]])).all(axis=1)
+    assert (touched == seen).all()
+    area = (4.0 + sum(more)) * p.height - sum(h.width * h.height for h in p.openings)
+    assert volume(pieces) == pytest.approx(area * p.thickness, rel=1e-6)
+    assert len(pieces) <= 4 * len(p.openings) + 1
+
+
+@pytest.mark.parametrize("holes", sorted(HOLES))
+def test_the_surface_of_a_wall_has_no_cracks(holes: str) -> None:
+    asset = made("room_wall", Wall(length=4.0, openings=HOLES[holes], left_more=0.1, right_more=0.2))
+    starts = np.cumsum([0, *(len(v.mesh.vertices) for v in asset.root.visuals)])
+    faces = np.concatenate([v.mesh.faces + s for v, s in zip(asset.root.visuals, starts, strict=False)])
+    points, place = weld(np.concatenate([v.mesh.vertices for v in asset.root.visuals]))
+    assert is_closed(place[faces.astype(np.int64)])
+    assert face_normals(points, place[faces.astype(np.int64)])[1].min() > 1e-6
+
+
+@pytest.mark.parametrize(("length", "more"), [(2.0, 0.0), (3.47, 0.2)])
+def test_pictures_begin_at_the_left_corner_on_the_floor_of_every_wall(length: float, more: float) -> None:
+    p = Wall(length=length, left_more=more, openings=(), tile="zellige_snow", tiled_from=0.5)
+    asset = made("room_wall", p)
+    low = main(asset)[0]
+    for name, start in (("wall", 0.0), ("wall_tiles", 0.5)):
+        shown = visual(asset, name)
+        inwards = face_normals(shown.mesh.vertices, shown.mesh.faces.astype(np.int64))[0][:, 1] < -0.99
+        chosen = np.unique(shown.mesh.faces[inwards])
+        mesh = shown.mesh
+        assert mesh.uv is not None
+        off = mesh.uv[chosen] - (mesh.vertices[chosen][:, [0, 2]] - low[[0, 2]] - (0.0, start)) / np.array(TILE)
+        assert np.abs(off - np.round(off)).max() < 1e-5
+
+
+def test_what_closes_a_corner_stays_out_of_main() -> None:
+    asset = made("room_wall", Wall(length=3.0, left_more=0.12, right_more=0.3))
+    low, high = main(asset)
+    ends = visual(asset, "wall_end").mesh.bounds
+    assert ends[0][0] == pytest.approx(low[0] - 0.12, abs=1e-6)
+    assert ends[1][0] == pytest.approx(high[0] + 0.3, abs=1e-6)
+    inner = visual(asset, "wall").mesh.bounds
+    assert inner[:, 0] == pytest.approx((low[0], high[0]), abs=1e-6)
+
+
+@pytest.mark.parametrize("structure", list(Structure))
+def test_a_wall_weighs_what_it_is_built_of(structure: Structure) -> None:
+    asset = made("room_wall", Wall(length=2.0, height=2.5, thickness=0.1, structure=structure))
+    assert asset.mass == pytest.approx(0.5 * DENSITY[structure], rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("says", "holes"),
+    [
+        ("out of the wall at its right", (Opening(left=3.5, width=0.8, height=2.0),)),
+        ("out of the wall at its top", (Opening(left=1.0, bottom=1.0, width=0.8, height=2.0),)),
+        ("openings 0 and 1 overlap", (BAY, Opening(left=1.5, bottom=1.2, width=1.0, height=0.5))),
+        ("openings 0 and 1 overlap", (BAY, Opening(left=2.21, bottom=0.9, width=0.5, height=1.1))),
+        ("openings 0 and 1 overlap", (BAY, Opening(left=2.2, bottom=2.0, width=0.5, height=0.4))),
+        ("of wall at its left", (Opening(left=0.01, width=0.8, height=2.0),)),
+        ("leave nothing", (Opening(left=0.0, width=4.0, height=2.6),)),
+    ],
+)
+def test_openings_that_do_not_fit_are_refused(says: str, holes: tuple[Opening, ...]) -> None:
+    with pytest.raises(ValueError, match=says):
+        Wall(length=4.0, height=2.6, openings=holes)
+
+
+def test_tiles_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ValidationError, match=r"tiles from 1\.5 to 1\.2"):
+        Wall(tile="zellige_snow", tiled_from=1.5, tiled_to=1.2)
+    with pytest.raises(ValidationError, match=r"on a wall 2\.4 m high"):
+        Wall(tile="zellige_snow", height=2.4, tiled_to=2.6)
+
+
+# Floors and ceilings --------------------------------------------------------------------------------------------------
+
+
+def turned(outline: Outline, quarters: int, mirrored: bool) -> Outline:
+    """An outline turned to the left and mirrored, begun at another corner."""
+    out = [(-x if mirrored else x, y) for x, y in outline]
+    for _ in range(quarters):
+        out = [(-y, x) for x, y in out]
+    return tuple(out[quarters:] + out[:quarters])
+
+
+SHAPES = {"l": L_ROOM, "t": T_ROOM, "u": U_ROOM}
+# Of rectangles. One more than there are inner corners; in a T one cut serves two of them.
+FEWEST = {"l": 2, "t": 2, "u": 3}
+
+
+def area(outline: Outline) -> float:
+    x, y = np.array(outline).T
+    return abs(float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())) / 2
+
+
+def has(outline: Outline, points: Floats) -> npt.NDArray[np.bool_]:
+    """Whether (N, 2) points lie within, by crossings of a ray."""
+    inner = np.zeros(len(points), dtype=bool)
+    for a, b in pairwise([*outline, outline[0]]):
+        if a[1] != b[1]:
+            low, high = sorted((a[1], b[1]))
+            cross = a[0] + (points[:, 1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+            inner ^= (points[:, 1] > low) & (points[:, 1] < high) & (points[:, 0] < cross)
+    return inner
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("quarters", range(4))
+@pytest.mark.parametrize("shape", sorted(SHAPES))
+def test_floors_and_ceilings_fill_their_outline(shape: str, quarters: int, mirrored: bool) -> None:
+    outline = turned(SHAPES[shape], quarters, mirrored)
+    corners = np.array(outline)
+    points = np.random.default_rng(2).uniform(corners.min(axis=0), corners.max(axis=0), (300, 2))
+    for family, params, label, up in (
+        ("room_floor", Floor(outline=outline), "floor", 1.0),
+        ("room_ceiling", Ceiling(outline=outline), "ceiling", -1.0),
+    ):
+        asset = made(family, params)
+        low, high = main(asset)
+        assert high - low == pytest.approx((*np.ptp(corners, axis=0), 0.05), abs=1e-6)
+        placed = points - corners.min(axis=0) + low[:2]
+        seen = hits([visual(asset, label)], placed, (0, 1), np.array([0.0, 0.0, up]))
+        assert (seen == has(outline, points)).all()
+        pieces = boxes(asset, label)
+        assert volume(pieces) == pytest.approx(area(outline) * 0.05, rel=1e-6)
+        assert len(pieces) == FEWEST[shape]
+        face = visual(asset, label).mesh.bounds[:, 2]
+        assert face == pytest.approx([high[2] if up > 0 else low[2]] * 2, abs=1e-6)
+
+
+def test_either_way_round_is_the_same_floor() -> None:
+    one, two = (made("room_floor", Floor(outline=o)) for o in (L_ROOM, L_ROOM[::-1]))
+    assert np.array_equal(visual(one, "floor").mesh.vertices, visual(two, "floor").mesh.vertices)
+    assert np.array_equal(visual(one, "floor").mesh.faces, visual(two, "floor").mesh.faces)
+
+
+@pytest.mark.parametrize("family", ["room_floor", "room_ceiling"])
+@pytest.mark.parametrize("boards", list(Lay))
+def test_boards_run_as_asked_from_a_corner_of_the_room(family: str, boards: Lay) -> None:
+    kind: Any = Floor if family == "room_floor" else Ceiling
+    asset = made(family, kind(outline=L_ROOM, boards=boards, face="oak_natural"))
+    shown = visual(asset, family.removeprefix("room_"))
+    low, high = main(asset)
+    at = shown.mesh.vertices
+    left_out, back_out = at[:, 0] - low[0], at[:, 1] - low[1]
+    if family == "room_floor":  # seen from above; the picture's width runs to the right of its height
+        expected = (high[1] - at[:, 1], left_out) if boards is Lay.X else (left_out, back_out)
+    else:  # seen from below
+        expected = (back_out, left_out) if boards is Lay.X else (high[0] - at[:, 0], back_out)
+    assert phase_error(shown, np.column_stack(expected)) < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("says", "outline"),
+    [
+        ("runs aslant", ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (1.0, 2.5))),
+        ("shorter than", ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.05, 2.0), (0.05, 2.0), (0.0, 2.0))),
+        # a figure of eight
+        ("cross or touch", ((0, 0), (2, 0), (2, 2), (1, 2), (1, -1), (0, -1))),
+        # two squares that meet at a corner
+        ("cross or touch", ((0, 0), (1, 0), (1, 1), (2, 1), (2, 2), (1, 2), (1, 1), (0, 1))),
+        # a side that runs out and back
+        ("cross or touch", ((0, 0), (3, 0), (3, 2), (2, 2), (2, 3), (2, 2), (0, 2))),
+        # twice round
+        ("cross or touch", ((0, 0), (2, 0), (2, 2), (0, 2), (0, 0.5), (0, 0), (2, 0), (2, 2), (0, 2))),
+    ],
+)
+def test_outlines_that_are_no_room_are_refused(says: str, outline: Outline) -> None:
+    with pytest.raises(ValidationError, match=says):
+        Floor(outline=outline)
+    with pytest.raises(ValidationError, match=says):
+        Ceiling(outline=outline)
+
+
+@pytest.mark.parametrize("coving", [c for c in Coving if c is not Coving.NONE])
+def test_coving_goes_round_the_room_without_a_gap(coving: Coving) -> None:
+    p = Ceiling(outline=L_ROOM[::-1], coving=coving, drop=0.08, out=0.06)
+    asset = made("room_ceiling", p)
+    mesh = visual(asset, "coving").mesh
+    points, place = weld(mesh.vertices)
+    assert is_closed(place[mesh.faces.astype(np.int64)])
+    low, high = main(asset)
+    assert mesh.bounds[0] == pytest.approx((low[0], low[1], low[2] - 0.08), abs=1e-6)
+    assert mesh.bounds[1] == pytest.approx((high[0], high[1], low[2]), abs=1e-6)
+    # No point of it is farther from the nearest wall than it may stand out, and none is outside the room.
+    corners = points[:, :2] - low[:2] + np.array(L_ROOM).min(axis=0)
+    reach = np.full(len(corners), np.inf)
+    for a, b in pairwise([*map(np.array, L_ROOM), np.array(L_ROOM[0])]):
+        share = np.clip((corners - a) @ (b - a) / float((b - a) @ (b - a)), 0.0, 1.0)
+        reach = np.minimum(reach, np.linalg.norm(corners - (a + share[:, None] * (b - a)), axis=1))
+    assert reach.max() <= 0.06 * math.sqrt(2) + 1e-6
+    assert (has(L_ROOM, corners) | (reach < 1e-6)).all()
+    assert sum(c.label == "coving" for c in asset.root.colliders) == 6
+
+
+def test_a_ring_of_moulding_has_the_volume_of_its_section_along_its_middle() -> None:
+    square = np.array([(0.0, -0.1), (0.1, -0.1), (0.1, 0.0), (0.0, 0.0)])
+    room = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 3.0), (0.0, 3.0)])
+    assert round_the_room(room, square).volume == pytest.approx((2 * 3 - 1.8 * 2.8) * 0.1)
+
+
+def test_a_coving_too_wide_for_the_room_is_refused() -> None:
+    with pytest.raises(ValidationError, match="meets itself"):
+        Ceiling(outline=((0.0, 0.0), (2.0, 0.0), (2.0, 0.3), (0.0, 0.3)), coving=Coving.COVE, out=0.2)
+
+
+@pytest.mark.parametrize("run", list(Lay))
+def test_beams_run_from_wall_to_wall_and_stay_in_the_room(run: Lay) -> None:
+    asset = made("room_ceiling", Ceiling(outline=T_ROOM, beams=Beams(count=5, run=run)))
+    low = main(asset)[0]
+    beams = boxes(asset, "beam")
+    assert len(beams) >= 5
+    for b in beams:
+        flat = b[:, :2] - low[:2] + np.array(T_ROOM).min(axis=0)
+        tips = np.array([(x, y) for x in flat[:, 0] for y in flat[:, 1]])
+        assert has(T_ROOM, tips + 1e-4 * (flat.mean(axis=0) - tips)).all()
+        end = flat[:, 0] if run is Lay.X else flat[:, 1]
+        step = np.array((1.0, 0.0) if run is Lay.X else (0.0, 1.0)) * (float(np.ptp(end)) / 2 + 0.01)
+        middle = flat.mean(axis=0)
+        side = np.array((0.0, 0.069) if run is Lay.X else (0.069, 0.0))
+        for way in (step, -step):  # a centimetre further one side of the beam is in the wall
+            assert not has(T_ROOM, np.array([middle + way - side, middle + way + side])).all()
+        assert b[0][2] == pytest.approx(low[2] - 0.16, abs=1e-6)
+
+
+def test_spans_are_where_the_whole_breadth_is_inside() -> None:
+    grid = inside(L_ROOM)
+    assert spans(grid, -2.0, -1.0) == [(0.0, 4.2)]
+    assert spans(grid, -2.4, -2.0) == [(0.0, 2.4)]
+
+
+# Rectangles -----------------------------------------------------------------------------------------------------------
+
+
+def test_rectangles_tile_any_grid() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        grid = cells.Cells(np.arange(7.0), np.arange(6.0), rng.random((6, 5)) < 0.7)
+        seen = np.zeros((6, 5), dtype=np.int64)
+        for (a, b), (c, d) in cells.rectangles(grid):
+            seen[int(a) : int(c), int(b) : int(d)] += 1
+        assert (seen == grid.solid).all()
+
+
+# Skirting and panelling -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("profile", list(Profile))
+@pytest.mark.parametrize(("end", "quarter"), [(End.INNER, -1), (End.OUTER, 1)])
+def test_two_mitres_meet_in_a_corner(profile: Profile, end: End, quarter: int) -> None:
+    outline = section(Skirting(profile=profile))
+    one = straight(outline, 1.0, 0.0, end.slope)
+    two = straight(outline, 1.0, end.slope, 0.0).turned("z", quarter * math.pi / 2).at(1.0, 0.0, 0.0)
+    n = len(outline)
+    assert one.points[n:] == pytest.approx(two.points[:n], abs=1e-9)
+    assert is_closed(one.faces)
+    assert one.volume > 0
+
+
+def test_a_skirting_is_measured_at_the_wall() -> None:
+    for end, more in ((End.SQUARE, 0.0), (End.INNER, 0.0), (End.OUTER, 0.015)):
+        asset = made("skirting", Skirting(length=1.0, right=end))
+        low, high = main(asset)
+        assert high - low == pytest.approx((1.0 + more, 0.015, 0.1), abs=1e-6)
+        assert asset.bounds == pytest.approx(np.array([low, high]), abs=1e-6)
+
+
+def test_a_skirting_shorter_than_its_mitres_is_refused() -> None:
+    with pytest.raises(ValidationError, match="leave less than 10 mm"):
+        Skirting(length=0.05, thickness=0.03, left=End.INNER, right=End.INNER)
+
+
+@pytest.mark.parametrize("panels", list(Panels))
+def test_panelling_fills_its_length_and_height(panels: Panels) -> None:
+    p = Panelling(length=1.83, height=0.95, panels=panels)
+    asset = made("wall_panelling", p)
+    low, high = main(asset)
+    assert (high - low)[[0, 2]] == pytest.approx((1.83, 0.95), abs=1e-6)
+    assert asset.bounds == pytest.approx(np.array([low, high]), abs=1e-6)
+    points = np.random.default_rng(4).uniform((low[0], low[2]), (high[0], high[2]), (200, 2))
+    assert (hits(asset.root.visuals, points, (0, 2), np.array([0.0, 1.0, 0.0])) >= 1).all()
