@@ -70,9 +70,13 @@ def contacts_and_joints_agree(package: Package, limit: float | None) -> Measured
     usd = _quietly(lambda path: usd_facts.imported(path).model, package.usd)
     if mjcf is None or usd is None:
         return Measured()
-    ours, theirs = _parameters(mjcf), _parameters(usd)
-    found = [_differ(key, ours[key], theirs[key]) for key in sorted(ours.keys() & theirs.keys())]
-    return _measured([Row(d, False) for d in found], limit)
+    return _measured([Row(d, False) for d in parameters(mjcf, usd)], limit)
+
+
+def parameters(ours: mujoco.MjModel, theirs: mujoco.MjModel) -> list[Difference]:
+    """Contact and joint parameters of what two models have in common, relative to the larger of two numbers."""
+    left, right = _parameters(ours), _parameters(theirs)
+    return [_differ(key, left[key], right[key]) for key in sorted(left.keys() & right.keys())]
 
 
 def _between(package: Package, read: Callable[[Path], Facts]) -> list[Row]:

@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TypeVar
 
+import mujoco
 from pxr import Tf
 
 from casa_assets.checks import parity
 from casa_assets.checks.agreement import Difference, number, turned, word, words
-from casa_assets.checks.readers import scene_mjcf, scene_usd
+from casa_assets.checks.readers import mujoco_load, scene_mjcf, scene_usd, usd_facts
+from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.scene_facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
 
@@ -34,13 +36,23 @@ def scene_parity(mjcf: Path, usd: Path, relative: float = RELATIVE, length: floa
         relative: tolerance of ratios, unit vectors, radians, and of masses and moments relative to those of the body.
         length: tolerance of lengths, metres.
     """
-    expected = _read(scene_mjcf.facts, mjcf)
-    if isinstance(expected, str):
-        return [(mjcf.name, expected)]
+    model, refused = _model(mujoco_load.load_asset_file, mjcf)
+    if model is None:
+        return [(mjcf.name, refused)]
+    expected, why = _read(lambda: scene_mjcf.facts_of(model))
+    if expected is None:
+        return [(mjcf.name, why)]
     faults: list[Fault] = []
-    for reader in (scene_usd.mujoco_facts, scene_usd.pxr_facts):
-        found = _read(reader, usd)
-        faults += [(usd.name, found)] if isinstance(found, str) else compare(expected, found, relative, length)
+    imported, refused = _model(usd_facts.imported, usd)
+    if imported is None:
+        faults.append((usd.name, refused))
+    else:
+        rows = parity.parameters(model, imported)
+        faults += [(r.pointer, r.says) for r in rows if r.size is None or not r.size <= relative]
+        found, why = _read(lambda: scene_usd.facts_of_import(imported, usd_facts.opened(usd)))
+        faults += [(usd.name, why)] if found is None else compare(expected, found, relative, length)
+    found, why = _read(lambda: scene_usd.pxr_facts(usd))
+    faults += [(usd.name, why)] if found is None else compare(expected, found, relative, length)
     # What both readers of the USD say is said once.
     return list(dict.fromkeys(faults))
 
@@ -98,12 +110,19 @@ def _missing(at: str, ours: Sequence[Row], theirs: Sequence[Row]) -> Iterator[Di
     return word(at, sorted(row.name for row in ours), sorted(row.name for row in theirs))
 
 
-def _read(reader: Callable[[Path], SceneFacts], path: Path) -> SceneFacts | str:
-    """The table, or why there is none."""
+def _model(load: Callable[[Path], Loaded], path: Path) -> tuple[mujoco.MjModel | None, str]:
+    """The model of a file, or why there is none."""
     if not path.is_file():
-        return "does not exist"
+        return None, "does not exist"
+    with quiet():
+        loaded = load(path)
+    return loaded.model, f"does not load: {loaded.error}"
+
+
+def _read(reader: Callable[[], SceneFacts]) -> tuple[SceneFacts | None, str]:
+    """The table, or why there is none."""
     with quiet():
         try:
-            return reader(path)
+            return reader(), ""
         except (ValueError, Tf.ErrorException) as error:
-            return " ".join(str(error).split()) or type(error).__name__
+            return None, " ".join(str(error).split()) or type(error).__name__

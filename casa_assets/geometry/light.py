@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy.optimize import linprog
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.hull import hull_planes
+from casa_assets.geometry.hull import hull_planes, hull_volume
 from casa_assets.model.asset import Asset, Collider, Link
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box, Cylinder, Hull, MeshShape
@@ -20,8 +20,12 @@ Floats = npt.NDArray[np.float64]
 GRID = 1e-6
 # Half the size of the smallest primitive, metres, for shapes that are too thin for the grid.
 LEAST = 1e-5
-# Frames whose box is this much of the hull's own bounds are tried no further: there is nothing to gain.
-GOOD = 0.999
+# Share of a hull that one primitive has to fill for the search to end, and that a cylinder has to fill at all.
+FULL, ROUND = 0.97, 0.85
+# A further box is worth this share of the hull, and there are no more than so many.
+WORTH, MORE = 0.04, 3
+# Between the name of a collider and the number of a further box of it.
+FURTHER = "_more_"
 
 
 class Inside(NamedTuple):
@@ -52,30 +56,60 @@ def lighten(asset: Asset) -> Asset:
     return asset.replace(links=links, materials=(), behavior=behavior)
 
 
-def inside(points: Floats) -> tuple[Box | Cylinder, Pose]:
+def original(name: str) -> str:
+    """Name of the collider that a further box of a light asset belongs to; of any other, its own."""
+    head, sign, tail = name.rpartition(FURTHER)
+    return head if sign and tail.isdigit() else name
+
+
+def inside(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:
     """The largest box or cylinder that was found inside the convex hull of (N, 3) points, and its pose in their frame.
+
+    A cylinder only where it fills the hull well. Where a box leaves much of the hull empty (the corner of a worktop), a
+    few more follow, which touch the first but do not overlap it or each other.
 
     Raises:
         DegenerateShape: the points span no volume.
     """
-    planes = hull_planes(points)
+    planes, volume = hull_planes(points), hull_volume(points)
     best: Inside | None = None
     for frame in _frames(points):
-        local = points @ frame
-        full = float(np.ptp(local, axis=0).prod())
-        for reach in (_box_reach(planes, frame), _rod_reach(planes, frame)):
-            found = _largest(planes, frame, reach, local)
+        spans = np.ptp(points @ frame, axis=0) / 2
+        rod = _largest(planes, frame, _rod_reach(planes, frame), np.array([min(spans[0], spans[1]), spans[2]]))
+        box = _largest(planes, frame, _box_reach(planes, frame), spans)
+        for found in (box, rod if rod is not None and rod.volume >= ROUND * volume else None):
             if found is not None and (best is None or found.volume > best.volume * (1 + 1e-6)):
                 best = found
-        if best is not None and best.volume >= GOOD * full:
+        if best is not None and best.volume >= FULL * volume:
             break
     if best is None:
         raise DegenerateShape("nothing fits inside the hull")
+    more = [] if best.volume >= FULL * volume or len(best.half) < 3 else _beside(planes, best, volume)
+    return tuple(_rounded(found) for found in (best, *more))
+
+
+def _beside(planes: Floats, first: Inside, volume: float) -> list[Inside]:
+    """The largest boxes in what is left of a hull on each side of a box, largest first."""
+    found, rest = [], planes
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            normal = sign * first.frame[:, axis]
+            face = sign * first.center[axis] + first.half[axis]
+            beyond = np.vstack([rest, [*-normal, face]])
+            box = _largest(beyond, first.frame, _box_reach(beyond, first.frame), first.half)
+            if box is not None and box.volume >= WORTH * volume:
+                found.append(box)
+            # What comes after stays on the near side of this face.
+            rest = np.vstack([rest, [*normal, -face]])
+    return sorted(found, key=lambda box: -box.volume)[:MORE]
+
+
+def _rounded(found: Inside) -> tuple[Box | Cylinder, Pose]:
     matrix = np.eye(4)
-    matrix[:3, :3] = best.frame
-    matrix[:3, 3] = np.round(best.frame @ best.center / GRID) * GRID
+    matrix[:3, :3] = found.frame
+    matrix[:3, 3] = np.round(found.frame @ found.center / GRID) * GRID
     # The centre was rounded by up to half a unit along each axis.
-    half = np.maximum(np.floor((best.half - GRID) / GRID) * GRID, LEAST)
+    half = np.maximum(np.floor((found.half - GRID) / GRID) * GRID, LEAST)
     pose = Pose.from_matrix(matrix)
     if len(half) == 3:
         x, y, z = (2 * float(h) for h in half)
@@ -92,10 +126,12 @@ def _light_collider(item: Collider) -> tuple[Collider, ...]:
     if not isinstance(item.shape, Hull | MeshShape):
         return (item,)
     try:
-        shape, pose = inside(item.shape.mesh.vertices)
+        found = inside(item.shape.mesh.vertices)
     except DegenerateShape:
         return ()
-    return (item.replace(shape=shape, pose=item.pose @ pose),)
+    names = [item.name, *(f"{item.name}{FURTHER}{k}" for k in range(1, len(found)))]
+    pairs = zip(names, found, strict=True)
+    return tuple(item.replace(name=name, shape=shape, pose=item.pose @ pose) for name, (shape, pose) in pairs)
 
 
 def _effects(asset: Asset) -> list[int]:
@@ -126,13 +162,11 @@ def _rod_reach(planes: Floats, frame: Floats) -> Floats:
     return np.stack([np.hypot(normals[:, 0], normals[:, 1]), np.abs(normals[:, 2])], axis=1)
 
 
-def _largest(planes: Floats, frame: Floats, reach: Floats, local: Floats) -> Inside | None:
-    """First the largest of the cloud's own proportions, then as much wider as there is room.
+def _largest(planes: Floats, frame: Floats, reach: Floats, wide: Floats) -> Inside | None:
+    """First the largest of the proportions of `wide`, then as much wider as there is room.
 
     Both are linear programs in the centre and the half sizes: normal . centre + reach . half <= -offset.
     """
-    spans = np.ptp(local, axis=0) / 2
-    wide = spans if reach.shape[1] == 3 else np.array([min(spans[0], spans[1]), spans[2]])
     normals, offsets = planes[:, :3] @ frame, -planes[:, 3]
     free = [(None, None)] * 3
     first = linprog(

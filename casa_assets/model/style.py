@@ -10,6 +10,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, StringConstraints, model_validator
 
 from casa_assets.model.record import Id, Record
+from casa_assets.model.surface import Surface
 
 PresetName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*/[a-z][a-z0-9_]*$")]
 
@@ -151,3 +152,18 @@ class Style(Record):
     props: tuple[Choice, ...] = ()
     lights: Annotated[float, Field(ge=2000, le=7000)] = 3000.0
     daylight: Annotated[float, Field(ge=3000, le=9000)] = 5800.0
+
+    def with_surfaces(self, surfaces: Mapping[Surface, str]) -> Style:
+        """The style with other finishes of walls, floor, worktops and cabinets, each chosen by itself."""
+        made = self
+        if name := surfaces.get(Surface.WALL):
+            made = made.replace(shell=made.shell.replace(wall=name))
+        if name := surfaces.get(Surface.FLOOR):
+            made = made.replace(shell=made.shell.replace(floor=name))
+        if name := surfaces.get(Surface.COUNTER):
+            made = made.replace(counter=made.counter.replace(face=name), island=made.island.replace(face=name))
+        if name := surfaces.get(Surface.CABINET):
+            cabinets = made.cabinets
+            groups = {k: getattr(cabinets, k).replace(face=None) for k in ("upper", "tall", "island")}
+            made = made.replace(cabinets=cabinets.replace(base=cabinets.base.replace(face=name), **groups))
+        return made

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -11,17 +12,24 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets import registry_kitchens
-from casa_assets.errors import CasaError, Misfit, RegistryError
+from casa_assets.errors import CasaError, Misfit, RegistryError, UnknownId
 from casa_assets.families.catalog import FAMILIES, family
 from casa_assets.families.family import Params
 from casa_assets.layouts.compose import compose
 from casa_assets.layouts.request import Kitchen, request
 from casa_assets.layouts.wanted import Wanted
 from casa_assets.model.asset import Asset
+from casa_assets.model.chance import rng_for
+from casa_assets.model.plan import Plan
 from casa_assets.model.scene import Scene
 from casa_assets.model.style import Choice
+from casa_assets.model.surface import Surface
 from casa_assets.pipeline.families import build_asset
+from casa_assets.pipeline.palette import stock
 from casa_assets.registry import Document
+
+# Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
+DRAWS = 20
 
 
 @lru_cache(maxsize=1)
@@ -38,29 +46,77 @@ class Recipe:
     """What a scene is made from.
 
     Attributes:
-        plan, style: names. given: lengths of parameters that differ from the plan's.
+        plan, style: names.
+        seed: draws the lengths of the plan; None: as the plan has them.
+        surfaces: finishes that differ from the style's, in the order of the surfaces.
         closed: whether open walls are drawn too.
     """
 
     plan: str
     style: str
-    given: tuple[tuple[str, float], ...] = ()
+    seed: int | None = None
+    surfaces: tuple[tuple[Surface, str], ...] = ()
     closed: bool = False
 
     @property
     def scene_id(self) -> str:
-        """`<plan>__<style>`."""
-        return f"{self.plan}__{self.style}"
+        """`<plan>__<style>`, then `__s<seed>`, `__t<digest of the finishes>` and `__closed` where they apply."""
+        parts = [self.plan, self.style]
+        if self.seed is not None:
+            parts.append(f"s{self.seed}")
+        if self.surfaces:
+            text = ",".join(f"{surface.value}={name}" for surface, name in self.surfaces)
+            parts.append("t" + hashlib.sha256(text.encode()).hexdigest()[:8])
+        if self.closed:
+            parts.append("closed")
+        return "__".join(parts)
+
+
+def chosen(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Surface, str], ...]:
+    """Finishes of surfaces in their order. Raises UnknownId where a surface has no such finish."""
+    known = stock().surfaces
+    picked = dict(surfaces)
+    for surface, name in picked.items():
+        if name not in known[surface]:
+            raise UnknownId(f"{surface.value} texture", name, known[surface])
+    return tuple((s, picked[s]) for s in Surface if s in picked)
+
+
+def drawn_surfaces(seed: int) -> tuple[tuple[Surface, str], ...]:
+    """A finish for each surface, each drawn by itself."""
+    have = stock()
+    return tuple((s, have.draw(rng_for(seed, f"scene/surface/{s.value}"), s)) for s in Surface)
+
+
+def drawn_lengths(plan: Plan, seed: int, turn: int = 0) -> dict[str, float]:
+    """Lengths of a plan's parameters, each within its bounds, in whole centimetres."""
+    lengths = {}
+    for name, p in plan.parameters.items():
+        share = float(rng_for(seed, f"scene/plan/{name}/{turn}").random())
+        lengths[name] = round(p.low + share * (p.high - p.low), 2)
+    return lengths
 
 
 def resolve(recipe: Recipe) -> Kitchen:
-    """The kitchen of a recipe. Raises RegistryError with file and line where the plan does not fit together."""
+    """The kitchen of a recipe.
+
+    Raises:
+        RegistryError: with file and line, where the plan does not fit together.
+        UnknownId: no such plan, style or model.
+    """
     plan, pages = registry_kitchens.load_plan(recipe.plan)
     style, _ = registry_kitchens.load_style(recipe.style)
-    try:
-        return request(plan, style, offers(), dict(recipe.given), recipe.closed)
-    except Misfit as error:
-        raise located(error, pages) from None
+    style = style.with_surfaces(dict(recipe.surfaces))
+    turns = 1 if recipe.seed is None else DRAWS
+    failed: Misfit | None = None
+    for turn in range(turns):
+        given = None if recipe.seed is None else drawn_lengths(plan, recipe.seed, turn)
+        try:
+            return request(plan, style, offers(), given, recipe.closed)
+        except Misfit as error:
+            failed = error
+    assert failed is not None
+    raise located(failed, pages)
 
 
 def located(error: Misfit, pages: Document) -> RegistryError:
@@ -71,7 +127,9 @@ def located(error: Misfit, pages: Document) -> RegistryError:
 def params_of(choice: Choice) -> Params:
     """The numbers of a choice. Raises CasaError where they do not go together."""
     found = family(choice.family)
-    base = found.presets[choice.name].model_dump(mode="json")
+    if choice.name not in found.presets:
+        raise UnknownId(f"preset of {choice.family}", choice.name, found.presets)
+    base = offers()[choice.family][choice.name]
     try:
         made: Params = found.params.model_validate(merged(base, choice.params))
     except ValidationError as error:
@@ -99,12 +157,12 @@ def build_wanted(wanted: Wanted, cache: Path) -> Asset:
 
 
 def build_scene(recipe: Recipe, cache: Path) -> tuple[Kitchen, Scene]:
-    """The scene of a recipe."""
+    """The kitchen and the scene of a recipe. Raises as `resolve` does, and CasaError where a part cannot be built."""
     kitchen = resolve(recipe)
     made: dict[str, Asset] = {}
     assets: dict[str, Asset] = {}
     for wanted in kitchen.wanted:
-        key = Choice.model_dump_json(wanted.choice)
+        key = wanted.choice.model_dump_json()
         if key not in made:
             made[key] = build_wanted(wanted, cache)
         assets[wanted.name] = made[key]

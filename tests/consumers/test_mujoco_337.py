@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.export.mjcf import write
+from casa_assets.export.mjcf import kitchen, write
 from casa_assets.model.asset import Asset, Base
 from tests.assets import EVERY, microwave, write_to
+from tests.scenes import corner, expected, put
 
 ROOT = Path(__file__).parents[2]
 PYTHON = ROOT / os.environ.get("CASA_MUJOCO337", ".venv-mujoco337/bin/python")
@@ -38,6 +39,26 @@ print(json.dumps({
     "troubles": int(troubles),
     "masses": {name: float(m) for name, m in zip(names, model.body_mass[1:]) if name},
     "height": float(data.body("object").xpos[2]),
+}))
+"""
+
+
+# A scene is not stepped: things hang in the air there.
+SCENE = """
+import json, sys, warnings
+import mujoco
+
+said = []
+mujoco.set_mju_user_warning(said.append)
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    model = mujoco.MjModel.from_xml_path(sys.argv[1])
+print(json.dumps({
+    "version": mujoco.__version__,
+    "warnings": said + [str(w.message) for w in caught],
+    "bodies": [model.body(i).name for i in range(1, model.nbody)],
+    "keys": [model.key(i).name for i in range(model.nkey)],
+    "lights": [int(kind) for kind in model.light_type],
 }))
 """
 
@@ -69,3 +90,20 @@ def test_loads_in_silence_and_stands(build: Callable[[], Asset], file: str, tmp_
     assert found["masses"] == pytest.approx({link.name: link.inertial.mass for link in asset.links})
     assert found["height"] == pytest.approx(0.0, abs=1e-3)
     assert not (folder / "MUJOCO_LOG.TXT").exists()
+
+
+@pytest.mark.consumers
+@pytest.mark.parametrize("weight", list(kitchen.Weight))
+def test_a_whole_scene_loads_in_silence(weight: kitchen.Weight, tmp_path: Path) -> None:
+    folder = put(kitchen.write(corner(), weight=weight), tmp_path, corner())
+    done = subprocess.run(
+        [str(PYTHON), "-c", SCENE, "scene.xml"], cwd=folder, check=False, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    found = json.loads(done.stdout)
+    assert found["version"].startswith("3.3.")
+    assert found["warnings"] == []
+    assert sorted(found["bodies"]) == sorted(expected(corner(), "closed"))
+    assert found["keys"] == ["start", "closed", "open"]
+    assert found["lights"] == [1, 2, 0]

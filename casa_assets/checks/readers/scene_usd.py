@@ -26,7 +26,11 @@ def mujoco_facts(path: Path) -> SceneFacts:
     loaded = usd_facts.imported(path)
     if loaded.model is None:
         raise ValueError(loaded.error)
-    model, stage = loaded.model, usd_facts.opened(path)
+    return facts_of_import(loaded.model, usd_facts.opened(path))
+
+
+def facts_of_import(model: mujoco.MjModel, stage: Usd.Stage) -> SceneFacts:
+    """The table of a stage and of what MuJoCo imported from it."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     names = {short_name(model.body(i).name): i for i in range(1, model.nbody)}

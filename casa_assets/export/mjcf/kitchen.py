@@ -15,7 +15,7 @@ from lxml import etree
 from casa_assets.export.mjcf import body, collider, contact, keyframe, label, number, room, stock, tint, visual
 from casa_assets.export.mjcf.mesh import Meshes
 from casa_assets.export.mjcf.stock import Stock
-from casa_assets.geometry.light import lighten
+from casa_assets.geometry.light import lighten, original
 from casa_assets.model.asset import Asset, Base
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
@@ -57,11 +57,18 @@ def write(scene: Scene, shared: str = "../assets", weight: Weight = Weight.FULL,
     """
     light = weight is Weight.LIGHT
     assets = {asset.id: lighten(asset) if light else asset for asset in scene.assets}
-    tints = {asset.id: tint.tints(asset) for asset in scene.assets} if light else {}
+    tints = {asset.id: _tints(asset, assets[asset.id]) for asset in scene.assets} if light else {}
     parts = stock.gather([] if light else list(assets.values()))
     drafts = [_draft(place, assets[place.asset], parts, tints, groups or Groups()) for place in scene.placements]
     text = _document(scene, drafts, parts, shared)
     return Files.of({FILE: text, **parts.entries})
+
+
+def _tints(asset: Asset, light: Asset) -> dict[str, str]:
+    """Collider of the light asset -> colour."""
+    known = tint.tints(asset)
+    names = [item.name for link in light.links for item in link.colliders]
+    return {name: known[name] if name in known else known[original(name)] for name in names}
 
 
 def _draft(

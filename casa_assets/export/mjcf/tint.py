@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -14,25 +15,29 @@ from casa_assets.export.mjcf.material import display
 from casa_assets.geometry.extent import shape_bounds
 from casa_assets.model.asset import Asset, Collider, Link
 from casa_assets.model.material import Material
+from casa_assets.model.mesh import Mesh
 from casa_assets.model.record import Vec4
 
+# What is seen lies this near to what collides for it, metres.
+NEAR = 0.003
 # Thickness that a bound has at least, metres, so that the overlap of flat things is not zero.
 THIN = 1e-4
 # Pictures whose mean is remembered: those of a kitchen.
 KEPT = 256
 PLAIN: Vec4 = (0.6, 0.6, 0.6, 1.0)
 
-Box = npt.NDArray[np.float64]
+Floats = npt.NDArray[np.float64]
 
 
 def tints(asset: Asset) -> dict[str, str]:
-    """Collider name -> `rgba`, three digits. A collider stands for the visual of its link with the likest bounds."""
+    """Collider name -> `rgba`, three digits: the mean of what is seen of its link within its bounds."""
     colors = {item.id: mean_color(item) for item in asset.materials}
     found = {}
     for link in asset.links:
-        bounds = [(_thick(v.mesh.bounds), colors[v.material]) for v in link.visuals]
+        seen = [_Seen.of(v.mesh, colors[v.material]) for v in link.visuals]
         for item in link.colliders:
-            found[item.name] = number.numbers(round(c, 3) for c in _color(item, bounds) or _any(asset, link, colors))
+            color = _within(item, seen) or _alike(item, seen) or _any(asset, link, colors)
+            found[item.name] = number.numbers(round(c, 3) for c in color)
     return found
 
 
@@ -57,11 +62,39 @@ def _mean(png: bytes) -> Vec4:
     return red, green, blue, float(ImageStat.Stat(small.getchannel("A")).mean[0]) / 255
 
 
-def _color(item: Collider, bounds: list[tuple[Box, Vec4]]) -> Vec4 | None:
+@dataclass(frozen=True)
+class _Seen:
+    """A visual: its bounds, and (F, 3) middles and (F,) areas of its triangles."""
+
+    bounds: Floats
+    middles: Floats
+    areas: Floats
+    color: Vec4
+
+    @classmethod
+    def of(cls, mesh: Mesh, color: Vec4) -> _Seen:
+        corners = mesh.vertices[mesh.faces]
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return cls(mesh.bounds, corners.mean(axis=1), np.linalg.norm(cross, axis=1) / 2, color)
+
+
+def _within(item: Collider, seen: list[_Seen]) -> Vec4 | None:
+    """Mean colour of the triangles whose middles lie within the bounds of a collider."""
+    lower, upper = shape_bounds(item.shape, item.pose)
+    inside = [((s.middles >= lower - NEAR) & (s.middles <= upper + NEAR)).all(axis=1) for s in seen]
+    areas = np.array([s.areas[m].sum() for s, m in zip(seen, inside, strict=True)])
+    if not seen or areas.sum() <= 0:
+        return None
+    red, green, blue, alpha = (float(c) for c in areas @ np.array([s.color for s in seen]) / areas.sum())
+    return red, green, blue, alpha
+
+
+def _alike(item: Collider, seen: list[_Seen]) -> Vec4 | None:
+    """Colour of the visual whose bounds share most with those of a collider."""
     own = _thick(shape_bounds(item.shape, item.pose))
-    likeness = [_overlap(own, box) for box, _ in bounds]
-    best = max(range(len(bounds)), key=lambda i: likeness[i], default=None)
-    return None if best is None or likeness[best] <= 0 else bounds[best][1]
+    shares = [_overlap(own, _thick(s.bounds)) for s in seen]
+    best = max(range(len(seen)), key=lambda i: shares[i], default=None)
+    return None if best is None or shares[best] <= 0 else seen[best].color
 
 
 def _any(asset: Asset, link: Link, colors: dict[str, Vec4]) -> Vec4:
@@ -71,11 +104,11 @@ def _any(asset: Asset, link: Link, colors: dict[str, Vec4]) -> Vec4:
     return PLAIN if best is None else colors[best.material]
 
 
-def _thick(bounds: Box) -> Box:
+def _thick(bounds: Floats) -> Floats:
     return np.array([bounds[0] - THIN, bounds[1] + THIN])
 
 
-def _overlap(first: Box, second: Box) -> float:
+def _overlap(first: Floats, second: Floats) -> float:
     """Volume that two boxes share over the volume that they fill together, 0..1."""
     common = np.clip(np.minimum(first[1], second[1]) - np.maximum(first[0], second[0]), 0.0, None).prod()
     total = np.ptp(first, axis=0).prod() + np.ptp(second, axis=0).prod() - common

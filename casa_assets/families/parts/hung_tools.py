@@ -100,7 +100,7 @@ def _ladle(z: float, tall: float) -> list[Solid]:
     outer = [(r * math.sin(t), -r * math.cos(t)) for t in turns]
     inner = [((r - SHEET) * math.sin(t), -(r - SHEET) * math.cos(t)) for t in turns[::-1]]
     bowl = lathe([*outer, (r + 0.001, 0.001), *inner], 32, 60.0).turned("x", 0.2)
-    low = z - tall + 0.5 * r
+    low = z - tall + 1.02 * r
     stem = tube([(0, 0, z + 0.002), (0, 0, low - 0.01)], rectangle(0.011, 0.003, 0.001, 1), up=(0.0, 1.0, 0.0))
     return [bowl.at(0, -r - 0.0015, low), stem]
 

@@ -24,8 +24,8 @@ from casa_assets.families.parts.fronts_doors import SWING
 from casa_assets.families.parts.fronts_look import Look
 from casa_assets.families.parts.handles import HandleKind
 from casa_assets.model.asset import Asset, JointKind
-from casa_assets.model.joint import Joint
 from casa_assets.model.finish import Finish, Surface
+from casa_assets.model.joint import Joint
 from casa_assets.model.material import Material
 from casa_assets.model.provenance import Labels
 from casa_assets.model.shape import Box, Capsule

@@ -1,0 +1,171 @@
+"""Scenes on disk: each a folder, with what they share beside them; built, drawn and checked side by side.
+
+<out>/assets/{meshes,textures,usd}/   shared, named by content
+<out>/<id>/scene.xml scene_light.xml scene.usda scene.json report.json report.html overview.png ...
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import time
+import traceback
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+
+from casa_assets.errors import CasaError
+from casa_assets.export.mjcf import kitchen as mjcf
+from casa_assets.export.usd import kitchen as usd
+from casa_assets.layouts.request import Kitchen
+from casa_assets.model.files import Files
+from casa_assets.model.issue import Issue, Report
+from casa_assets.model.scene import Scene
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.kitchens import Recipe, build_scene
+from casa_assets.pipeline.scene_facts import describe
+from casa_assets.preview import darkroom, room
+
+SHARED = "assets"
+LIGHT_FILE = "scene_light.xml"
+FACTS = "scene.json"
+OVERVIEW = "overview"
+QUICK = room.Frame(passes=16)
+
+
+@dataclass(frozen=True)
+class SceneBuilt:
+    """What became of a recipe.
+
+    Attributes:
+        recipe: of the scene. folder: where it is; empty where it failed.
+        says: why it failed. report: of all checks; None where they did not run.
+        resolve_s, build_s, write_s, draw_s, check_s: wall seconds.
+        counts: what the scene holds, by word.
+    """
+
+    recipe: Recipe
+    folder: str = ""
+    says: str = ""
+    report: Report | None = None
+    build_s: float = 0.0
+    write_s: float = 0.0
+    draw_s: float = 0.0
+    check_s: float = 0.0
+    counts: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """Whether it was built, and no check found an error."""
+        return bool(self.folder) and (self.report is None or self.report.passed)
+
+    @property
+    def problems(self) -> tuple[Issue, ...]:
+        """Errors of its checks."""
+        return () if self.report is None else self.report.errors
+
+
+def build_one(recipe: Recipe, out: Path, drawn: bool = True) -> SceneBuilt:
+    """Build and write one scene. A fault is told in `says`, so that the others go on."""
+    try:
+        return _build_one(recipe, disk.Library(out), drawn)
+    except CasaError as error:
+        return SceneBuilt(recipe, says=str(error))
+    except Exception:  # noqa: BLE001  a batch does not die of one scene; the whole trace is told
+        return SceneBuilt(recipe, says=traceback.format_exc(limit=-4))
+
+
+def _build_one(recipe: Recipe, library: disk.Library, drawn: bool) -> SceneBuilt:
+    begin = time.perf_counter()
+    kitchen, scene = build_scene(recipe, library.cache)
+    built = time.perf_counter()
+    staged = library.stage(scene.id)
+    write_scene(staged, library.root, recipe, kitchen, scene)
+    written = time.perf_counter()
+    target = library.root / scene.id
+    library.publish(staged, target)
+    if drawn:
+        draw(target, (OVERVIEW,))
+    done = time.perf_counter()
+    counts = {"placements": float(len(scene.placements)), "assets": float(len(scene.assets))}
+    return SceneBuilt(
+        recipe, str(target), build_s=built - begin, write_s=written - built, draw_s=done - written, counts=counts
+    )
+
+
+def write_scene(folder: Path, root: Path, recipe: Recipe, kitchen: Kitchen, scene: Scene) -> None:
+    """Put the files of a scene into its folder, and what scenes share beside it.
+
+    Args:
+        folder: of the scene; for now, before it is put in its place below `root`.
+        root: folder of all scenes.
+    """
+    for files in (mjcf.write(scene), usd.write(scene)):
+        _put(files, folder, root)
+    light = mjcf.write(scene, weight=mjcf.Weight.LIGHT).entries[mjcf.FILE]
+    (folder / LIGHT_FILE).write_bytes(light)
+    facts = json.dumps(describe(recipe, kitchen, scene), indent=1, sort_keys=True, ensure_ascii=False)
+    (folder / FACTS).write_text(facts + "\n", encoding="utf-8")
+
+
+def _put(files: Files, folder: Path, root: Path) -> None:
+    """Files of the scene itself into its folder; shared ones beside it, each once, none ever half-written."""
+    for path, data in files.entries.items():
+        if not path.startswith(f"{SHARED}/"):
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_bytes(data)
+            continue
+        target = root / path
+        if target.exists() and target.stat().st_size == len(data):
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        draft = target.with_name(f".{target.name}.{os.getpid()}")
+        draft.write_bytes(data)
+        draft.replace(target)
+
+
+def draw(folder: Path, cameras: Sequence[str] = (), frame: room.Frame = QUICK, pose: str = "start") -> tuple[Path, ...]:
+    """Pictures of a scene, one for each camera, as `<camera>.png` (`<camera>_<pose>.png` in another pose) beside it.
+
+    Args:
+        cameras: names; all of the scene where none is given.
+    Raises:
+        CannotDraw, NoRenderer.
+    """
+    made = room.prepare(folder / mjcf.FILE, pose, frame)
+    out = []
+    for name, pixels in room.photograph(made, cameras or made.cameras, frame):
+        path = folder / (f"{name}.png" if pose == "start" else f"{name}_{pose}.png")
+        path.write_bytes(darkroom.png(pixels))
+        out.append(path)
+    return tuple(out)
+
+
+def build_all(recipes: Sequence[Recipe], out: Path, jobs: int = 0, drawn: bool = True) -> Iterator[SceneBuilt]:
+    """Scenes in the order in which they are done, worked on by several processes.
+
+    Args:
+        out: folder of the scenes, made where it is missing. jobs: processes; 0 for one per core.
+    Raises:
+        OutputError: the folder is held by another run or cannot be written.
+    """
+    place = disk.Library(out)
+    count = min(jobs or os.cpu_count() or 1, max(1, len(recipes)))
+    with place.locked():
+        place.sweep()
+        with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
+            for done in as_completed([pool.submit(build_one, r, out, drawn) for r in recipes]):
+                yield done.result()
+
+
+def forget(out: Path, scene_id: str) -> None:
+    """Remove one scene; what it shares stays."""
+    shutil.rmtree(out / scene_id, ignore_errors=True)
+
+
+def all_recipes(plans: Sequence[str], styles: Sequence[str]) -> list[Recipe]:
+    """Every plan in every style."""
+    return [Recipe(plan, style) for plan in plans for style in styles]

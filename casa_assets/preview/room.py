@@ -1,0 +1,208 @@
+"""A kitchen's `scene.xml` into pictures of it, through its own cameras, in soft daylight.
+
+MuJoCo's classic renderer has hard shadows and no light that walls throw back. A picture is the mean of many drawings,
+each with the camera moved by less than a pixel and with other directions of the sky lit: smooth edges, soft shadows,
+dark corners.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from PIL import Image
+
+from casa_assets.preview import darkroom, renderer
+from casa_assets.preview.camera import Floats
+from casa_assets.preview.darkroom import Pixels
+from casa_assets.preview.still import CannotDraw, finish
+
+SEEN, CEILING = 1, 2  # groups of geoms
+# Fractions of white, by eye: a white wall keeps its shading, a black front its form.
+_AMBIENT, _SUN, _SKY, _BOUNCE = 0.2, 0.3, 0.62, 0.3
+_SHINE = 0.8
+_DOMES, _BOUNCES = 2, 3
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+_PLASTIC = 1.32471795724474602596
+_SHADOW_REACH, _LIGHT_AT = 1.6, 3.0
+_PAPER = 0.955  # brightness of what lies beyond the room
+_WHITEST, _GAMMA = 0.93, 0.92
+# The sun stands before the open side, to the left of who looks in, 52 degrees up.
+_SUN_AROUND, _SUN_UP = -2.05, 0.9
+_LIGHTS = 1 + _DOMES + _BOUNCES
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Size of a picture in pixels, and how many drawings it is the mean of."""
+
+    width_px: int = 960
+    height_px: int = 720
+    passes: int = 40
+
+
+_STANDARD = Frame()
+
+
+@dataclass(frozen=True)
+class Set:
+    """A compiled scene and its state, ready to be photographed from several sides."""
+
+    model: Any
+    data: Any
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of its cameras."""
+        return tuple(self.model.camera(i).name for i in range(self.model.ncam))
+
+
+def prepare(scene_xml: Path, pose: str = "start", frame: Frame = _STANDARD) -> Set:
+    """Reads a scene and puts it into a keyframe.
+
+    Raises:
+        CannotDraw: MuJoCo cannot read it, or it has no such keyframe.
+    """
+    try:
+        spec = mujoco.MjSpec.from_file(str(scene_xml))
+        finish(spec)
+        for light in list(spec.lights):
+            spec.delete(light)
+        for _ in range(_LIGHTS):
+            light = spec.worldbody.add_light()
+            light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+        spec.visual.headlight.active = 0
+        spec.visual.global_.offwidth, spec.visual.global_.offheight = frame.width_px, frame.height_px
+        spec.visual.quality.offsamples, spec.visual.quality.shadowsize = 0, 2048
+        model = spec.compile()
+    except ValueError as error:
+        raise CannotDraw(f"{scene_xml}: {error}".replace("\n", " ")) from error
+    data = mujoco.MjData(model)
+    key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose)
+    if key < 0:
+        raise CannotDraw(f"{scene_xml}: it has no keyframe {pose!r}")
+    mujoco.mj_resetDataKeyframe(model, data, key)
+    mujoco.mj_forward(model, data)
+    return Set(model, data)
+
+
+def photograph(made: Set, cameras: Sequence[str], frame: Frame = _STANDARD) -> Iterator[tuple[str, Pixels]]:
+    """Name of each camera and its picture, (height, width, 3) uint8. The ceiling is left out.
+
+    Raises:
+        CannotDraw: there is no such camera. NoRenderer: there is no OpenGL.
+    """
+    model, data = made.model, made.data
+    lower, upper = _bounds(model, data)
+    center, radius = (lower + upper) / 2, float(np.linalg.norm(upper - lower)) / 2
+    model.stat.extent, model.vis.map.shadowclip = radius, _SHADOW_REACH
+    option = mujoco.MjvOption()
+    option.geomgroup[:] = [0, 1, 0, 0, 0, 0]
+    option.sitegroup[:] = 0
+    with renderer.canvas(model, data, option, frame.width_px, frame.height_px) as canvas:
+        for name in cameras:
+            number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name)
+            if number < 0:
+                raise CannotDraw(f"there is no camera {name!r}; there are {', '.join(made.cameras)}")
+            total = np.zeros((frame.height_px, frame.width_px, 3))
+            for i in range(frame.passes):
+                _aim(canvas.scene, data, model, number, frame, i, radius)
+                _light(canvas.scene, i, frame.passes)
+                for light in canvas.scene.lights[: canvas.scene.nlight]:
+                    light.pos = center - np.array(light.dir) * _LIGHT_AT * radius
+                total += canvas.draw()
+            beyond = _beyond(canvas)
+            yield name, _develop(total / (255.0 * frame.passes), beyond)
+
+
+def render(scene_xml: Path, cameras: Sequence[str], frame: Frame = _STANDARD, pose: str = "start") -> dict[str, bytes]:
+    """PNG by name of camera."""
+    made = prepare(scene_xml, pose, frame)
+    return {name: darkroom.png(pixels) for name, pixels in photograph(made, cameras, frame)}
+
+
+def _bounds(model: Any, data: Any) -> tuple[Floats, Floats]:
+    """Least and greatest corner of all that is seen, metres."""
+    lows, highs = [], []
+    for geom in range(model.ngeom):
+        if model.geom_group[geom] != SEEN:
+            continue
+        middle, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        at, reach = data.geom_xpos[geom] + turn @ middle, np.abs(turn) @ half
+        lows.append(at - reach)
+        highs.append(at + reach)
+    if not lows:
+        raise CannotDraw("nothing in the scene is visible")
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def _aim(scene: Any, data: Any, model: Any, camera: int, frame: Frame, i: int, radius: float) -> None:
+    """Puts both eyes of the scene at a camera, moved by a part of a pixel."""
+    near = 0.02
+    half = near * math.tan(math.radians(float(model.cam_fovy[camera])) / 2)
+    pixel = 1.3 * 2.0 * half / frame.height_px
+    right = ((0.5 + i / _PLASTIC) % 1.0 - 0.5) * pixel
+    up = ((0.5 + i / _PLASTIC**2) % 1.0 - 0.5) * pixel
+    turn = data.cam_xmat[camera].reshape(3, 3)
+    for eye in scene.camera:
+        eye.pos, eye.forward, eye.up = data.cam_xpos[camera], -turn[:, 2], turn[:, 1]
+        eye.orthographic = 0
+        eye.frustum_near, eye.frustum_far = near, 20.0 * radius
+        eye.frustum_center, eye.frustum_width = right, half * frame.width_px / frame.height_px
+        eye.frustum_bottom, eye.frustum_top = up - half, up + half
+
+
+def _light(scene: Any, i: int, passes: int) -> None:
+    """The lights of drawing `i`: the sun within a soft box, some of the sky, and what floor and walls throw back."""
+    lights = scene.lights[: scene.nlight]
+    sun, domes, bounces = lights[0], lights[1 : 1 + _DOMES], lights[1 + _DOMES :]
+    spread = 0.16 * math.sqrt((i + 0.5) / passes)
+    turn = 2.0 * math.pi * _GOLDEN * i
+    _set(sun, _SUN_AROUND + spread * math.cos(turn), _SUN_UP + spread * math.sin(turn), _SUN, True)
+    sun.ambient = [_AMBIENT] * 3
+    for n, light in enumerate(domes, start=i * _DOMES):
+        rise = math.asin(0.2 + 0.8 * ((n + 0.5) / (passes * _DOMES)))
+        _set(light, 2.0 * math.pi * _GOLDEN * n, rise, _SKY / _DOMES, True)
+    for n, light in enumerate(bounces, start=i * _BOUNCES):
+        rise = -0.1 - 0.6 * ((n / _PLASTIC) % 1.0)
+        _set(light, 2.0 * math.pi * _GOLDEN * n, rise, _BOUNCE / _BOUNCES, False)
+
+
+def _set(light: Any, azimuth: float, elevation: float, diffuse: float, casts: bool) -> None:
+    """Light that comes from there (rad, world frame), as a fraction of white."""
+    flat = math.cos(elevation)
+    light.dir = [-flat * math.cos(azimuth), -flat * math.sin(azimuth), -math.sin(elevation)]
+    light.ambient, light.diffuse, light.specular = [0.0] * 3, [diffuse] * 3, [_SHINE * diffuse] * 3
+    light.castshadow = int(casts)
+
+
+def _beyond(canvas: renderer.Canvas) -> Floats:
+    """(H, W, 1) 1 where nothing of the kitchen is seen."""
+    flags = (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
+    for flag in flags:
+        canvas.scene.flags[flag] = 1
+    seen = canvas.draw().astype(np.int32).sum(axis=2) > 0
+    for flag in flags:
+        canvas.scene.flags[flag] = 0
+    return np.asarray(np.where(seen, 0.0, 1.0)[..., None])
+
+
+def _develop(exposure: Floats, beyond: Floats) -> Pixels:
+    """Exposure so that the brightest surfaces are near white; what lies beyond the room becomes paper."""
+    inside = exposure[beyond[..., 0] < 0.5]
+    lit = float(np.percentile(inside, 97)) if len(inside) else 1.0
+    tone = np.clip(exposure * (_WHITEST / max(lit, 0.2)), 0.0, None)
+    tone = np.where(tone > 0.8, 0.8 + 0.2 * np.tanh((tone - 0.8) / 0.2), tone) ** _GAMMA
+    tone = tone * (1.0 - beyond) + _PAPER * beyond
+    return np.asarray(np.clip(np.rint(tone * 255.0), 0, 255), dtype=np.uint8)
+
+
+def picture(pixels: Pixels) -> Image.Image:
+    """Pixels as a Pillow image."""
+    return Image.fromarray(pixels)

@@ -1,0 +1,201 @@
+"""MJCF and USD of one scene are one fact table, and a single edit of either is found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from casa_assets.checks.readers import scene_mjcf, scene_usd
+from casa_assets.checks.scene_facts import SceneFacts
+from casa_assets.checks.scene_parity import compare, scene_parity
+from casa_assets.model.asset import Base
+from casa_assets.model.scene import Layer
+from tests.packages import tamper
+from tests.scenes import corner, expected, written
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return written(corner(), tmp_path)
+
+
+def pointers(folder: Path) -> list[str]:
+    return list(dict.fromkeys(where for where, _ in scene_parity(folder / "scene.xml", folder / "scene.usda")))
+
+
+def test_both_formats_say_the_same(folder: Path) -> None:
+    assert scene_parity(folder / "scene.xml", folder / "scene.usda") == []
+
+
+READERS: list[tuple[str, Callable[[Path], SceneFacts]]] = [
+    ("scene.xml", scene_mjcf.facts),
+    ("scene.usda", scene_usd.mujoco_facts),
+    ("scene.usda", scene_usd.pxr_facts),
+]
+
+
+@pytest.mark.parametrize(("name", "reader"), READERS)
+def test_every_reader_says_what_the_scene_says(name: str, reader: Callable[[Path], SceneFacts], folder: Path) -> None:
+    scene, found = corner(), reader(folder / name)
+    truth = expected(scene, "closed")
+    assert [p.name for p in found.placements] == sorted(p.name for p in scene.placements)
+    for place in scene.placements:
+        (row,) = (p for p in found.placements if p.name == place.name)
+        asset = scene.asset_of[place.name]
+        assert (row.asset, row.base, row.layer) == (asset.id, asset.base, place.layer)
+        assert row.position == pytest.approx(truth[place.name].position, abs=1e-6)
+        assert row.words.classes == asset.labels.classes
+    bodies = {b.name: b for b in found.things.bodies}
+    assert set(bodies) == set(truth)
+    assert sum(b.mass for b in bodies.values()) == pytest.approx(
+        sum(scene.asset_of[p.name].mass for p in scene.placements)
+    )
+    assert len(found.things.exclusions) == sum(len(scene.asset_of[p.name].exclusions) for p in scene.placements)
+    assert [p.name for p in found.things.poses] == ["closed", "open", "start"]
+    assert found.gravity == pytest.approx(scene.gravity, abs=1e-6)
+    (camera,) = found.cameras
+    assert camera.fov_y_deg == pytest.approx(60.0, abs=1e-4)
+    assert {light.name: light.kind for light in found.lights} == {"sun": "directional", "bulb": "point", "spot": "spot"}
+    (sun,) = (light for light in found.lights if light.name == "sun")
+    length = math.sqrt(0.2**2 + 0.5**2 + 1)
+    assert sun.direction == pytest.approx((0.2 / length, 0.5 / length, -1 / length), abs=1e-6)
+
+
+# What stands in scene.xml, what is put there instead, and a cell that then differs.
+IN_MJCF = [
+    (
+        'body name="second_oven" pos="-1.25 2',
+        'body name="second_oven" pos="-1.2501 2',
+        "placements/second_oven/position",
+    ),
+    (
+        'name="grill" pos="2 0.5 0.9" quat="0.707106781 0 0 0.707106781"',
+        'name="grill" pos="2 0.5 0.9"',
+        "placements/grill/quaternion",
+    ),
+    (
+        'name="oven__microjoint" type="hinge" pos="0 -0.02 0"',
+        'name="oven__microjoint" type="hinge" pos="0 -0.03 0"',
+        "bodies/oven__door/joint/anchor",
+    ),
+    (
+        'name="other_grill__rack_joint" type="slide"',
+        'name="other_grill__rack_joint" type="hinge"',
+        "bodies/other_grill__rack/joint/kind",
+    ),
+    ('body1="second_oven" body2="second_oven__door"', 'body1="second_oven" body2="oven__door"', "exclusions"),
+    (
+        'geom name="mug__floor" type="cylinder" size="0.04',
+        'geom name="mug__floor" type="cylinder" size="0.06',
+        "bodies/mug/lower",
+    ),
+    (
+        'text name="grill__label__handle" data="grill__handle_0',
+        'text name="grill__label__handle" data="other_grill__handle_0',
+        "placements/grill/labels",
+    ),
+    (
+        'text name="other_grill__grip__microjoint" data="other_grill__handle_0"',
+        'text name="other_grill__grip__microjoint" data="grill__handle_0"',
+        "placements/other_grill/grips",
+    ),
+    (
+        'text name="oven__state__door_open" data="oven__microjoint',
+        'text name="oven__state__door_open" data="second_oven__microjoint',
+        "placements/oven/states",
+    ),
+    ('text name="ceiling__layer" data="ceiling"', 'text name="ceiling__layer" data="room"', "placements/ceiling/layer"),
+    ('text name="mug__class" data="mug ', 'text name="mug__class" data="cup ', "placements/mug/classes"),
+    ('key name="open" qpos="0 0 -1.3 ', 'key name="open" qpos="0 0 -1.2 ', "poses/open/grill__door/quaternion"),
+    ('key name="start" qpos="-1 ', 'key name="start" qpos="-1.01 ', "poses/start/oven__door/quaternion"),
+    ('camera name="door" pos="0 -3', 'camera name="door" pos="0 -3.1', "cameras/door/position"),
+    ('fovy="60"', 'fovy="61"', "cameras/door/fov_y_deg"),
+    ('light name="bulb" type="point"', 'light name="bulb" type="spot"', "lights/bulb/kind"),
+    ('castshadow="false"', 'castshadow="true"', "lights/spot/castshadow"),
+    ('gravity="0 0 -9.81"', 'gravity="0 0 -9.8"', "gravity"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "cell"), IN_MJCF)
+def test_what_scene_xml_says_otherwise_is_found(old: str, new: str, cell: str, folder: Path) -> None:
+    tamper(folder / "scene.xml", (old, new))
+    assert cell in pointers(folder)
+
+
+# The same of scene.usda.
+IN_USD = [
+    (
+        "double3 xformOp:translate = (-1.25, 2, 0.9)",
+        "double3 xformOp:translate = (-1.2501, 2, 0.9)",
+        "placements/second_oven/position",
+    ),
+    (
+        "point3f physics:localPos0 = (2, 1.5, 0.9)",
+        "point3f physics:localPos0 = (2, 1.51, 0.9)",
+        "placements/other_grill/position",
+    ),
+    ("rel physics:body0 = </World>", "rel physics:body0 = </World/oven>", "placements/second_oven/base"),
+    ('casa:layer = "room"', 'casa:layer = "things"', "placements/wall/layer"),
+    ("mug_0123456789/mug_0123456789.usda", "orange_0123456789/orange_0123456789.usda", "placements/mug/asset"),
+    ('string pose = "open"', 'string pose = "on"', "poses/open/grill__door/quaternion"),
+    (
+        "double3 xformOp:translate = (-0.04, -0.1, 0.1)",
+        "double3 xformOp:translate = (-0.04, -0.2, 0.1)",
+        "poses/start/grill__rack/position",
+    ),
+    ("gravityMagnitude = 9.81", "gravityMagnitude = 9.8", "gravity"),
+    ("inputs:color = (0.6, 0.58, 0.5)", "inputs:color = (0.6, 0.5, 0.5)", "lights/sun/tint"),
+    ("cone:angle = 30", "cone:angle = 40", "lights/spot/cone_deg"),
+    ("focalLength", "focusDistance", "cameras/door/fov_y_deg"),
+    ('def Xform "orange" (', 'def Xform "apple" (', "placements"),
+    ("def PhysicsScene", "def Scope", "scene.usda"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "cell"), IN_USD)
+def test_what_scene_usda_says_otherwise_is_found(old: str, new: str, cell: str, folder: Path) -> None:
+    tamper(folder / "scene.usda", (old, new))
+    assert cell in pointers(folder)
+
+
+def test_an_edit_of_a_shared_layer_is_found_in_each_copy(folder: Path) -> None:
+    layer = folder.parent / "assets/usd/mug_0123456789/mug_0123456789.usda"
+    tamper(layer, ("float physics:mass = 0.3", "float physics:mass = 0.31"))
+    assert {"bodies/mug/mass", "bodies/tilted_mug/mass"} <= set(pointers(folder))
+
+
+def test_contacts_are_compared_too(folder: Path) -> None:
+    # Of the one sphere.
+    tamper(folder / "scene.xml", ('condim="6"', 'condim="3"'))
+    assert pointers(folder) == ["bodies/orange/contacts"]
+
+
+def test_a_base_that_floats_in_one_format_is_found(folder: Path) -> None:
+    found = scene_mjcf.facts(folder / "scene.xml")
+    rows = tuple(p.replace(base=Base.FREE) if p.name == "oven" else p for p in found.placements)
+    assert [where for where, _ in compare(found, found.replace(placements=rows))] == ["placements/oven/base"]
+
+
+def test_a_file_that_is_not_there_or_does_not_load_is_a_fault(folder: Path) -> None:
+    assert scene_parity(folder / "none.xml", folder / "scene.usda") == [("none.xml", "does not exist")]
+    assert [w for w, _ in scene_parity(folder / "scene.xml", folder / "none.usda")] == ["none.usda", "none.usda"]
+    (folder / "scene.xml").write_text("<mujoco><nonsense/></mujoco>")
+    ((where, says),) = scene_parity(folder / "scene.xml", folder / "scene.usda")
+    assert where == "scene.xml"
+    assert "nonsense" in says
+
+
+def test_layers_have_three_names() -> None:
+    assert {place.layer for place in corner().placements} == set(Layer)
+
+
+def test_a_thing_that_one_format_alone_holds_fast_is_found(folder: Path) -> None:
+    text = (folder / "scene.xml").read_text().replace('<freejoint name="orange__free"/>', "")
+    head, keys = text.split("<keyframe>")
+    # Without its seven numbers, which are x, y, z and a turn by nothing.
+    assert keys.count(" 0.6 0 1 1 0 0 0 ") == 3
+    (folder / "scene.xml").write_text(head + "<keyframe>" + keys.replace(" 0.6 0 1 1 0 0 0 ", " "))
+    assert pointers(folder) == ["placements/orange/base"]

@@ -1,0 +1,272 @@
+"""Scenes as MJCF: names, poses, what is shared, weights, bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from lxml import etree
+
+from casa_assets.export.mjcf import document
+from casa_assets.export.mjcf.kitchen import Groups, Weight, write
+from casa_assets.export.mjcf.stock import FOLDER
+from casa_assets.model.asset import Asset
+from casa_assets.model.scene import Placement, Scene
+from tests.assets import microwave, textured_box
+from tests.scenes import body, corner, expected, put
+
+ROOT = Path(__file__).parents[3]
+
+
+def loaded(scene: Scene, folder: Path, weight: Weight = Weight.FULL) -> mujoco.MjModel:
+    """The model; a warning of any kind is a failure."""
+    path = put(write(scene, weight=weight), folder, scene) / "scene.xml"
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            model = mujoco.MjModel.from_xml_path(str(path))
+    finally:
+        mujoco.set_mju_user_warning(before)
+    assert said == []
+    return model
+
+
+def text(scene: Scene, weight: Weight = Weight.FULL) -> etree._Element:
+    return etree.fromstring(write(scene, weight=weight).entries["scene.xml"])
+
+
+def named(root: etree._Element, path: str) -> list[str]:
+    return [str(e.get("name")) for e in root.findall(path)]
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory: pytest.TempPathFactory) -> mujoco.MjModel:
+    return loaded(corner(), tmp_path_factory.mktemp("full"))
+
+
+class TestPoses:
+    @pytest.mark.parametrize("key", ["start", "closed", "open"])
+    @pytest.mark.parametrize("weight", list(Weight))
+    def test_every_body_stands_where_the_scene_puts_it(self, key: str, weight: Weight, tmp_path: Path) -> None:
+        model = loaded(corner(), tmp_path, weight)
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)
+        mujoco.mj_kinematics(model, data)
+        truth = expected(corner(), key)
+        assert sorted(truth) == sorted(model.body(i).name for i in range(1, model.nbody))
+        for name, pose in truth.items():
+            assert data.body(name).xpos == pytest.approx(pose.position, abs=1e-8), name
+            assert data.body(name).xmat.reshape(3, 3) == pytest.approx(pose.rotation, abs=1e-8), name
+
+    def test_the_model_by_itself_is_closed(self, full: mujoco.MjModel) -> None:
+        assert full.qpos0 == pytest.approx(full.key("closed").qpos, abs=1e-8)
+
+    def test_open_is_that_of_each_placement_that_has_one(self, full: mujoco.MjModel) -> None:
+        at = {
+            n: float(full.key("open").qpos[full.joint(n).qposadr[0]]) for n in ("grill__microjoint", "oven__microjoint")
+        }
+        assert at == {"grill__microjoint": -1.3, "oven__microjoint": 0.0}
+
+    def test_a_scene_in_which_nothing_moves(self, tmp_path: Path) -> None:
+        carton = textured_box().replace(base="fixed")
+        scene = Scene(id="still", assets=(carton,), placements=(Placement(name="only", asset=carton.id),))
+        model = loaded(scene, tmp_path)
+        assert (model.nq, model.nkey, model.nbody) == (0, 3, 2)
+
+    def test_an_empty_scene(self, tmp_path: Path) -> None:
+        assert loaded(Scene(id="void", assets=(), placements=()), tmp_path).nbody == 1
+
+
+class TestNames:
+    def test_free_bases_float_and_the_others_do_not(self, full: mujoco.MjModel) -> None:
+        free = [full.joint(i).name for i in range(full.njnt) if full.jnt_type[i] == mujoco.mjtJoint.mjJNT_FREE]
+        assert free == [f"{n}__free" for n in ("loose_oven", "mug", "tilted_mug", "orange", "wall", "ceiling")]
+        assert full.body("oven").weldid[0] == 0
+
+    def test_everything_begins_with_the_placement(self, full: mujoco.MjModel) -> None:
+        for name in ("grill__door_0", "grill__door_main", "grill__reg_main", "tilted_mug__wall_0", "orange__reg_bbox"):
+            assert full.geom(name).id >= 0
+        assert full.site("other_grill__display").bodyid[0] == full.body("other_grill__knob").id
+        assert full.site("grill__ext_p0").bodyid[0] == full.body("grill").id
+
+    def test_exclusions_are_those_of_each_placement(self) -> None:
+        pairs = {(e.get("body1"), e.get("body2")) for e in text(corner()).findall("contact/exclude")}
+        asset_of = corner().asset_of
+        assert pairs == {
+            (body(p.name, e.first), body(p.name, e.second))
+            for p in corner().placements
+            for e in asset_of[p.name].exclusions
+        }
+        assert ("second_oven", "second_oven__door") in pairs
+
+    def test_texts_name_things_of_the_placement(self) -> None:
+        said = {str(e.get("name")): str(e.get("data")) for e in text(corner()).findall("custom/text")}
+        assert said["grill__label__handle"] == "grill__handle_0 grill__handle_main"
+        assert said["other_grill__grip__microjoint"] == "other_grill__handle_0"
+        assert said["grill__behind__rack_joint"] == "grill__microjoint"
+        assert said["oven__state__door_open"] == "oven__microjoint open 0.9 1"
+        assert (said["ceiling__layer"], said["ceiling__asset"]) == ("ceiling", "carton_0123456789")
+        behavior = corner().asset_of["grill"].behavior
+        assert behavior is not None
+        assert said["grill__behavior"] == behavior.to_json()
+
+    def test_a_placement_is_the_single_asset_with_longer_names(self) -> None:
+        """Every geom and site of a placement is that of model.xml but for name, mesh and material."""
+        asset = corner().asset_of["grill"]
+        single = etree.fromstring(document.write(asset).entries["model.xml"])
+        (placed,) = (e for e in text(corner()).iter("body") if e.get("name") == "grill")
+        for tag in ("geom", "site", "joint"):
+            ours = [_plain(e, "grill__") for e in placed.iter(tag)]
+            theirs = [
+                _plain(e, "") for e in next(e for e in single.iter("body") if e.get("name") == "object").iter(tag)
+            ]
+            assert ours == theirs
+
+
+def _plain(element: etree._Element, prefix: str) -> dict[str, str]:
+    attributes = {str(k): str(v) for k, v in element.attrib.items() if k not in ("mesh", "material")}
+    assert attributes["name"].startswith(prefix)
+    return attributes | {"name": attributes["name"].removeprefix(prefix)}
+
+
+class TestShared:
+    def test_each_thing_is_there_once(self) -> None:
+        root, files = text(corner()), write(corner()).entries
+        names = named(root, "asset/*")
+        assert len(names) == len(set(names))
+        meshes = {str(e.get("file")) for e in root.findall("asset/mesh")}
+        pictures = {str(e.get("file")) for e in root.findall("asset/texture[@file]")}
+        assert {f"../{p}" for p in files if p.startswith("assets/meshes")} == meshes
+        assert {f"../{p}" for p in files if p.startswith("assets/textures")} == pictures
+        assert len(pictures) == 1
+        # Two mugs have the hulls of one; both ovens and both grills have carcass panels of the same bytes.
+        assert len([m for m in named(root, "asset/mesh") if m.endswith("__convex")]) == 9
+        assert named(root, "asset/material").count("grill_0123456789__lamp") == 1
+
+    def test_meshes_are_called_by_their_content(self) -> None:
+        for path, data in write(corner()).entries.items():
+            if path.startswith("assets/meshes/"):
+                assert path == f"assets/meshes/{hashlib.sha256(data).hexdigest()[:24]}.obj"
+
+    def test_two_scenes_share_files(self) -> None:
+        other = Scene(id="other", assets=(microwave(),), placements=(Placement(name="p", asset=microwave().id),))
+        assert set(write(other).entries) - {"scene.xml"} <= set(write(corner()).entries)
+
+    def test_where_the_shared_folder_is(self) -> None:
+        root = etree.fromstring(write(corner(), shared="../../stock").entries["scene.xml"])
+        assert all(str(e.get("file")).startswith("../../stock/") for e in root.findall("asset/mesh"))
+        assert FOLDER == "assets"
+
+
+class TestGroups:
+    def test_a_key_hides_the_ceiling(self, full: mujoco.MjModel) -> None:
+        def groups(name: str) -> set[int]:
+            start, count = int(full.body(name).geomadr[0]), int(full.body(name).geomnum[0])
+            seen = [g for g in range(start, start + count) if not full.geom_contype[g] and full.geom_rgba[g, 3] > 0]
+            return {int(full.geom_group[g]) for g in seen}
+
+        assert groups("ceiling") == {2}
+        assert groups("wall") == {1}
+        assert groups("grill") == {1}
+
+    def test_of_the_callers_choice(self) -> None:
+        root = etree.fromstring(write(corner(), groups=Groups(touched=3, seen=2, ceiling=4)).entries["scene.xml"])
+        found = {str(e.get("name")): e.get("group") for e in root.iter("geom")}
+        assert (found["mug__floor"], found["mug__body"], found["ceiling__carton"]) == ("3", "2", "4")
+
+
+class TestRoom:
+    def test_lights_and_cameras(self, full: mujoco.MjModel) -> None:
+        assert [full.light(i).name for i in range(full.nlight)] == ["sun", "bulb", "spot"]
+        kinds = mujoco.mjtLightType
+        assert list(full.light_type) == [kinds.mjLIGHT_DIRECTIONAL, kinds.mjLIGHT_POINT, kinds.mjLIGHT_SPOT]
+        assert list(full.light_castshadow) == [1, 1, 0]
+        assert full.light("spot").cutoff[0] == 30
+        assert full.vis.headlight.ambient == pytest.approx([0.3, 0.31, 0.32])
+        assert full.camera("door").fovy[0] == 60
+
+    def test_a_camera_at_a_wrist_sees_its_fingers(self, full: mujoco.MjModel) -> None:
+        assert full.vis.map.znear * full.stat.extent == pytest.approx(0.015)
+        assert (full.vis.global_.offwidth, full.vis.global_.offheight) == (1920, 1440)
+
+    def test_without_a_sky_there_is_none(self) -> None:
+        assert named(text(corner().replace(sky=None)), "asset/texture[@type='skybox']") == []
+
+    def test_gravity_is_that_of_the_scene(self, tmp_path: Path) -> None:
+        model = loaded(corner().replace(gravity=(0.0, 0.0, -1.62)), tmp_path)
+        assert model.opt.gravity == pytest.approx([0.0, 0.0, -1.62])
+
+
+class TestLight:
+    def test_there_are_no_meshes_and_no_pictures(self, tmp_path: Path) -> None:
+        assert list(write(corner(), weight=Weight.LIGHT).entries) == ["scene.xml"]
+        model = loaded(corner(), tmp_path, Weight.LIGHT)
+        assert model.nmesh == model.nmat == 0
+        assert not (model.geom_type == mujoco.mjtGeom.mjGEOM_MESH).any()
+
+    def test_what_collides_shows_itself(self) -> None:
+        geoms = {str(e.get("name")): e for e in text(corner(), Weight.LIGHT).iter("geom")}
+        # The glaze of the mug, and the mean of a picture of one half red, a quarter green and a quarter blue.
+        assert geoms["mug__floor"].get("rgba") == geoms["mug__wall_0"].get("rgba") == "0.798 0.248 0.152 1"
+        red, green, blue, alpha = (float(c) for c in str(geoms["wall__carton_0"].get("rgba")).split())
+        assert red > green > 0.3
+        assert green == pytest.approx(blue, abs=0.15)
+        assert alpha == 1
+        assert geoms["ceiling__carton_0"].get("group") == "2"
+
+    def test_masses_and_joints_stay(self, full: mujoco.MjModel, tmp_path: Path) -> None:
+        light = loaded(corner(), tmp_path, Weight.LIGHT)
+        assert light.body_mass == pytest.approx(full.body_mass)
+        assert light.jnt_range == pytest.approx(full.jnt_range)
+        assert light.nexclude == full.nexclude
+
+    def test_effects_on_what_is_gone_are_gone(self) -> None:
+        said = {str(e.get("name")): str(e.get("data")) for e in text(corner(), Weight.LIGHT).findall("custom/text")}
+        assert "heat_glow" in said["grill__behavior"]
+        assert "lamp_main" not in said["grill__behavior"]
+
+
+class TestBytes:
+    @pytest.mark.parametrize("weight", list(Weight))
+    def test_do_not_depend_on_the_hash_seed(self, weight: Weight) -> None:
+        program = (
+            "import hashlib; from casa_assets.export.mjcf.kitchen import Weight, write;"
+            "from tests.scenes import corner;"
+            f"print(hashlib.sha256(repr(write(corner(), weight=Weight('{weight.value}')).sums()).encode()).hexdigest())"
+        )
+        here = hashlib.sha256(repr(write(corner(), weight=weight).sums()).encode()).hexdigest()
+        assert hashlib.sha256(repr(write(corner(), weight=weight).sums()).encode()).hexdigest() == here
+        for seed in ("0", "4711"):
+            environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
+            done = subprocess.run(
+                [sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
+            )
+            assert done.stdout.strip() == here
+
+
+def test_a_scene_runs(full: mujoco.MjModel) -> None:
+    """Free things fall, nothing explodes."""
+    data = mujoco.MjData(full)
+    mujoco.mj_resetDataKeyframe(full, data, full.key("start").id)
+    for _ in range(200):
+        mujoco.mj_step(full, data)
+    assert sum(w.number for w in data.warning) == 0
+    assert np.abs(data.qvel).max() < 20
+    assert data.body("mug").xpos[2] < 1.0 - 0.5
+
+
+def test_an_asset_is_not_changed_by_its_placement() -> None:
+    asset: Asset = microwave()
+    before = asset.digest
+    write(Scene(id="one", assets=(asset,), placements=(Placement(name="p", asset=asset.id),)))
+    assert microwave().digest == before == asset.digest

@@ -1,0 +1,228 @@
+"""Scenes as USD: references, poses, what can be hidden, judges that we did not write, bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdSemantics, UsdUtils, UsdValidation
+
+from casa_assets.checks.readers.quiet import quiet
+from casa_assets.checks.readers.usd_facts import imported
+from casa_assets.checks.usd import UNAVAILABLE
+from casa_assets.export.mjcf import kitchen as mjcf
+from casa_assets.export.usd.kitchen import scene_text, write
+from casa_assets.export.usd.lamp import REFERENCE_M, looking_along
+from casa_assets.model.scene import Scene
+from tests.scenes import body, corner, expected, put
+
+ROOT = Path(__file__).parents[3]
+# It looks shaders up in definitions that the usd-core wheel does not carry, and fails on any file with one.
+NO_DEFINITIONS = "ShaderPropertyTypeConformanceChecker"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return put(write(corner()), tmp_path_factory.mktemp("usd"), corner())
+
+
+@pytest.fixture
+def path(folder: Path) -> Path:
+    return folder / "scene.usda"
+
+
+@pytest.fixture
+def stage(path: Path) -> Usd.Stage:
+    """A stage with a session of its own: no test sees what another selects. Prims expire without it."""
+    return Usd.Stage.Open(Sdf.Layer.FindOrOpen(str(path)), Sdf.Layer.CreateAnonymous())
+
+
+class TestJudges:
+    def test_opens_without_a_word(self, path: Path) -> None:
+        delegate = UsdUtils.CoalescingDiagnosticDelegate()
+        with quiet() as said:
+            stage = Usd.Stage.Open(str(path))
+        assert stage.GetDefaultPrim().GetPath() == "/World"
+        assert [d.commentary for d in delegate.TakeUncoalescedDiagnostics()] == []
+        assert said == []
+
+    def test_is_valid(self, path: Path) -> None:
+        registry = UsdValidation.ValidationRegistry()
+        validators = [v for v in registry.GetOrLoadAllValidators() if v.GetMetadata().name not in UNAVAILABLE]
+        assert len(validators) > 10
+        assert UsdValidation.ValidationContext(validators).Validate(Usd.Stage.Open(str(path))) == []
+
+    def test_complies(self, path: Path) -> None:
+        checker = UsdUtils.ComplianceChecker(arkit=False)
+        checker._rules = [rule for rule in checker._rules if type(rule).__name__ != NO_DEFINITIONS]
+        checker.CheckCompliance(str(path))
+        assert checker.GetErrors() + checker.GetFailedChecks() + checker.GetWarnings() == []
+
+    def test_mujoco_imports_it(self, path: Path) -> None:
+        with quiet():
+            found = imported(path)
+        assert (found.error, found.warnings) == ("", ())
+        model = found.model
+        assert model is not None
+        free = {model.body(int(b)).name for b, t in zip(model.jnt_bodyid, model.jnt_type, strict=True) if t == 0}
+        names = ("loose_oven", "mug", "tilted_mug", "orange", "wall", "ceiling")
+        assert free == {f"/World/{name}/object" for name in names}
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        truth = expected(corner(), "closed")
+        for place in corner().placements:
+            stand = truth[place.name]
+            # USD joints hold float32.
+            assert data.body(f"/World/{place.name}/object").xpos == pytest.approx(stand.position, abs=1e-6)
+
+
+class TestPoses:
+    @pytest.mark.parametrize("key", ["start", "closed", "open"])
+    def test_every_body_stands_where_the_scene_puts_it(self, key: str, stage: Usd.Stage) -> None:
+        with Usd.EditContext(stage, stage.GetSessionLayer()):
+            stage.GetDefaultPrim().GetVariantSet("pose").SetVariantSelection(key)
+        cache, truth = UsdGeom.XformCache(), expected(corner(), key)
+        for place in corner().placements:
+            for link in corner().asset_of[place.name].links:
+                prim = stage.GetPrimAtPath(f"/World/{place.name}/{link.name}")
+                matrix = np.array(cache.GetLocalToWorldTransform(prim)).T
+                assert matrix == pytest.approx(truth[body(place.name, link.name)].matrix, abs=1e-8), prim.GetPath()
+
+    @pytest.mark.parametrize(
+        ("key", "joint", "degrees"),
+        [
+            ("start", "oven/physicsJoints/microjoint", math.degrees(-1.0)),
+            ("start", "grill/physicsJoints/knob_joint", math.degrees(2.0)),
+            ("start", "other_grill/physicsJoints/knob_joint", 0.0),
+            ("closed", "grill/physicsJoints/microjoint", 0.0),
+            ("open", "grill/physicsJoints/microjoint", math.degrees(-1.3)),
+        ],
+    )
+    def test_joints_say_where_they_stand(self, key: str, joint: str, degrees: float, stage: Usd.Stage) -> None:
+        with Usd.EditContext(stage, stage.GetSessionLayer()):
+            stage.GetDefaultPrim().GetVariantSet("pose").SetVariantSelection(key)
+        prim = stage.GetPrimAtPath(f"/World/{joint}")
+        assert prim.GetAttribute("state:angular:physics:position").Get() == pytest.approx(degrees, abs=1e-4)
+        assert "PhysicsJointStateAPI:angular" in prim.GetMetadata("apiSchemas").GetAppliedItems()
+
+    def test_closed_is_selected(self, stage: Usd.Stage) -> None:
+        variants = stage.GetDefaultPrim().GetVariantSet("pose")
+        assert variants.GetVariantSelection() == "closed"
+        assert sorted(variants.GetVariantNames()) == ["closed", "open", "start"]
+
+    def test_an_asset_keeps_its_own_poses(self, stage: Usd.Stage) -> None:
+        grill = stage.GetPrimAtPath("/World/grill").GetVariantSet("pose")
+        assert sorted(grill.GetVariantNames()) == ["closed", "on", "open"]
+
+
+class TestStructure:
+    def test_nothing_of_an_asset_is_copied(self) -> None:
+        text = scene_text(corner())
+        assert len(text) < 20_000
+        assert "points" not in text
+        assert text.count("@../assets/usd/") == len(corner().placements)
+
+    def test_each_asset_is_written_once_and_pictures_are_those_of_the_mjcf(self) -> None:
+        files = write(corner()).entries
+        layers = [p for p in files if p.startswith("assets/usd/")]
+        assert layers == sorted(f"assets/usd/{a.id}/{a.id}.usda" for a in corner().assets)
+        pictures = {p: d for p, d in files.items() if p.startswith("assets/textures/")}
+        assert len(pictures) == 3
+        shared = {p: d for p, d in mjcf.write(corner()).entries.items() if p.startswith("assets/textures/")}
+        assert shared.items() <= pictures.items()
+
+    def test_every_picture_is_found(self, path: Path) -> None:
+        _, assets, unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(path)))
+        assert unresolved == []
+        assert len(assets) == 3
+
+    def test_bases_hang_on_the_world_where_they_are_placed(self, stage: Usd.Stage) -> None:
+        joint = UsdPhysics.Joint(stage.GetPrimAtPath("/World/unit/physicsJoints/baseToWorld"))
+        assert joint.GetBody0Rel().GetTargets() == ["/World"]
+        assert joint.GetBody1Rel().GetTargets() == ["/World/unit/object"]
+        assert tuple(joint.GetLocalPos0Attr().Get()) == pytest.approx((-0.01, -1.0, 0.2), abs=1e-6)
+        assert not stage.GetPrimAtPath("/World/loose_oven/physicsJoints/baseToWorld")
+
+    def test_articulation_roots_are_not_nested(self, stage: Usd.Stage) -> None:
+        prims = list(stage.Traverse())
+        roots = [p.GetPath() for p in prims if p.HasAPI(UsdPhysics.ArticulationRootAPI)]
+        bodies = [p.GetPath() for p in prims if p.HasAPI(UsdPhysics.RigidBodyAPI)]
+        assert len(roots) == 6
+        assert not any(a != b and b.HasPrefix(a) for a in bodies for b in bodies)
+        assert not any(p.IsInstance() for p in prims)
+
+    def test_labels_are_kept(self, stage: Usd.Stage) -> None:
+        prim = stage.GetPrimAtPath("/World/tilted_mug")
+        assert list(UsdSemantics.LabelsAPI(prim, "class").GetLabelsAttr().Get()) == ["mug", "drinkware", "tableware"]
+
+    def test_room_and_ceiling_can_be_hidden(self, path: Path) -> None:
+        for name in ("wall", "ceiling"):
+            stage = Usd.Stage.Open(str(path))
+            shape = UsdGeom.Imageable(stage.GetPrimAtPath(f"/World/{name}/object/visual/carton"))
+            assert shape.ComputeVisibility() == "inherited"
+            with Usd.EditContext(stage, stage.GetSessionLayer()):
+                layer = "room" if name == "wall" else name
+                stage.GetDefaultPrim().GetVariantSet(layer).SetVariantSelection("hidden")
+            assert shape.ComputeVisibility() == "invisible"
+            mug = UsdGeom.Imageable(stage.GetPrimAtPath("/World/mug/object/visual/body"))
+            assert mug.ComputeVisibility() == "inherited"
+
+    def test_a_scene_without_a_room_has_nothing_to_hide(self) -> None:
+        things = tuple(p for p in corner().placements if p.layer == "things")
+        assert "hidden" not in scene_text(corner().replace(placements=things))
+
+
+class TestRoom:
+    def test_gravity(self, stage: Usd.Stage) -> None:
+        scene = UsdPhysics.Scene(stage.GetPrimAtPath("/World/physicsScene"))
+        assert scene.GetGravityMagnitudeAttr().Get() == pytest.approx(9.81)
+        assert tuple(scene.GetGravityDirectionAttr().Get()) == (0, 0, -1)
+
+    def test_without_gravity(self) -> None:
+        text = scene_text(Scene(id="void", assets=(), placements=(), gravity=(0.0, 0.0, 0.0)))
+        assert "float physics:gravityMagnitude = 0\n" in text
+
+    def test_camera(self, stage: Usd.Stage) -> None:
+        lens = UsdGeom.Camera(stage.GetPrimAtPath("/World/door")).GetCamera()
+        assert lens.GetFieldOfView(lens.FOVVertical) == pytest.approx(60.0, abs=1e-4)
+
+    def test_a_lamp_is_as_bright_as_the_scene_says_on_a_worktop_below(self, stage: Usd.Stage) -> None:
+        lamp = UsdLux.SphereLight(stage.GetPrimAtPath("/World/bulb"))
+        radius, intensity = lamp.GetRadiusAttr().Get(), lamp.GetIntensityAttr().Get()
+        assert lamp.GetNormalizeAttr().Get()
+        # Radiance of the ball times the solid angle that it fills, over pi: what a white surface shows.
+        radiance = intensity / (4 * math.pi * radius**2)
+        assert radiance * math.pi * (radius / REFERENCE_M) ** 2 / math.pi == pytest.approx(1.0, rel=1e-6)
+
+    @given(direction=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) > 0.01))
+    def test_lights_look_along_their_direction(self, direction: tuple[float, float, float]) -> None:
+        unit = np.array(direction) / math.hypot(*direction)
+        assert -looking_along(direction).rotation[:, 2] == pytest.approx(unit, abs=1e-5)
+
+    def test_straight_up_and_down(self) -> None:
+        assert -looking_along((0.0, 0.0, 2.0)).rotation[:, 2] == pytest.approx([0, 0, 1])
+        assert -looking_along((0.0, 0.0, -2.0)).rotation[:, 2] == pytest.approx([0, 0, -1])
+
+
+def test_bytes_do_not_depend_on_the_hash_seed() -> None:
+    program = (
+        "import hashlib; from casa_assets.export.usd.kitchen import write; from tests.scenes import corner;"
+        "print(hashlib.sha256(repr(write(corner()).sums()).encode()).hexdigest())"
+    )
+    here = hashlib.sha256(repr(write(corner()).sums()).encode()).hexdigest()
+    assert hashlib.sha256(repr(write(corner()).sums()).encode()).hexdigest() == here
+    for seed in ("0", "4711"):
+        environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
+        done = subprocess.run(
+            [sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
+        )
+        assert done.stdout.strip() == here

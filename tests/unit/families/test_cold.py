@@ -1,0 +1,151 @@
+"""What keeps cold and what washes: every preset and two draws keep their contract, doors and racks their ways."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from casa_assets import registry
+from casa_assets.checks import contract_names as names
+from casa_assets.families.family import Family, Params, Stock, Supplies
+from casa_assets.families.fixtures.cold import FAMILIES
+from casa_assets.model.asset import Asset, Joint, JointKind
+from casa_assets.model.finish import Finish, Surface
+from casa_assets.model.material import Material
+from casa_assets.model.provenance import Labels
+
+BY_NAME = {f.name: f for f in FAMILIES}
+PRESETS = [(f.name, p) for f in FAMILIES for p in f.presets]
+LOOKS = (names.links_and_joints, names.sites, names.shapes, names.regions, names.variables)
+
+
+@lru_cache(maxsize=1)
+def known() -> registry.Registry:
+    return registry.load()
+
+
+def made(family: Family[Params], params: Params) -> Asset:
+    """Built with plain looks under the ids that the numbers name."""
+    found = known()
+    category = found.fixtures[family.category]
+    finishes = {}
+    for name in (*found.materials, *params.finishes):
+        row = found.materials.get(name)
+        substance = found.substances[row.substance if row else "wood"]
+        material = Material(id=name, tile_m=None if row else (0.9, 1.8))
+        finishes[name] = Finish(id=name, material=material, substance=substance)
+    labels = Labels(category=category.id, classes=found.classes_of(category), qcode=category.qcode)
+    return family.build(params, Supplies(finishes, labels))
+
+
+@lru_cache(maxsize=100)
+def preset(family: str, name: str) -> Asset:
+    return made(BY_NAME[family], BY_NAME[family].presets[name])
+
+
+def drawn(family: str, seed: int) -> Params:
+    stock = Stock(
+        surfaces=dict.fromkeys(Surface, ("oak_natural", "walnut_natural")), plain=tuple(sorted(known().materials))
+    )
+    params: Params = BY_NAME[family].sample(np.random.default_rng(seed), stock)
+    return params
+
+
+def way(joint: Joint) -> float:
+    """How far a joint goes, rad or m."""
+    return joint.range[1] - joint.range[0]
+
+
+def plausible(asset: Asset) -> None:
+    """Doors swing wide or fold flat, drawers and racks come out within the depth, no door is most of the weight."""
+    low, high = asset.bounds
+    depth = float(high[1] - low[1])
+    for joint in asset.joints:
+        if joint.kind is JointKind.HINGE and "door" in joint.name:
+            assert 1.3 <= way(joint) <= 2.4, joint.name
+            assert asset.link(joint.child).inertial.mass < 0.35 * asset.mass, joint.name
+        if joint.kind is JointKind.SLIDE and re.search("drawer|basket|rack|freezer_door", joint.name):
+            assert 0.15 <= way(joint) <= depth, joint.name
+
+
+def holds(family: str, asset: Asset) -> None:
+    """What everything here keeps: the names of its contract, grips, few shapes, a usual mass."""
+    category = known().fixtures[BY_NAME[family].category]
+    contract = known().contracts[str(asset.contract)]
+    for look in LOOKS:
+        assert names.wanting(asset, contract, look) == []
+    for joint in asset.joints:
+        assert joint.range[0] == 0 or joint.range[1] == 0
+        if joint.grip is not None:
+            assert joint.grip in [c.name for c in asset.link(joint.child).colliders]
+    assert not asset.exclusions
+    assert all(len(k.colliders) <= 32 for k in asset.links)
+    assert all(k.inertial.mass > 0 for k in asset.links)
+    assert category.mass_kg.low <= asset.mass <= category.mass_kg.high
+    labels = {c.label for k in asset.links for c in k.colliders}
+    assert set(contract.labels) <= labels
+    plausible(asset)
+
+
+@pytest.mark.parametrize(("family", "name"), PRESETS)
+def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
+    holds(family, preset(family, name))
+
+
+@pytest.mark.parametrize("family", list(BY_NAME))
+@pytest.mark.parametrize("seed", [1, 2])
+def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
+    params = drawn(family, seed)
+    holds(family, made(BY_NAME[family], params))
+    assert drawn(family, seed) == params
+    assert type(params).from_json(params.to_json()) == params
+
+
+@pytest.mark.parametrize("family", list(BY_NAME))
+def test_presets_are_many_and_have_meshes_of_their_own(family: str) -> None:
+    found = BY_NAME[family]
+    assert len(found.presets) >= 8
+    seen = set()
+    for name in found.presets:
+        asset = preset(family, name)
+        seen.add(tuple((v.name, v.mesh.vertices.tobytes()) for k in asset.links for v in k.visuals))
+    assert len(seen) == len(found.presets)
+
+
+FRIDGES = [f for f in BY_NAME if f.startswith("fridge")]
+
+
+MEMBERS = [(f, p) for f, p in PRESETS if f in FRIDGES]
+
+
+@pytest.mark.parametrize(("family", "name"), MEMBERS)
+def test_a_fridge_has_a_shelf_where_things_are_put(family: str, name: str) -> None:
+    """A shelf that tasks use is 0.20 m high and 0.50 to 1.50 m over the floor. Ref: robocasa v1.0, Fridge."""
+    asset = preset(family, name)
+    shelves = [r for r in asset.regions if re.fullmatch(r"fridge_([a-z]+_)?shelf[0-9]+", r.name)]
+    floors = [(asset.asset_from_link(r.link) @ r.pose).position[2] - r.size[2] / 2 for r in shelves]
+    assert any(r.size[2] >= 0.2 and 0.5 <= z <= 1.5 for r, z in zip(shelves, floors, strict=True))
+
+
+@pytest.mark.parametrize("family", FRIDGES)
+def test_a_fridge_is_as_large_as_one(family: str) -> None:
+    for name in BY_NAME[family].presets:
+        low, high = preset(family, name).bounds
+        width, depth, height = (float(v) for v in high - low)
+        assert 0.5 <= width <= 1.0, name
+        assert 0.55 <= depth <= 0.95, name
+        assert 1.35 <= height <= 2.2, name
+
+
+def test_racks_of_a_dishwasher_wait_for_its_door() -> None:
+    for name in BY_NAME["dishwasher"].presets:
+        asset = preset("dishwasher", name)
+        racks = [j for j in asset.joints if re.fullmatch("rack[01]_joint", j.name)]
+        assert len(racks) == 2
+        assert all(j.behind == "door_joint" for j in racks)
+        lower, upper = (next(r for r in asset.regions if r.name == f"rack{k}") for k in range(2))
+        heights = [float((asset.asset_from_link(r.link) @ r.pose).position[2]) for r in (lower, upper)]
+        assert abs(heights[1] - heights[0]) > 0.2
