@@ -29,7 +29,7 @@ BUILT_M = 0.01  # as registry/limits.yaml has it: collider_bounds_built_m
 
 
 def fits_in_a_kitchen(asset: Asset, limit: float | None) -> Measured:
-    """The number is the longest side of the box around all that is seen, metres; what a room is made of may be longer."""
+    """The number is the longest side of the box around all that is seen, metres; a room's own parts may be longer."""
     if asset.contract == "room":
         return Measured()
     longest = float(_seen(asset).max())

@@ -22,6 +22,8 @@ from casa_assets.cli.index import index
 from casa_assets.cli.ingest import ingest
 from casa_assets.cli.preview import preview
 from casa_assets.cli.report import report
+from casa_assets.cli.scenes import app as scenes
+from casa_assets.cli.scenes import one as scene
 from casa_assets.cli.textures import app as textures
 from casa_assets.cli.words import plain
 from casa_assets.errors import CasaError
@@ -40,6 +42,8 @@ for verb in (ingest, fetch, preview, report, index, checks, doctor):
     app.command()(verb)
 app.add_typer(families)
 app.add_typer(textures)
+app.add_typer(scenes)
+app.add_typer(scene)
 
 
 class Stopped(BaseException):

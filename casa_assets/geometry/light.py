@@ -20,8 +20,8 @@ Floats = npt.NDArray[np.float64]
 GRID = 1e-6
 # Half the size of the smallest primitive, metres, for shapes that are too thin for the grid.
 LEAST = 1e-5
-# Share of a hull that one primitive has to fill for the search to end, and that a cylinder has to fill at all.
-FULL, ROUND = 0.97, 0.85
+# Share of a hull that one primitive has to fill for the search to end.
+FULL = 0.97
 # A further box is worth this share of the hull, and there are no more than so many.
 WORTH, MORE = 0.04, 3
 # Between the name of a collider and the number of a further box of it.
@@ -63,42 +63,46 @@ def original(name: str) -> str:
 
 
 def inside(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:
-    """The largest box or cylinder that was found inside the convex hull of (N, 3) points, and its pose in their frame.
+    """A box, a few boxes or a cylinder inside the convex hull of (N, 3) points, and their poses in its frame.
 
-    A cylinder only where it fills the hull well. Where a box leaves much of the hull empty (the corner of a worktop), a
-    few more follow, which touch the first but do not overlap it or each other.
+    Where a box leaves much of the hull empty (the corner of a worktop), a few more follow, which do not overlap it or
+    each other; they stand where one cylinder would fill less.
 
     Raises:
         DegenerateShape: the points span no volume.
     """
     planes, volume = hull_planes(points), hull_volume(points)
-    best: Inside | None = None
+    boxes: list[Inside] = []
+    rods: list[Inside] = []
     for frame in _frames(points):
         spans = np.ptp(points @ frame, axis=0) / 2
-        rod = _largest(planes, frame, _rod_reach(planes, frame), np.array([min(spans[0], spans[1]), spans[2]]))
-        box = _largest(planes, frame, _box_reach(planes, frame), spans)
-        for found in (box, rod if rod is not None and rod.volume >= ROUND * volume else None):
-            if found is not None and (best is None or found.volume > best.volume * (1 + 1e-6)):
-                best = found
-        if best is not None and best.volume >= FULL * volume:
+        round_ = np.array([min(spans[0], spans[1]), spans[2]])
+        boxes += _largest(planes, frame, _box_reach(planes, frame), spans)
+        rods += _largest(planes, frame, _rod_reach(planes, frame), round_)
+        if any(found.volume >= FULL * volume for found in (*boxes, *rods)):
             break
-    if best is None:
+    if not boxes or not rods:
         raise DegenerateShape("nothing fits inside the hull")
-    more = [] if best.volume >= FULL * volume or len(best.half) < 3 else _beside(planes, best, volume)
-    return tuple(_rounded(found) for found in (best, *more))
+    # Of equals the first: a later frame has to be better by more than rounding.
+    box, rod = (max(found, key=lambda f: float(f"{f.volume:.6g}")) for found in (boxes, rods))
+    several = [box, *_beside(planes, box, volume)]
+    best = [rod] if rod.volume > sum(one.volume for one in several) else several
+    return tuple(_rounded(found) for found in best)
 
 
 def _beside(planes: Floats, first: Inside, volume: float) -> list[Inside]:
     """The largest boxes in what is left of a hull on each side of a box, largest first."""
-    found, rest = [], planes
+    if first.volume >= FULL * volume:
+        return []
+    found: list[Inside] = []
+    rest = planes
     for axis in range(3):
         for sign in (1.0, -1.0):
             normal = sign * first.frame[:, axis]
             face = sign * first.center[axis] + first.half[axis]
             beyond = np.vstack([rest, [*-normal, face]])
-            box = _largest(beyond, first.frame, _box_reach(beyond, first.frame), first.half)
-            if box is not None and box.volume >= WORTH * volume:
-                found.append(box)
+            boxes = _largest(beyond, first.frame, _box_reach(beyond, first.frame), first.half)
+            found += [box for box in boxes if box.volume >= WORTH * volume]
             # What comes after stays on the near side of this face.
             rest = np.vstack([rest, [*normal, -face]])
     return sorted(found, key=lambda box: -box.volume)[:MORE]
@@ -162,8 +166,8 @@ def _rod_reach(planes: Floats, frame: Floats) -> Floats:
     return np.stack([np.hypot(normals[:, 0], normals[:, 1]), np.abs(normals[:, 2])], axis=1)
 
 
-def _largest(planes: Floats, frame: Floats, reach: Floats, wide: Floats) -> Inside | None:
-    """First the largest of the proportions of `wide`, then as much wider as there is room.
+def _largest(planes: Floats, frame: Floats, reach: Floats, wide: Floats) -> list[Inside]:
+    """None or one: first the largest of the proportions of `wide`, then as much wider as there is room.
 
     Both are linear programs in the centre and the half sizes: normal . centre + reach . half <= -offset.
     """
@@ -173,11 +177,11 @@ def _largest(planes: Floats, frame: Floats, reach: Floats, wide: Floats) -> Insi
         [0, 0, 0, -1], A_ub=np.column_stack([normals, reach @ wide]), b_ub=offsets, bounds=[*free, (0, None)]
     )
     if first.status != 0 or first.x[3] <= 0:
-        return None
+        return []
     least = [(float(0.999 * first.x[3] * w), None) for w in wide]
     second = linprog(
         [0, 0, 0, *(-1 / wide)], A_ub=np.column_stack([normals, reach]), b_ub=offsets, bounds=[*free, *least]
     )
     if second.status != 0:
-        return Inside(frame, first.x[:3], first.x[3] * wide)
-    return Inside(frame, second.x[:3], second.x[3:])
+        return [Inside(frame, first.x[:3], first.x[3] * wide)]
+    return [Inside(frame, second.x[:3], second.x[3:])]

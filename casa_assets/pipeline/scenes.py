@@ -14,20 +14,23 @@ import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
-from casa_assets.errors import CasaError
+from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import kitchen as mjcf
 from casa_assets.export.usd import kitchen as usd
-from casa_assets.layouts.request import Kitchen
 from casa_assets.model.files import Files
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.scene import Scene
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.kitchens import Recipe, build_scene
 from casa_assets.pipeline.scene_facts import describe
+from casa_assets.pipeline.source_key import key_of
 from casa_assets.preview import darkroom, room
+from casa_assets.registry_kitchens import plan_names, style_names
 
 SHARED = "assets"
 LIGHT_FILE = "scene_light.xml"
@@ -44,7 +47,7 @@ class SceneBuilt:
         recipe: of the scene. folder: where it is; empty where it failed.
         says: why it failed. report: of all checks; None where they did not run.
         resolve_s, build_s, write_s, draw_s, check_s: wall seconds.
-        counts: what the scene holds, by word.
+        counts: what the scene holds, by word. kept: an earlier run made it, and nothing has changed.
     """
 
     recipe: Recipe
@@ -56,6 +59,7 @@ class SceneBuilt:
     draw_s: float = 0.0
     check_s: float = 0.0
     counts: dict[str, float] = field(default_factory=dict)
+    kept: bool = False
 
     @property
     def passed(self) -> bool:
@@ -68,22 +72,40 @@ class SceneBuilt:
         return () if self.report is None else self.report.errors
 
 
-def build_one(recipe: Recipe, out: Path, drawn: bool = True) -> SceneBuilt:
-    """Build and write one scene. A fault is told in `says`, so that the others go on."""
+def build_one(recipe: Recipe, out: Path, drawn: bool = True, anew: bool = False) -> SceneBuilt:
+    """Build and write one scene. A fault is told in `says`, so that the others go on.
+
+    Args:
+        out: folder of the scenes. drawn: with a picture. anew: even where nothing has changed since it was made.
+    """
     try:
-        return _build_one(recipe, disk.Library(out), drawn)
+        key = key_of(recipe)
+        if not anew and _is_whole(out / recipe.scene_id, key, drawn):
+            return SceneBuilt(recipe, str(out / recipe.scene_id), kept=True)
+        return _build_one(recipe, disk.Library(out), drawn, key)
     except CasaError as error:
         return SceneBuilt(recipe, says=str(error))
     except Exception:  # noqa: BLE001  a batch does not die of one scene; the whole trace is told
         return SceneBuilt(recipe, says=traceback.format_exc(limit=-4))
 
 
-def _build_one(recipe: Recipe, library: disk.Library, drawn: bool) -> SceneBuilt:
+def _is_whole(folder: Path, key: str, drawn: bool) -> bool:
+    """Whether a scene is there as the recipe and the sources want it."""
+    files = [mjcf.FILE, usd.FILE, LIGHT_FILE, FACTS, *([f"{OVERVIEW}.png"] if drawn else [])]
+    if not all((folder / name).is_file() for name in files):
+        return False
+    try:
+        return bool(json.loads((folder / FACTS).read_text(encoding="utf-8")).get("key") == key)
+    except ValueError:
+        return False
+
+
+def _build_one(recipe: Recipe, library: disk.Library, drawn: bool, key: str) -> SceneBuilt:
     begin = time.perf_counter()
     kitchen, scene = build_scene(recipe, library.cache)
     built = time.perf_counter()
     staged = library.stage(scene.id)
-    write_scene(staged, library.root, recipe, kitchen, scene)
+    write_scene(staged, library.root, {"key": key, **describe(recipe, kitchen, scene)}, scene)
     written = time.perf_counter()
     target = library.root / scene.id
     library.publish(staged, target)
@@ -96,19 +118,19 @@ def _build_one(recipe: Recipe, library: disk.Library, drawn: bool) -> SceneBuilt
     )
 
 
-def write_scene(folder: Path, root: Path, recipe: Recipe, kitchen: Kitchen, scene: Scene) -> None:
+def write_scene(folder: Path, root: Path, facts: dict[str, Any], scene: Scene) -> None:
     """Put the files of a scene into its folder, and what scenes share beside it.
 
     Args:
         folder: of the scene; for now, before it is put in its place below `root`.
-        root: folder of all scenes.
+        root: folder of all scenes. facts: content of scene.json.
     """
     for files in (mjcf.write(scene), usd.write(scene)):
         _put(files, folder, root)
     light = mjcf.write(scene, weight=mjcf.Weight.LIGHT).entries[mjcf.FILE]
     (folder / LIGHT_FILE).write_bytes(light)
-    facts = json.dumps(describe(recipe, kitchen, scene), indent=1, sort_keys=True, ensure_ascii=False)
-    (folder / FACTS).write_text(facts + "\n", encoding="utf-8")
+    text = json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False)
+    (folder / FACTS).write_text(text + "\n", encoding="utf-8")
 
 
 def _put(files: Files, folder: Path, root: Path) -> None:
@@ -144,7 +166,9 @@ def draw(folder: Path, cameras: Sequence[str] = (), frame: room.Frame = QUICK, p
     return tuple(out)
 
 
-def build_all(recipes: Sequence[Recipe], out: Path, jobs: int = 0, drawn: bool = True) -> Iterator[SceneBuilt]:
+def build_all(
+    recipes: Sequence[Recipe], out: Path, jobs: int = 0, drawn: bool = True, anew: bool = False
+) -> Iterator[SceneBuilt]:
     """Scenes in the order in which they are done, worked on by several processes.
 
     Args:
@@ -157,7 +181,7 @@ def build_all(recipes: Sequence[Recipe], out: Path, jobs: int = 0, drawn: bool =
     with place.locked():
         place.sweep()
         with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-            for done in as_completed([pool.submit(build_one, r, out, drawn) for r in recipes]):
+            for done in as_completed([pool.submit(build_one, r, out, drawn, anew) for r in recipes]):
                 yield done.result()
 
 
@@ -166,6 +190,18 @@ def forget(out: Path, scene_id: str) -> None:
     shutil.rmtree(out / scene_id, ignore_errors=True)
 
 
-def all_recipes(plans: Sequence[str], styles: Sequence[str]) -> list[Recipe]:
+def all_recipes() -> list[Recipe]:
     """Every plan in every style."""
-    return [Recipe(plan, style) for plan in plans for style in styles]
+    return [Recipe(plan, style) for plan in plan_names() for style in style_names()]
+
+
+def matching(patterns: Sequence[str]) -> list[Recipe]:
+    """The plain scenes whose ids match one of some globs. Raises UnknownId where one matches nothing."""
+    every = all_recipes()
+    out: list[Recipe] = []
+    for pattern in patterns:
+        found = [r for r in every if fnmatchcase(r.scene_id, pattern)]
+        if not found:
+            raise UnknownId("scene", pattern, [r.scene_id for r in every])
+        out += [r for r in found if r not in out]
+    return out

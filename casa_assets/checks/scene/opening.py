@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.scene.subject import Floats, Ints, Mask, Part, SceneSubject, around, boxes, meet
+from casa_assets.checks.scene.subject import Floats, Ints, Mask, Part, SceneSubject, around, boxes, corners, meet
 from casa_assets.model.asset import JointKind
 
 # How far the point that moves fastest goes between two poses. A corner that swings 1 mm deep past an edge on an arm of
@@ -112,14 +112,14 @@ class Desk:
         self.subject, self.limit = subject, limit
         self.model = subject.model
         self.data = mujoco.MjData(self.model)
-        self._stand({})
+        self.stand({})
         mujoco.mj_collision(self.model, self.data)
         self.shut = boxes(self.model, self.data, np.arange(self.model.ngeom))
         self.at_rest = dict(self._depths())
 
     def way(self, part: Part) -> Sweep:
         """Where a joint's parts go."""
-        self._stand(part.before)
+        self.stand(part.before)
         low, high = part.joint.range
         start, end = (low, high) if part.far == high else (high, low)
         steps = int(np.clip(np.ceil((high - low) * self._reach(part) / STEP_M), LEAST_POSES, MOST_POSES))
@@ -137,7 +137,7 @@ class Desk:
         Args:
             setting: joints that are not at zero. against: (ngeom,) what counts, all that is not moved where None.
         """
-        self._stand(setting)
+        self.stand(setting)
         here = boxes(self.model, self.data, np.arange(self.model.ngeom))
         moved = part.moved[self.model.geom_bodyid]
         against = ~moved if against is None else against & ~moved
@@ -157,10 +157,12 @@ class Desk:
 
     def beside(self, part: Part, way: Sweep, other: Part, setting: dict[str, float]) -> list[Clash]:
         """What a joint's parts meet while another joint stands open."""
-        carried = bool(other.moved[self.model.jnt_bodyid[part.number]] or part.moved[self.model.jnt_bodyid[other.number]])
+        carried = bool(
+            other.moved[self.model.jnt_bodyid[part.number]] or part.moved[self.model.jnt_bodyid[other.number]]
+        )
         if carried:
             # One carries the other: its own outline or its way is another now.
-            self._stand(setting)
+            self.stand(setting)
             way = self._way_in(part, way, setting)
             met = self.sweep(part, way, setting, None)
         else:
@@ -168,7 +170,7 @@ class Desk:
         return [Clash(c.share, c.depth, c.one, c.other, other.name) for c in met]
 
     def _way_in(self, part: Part, way: Sweep, setting: dict[str, float]) -> Sweep:
-        self._stand(setting)
+        self.stand(setting)
         passed = np.empty_like(way.boxes)
         for i, value in enumerate(way.values):
             self.data.qpos[part.address] = value
@@ -194,7 +196,8 @@ class Desk:
         for (one, other), distance in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
             yield (min(one, other), max(one, other)), -distance
 
-    def _stand(self, setting: Mapping[str, float]) -> None:
+    def stand(self, setting: Mapping[str, float]) -> None:
+        """Everything shut but the joints of a setting: rad or m, by name in the model."""
         self.data.qpos[:] = self.model.qpos0
         for name, value in setting.items():
             self.data.qpos[self.subject.part_of[name].address] = value
@@ -234,9 +237,3 @@ def bodies_of(model: mujoco.MjModel, geoms: Ints) -> Mask:
     found = np.zeros(model.nbody, dtype=bool)
     found[model.geom_bodyid[geoms]] = True
     return found
-
-
-def corners(bounds: Floats) -> Floats:
-    """(8 N, 3) corners of (N, 2, 3) boxes."""
-    grid = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
-    return np.concatenate([np.where(grid, box[1], box[0]) for box in bounds])

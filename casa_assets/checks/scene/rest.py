@@ -76,7 +76,9 @@ def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
         share = abs(float(stood.end[part.address] - stood.start[part.address])) / way
         worst = max(worst, share)
         if share > limit:
-            says = f"drifts by {share:.1%} of its range in {REST_S:g} s; see what touches it, or its friction and spring"
+            says = (
+                f"drifts by {share:.1%} of its range in {REST_S:g} s; see what touches it, or its friction and spring"
+            )
             problems.append((_pointer(part.name), says))
     return Measured(worst, tuple(problems))
 

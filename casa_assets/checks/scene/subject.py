@@ -223,3 +223,9 @@ def meet(one: Floats, other: Floats, gap: float = 0.0) -> Mask:
     """Whether boxes (..., 2, 3) come within `gap` metres of each other."""
     mask: Mask = ((one[..., 0, :] <= other[..., 1, :] + gap) & (other[..., 0, :] <= one[..., 1, :] + gap)).all(axis=-1)
     return mask
+
+
+def corners(bounds: Floats) -> Floats:
+    """(8 N, 3) corners of (N, 2, 3) boxes."""
+    grid = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
+    return np.concatenate([np.where(grid, box[1], box[0]) for box in bounds])

@@ -1,0 +1,222 @@
+"""casa-assets scenes: list, build, preview and compare kitchens; casa-assets scene new: one of one's own."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from casa_assets.model.surface import Surface
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.kitchens import Recipe
+    from casa_assets.pipeline.scenes import SceneBuilt
+
+app = typer.Typer(
+    name="scenes",
+    help="Whole kitchens, a floor plan in a style: list, build, check, preview, compare.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
+one = typer.Typer(name="scene", help="A kitchen of one's own.", no_args_is_help=True, rich_markup_mode="rich")
+OUT = Path("out/scenes")
+
+
+@app.command("list")
+def list_scenes(
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+) -> None:
+    """Name every plan and every style; a scene is called <plan>__<style>.
+
+    Example:  casa-assets scenes list
+    """
+    from casa_assets.registry_kitchens import load_plan, load_style, plan_names, style_names
+
+    plans = {name: load_plan(name)[0] for name in plan_names()}
+    styles = {name: load_style(name)[0] for name in style_names()}
+    if json_:
+        rows = {"plans": {k: v.title for k, v in plans.items()}, "styles": {k: v.title for k, v in styles.items()}}
+        typer.echo(json.dumps(rows, indent=1))
+        return
+    console = Console()
+    table = Table("plan", "what", "lengths that may vary, m")
+    for name, plan in plans.items():
+        lengths = ", ".join(f"{k} {p.low:g} to {p.high:g}" for k, p in plan.parameters.items())
+        table.add_row(name, plan.title, lengths)
+    console.print(table)
+    table = Table("style", "what")
+    for name, style in styles.items():
+        table.add_row(name, style.says)
+    console.print(table)
+    console.print(f"{len(plans)} plans x {len(styles)} styles = {len(plans) * len(styles)} scenes")
+
+
+@app.command()
+def build(
+    scenes: Annotated[list[str] | None, typer.Argument(help="Ids or globs, such as 'l_*__coastal'.")] = None,
+    all_: Annotated[bool, typer.Option("--all", help="Every plan in every style.")] = False,
+    out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = OUT,
+    jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
+    pictures: Annotated[bool, typer.Option(help="Draw an overview of each.")] = True,
+    anew: Annotated[bool, typer.Option("--anew", help="Also those that nothing has changed for.")] = False,
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object per scene on standard output.")] = False,
+) -> None:
+    """Build scenes as MJCF and USD; what an earlier run made and nothing has changed stays. Exit 1 when one fails.
+
+    Example:  casa-assets scenes build 'galley__*' l_small__coastal
+    """
+    from casa_assets.pipeline.scenes import all_recipes, matching
+
+    if not scenes and not all_:
+        raise typer.BadParameter("name scenes, or give --all")
+    _build(all_recipes() if all_ else matching(scenes or []), out, jobs, pictures, anew, json_)
+
+
+def _build(recipes: list[Recipe], out: Path, jobs: int, pictures: bool, anew: bool, json_: bool) -> None:
+    from casa_assets.pipeline.scenes import build_all
+
+    console = Console(stderr=json_)
+    results: list[SceneBuilt] = []
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("building", total=len(recipes))
+        for done in build_all(recipes, out, jobs, pictures, anew):
+            results.append(done)
+            progress.update(task, completed=len(results))
+            if json_:
+                typer.echo(json.dumps(_row(done), sort_keys=True))
+            else:
+                _tell(done, progress.console)
+    made = sum(r.passed for r in results)
+    kept = sum(r.kept for r in results)
+    console.print(f"{made} of {len(results)} scenes in {out} ({kept} unchanged)", highlight=False)
+    if made < len(results):
+        raise typer.Exit(1)
+
+
+@app.command()
+def preview(
+    scene: Annotated[str, typer.Argument(help="Id of a scene that was built.")],
+    camera: Annotated[list[str] | None, typer.Option(help="Cameras; all where none is named.")] = None,
+    pose: Annotated[str, typer.Option(help="Keyframe: start, closed or open.")] = "start",
+    size: Annotated[int, typer.Option(min=64, max=4096, help="Width in pixels; the height is three quarters.")] = 960,
+    passes: Annotated[int, typer.Option(min=1, max=400, help="Drawings that a picture is the mean of.")] = 40,
+    out: Annotated[Path, typer.Option(help="Folder of the scenes.")] = OUT,
+) -> None:
+    """Draw a scene through its cameras, beside its files.
+
+    Example:  casa-assets scenes preview l_small__coastal --camera at_stove --pose open
+    """
+    from casa_assets.errors import UnknownId
+    from casa_assets.pipeline.scenes import draw
+    from casa_assets.preview.room import Frame
+
+    folder = out / scene
+    if not folder.is_dir():
+        raise UnknownId("built scene", scene, [p.name for p in out.glob("*__*")])
+    for path in draw(folder, camera or (), Frame(size, size * 3 // 4, passes), pose):
+        typer.echo(str(path))
+
+
+@app.command()
+def diff(
+    first: Annotated[Path, typer.Argument(help="Folder of a scene.")],
+    second: Annotated[Path, typer.Argument(help="Folder of another, or of the same from elsewhere.")],
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+) -> None:
+    """Tell how two scenes differ: files, what stands where, finishes. Exit 1 where they do.
+
+    Example:  casa-assets scenes diff out/scenes/l_small__coastal /mnt/other/l_small__coastal
+    """
+    from casa_assets.pipeline.scene_diff import compare
+
+    found = compare(first, second)
+    if json_:
+        typer.echo(json.dumps(found, indent=1))
+    else:
+        for line in found:
+            typer.echo(line)
+        typer.echo(f"{len(found)} differences" if found else "the same, byte for byte")
+    if found:
+        raise typer.Exit(1)
+
+
+@one.command("new")
+def new(
+    plan: Annotated[str, typer.Argument(help="Name of a plan.")],
+    style: Annotated[str, typer.Option(help="Name of a style.")],
+    seed: Annotated[int | None, typer.Option(min=0, help="Draws the lengths of the plan.")] = None,
+    textures: Annotated[
+        str,
+        typer.Option(help="'style', 'random' (drawn by the seed), or ids: 'wall=brick_red_running,floor=oak_ebony'."),
+    ] = "style",
+    closed: Annotated[bool, typer.Option("--closed", help="Draw the open walls too.")] = False,
+    out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = OUT,
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+) -> None:
+    """Build one kitchen: a plan in a style, with lengths and textures of its own. Its id names all of it.
+
+    Example:  casa-assets scene new galley --style rustic --seed 7 --textures random
+    """
+    from casa_assets.pipeline.kitchens import Recipe, chosen, drawn_surfaces
+    from casa_assets.registry_kitchens import load_plan, load_style
+
+    load_plan(plan), load_style(style)
+    surfaces = drawn_surfaces(seed or 0) if textures == "random" else chosen(_pairs(textures))
+    _build([Recipe(plan, style, seed, surfaces, closed)], out, 1, True, False, json_)
+
+
+def _pairs(text: str) -> list[tuple[Surface, str]]:
+    """`wall=ID,floor=ID` as pairs."""
+    if text == "style":
+        return []
+    pairs = []
+    for part in text.split(","):
+        surface, _, name = part.partition("=")
+        if surface not in list(Surface) or not name:
+            raise typer.BadParameter(
+                f"{part!r}: write wall=ID, floor=ID, counter=ID or cabinet=ID", param_hint="textures"
+            )
+        pairs.append((Surface(surface), name))
+    return pairs
+
+
+def _row(done: SceneBuilt) -> dict[str, object]:
+    return {
+        "id": done.recipe.scene_id,
+        "folder": done.folder,
+        "passed": done.passed,
+        "kept": done.kept,
+        "says": done.says,
+        "issues": [{"code": i.code, "pointer": i.pointer, "says": i.says} for i in done.problems],
+        "build_s": round(done.build_s, 3),
+        "write_s": round(done.write_s, 3),
+        "draw_s": round(done.draw_s, 3),
+        "check_s": round(done.check_s, 3),
+        **done.counts,
+    }
+
+
+def _tell(done: SceneBuilt, console: Console) -> None:
+    mark = "[green]made[/]" if done.passed else "[red]failed[/]"
+    if done.kept:
+        console.print(f"[green]kept[/] [bold]{done.recipe.scene_id}[/]")
+        return
+    seconds = f"build {done.build_s:.1f} s, write {done.write_s:.1f} s, draw {done.draw_s:.1f} s"
+    console.print(f"{mark} [bold]{done.recipe.scene_id}[/] ({seconds})", highlight=False)
+    if done.says:
+        console.print(f"  {escape(done.says)}", highlight=False)
+    for issue in done.problems:
+        console.print(f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.says)}", highlight=False)

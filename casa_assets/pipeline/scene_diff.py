@@ -1,0 +1,65 @@
+"""How two scenes on disk differ."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from casa_assets.errors import OutputError
+
+FILES = ("scene.xml", "scene_light.xml", "scene.usda", "scene.json")
+
+
+def compare(first: Path, second: Path) -> list[str]:
+    """One line for each difference; none where the files are the same byte for byte.
+
+    Raises:
+        OutputError: one of the folders holds no scene.
+    """
+    lines = []
+    for name in FILES:
+        a, b = _bytes(first / name), _bytes(second / name)
+        if a != b:
+            lines.append(f"{name}: {hashlib.sha256(a).hexdigest()[:12]} and {hashlib.sha256(b).hexdigest()[:12]}")
+    if lines:
+        lines += list(_values("", _facts(first), _facts(second)))
+    return lines
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise OutputError(str(path), f"cannot be read: {error.strerror}; name the folder of a built scene") from None
+
+
+def _facts(folder: Path) -> Any:
+    try:
+        return json.loads(_bytes(folder / "scene.json"))
+    except ValueError as error:
+        raise OutputError(str(folder / "scene.json"), f"is damaged: {error}") from None
+
+
+def _values(at: str, a: Any, b: Any) -> Iterator[str]:
+    """Differences of two JSON values; rows with names are matched by them."""
+    if isinstance(a, list) and isinstance(b, list) and all(isinstance(r, dict) and "name" in r for r in [*a, *b]):
+        a, b = {r["name"]: r for r in a}, {r["name"]: r for r in b}
+    if isinstance(a, dict) and isinstance(b, dict):
+        for key in sorted(a.keys() | b.keys()):
+            here = f"{at}.{key}" if at else str(key)
+            if key not in b:
+                yield f"{here}: only in the first"
+            elif key not in a:
+                yield f"{here}: only in the second"
+            else:
+                yield from _values(here, a[key], b[key])
+    elif a != b:
+        yield f"{at}: {_short(a)} and {_short(b)}"
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else text[:57] + "..."
