@@ -20,6 +20,8 @@ from casa_assets.checks import (
 )
 from casa_assets.checks.check import Check
 from casa_assets.checks.package import Package
+from casa_assets.checks.scene import budget, inside, opening, overlap, pulling, rest, support
+from casa_assets.checks.scene.subject import SceneSubject as Kitchen
 from casa_assets.model.asset import Asset
 from casa_assets.model.issue import Severity
 
@@ -99,4 +101,25 @@ TABLE: tuple[Check, ...] = (
     Check("PAR002", ERROR, Package, parity.agrees_in_usd, "parity_relative", "", "One thing, two files, two readers."),
     Check("PAR003", ERROR, Package, parity.contacts_and_joints_agree, "parity_relative", "", "Contact is the grasp."),
     Check("PAR004", ERROR, Package, parity.lengths_agree, "parity_length_m", "m", "A part out of place jams."),
+    # a whole scene
+    Check("SCN001", ERROR, Kitchen, rest.loads_in_silence, None, "", "What MuJoCo warns of today it refuses tomorrow."),
+    Check("SCN002", ERROR, Kitchen, rest.begins_apart, "scene_start_m", "m", "What begins in another jumps out of it."),
+    Check("SCN003", ERROR, Kitchen, rest.settles_apart, "scene_settled_m", "m", "What is pressed in is held fast."),
+    Check("SCN004", ERROR, Kitchen, rest.keeps_joints, "drift_share", "", "What drifts spoils every episode."),
+    Check("SCN005", ERROR, Kitchen, opening.opens_wide, "scene_clash_m", "m", "A door that runs into another is shut."),
+    Check("SCN006", ERROR, Kitchen, pulling.opens_in_place, "reach_share", "", "A robot has to get it open by hand."),
+    Check("SCN007", ERROR, Kitchen, overlap.nothing_overlaps, "scene_overlap_m", "m", "Two things need two places."),
+    Check("SCN008", ERROR, Kitchen, support.nothing_floats, "scene_floating", "", "In a house everything is held up."),
+    Check("SCN009", ERROR, Kitchen, inside.stays_inside, "scene_outside_m", "m", "A room ends at its walls."),
+    Check("SCN010", ERROR, Kitchen, budget.has_few_bodies, "scene_bodies", "", "A step costs more than their number."),
+    Check(
+        "SCN011", ERROR, Kitchen, rest.keeps_things, "scene_drift_m", "m", "What slides away is not where it was put."
+    ),
+    Check("SCN012", ERROR, Kitchen, budget.has_few_shapes, "scene_shapes", "", "Each may meet each other one."),
+    Check("SCN013", ERROR, Kitchen, budget.has_few_freedoms, "scene_freedoms", "", "Solvers grow with their square."),
+    Check("SCN014", ERROR, Kitchen, budget.has_few_vertices, "scene_vertices", "", "Hulls are searched by vertex."),
+    Check("SCN015", ERROR, Kitchen, budget.has_small_pictures, "scene_pictures_mb", "MB", "GPUs hold many scenes."),
+    Check(
+        "SCN016", ERROR, Kitchen, budget.touches_little, "scene_contacts", "", "Contacts at rest cost in every step."
+    ),
 )

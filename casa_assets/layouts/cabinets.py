@@ -53,7 +53,7 @@ def look(models: Models, group: str) -> dict[str, Any]:
 
 def group_of(slot: Slot) -> str:
     """Group of fronts that a unit on the floor belongs to."""
-    return "base" if slot.line.at_wall else "island"
+    return "island" if slot.line.is_island else "base"
 
 
 def _put(

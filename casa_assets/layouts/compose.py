@@ -43,7 +43,7 @@ def compose(kitchen: Kitchen, assets: Mapping[str, Asset], scene_id: str) -> Sce
         placements=placements,
         cameras=cameras(kitchen),
         lights=lights(kitchen, placements, each),
-        ambient=(0.32, 0.32, 0.33),
+        ambient=(0.4, 0.4, 0.41),
         sky=sky(),
     )
 

@@ -24,13 +24,13 @@ def lights(kitchen: Kitchen, placements: Sequence[Placement], assets: Mapping[st
             name="sun",
             position=(middle[0] - 2.0, y0 - 1.5, 5.5),
             direction=(0.34, 0.5, -0.8),
-            color=_times(sun, 0.42),
+            color=_times(sun, 0.55),
         ),
         Light(
             name="fill",
             position=(middle[0] + 2.0, y0 - 1.0, 4.0),
             direction=(-0.55, 0.6, -0.55),
-            color=_times(sun, 0.16),
+            color=_times(sun, 0.24),
             castshadow=False,
         ),
     ]

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 
 from casa_assets.errors import Misfit
 from casa_assets.layouts import furnish, tops
+from casa_assets.layouts.backs import order_backs
 from casa_assets.layouts.cabinets import order_unit
 from casa_assets.layouts.models import Models, Offers
 from casa_assets.layouts.room import Hole, Room, build_room
-from casa_assets.layouts.runs import Line, Slot, base_slots, place_runs, upper_slots
+from casa_assets.layouts.runs import Line, Slot, base_slots, place_runs
 from casa_assets.layouts.shell import find_holes, order_shell, order_skirting
+from casa_assets.layouts.splash import order_splash
+from casa_assets.layouts.uppers import upper_slots
 from casa_assets.layouts.wanted import Order, Wanted
 from casa_assets.model.plan import Plan
 from casa_assets.model.style import Style
@@ -70,8 +73,9 @@ def request(
     for row in slots.values():
         for slot in row:
             order_unit(order, slot, models, room.height)
+    order_backs(order, lines, slots, models)
     tops.order_tops(order, lines, slots, models)
-    tops.order_splash(order, lines, slots, holes, models)
+    order_splash(order, lines, slots, holes, models)
     order_skirting(order, room, holes, lines, slots, models, closed)
     furnish.order_stands(order, plan, every, models)
     furnish.order_seats(order, plan, lines, models)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from casa_assets.errors import Misfit, UnknownId
 from casa_assets.layouts.frame import QUARTERS, Frame
-from casa_assets.model.plan import Length, Opening, OpeningKind, Plan
+from casa_assets.model.plan import Heading, Length, Opening, OpeningKind, Plan
 from casa_assets.model.record import Vec2
 
 THICK = 0.12  # metres of every wall
@@ -19,6 +19,7 @@ class WallLine:
 
     Attributes:
         left_out, right_out: whether the room turns outwards (a corner that points into the room) at its ends.
+        left_bare, right_bare: whether no wall is seen at its ends: the room turns outwards, or the next one is open.
     """
 
     id: str
@@ -27,6 +28,8 @@ class WallLine:
     open: bool
     left_out: bool = False
     right_out: bool = False
+    left_bare: bool = False
+    right_bare: bool = False
 
 
 @dataclass(frozen=True)
@@ -90,8 +93,7 @@ def build_room(plan: Plan, given: Mapping[str, float]) -> Room:
     """The room for lengths of the plan's parameters. Raises Misfit where the walls do not close."""
     x = y = 0.0
     lines: list[WallLine] = []
-    for wall in plan.walls:
-        length = metres(plan, wall.length, given, "walls", wall.id, "length")
+    for wall, length in zip(plan.walls, _lengths(plan, given), strict=True):
         frame = Frame(round(x, 5), round(y, 5), QUARTERS[wall.go])
         lines.append(WallLine(wall.id, frame, length, wall.open))
         x, y, _ = frame.at(length, 0.0)
@@ -104,7 +106,26 @@ def build_room(plan: Plan, given: Mapping[str, float]) -> Room:
         raise Misfit(plan.id, ("walls", wrong), "a wall at a right angle to the next", "one that goes on or back")
     if bends.count(1) - bends.count(3) != 4:
         raise Misfit(plan.id, ("walls",), "walls that go round clockwise once", "others")
-    walls = tuple(
-        WallLine(w.id, w.frame, w.length, w.open, bends[i - 1] == 3, bends[i] == 3) for i, w in enumerate(lines)
-    )
-    return Room(walls, tuple((w.frame.x, w.frame.y) for w in walls), plan.height)
+    walls = []
+    for i, w in enumerate(lines):
+        left, right = bends[i - 1] == 3, bends[i] == 3
+        bare = (left or lines[i - 1].open, right or lines[(i + 1) % count].open)
+        walls.append(WallLine(w.id, w.frame, w.length, w.open, left, right, *bare))
+    return Room(tuple(walls), tuple((w.frame.x, w.frame.y) for w in walls), plan.height)
+
+
+def _lengths(plan: Plan, given: Mapping[str, float]) -> list[float]:
+    """Of all walls; those that are not given are what the others leave."""
+    known = {w.id: metres(plan, w.length, given, "walls", w.id, "length") for w in plan.walls if w.length is not None}
+    for ways in ((Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT)):
+        blank = [w for w in plan.walls if w.go in ways and w.length is None]
+        if len(blank) > 1:
+            says = f"a length, since that of {blank[0].id} is left open"
+            raise Misfit(plan.id, ("walls", blank[1].id), says, "none")
+        if blank:
+            one, other = (sum(known[w.id] for w in plan.walls if w.go is way and w.id in known) for way in ways)
+            rest = round(other - one if blank[0].go is ways[0] else one - other, 4)
+            if rest < 0.3:
+                raise Misfit(plan.id, ("walls", blank[0].id), "walls that leave at least 0.3 m for it", f"{rest:.3f} m")
+            known[blank[0].id] = rest
+    return [known[w.id] for w in plan.walls]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 
 from casa_assets.errors import Misfit, UnknownId
@@ -57,6 +57,11 @@ class Line:
     def at_wall(self) -> bool:
         """Whether it stands at a wall."""
         return self.run.on is not None
+
+    @property
+    def is_island(self) -> bool:
+        """Whether it stands free on all sides."""
+        return self.run.faces is not None
 
 
 class CornerPart(StrEnum):
@@ -160,9 +165,9 @@ def _place(
         length = round(wall.length - start - end, 4)
         if length <= 0.3:
             raise Misfit(plan.id, at, f"a start and an end that leave some of {wall.length:.2f} m", f"{length:.2f} m")
-        if left.kind is EndKind.FREE and start < TOUCHES and not wall.left_out:
+        if left.kind is EndKind.FREE and start < TOUCHES and not wall.left_bare:
             left = End(EndKind.WALL)
-        if right.kind is EndKind.FREE and end < TOUCHES and not wall.right_out:
+        if right.kind is EndKind.FREE and end < TOUCHES and not wall.right_bare:
             right = End(EndKind.WALL)
         return Line(run, wall.frame.moved(start), length, sizes.BASE_DEPTH, left, right)
     length = _own_length(plan, run, given, models, left, right)
@@ -203,9 +208,7 @@ def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
     if widths is None:
         least = sum(s.low for s in spans)
         says = f"units that need at most {room:.3f} m"
-        raise Misfit(
-            plan.id, ("runs", line.id, "base"), says, f"at least {least:.3f} m ({_told(line.run.base, spans)})"
-        )
+        raise Misfit(plan.id, ("runs", line.id, "base"), says, f"at least {least:.3f} m ({told(line.run.base, spans)})")
     rest = round(room - sum(widths), 3)
     first = last = 0.0
     if rest > 0.0:
@@ -216,8 +219,9 @@ def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
     if first >= 0.02:
         out.append(_strip(line, f"{line.id}_strip_left", at, at + first, _beside(line.run.base[:1], high)))
     at = round(at + first, 4)
-    for unit, width in zip(line.run.base, widths, strict=True):
-        out.append(_base_slot(line, unit, at, round(at + width, 4), high))
+    for k, (unit, width) in enumerate(zip(line.run.base, widths, strict=True)):
+        top = sizes.UPPER_TO if _is_tall(line.run.base, k) else high
+        out.append(_base_slot(line, unit, at, round(at + width, 4), top))
         at = round(at + width, 4)
     if last >= 0.02:
         out.append(_strip(line, f"{line.id}_strip_right", at, at + last, _beside(line.run.base[-1:], high)))
@@ -225,7 +229,8 @@ def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
     return tuple(out)
 
 
-def _told(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: list[Span]) -> str:
+def told(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: list[Span]) -> str:
+    """Units and their least widths, for messages."""
     return ", ".join(f"{u.id} {s.low:g}" for u, s in zip(units, spans, strict=True))
 
 
@@ -261,7 +266,7 @@ def _corner_slots(line: Line, side: Side, high: float) -> Iterator[Slot]:
     def slot(name: str, kind: CornerPart, near: float, far: float) -> Slot:
         a, b = (near, far) if side is Side.LEFT else (line.length - far, line.length - near)
         return Slot(
-            name, kind, line, round(a, 4), round(b, 4), sizes.BASE_DEPTH, 0.0, high, corner=side, hinge=_other(side)
+            name, kind, line, round(a, 4), round(b, 4), sizes.BASE_DEPTH, 0.0, high, corner=side, hinge=other_side(side)
         )
 
     owns = (end.corner.by or end.corner.runs[0]) == line.id
@@ -274,12 +279,19 @@ def _corner_slots(line: Line, side: Side, high: float) -> Iterator[Slot]:
         yield slot(f"{stem}_filler", CornerPart.FILLER, sizes.BASE_DEPTH, end.base)
 
 
-def _other(side: Side) -> Side:
+def other_side(side: Side) -> Side:
+    """The end that is not this one."""
     return Side.RIGHT if side is Side.LEFT else Side.LEFT
 
 
+def _is_tall(units: tuple[BaseUnit, ...], k: int) -> bool:
+    """Whether a unit reaches up to the wall units: tall ones do, and so do strips and panels beside nothing else."""
+    if units[k].kind in (BaseKind.FILLER, BaseKind.PANEL):
+        return all(u.kind in TALL for u in (*units[max(0, k - 1) : k], *units[k + 1 : k + 2]))
+    return units[k].kind in TALL
+
+
 def _base_slot(line: Line, unit: BaseUnit, left: float, right: float, high: float) -> Slot:
-    tall = unit.kind in TALL
     hinge = unit.hinge
     if hinge is None:
         # Away from a corner, and towards a wall beside it.
@@ -287,82 +299,4 @@ def _base_slot(line: Line, unit: BaseUnit, left: float, right: float, high: floa
         near_corner = left - line.left.base < 0.2 and line.left.kind is EndKind.CORNER
         ends_at_wall = line.length - right < 0.2 and line.right.kind is EndKind.WALL
         hinge = Side.RIGHT if near_corner or (ends_at_wall and not near_left) else Side.LEFT
-    top = sizes.UPPER_TO if tall else high
-    return Slot(unit.id, unit.kind, line, left, right, line.depth, 0.0, top, unit=unit, hinge=hinge)
-
-
-def upper_slots(plan: Plan, line: Line, base: Mapping[str, Slot], models: Models) -> tuple[Slot, ...]:
-    """The units on the wall from left to right. Raises Misfit."""
-    pointer = ("runs", line.id, "upper")
-    out: list[Slot] = [*_upper_corner(line, Side.LEFT)]
-    at, end = line.left.upper, round(line.length - line.right.upper, 4)
-    waiting: list[UpperUnit] = []
-    for unit in line.run.upper:
-        if unit.over is None:
-            waiting.append(unit)
-            continue
-        if unit.over not in base:
-            raise Misfit(plan.id, (*pointer, unit.id), f"a unit below of {', '.join(base)}", repr(unit.over))
-        below = base[unit.over]
-        width = below.width if unit.width is None and unit.kind is not UpperKind.HOOD else None
-        width = width or sizes.upper_span(unit, models).usual
-        left, right = round(below.middle - width / 2, 4), round(below.middle + width / 2, 4)
-        if left < at - TOUCHES or right > end + TOUCHES:
-            raise Misfit(
-                plan.id, (*pointer, unit.id), f"a unit between {at:.3f} and {end:.3f} m", f"{left:.3f} to {right:.3f} m"
-            )
-        out += _stretch(plan, line, waiting, at, left, models, first=at == line.left.upper)
-        out.append(_upper_slot(line, unit, left, right))
-        waiting, at = [], right
-    out += _stretch(plan, line, waiting, at, end, models, first=False)
-    out += _upper_corner(line, Side.RIGHT)
-    return tuple(s for s in out if s.kind is not UpperKind.GAP)
-
-
-def _stretch(
-    plan: Plan, line: Line, units: list[UpperUnit], left: float, right: float, models: Models, first: bool
-) -> Iterator[Slot]:
-    """Units that share what lies between two fixed ones; what is left over stays on the outer side."""
-    spans = [sizes.upper_span(u, models) for u in units]
-    widths = share(spans, right - left)
-    if widths is None:
-        says = f"units that need at most {right - left:.3f} m"
-        got = f"at least {sum(s.low for s in spans):.3f} m ({_told(tuple(units), spans)})"
-        raise Misfit(plan.id, ("runs", line.id, "upper"), says, got)
-    at = round(right - sum(widths), 4) if first else left
-    for unit, width in zip(units, widths, strict=True):
-        yield _upper_slot(line, unit, at, round(at + width, 4))
-        at = round(at + width, 4)
-
-
-def _upper_slot(line: Line, unit: UpperUnit, left: float, right: float) -> Slot:
-    hinge = unit.hinge
-    if hinge is None:
-        near_corner = left - line.left.upper < 0.05 and line.left.kind is EndKind.CORNER and line.left.upper > 0
-        ends_at_wall = line.length - right < 0.05
-        hinge = Side.RIGHT if near_corner or ends_at_wall else Side.LEFT
-    low, high = sizes.UPPER_FROM, sizes.UPPER_TO
-    if unit.height is not None:
-        low = round(high - unit.height, 4)
-    return Slot(unit.id, unit.kind, line, left, right, sizes.UPPER_DEPTH, low, high, unit=unit, hinge=hinge)
-
-
-def _upper_corner(line: Line, side: Side) -> Iterator[Slot]:
-    end = line.left if side is Side.LEFT else line.right
-    if end.corner is None or end.corner.upper is None:
-        return
-    owns = (end.corner.by or end.corner.runs[0]) == line.id
-
-    def slot(name: str, kind: CornerPart, near: float, far: float) -> Slot:
-        a, b = (near, far) if side is Side.LEFT else (line.length - far, line.length - near)
-        made = Slot(name, kind, line, round(a, 4), round(b, 4), sizes.UPPER_DEPTH, sizes.UPPER_FROM, sizes.UPPER_TO)
-        return replace(made, corner=side, hinge=_other(side))
-
-    stem = f"{line.id}_{side.value}_upper"
-    if end.corner.upper is CornerKind.BLIND and owns:
-        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.upper)
-    elif end.corner.upper is CornerKind.DIAGONAL:
-        if owns:
-            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.upper)
-    else:
-        yield slot(f"{stem}_filler", CornerPart.FILLER, sizes.UPPER_DEPTH, end.upper)
+    return Slot(unit.id, unit.kind, line, left, right, line.depth, 0.0, high, unit=unit, hinge=hinge)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from casa_assets.layouts import sizes
+from casa_assets.layouts.backs import has_back
 from casa_assets.layouts.models import Models
-from casa_assets.layouts.room import Hole
 from casa_assets.layouts.runs import EndKind, Line, Slot
 from casa_assets.layouts.wanted import Height, Order, Spot, Wanted, member
 from casa_assets.model.plan import Corner
@@ -19,7 +19,6 @@ from casa_assets.model.units import TALL, BaseKind
 LONGEST = 3.9  # metres of one slab
 SHORTEST_ARM, NARROWEST = 0.72, 0.2
 RIM = 0.004
-SPLASH = 0.01  # thickness
 BREAKS = (*TALL, BaseKind.RANGE, BaseKind.GAP)
 
 
@@ -36,6 +35,10 @@ class Stretch:
         """A shorter part of it."""
         lets = tuple(s for s in self.lets if s.left >= left - 1e-6 and s.right <= right + 1e-6)
         return Stretch(self.line, left, right, lets)
+
+    def to(self, left: float, right: float) -> Stretch:
+        """The same with other ends."""
+        return replace(self, left=round(left, 4), right=round(right, 4))
 
 
 def stretches(line: Line, slots: Sequence[Slot]) -> list[Stretch]:
@@ -84,6 +87,15 @@ def _corner_top(
     """An L round the corner, up to the first hole on either side; what it covers is taken off the stretches."""
     first, second = (lines[name] for name in corner.runs)
     a, b = left[first.id].pop(), left[second.id].pop(0)
+    if first.run.joins or second.run.joins:
+        # The worktop of the wall goes through to the guests' side; that of the peninsula begins at its edge.
+        if second.run.joins:
+            a, b = a.to(a.left, first.length + _behind(second)), b.to(sizes.TOP_DEPTH, b.right)
+        else:
+            a, b = a.to(a.left, first.length - sizes.TOP_DEPTH), b.to(-_behind(first), b.right)
+        left[first.id].append(a)
+        left[second.id].insert(0, b)
+        return
     arm_a = _arm(a.right, a.left, [s.right for s in a.lets][::-1], first.left.kind is EndKind.CORNER)
     arm_b = _arm(0.0, b.right, [s.left for s in b.lets], second.right.kind is EndKind.CORNER)
     if a.right - arm_a - a.left > 0.2:
@@ -128,17 +140,27 @@ def _pieces(stretch: Stretch) -> Iterator[Stretch]:
     cuts.append(stretch.right)
     for a, b in itertools.pairwise(cuts):
         part = stretch.cut(a, b)
-        if b - a <= LONGEST or part.lets:
+        if b - a <= LONGEST:
             yield part
         else:
-            middle = round((a + b) / 2, 4)
-            yield stretch.cut(a, middle)
-            yield stretch.cut(middle, b)
+            seam = part.lets[0].left - NARROWEST if part.lets else (a + b) / 2
+            if not LONGEST >= seam - a >= NARROWEST:
+                seam = part.lets[0].right + NARROWEST
+            yield stretch.cut(a, round(seam, 4))
+            yield stretch.cut(round(seam, 4), b)
 
 
 def top_of(models: Models, line: Line) -> Tops:
     """The style's worktop for a run: along walls, or of islands."""
-    return models.style.counter if line.at_wall else models.style.island
+    return models.style.island if line.is_island else models.style.counter
+
+
+def _behind(line: Line) -> float:
+    """How far the worktop reaches beyond the line of a run: over the panel behind it, and to where people sit."""
+    if line.at_wall:
+        return 0.0
+    panel = sizes.PANEL if has_back(line) else 0.0
+    return round(panel + max(line.run.overhang, 0.01), 4)
 
 
 def _slab(top: Tops) -> dict[str, Any]:
@@ -149,12 +171,11 @@ def _straight(order: Order, name: str, line: Line, piece: Stretch, models: Model
     top = top_of(models, line)
     width = round(piece.right - piece.left, 4)
     overhang = line.run.overhang
-    # Behind an island or a peninsula the worktop reaches over the panel as well.
-    behind = max(overhang, sizes.PANEL + 0.01) if not line.at_wall else 0.0
+    behind = _behind(line)
     depth = round(line.depth + sizes.OVERHANG + behind, 4)
     hole = _cutout(piece, behind, models)
     z = sizes.TOP - top.thickness
-    if line.run.faces is not None:
+    if line.is_island:
         over = 0.03
         params = {
             **_slab(top),
@@ -185,7 +206,7 @@ def _is_free(line: Line, at: float, left: bool) -> bool:
     """Whether the end of a piece is seen."""
     end = line.left if left else line.right
     edge = 0.0 if left else line.length
-    return end.kind is EndKind.FREE and abs(at - edge) < 0.01
+    return abs(at - edge) < 0.01 if end.kind is EndKind.FREE else not -0.001 < at < line.length + 0.001
 
 
 def _cutout(piece: Stretch, behind: float, models: Models) -> dict[str, Any] | None:
@@ -230,66 +251,3 @@ def _hob(order: Order, slot: Slot, models: Models) -> None:
     model = models.of("hob")
     spot = Spot(slot.line.frame, slot.middle, _hob_back(model.number("depth")), sizes.TOP - 0.06)
     order.add(Wanted(f"{slot.name}_plate", "hob", model.choice, spot, slot.name, slot.line.id))
-
-
-def order_splash(
-    order: Order, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]], holes: Sequence[Hole], models: Models
-) -> None:
-    """Panels between worktops and wall units, lower under windows."""
-    splash = models.style.splash
-    if splash is None:
-        return
-    for name, line in lines.items():
-        if not line.at_wall:
-            continue
-        for k, (a, b, high) in enumerate(_fields(line, slots[name], holes)):
-            params = {
-                "width": round(b - a, 4),
-                "height": round(high - sizes.TOP, 4),
-                "thickness": SPLASH,
-                "face": splash.face,
-            }
-            spot = Spot(line.frame, (a + b) / 2, 0.0, sizes.TOP + 5e-4)
-            order.add(
-                Wanted(f"{name}_splash_{k + 1}", "backsplash", member("backsplash/subway", params), spot, "", name)
-            )
-
-
-def _fields(line: Line, slots: Sequence[Slot], holes: Sequence[Hole]) -> Iterator[tuple[float, float, float]]:
-    """Left, right and upper edge of the panels of a run."""
-    floor = [s for s in slots if not s.is_upper]
-    parts: list[tuple[float, float]] = []
-    for slot in floor:
-        if slot.kind in (*TALL, BaseKind.GAP) or slot.high > sizes.TOP:
-            continue
-        if parts and slot.left - parts[-1][1] < 0.01:
-            parts[-1] = (parts[-1][0], slot.right)
-        else:
-            parts.append((slot.left, slot.right))
-    if line.left.kind is EndKind.CORNER and parts:
-        parts[0] = (SPLASH, parts[0][1])
-    if line.right.kind is EndKind.CORNER and parts:
-        parts[-1] = (parts[-1][0], line.length)
-    for a, b in parts:
-        for c, d, high in _under_windows(line, a, b, holes):
-            while d - c > LONGEST:
-                yield c, c + LONGEST, high
-                c += LONGEST
-            if d - c >= 0.3 and high - sizes.TOP >= 0.1:
-                yield round(c, 4), round(d, 4), high
-
-
-def _under_windows(line: Line, a: float, b: float, holes: Sequence[Hole]) -> Iterator[tuple[float, float, float]]:
-    casing, full = 0.1, sizes.UPPER_FROM
-    at = a
-    for hole in sorted((h for h in holes if h.wall.id == line.run.on), key=lambda h: h.left):
-        shift = line.frame.of(*hole.wall.frame.at(0.0, 0.0)[:2])[0]
-        left, right = hole.left + shift - casing, hole.right + shift + casing
-        if right <= at or left >= b or hole.low - casing >= full:
-            continue
-        if left > at:
-            yield at, left, full
-        yield max(at, left), min(b, right), round(hole.low - casing, 4)
-        at = right
-    if at < b:
-        yield at, b, full

@@ -50,11 +50,15 @@ class Parameter(Record):
 
 
 class Wall(Record):
-    """A side of the room. An `open` one is drawn only where a closed room is asked for."""
+    """A side of the room. An `open` one is drawn only where a closed room is asked for.
+
+    Attributes:
+        length: metres; None: what leads back to where the walls begin, for one across the room and one along it.
+    """
 
     id: Id
     go: Heading
-    length: Length
+    length: Length | None = None
     open: bool = False
 
 

@@ -11,6 +11,8 @@ from casa_assets.model.asset import Asset
 from casa_assets.model.place import Region
 from casa_assets.model.pose import Pose
 from casa_assets.model.scene import Placement, Scene
+from casa_assets.model.style import Style
+from casa_assets.model.surface import Surface
 from casa_assets.pipeline.kitchens import Recipe
 
 FORMAT = 1
@@ -34,6 +36,7 @@ def describe(recipe: Recipe, kitchen: Kitchen, scene: Scene) -> dict[str, Any]:
             "counter": style.counter.face,
             "cabinet": style.cabinets.base.face,
         },
+        "covers": covers(style),
         "generator": f"casa-assets {version('casa-assets')}",
         "room": {
             "outline": [list(p) for p in kitchen.room.outline],
@@ -56,6 +59,19 @@ def describe(recipe: Recipe, kitchen: Kitchen, scene: Scene) -> dict[str, Any]:
         "fixtures": [_fixture(p, scene.asset_of[p.name], wanted[p.name]) for p in scene.placements],
         "cameras": [{"name": c.name, **_pose(c.pose), "fov_y_deg": c.fov_y_deg} for c in scene.cameras],
     }
+
+
+def covers(style: Style) -> dict[str, list[str]]:
+    """Finishes that each of the four surfaces is covered with; another choice takes the place of all of them."""
+    cabinets = style.cabinets
+    groups = (cabinets.base, cabinets.upper, cabinets.tall, cabinets.island)
+    found = {
+        Surface.WALL: [style.shell.wall],
+        Surface.FLOOR: [style.shell.floor],
+        Surface.COUNTER: [style.counter.face, style.island.face],
+        Surface.CABINET: [g.face for g in groups if g.face],
+    }
+    return {surface.value: sorted(set(names)) for surface, names in found.items()}
 
 
 def _fixture(place: Placement, asset: Asset, wanted: Wanted) -> dict[str, Any]:

@@ -18,7 +18,7 @@ def has_few_bodies(subject: SceneSubject, limit: float | None) -> Measured:
     return _held(subject.model.nbody, limit, "bodies; merge links that never move against each other")
 
 
-def has_few_geoms(subject: SceneSubject, limit: float | None) -> Measured:
+def has_few_shapes(subject: SceneSubject, limit: float | None) -> Measured:
     """Shapes that are touched."""
     return _held(subject.model.ngeom, limit, "shapes that are touched; merge some, or leave a thing out")
 

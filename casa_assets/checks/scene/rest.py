@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -95,17 +96,9 @@ def keeps_things(subject: SceneSubject, limit: float | None) -> Measured:
     return Measured(max(moved.values(), default=0.0), tuple(problems))
 
 
+@lru_cache(maxsize=1)
 def rest(subject: SceneSubject) -> Rest:
     """The scene left alone for 5 s, done once."""
-    known = subject.__dict__.get("_rest")
-    if isinstance(known, Rest):
-        return known
-    found = _rest(subject)
-    subject.__dict__["_rest"] = found
-    return found
-
-
-def _rest(subject: SceneSubject) -> Rest:
     model, data = subject.model, mujoco.MjData(subject.model)
     reset(model, data)
     mujoco.mj_forward(model, data)

@@ -53,9 +53,11 @@ class Part:
         return far(self.joint)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SceneSubject:
     """A scene and the folder that holds its `scene.xml`.
+
+    What is made of the file is made once, when the first check asks; a subject is equal to itself alone.
 
     Attributes:
         scene: what the writer was given. root: its folder.

@@ -56,6 +56,10 @@ class Hold:
         self.bounds = {name: around(found) for name, found in self.boxes.items()}
         floors = [self.bounds[n][1, 2] for n in self.bounds if subject.category(n) == FLOOR]
         self.floor = float(max(floors, default=0.0))
+        assets = subject.assets
+        seen = {a.id: float(a.bounds[0, 2]) for a in subject.scene.assets}
+        # Upright, as fixed things are.
+        self.feet = {p.name: p.pose.position[2] + seen[assets[p.name].id] for p in subject.scene.placements}
         # Things that are lowered by a little, to feel what is below them.
         self.lowered = mujoco.MjData(subject.model)
         self.lowered.geom_xmat[:] = subject.data.geom_xmat
@@ -65,7 +69,7 @@ class Hold:
         kind, carrier = self.subject.category(name), self.subject.category(other)
         low = self.bounds[name][0, 2] - self.floor < LOW_M
         if carrier == FLOOR:
-            return self._stands_on(name, other, FROM_FLOOR_M)
+            return self._is_seen_on_floor(name) or self._stands_on(name, other, FROM_FLOOR_M)
         if kind in BESIDE:
             return self._near(name, other, FROM_WALL_M if carrier == WALL else FROM_OTHER_M)
         if carrier == WALL:
@@ -73,6 +77,10 @@ class Hold:
         if carrier == CEILING:
             return self._near(name, other, FROM_CEILING_M)
         return self._stands_on(name, other, FROM_OTHER_M)
+
+    def _is_seen_on_floor(self, name: str) -> bool:
+        """Whether what is seen of it comes down to the floor; what is touched may end a little above."""
+        return abs(self.feet[name] - self.floor) <= FROM_FLOOR_M
 
     def _near(self, name: str, other: str, gap: float) -> bool:
         """Whether two things come as near as that, in any direction."""

@@ -1,0 +1,78 @@
+"""What covers the walls between worktops and wall units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from casa_assets.layouts import sizes
+from casa_assets.layouts.models import Models
+from casa_assets.layouts.room import Hole
+from casa_assets.layouts.runs import EndKind, Line, Slot
+from casa_assets.layouts.tops import LONGEST
+from casa_assets.layouts.wanted import Order, Spot, Wanted, member
+from casa_assets.model.units import TALL, BaseKind
+
+SPLASH = 0.01  # metres, its thickness
+
+
+def order_splash(
+    order: Order, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]], holes: Sequence[Hole], models: Models
+) -> None:
+    """Panels between worktops and wall units, lower under windows."""
+    splash = models.style.splash
+    if splash is None:
+        return
+    for name, line in lines.items():
+        if not line.at_wall:
+            continue
+        for k, (a, b, high) in enumerate(_fields(line, slots[name], holes)):
+            params = {
+                "width": round(b - a, 4),
+                "height": round(high - sizes.TOP, 4),
+                "thickness": SPLASH,
+                "face": splash.face,
+            }
+            spot = Spot(line.frame, (a + b) / 2, 0.0, sizes.TOP + 5e-4)
+            order.add(
+                Wanted(f"{name}_splash_{k + 1}", "backsplash", member("backsplash/subway", params), spot, "", name)
+            )
+
+
+def _fields(line: Line, slots: Sequence[Slot], holes: Sequence[Hole]) -> Iterator[tuple[float, float, float]]:
+    """Left, right and upper edge of the panels of a run."""
+    floor = [s for s in slots if not s.is_upper]
+    parts: list[tuple[float, float]] = []
+    for slot in floor:
+        if slot.kind in (*TALL, BaseKind.GAP) or slot.high > sizes.TOP:
+            continue
+        if parts and slot.left - parts[-1][1] < 0.01:
+            parts[-1] = (parts[-1][0], slot.right)
+        else:
+            parts.append((slot.left, slot.right))
+    if line.left.kind is EndKind.CORNER and parts:
+        parts[0] = (SPLASH, parts[0][1])
+    if line.right.kind is EndKind.CORNER and parts:
+        parts[-1] = (parts[-1][0], line.length)
+    for a, b in parts:
+        for c, d, high in _under_windows(line, a, b, holes):
+            while d - c > LONGEST:
+                yield c, c + LONGEST, high
+                c += LONGEST
+            if d - c >= 0.3 and high - sizes.TOP >= 0.1:
+                yield round(c, 4), round(d, 4), high
+
+
+def _under_windows(line: Line, a: float, b: float, holes: Sequence[Hole]) -> Iterator[tuple[float, float, float]]:
+    casing, full = 0.1, sizes.UPPER_FROM
+    at = a
+    for hole in sorted((h for h in holes if h.wall.id == line.run.on), key=lambda h: h.left):
+        shift = line.frame.of(*hole.wall.frame.at(0.0, 0.0)[:2])[0]
+        left, right = hole.left + shift - casing, hole.right + shift + casing
+        if right <= at or left >= b or hole.low - casing >= full:
+            continue
+        if left > at:
+            yield at, left, full
+        yield max(at, left), min(b, right), round(hole.low - casing, 4)
+        at = right
+    if at < b:
+        yield at, b, full
