@@ -1,7 +1,7 @@
 """Raw meshes, appliance models and declarative kitchens into simulation-ready MJCF and USD.
 
-    import casa_assets
-    model = casa_assets.load_scene("l_small__coastal", textures={"wall": "brick_red_running"})
+import casa_assets
+model = casa_assets.load_scene("l_small__coastal", textures={"wall": "brick_red_running"})
 """
 
 from __future__ import annotations

@@ -34,6 +34,7 @@ FILES = (
     "words",
 )
 FALLBACK = "object"  # the category of what has no other; never found by its name, which every second node carries
+FAST = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML has it
 R = TypeVar("R", bound=Record)
 Path_ = tuple[str | int, ...]
 
@@ -131,7 +132,11 @@ def read_document(path: Path) -> Document:
         return values
 
     try:
-        root = _compose(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        try:
+            root = yaml.compose(text, Loader=FAST)
+        except yaml.YAMLError:  # Python tells faults better than libyaml
+            root = yaml.compose(text, Loader=yaml.SafeLoader)
         value = plain(root, ()) if root else {}
     except OSError as error:
         raise RegistryError(path.name, 1, "", "a readable file", str(error)) from None
@@ -141,16 +146,6 @@ def read_document(path: Path) -> Document:
     except (yaml.YAMLError, ValueError) as error:
         raise RegistryError(path.name, 1, "", "YAML in UTF-8", str(error)) from None
     return Document(path.name, value, MappingProxyType(lines))
-
-
-def _compose(text: str) -> yaml.Node | None:
-    """The node tree of a text: by libyaml where PyYAML has it, and for faults by Python, which tells them better."""
-    fast = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    try:
-        found: yaml.Node | None = yaml.compose(text, Loader=fast)
-    except yaml.YAMLError:
-        found = yaml.compose(text, Loader=yaml.SafeLoader)
-    return found
 
 
 def read_record(kind: type[R], row: Any, document: Document, path: Path_, **given: Any) -> R:

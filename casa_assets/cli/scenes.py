@@ -79,6 +79,7 @@ def build(
 
 
 def _build(recipes: list[Recipe], out: Path, jobs: int, pictures: bool, anew: bool, json_: bool) -> None:
+    from casa_assets.pipeline.books.kitchens import write as write_book
     from casa_assets.pipeline.scenes import build_all
 
     console = Console(stderr=json_)
@@ -99,9 +100,11 @@ def _build(recipes: list[Recipe], out: Path, jobs: int, pictures: bool, anew: bo
                 typer.echo(json.dumps(_row(done), sort_keys=True))
             else:
                 _tell(done, progress.console)
+    page, picture = write_book(out)
     made = sum(r.passed for r in results)
     kept = sum(r.kept for r in results)
     console.print(f"{made} of {len(results)} scenes in {out} ({kept} unchanged)", highlight=False)
+    console.print(f"Pictures: {picture}\nPage:     {page}", highlight=False)
     if made < len(results):
         raise typer.Exit(1)
 

@@ -7,7 +7,7 @@ from typing import Any
 from casa_assets.layouts import sizes
 from casa_assets.layouts.models import Models
 from casa_assets.layouts.runs import CornerPart, Slot
-from casa_assets.layouts.wanted import Depth, Order, Spot, Wanted, member
+from casa_assets.layouts.wanted import Depth, Height, Order, Spot, Wanted, member
 from casa_assets.model.style import Choice, Fronts
 from casa_assets.model.units import BaseKind, BaseUnit, UpperKind
 
@@ -226,7 +226,7 @@ def _hood(order: Order, slot: Slot, models: Models, ceiling: float) -> None:
         return
     height = round(min(1.2, ceiling - sizes.HOOD_FROM), 3)
     choice = Choice(preset=model.choice.preset, params={**model.choice.params, "height": height})
-    _put(order, slot, "hood", choice, z=round(ceiling - height, 4))
+    _put(order, slot, "hood", choice, z=ceiling, height=Height.HEAD)
 
 
 def _tall(order: Order, slot: Slot, models: Models) -> None:

@@ -18,6 +18,8 @@ from casa_assets.model.units import BaseKind
 CASING = 0.07
 SKIRTING = 0.1
 GAP = 0.004  # metres between a wall and what is let into it
+# What lies between the leaf of a door and the hole that it fills: lining and play, on each side and above.
+DOOR_FRAME = 0.034
 
 
 def find_holes(plan: Plan, room: Room, given: Mapping[str, float], slots: Mapping[str, Slot]) -> tuple[Hole, ...]:
@@ -104,9 +106,12 @@ def _fill(order: Order, hole: Hole, models: Models) -> None:
     role = "window" if hole.is_window else "door"
     model = models.of(role)
     width, height = round(hole.right - hole.left - GAP, 4), round(hole.high - hole.low - GAP / 2, 4)
-    params = {**model.choice.params, "width": width, "height": height, "wall": THICK}
     casing = float(model.numbers.get("casing", CASING))
+    params = {**model.choice.params, "width": width, "height": height, "wall": THICK}
     if not hole.is_window:
+        # A window is as wide as its frame, a door as its leaf.
+        params["width"] = round(width - 2 * DOOR_FRAME, 4)
+        params["height"] = round(height - DOOR_FRAME - GAP, 4)
         params["hinge_right"] = opening.hinge.value == "right"
     frame, middle = hole.wall.frame, (hole.left + hole.right) / 2
     spot = Spot(frame, middle, -THICK, round(hole.high + casing - GAP / 2, 4), height=Height.HEAD)
@@ -128,7 +133,8 @@ def order_skirting(
     for wall in room.walls:
         if wall.open and not closed:
             continue
-        taken = [(h.left - CASING, h.right + CASING) for h in holes if h.wall.id == wall.id and not h.is_window]
+        beside = _door_casing(models)
+        taken = [(h.left - beside, h.right + beside) for h in holes if h.wall.id == wall.id and not h.is_window]
         taken += _stood_at(wall, lines, slots)
         at, k = 0.0, 0
         for a, b in [*sorted(taken), (wall.length, wall.length)]:
@@ -144,6 +150,11 @@ def order_skirting(
                 name = f"skirting_{wall.id}_{k}"
                 order.add(_room_part(name, "skirting", member("skirting/white_bevel", params), spot))
             at = max(at, b)
+
+
+def _door_casing(models: Models) -> float:
+    """How far a door's casing stands out beside its hole, metres."""
+    return float(models.of("door").numbers.get("casing", CASING)) if models.has("door") else CASING
 
 
 def _stood_at(

@@ -10,9 +10,10 @@ from casa_assets.layouts.room import Hole
 from casa_assets.layouts.runs import EndKind, Line, Slot
 from casa_assets.layouts.tops import LONGEST
 from casa_assets.layouts.wanted import Order, Spot, Wanted, member
-from casa_assets.model.units import TALL, BaseKind
+from casa_assets.model.units import TALL, BaseKind, UpperKind
 
 SPLASH = 0.01  # metres, its thickness
+NARROWEST = 0.3  # metres of a panel
 
 
 def order_splash(
@@ -54,12 +55,32 @@ def _fields(line: Line, slots: Sequence[Slot], holes: Sequence[Hole]) -> Iterato
     if line.right.kind is EndKind.CORNER and parts:
         parts[-1] = (parts[-1][0], line.length)
     for a, b in parts:
-        for c, d, high in _under_windows(line, a, b, holes):
+        for c, d, high in _up_to_hoods(_under_windows(line, a, b, holes), slots):
             while d - c > LONGEST:
                 yield c, c + LONGEST, high
                 c += LONGEST
-            if d - c >= 0.3 and high - sizes.TOP >= 0.1:
+            if d - c >= NARROWEST and high - sizes.TOP >= 0.1:
                 yield round(c, 4), round(d, 4), high
+
+
+def _up_to_hoods(
+    fields: Iterator[tuple[float, float, float]], slots: Sequence[Slot]
+) -> Iterator[tuple[float, float, float]]:
+    """The same panels, higher behind a hob or range; whole where what is left beside it would be too narrow."""
+    hoods = sorted((s.left, s.right) for s in slots if s.kind is UpperKind.HOOD)
+    for a, b, high in fields:
+        at = a
+        for left, right in hoods:
+            fits = left - at >= NARROWEST or abs(left - at) < 0.002
+            ends = b - right >= NARROWEST or abs(b - right) < 0.002
+            if high < sizes.UPPER_FROM or left < at - 0.002 or right > b + 0.002 or not (fits and ends):
+                continue
+            if left - at >= NARROWEST:
+                yield at, left, high
+            yield left, right, sizes.HOOD_FROM
+            at = right
+        if b - at > 0.002:
+            yield at, b, high
 
 
 def _under_windows(line: Line, a: float, b: float, holes: Sequence[Hole]) -> Iterator[tuple[float, float, float]]:

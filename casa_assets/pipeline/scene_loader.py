@@ -85,7 +85,8 @@ def swap_textures(model: Any, folder: Path, textures: Mapping[str, str], cache: 
     covers = json.loads((folder / FACTS).read_text(encoding="utf-8"))["covers"]
     for surface, name in chosen((Surface(s), t) for s, t in textures.items()):
         # A style also names what only other plans have, such as the finish of an island.
-        if not any([_swap(model, old, name, cache) for old in covers[surface.value]]):
+        shown = [_swap(model, old, name, cache) for old in covers[surface.value]]
+        if not any(shown):
             raise CasaError(f"the model shows no picture on any {surface.value}; load the scene with weight 'full'")
 
 

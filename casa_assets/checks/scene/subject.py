@@ -175,9 +175,12 @@ def bare(path: Path) -> mujoco.MjModel:
     """
     root = etree.parse(str(path)).getroot()
     for geom in [g for g in root.iter("geom") if g.get("contype") == "0" and g.get("conaffinity") == "0"]:
-        geom.getparent().remove(geom)
+        parent = geom.getparent()
+        assert parent is not None, "a geom lies in a body"
+        parent.remove(geom)
     for geom in root.iter("geom"):
-        geom.attrib.pop("material", None)
+        if "material" in geom.attrib:
+            del geom.attrib["material"]
     used = {g.get("mesh") for g in root.iter("geom")}
     for asset in root.iter("asset"):
         for child in list(asset):
@@ -223,7 +226,8 @@ def around(corners: Floats) -> Floats:
 
 def meet(one: Floats, other: Floats, gap: float = 0.0) -> Mask:
     """Whether boxes (..., 2, 3) come within `gap` metres of each other."""
-    mask: Mask = ((one[..., 0, :] <= other[..., 1, :] + gap) & (other[..., 0, :] <= one[..., 1, :] + gap)).all(axis=-1)
+    apart = (one[..., 0, :] > other[..., 1, :] + gap) | (other[..., 0, :] > one[..., 1, :] + gap)
+    mask: Mask = np.logical_not(np.any(apart, axis=-1))
     return mask
 
 

@@ -112,9 +112,7 @@ def swing(pull: handles.Handle) -> float:
     return min(SWING, math.floor(float(np.arctan2(x, y).min()) * 100) / 100)
 
 
-def edge_pull(
-    edge: Edge, w: float, h: float, length: float, corner: Vec3, hinge: Side | None = None
-) -> handles.Handle:
+def edge_pull(edge: Edge, w: float, h: float, length: float, corner: Vec3, hinge: Side | None = None) -> handles.Handle:
     """An edge pull on an edge of a front whose lower left front corner is given; of a door away from its hinge."""
     flat = edge in (Edge.TOP, Edge.BOTTOM)
     long = min(length, (w if flat else h) - 0.05)

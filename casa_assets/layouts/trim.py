@@ -1,0 +1,95 @@
+"""Cornices over rows of wall units and of tall cabinets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from casa_assets.layouts import sizes
+from casa_assets.layouts.cabinets import face_of
+from casa_assets.layouts.models import Models
+from casa_assets.layouts.runs import CornerPart, Line, Slot
+from casa_assets.layouts.wanted import Depth, Order, Spot, Wanted, member
+from casa_assets.model.units import TALL, BaseKind, BaseUnit, UpperKind
+
+HEIGHT = 0.07  # metres of a cornice
+OUT = 0.04  # metres that it stands out
+FLAT = "flat"  # the profile that does not
+TOUCHING = 0.012  # metres: nearer units are of one row
+LEAST = 0.4  # metres of the shortest cornice
+UNDER = ("under_cabinet", "downlight")  # hoods with a cabinet over them
+
+
+@dataclass(frozen=True)
+class Row:
+    """Units side by side of one height and depth: left and right along their run, metres; whether they are tall."""
+
+    left: float
+    right: float
+    depth: float
+    is_tall: bool
+
+
+def order_cornices(
+    order: Order, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]], models: Models
+) -> None:
+    """A cornice over every row, with returns to the wall at ends that are seen; none where the style has no profile."""
+    profile = models.style.cabinets.cornice
+    if profile is None:
+        return
+    out = 0.0 if profile == FLAT else OUT
+    for name, line in lines.items():
+        if not line.at_wall:
+            continue
+        rows = [r for r in find_rows(line, slots[name], models) if r.right - r.left >= LEAST]
+        for k, row in enumerate(rows):
+            left, right = _is_seen(row, row.left, rows, line), _is_seen(row, row.right, rows, line)
+            params = {
+                "width": round(row.right - row.left, 4),
+                "depth": row.depth,
+                "height": HEIGHT,
+                "out": out,
+                "left_return": left,
+                "right_return": right,
+                "profile": profile,
+                "face": face_of(models, "tall" if row.is_tall else "upper"),
+            }
+            low, high = row.left - (out if left else 0.0), row.right + (out if right else 0.0)
+            spot = Spot(line.frame, (low + high) / 2, row.depth + out, sizes.UPPER_TO + 5e-4, depth=Depth.FRONT)
+            stem = f"{name}_cornice" if k == 0 else f"{name}_cornice_{k + 1}"
+            order.add(Wanted(stem, "cornice", member("cornice/white_crown", params), spot, "", name))
+
+
+def find_rows(line: Line, slots: Sequence[Slot], models: Models) -> list[Row]:
+    """Rows of a run from left to right, tall ones and wall units apart."""
+    out: list[Row] = []
+    for left, right, depth, is_tall in sorted(_topped(line, slots, models)):
+        last = out[-1] if out else None
+        if last and left - last.right < TOUCHING and last.is_tall is is_tall and abs(last.depth - depth) < 1e-3:
+            out[-1] = Row(last.left, right, depth, is_tall)
+        else:
+            out.append(Row(left, right, depth, is_tall))
+    return out
+
+
+def _topped(line: Line, slots: Sequence[Slot], models: Models) -> Iterator[tuple[float, float, float, bool]]:
+    """Left, right, depth of cabinets that reach the height of the wall units, and whether they stand on the floor."""
+    for slot in slots:
+        if abs(slot.high - sizes.UPPER_TO) > 1e-3:
+            continue
+        if slot.is_upper:
+            hood = slot.kind is UpperKind.HOOD and models.of("hood").numbers["form"] in UNDER
+            if hood or slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND):
+                yield slot.left, slot.right, sizes.UPPER_DEPTH, False
+        elif slot.kind in (*TALL, BaseKind.PANEL, BaseKind.FILLER, CornerPart.FILLER):
+            bare = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
+            if not bare:
+                yield slot.left, slot.right, line.depth, True
+
+
+def _is_seen(row: Row, at: float, rows: Sequence[Row], line: Line) -> bool:
+    """Whether an end of a row is free: no wall, no deeper or equal row beside it."""
+    if at < OUT + TOUCHING or at > line.length - OUT - TOUCHING:
+        return False
+    beside = (r for r in rows if r is not row and min(abs(r.left - at), abs(r.right - at)) < OUT + TOUCHING)
+    return all(r.depth < row.depth - 1e-3 for r in beside)
