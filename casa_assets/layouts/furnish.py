@@ -13,8 +13,11 @@ from casa_assets.layouts.runs import Line, Slot
 from casa_assets.layouts.wanted import Depth, Height, Order, Spot, Wanted
 from casa_assets.model.plan import Plan
 from casa_assets.model.style import Choice
+from casa_assets.model.units import Side
 
 SEAT_APART = 0.6  # metres per person at a worktop; NKBA planning guideline 9
+AT_WALL = 0.45  # metres between a wall and the first place at a worktop that begins there
+STAND_ASIDE = 0.03  # metres between a thing on a worktop and the end of the unit below
 ON_TOP = 0.0008  # metres over a worktop at which things are set down
 
 
@@ -26,9 +29,12 @@ def order_stands(order: Order, plan: Plan, slots: Mapping[str, Slot], models: Mo
         if not models.has(stand.id):
             raise Misfit(plan.id, ("stands", stand.id), "a role of the style", repr(stand.id))
         slot = slots[stand.on]
-        u = slot.left + stand.at * slot.width
+        model = models.of(stand.id)
+        # Wide things keep off what is beside the unit.
+        half = min(slot.width, float(model.numbers.get("width", 0.0)) + 2 * STAND_ASIDE) / 2
+        u = min(max(slot.left + stand.at * slot.width, slot.left + half), slot.right - half)
         spot = Spot(slot.line.frame, u, stand.back, sizes.TOP + ON_TOP, stand.turn_deg)
-        order.add(Wanted(stand.id, stand.id, models.of(stand.id).choice, spot, slot.name, slot.line.id))
+        order.add(Wanted(stand.id, stand.id, model.choice, spot, slot.name, slot.line.id))
 
 
 def order_seats(order: Order, plan: Plan, lines: Mapping[str, Line], models: Models) -> None:
@@ -37,7 +43,10 @@ def order_seats(order: Order, plan: Plan, lines: Mapping[str, Line], models: Mod
         if seats.run not in lines:
             raise Misfit(plan.id, ("seats",), "a run of the plan", repr(seats.run))
         line = lines[seats.run]
-        low, high = (line.left.base, line.length - line.right.base)
+        low, high = 0.0, line.length
+        if line.run.joins is not None:
+            # Nobody sits against the wall that a peninsula begins at.
+            low, high = (AT_WALL, high) if line.run.joins.end is Side.RIGHT else (low, high - AT_WALL)
         pitch = min(0.75, (high - low) / seats.count)
         if pitch < SEAT_APART - 0.001:
             got = f"{high - low:.2f} m for {seats.count}"
@@ -97,6 +106,8 @@ def _hung_at(
         span = line.length - 0.4
         return [(line.frame, line.length / 2 + span * ((k + 0.5) / count - 0.5), line.depth / 2) for k in range(count)]
     rows = 1 if count <= 2 else 2
+    if y1 - y0 > x1 - x0:
+        rows = -(-count // rows)
     per = -(-count // rows)
     out = []
     for k in range(count):

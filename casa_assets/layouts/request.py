@@ -14,7 +14,7 @@ from casa_assets.layouts.room import Hole, Room, build_room
 from casa_assets.layouts.runs import Line, Slot, base_slots, place_runs
 from casa_assets.layouts.shell import find_holes, order_shell, order_skirting
 from casa_assets.layouts.splash import order_splash
-from casa_assets.layouts.trim import order_cornices
+from casa_assets.layouts.trim import order_cornices, order_curtains
 from casa_assets.layouts.uppers import upper_slots
 from casa_assets.layouts.wanted import Order, Wanted
 from casa_assets.model.plan import Plan
@@ -78,6 +78,7 @@ def request(
     tops.order_tops(order, lines, slots, models)
     order_splash(order, lines, slots, holes, models)
     order_cornices(order, lines, slots, models)
+    order_curtains(order, holes, models)
     order_skirting(order, room, holes, lines, slots, models, closed)
     furnish.order_stands(order, plan, every, models)
     furnish.order_seats(order, plan, lines, models)

@@ -163,6 +163,13 @@ def _place(
             raise Misfit(plan.id, (*at, "on"), "a wall of the plan", str(error)) from None
         start, end = (metres(plan, x, given, *at, n) for x, n in ((run.start, "start"), (run.end, "end")))
         length = round(wall.length - start - end, 4)
+        if run.length is not None:
+            spare = round(length - metres(plan, run.length, given, *at, "length"), 4)
+            if spare < 0:
+                raise Misfit(plan.id, (*at, "length"), f"at most {length:.2f} m", f"{length - spare:.2f} m")
+            keeps_right = right.kind is EndKind.CORNER and left.kind is EndKind.FREE
+            start, end = (start + spare, end) if keeps_right else (start, end + spare)
+            length = round(length - spare, 4)
         if length <= 0.3:
             raise Misfit(plan.id, at, f"a start and an end that leave some of {wall.length:.2f} m", f"{length:.2f} m")
         if left.kind is EndKind.FREE and start < TOUCHES and not wall.left_bare:
@@ -216,14 +223,14 @@ def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
     high = sizes.TOP - models.style.counter.thickness
     out: list[Slot] = [*_corner_slots(line, Side.LEFT, high)]
     at = line.left.base
-    if first >= 0.02:
+    if first >= 0.02 and not _bare(line.run.base[:1]):
         out.append(_strip(line, f"{line.id}_strip_left", at, at + first, _beside(line.run.base[:1], high)))
     at = round(at + first, 4)
     for k, (unit, width) in enumerate(zip(line.run.base, widths, strict=True)):
         top = sizes.UPPER_TO if _is_tall(line.run.base, k) else high
         out.append(_base_slot(line, unit, at, round(at + width, 4), top))
         at = round(at + width, 4)
-    if last >= 0.02:
+    if last >= 0.02 and not _bare(line.run.base[-1:]):
         out.append(_strip(line, f"{line.id}_strip_right", at, at + last, _beside(line.run.base[-1:], high)))
     out += _corner_slots(line, Side.RIGHT, high)
     return tuple(out)
@@ -246,6 +253,11 @@ def _spread(plan: Plan, line: Line, rest: float) -> tuple[float, float]:
         return round(rest / 2, 3), round(rest - round(rest / 2, 3), 3)
     room = line.length - line.left.base - line.right.base
     raise Misfit(plan.id, ("runs", line.id, "base"), f"units that fill {room:.3f} m", f"{rest:.3f} m less")
+
+
+def _bare(units: tuple[BaseUnit, ...]) -> bool:
+    """Whether a unit needs air beside it instead of a strip: a refrigerator that stands free."""
+    return any(u.kind is BaseKind.FRIDGE and not u.housing for u in units)
 
 
 def _beside(units: tuple[BaseUnit, ...], high: float) -> float:

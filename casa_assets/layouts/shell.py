@@ -12,11 +12,12 @@ from casa_assets.layouts.room import THICK, Hole, Room, WallLine, metres
 from casa_assets.layouts.runs import Line, Slot
 from casa_assets.layouts.wanted import Height, Order, Spot, Wanted, member
 from casa_assets.model.plan import OpeningKind, Plan
-from casa_assets.model.style import Choice
+from casa_assets.model.style import Choice, Shell
 from casa_assets.model.units import BaseKind
 
 CASING = 0.07
 SKIRTING = 0.1
+WAINSCOT = 0.92  # metres: as high as worktops
 GAP = 0.004  # metres between a wall and what is let into it
 # What lies between the leaf of a door and the hole that it fills: lining and play, on each side and above.
 DOOR_FRAME = 0.034
@@ -128,28 +129,32 @@ def order_skirting(
     models: Models,
     closed: bool,
 ) -> None:
-    """Skirting along every stretch of wall that nothing stands at."""
-    shell = models.style.shell
+    """Skirting, or panelling where the style has it, along every stretch of wall that nothing stands at."""
+    high = WAINSCOT if models.style.shell.wainscot else SKIRTING
     for wall in room.walls:
         if wall.open and not closed:
             continue
         beside = _door_casing(models)
-        taken = [(h.left - beside, h.right + beside) for h in holes if h.wall.id == wall.id and not h.is_window]
+        mine = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.low < high + CASING)]
+        taken = [(h.left - beside, h.right + beside) for h in mine]
         taken += _stood_at(wall, lines, slots)
         at, k = 0.0, 0
         for a, b in [*sorted(taken), (wall.length, wall.length)]:
             if a - at >= 0.3:
                 k += 1
-                params = {
-                    "length": round(a - at - 0.004, 4),
-                    "height": SKIRTING,
-                    "profile": shell.skirting,
-                    "face": shell.trim,
-                }
                 spot = Spot(wall.frame, (at + a) / 2, 0.0, 0.0)
-                name = f"skirting_{wall.id}_{k}"
-                order.add(_room_part(name, "skirting", member("skirting/white_bevel", params), spot))
+                lining = _lining(round(a - at - 0.004, 4), models.style.shell)
+                order.add(_room_part(f"skirting_{wall.id}_{k}", "skirting", lining, spot))
             at = max(at, b)
+
+
+def _lining(length: float, shell: Shell) -> Choice:
+    """What runs along the foot of a wall."""
+    if shell.wainscot:
+        panels = {"length": length, "height": WAINSCOT, "panels": shell.wainscot, "face": shell.trim}
+        return member("wall_panelling/white_flat", panels)
+    params = {"length": length, "height": SKIRTING, "profile": shell.skirting, "face": shell.trim}
+    return member("skirting/white_bevel", params)
 
 
 def _door_casing(models: Models) -> float:

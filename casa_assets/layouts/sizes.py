@@ -28,6 +28,7 @@ HOUSING_SIDE = 0.045
 PANEL = 0.02
 # Ref: NKBA kitchen planning guideline 18: 24 inches over the cooking surface to what does not burn.
 HOOD_FROM = 1.6
+CANOPY_LEDGE = 0.013
 ONE_DOOR = 0.5  # a wider cabinet has two doors
 
 
@@ -83,7 +84,9 @@ def upper_span(unit: UpperUnit, models: Models) -> Span:
     if unit.kind is UpperKind.MICROWAVE:
         return Span(0.6, 0.6)
     if unit.kind is UpperKind.HOOD:
-        width = models.of("hood").number("width")
+        hood = models.of("hood")
+        # The ledge of a canopy stands out beside it.
+        width = hood.number("width") + (2 * CANOPY_LEDGE if hood.numbers["form"] == "canopy" else 0.0)
         return Span(width, width)
     return {
         UpperKind.DOORS: Span(0.35, 0.9),

@@ -13,6 +13,7 @@ from casa_assets.layouts.wanted import Order, Spot, Wanted, member
 from casa_assets.model.units import TALL, BaseKind, UpperKind
 
 SPLASH = 0.01  # metres, its thickness
+SILL_HORN = 0.02  # metres by which a sill is longer than the casing on it, at each end
 NARROWEST = 0.3  # metres of a panel
 
 
@@ -26,7 +27,7 @@ def order_splash(
     for name, line in lines.items():
         if not line.at_wall:
             continue
-        for k, (a, b, high) in enumerate(_fields(line, slots[name], holes)):
+        for k, (a, b, high) in enumerate(_fields(line, slots[name], holes, window_reach(models))):
             params = {
                 "width": round(b - a, 4),
                 "height": round(high - sizes.TOP, 4),
@@ -39,7 +40,15 @@ def order_splash(
             )
 
 
-def _fields(line: Line, slots: Sequence[Slot], holes: Sequence[Hole]) -> Iterator[tuple[float, float, float]]:
+def window_reach(models: Models) -> float:
+    """How far a window's casing and sill reach beside and below its hole, metres."""
+    casing = float(models.of("window").numbers.get("casing", 0.0)) if models.has("window") else 0.0
+    return round(max(casing + SILL_HORN, 0.03) + 0.002, 4)
+
+
+def _fields(
+    line: Line, slots: Sequence[Slot], holes: Sequence[Hole], reach: float
+) -> Iterator[tuple[float, float, float]]:
     """Left, right and upper edge of the panels of a run."""
     floor = [s for s in slots if not s.is_upper]
     parts: list[tuple[float, float]] = []
@@ -55,7 +64,7 @@ def _fields(line: Line, slots: Sequence[Slot], holes: Sequence[Hole]) -> Iterato
     if line.right.kind is EndKind.CORNER and parts:
         parts[-1] = (parts[-1][0], line.length)
     for a, b in parts:
-        for c, d, high in _up_to_hoods(_under_windows(line, a, b, holes), slots):
+        for c, d, high in _up_to_hoods(_under_windows(line, a, b, holes, reach), slots):
             while d - c > LONGEST:
                 yield c, c + LONGEST, high
                 c += LONGEST
@@ -83,8 +92,10 @@ def _up_to_hoods(
             yield at, b, high
 
 
-def _under_windows(line: Line, a: float, b: float, holes: Sequence[Hole]) -> Iterator[tuple[float, float, float]]:
-    casing, full = 0.1, sizes.UPPER_FROM
+def _under_windows(
+    line: Line, a: float, b: float, holes: Sequence[Hole], casing: float
+) -> Iterator[tuple[float, float, float]]:
+    full = sizes.UPPER_FROM
     at = a
     for hole in sorted((h for h in holes if h.wall.id == line.run.on), key=lambda h: h.left):
         shift = line.frame.of(*hole.wall.frame.at(0.0, 0.0)[:2])[0]

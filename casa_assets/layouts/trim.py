@@ -1,4 +1,4 @@
-"""Cornices over rows of wall units and of tall cabinets."""
+"""What finishes a kitchen: cornices over rows of cabinets, and cloth at windows."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from casa_assets.layouts import sizes
 from casa_assets.layouts.cabinets import face_of
 from casa_assets.layouts.models import Models
+from casa_assets.layouts.room import Hole
 from casa_assets.layouts.runs import CornerPart, Line, Slot
-from casa_assets.layouts.wanted import Depth, Order, Spot, Wanted, member
+from casa_assets.layouts.wanted import Depth, Height, Order, Spot, Wanted, member
 from casa_assets.model.units import TALL, BaseKind, BaseUnit, UpperKind
 
 HEIGHT = 0.07  # metres of a cornice
@@ -18,6 +19,10 @@ FLAT = "flat"  # the profile that does not
 TOUCHING = 0.012  # metres: nearer units are of one row
 LEAST = 0.4  # metres of the shortest cornice
 UNDER = ("under_cabinet", "downlight")  # hoods with a cabinet over them
+LONG = ("drapes", "tied", "cafe")  # curtains that hang down to worktops and taps
+BEFORE = 0.03  # metres between a wall and the back of a curtain: the casing is between them
+OVER = 0.05  # metres from the top of a hole to that of a curtain
+VALANCE = 0.3
 
 
 @dataclass(frozen=True)
@@ -93,3 +98,20 @@ def _is_seen(row: Row, at: float, rows: Sequence[Row], line: Line) -> bool:
         return False
     beside = (r for r in rows if r is not row and min(abs(r.left - at), abs(r.right - at)) < OUT + TOUCHING)
     return all(r.depth < row.depth - 1e-3 for r in beside)
+
+
+def order_curtains(order: Order, holes: Sequence[Hole], models: Models) -> None:
+    """The style's curtain at every window; none where a long one would hang over a worktop."""
+    if not models.has("curtain"):
+        return
+    model = models.of("curtain")
+    form = model.numbers["form"]
+    for hole in holes:
+        width, height = round(hole.right - hole.left, 4), round(hole.high - hole.low, 4)
+        if not hole.is_window or not 0.7 <= width <= 2.4 or (form in LONG and hole.opening.over is not None):
+            continue
+        if form == "valance":
+            width, height = round(width - 0.1, 4), VALANCE
+        choice = member(model.choice.preset, {**model.choice.params, "width": width, "height": height})
+        spot = Spot(hole.wall.frame, (hole.left + hole.right) / 2, BEFORE, hole.high + OVER, height=Height.HEAD)
+        order.add(Wanted(f"{hole.opening.id}_curtain", "curtain", choice, spot))

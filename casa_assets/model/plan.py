@@ -129,7 +129,8 @@ class Run(Record):
     Attributes:
         on: the wall that it stands at; or faces: a run that it stands before; or joins: a run that it continues.
         start, end: distance of its ends from those of the wall, metres.
-        length: of an island or peninsula; None: the usual widths of its units.
+        length: of an island or peninsula; None: the usual widths of its units. At a wall: instead of what `start` and
+            `end` leave, from the corner that it has on one side, else from its left end.
         base, upper: from left to right.
         overhang: how far the worktop reaches out behind, for people to sit; 0 at a wall.
     """

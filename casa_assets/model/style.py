@@ -72,7 +72,7 @@ class Cabinets(Record):
     Attributes:
         base: all of its fields are needed. upper, tall, island: what differs.
         glass: front of wall units that the plan wants glazed.
-        shelf: finish of open shelves. plinth: finish of toe kicks.
+        shelf: finish of open shelves.
         cornice: profile over the wall units; None for none.
     """
 
@@ -82,7 +82,6 @@ class Cabinets(Record):
     island: Fronts = Fronts()
     glass: Id = "glass_clear"
     shelf: Id
-    plinth: Id | None = None
     cornice: Id | None = None
 
     @model_validator(mode="after")
@@ -109,7 +108,8 @@ class Shell(Record):
     Attributes:
         wall, floor, ceiling: finishes. trim: of skirting and casings.
         turn_deg: boards run across the room (90) or along it (0).
-        skirting: profile. beams: finish of beams under the ceiling, or None.
+        skirting: profile. wainscot: kind of panelling of the lower wall, in its place; None for none.
+        beams: finish of beams under the ceiling, or None.
     """
 
     wall: Id
@@ -118,14 +118,14 @@ class Shell(Record):
     trim: Id = "paint_pure_white"
     turn_deg: int = 0
     skirting: Id = "square"
+    wainscot: Id | None = None
     beams: Id | None = None
 
 
 class Splash(Record):
-    """What covers the wall between worktop and wall units; `full`: up to the ceiling where nothing hangs."""
+    """What covers the wall between worktop and wall units, and up to the hood behind a range or hob."""
 
     face: Id
-    full: bool = False
 
 
 class Style(Record):

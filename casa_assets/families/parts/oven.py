@@ -95,7 +95,7 @@ def cavity(
     for sheet in liners:
         bench.add(ROOT, sheet, looks.liner, label="liner", touch=False, density=7850.0)
     seal = cut(
-        board((a0 - 0.014, y0 - 0.0022, c0 - 0.014), (a1 + 0.014, y0 - 0.0003, c1 + 0.014), 0.0),
+        board((a0 - 0.014, y0 - 0.0013, c0 - 0.014), (a1 + 0.014, y0 - 0.0003, c1 + 0.014), 0.0),
         board((a0 - 0.004, y0 - 0.01, c0 - 0.004), (a1 + 0.004, y0 + 0.01, c1 + 0.004), 0.0),
     )
     bench.add(ROOT, seal, "gasket_grey", label="gasket", touch=False, density=300.0)

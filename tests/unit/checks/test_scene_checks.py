@@ -1,0 +1,178 @@
+"""Checks of whole scenes: each code is silent on what is right, and alone in speaking where one thing is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets.checks.scene.run import run_scene
+from casa_assets.checks.scene.subject import SceneSubject
+from casa_assets.checks.table import TABLE
+from casa_assets.geometry.hull import convex_hull
+from casa_assets.model.asset import Asset, Base, Drive
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.record import Vec3
+from casa_assets.model.scene import Scene
+from casa_assets.model.shape import Box, Hull, Sphere
+from tests.cupboard import cupboard, joint_changed
+from tests.rooms import FLOOR, LIMITS, TO_THE_LEFT, at, block, judged, room, subject
+
+ROWS = {check.code: check for check in TABLE if check.subject is SceneSubject}
+Change = tuple[str, str]
+# A scene, and what is changed of its file.
+Build = Callable[[], tuple[Scene, *tuple[Change, ...]]]
+QUICK = ('timestep="0.002"', 'timestep="0.01"')
+CRATE: Vec3 = (0.2, 0.2, 0.2)
+
+
+def crate(base: Base = Base.FREE, size: Vec3 = CRATE, kind: str = "wall_cabinet") -> Asset:
+    """A box of 0.2 m."""
+    return block("crate", size, base, kind)
+
+
+def lying(sunk: float = 0.0, gravity: float = 9.81) -> Scene:
+    """A crate on the floor, so deep in it."""
+    return room((crate(), at(0.0, 0.0, -sunk)), gravity=gravity)
+
+
+def drawn(stiffness: float) -> Scene:
+    """A cupboard whose drawer is drawn out by a spring; friction holds it up to 50 N/m."""
+    spring = Drive(stiffness=stiffness, damping=0.0, target=0.12)
+    return room((joint_changed("drawer_slide", drive=spring), at(0.0, 0.0, 0.0)))
+
+
+def round_a_corner(gap: float) -> Scene:
+    """Two cupboards at right angles, with so much between their fronts and sides; both have drawers of 0.3 m."""
+    return room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.3 + gap + 0.2, -0.55, 0.0, TO_THE_LEFT)))
+
+
+def rubbing(force: float) -> Scene:
+    """A cupboard whose drawer has so much friction, N."""
+    return room((joint_changed("drawer_slide", frictionloss=force), at(0.0, 0.0, 0.0)))
+
+
+def side_by_side(overlap: float) -> Scene:
+    """Two fixed boxes, one so deep in the other."""
+    box = crate(Base.FIXED)
+    return room((box, at(0.0, 0.0, 0.0)), (box, at(0.2 - overlap, 0.0, 0.0)))
+
+
+def hung(height: float) -> Scene:
+    """A fixed box so high over the floor."""
+    return room((crate(Base.FIXED), at(0.0, 0.0, height)))
+
+
+def beyond(edge: float) -> Scene:
+    """A fixed box that reaches so far over the edge of the floor."""
+    return room((crate(Base.FIXED), at(1.9 + edge, 0.0, 0.0)))
+
+
+def grid(asset: Asset, count: int, apart: float = 0.09) -> Scene:
+    """So many of a thing, each in a place of its own on the floor."""
+    side = int(np.ceil(np.sqrt(count)))
+    start = -apart * (side - 1) / 2
+    return room(*((asset, at(start + apart * (i % side), start + apart * (i // side), 0.0)) for i in range(count)))
+
+
+def stacked(shape: Box | Hull, count: int, step: float) -> Asset:
+    """A fixed thing that is touched as so many shapes, one over the other."""
+    size: Vec3 = (0.05, 0.05, step * count)
+    return block("pile", size, shapes=[(shape, (0.0, 0.0, step * (i + 0.5))) for i in range(count)])
+
+
+def cushion() -> Hull:
+    """A hull of 62 vertices, 2 cm across."""
+    turn = np.linspace(0.0, 2 * np.pi, 31)[:-1]
+    ring = np.column_stack([0.01 * np.cos(turn), 0.01 * np.sin(turn)])
+    points = [*((x, y, z) for x, y in ring for z in (-0.002, 0.002)), (0.0, 0.0, -0.004), (0.0, 0.0, 0.004)]
+    vertices, faces = convex_hull(np.array(points))
+    return Hull(mesh=Mesh(vertices=vertices, faces=faces))
+
+
+def footed(feet: int) -> Asset:
+    """A loose thing on small balls."""
+    spread = np.linspace(-0.02, 0.02, feet)
+    balls = [(Sphere(radius=0.005), (float(x), 0.02 * (-1) ** i, 0.005)) for i, x in enumerate(spread)]
+    return block("thing", (0.05, 0.05, 0.05), Base.FREE, shapes=[*balls, (Box(size=(0.05, 0.05, 0.03)), (0.0, 0.0, 0.03))])
+
+
+def picture(side: int) -> Change:
+    """A picture of that many pixels a side and three bytes each."""
+    made = f'<texture name="big" type="2d" builtin="flat" width="{side}" height="{side}" rgb1="1 1 1"/>'
+    return ("<asset>", f"<asset>{made}")
+
+
+# Code -> what it is silent on, and what trips it alone.
+EXAMPLES: dict[str, tuple[Build, Build]] = {
+    "SCN001": (lambda: (lying(),), lambda: (lying(), ("<statistic ", '<statistic meaninertia="1" '))),
+    "SCN002": (lambda: (lying(0.0004),), lambda: (lying(0.0008),)),
+    "SCN003": (lambda: (lying(gravity=20.0),), lambda: (lying(gravity=4000.0),)),
+    "SCN004": (lambda: (drawn(20.0),), lambda: (drawn(90.0),)),
+    "SCN005": (lambda: (round_a_corner(0.65),), lambda: (round_a_corner(0.1),)),
+    "SCN006": (lambda: (rubbing(8.0),), lambda: (rubbing(21.0),)),
+    "SCN007": (lambda: (side_by_side(0.0008),), lambda: (side_by_side(0.0012),)),
+    "SCN008": (lambda: (hung(0.0015),), lambda: (hung(0.0025),)),
+    "SCN009": (lambda: (beyond(0.004),), lambda: (beyond(0.006),)),
+    "SCN010": (
+        lambda: (grid(block("brick", (0.05, 0.05, 0.05)), 390),),
+        lambda: (grid(block("brick", (0.05, 0.05, 0.05)), 400),),
+    ),
+    "SCN011": (lambda: (room((crate(), at(0.0, 0.0, 0.004))),), lambda: (room((crate(), at(0.0, 0.0, 0.006))),)),
+    "SCN012": (
+        lambda: (grid(stacked(Box(size=(0.05, 0.05, 0.01)), 50, 0.01), 39),),
+        lambda: (grid(stacked(Box(size=(0.05, 0.05, 0.01)), 50, 0.01), 40),),
+    ),
+    "SCN013": (
+        lambda: (grid(crate(size=(0.05, 0.05, 0.05)), 66), QUICK),
+        lambda: (grid(crate(size=(0.05, 0.05, 0.05)), 67), QUICK),
+    ),
+    "SCN014": (
+        lambda: (grid(stacked(cushion(), 10, 0.01), 40),),
+        lambda: (grid(stacked(cushion(), 10, 0.01), 52),),
+    ),
+    "SCN015": (lambda: (lying(), picture(9000)), lambda: (lying(), picture(9400))),
+    "SCN016": (lambda: (grid(footed(4), 60), QUICK), lambda: (grid(footed(6), 60), QUICK)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_good_is_silent(code: str, tmp_path: Path) -> None:
+    scene, *changes = EXAMPLES[code][0]()
+    assert judged(scene, tmp_path, *changes).issues == ()
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_bad_trips_its_code_alone(code: str, tmp_path: Path) -> None:
+    scene, *changes = EXAMPLES[code][1]()
+    report = judged(scene, tmp_path, *changes)
+    assert {(issue.code, issue.severity) for issue in report.issues} == {(code, ROWS[code].severity)}
+    assert [result.code for result in report.results if not result.passed] == [code]
+
+
+def test_every_row_reports_its_number(tmp_path: Path) -> None:
+    report = judged(room((cupboard(), at(0.0, 0.0, 0.0)), (crate(), at(0.0, 0.0, 0.7))), tmp_path)
+    assert report.issues == ()
+    assert [r.code for r in report.results] == sorted(ROWS)
+    found = {r.code: r.number for r in report.results}
+    assert (found["SCN010"], found["SCN012"], found["SCN013"]) == (8, 1 + 7 + 2 + 6 + 2 + 1, 4 + 6)
+    assert found["SCN006"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_what_does_not_load_is_said_once(tmp_path: Path) -> None:
+    report = judged(lying(), tmp_path, ("<worldbody>", '<worldbody><geom type="mesh" mesh="none"/>'))
+    assert [r.code for r in report.results] == ["SCN001"]
+    assert [i.pointer for i in report.issues] == ["scene.xml"]
+
+
+def test_the_same_twice(tmp_path: Path) -> None:
+    found = subject(round_a_corner(0.1), tmp_path)
+    assert run_scene(found, LIMITS) == run_scene(SceneSubject(found.scene, found.root), LIMITS)
+
+
+def test_waived_rows_do_not_run(tmp_path: Path) -> None:
+    report = run_scene(subject(hung(0.1), tmp_path), LIMITS, frozenset({"SCN008"}))
+    assert "SCN008" not in {r.code for r in report.results}
+    assert report.issues == ()
