@@ -68,13 +68,9 @@ def at(x: float, y: float, z: float, quaternion: tuple[float, float, float, floa
 
 def room(*things: tuple[Asset, Pose], floor: Asset = FLOOR, gravity: float = 9.81) -> Scene:
     """Things on a floor whose upper side is z = 0; their placements are called `thing_0`, `thing_1` ..."""
-    ground = Placement(
-        name="ground", asset=floor.id, pose=at(0.0, 0.0, -floor.bounds[1, 2].item()), layer=Layer.ROOM
-    )
+    ground = Placement(name="ground", asset=floor.id, pose=at(0.0, 0.0, -floor.bounds[1, 2].item()), layer=Layer.ROOM)
     assets = {asset.id: asset for asset in (floor, *(asset for asset, _ in things))}
-    placements = (
-        Placement(name=f"thing_{i}", asset=asset.id, pose=pose) for i, (asset, pose) in enumerate(things)
-    )
+    placements = (Placement(name=f"thing_{i}", asset=asset.id, pose=pose) for i, (asset, pose) in enumerate(things))
     return Scene(
         id="room", assets=tuple(assets.values()), placements=(ground, *placements), gravity=(0.0, 0.0, -gravity)
     )

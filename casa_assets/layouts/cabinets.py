@@ -16,6 +16,7 @@ HOB_TRAY = 0.06  # how deep a hob reaches into the unit below
 OVEN_FROM = 0.74  # height of a wall oven's foot above the floor
 MICROWAVE_FROM = 1.08
 TRIM = 0.02  # thickness of fronts
+MICROWAVE_FRAME = 0.04  # metres of the frame round a microwave, above and below
 # From the floor up; only their ratios count.
 DRAWERS: dict[int, tuple[float, ...]] = {
     1: (1.0,),
@@ -188,7 +189,7 @@ def _upper(order: Order, slot: Slot, models: Models, ceiling: float) -> None:
 def _hung_microwave(order: Order, slot: Slot, models: Models) -> None:
     model = models.of("microwave_built_in")
     depth = max(0.42, round(model.number("depth") + 0.05, 3))
-    niche = round(model.number("height") + 0.08, 3)
+    niche = round(model.number("height") + 2 * MICROWAVE_FRAME + NICHE, 4)
     housing = {
         "width": slot.width,
         "depth": depth,
@@ -207,7 +208,7 @@ def _hung_microwave(order: Order, slot: Slot, models: Models) -> None:
         model.choice,
         name=f"{slot.name}_oven",
         v=depth - 0.01,
-        z=slot.low + 0.02,
+        z=slot.low + NICHE / 2,
         depth=Depth.FRONT,
     )
 
@@ -250,9 +251,9 @@ def _tall(order: Order, slot: Slot, models: Models) -> None:
         _put(order, slot, "oven", model.choice, name=f"{slot.name}_oven", v=back, z=OVEN_FROM + 0.002)
     elif unit.kind is BaseKind.MICROWAVE:
         model = models.of("microwave_built_in")
-        niche = {"niche_from": MICROWAVE_FROM, "niche": round(model.number("height") + 0.08, 3), "depth": slot.depth}
+        niche = {"niche_from": MICROWAVE_FROM, "niche": round(model.number("height") + 2 * MICROWAVE_FRAME + NICHE, 4), "depth": slot.depth}
         _put(order, slot, "housing", member("housing_microwave/shaker_white_tall", {**dressed, **niche}))
-        v, z = slot.depth - 0.01, MICROWAVE_FROM + 0.02
+        v, z = slot.depth - 0.01, MICROWAVE_FROM + NICHE / 2
         _put(order, slot, "microwave", model.choice, name=f"{slot.name}_oven", v=v, z=z, depth=Depth.FRONT)
     elif unit.kind is BaseKind.FRIDGE:
         _fridge(order, slot, unit, models, dressed)

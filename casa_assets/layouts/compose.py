@@ -64,7 +64,7 @@ def stand(asset: Asset, spot: Spot) -> Pose:
     """room_from_asset of an asset in a spot."""
     (x, y, z), (_, depth, height) = box_of(asset)
     own = {Depth.BACK: depth / 2, Depth.MIDDLE: 0.0, Depth.FRONT: -depth / 2}[spot.depth]
-    end = {Height.FOOT: -height / 2, Height.HEAD: height / 2}[spot.height]
+    end = {Height.FOOT: -height / 2, Height.MIDDLE: 0.0, Height.HEAD: height / 2}[spot.height]
     # A thing that is turned stands with its turned box against the line.
     if spot.turn_deg:
         angle = math.radians(spot.turn_deg)

@@ -18,6 +18,7 @@ from casa_assets.model.units import Side
 SEAT_APART = 0.6  # metres per person at a worktop; NKBA planning guideline 9
 AT_WALL = 0.45  # metres between a wall and the first place at a worktop that begins there
 STAND_ASIDE = 0.03  # metres between a thing on a worktop and the end of the unit below
+LAMP_ASIDE = 0.75  # metres between an island and the lamps of the room
 ON_TOP = 0.0008  # metres over a worktop at which things are set down
 
 
@@ -43,10 +44,7 @@ def order_seats(order: Order, plan: Plan, lines: Mapping[str, Line], models: Mod
         if seats.run not in lines:
             raise Misfit(plan.id, ("seats",), "a run of the plan", repr(seats.run))
         line = lines[seats.run]
-        low, high = 0.0, line.length
-        if line.run.joins is not None:
-            # Nobody sits against the wall that a peninsula begins at.
-            low, high = (AT_WALL, high) if line.run.joins.end is Side.RIGHT else (low, high - AT_WALL)
+        low, high = _free_part(line)
         pitch = min(0.75, (high - low) / seats.count)
         if pitch < SEAT_APART - 0.001:
             got = f"{high - low:.2f} m for {seats.count}"
@@ -57,6 +55,13 @@ def order_seats(order: Order, plan: Plan, lines: Mapping[str, Line], models: Mod
             spot = Spot(line.frame, u, -line.run.overhang - 0.12, 0.0005, 0.0, Depth.MIDDLE)
             name = f"{seats.run}_stool_{k + 1}"
             order.add(Wanted(name, "stool", models.of("stool").choice, spot, "", seats.run))
+
+
+def _free_part(line: Line) -> tuple[float, float]:
+    """Where people sit along an island or peninsula, metres: nobody sits against the wall that a peninsula begins at."""
+    if line.run.joins is None:
+        return 0.0, line.length
+    return (AT_WALL, line.length) if line.run.joins.end is Side.RIGHT else (0.0, line.length - AT_WALL)
 
 
 def order_hangings(
@@ -80,7 +85,7 @@ def order_hangings(
             u = metres(plan, hung.at, given, *at, "at")
         model = models.of(hung.item)
         v = 0.0105 if models.style.splash and hung.over and sizes.TOP < hung.height < sizes.UPPER_FROM else 0.0
-        spot = Spot(wall.frame, u + hung.shift, v, hung.height, height=Height.FOOT)
+        spot = Spot(wall.frame, u + hung.shift, v, hung.height, height=Height.MIDDLE)
         order.add(Wanted(hung.id, hung.item, model.choice, spot, hung.over or ""))
 
 
@@ -103,8 +108,9 @@ def _hung_at(
     x0, y0, x1, y1 = box
     if over is not None and over in lines:
         line = lines[over]
-        span = line.length - 0.4
-        return [(line.frame, line.length / 2 + span * ((k + 0.5) / count - 0.5), line.depth / 2) for k in range(count)]
+        low, high = _free_part(line)
+        span = high - low - 0.4
+        return [(line.frame, (low + high) / 2 + span * ((k + 0.5) / count - 0.5), line.depth / 2) for k in range(count)]
     rows = 1 if count <= 2 else 2
     if y1 - y0 > x1 - x0:
         rows = -(-count // rows)
@@ -114,9 +120,15 @@ def _hung_at(
         row, column = divmod(k, per)
         x = x0 + (x1 - x0) * (column + 0.5) / per
         y = y1 - (y1 - y0) * (row + 0.5) / rows
-        if room.holds(x, y):
+        if room.holds(x, y) and not any(_is_near(line, x, y) for line in lines.values() if not line.at_wall):
             out.append((Frame(x0, y1, 0), x - x0, y1 - y))
     return out
+
+
+def _is_near(line: Line, x: float, y: float) -> bool:
+    """Whether a point is so near an island or peninsula that a lamp there would hang among its own."""
+    u, v = line.frame.of(x, y)
+    return -LAMP_ASIDE < u < line.length + LAMP_ASIDE and -LAMP_ASIDE < v < line.depth + LAMP_ASIDE
 
 
 def order_floor(order: Order, plan: Plan, room: Room, given: Mapping[str, float], models: Models) -> None:

@@ -220,7 +220,7 @@ def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
     first = last = 0.0
     if rest > 0.0:
         first, last = _spread(plan, line, rest)
-    high = sizes.TOP - models.style.counter.thickness
+    high = sizes.TOP - (models.style.island if line.is_island else models.style.counter).thickness
     out: list[Slot] = [*_corner_slots(line, Side.LEFT, high)]
     at = line.left.base
     if first >= 0.02 and not _bare(line.run.base[:1]):

@@ -96,6 +96,11 @@ def _corner_top(
         left[first.id].append(a)
         left[second.id].insert(0, b)
         return
+    if min(a.right - a.left, b.right - b.left) < SHORTEST_ARM:
+        # What follows the corner ends the worktop: the other one goes through to the wall.
+        longer, name = (a, first.id) if b.right - b.left < SHORTEST_ARM else (b, second.id)
+        left[name].insert(len(left[name]) if longer is a else 0, longer)
+        return
     arm_a = _arm(a.right, a.left, [s.right for s in a.lets][::-1], first.left.kind is EndKind.CORNER)
     arm_b = _arm(0.0, b.right, [s.left for s in b.lets], second.right.kind is EndKind.CORNER)
     if a.right - arm_a - a.left > 0.2:

@@ -23,6 +23,7 @@ class Height(StrEnum):
     """Which end of a thing is at a height."""
 
     FOOT = "foot"
+    MIDDLE = "middle"
     HEAD = "head"
 
 

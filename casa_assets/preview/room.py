@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,9 @@ from casa_assets.preview.camera import Floats
 from casa_assets.preview.darkroom import Pixels
 from casa_assets.preview.still import CannotDraw, finish
 
-SEEN, CEILING = 1, 2  # groups of geoms
+SEEN, CEILING, _HIDDEN = 1, 2, 5  # groups of geoms
+_WALL = "wall_"  # names of walls begin with it
+_ON_WALL = 0.12  # metres from the middle of a wall within which something hangs on it
 # Fractions of white, by eye: a white wall keeps its shading, a black front its form.
 _AMBIENT, _SUN, _SKY, _BOUNCE = 0.2, 0.3, 0.62, 0.3
 _SHINE = 0.8
@@ -104,11 +107,14 @@ def photograph(made: Set, cameras: Sequence[str], frame: Frame = _STANDARD) -> I
     option = mujoco.MjvOption()
     option.geomgroup[:] = [0, 1, 0, 0, 0, 0]
     option.sitegroup[:] = 0
-    with renderer.canvas(model, data, option, frame.width_px, frame.height_px) as canvas:
-        for name in cameras:
-            number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name)
-            if number < 0:
-                raise CannotDraw(f"there is no camera {name!r}; there are {', '.join(made.cameras)}")
+    for name in cameras:
+        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name)
+        if number < 0:
+            raise CannotDraw(f"there is no camera {name!r}; there are {', '.join(made.cameras)}")
+        with (
+            _looked_through(model, data, data.cam_xpos[number]),
+            renderer.canvas(model, data, option, frame.width_px, frame.height_px) as canvas,
+        ):
             total = np.zeros((frame.height_px, frame.width_px, 3))
             for i in range(frame.passes):
                 _aim(canvas.scene, data, model, number, frame, i, radius)
@@ -118,6 +124,28 @@ def photograph(made: Set, cameras: Sequence[str], frame: Frame = _STANDARD) -> I
                 total += canvas.draw()
             beyond = _beyond(canvas)
             yield name, _develop(total / (255.0 * frame.passes), beyond)
+
+
+@contextmanager
+def _looked_through(model: Any, data: Any, eye: Floats) -> Iterator[None]:
+    """While it lasts, walls that stand between the eye and the room are not seen, nor what hangs on them."""
+    before = model.geom_group.copy()
+    for wall in range(1, model.nbody):
+        if not model.body(wall).name.startswith(_WALL):
+            continue
+        turn, at = data.xmat[wall].reshape(3, 3), data.xpos[wall]
+        # A wall faces the room with its -y; the origin of its frame is in the middle of its thickness.
+        if float((eye - at) @ turn[:, 1]) < 0.3:
+            continue
+        reach = np.abs(model.geom_aabb[model.geom_bodyid == wall][:, [0, 3]]).sum(axis=1).max()
+        for geom in range(model.ngeom):
+            along, out, _ = (data.geom_xpos[geom] - at) @ turn
+            if abs(along) < reach + 0.1 and -_ON_WALL < out < 0.3:
+                model.geom_group[geom] = _HIDDEN
+    try:
+        yield
+    finally:
+        model.geom_group[:] = before
 
 
 def render(scene_xml: Path, cameras: Sequence[str], frame: Frame = _STANDARD, pose: str = "start") -> dict[str, bytes]:

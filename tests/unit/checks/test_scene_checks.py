@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.scene import Scene
 from casa_assets.model.shape import Box, Hull, Sphere
 from tests.cupboard import cupboard, joint_changed
-from tests.rooms import FLOOR, LIMITS, TO_THE_LEFT, at, block, judged, room, subject
+from tests.rooms import LIMITS, TO_THE_LEFT, at, block, judged, room, subject
 
 ROWS = {check.code: check for check in TABLE if check.subject is SceneSubject}
 Change = tuple[str, str]
@@ -96,7 +96,9 @@ def footed(feet: int) -> Asset:
     """A loose thing on small balls."""
     spread = np.linspace(-0.02, 0.02, feet)
     balls = [(Sphere(radius=0.005), (float(x), 0.02 * (-1) ** i, 0.005)) for i, x in enumerate(spread)]
-    return block("thing", (0.05, 0.05, 0.05), Base.FREE, shapes=[*balls, (Box(size=(0.05, 0.05, 0.03)), (0.0, 0.0, 0.03))])
+    return block(
+        "thing", (0.05, 0.05, 0.05), Base.FREE, shapes=[*balls, (Box(size=(0.05, 0.05, 0.03)), (0.0, 0.0, 0.03))]
+    )
 
 
 def picture(side: int) -> Change:

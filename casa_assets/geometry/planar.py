@@ -1,0 +1,80 @@
+"""Convex outlines on the floor: what lies in what, how deep, and how far away."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Outline = Sequence[tuple[float, float]] | Floats
+
+
+def outline_of(points: Outline) -> Floats:
+    """(M, 2) corners of the convex outline of (N, 2) points, counter-clockwise from the leftmost one."""
+    # Ref: Andrew 1979, monotone chain.
+    order = np.unique(np.round(np.asarray(points, dtype=np.float64), 6), axis=0)
+    if len(order) < 3:
+        return order
+    chains = []
+    for way in (order, order[::-1]):
+        chain: list[Floats] = []
+        for p in way:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 1e-12:
+                chain.pop()
+            chain.append(p)
+        chains += chain[:-1]
+    return np.array(chains)
+
+
+def _turn(a: Floats, b: Floats, c: Floats) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def overlap(one: Outline, other: Outline) -> float:
+    """How deep two convex outlines lie in each other: the least way that parts them; negative for a gap. Metres."""
+    a, b = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
+    normals = np.concatenate([_normals(a), _normals(b)])
+    p, q = normals @ a.T, normals @ b.T
+    return float(np.minimum(p.max(axis=1) - q.min(axis=1), q.max(axis=1) - p.min(axis=1)).min())
+
+
+def distance(outline: Outline, points: Floats) -> Floats:
+    """(N,) distance of (N, 2) points from a convex outline, 0 inside, metres."""
+    a = np.asarray(outline, dtype=np.float64)
+    b = np.roll(a, -1, axis=0)
+    edge = b - a
+    length = np.maximum((edge**2).sum(axis=1), 1e-18)
+    from_a = points[:, None, :] - a[None]
+    along = np.clip((from_a * edge).sum(axis=2) / length, 0.0, 1.0)
+    away = np.sqrt(((from_a - along[..., None] * edge) ** 2).sum(axis=2)).min(axis=1)
+    inside = ((edge[:, 0] * from_a[..., 1] - edge[:, 1] * from_a[..., 0]) >= 0).all(axis=1)
+    found: Floats = np.where(inside, 0.0, away)
+    return found
+
+
+def within(outline: Outline, start: tuple[float, float], end: tuple[float, float]) -> float:
+    """Length of the part of a straight line that lies inside a convex outline, metres."""
+    a = np.asarray(outline, dtype=np.float64)
+    normals = _normals(a)
+    p, q = np.array(start), np.array(end)
+    low, high = 0.0, 1.0
+    for normal, corner in zip(normals, a, strict=True):
+        here, step = float(normal @ (p - corner)), float(normal @ (q - p))
+        if abs(step) < 1e-12:
+            if here > 0:
+                return 0.0
+        elif step > 0:
+            high = min(high, -here / step)
+        else:
+            low = max(low, -here / step)
+    return max(0.0, high - low) * float(np.linalg.norm(q - p))
+
+
+def _normals(outline: Floats) -> Floats:
+    """(M, 2) outward unit normals of the edges of a counter-clockwise outline."""
+    edge = np.roll(outline, -1, axis=0) - outline
+    normals = np.stack([edge[:, 1], -edge[:, 0]], axis=1)
+    found: Floats = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    return found
