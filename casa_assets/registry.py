@@ -17,6 +17,7 @@ from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.category import Category, Certainty, QCode
 from casa_assets.model.contract import Contract
 from casa_assets.model.decided import Class, Limit, Rejection, Waiver, Words
+from casa_assets.model.fields import expected_one_of, fields_at
 from casa_assets.model.finish import Plain
 from casa_assets.model.material import Substance
 from casa_assets.model.record import Record
@@ -49,10 +50,19 @@ class Document:
 
     def fault(self, path: Path_, expected: str, got: str) -> RegistryError:
         """The error to raise about the value at `path`, or about its nearest ancestor in the file."""
-        at = path
+        at = path = self._written(path)
         while at and at not in self.lines:
             at = at[:-1]
         return RegistryError(self.file, self.lines.get(at, 1), ".".join(map(str, path)), expected, got)
+
+    def _written(self, path: Path_) -> Path_:
+        """The path as the file has it: lists of records may be written as mappings of ids to rows."""
+        out, here = [], self.value
+        for step in path:
+            key = list(here)[step] if isinstance(here, dict) and isinstance(step, int) and step < len(here) else step
+            here = here[key] if isinstance(here, dict) and key in here else None
+            out.append(key)
+        return tuple(out)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,10 +167,12 @@ def read_record(kind: type[R], row: Any, document: Document, path: Path_, **give
     try:
         return kind.model_validate({**row, **given})
     except ValidationError as error:
-        first = error.errors()[0]
+        # A name that is misspelt is also one that is missing: the former says more.
+        first = next((e for e in error.errors() if e["type"] == "extra_forbidden"), error.errors()[0])
         at = (*path, *first["loc"])
         if first["type"] == "extra_forbidden":
-            raise document.fault(at, f"one of {', '.join(kind.model_fields)}", repr(first["loc"][-1])) from None
+            got = str(first["loc"][-1])
+            raise document.fault(at, expected_one_of(fields_at(kind, first["loc"][:-1]), got), repr(got)) from None
         got = "nothing" if first["type"] == "missing" else repr(first["input"])[:80]
         raise document.fault(at, first["msg"], got) from None
 

@@ -14,7 +14,7 @@ Outline = Sequence[tuple[float, float]] | Floats
 def outline_of(points: Outline) -> Floats:
     """(M, 2) corners of the convex outline of (N, 2) points, counter-clockwise from the leftmost one."""
     # Ref: Andrew 1979, monotone chain.
-    order = np.unique(np.round(np.asarray(points, dtype=np.float64), 6), axis=0)
+    order: Floats = np.unique(np.round(np.asarray(points, dtype=np.float64), 6), axis=0)
     if len(order) < 3:
         return order
     chains = []

@@ -16,6 +16,9 @@ HOB_TRAY = 0.06  # how deep a hob reaches into the unit below
 OVEN_FROM = 0.74  # height of a wall oven's foot above the floor
 MICROWAVE_FROM = 1.08
 TRIM = 0.02  # thickness of fronts
+BOARD = 0.018  # thickness of the boards over and under a niche, half of which is in it
+HOUSING_FLOOR = 0.0062
+FRAME_PROUD = 0.0025  # how far a built-in microwave lies behind the fronts beside it: its frame is before boards
 MICROWAVE_FRAME = 0.04  # metres of the frame round a microwave, above and below
 # From the floor up; only their ratios count.
 DRAWERS: dict[int, tuple[float, ...]] = {
@@ -84,7 +87,7 @@ def _base(order: Order, slot: Slot, models: Models) -> None:
     elif unit.kind in (BaseKind.DOORS, BaseKind.HOB):
         doors = {"doors": 1 if slot.width <= sizes.ONE_DOOR else 2, "hinge": side}
         drawer = 0.17 if unit.drawers and unit.kind is BaseKind.DOORS else 0.0
-        shelves = {"shelves": 1} if unit.kind is BaseKind.HOB else {}
+        shelves = {"shelves": 1, "open_top": True} if unit.kind is BaseKind.HOB else {}
         _put(
             order, slot, "base", member("base_cabinet/shaker_white", {**dressed, **doors, "drawer": drawer, **shelves})
         )
@@ -207,7 +210,7 @@ def _hung_microwave(order: Order, slot: Slot, models: Models) -> None:
         "microwave",
         model.choice,
         name=f"{slot.name}_oven",
-        v=depth - 0.01,
+        v=depth - FRAME_PROUD,
         z=slot.low + NICHE / 2,
         depth=Depth.FRONT,
     )
@@ -242,18 +245,22 @@ def _tall(order: Order, slot: Slot, models: Models) -> None:
         model = models.of("oven")
         niche: dict[str, Any] = {
             "niche_from": OVEN_FROM,
-            "niche": round(model.number("height") + NICHE, 4),
+            "niche": round(model.number("height") + BOARD + NICHE, 4),
             "depth": slot.depth,
         }
         niche |= {"over": "doors" if slot.width >= 0.5 else "door"}
         _put(order, slot, "housing", member("housing_oven/shaker_white", {**dressed, **niche}))
         back = round(slot.depth - TRIM - 0.001 - model.number("depth"), 4)
-        _put(order, slot, "oven", model.choice, name=f"{slot.name}_oven", v=back, z=OVEN_FROM + 0.002)
+        _put(order, slot, "oven", model.choice, name=f"{slot.name}_oven", v=back, z=OVEN_FROM + BOARD / 2 + 0.001)
     elif unit.kind is BaseKind.MICROWAVE:
         model = models.of("microwave_built_in")
-        niche = {"niche_from": MICROWAVE_FROM, "niche": round(model.number("height") + 2 * MICROWAVE_FRAME + NICHE, 4), "depth": slot.depth}
+        niche = {
+            "niche_from": MICROWAVE_FROM,
+            "niche": round(model.number("height") + 2 * MICROWAVE_FRAME + NICHE, 4),
+            "depth": slot.depth,
+        }
         _put(order, slot, "housing", member("housing_microwave/shaker_white_tall", {**dressed, **niche}))
-        v, z = slot.depth - 0.01, MICROWAVE_FROM + NICHE / 2
+        v, z = slot.depth - FRAME_PROUD, MICROWAVE_FROM + NICHE / 2
         _put(order, slot, "microwave", model.choice, name=f"{slot.name}_oven", v=v, z=z, depth=Depth.FRONT)
     elif unit.kind is BaseKind.FRIDGE:
         _fridge(order, slot, unit, models, dressed)
@@ -267,4 +274,5 @@ def _fridge(order: Order, slot: Slot, unit: BaseUnit, models: Models, dressed: d
         _put(
             order, slot, "housing", member("housing_fridge/shaker_white", {**dressed, **niche}), name=f"{name}_housing"
         )
-    _put(order, slot, "fridge", model.choice, name=name, v=0.03)
+    # In a housing it stands on the board that closes its floor.
+    _put(order, slot, "fridge", model.choice, name=name, v=0.03, z=HOUSING_FLOOR if unit.housing else 0.0)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from casa_assets.errors import Misfit
+from casa_assets.layouts import sizes
 from casa_assets.layouts.frame import Frame
 from casa_assets.layouts.models import Models
 from casa_assets.layouts.room import THICK, Hole, Room, WallLine, metres
@@ -17,6 +18,7 @@ from casa_assets.model.units import BaseKind
 
 CASING = 0.07
 SKIRTING = 0.1
+SKIRTING_DEEP = 0.017
 WAINSCOT = 0.92  # metres: as high as worktops
 GAP = 0.004  # metres between a wall and what is let into it
 # What lies between the leaf of a door and the hole that it fills: lining and play, on each side and above.
@@ -138,7 +140,8 @@ def order_skirting(
         mine = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.low < high + CASING)]
         taken = [(h.left - beside, h.right + beside) for h in mine]
         taken += _stood_at(wall, lines, slots)
-        at, k = 0.0, 0
+        # In an inner corner it ends before that of the wall beside.
+        at, k = SKIRTING_DEEP, 0
         for a, b in [*sorted(taken), (wall.length, wall.length)]:
             if a - at >= 0.3:
                 k += 1
@@ -171,9 +174,9 @@ def _stood_at(
         for slot in slots[name]:
             if slot.is_upper or slot.kind is BaseKind.GAP:
                 continue
-            corners = [
-                wall.frame.of(*line.frame.at(u, v)[:2]) for u in (slot.left, slot.right) for v in (0.0, slot.depth)
-            ]
+            # Worktops stand out before fronts, and panels behind what stands at no wall.
+            back, front = (0.0 if line.at_wall else -2 * sizes.PANEL), slot.depth + sizes.OVERHANG + GAP
+            corners = [wall.frame.of(*line.frame.at(u, v)[:2]) for u in (slot.left, slot.right) for v in (back, front)]
             us, vs = zip(*corners, strict=True)
             if min(vs) < 0.05 and max(vs) > -0.05:
                 out.append((min(us), max(us)))

@@ -17,8 +17,8 @@ ISLAND_DEPTH = 0.75
 # How far a worktop stands out before the fronts, and what lies between fronts and the inside of a corner, so that
 # handles of both runs pass each other.
 OVERHANG = TOP_DEPTH - BASE_DEPTH
-CORNER = 0.67
-UPPER_CORNER = 0.43
+CORNER = 0.72
+UPPER_CORNER = 0.48
 CORNER_DOOR = 0.45
 UPPER_CORNER_DOOR = 0.38
 DIAGONAL, UPPER_DIAGONAL = 0.92, 0.66

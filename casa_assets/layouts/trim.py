@@ -18,9 +18,10 @@ OUT = 0.04  # metres that it stands out
 FLAT = "flat"  # the profile that does not
 TOUCHING = 0.012  # metres: nearer units are of one row
 LEAST = 0.4  # metres of the shortest cornice
+PLAY = 0.0005
 UNDER = ("under_cabinet", "downlight")  # hoods with a cabinet over them
 LONG = ("drapes", "tied", "cafe")  # curtains that hang down to worktops and taps
-BEFORE = 0.03  # metres between a wall and the back of a curtain: the casing is between them
+BEFORE = 0.0235  # metres between a wall and the back of a curtain: the casing that it hangs on is between them
 OVER = 0.05  # metres from the top of a hole to that of a curtain
 VALANCE = 0.3
 
@@ -49,8 +50,13 @@ def order_cornices(
         rows = [r for r in find_rows(line, slots[name], models) if r.right - r.left >= LEAST]
         for k, row in enumerate(rows):
             left, right = _is_seen(row, row.left, rows, line), _is_seen(row, row.right, rows, line)
+            # It ends at the return of a deeper row beside it.
+            begin = row.left + (out + PLAY if _is_butted(row, row.left, rows) else 0.0)
+            end = row.right - (out + PLAY if _is_butted(row, row.right, rows) else 0.0)
+            if end - begin < LEAST:
+                continue
             params = {
-                "width": round(row.right - row.left, 4),
+                "width": round(end - begin, 4),
                 "depth": row.depth,
                 "height": HEIGHT,
                 "out": out,
@@ -59,7 +65,7 @@ def order_cornices(
                 "profile": profile,
                 "face": face_of(models, "tall" if row.is_tall else "upper"),
             }
-            low, high = row.left - (out if left else 0.0), row.right + (out if right else 0.0)
+            low, high = begin - (out if left else 0.0), end + (out if right else 0.0)
             spot = Spot(line.frame, (low + high) / 2, row.depth + out, sizes.UPPER_TO + 5e-4, depth=Depth.FRONT)
             stem = f"{name}_cornice" if k == 0 else f"{name}_cornice_{k + 1}"
             order.add(Wanted(stem, "cornice", member("cornice/white_crown", params), spot, "", name))
@@ -96,8 +102,16 @@ def _is_seen(row: Row, at: float, rows: Sequence[Row], line: Line) -> bool:
     """Whether an end of a row is free: no wall, no deeper or equal row beside it."""
     if at < OUT + TOUCHING or at > line.length - OUT - TOUCHING:
         return False
-    beside = (r for r in rows if r is not row and min(abs(r.left - at), abs(r.right - at)) < OUT + TOUCHING)
-    return all(r.depth < row.depth - 1e-3 for r in beside)
+    return all(r.depth < row.depth - 1e-3 for r in _beside(row, at, rows))
+
+
+def _is_butted(row: Row, at: float, rows: Sequence[Row]) -> bool:
+    """Whether a deeper row stands at an end of a row."""
+    return any(r.depth > row.depth + 1e-3 for r in _beside(row, at, rows))
+
+
+def _beside(row: Row, at: float, rows: Sequence[Row]) -> list[Row]:
+    return [r for r in rows if r is not row and min(abs(r.left - at), abs(r.right - at)) < OUT + TOUCHING]
 
 
 def order_curtains(order: Order, holes: Sequence[Hole], models: Models) -> None:

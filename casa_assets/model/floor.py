@@ -270,6 +270,13 @@ class Row(Record):
         return (x * c + y * s, x * s - y * c)
 
     @property
+    def span(self) -> Vec2:
+        """Where it begins and ends along its line, corners included, metres."""
+        first = 0.0 if self.left is not RunEnd.FREE or not self.units else self.units[0].left
+        last = self.length if self.right is not RunEnd.FREE or not self.units else self.units[-1].right
+        return first, last
+
+    @property
     def frontages(self) -> tuple[Vec2, ...]:
         """Stretches of worktop along it that nothing tall, no range and no gap interrupts; corners not counted."""
         out: list[Vec2] = []
@@ -298,6 +305,32 @@ class Aisle(Record):
     other: str
     width: float
     at: Vec2
+
+
+class Stance(StrEnum):
+    """Where a robot stands as seen by who looks at the fixture's front."""
+
+    FRONT = "front"
+    LEFT = "left"
+    RIGHT = "right"
+    BEHIND = "behind"
+
+
+class Parking(Record):
+    """Where a robot's base stands to work at a fixture.
+
+    Attributes:
+        fixture: its name. open: joint whose leaf stands open meanwhile, empty where all is shut.
+        at: middle of the base. yaw: direction in which the robot looks, radians to the left of the x axis.
+        stance: before the fixture, or beside or behind the open leaf. aside: how far from the fixture's middle, metres.
+    """
+
+    fixture: Id
+    open: str = ""
+    at: Vec2
+    yaw: float
+    stance: Stance = Stance.FRONT
+    aside: float = 0.0
 
 
 class Facts(Record):

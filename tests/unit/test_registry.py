@@ -315,7 +315,7 @@ def test_a_sound_small_registry_loads(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("files", "file", "line", "pointer", "says"),
     [
-        ({"categories": MUG + "cup: {colour: red}\n"}, "categories.yaml", 4, "cup.parent", "nothing"),
+        ({"categories": MUG + "cup: {colour: red}\n"}, "categories.yaml", 4, "cup.colour", "one of id, parent"),
         ({"categories": MUG.replace("aliases:", "colour:")}, "categories.yaml", 3, "mug.colour", "colour"),
         ({"categories": MUG + MUG}, "categories.yaml", 4, "mug", "each key once"),
         ({"categories": MUG.replace("drinkware", "drinkwear")}, "categories.yaml", 1, "mug.parent", "drinkwear"),

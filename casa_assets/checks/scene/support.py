@@ -14,10 +14,15 @@ ROOM = (FLOOR, WALL, CEILING)
 # between, canopies of lamps cover a gap.
 FROM_FLOOR_M, FROM_WALL_M, FROM_CEILING_M, FROM_OTHER_M = 0.002, 0.012, 0.005, 0.002
 # What is held by its neighbours, at any side.
-BESIDE = frozenset({"filler", "cabinet_panel", "cornice", "toe_kick", "sink", "hob", "skirting", "backsplash"})
+BESIDE = frozenset(
+    {"filler", "cabinet_panel", "cornice", "toe_kick", "sink", "hob", "skirting", "backsplash", "curtain"}
+)
 # What hangs on a wall even near the floor. All else whose foot is lower than this has to stand on the floor.
 HUNG_LOW = frozenset({"outlet", "switch", "window", "door", "curtain", "wall_panelling"})
 LOW_M = 0.6
+# Screwed to the sides of the cabinet round it.
+BUILT_IN, HOUSING = frozenset({"microwave", "wall_oven"}), "housing_cabinet"
+HIGHER_M = 0.004  # as the limit collider_bounds_m of single assets grants
 MM = 1000.0
 
 
@@ -69,7 +74,9 @@ class Hold:
         kind, carrier = self.subject.category(name), self.subject.category(other)
         low = self.bounds[name][0, 2] - self.floor < LOW_M
         if carrier == FLOOR:
-            return self._is_seen_on_floor(name) or self._stands_on(name, other, FROM_FLOOR_M)
+            return self._stands_on(name, other, FROM_FLOOR_M)
+        if kind in BUILT_IN and carrier == HOUSING and self._near(name, other, FROM_OTHER_M):
+            return True
         if kind in BESIDE:
             return self._near(name, other, FROM_WALL_M if carrier == WALL else FROM_OTHER_M)
         if carrier == WALL:
@@ -78,16 +85,16 @@ class Hold:
             return self._near(name, other, FROM_CEILING_M)
         return self._stands_on(name, other, FROM_OTHER_M)
 
-    def _is_seen_on_floor(self, name: str) -> bool:
-        """Whether what is seen of it comes down to the floor; what is touched may end a little above."""
-        return abs(self.feet[name] - self.floor) <= FROM_FLOOR_M
-
     def _near(self, name: str, other: str, gap: float) -> bool:
         """Whether two things come as near as that, in any direction."""
         return self._closest(self.subject.data, name, other, gap) <= gap
 
     def _stands_on(self, name: str, other: str, gap: float) -> bool:
-        """Whether a thing that is lowered by `gap` goes into what it did not go into before."""
+        """Whether a thing that is lowered by `gap` goes into what it did not go into before.
+
+        What is touched of a thing may end a little higher than what is seen of it; it is what is seen that stands.
+        """
+        gap += float(np.clip(self.bounds[name][0, 2] - self.feet[name], 0.0, HIGHER_M))
         if not self._near(name, other, gap):
             return False
         before = self._closest(self.subject.data, name, other, gap)

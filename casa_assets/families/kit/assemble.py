@@ -10,6 +10,7 @@ import numpy as np
 from casa_assets.families.family import Params
 from casa_assets.families.kit import dynamics
 from casa_assets.families.kit.bench import ROOT, Bench, Moved, Part, Piece
+from casa_assets.families.kit.settle import settled
 from casa_assets.families.kit.skin import skin
 from casa_assets.families.kit.weight import total
 from casa_assets.model.asset import Asset, Drive, Inertial, Joint, JointKind, Link, Region, Visual
@@ -60,7 +61,7 @@ def assemble(bench: Bench, family: str, params: Params) -> Asset:
             generator="casa-assets families",
         ),
     )
-    return with_outside(centred(made))
+    return with_outside(settled(centred(made)))
 
 
 def _ordered(bench: Bench) -> list[Piece]:

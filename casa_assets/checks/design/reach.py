@@ -1,0 +1,27 @@
+"""Whether a robot gets to every fixture."""
+
+from __future__ import annotations
+
+from casa_assets.checks.check import Measured
+from casa_assets.checks.design.subject import DesignSubject
+
+
+def is_reached(subject: DesignSubject, limit: float | None) -> Measured:
+    """A base can park before every fixture, coming from a doorway or an open side; counts those that it cannot."""
+    assert limit is not None
+    lost = [name for name, place in subject.lots.shut.items() if place is None]
+    says = "no base of 0.30 m radius can park before it: leave floor free there, and a way to it"
+    return Measured(float(len(lost)), tuple((f"fixtures/{n}", says) for n in lost) if len(lost) > limit else ())
+
+
+def is_reached_open(subject: DesignSubject, limit: float | None) -> Measured:
+    """The same with each door, flap or drawer of it open, one after the other; counts those that it cannot.
+
+    Fixtures that are not reached with all shut are the business of `is_reached`.
+    """
+    assert limit is not None
+    lots = subject.lots
+    lost = [key for key, place in lots.open.items() if place is None and lots.shut[key[0]] is not None]
+    says = "no base of 0.30 m radius can stand before, beside or behind it once it is open"
+    problems = tuple((f"fixtures/{name}/{joint}", says) for name, joint in lost)
+    return Measured(float(len(lost)), problems if len(lost) > limit else ())

@@ -1,0 +1,33 @@
+"""A kitchen as the checks of design, ways and tasks see it: its facts, and what is worked out of them once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from casa_assets.checks.design.floor_map import FloorMap
+from casa_assets.checks.design.parking import Lots, park
+from casa_assets.model.floor import Facts
+
+
+@dataclass(frozen=True, eq=False)
+class DesignSubject:
+    """A kitchen's facts; a subject is equal to itself alone.
+
+    Attributes:
+        facts: from layouts.facts.facts_of.
+        seed: of the samples with which tasks are tried.
+    """
+
+    facts: Facts
+    seed: int = 0
+
+    @cached_property
+    def floor(self) -> FloorMap:
+        """The floor as a grid."""
+        return FloorMap(self.facts)
+
+    @cached_property
+    def lots(self) -> Lots:
+        """Where a robot parks."""
+        return park(self.facts, self.floor)

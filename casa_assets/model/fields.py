@@ -1,0 +1,36 @@
+"""Which fields a place in nested records may have, for errors that name them."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Sequence
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+
+def fields_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ...]:
+    """Names that a record takes at a path into it, such as `("runs", 0, "base")`; empty where no record is there."""
+    found: list[type[BaseModel]] = [kind]
+    for step in path:
+        below: list[type[BaseModel]] = []
+        for record in found:
+            if isinstance(step, str) and step in record.model_fields:
+                below += _records(record.model_fields[step].annotation)
+        # An index, or the key of a mapping, leads into what the field already holds.
+        found = below or found
+    return tuple(dict.fromkeys(name for record in found for name in record.model_fields))
+
+
+def expected_one_of(names: Sequence[str], got: str) -> str:
+    """`one of a, b, c`, the nearest to what was written told first."""
+    near = difflib.get_close_matches(got, names, n=1, cutoff=0.5)
+    hint = f"{near[0]!r}, or another " if near else ""
+    return f"{hint}one of {', '.join(names)}"
+
+
+def _records(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from _records(inner)

@@ -1,0 +1,138 @@
+"""Resolved kitchens seen from above: boxes of units, and how far runs are from each other and from the walls."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.layouts import sizes
+from casa_assets.layouts.models import Models
+from casa_assets.layouts.request import Kitchen, request
+from casa_assets.layouts.runs import Line, Slot
+from casa_assets.model.plan import Plan
+from casa_assets.model.units import BaseKind
+from casa_assets.pipeline.kitchens import offers
+from casa_assets.registry_kitchens import load_plan, load_style
+
+PLAY = 0.0015  # metres
+STYLE = "coastal"
+
+
+@dataclass(frozen=True)
+class Rect:
+    """A rectangle on the floor: least and greatest x, y, metres."""
+
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+
+    def gap(self, other: Rect) -> float:
+        """Metres between two of them; less than 0 where they overlap by more than their play."""
+        dx = max(self.x0 - other.x1, other.x0 - self.x1)
+        dy = max(self.y0 - other.y1, other.y0 - self.y1)
+        return math.hypot(max(dx, 0.0), max(dy, 0.0)) if max(dx, dy) > -PLAY else max(dx, dy)
+
+    def meets(self, other: Rect, axis: str) -> bool:
+        """Whether they overlap along x or y."""
+        a, b, c, d = (self.x0, self.x1, other.x0, other.x1) if axis == "x" else (self.y0, self.y1, other.y0, other.y1)
+        return min(b, d) - max(a, c) > PLAY
+
+
+def rect(line: Line, left: float, right: float, back: float, front: float) -> Rect:
+    """What lies between two places along a run and two distances from its line."""
+    (xa, ya, _), (xb, yb, _) = line.frame.at(left, back), line.frame.at(right, front)
+    return Rect(min(xa, xb), min(ya, yb), max(xa, xb), max(ya, yb))
+
+
+def slot_rect(slot: Slot) -> Rect:
+    """What a unit takes up, without its worktop."""
+    return rect(slot.line, slot.left, slot.right, 0.0, slot.depth)
+
+
+def boxes(kitchen: Kitchen) -> list[tuple[Slot, Rect]]:
+    """All units, on the floor and on the wall."""
+    return [(s, slot_rect(s)) for row in kitchen.slots.values() for s in row if s.kind is not BaseKind.GAP]
+
+
+def floor_row(kitchen: Kitchen, line: Line) -> list[Slot]:
+    """Units of a run that stand on the floor, from left to right."""
+    return [s for s in kitchen.slots[line.id] if not s.is_upper]
+
+
+def body(kitchen: Kitchen, line: Line) -> Rect:
+    """A whole run with its worktop, or its refrigerator where that reaches out further."""
+    row = floor_row(kitchen, line)
+    front = line.depth + sizes.OVERHANG
+    if any(s.kind is BaseKind.FRIDGE for s in row):
+        front = max(front, Models(kitchen.style, offers()).of("fridge").number("depth") + 0.03)
+    back = 0.0 if line.at_wall else -line.run.overhang
+    return rect(line, row[0].left, row[-1].right, back, front)
+
+
+def cornered(kitchen: Kitchen, one: Line, other: Line) -> bool:
+    """Whether two runs meet in a corner."""
+    return any({one.id, other.id} == set(c.runs) for c in kitchen.plan.corners)
+
+
+def passages(kitchen: Kitchen) -> Iterator[tuple[str, str, float, float]]:
+    """Runs that people pass between, the metres there are, and those that there have to be."""
+    for one, other in itertools.combinations(kitchen.lines.values(), 2):
+        if cornered(kitchen, one, other):
+            continue
+        a, b = body(kitchen, one), body(kitchen, other)
+        face = (one.frame.quarter - other.frame.quarter) % 4 == 2
+        axis = "x" if one.frame.quarter % 2 == 0 else "y"
+        works = face and a.meets(b, axis) and not (one.is_island and other.is_island)
+        yield one.id, other.id, a.gap(b), 1.067 if works else 0.914
+
+
+def walls_free(kitchen: Kitchen) -> Iterator[tuple[str, str, float]]:
+    """Free-standing sides of runs, the walls across from them, and the metres between."""
+    for line in kitchen.lines.values():
+        here = body(kitchen, line)
+        middle = ((here.x0 + here.x1) / 2, (here.y0 + here.y1) / 2)
+        for wall in kitchen.room.walls:
+            if wall.id == line.run.on or (line.run.joins and wall.id == kitchen.lines[line.run.joins.run].run.on):
+                continue
+            us, vs = zip(*(wall.frame.of(x, y) for x in (here.x0, here.x1) for y in (here.y0, here.y1)), strict=True)
+            if (
+                wall.frame.of(*middle)[1] > 0
+                and min(us) < wall.length
+                and max(us) > 0
+                and not _touches(line, wall.id, kitchen)
+            ):
+                yield line.id, wall.id, min(vs)
+
+
+def _touches(line: Line, wall: str, kitchen: Kitchen) -> bool:
+    """Whether a run ends at a wall or in the corner before it."""
+    if not line.at_wall:
+        return False
+    k = [w.id for w in kitchen.room.walls].index(line.run.on or "")
+    walls = kitchen.room.walls
+    return wall in (walls[k - 1].id, walls[(k + 1) % len(walls)].id)
+
+
+def made(name: str, given: Mapping[str, float] | None = None, style: str = STYLE) -> Kitchen:
+    """A plan in metres."""
+    return request(load_plan(name)[0], load_style(style)[0], offers(), given)
+
+
+def extremes(plan: Plan) -> Iterator[dict[str, float]]:
+    """A plan's own lengths, then all of their least and greatest ones together."""
+    yield {}
+    ends = [[(name, p.low), (name, p.high)] for name, p in plan.parameters.items()]
+    for picked in itertools.product(*ends):
+        yield dict(picked)
+
+
+def draws(plan: Plan, count: int) -> Iterator[dict[str, float]]:
+    """Lengths within their bounds."""
+    rng = np.random.default_rng(20)
+    for _ in range(count):
+        yield {name: round(float(rng.uniform(p.low, p.high)), 3) for name, p in plan.parameters.items()}

@@ -1,0 +1,226 @@
+"""All plans, as they are, at the ends of their parameters and between: do they fit, and can one work in them?"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import pytest
+
+from casa_assets.layouts import sizes
+from casa_assets.layouts.request import Kitchen
+from casa_assets.layouts.runs import CornerPart, EndKind, Slot
+from casa_assets.layouts.tops import BREAKS
+from casa_assets.model.plan import OpeningKind
+from casa_assets.model.units import TALL, BaseKind, UpperKind
+from casa_assets.registry_kitchens import load_plan, plan_names, style_names
+from tests.floors import PLAY, Rect, boxes, draws, extremes, floor_row, made, passages, rect, slot_rect, walls_free
+
+PLANS = plan_names()
+COOKERS = (BaseKind.RANGE, BaseKind.HOB)
+APPLIANCES = (*COOKERS, BaseKind.DISHWASHER, BaseKind.FRIDGE, BaseKind.OVEN, BaseKind.MICROWAVE)
+# Of the ten original plans: width and depth of the room, metres; whether a hob with a wall oven; stools; window.
+TABLE = {
+    "one_wall_small": (5.5, 3.0, False, 0, False),
+    "one_wall_large": (6.3, 5.0, True, 3, False),
+    "l_small": (5.2, 5.2, False, 0, True),
+    "l_large": (5.2, 5.9, True, 3, True),
+    "galley": (3.2, 5.6, False, 0, True),
+    "u_small": (4.4, 4.5, False, 0, True),
+    "u_large": (6.4, 5.0, True, 3, True),
+    "g_small": (4.4, 5.0, False, 2, True),
+    "g_large": (6.08, 6.0, True, 3, True),
+    "wraparound": (6.2, 4.5, False, 3, True),
+}
+
+
+@pytest.fixture(scope="module", params=PLANS)
+def kitchens(request: pytest.FixtureRequest) -> list[Kitchen]:
+    """A plan in all its sizes."""
+    plan, _ = load_plan(request.param)
+    return [made(request.param, given) for given in (*extremes(plan), *draws(plan, 20))]
+
+
+def says(kitchen: Kitchen, *more: object) -> str:
+    """What to look at."""
+    return f"{kitchen.plan.id} {dict(kitchen.given)}: {' '.join(map(str, more))}"
+
+
+def of_kind(kitchen: Kitchen, *kinds: BaseKind | UpperKind) -> list[Slot]:
+    """All units of some kinds."""
+    return [s for row in kitchen.slots.values() for s in row if s.kind in kinds]
+
+
+class TestRoom:
+    def test_no_two_units_overlap(self, kitchens: list[Kitchen]) -> None:
+        for kitchen in kitchens:
+            for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
+                if min(one.high, other.high) - max(one.low, other.low) > PLAY:
+                    assert a.gap(b) > -PLAY, says(kitchen, one.name, other.name, a.gap(b))
+
+    def test_no_unit_leaves_the_room(self, kitchens: list[Kitchen]) -> None:
+        for kitchen in kitchens:
+            for slot, r in boxes(kitchen):
+                for x, y in ((r.x0, r.y0), (r.x1, r.y0), (r.x0, r.y1), (r.x1, r.y1)):
+                    near_x = x + (PLAY if x == r.x0 else -PLAY)
+                    near_y = y + (PLAY if y == r.y0 else -PLAY)
+                    assert kitchen.room.holds(near_x, near_y), says(kitchen, slot.name, x, y)
+
+    def test_units_on_the_wall_stay_out_of_windows(self, kitchens: list[Kitchen]) -> None:
+        for kitchen in kitchens:
+            for hole in kitchen.holes:
+                for slot, _ in boxes(kitchen):
+                    if slot.line.run.on == hole.wall.id and slot.high > hole.low:
+                        shift = hole.wall.frame.of(*slot.line.frame.at(0.0, 0.0)[:2])[0]
+                        left, right = slot.left + shift, slot.right + shift
+                        clear = max(left - hole.right, hole.left - right)
+                        assert clear > 0.05, says(kitchen, slot.name, hole.opening.id, clear)
+
+    def test_people_pass(self, kitchens: list[Kitchen]) -> None:
+        for kitchen in kitchens:
+            for one, other, gap, least in passages(kitchen):
+                assert gap >= least, says(kitchen, one, other, gap, "m, at least", least)
+            for line, wall, gap in walls_free(kitchen):
+                assert gap >= 0.914, says(kitchen, line, wall, gap)
+
+    def test_doorways_are_wide_and_free(self, kitchens: list[Kitchen]) -> None:
+        for kitchen in kitchens:
+            for hole in kitchen.holes:
+                if hole.is_window:
+                    continue
+                assert hole.right - hole.left >= 0.86, says(kitchen, hole.opening.id)
+                (xa, ya, _), (xb, yb, _) = hole.wall.frame.at(hole.left, 0.0), hole.wall.frame.at(hole.right, 0.9)
+                way = Rect(min(xa, xb), min(ya, yb), max(xa, xb), max(ya, yb))
+                for slot, r in boxes(kitchen):
+                    assert way.gap(r) > 0, says(kitchen, hole.opening.id, slot.name)
+
+
+class TestWork:
+    def test_no_cooker_stands_under_a_window(self, kitchens: list[Kitchen]) -> None:
+        for kitchen in kitchens:
+            for slot in of_kind(kitchen, *COOKERS):
+                for hole in (h for h in kitchen.holes if h.is_window and h.wall.id == slot.line.run.on):
+                    shift = hole.wall.frame.of(*slot.line.frame.at(0.0, 0.0)[:2])[0]
+                    assert slot.left + shift > hole.right or slot.right + shift < hole.left, says(kitchen, slot.name)
+
+    def test_a_hood_hangs_over_the_cooker(self, kitchens: list[Kitchen]) -> None:
+        assert sizes.HOOD_FROM - sizes.TOP >= 0.61
+        for kitchen in kitchens:
+            (cooker,), (hood,) = of_kind(kitchen, *COOKERS), of_kind(kitchen, UpperKind.HOOD)
+            assert hood.line is cooker.line
+            assert hood.middle == pytest.approx(cooker.middle, abs=1e-3)
+
+    def test_appliances_keep_off_inside_corners(self, kitchens: list[Kitchen]) -> None:
+        for kitchen in kitchens:
+            for slot in of_kind(kitchen, *APPLIANCES):
+                line = slot.line
+                if line.left.kind is EndKind.CORNER:
+                    assert slot.left - sizes.BASE_DEPTH >= 0.38, says(kitchen, slot.name)
+                if line.right.kind is EndKind.CORNER:
+                    assert line.length - sizes.BASE_DEPTH - slot.right >= 0.38, says(kitchen, slot.name)
+
+    def test_one_stands_beside_the_dishwasher(self, kitchens: list[Kitchen]) -> None:
+        for kitchen in kitchens:
+            (washer,), (sink,) = of_kind(kitchen, BaseKind.DISHWASHER), of_kind(kitchen, BaseKind.SINK)
+            assert washer.line is sink.line
+            assert max(washer.left - sink.right, sink.left - washer.right) < 0.02, says(kitchen)
+            line = washer.line
+            if washer.left > sink.left and line.right.kind in (EndKind.CORNER, EndKind.WALL):
+                edge = sizes.TOP_DEPTH if line.right.kind is EndKind.CORNER else 0.0
+                assert line.length - edge - washer.right >= 0.55, says(kitchen)
+            elif washer.left < sink.left and line.left.kind in (EndKind.CORNER, EndKind.WALL):
+                edge = sizes.TOP_DEPTH if line.left.kind is EndKind.CORNER else 0.0
+                assert washer.left - edge >= 0.55, says(kitchen)
+
+    def test_there_is_room_to_set_things_down(self, kitchens: list[Kitchen]) -> None:
+        for kitchen in kitchens:
+            for kinds, least, most in (((BaseKind.SINK,), 0.45, 0.6), (COOKERS, 0.3, 0.38)):
+                (slot,) = of_kind(kitchen, *kinds)
+                beside = sorted(_tops_beside(kitchen, slot))
+                assert beside[0] >= least, says(kitchen, slot.name, beside)
+                assert beside[1] >= most, says(kitchen, slot.name, beside)
+            for slot in of_kind(kitchen, BaseKind.MICROWAVE):
+                assert max(_tops_beside(kitchen, slot)) >= 0.38, says(kitchen, slot.name)
+
+    def test_corners_open(self, kitchens: list[Kitchen]) -> None:
+        """Beside a corner stands a single door on either side, hung away from it."""
+        for kitchen in kitchens:
+            for corner in kitchen.plan.corners:
+                for which, name in enumerate(corner.runs):
+                    row = floor_row(kitchen, kitchen.lines[name])
+                    first, second = (row[-1], row[-2]) if which == 0 else (row[0], row[1])
+                    door = first if first.kind is CornerPart.BLIND else second
+                    assert door.kind in (CornerPart.BLIND, BaseKind.DOORS, BaseKind.PANTRY), says(kitchen, door.name)
+                    assert door.hinge is not None
+                    assert door.hinge.value == ("left" if which == 0 else "right"), says(kitchen, door.name)
+                    if door.kind is BaseKind.DOORS:
+                        assert door.width <= 0.451, says(kitchen, door.name, door.width)
+
+
+class TestContent:
+    def test_is_that_of_the_table(self) -> None:
+        assert set(PLANS) == set(TABLE)
+
+    @pytest.mark.parametrize("name", PLANS)
+    def test_sizes_and_kinds(self, name: str) -> None:
+        kitchen = made(name)
+        width, depth, hob, stools, window = TABLE[name]
+        (x0, y0), (x1, y1) = kitchen.room.bounds()
+        assert (x1 - x0, y1 - y0) == pytest.approx((width, depth))
+        assert len(of_kind(kitchen, BaseKind.HOB)) == len(of_kind(kitchen, BaseKind.OVEN)) == int(hob)
+        assert len(of_kind(kitchen, BaseKind.RANGE)) == int(not hob)
+        assert sum(w.role == "stool" for w in kitchen.wanted) == stools
+        assert any(h.is_window for h in kitchen.holes) is window
+        assert any(h.opening.kind is not OpeningKind.WINDOW for h in kitchen.holes)
+        for role in ("fridge", "microwave", "coffee_machine", "toaster", "dishwasher", "sink", "hood"):
+            assert sum(w.role == role for w in kitchen.wanted) == 1, role
+        assert of_kind(kitchen, UpperKind.SHELF, UpperKind.BOARDS, BaseKind.SHELF)
+
+    def test_tasks_find_their_units(self, kitchens: list[Kitchen]) -> None:
+        for kitchen in kitchens:
+            doors = [s.width for s in of_kind(kitchen, UpperKind.DOORS, UpperKind.GLASS)]
+            corners = [s for r in kitchen.slots.values() for s in r if s.is_upper and s.kind is CornerPart.BLIND]
+            assert corners or min(doors) <= sizes.ONE_DOOR, says(kitchen)
+            assert max(doors) > sizes.ONE_DOOR, says(kitchen)
+            assert any(_stands_free(kitchen, s) for s in of_kind(kitchen, BaseKind.DRAWERS)), says(kitchen)
+
+    @pytest.mark.parametrize("style", style_names())
+    @pytest.mark.parametrize("name", PLANS)
+    def test_fits_every_style(self, name: str, style: str) -> None:
+        plan, _ = load_plan(name)
+        for given in extremes(plan):
+            kitchen = made(name, given, style)
+            assert of_kind(kitchen, *COOKERS)
+            for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
+                if min(one.high, other.high) - max(one.low, other.low) > PLAY:
+                    assert a.gap(b) > -PLAY, says(kitchen, one.name, other.name, a.gap(b))
+
+
+def _tops_beside(kitchen: Kitchen, slot: Slot) -> tuple[float, float]:
+    """Metres of worktop on both sides of a unit, up to what interrupts it."""
+    row = floor_row(kitchen, slot.line)
+    k = row.index(slot)
+    return _run_of_top(row[k + 1 :]), _run_of_top(row[:k][::-1])
+
+
+def _run_of_top(row: list[Slot]) -> float:
+    stops = (*BREAKS, BaseKind.SINK, BaseKind.HOB)
+    return sum(s.width for s in itertools.takewhile(lambda s: s.kind not in stops and s.high < 1.0, row))
+
+
+def _stands_free(kitchen: Kitchen, slot: Slot) -> bool:
+    """Whether a robot can stand before a drawer unit, to the left or right of its drawers."""
+    others = [r for s, r in _solid(kitchen) if s is not slot]
+    for way in (-1, 1):
+        u = slot.middle + way * (slot.width / 2 + 0.3)
+        place = rect(slot.line, u - 0.28, u + 0.28, 0.68, 1.24)
+        inside = all(kitchen.room.holds(x, y) for x in (place.x0, place.x1) for y in (place.y0, place.y1))
+        if inside and all(place.gap(r) > 0 for r in others):
+            return True
+    return False
+
+
+def _solid(kitchen: Kitchen) -> Iterator[tuple[Slot, Rect]]:
+    for slot, r in boxes(kitchen):
+        if not slot.is_upper:
+            yield slot, r if slot.kind in TALL else slot_rect(slot)

@@ -1,0 +1,258 @@
+"""How runs share walls: widths, corners, peninsulas; and what the author of a plan is told where they do not fit."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from casa_assets.errors import Misfit, RegistryError
+from casa_assets.layouts import sizes
+from casa_assets.layouts.request import Kitchen, request
+from casa_assets.layouts.rows import Span, share
+from casa_assets.layouts.runs import CornerPart, EndKind
+from casa_assets.model.units import BaseKind
+from casa_assets.pipeline.kitchens import located, offers
+from casa_assets.registry_kitchens import load_style, read_plan
+from tests.floors import STYLE, floor_row
+
+PLAN = """\
+title: Tiny
+parameters:
+  width: [3.6, 3.0, 5.0]
+walls:
+  back: {go: right, length: width}
+  right: {go: front, length: 3.0}
+  front: {go: left, open: true}
+  left: {go: back}
+runs:
+  main:
+    on: back
+    base:
+      - drawers: [0.4, 0.8]
+      - sink
+      - doors: [0.4, 0.8]
+  side:
+    on: right
+    length: 1.9
+    base:
+      - doors: 0.45
+      - drawers: [0.4, 0.9]
+corners:
+  - {runs: [main, side]}
+"""
+
+
+def kitchen_of(text: str, tmp_path: Path, given: Mapping[str, float] | None = None) -> Kitchen:
+    """A plan as written. Raises RegistryError as the pipeline does."""
+    path = tmp_path / "tiny.yaml"
+    path.write_text(text)
+    plan, pages = read_plan(path)
+    try:
+        return request(plan, load_style(STYLE)[0], offers(), given)
+    except Misfit as error:
+        raise located(error, pages) from None
+
+
+def line_of(text: str, part: str) -> int:
+    """Number of the first line that has a part, from 1."""
+    return next(n for n, line in enumerate(text.splitlines(), 1) if part in line)
+
+
+class TestShare:
+    def test_takes_up_what_there_is(self) -> None:
+        spans = [Span(0.4, 0.8), Span(0.6, 0.6), Span(0.3, 0.7)]
+        widths = share(spans, 1.7)
+        assert widths is not None
+        assert sum(widths) == pytest.approx(1.7)
+        assert widths == pytest.approx([0.6, 0.6, 0.5])
+
+    def test_is_exact_to_a_millimetre(self) -> None:
+        widths = share([Span(0.3, 0.9)] * 7, 4.001)
+        assert widths is not None
+        assert sum(widths) == pytest.approx(4.001, abs=1e-9)
+        assert all(w == round(w, 3) for w in widths)
+
+    def test_leaves_what_nothing_wants(self) -> None:
+        assert share([Span(0.4, 0.5), Span(0.4, 0.5)], 3.0) == [0.5, 0.5]
+
+    def test_says_where_not_even_the_least_fits(self) -> None:
+        assert share([Span(0.4, 0.5), Span(0.4, 0.5)], 0.79) is None
+
+    def test_of_nothing_is_nothing(self) -> None:
+        assert share([], 1.0) == []
+
+
+class TestCorner:
+    def test_units_meet_without_gaps(self, tmp_path: Path) -> None:
+        kitchen = kitchen_of(PLAN, tmp_path)
+        for line in kitchen.lines.values():
+            row = floor_row(kitchen, line)
+            for one, other in itertools.pairwise(row):
+                assert one.right == pytest.approx(other.left, abs=1e-4)
+
+    def test_blind_cabinet_and_strip(self, tmp_path: Path) -> None:
+        kitchen = kitchen_of(PLAN, tmp_path)
+        blind = kitchen.slot("main_right_corner")
+        assert blind.kind is CornerPart.BLIND
+        assert blind.right == kitchen.lines["main"].length
+        assert blind.width == pytest.approx(sizes.CORNER + sizes.CORNER_DOOR)
+        strip = kitchen.slot("side_left_filler")
+        assert (strip.left, strip.right) == (sizes.BASE_DEPTH, sizes.CORNER)
+        assert kitchen.slot("side_doors").hinge == "right"
+
+    def test_other_run_may_own_it(self, tmp_path: Path) -> None:
+        kitchen = kitchen_of(PLAN.replace("[main, side]}", "[main, side], by: side}"), tmp_path, {"width": 3.4})
+        assert kitchen.slot("side_left_corner").kind is CornerPart.BLIND
+        assert kitchen.slot("main_right_filler").right == pytest.approx(3.4 - sizes.BASE_DEPTH)
+
+    def test_one_worktop_goes_round(self, tmp_path: Path) -> None:
+        kitchen = kitchen_of(PLAN, tmp_path)
+        (top,) = [w for w in kitchen.wanted if w.choice.family == "counter_corner"]
+        assert top.choice.params["side_arm"] == pytest.approx(1.9)
+        (straight,) = [w for w in kitchen.wanted if w.choice.family == "counter"]
+        arm, rest = top.choice.params["back_arm"], straight.choice.params["width"]
+        assert arm + rest == pytest.approx(kitchen.lines["main"].length - kitchen.slot("main_drawers").left)
+
+    def test_length_counts_from_the_corner(self, tmp_path: Path) -> None:
+        text = PLAN.replace("on: right\n", "on: left\n").replace("[main, side]", "[side, main]")
+        kitchen = kitchen_of(text.replace("      - doors: 0.45\n", "").replace("[0.4, 0.9]", "[1.0, 1.2]"), tmp_path)
+        line = kitchen.lines["side"]
+        assert line.length == 1.9
+        assert line.frame.at(line.length, 0.0) == (0.0, 0.0, 0.0)
+        assert line.left.kind is EndKind.FREE
+
+
+class TestEnds:
+    def test_open_walls_are_none(self, tmp_path: Path) -> None:
+        text = PLAN.replace("left: {go: back}", "left: {go: back, open: true}")
+        assert kitchen_of(text, tmp_path).lines["main"].left.kind is EndKind.FREE
+        assert kitchen_of(PLAN, tmp_path).lines["main"].left.kind is EndKind.WALL
+
+    def test_walls_without_length_close_the_room(self, tmp_path: Path) -> None:
+        room = kitchen_of(PLAN, tmp_path, {"width": 4.2}).room
+        assert [w.length for w in room.walls] == [4.2, 3.0, 4.2, 3.0]
+
+    def test_strips_beside_tall_units_are_tall(self, tmp_path: Path) -> None:
+        text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - filler: 0.1\n      - pantry: 0.5\n", 1)
+        kitchen = kitchen_of(text, tmp_path)
+        assert kitchen.slot("main_filler").high == sizes.UPPER_TO
+        assert kitchen.slot("side_left_filler").high < sizes.TOP
+
+    def test_refrigerator_without_housing_has_air(self, tmp_path: Path) -> None:
+        text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - fridge: {housing: false}\n", 1)
+        row = floor_row(kitchen := kitchen_of(text, tmp_path, {"width": 4.0}), kitchen.lines["main"])
+        assert row[0].kind is BaseKind.FRIDGE
+        assert row[0].left > 0
+
+
+class TestPeninsula:
+    TEXT = (
+        PLAN.replace("      - drawers: [0.4, 0.9]\n", "")
+        .replace("    length: 1.9\n", "    length: 1.85\n")
+        .replace(
+            "corners:\n",
+            "  bar:\n    joins: {run: side, end: right}\n    length: 1.9\n    overhang: 0.3\n"
+            "    base:\n      - drawers: [0.4, 0.9]\n      - panel\n"
+            "corners:\n  - {runs: [side, bar], by: bar}\n",
+        )
+        .replace("- doors: 0.45", "- doors: [0.4, 0.45]")
+    )
+
+    def test_tops_butt_and_do_not_overlap(self, tmp_path: Path) -> None:
+        kitchen = kitchen_of(self.TEXT, tmp_path)
+        bar = kitchen.lines["bar"]
+        (top,) = [w for w in kitchen.wanted if w.run == "bar" and w.role == "counter"]
+        assert top.spot.u - top.choice.params["width"] / 2 == pytest.approx(sizes.TOP_DEPTH)
+        assert top.spot.v == pytest.approx(-bar.run.overhang - sizes.PANEL)
+        assert top.choice.params["depth"] == pytest.approx(sizes.TOP_DEPTH + 0.32)
+
+    def test_has_a_back_from_the_wall_to_its_end(self, tmp_path: Path) -> None:
+        kitchen = kitchen_of(self.TEXT, tmp_path)
+        backs = [w for w in kitchen.wanted if w.name.startswith("bar_back")]
+        assert sum(w.choice.params["width"] for w in backs) == pytest.approx(1.9, abs=0.002)
+        assert all(w.choice.params["width"] <= 1.2 for w in backs)
+
+    def test_faces_into_the_kitchen(self, tmp_path: Path) -> None:
+        kitchen = kitchen_of(self.TEXT, tmp_path)
+        assert kitchen.lines["bar"].frame.away == (0.0, 1.0)
+
+
+class TestMisfits:
+    def fault(self, text: str, tmp_path: Path, given: Mapping[str, float] | None = None) -> RegistryError:
+        """The error of a plan that is wrong."""
+        with pytest.raises(RegistryError) as raised:
+            kitchen_of(text, tmp_path, given)
+        assert raised.value.file == "tiny.yaml"
+        return raised.value
+
+    def test_unknown_key(self, tmp_path: Path) -> None:
+        text = PLAN.replace("    length: 1.9\n", "    lenght: 1.9\n")
+        error = self.fault(text, tmp_path)
+        assert error.line == line_of(text, "lenght")
+        assert "lenght" in error.got
+
+    def test_unknown_kind_of_unit(self, tmp_path: Path) -> None:
+        text = PLAN.replace("      - sink\n", "      - bathtub\n")
+        error = self.fault(text, tmp_path)
+        assert error.line == line_of(text, "bathtub")
+
+    def test_key_given_twice(self, tmp_path: Path) -> None:
+        text = PLAN.replace("  side:\n", "  main:\n")
+        error = self.fault(text, tmp_path)
+        assert error.line == [n for n, s in enumerate(text.splitlines(), 1) if s == "  main:"][1]
+
+    def test_two_units_of_a_name(self, tmp_path: Path) -> None:
+        text = PLAN.replace("- doors: 0.45", "- doors: {width: 0.45, id: main_doors}")
+        error = self.fault(text, tmp_path)
+        assert "main_doors" in str(error)
+
+    def test_dangling_wall(self, tmp_path: Path) -> None:
+        text = PLAN.replace("    on: right\n", "    on: rihgt\n")
+        error = self.fault(text, tmp_path)
+        assert (error.line, error.pointer) == (line_of(text, "rihgt"), "runs.side.on")
+        assert "rihgt" in error.got
+
+    def test_dangling_parameter(self, tmp_path: Path) -> None:
+        text = PLAN.replace("    length: 1.9\n", "    length: wdith\n")
+        error = self.fault(text, tmp_path)
+        assert error.line == line_of(text, "wdith")
+        assert "width" in error.expected
+
+    def test_dangling_corner(self, tmp_path: Path) -> None:
+        text = PLAN.replace("[main, side]", "[main, sied]")
+        error = self.fault(text, tmp_path)
+        assert "sied" in error.got
+        assert error.pointer.startswith("corners")
+
+    def test_dangling_unit_below_a_stand(self, tmp_path: Path) -> None:
+        text = PLAN + "stands:\n  toaster: {on: main_draws}\n"
+        error = self.fault(text, tmp_path)
+        assert (error.line, error.pointer) == (line_of(text, "main_draws"), "stands.toaster.on")
+
+    def test_run_that_does_not_fit(self, tmp_path: Path) -> None:
+        error = self.fault(PLAN, tmp_path, {"width": 2.9})
+        assert error.pointer == "runs.main.base"
+        assert error.line in (line_of(PLAN, "    base:"), line_of(PLAN, "- drawers"))
+        assert "1.780 m" in error.expected
+        assert "main_sink" in error.got
+
+    def test_run_longer_than_its_wall(self, tmp_path: Path) -> None:
+        text = PLAN.replace("length: 1.9", "length: 3.9")
+        error = self.fault(text, tmp_path)
+        assert (error.line, error.pointer) == (line_of(text, "3.9"), "runs.side.length")
+
+    def test_walls_that_do_not_close(self, tmp_path: Path) -> None:
+        error = self.fault(PLAN.replace("left: {go: back}", "left: {go: back, length: 2.5}"), tmp_path)
+        assert "lead back" in error.expected
+
+    def test_two_walls_without_length(self, tmp_path: Path) -> None:
+        error = self.fault(PLAN.replace("right: {go: front, length: 3.0}", "right: {go: front}"), tmp_path)
+        assert error.pointer == "walls.left"
+
+    def test_opening_that_leaves_its_wall(self, tmp_path: Path) -> None:
+        text = PLAN + "openings:\n  door: {kind: door, wall: left, at: 0.2, width: 0.9, height: 2.04}\n"
+        error = self.fault(text, tmp_path)
+        assert error.line == line_of(text, "  door:")

@@ -1,0 +1,253 @@
+"""The styles of registry/styles: whole, of things that exist, and no two alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from casa_assets import registry_kitchens
+from casa_assets.errors import CasaError, Misfit, UnknownId
+from casa_assets.families.catalog import FAMILIES, family
+from casa_assets.layouts.models import Models
+from casa_assets.layouts.request import Kitchen, request
+from casa_assets.layouts.trim import LONG, OUT, UNDER, find_rows
+from casa_assets.model.style import Choice, Fronts, Style
+from casa_assets.model.units import UpperKind
+from casa_assets.pipeline.kitchens import offers, params_of
+from casa_assets.pipeline.palette import plain
+from casa_assets.pipeline.textures import recipes
+
+TWELVE = (
+    "coastal",
+    "farmhouse",
+    "industrial",
+    "mediterranean",
+    "modern_1",
+    "modern_2",
+    "rustic",
+    "scandinavian",
+    "traditional_1",
+    "traditional_2",
+    "transitional_1",
+    "transitional_2",
+)
+# What plans may ask a style for, and the families that answer.
+ROLES = {
+    "range": "range",
+    "hob": "hob",
+    "oven": "wall_oven",
+    "hood": "hood",
+    "sink": "sink",
+    "dishwasher": "dishwasher",
+    "microwave": "microwave",
+    "microwave_built_in": "microwave",
+    "coffee_machine": "coffee_machine",
+    "toaster": "toaster",
+    "kettle": "kettle",
+    "stand_mixer": "stand_mixer",
+    "blender": "blender",
+    "toaster_oven": "toaster_oven",
+    "window": "window",
+    "door": "door",
+    "stool": "stool",
+    "chair": "chair",
+    "table": "table",
+    "boards": "floating_shelf",
+    "outlet": "outlet",
+    "switch": "switch",
+    "wall_clock": "wall_clock",
+    "knife_block": "knife_block",
+    "utensil_holder": "utensil_holder",
+    "utensil_rack": "utensil_rack",
+    "dish_rack": "dish_rack",
+    "spice_rack": "spice_rack",
+    "fruit_bowl": "fruit_bowl",
+    "paper_towel": "paper_towel",
+    "jar": "jar",
+    "bottle": "bottle",
+    "vase": "vase",
+    "candle": "candle",
+    "cutting_board": "cutting_board",
+    "cookbook_stack": "cookbook_stack",
+    "picture_frame": "picture_frame",
+    "rug": "rug",
+    "curtain": "curtain",
+    "ceiling_light": "ceiling_light",
+    "pendant_light": "pendant_light",
+    "floor_plant": "plant",
+}
+
+
+def style_of(name: str) -> Style:
+    return registry_kitchens.load_style(name)[0]
+
+
+def kitchen_of(plan: str, style: Style) -> Kitchen:
+    return request(registry_kitchens.load_plan(plan)[0], style, offers())
+
+
+def known_finishes() -> frozenset[str]:
+    return frozenset(plain()).union(*recipes().values())
+
+
+def number(choice: Choice, name: str) -> object:
+    return params_of(choice).model_dump(mode="json")[name]
+
+
+def test_there_are_the_twelve() -> None:
+    assert set(TWELVE) <= set(registry_kitchens.style_names())
+
+
+@pytest.fixture(params=TWELVE)
+def style(request: pytest.FixtureRequest) -> Style:
+    return style_of(request.param)
+
+
+def test_every_role_has_a_member_of_its_family(style: Style) -> None:
+    expected = {**ROLES, "fridge": style.models["fridge"].family}
+    assert {role: choice.family for role, choice in style.models.items()} == expected
+    assert style.models["fridge"].family.startswith("fridge_")
+
+
+def test_members_exist_and_their_numbers_go_together(style: Style) -> None:
+    for role, choice in [*style.models.items(), *(("prop", c) for c in style.props)]:
+        assert choice.family in FAMILIES, role
+        assert choice.name in family(choice.family).presets, (role, choice.preset)
+        # An override that changes nothing is a slip of the pen.
+        assert not choice.params or params_of(choice) != family(choice.family).presets[choice.name], (role, choice)
+
+
+def test_finishes_exist(style: Style) -> None:
+    known = known_finishes()
+    for finish in own_finishes(style):
+        assert finish in known, finish
+    for choice in (*style.models.values(), *style.props):
+        assert set(params_of(choice).finishes) <= known, choice
+
+
+def own_finishes(style: Style) -> Iterator[str]:
+    """Finishes that a style names outside its models."""
+    cabinets, shell = style.cabinets, style.shell
+    for fronts in (cabinets.base, cabinets.upper, cabinets.tall, cabinets.island):
+        yield from (f for f in (fronts.face, fronts.inside, fronts.tray, fronts.metal) if f is not None)
+    yield from (cabinets.shelf, style.counter.face, style.island.face, shell.wall, shell.floor, shell.ceiling)
+    yield from (f for f in (shell.trim, shell.beams, style.splash.face if style.splash else None) if f is not None)
+
+
+def test_members_fit_the_composer(style: Style) -> None:
+    models = style.models
+    assert number(models["sink"], "mount") in ("drop_in", "undermount")
+    assert number(models["window"], "opening") in ("fixed", "sash", "slider")
+    assert number(models["curtain"], "form") not in LONG
+    for role in ("range", "fridge"):
+        assert float(str(number(models[role], "width"))) <= 0.92, role
+    assert 8 <= len(style.props) <= 14
+    assert len({c.model_dump_json() for c in style.props}) == len(style.props)
+
+
+@pytest.mark.parametrize("plan", ["l_small", "one_wall_large"])
+def test_every_style_dresses_a_plan(style: Style, plan: str) -> None:
+    kitchen = kitchen_of(plan, style)
+    made = {w.name: params_of(w.choice) for w in kitchen.wanted}
+    for name, params in made.items():
+        assert set(params.finishes) <= known_finishes(), name
+    of_role = {w.role: made[w.name] for w in kitchen.wanted}
+    assert of_role["floor"].model_dump()["face"] == style.shell.floor
+    assert of_role["wall"].model_dump()["inside"] == style.shell.wall
+    groups = {True: style.cabinets.base, False: style.cabinets.island.over(style.cabinets.base)}
+    cabinets = [w for w in kitchen.wanted if w.choice.family in ("base_cabinet", "drawer_stack", "sink_base")]
+    assert cabinets
+    for wanted in cabinets:
+        face = groups[kitchen.lines[wanted.run].at_wall].face
+        assert made[wanted.name].model_dump()["look"]["face"] == face, wanted.name
+        assert face in made[wanted.name].finishes
+    assert of_role["counter"].model_dump()["top"] == style.counter.face
+    assert ("curtain" in of_role) is any(h.is_window for h in kitchen.holes)
+
+
+def test_no_two_styles_are_alike() -> None:
+    styles = [style_of(name) for name in TWELVE]
+
+    def marks(s: Style) -> dict[str, object]:
+        fronts = s.cabinets.upper.over(s.cabinets.base)
+        return {
+            "fronts": (fronts.front, fronts.handle, fronts.metal, fronts.face),
+            "base": (s.cabinets.base.front, s.cabinets.base.face),
+            "counter": s.counter.face,
+            "floor": s.shell.floor,
+            "splash": s.splash.face if s.splash else s.shell.wall,
+            "range": s.models["range"],
+            "sink": s.models["sink"],
+            "fridge": s.models["fridge"],
+            "stool": s.models["stool"],
+            "island": (s.cabinets.island.over(s.cabinets.base).face, s.island.face),
+        }
+
+    for mark in marks(styles[0]):
+        seen = [str(marks(s)[mark]) for s in styles]
+        assert len(set(seen)) == len(seen), (mark, sorted(x for x in seen if seen.count(x) > 1))
+    for mark in ("says", "title"):
+        assert len({getattr(s, mark) for s in styles}) == len(styles)
+
+
+def test_cornices_lie_on_rows_of_cabinets() -> None:
+    style = style_of("traditional_1")
+    kitchen = kitchen_of("l_small", style)
+    models = Models(style, offers())
+    cornices = [w for w in kitchen.wanted if w.role == "cornice"]
+    rows = {name: find_rows(kitchen.lines[name], slots, models) for name, slots in kitchen.slots.items()}
+    assert cornices
+    for wanted in cornices:
+        # As long as its row, but for the room that the return of a deeper row beside it takes.
+        width, depth = float(wanted.choice.params["width"]), wanted.choice.params["depth"]
+        spare = [r.right - r.left - width for r in rows[wanted.run] if r.depth == depth]
+        assert any(-1e-4 <= s <= 2 * OUT + 0.01 for s in spare), wanted
+    assert len(cornices) == sum(r.right - r.left >= 0.5 for row in rows.values() for r in row)
+    for name, slots in kitchen.slots.items():
+        for slot in slots:
+            if slot.kind in (UpperKind.DOORS, UpperKind.GLASS):
+                held = (r for r in rows[name] if r.left <= slot.left + 0.001 and slot.right <= r.right + 0.001)
+                assert not all(r.is_tall for r in held), slot.name
+    plainer = style.replace(cabinets=style.cabinets.replace(cornice=None))
+    assert not [w for w in kitchen_of("l_small", plainer).wanted if w.role == "cornice"]
+
+
+def test_rows_break_at_a_chimney_and_run_on_over_a_low_hood() -> None:
+    for name in ("coastal", "scandinavian"):
+        style = style_of(name)
+        kitchen = kitchen_of("l_small", style)
+        models = Models(style, offers())
+        hood = next(s for row in kitchen.slots.values() for s in row if s.kind is UpperKind.HOOD)
+        rows = find_rows(hood.line, kitchen.slots[hood.line.id], models)
+        over = [r for r in rows if not r.is_tall and r.left < hood.middle < r.right]
+        assert bool(over) is (number(style.models["hood"], "form") in UNDER)
+
+
+def test_panelling_takes_the_place_of_skirting() -> None:
+    style = style_of("traditional_1")
+    families = {w.choice.family for w in kitchen_of("l_small", style).wanted}
+    assert "wall_panelling" in families
+    assert "skirting" not in families
+    bare = style.replace(shell=style.shell.replace(wainscot=None))
+    families = {w.choice.family for w in kitchen_of("l_small", bare).wanted}
+    assert "skirting" in families
+    assert "wall_panelling" not in families
+
+
+def test_what_a_style_lacks_is_named() -> None:
+    style = style_of("coastal")
+    less = style.replace(models={k: v for k, v in style.models.items() if k != "range"})
+    with pytest.raises((UnknownId, Misfit), match="range"):
+        kitchen_of("l_small", less)
+    worse = style.replace(models={**style.models, "range": Choice(preset="range/unheard_of")})
+    with pytest.raises(UnknownId, match="unheard_of"):
+        kitchen_of("l_small", worse)
+    with pytest.raises(CasaError, match="width"):
+        params_of(Choice(preset="range/pro_six", params={"width": 9.0}))
+
+
+def test_a_style_without_fronts_is_refused() -> None:
+    base = style_of("coastal").cabinets.base
+    with pytest.raises(ValueError, match="base needs face"):
+        style_of("coastal").cabinets.replace(base=Fronts(**{**base.model_dump(), "face": None}))

@@ -1,0 +1,241 @@
+"""Recipes, scenes on disk, their loader and their differences."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import casa_assets
+from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
+from casa_assets.model.surface import Surface
+from casa_assets.pipeline import kitchens, scene_diff, scenes
+from casa_assets.pipeline.books import kitchens as book
+from casa_assets.pipeline.kitchens import Recipe
+from casa_assets.preview import room
+from casa_assets.registry_kitchens import load_plan, plan_names, read_plan, style_names
+
+PLAN, STYLE = "one_wall_small", "scandinavian"
+SCENE = f"{PLAN}__{STYLE}"
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with one built scene."""
+    folder = tmp_path_factory.mktemp("scenes")
+    made = scenes.build_one(Recipe(PLAN, STYLE), folder, drawn=False)
+    assert made.passed, made.says
+    return folder
+
+
+class TestRecipe:
+    def test_id_names_all_that_differs(self) -> None:
+        surfaces = kitchens.chosen([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
+        plain, drawn = Recipe(PLAN, STYLE), Recipe(PLAN, STYLE, 7, surfaces, closed=True)
+        assert plain.scene_id == SCENE
+        assert drawn.scene_id.startswith(f"{SCENE}__s7__t")
+        assert drawn.scene_id.endswith("__closed")
+
+    def test_order_of_surfaces_does_not_matter(self) -> None:
+        pairs = [(Surface.WALL, "brick_red_running"), (Surface.COUNTER, "block_oak")]
+        assert kitchens.chosen(pairs) == kitchens.chosen(pairs[::-1])
+
+    def test_surfaces_are_drawn_independently(self) -> None:
+        draws = [dict(kitchens.drawn_surfaces(seed)) for seed in range(12)]
+        assert kitchens.drawn_surfaces(3) == kitchens.drawn_surfaces(3)
+        for surface in Surface:
+            assert len({d[surface] for d in draws}) > 6
+
+    def test_unknown_texture_is_told_with_near_names(self) -> None:
+        with pytest.raises(UnknownId, match="brick_red_running"):
+            kitchens.chosen([(Surface.WALL, "brick_red_runing")])
+
+    def test_drawn_lengths_are_within_their_bounds(self) -> None:
+        plan = load_plan(PLAN)[0]
+        for seed in range(20):
+            for name, value in kitchens.drawn_lengths(plan, seed).items():
+                assert plan.parameters[name].low <= value <= plan.parameters[name].high
+
+
+class TestFaults:
+    def test_unknown_style(self) -> None:
+        with pytest.raises(UnknownId, match="scandinavian"):
+            kitchens.resolve(Recipe(PLAN, "scandanavian"))
+
+    @pytest.mark.parametrize(
+        ("old", "new", "says"),
+        [
+            ("title:", "titel:", "titel"),
+            ("go: right", "go: rigth", "right"),
+        ],
+    )
+    def test_plan_with_a_fault_tells_its_line(self, tmp_path: Path, old: str, new: str, says: str) -> None:
+        text = (casa_root() / "plans" / f"{PLAN}.yaml").read_text(encoding="utf-8")
+        assert old in text
+        line = text[: text.index(old)].count("\n") + 1
+        path = tmp_path / "mine.yaml"
+        path.write_text(text.replace(old, new, 1), encoding="utf-8")
+        with pytest.raises(RegistryError, match=says) as caught:
+            read_plan(path)
+        assert caught.value.line in (1, line)
+
+    def test_fault_of_one_scene_is_told_and_not_raised(self, tmp_path: Path) -> None:
+        made = scenes.build_one(Recipe(PLAN, "no_such_style"), tmp_path, drawn=False)
+        assert not made.passed
+        assert "no_such_style" in made.says
+        assert not list(tmp_path.glob("*__*"))
+
+
+def casa_root() -> Path:
+    from casa_assets.registry import data_root
+
+    return data_root()
+
+
+class TestScene:
+    def test_folder_holds_what_it_promises(self, out: Path) -> None:
+        names = {p.name for p in (out / SCENE).iterdir()}
+        assert {"scene.xml", "scene_light.xml", "scene.usda", "scene.json"} <= names
+
+    def test_nothing_outside_the_output_is_named(self, out: Path) -> None:
+        for name in ("scene.xml", "scene.usda", "scene.json"):
+            assert str(out) not in (out / SCENE / name).read_text(encoding="utf-8")
+
+    def test_second_build_keeps_it(self, out: Path) -> None:
+        before = (out / SCENE / "scene.xml").stat().st_mtime_ns
+        again = scenes.build_one(Recipe(PLAN, STYLE), out, drawn=False)
+        assert again.kept
+        assert (out / SCENE / "scene.xml").stat().st_mtime_ns == before
+
+    def test_damaged_scene_is_made_anew(self, out: Path) -> None:
+        (out / SCENE / "scene.json").write_text("{", encoding="utf-8")
+        again = scenes.build_one(Recipe(PLAN, STYLE), out, drawn=False)
+        assert not again.kept
+        assert json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))["id"] == SCENE
+
+    def test_another_process_writes_the_same_bytes(self, out: Path, tmp_path: Path) -> None:
+        code = (
+            "import sys, pathlib; from casa_assets.pipeline.kitchens import Recipe; "
+            "from casa_assets.pipeline.scenes import build_one; out = pathlib.Path(sys.argv[1]); "
+            f"assert build_one(Recipe({PLAN!r}, {STYLE!r}), out, drawn=False).passed"
+        )
+        subprocess.run(
+            [sys.executable, "-c", code, str(tmp_path)], check=True, env={"PYTHONHASHSEED": "7", "PATH": "/usr/bin"}
+        )
+        assert scene_diff.compare(out / SCENE, tmp_path / SCENE) == []
+
+    def test_facts_name_joints_and_bodies_of_the_model(self, out: Path) -> None:
+        facts = json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))
+        model = mujoco.MjModel.from_xml_path(str(out / SCENE / "scene.xml"))
+        bodies = {model.body(i).name for i in range(model.nbody)}
+        joints = {model.joint(i).name for i in range(model.njnt)}
+        assert {f["name"] for f in facts["fixtures"]} <= bodies
+        told = {j["name"] for f in facts["fixtures"] for j in f["joints"].values()}
+        free = {n for n in joints if n.endswith("__free")}
+        assert told == joints - free
+
+    def test_regions_stand_where_the_model_has_them(self, out: Path) -> None:
+        facts = json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))
+        model = mujoco.MjModel.from_xml_path(str(out / SCENE / "scene.xml"))
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        names = {model.geom(i).name: i for i in range(model.ngeom)}
+        seen = 0
+        for fixture in facts["fixtures"]:
+            for name, region in fixture["regions"].items():
+                geom = names.get(f"{fixture['name']}__reg_{name}")
+                if geom is not None:
+                    np.testing.assert_allclose(data.geom_xpos[geom], region["position"], atol=2e-5)
+                    seen += 1
+        assert seen > 10
+
+
+class TestLoader:
+    def test_weights(self, out: Path) -> None:
+        full = casa_assets.load_scene(SCENE, out=out)
+        light = casa_assets.load_scene(SCENE, out=out, weight="light")
+        assert light.nmesh == 0
+        assert light.ntexdata < full.ntexdata
+        assert full.nq == light.nq
+
+    def test_spec_takes_more(self, out: Path) -> None:
+        spec = casa_assets.load_scene(SCENE, out=out, as_spec=True)
+        spec.worldbody.add_body(name="robot").add_geom(size=[0.1, 0.0, 0.0])
+        assert spec.compile().body("robot").id > 0
+
+    def test_textures_are_swapped_in_their_true_size(self, out: Path) -> None:
+        plain = casa_assets.load_scene(SCENE, out=out)
+        other = casa_assets.load_scene(SCENE, out=out, textures={"floor": "checker_marble_black_white"})
+        assert plain.nmeshvert == other.nmeshvert
+        assert not np.array_equal(plain.tex_data, other.tex_data)
+        changed = np.abs(plain.mesh_texcoord - other.mesh_texcoord).max(axis=1) > 1e-9
+        floor = plain.body("floor")
+        geoms = range(int(floor.geomadr[0]), int(floor.geomadr[0]) + int(floor.geomnum[0]))
+        meshes = {int(plain.geom_dataid[g]) for g in geoms} - {-1}
+        own = np.zeros_like(changed)
+        for mesh in meshes:
+            first, count = int(plain.mesh_texcoordadr[mesh]), int(plain.mesh_texcoordnum[mesh])
+            own[first : first + count] = True
+        assert changed.any()
+        assert not (changed & ~own).any()
+
+    def test_wrong_names(self, out: Path) -> None:
+        with pytest.raises(UnknownId, match="wall"):
+            casa_assets.load_scene(SCENE, out=out, textures={"walls": "brick_red_running"})
+        with pytest.raises(UnknownId, match="light"):
+            casa_assets.load_scene(SCENE, out=out, weight="lite")
+        with pytest.raises(UnknownId, match=SCENE):
+            casa_assets.load_scene(SCENE + "x", out=out)
+        with pytest.raises(CasaError, match="full"):
+            casa_assets.load_scene(SCENE, out=out, weight="light", textures={"floor": "oak_ebony"})
+
+
+class TestDiff:
+    def test_difference_is_named(self, out: Path, tmp_path: Path) -> None:
+        made = scenes.build_one(Recipe(PLAN, "industrial"), tmp_path, drawn=False)
+        lines = scene_diff.compare(out / SCENE, Path(made.folder))
+        assert any(line.startswith("style: ") for line in lines)
+        assert any(line.startswith("surfaces.floor: ") for line in lines)
+
+    def test_no_scene(self, out: Path, tmp_path: Path) -> None:
+        with pytest.raises(OutputError, match="built scene"):
+            scene_diff.compare(out / SCENE, tmp_path)
+
+
+class TestPictures:
+    def test_every_camera_sees_the_kitchen(self, out: Path) -> None:
+        made = room.prepare(out / SCENE / "scene.xml", frame=room.Frame(160, 120, 4))
+        assert {"overview", "above", "at_sink", "at_stove"} <= set(made.cameras)
+        for name, pixels in room.photograph(made, made.cameras, room.Frame(160, 120, 4)):
+            assert pixels.shape == (120, 160, 3)
+            assert 30 < pixels.mean() < 245, name
+            assert pixels.std() > 12, name
+
+    def test_unknown_camera_and_pose(self, out: Path) -> None:
+        made = room.prepare(out / SCENE / "scene.xml", frame=room.Frame(64, 48, 1))
+        with pytest.raises(CasaError, match="overview"):
+            list(room.photograph(made, ["overvew"], room.Frame(64, 48, 1)))
+        with pytest.raises(CasaError, match="half_open"):
+            room.prepare(out / SCENE / "scene.xml", "half_open")
+
+    def test_book_lists_the_scene(self, out: Path) -> None:
+        page, picture = book.write(out)
+        assert SCENE in page.read_text(encoding="utf-8")
+        assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_ten_plans_in_twelve_styles() -> None:
+    assert len(plan_names()) == 10
+    assert len(style_names()) == 12
+    assert len(scenes.all_recipes()) == 120
+
+
+def test_globs() -> None:
+    assert [r.scene_id for r in scenes.matching([SCENE, f"{PLAN}__scand*"])] == [SCENE]
+    with pytest.raises(UnknownId):
+        scenes.matching(["no_such__*"])
