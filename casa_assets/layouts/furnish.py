@@ -58,7 +58,7 @@ def order_seats(order: Order, plan: Plan, lines: Mapping[str, Line], models: Mod
 
 
 def _free_part(line: Line) -> tuple[float, float]:
-    """Where people sit along an island or peninsula, metres: nobody sits against the wall that a peninsula begins at."""
+    """Where people sit along an island or peninsula, metres: nobody sits against the wall that it begins at."""
     if line.run.joins is None:
         return 0.0, line.length
     return (AT_WALL, line.length) if line.run.joins.end is Side.RIGHT else (0.0, line.length - AT_WALL)

@@ -10,8 +10,9 @@ from casa_assets.layouts import furnish, tops
 from casa_assets.layouts.backs import order_backs
 from casa_assets.layouts.cabinets import order_unit
 from casa_assets.layouts.models import Models, Offers
+from casa_assets.layouts.place import place_runs
 from casa_assets.layouts.room import Hole, Room, build_room
-from casa_assets.layouts.runs import Line, Slot, base_slots, place_runs
+from casa_assets.layouts.runs import Line, Slot, base_slots
 from casa_assets.layouts.shell import find_holes, order_shell, order_skirting
 from casa_assets.layouts.splash import order_splash
 from casa_assets.layouts.trim import order_cornices, order_curtains

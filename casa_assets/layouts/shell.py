@@ -65,7 +65,7 @@ def order_shell(order: Order, room: Room, holes: Sequence[Hole], models: Models,
     if shell.beams:
         count = max(3, round((x1 - x0) / 1.1))
         ceiling["beams"] = {"count": min(count, 8), "finish": shell.beams}
-    top = Spot(flat, middle, 0.0, room.height, height=Height.HEAD if shell.beams else Height.FOOT)
+    top = Spot(flat, middle, 0.0, room.height, height=Height.FOOT)
     order.add(Wanted("ceiling", "ceiling", member("room_ceiling/white_plain", ceiling), top, layer="ceiling"))
     for wall in room.walls:
         if wall.open and not closed:

@@ -9,7 +9,7 @@ from casa_assets.layouts import sizes
 from casa_assets.layouts.cabinets import face_of
 from casa_assets.layouts.models import Models
 from casa_assets.layouts.room import Hole
-from casa_assets.layouts.runs import CornerPart, Line, Slot
+from casa_assets.layouts.runs import CornerPart, EndKind, Line, Slot
 from casa_assets.layouts.wanted import Depth, Height, Order, Spot, Wanted, member
 from casa_assets.model.units import TALL, BaseKind, BaseUnit, UpperKind
 
@@ -51,7 +51,7 @@ def order_cornices(
         for k, row in enumerate(rows):
             left, right = _is_seen(row, row.left, rows, line), _is_seen(row, row.right, rows, line)
             # It ends at the return of a deeper row beside it.
-            begin = row.left + (out + PLAY if _is_butted(row, row.left, rows) else 0.0)
+            begin = row.left + (out + PLAY if _is_butted(row, row.left, rows) or _is_at_corner(row.left, line) else 0.0)
             end = row.right - (out + PLAY if _is_butted(row, row.right, rows) else 0.0)
             if end - begin < LEAST:
                 continue
@@ -90,7 +90,7 @@ def _topped(line: Line, slots: Sequence[Slot], models: Models) -> Iterator[tuple
             continue
         if slot.is_upper:
             hood = slot.kind is UpperKind.HOOD and models.of("hood").numbers["form"] in UNDER
-            if hood or slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND):
+            if hood or slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND, CornerPart.FILLER):
                 yield slot.left, slot.right, sizes.UPPER_DEPTH, False
         elif slot.kind in (*TALL, BaseKind.PANEL, BaseKind.FILLER, CornerPart.FILLER):
             bare = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
@@ -100,9 +100,15 @@ def _topped(line: Line, slots: Sequence[Slot], models: Models) -> Iterator[tuple
 
 def _is_seen(row: Row, at: float, rows: Sequence[Row], line: Line) -> bool:
     """Whether an end of a row is free: no wall, no deeper or equal row beside it."""
-    if at < OUT + TOUCHING or at > line.length - OUT - TOUCHING:
+    if at < OUT + TOUCHING or at > line.length - OUT - TOUCHING or _is_at_corner(at, line):
         return False
     return all(r.depth < row.depth - 1e-3 for r in _beside(row, at, rows))
+
+
+def _is_at_corner(at: float, line: Line) -> bool:
+    """Whether an end of a row of wall units lies before those of the run round the corner."""
+    near_left = line.left.kind is EndKind.CORNER and abs(at - sizes.UPPER_DEPTH) < TOUCHING
+    return near_left or (line.right.kind is EndKind.CORNER and abs(line.length - at - sizes.UPPER_DEPTH) < TOUCHING)
 
 
 def _is_butted(row: Row, at: float, rows: Sequence[Row]) -> bool:

@@ -118,7 +118,7 @@ def obstacles(facts: Facts) -> Iterator[Outline]:
         if not wall.open:
             yield from _wall(wall, [(w.start, w.end) for w in facts.ways if _is_passed(w.kind) and w.wall == wall.id])
     for row in facts.rows:
-        yield from _row(row)
+        yield from row_parts(row)
     for fixture in facts.fixtures:
         if stands(fixture):
             yield fixture.foot.corners
@@ -148,7 +148,7 @@ def _wall(wall: Side, holes: Sequence[tuple[Vec2, Vec2]]) -> Iterator[Outline]:
         yield np.array(corners)
 
 
-def _row(row: Row) -> Iterator[Outline]:
+def row_parts(row: Row) -> Iterator[Corners]:
     """Units from behind to front, and what lies in corners."""
     first, last = row.span
     parts = [(u.left, u.right, u.front) for u in row.units if u.kind != "gap"]
@@ -157,7 +157,7 @@ def _row(row: Row) -> Iterator[Outline]:
     if row.units and last > row.units[-1].right:
         parts.append((row.units[-1].right, last, row.depth))
     for left, right, front in parts:
-        yield np.array([row.at(left, front), row.at(right, front), row.at(right, -row.back), row.at(left, -row.back)])
+        yield (row.at(left, front), row.at(right, front), row.at(right, -row.back), row.at(left, -row.back))
 
 
 def _inside(outline: Corners, xs: Floats, ys: Floats) -> Mask:

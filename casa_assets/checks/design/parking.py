@@ -82,11 +82,8 @@ def is_tall(facts: Facts, fixture: Fixture) -> bool:
     """Whether a fixture stands in a unit that is higher than worktops."""
     row = facts.row(fixture.run)
     high = max((u.high for u in row.units if u.name == fixture.unit), default=0.0) if row else 0.0
-    return (
-        fixture.role in (Role.FRIDGE, Role.PANTRY)
-        or high > TALL_UNIT
-        or (fixture.low < 0.3 and fixture.high > TALL_UNIT)
-    )
+    on_floor = fixture.low < STANDS and fixture.high > TALL_UNIT
+    return fixture.role in (Role.FRIDGE, Role.PANTRY) or high > TALL_UNIT or on_floor
 
 
 def front_of(facts: Facts, fixture: Fixture) -> float:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from PIL import Image, ImageDraw
 
-from casa_assets.checks.design.floor_map import RADIUS, stands
+from casa_assets.checks.design.floor_map import RADIUS, row_parts, stands
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.floor import Corners, Fixture, Parking, Role, Stance
 from casa_assets.model.record import Vec2
@@ -38,15 +38,8 @@ def floor_picture(subject: DesignSubject) -> Image.Image:
     sheet.fill(facts.outline, FLOOR)
     sheet.cells(subject)
     for row in facts.rows:
-        for unit in row.units:
-            if unit.kind != "gap":
-                box = [
-                    (unit.left, -row.back),
-                    (unit.left, unit.front),
-                    (unit.right, unit.front),
-                    (unit.right, -row.back),
-                ]
-                sheet.fill(tuple(row.at(u, v) for u, v in box), SOLID, BLACK)
+        for part in row_parts(row):
+            sheet.fill(part, SOLID, BLACK)
     for fixture in facts.fixtures:
         if fixture.role in APPLIANCES:
             sheet.fill(fixture.foot.corners, APPLIANCE, BLACK)

@@ -7,6 +7,7 @@ from functools import cached_property
 
 from casa_assets.checks.design.floor_map import FloorMap
 from casa_assets.checks.design.parking import Lots, park
+from casa_assets.checks.design.tasks import Afforded, afforded
 from casa_assets.model.floor import Facts
 
 
@@ -31,3 +32,8 @@ class DesignSubject:
     def lots(self) -> Lots:
         """Where a robot parks."""
         return park(self.facts, self.floor)
+
+    @cached_property
+    def tasks(self) -> tuple[Afforded, ...]:
+        """What it has for each task."""
+        return afforded(self.facts, self.floor, self.lots, self.seed)

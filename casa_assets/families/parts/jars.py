@@ -124,8 +124,8 @@ def _clip(r: float, h: float, top: float) -> list[Solid]:
     w = circle(0.0012, 6)
     low = h - 0.006
     band = [(1.02 * r * math.sin(t), 1.02 * r * math.cos(t), low) for t in np.linspace(0, 2 * math.pi, 33)]
-    front, up = -1.08 * r, top + 0.001
-    over = [(0.0, 1.06 * r, low), (0.0, 1.08 * r, up), (0.0, front, up), (0.0, -1.1 * r, low - 0.01)]
-    drop, out = low - 0.028, -1.14 * r
+    front, up = -r - 0.0022, top + 0.001
+    over = [(0.0, 1.06 * r, low), (0.0, 1.08 * r, up), (0.0, front, up), (0.0, front, low - 0.01)]
+    drop, out = low - 0.028, -r - 0.0026
     lever = [(-0.008, front, low), (-0.01, out, drop), (0.01, out, drop), (0.008, front, low)]
     return [tube(band, w).untouched(), tube(over, w, 0.006).untouched(), tube(lever, w, 0.006).untouched()]

@@ -104,7 +104,9 @@ class TestCorner:
         assert kitchen.slot("side_doors").hinge == "right"
 
     def test_other_run_may_own_it(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(PLAN.replace("[main, side]}", "[main, side], by: side}"), tmp_path, {"width": 3.4})
+        kitchen = kitchen_of(
+            PLAN.replace("[main, side]}", "[main, side], by: side}").replace("1.9", "2.2"), tmp_path, {"width": 3.4}
+        )
         assert kitchen.slot("side_left_corner").kind is CornerPart.BLIND
         assert kitchen.slot("main_right_filler").right == pytest.approx(3.4 - sizes.BASE_DEPTH)
 
@@ -118,7 +120,12 @@ class TestCorner:
 
     def test_length_counts_from_the_corner(self, tmp_path: Path) -> None:
         text = PLAN.replace("on: right\n", "on: left\n").replace("[main, side]", "[side, main]")
-        kitchen = kitchen_of(text.replace("      - doors: 0.45\n", "").replace("[0.4, 0.9]", "[1.0, 1.2]"), tmp_path)
+        kitchen = kitchen_of(
+            text.replace("      - doors: 0.45\n", "")
+            .replace("[0.4, 0.9]", "[0.6, 0.75]")
+            .replace("sink\n", "sink\n      - dishwasher\n"),
+            tmp_path,
+        )
         line = kitchen.lines["side"]
         assert line.length == 1.9
         assert line.frame.at(line.length, 0.0) == (0.0, 0.0, 0.0)
@@ -132,8 +139,8 @@ class TestEnds:
         assert kitchen_of(PLAN, tmp_path).lines["main"].left.kind is EndKind.WALL
 
     def test_walls_without_length_close_the_room(self, tmp_path: Path) -> None:
-        room = kitchen_of(PLAN, tmp_path, {"width": 4.2}).room
-        assert [w.length for w in room.walls] == [4.2, 3.0, 4.2, 3.0]
+        room = kitchen_of(PLAN, tmp_path, {"width": 3.9}).room
+        assert [w.length for w in room.walls] == [3.9, 3.0, 3.9, 3.0]
 
     def test_strips_beside_tall_units_are_tall(self, tmp_path: Path) -> None:
         text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - filler: 0.1\n      - pantry: 0.5\n", 1)
@@ -142,8 +149,10 @@ class TestEnds:
         assert kitchen.slot("side_left_filler").high < sizes.TOP
 
     def test_refrigerator_without_housing_has_air(self, tmp_path: Path) -> None:
-        text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - fridge: {housing: false}\n", 1)
-        row = floor_row(kitchen := kitchen_of(text, tmp_path, {"width": 4.0}), kitchen.lines["main"])
+        text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - fridge: {housing: false}\n", 1).replace(
+            "doors: [0.4, 0.8]", "doors: [0.4, 0.5]"
+        )
+        row = floor_row(kitchen := kitchen_of(text, tmp_path, {"width": 3.9}), kitchen.lines["main"])
         assert row[0].kind is BaseKind.FRIDGE
         assert row[0].left > 0
 
@@ -233,10 +242,10 @@ class TestMisfits:
         assert (error.line, error.pointer) == (line_of(text, "main_draws"), "stands.toaster.on")
 
     def test_run_that_does_not_fit(self, tmp_path: Path) -> None:
-        error = self.fault(PLAN, tmp_path, {"width": 2.9})
+        error = self.fault(PLAN, tmp_path, {"width": 2.8})
         assert error.pointer == "runs.main.base"
         assert error.line in (line_of(PLAN, "    base:"), line_of(PLAN, "- drawers"))
-        assert "1.780 m" in error.expected
+        assert f"{2.8 - sizes.CORNER - sizes.CORNER_DOOR:.3f} m" in error.expected
         assert "main_sink" in error.got
 
     def test_run_longer_than_its_wall(self, tmp_path: Path) -> None:

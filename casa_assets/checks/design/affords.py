@@ -1,0 +1,26 @@
+"""Whether a kitchen affords every task."""
+
+from __future__ import annotations
+
+from casa_assets.checks.check import Measured
+from casa_assets.checks.design.subject import DesignSubject
+
+
+def affords_every_task(subject: DesignSubject, limit: float | None) -> Measured:
+    """Each of the 25 tasks has fixtures, joints and sites that a base gets to; counts the tasks that lack something."""
+    assert limit is not None
+    lacking = [t for t in subject.tasks if t.wants]
+    problems = tuple((f"tasks/{t.task}", f"it wants {t.wants}") for t in lacking)
+    return Measured(float(len(lacking)), problems if len(lacking) > limit else ())
+
+
+def has_room_for_things(subject: DesignSubject, limit: float | None) -> Measured:
+    """At least that share of drawn things can be put for each task; the least share.
+
+    Tasks that lack something else are the business of `affords_every_task`.
+    """
+    assert limit is not None
+    tried = [(t.task, t.rate) for t in subject.tasks if t.rate is not None]
+    says = "of 200 drawn things only {:.1%} could be put inside, on nothing else and within reach; {:.0%} wanted"
+    problems = tuple((f"tasks/{task}", says.format(rate, limit)) for task, rate in tried if rate < limit)
+    return Measured(min((rate for _, rate in tried), default=None), problems)

@@ -1,0 +1,192 @@
+"""How scenes are opened, pulled and held: what the checks say where things stand in each other's way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from casa_assets.checks.scene import opening, overlap, pulling, support
+from casa_assets.checks.scene.subject import SceneSubject, bare, boxes, meet
+from casa_assets.model.asset import Asset, Base
+from casa_assets.model.record import Vec3
+from casa_assets.model.scene import Scene
+from casa_assets.model.shape import Box
+from tests.cupboard import cupboard, joint_changed, shape, with_shapes
+from tests.rooms import TO_THE_LEFT, at, block, room, subject
+
+LIMIT = 0.001
+Fault = tuple[str, str]
+
+
+def clashes(scene: Scene, folder: Path) -> list[Fault]:
+    return list(opening.opens_wide(subject(scene, folder), LIMIT).problems)
+
+
+def post(size: Vec3 = (0.05, 0.05, 0.7), kind: str = "wall_cabinet", base: Base = Base.FIXED) -> Asset:
+    return block("post", size, base, kind)
+
+
+class TestOpening:
+    def test_says_which_joint_where_against_what_and_how_deep(self, tmp_path: Path) -> None:
+        """The bar of the drawer, whose front is at y = -0.257, meets a post 0.2 m before it: two thirds of 0.3 m."""
+        scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post((0.6, 0.05, 0.7)), at(0.0, -0.257 - 0.2 - 0.025, 0.0)))
+        found = clashes(scene, tmp_path)
+        assert {p for p, _ in found} == {"joints/thing_0__drawer_slide", "joints/thing_0__door_hinge"}
+        says = next(s for p, s in found if p.endswith("drawer_slide"))
+        assert says.startswith("from 68% of its way thing_0__drawer")
+        assert "thing_1__shape_0" in says
+
+    def test_neighbours_clash_only_while_one_is_open(self, tmp_path: Path) -> None:
+        found = clashes(room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.6, -0.55, 0.0, TO_THE_LEFT))), tmp_path)
+        assert found
+        assert all("stands open" in says for _, says in found)
+        assert {p.split("__")[0] for p, _ in found} == {"joints/thing_0", "joints/thing_1"}
+
+    @pytest.mark.parametrize("gap", [0.002, 0.5])
+    def test_side_by_side_they_open_freely(self, gap: float, tmp_path: Path) -> None:
+        box = cupboard()
+        assert clashes(room((box, at(0.0, 0.0, 0.0)), (box, at(0.6 + gap, 0.0, 0.0))), tmp_path) == []
+
+    @pytest.mark.parametrize(("deep", "clash"), [(0.0005, False), (0.002, True)])
+    def test_a_corner_that_brushes_past(self, deep: float, clash: bool, tmp_path: Path) -> None:
+        """The free end of the door swings past a post; only poses close to each other see it."""
+        reach = float(np.hypot(0.55, 0.018))
+        hinge = np.array([-0.275, -0.202])
+        toward = np.array([np.sin(0.8), -np.cos(0.8)])
+        near = hinge + (reach - deep) * toward
+        # A thin post whose face looks at the hinge.
+        pin = block("pin", (0.004, 0.004, 0.3), shapes=[(Box(size=(0.004, 0.004, 0.3)), (0.0, 0.0, 0.15))])
+        half = 0.8 / 2
+        x, y = near + 0.002 * toward
+        pose = at(float(x), float(y), 0.0, (float(np.cos(half)), 0.0, 0.0, float(np.sin(half))))
+        assert bool(clashes(room((cupboard(), at(0.0, 0.0, 0.0)), (pin, pose)), tmp_path)) == clash
+
+    def test_what_touches_at_rest_may_touch_on(self, tmp_path: Path) -> None:
+        """A felt that the drawer slides along, 2 mm deep all the way, is no clash of its way."""
+        felt = shape("felt", (0.5, 0.3, 0.01), (0.0, -0.02, 0.4315))
+        scene = room((with_shapes("object", felt), at(0.0, 0.0, 0.0)))
+        found = subject(scene, tmp_path)
+        desk = opening.Desk(found, LIMIT)
+        assert max(desk.at_rest.values()) == pytest.approx(0.0015, abs=1e-4)
+        assert [p for p, _ in opening.opens_wide(found, LIMIT).problems if p.endswith("drawer_slide")] == []
+
+    def test_what_stands_behind_a_door_has_it_open(self, tmp_path: Path) -> None:
+        inner = joint_changed("drawer_slide", behind="door_hinge")
+        part = {p.joint.name: p for p in subject(room((inner, at(0.0, 0.0, 0.0))), tmp_path).parts}["drawer_slide"]
+        assert part.before == {"thing_0__door_hinge": pytest.approx(-np.pi / 2)}
+
+    def test_filters_are_put_back(self, tmp_path: Path) -> None:
+        found = subject(room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.6, -0.55, 0.0, TO_THE_LEFT))), tmp_path)
+        before = found.model.geom_contype.copy(), found.model.body_conaffinity.copy()
+        opening.opens_wide(found, LIMIT)
+        assert (found.model.geom_contype == before[0]).all()
+        assert (found.model.body_conaffinity == before[1]).all()
+
+
+class TestPulling:
+    def test_parts_far_apart_are_pulled_together_and_come_as_far_as_alone(self, tmp_path: Path) -> None:
+        box = cupboard()
+        alone = pulling.pull_all(subject(room((box, at(0.0, 0.0, 0.0))), tmp_path / "one"), 0.95)
+        scene = room(*((box, at(1.0 * i - 1.0, 0.0, 0.0)) for i in range(3)))
+        found = pulling.pull_all(subject(scene, tmp_path / "three"), 0.95)
+        assert len(found) == 12
+        for name, (share, met) in found.items():
+            assert share == pytest.approx(alone[name.replace(name.split("__")[0], "thing_0")][0], abs=0.06)
+            assert met == ""
+
+    def test_names_what_is_in_the_way(self, tmp_path: Path) -> None:
+        scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post((0.6, 0.05, 0.7)), at(0.0, -0.4, 0.0)))
+        problems = dict(pulling.opens_in_place(subject(scene, tmp_path), 0.95).problems)
+        assert "it meets thing_1__shape_0" in problems["joints/thing_0__drawer_slide"]
+
+
+class TestOverlap:
+    def test_the_deepest_of_each_pair_is_told_once(self, tmp_path: Path) -> None:
+        box = cupboard()
+        found = overlap.nothing_overlaps(
+            subject(room((box, at(0.0, 0.0, 0.0)), (box, at(0.59, 0.0, 0.0))), tmp_path), LIMIT
+        )
+        assert found.number == pytest.approx(0.01)
+        assert [p for p, _ in found.problems] == ["placements/thing_0"]
+
+    def test_loose_things_are_left_to_contacts(self, tmp_path: Path) -> None:
+        loose = post(base=Base.FREE)
+        found = subject(room((post(), at(0.0, 0.0, 0.0)), (loose, at(0.01, 0.0, 0.0))), tmp_path)
+        assert overlap.nothing_overlaps(found, LIMIT).problems == ()
+
+    def test_allowances_have_a_depth_and_a_reason(self) -> None:
+        assert all(0 < depth < 0.05 and why.endswith(".") for depth, why in overlap.ALLOWED.values())
+
+
+class TestSupport:
+    WALL = block("wall", (2.0, 0.1, 2.5), kind="wall")
+    SHELF: Vec3 = (0.5, 0.2, 0.1)
+
+    def floating(self, things: tuple[tuple[Asset, Vec3], ...], folder: Path) -> list[str]:
+        scene = room(*((asset, at(*place)) for asset, place in things))
+        return [p for p, _ in support.nothing_floats(subject(scene, folder), 0.0).problems]
+
+    @pytest.mark.parametrize(("gap", "held"), [(0.0, True), (0.011, True), (0.013, False)])
+    def test_a_shelf_hangs_on_a_wall(self, gap: float, held: bool, tmp_path: Path) -> None:
+        shelf = block("shelf", self.SHELF, kind="open_shelf")
+        things = ((self.WALL, (0.0, 0.0, 0.0)), (shelf, (0.0, -0.15 - gap, 1.4)))
+        assert (self.floating(things, tmp_path) == []) == held
+
+    def test_a_base_cabinet_does_not_hang_on_a_wall(self, tmp_path: Path) -> None:
+        box = block("base", (0.5, 0.5, 0.8), kind="base_cabinet")
+        things = ((self.WALL, (0.0, 0.0, 0.0)), (box, (0.0, -0.3, 0.05)))
+        assert self.floating(things, tmp_path) == ["placements/thing_1"]
+
+    def test_what_stands_on_a_thing_that_stands(self, tmp_path: Path) -> None:
+        box = block("base", (0.5, 0.5, 0.8), kind="base_cabinet")
+        top = block("top", (0.6, 0.6, 0.03), kind="counter")
+        assert self.floating(((box, (0.0, 0.0, 0.0)), (top, (0.0, 0.0, 0.8005))), tmp_path) == []
+        assert self.floating(((box, (0.0, 0.0, 0.0)), (top, (0.0, 0.0, 0.81))), tmp_path) == ["placements/thing_1"]
+
+    def test_what_leans_at_a_side_is_held_only_where_that_is_its_way(self, tmp_path: Path) -> None:
+        box = block("base", (0.5, 0.5, 0.8), kind="base_cabinet")
+        for kind, held in (("filler", True), ("wall_cabinet", False)):
+            strip = block(kind, (0.05, 0.02, 0.6), kind=kind)
+            things = ((box, (0.0, 0.0, 0.0)), (strip, (0.2755, 0.0, 0.7)))
+            assert (self.floating(things, tmp_path / kind) == []) == held
+
+    def test_what_floating_things_hold_floats(self, tmp_path: Path) -> None:
+        box = block("upper", (0.5, 0.5, 0.3))
+        things = ((box, (0.0, 0.0, 1.0)), (box, (0.0, 0.0, 1.3)))
+        assert self.floating(things, tmp_path) == ["placements/thing_0", "placements/thing_1"]
+
+
+class TestSubject:
+    def test_bare_model_is_the_same_but_for_what_is_only_seen(self, tmp_path: Path) -> None:
+        found = subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path)
+        whole = found.loaded.model
+        assert whole is not None
+        assert found.model.ngeom == int(((whole.geom_contype | whole.geom_conaffinity) != 0).sum())
+        assert found.model.nmesh == 0
+        assert (found.model.nq, found.model.nbody, found.model.nkey) == (whole.nq, whole.nbody, whole.nkey)
+        assert (found.model.body_mass == whole.body_mass).all()
+
+    def test_a_broken_file_is_an_error(self, tmp_path: Path) -> None:
+        file = tmp_path / "scene.xml"
+        file.write_text("<mujoco><worldbody><geom type='mesh' mesh='none'/></worldbody></mujoco>")
+        with pytest.raises(ValueError, match="none"):
+            bare(file)
+
+    def test_everything_knows_its_placement(self, tmp_path: Path) -> None:
+        found: SceneSubject = subject(
+            room((cupboard(), at(0.0, 0.0, 0.0)), (post(base=Base.FREE), at(1.0, 0.0, 0.0))), tmp_path
+        )
+        assert set(found.owner) == {"ground", "thing_0", "thing_1"}
+        assert [p.name for p in found.free] == ["thing_1"]
+        assert int(found.is_fixed.sum()) == 1 + 7
+        assert found.category("ground") == "floor"
+
+    def test_boxes_meet_within_a_gap(self, tmp_path: Path) -> None:
+        found = subject(room((post(), at(0.0, 0.0, 0.0)), (post(), at(0.06, 0.0, 0.0))), tmp_path)
+        data = mujoco.MjData(found.model)
+        mujoco.mj_forward(found.model, data)
+        one, other = (boxes(found.model, data, found.geoms_of[n]) for n in ("thing_0", "thing_1"))
+        assert (bool(meet(one, other).all()), bool(meet(one, other, 0.011).all())) == (False, True)
