@@ -19,6 +19,8 @@ from casa_assets.checks import (
     visual,
 )
 from casa_assets.checks.check import Check
+from casa_assets.checks.design import affords, aisles, appliances, grade, reach, ways
+from casa_assets.checks.design.subject import DesignSubject as Plan
 from casa_assets.checks.package import Package
 from casa_assets.checks.scene import budget, inside, opening, overlap, pulling, rest, support
 from casa_assets.checks.scene.subject import SceneSubject as Kitchen
@@ -122,4 +124,25 @@ TABLE: tuple[Check, ...] = (
     Check(
         "SCN016", ERROR, Kitchen, budget.touches_little, "scene_contacts", "", "Contacts at rest cost in every step."
     ),
+    # a kitchen as a designer looks at it
+    Check("NKB001", ERROR, Plan, ways.is_entered, "doorway_m", "m", "People and robots come through it."),
+    Check("NKB002", ERROR, Plan, ways.enters_freely, "swing_m", "m", "Who comes in must not hit who cooks."),
+    Check("NKB003", ERROR, Plan, ways.opens_apart, "swing_m", "m", "Two open doors must not lock each other."),
+    Check("NKB004", ERROR, Plan, aisles.is_roomy, "work_aisle_m", "m", "A cook bends down between two fronts."),
+    Check("NKB005", ERROR, Plan, aisles.is_roomy_enough, "compact_aisle_m", "m", "Less is no kitchen at all."),
+    Check("NKB006", ERROR, Plan, aisles.lets_pass, "walkway_m", "m", "Two people pass each other sideways."),
+    Check("NKB007", ERROR, Plan, appliances.has_standing_room, "dishwasher_m", "m", "It is loaded from beside it."),
+    Check("NKB008", ERROR, Plan, appliances.is_below_a_hood, "hood_m", "m", "Flames and heads need the room."),
+    Check("NKB009", ERROR, Plan, appliances.is_below_nothing_else, "over_cooktop_m", "m", "Wood over flames burns."),
+    Check("NKB010", ERROR, Plan, appliances.is_not_below_a_window, "window_m", "m", "Draughts put out flames."),
+    Check("NKB011", ERROR, Plan, appliances.keeps_off_corners, "corner_m", "m", "Handles round a corner clash."),
+    Check("NKB012", WARNING, Plan, grade.is_well_designed, "design_score", "", "Rules of taste are often broken."),
+    # its floor as a robot drives on it
+    Check("NAV001", ERROR, Plan, reach.is_reached, "unreached", "", "What no robot gets to might as well be painted."),
+    Check(
+        "NAV002", ERROR, Plan, reach.is_reached_open, "unreached", "", "Whoever opens a door has to stand somewhere."
+    ),
+    # what can be done in it
+    Check("TSK001", ERROR, Plan, affords.affords_every_task, "tasks_lacking", "", "Lists of exceptions spoil a set."),
+    Check("TSK002", ERROR, Plan, affords.has_room_for_things, "task_rate", "", "Resets that find no room never end."),
 )

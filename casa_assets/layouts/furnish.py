@@ -17,7 +17,8 @@ from casa_assets.model.units import Side
 
 SEAT_APART = 0.6  # metres per person at a worktop; NKBA planning guideline 9
 AT_WALL = 0.45  # metres between a wall and the first place at a worktop that begins there
-STAND_ASIDE = 0.03  # metres between a thing on a worktop and the end of the unit below
+BREADTH = {"toaster": 0.4, "knife_block": 0.29, "utensil_holder": 0.24, "fruit_bowl": 0.36, "paper_towel": 0.28}
+LAMP_OFF = 0.6  # metres between a wall and a lamp of the room
 LAMP_ASIDE = 0.75  # metres between an island and the lamps of the room
 ON_TOP = 0.0008  # metres over a worktop at which things are set down
 
@@ -29,13 +30,33 @@ def order_stands(order: Order, plan: Plan, slots: Mapping[str, Slot], models: Mo
             raise Misfit(plan.id, ("stands", stand.id, "on"), "a unit of the plan", repr(stand.on))
         if not models.has(stand.id):
             raise Misfit(plan.id, ("stands", stand.id), "a role of the style", repr(stand.id))
-        slot = slots[stand.on]
-        model = models.of(stand.id)
-        # Wide things keep off what is beside the unit.
-        half = min(slot.width, float(model.numbers.get("width", 0.0)) + 2 * STAND_ASIDE) / 2
-        u = min(max(slot.left + stand.at * slot.width, slot.left + half), slot.right - half)
-        spot = Spot(slot.line.frame, u, stand.back, sizes.TOP + ON_TOP, stand.turn_deg)
-        order.add(Wanted(stand.id, stand.id, model.choice, spot, slot.name, slot.line.id))
+    for name, slot in slots.items():
+        row = sorted((s for s in plan.stands if s.on == name), key=lambda s: s.at)
+        breadths = [breadth(models, s.id) for s in row]
+        for stand, u in zip(row, _side_by_side(slot, [s.at for s in row], breadths), strict=True):
+            spot = Spot(slot.line.frame, u, stand.back, sizes.TOP + ON_TOP, stand.turn_deg)
+            order.add(Wanted(stand.id, stand.id, models.of(stand.id).choice, spot, slot.name, slot.line.id))
+
+
+def breadth(models: Models, role: str) -> float:
+    """About how much of a worktop a thing takes up, metres: members of some families tell their width, others vary."""
+    width = models.of(role).numbers.get("width")
+    return 0.05 + float(width) if width is not None else BREADTH.get(role, 0.25)
+
+
+def _side_by_side(slot: Slot, shares: Sequence[float], breadths: Sequence[float]) -> list[float]:
+    """Middles along the run of things on one unit, from left to right: on it where it is wide enough, and apart."""
+    out: list[float] = []
+    edge = slot.left
+    for share, breadth in zip(shares, breadths, strict=True):
+        u = max(slot.left + share * slot.width, edge + breadth / 2)
+        out.append(u)
+        edge = u + breadth / 2
+    edge = max(slot.right, slot.left + sum(breadths))
+    for k in reversed(range(len(out))):
+        out[k] = min(out[k], edge - breadths[k] / 2)
+        edge = out[k] - breadths[k] / 2
+    return [round(u, 4) for u in out]
 
 
 def order_seats(order: Order, plan: Plan, lines: Mapping[str, Line], models: Models) -> None:
@@ -120,7 +141,10 @@ def _hung_at(
         row, column = divmod(k, per)
         x = x0 + (x1 - x0) * (column + 0.5) / per
         y = y1 - (y1 - y0) * (row + 0.5) / rows
-        if room.holds(x, y) and not any(_is_near(line, x, y) for line in lines.values() if not line.at_wall):
+        beside = ((x + dx, y + dy) for dx in (-LAMP_OFF, LAMP_OFF) for dy in (-LAMP_OFF, LAMP_OFF))
+        if all(room.holds(*p) for p in beside) and not any(
+            _is_near(line, x, y) for line in lines.values() if not line.at_wall
+        ):
             out.append((Frame(x0, y1, 0), x - x0, y1 - y))
     return out
 

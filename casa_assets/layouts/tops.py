@@ -13,7 +13,7 @@ from casa_assets.layouts.models import Models
 from casa_assets.layouts.runs import EndKind, Line, Slot
 from casa_assets.layouts.wanted import Height, Order, Spot, Wanted, member
 from casa_assets.model.plan import Corner
-from casa_assets.model.style import Tops
+from casa_assets.model.style import Choice, Tops
 from casa_assets.model.units import TALL, BaseKind
 
 LONGEST = 3.9  # metres of one slab
@@ -229,7 +229,7 @@ def _cutout(piece: Stretch, behind: float, models: Models) -> dict[str, Any] | N
     return {"left": left, "back": round(back + behind, 4), "width": width, "depth": round(depth, 4), "radius": radius}
 
 
-SINK_BACK = 0.06  # metres between the wall and a sink
+SINK_BACK = 0.049  # metres between the wall and a sink; its front clears the rail of the cabinet below
 
 
 def _sink_hole(sink: Mapping[str, Any]) -> tuple[float, float, float, float]:
@@ -249,7 +249,9 @@ def _sink(order: Order, slot: Slot, models: Models) -> None:
     model = models.of("sink")
     top = sizes.TOP + (RIM if model.numbers["mount"] == "drop_in" else 0.0)
     spot = Spot(slot.line.frame, slot.middle, SINK_BACK, top, height=Height.HEAD)
-    order.add(Wanted(f"{slot.name}_basin", "sink", model.choice, spot, slot.name, slot.line.id))
+    deck = top_of(models, slot.line).thickness
+    choice = Choice(preset=model.choice.preset, params={**model.choice.params, "deck": deck})
+    order.add(Wanted(f"{slot.name}_basin", "sink", choice, spot, slot.name, slot.line.id))
 
 
 def _hob(order: Order, slot: Slot, models: Models) -> None:

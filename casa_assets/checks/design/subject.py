@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from casa_assets.checks.design.desk import Afforded
 from casa_assets.checks.design.floor_map import FloorMap
 from casa_assets.checks.design.parking import Lots, park
-from casa_assets.checks.design.tasks import Afforded, afforded
+from casa_assets.checks.design.tasks import afforded
 from casa_assets.model.floor import Facts
 
 

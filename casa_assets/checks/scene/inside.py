@@ -11,14 +11,17 @@ from casa_assets.checks.scene.subject import Floats, SceneSubject, boxes, corner
 from casa_assets.checks.scene.support import CEILING, FLOOR, ROOM, WALL
 
 MM = 1000.0
+DOOR, WINDOW = "door", "window"
+HANDLES_M = 0.08  # how far handles and sills stand out of the outer face
 
 
 def stays_inside(subject: SceneSubject, limit: float | None) -> Measured:
     """No shape of a thing is farther than `limit` outside floor, walls and ceiling; metres of the farthest.
 
-    A scene without a floor has no room to leave.
+    A scene without a floor has no room to leave. What fills a hole in a wall is handled from both sides.
     """
     assert limit is not None
+    handled = dict.fromkeys((DOOR, WINDOW), HANDLES_M)
     kinds = {p.name: subject.category(p.name) for p in subject.scene.placements}
     plans = [
         _edges(subject, geom)
@@ -35,6 +38,7 @@ def stays_inside(subject: SceneSubject, limit: float | None) -> Measured:
             continue
         points = np.concatenate([points_of(subject, int(g)) for g in subject.geoms_of[name]])
         beside = float(np.min([_outside(edges, points) for edges in plans], axis=0).max())
+        beside = max(0.0, beside - handled.get(kind, 0.0))
         out = {
             "beside the room": beside,
             "below the floor": low - points[:, 2].min(),

@@ -75,9 +75,9 @@ def head(form: Head) -> Solid:
 
 
 def band(form: Head, y: float, long: float) -> Solid:
-    """A strip round a head at y, of a length along it; it stands out by almost two millimetres."""
+    """A strip round a head at y, of a length along it; it stands out by a millimetre."""
     shares = [(y + d - form.front) / (form.back - form.front) for d in (-long / 2, 0.0, long / 2)]
-    return _outward(loft([form.ring(t, 0.0018, 44) for t in shares], 50.0)).untouched()
+    return _outward(loft([form.ring(t, 0.001, 44) for t in shares], 50.0)).untouched()
 
 
 def _outward(solid: Solid) -> Solid:

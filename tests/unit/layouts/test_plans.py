@@ -8,11 +8,14 @@ from collections.abc import Iterator
 import pytest
 
 from casa_assets.layouts import sizes
+from casa_assets.layouts.furnish import breadth
+from casa_assets.layouts.models import Models
 from casa_assets.layouts.request import Kitchen
 from casa_assets.layouts.runs import CornerPart, EndKind, Slot
 from casa_assets.layouts.tops import BREAKS
 from casa_assets.model.plan import OpeningKind
 from casa_assets.model.units import TALL, BaseKind, UpperKind
+from casa_assets.pipeline.kitchens import offers
 from casa_assets.registry_kitchens import load_plan, plan_names, style_names
 from tests.floors import PLAY, Rect, boxes, draws, extremes, floor_row, made, passages, rect, slot_rect, walls_free
 
@@ -191,6 +194,7 @@ class TestContent:
         for given in extremes(plan):
             kitchen = made(name, given, style)
             assert of_kind(kitchen, *COOKERS)
+            assert not list(_crowded(kitchen)), says(kitchen, *_crowded(kitchen))
             for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
                 if min(one.high, other.high) - max(one.low, other.low) > PLAY:
                     assert a.gap(b) > -PLAY, says(kitchen, one.name, other.name, a.gap(b))
@@ -206,6 +210,14 @@ def _tops_beside(kitchen: Kitchen, slot: Slot) -> tuple[float, float]:
 def _run_of_top(row: list[Slot]) -> float:
     stops = (*BREAKS, BaseKind.SINK, BaseKind.HOB)
     return sum(s.width for s in itertools.takewhile(lambda s: s.kind not in stops and s.high < 1.0, row))
+
+
+def _crowded(kitchen: Kitchen) -> Iterator[str]:
+    """Units that are narrower than what stands on them."""
+    models = Models(kitchen.style, offers())
+    for unit, stands in itertools.groupby(sorted(kitchen.plan.stands, key=lambda s: s.on), key=lambda s: s.on):
+        if sum(breadth(models, s.id) for s in stands) > kitchen.slot(unit).width:
+            yield unit
 
 
 def _stands_free(kitchen: Kitchen, slot: Slot) -> bool:
