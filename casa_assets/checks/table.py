@@ -138,10 +138,8 @@ TABLE: tuple[Check, ...] = (
     Check("NKB011", ERROR, Plan, appliances.keeps_off_corners, "corner_m", "m", "Handles round a corner clash."),
     Check("NKB012", WARNING, Plan, grade.is_well_designed, "design_score", "", "Rules of taste are often broken."),
     # its floor as a robot drives on it
-    Check("NAV001", ERROR, Plan, reach.is_reached, "unreached", "", "What no robot gets to might as well be painted."),
-    Check(
-        "NAV002", ERROR, Plan, reach.is_reached_open, "unreached", "", "Whoever opens a door has to stand somewhere."
-    ),
+    Check("NAV001", ERROR, Plan, reach.is_reached, "unreached", "", "What nobody gets to might as well be painted."),
+    Check("NAV002", ERROR, Plan, reach.is_reached_open, "unreached", "", "Who opens a door has to stand somewhere."),
     # what can be done in it
     Check("TSK001", ERROR, Plan, affords.affords_every_task, "tasks_lacking", "", "Lists of exceptions spoil a set."),
     Check("TSK002", ERROR, Plan, affords.has_room_for_things, "task_rate", "", "Resets that find no room never end."),

@@ -86,8 +86,10 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[Hole], models: Models, clo
     after = room.walls[(k + 1) % len(room.walls)]
     # Of two walls that meet, the left one closes the corner; an outer corner needs none.
     right_more = 0.0 if wall.right_out or (after.open and not closed) else THICK
+    # At an outer corner both would fill the same post: the wall before it ends earlier.
+    length = round(wall.length - (THICK if wall.right_out else 0.0), 5)
     params = {
-        "length": wall.length,
+        "length": length,
         "height": room.height,
         "thickness": THICK,
         "left_more": 0.0,
@@ -98,7 +100,7 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[Hole], models: Models, clo
         ],
         "inside": models.style.shell.wall,
     }
-    spot = Spot(wall.frame, wall.length / 2, -THICK, 0.0)
+    spot = Spot(wall.frame, length / 2, -THICK, 0.0)
     return _room_part(f"wall_{wall.id}", "wall", member("room_wall/plaster_bare", params), spot)
 
 
@@ -140,6 +142,7 @@ def order_skirting(
         mine = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.low < high + CASING)]
         taken = [(h.left - beside, h.right + beside) for h in mine]
         taken += _stood_at(wall, lines, slots)
+        taken = [(a, b) for a, b in taken if b > 0.0 and a < wall.length]
         # In an inner corner it ends before that of the wall beside.
         at, k = SKIRTING_DEEP, 0
         for a, b in [*sorted(taken), (wall.length, wall.length)]:

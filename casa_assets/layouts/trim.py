@@ -11,6 +11,7 @@ from casa_assets.layouts.models import Models
 from casa_assets.layouts.room import Hole
 from casa_assets.layouts.runs import CornerPart, EndKind, Line, Slot
 from casa_assets.layouts.wanted import Depth, Height, Order, Spot, Wanted, member
+from casa_assets.model.plan import CornerKind
 from casa_assets.model.units import TALL, BaseKind, BaseUnit, UpperKind
 
 HEIGHT = 0.07  # metres of a cornice
@@ -22,6 +23,7 @@ PLAY = 0.0005
 UNDER = ("under_cabinet", "downlight")  # hoods with a cabinet over them
 LONG = ("drapes", "tied", "cafe")  # curtains that hang down to worktops and taps
 BEFORE = 0.0235  # metres between a wall and the back of a curtain: the casing that it hangs on is between them
+BARE = 0.004  # the same where the window has no casing
 OVER = 0.05  # metres from the top of a hole to that of a curtain
 VALANCE = 0.3
 
@@ -52,7 +54,10 @@ def order_cornices(
             left, right = _is_seen(row, row.left, rows, line), _is_seen(row, row.right, rows, line)
             # It ends at the return of a deeper row beside it.
             begin = row.left + (out + PLAY if _is_butted(row, row.left, rows) or _is_at_corner(row.left, line) else 0.0)
-            end = row.right - (out + PLAY if _is_butted(row, row.right, rows) else 0.0)
+            # Of two rows round a corner the first ends earlier only where the other one goes through to the wall.
+            meets = line.right.corner is not None and line.right.corner.upper is CornerKind.BLIND
+            short = _is_butted(row, row.right, rows) or (meets and _is_at_corner(row.right, line))
+            end = row.right - (out + PLAY if short else 0.0)
             if end - begin < LEAST:
                 continue
             params = {
@@ -133,5 +138,6 @@ def order_curtains(order: Order, holes: Sequence[Hole], models: Models) -> None:
         if form == "valance":
             width, height = round(width - 0.1, 4), VALANCE
         choice = member(model.choice.preset, {**model.choice.params, "width": width, "height": height})
-        spot = Spot(hole.wall.frame, (hole.left + hole.right) / 2, BEFORE, hole.high + OVER, height=Height.HEAD)
+        before = BEFORE if float(models.of("window").numbers.get("casing", 0.0)) else BARE
+        spot = Spot(hole.wall.frame, (hole.left + hole.right) / 2, before, hole.high + OVER, height=Height.HEAD)
         order.add(Wanted(f"{hole.opening.id}_curtain", "curtain", choice, spot))

@@ -14,6 +14,7 @@ from casa_assets.model.units import BaseKind
 
 FOV = 50.0
 ASPECT = 4 / 3  # of the pictures that the overview has to fit into
+FILL = 0.95  # share of the overview that the room fills
 EYE = 1.45  # metres: eye of a robot of human height
 WORK = {
     BaseKind.SINK: "sink",
@@ -56,16 +57,26 @@ def _overview(kitchen: Kitchen, x0: float, y0: float, x1: float, y1: float) -> C
         turn = 0.5
     elif 1 in sides and 3 not in sides:
         turn = -0.5
-    width, depth, height = x1 - x0, y1 - y0, 1.6
-    radius = 0.5 * math.hypot(width, depth) + 0.15
-    distance = max(
-        radius / math.tan(math.radians(FOV / 2)) * 0.92, (0.5 * width + 0.4) / math.tan(math.radians(FOV / 2)) / ASPECT
-    )
     pitch = 0.62
-    target = np.array([(x0 + x1) / 2, (y0 + y1) / 2 + 0.08 * depth, height * 0.5])
+    target = np.array([(x0 + x1) / 2, (y0 + y1) / 2 + 0.06 * (y1 - y0), 0.9])
     away = np.array([math.sin(turn) * math.cos(pitch), -math.cos(turn) * math.cos(pitch), math.sin(pitch)])
-    eye = target + (distance + 0.3 * depth) * away
-    return Camera(name="overview", pose=look_at(_vec(eye), _vec(target)), fov_y_deg=FOV)
+    back = kitchen.room.height
+    corners = np.array([(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (0.0, back if y == y1 else 0.8 * back)])
+    low, high = 1.0, 40.0
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (low, middle) if _fits(corners, target + middle * away, target) else (middle, high)
+    return Camera(name="overview", pose=look_at(_vec(target + high * away), _vec(target)), fov_y_deg=FOV)
+
+
+def _fits(points: np.ndarray, eye: np.ndarray, target: np.ndarray) -> bool:
+    """Whether the overview shows all points, with a little air round them."""
+    pose = look_at(_vec(eye), _vec(target))
+    seen = pose.inverse().apply(points)
+    reach = FILL * math.tan(math.radians(FOV / 2)) * -seen[:, 2]
+    return bool(
+        (seen[:, 2] < -0.1).all() and (np.abs(seen[:, 1]) < reach).all() and (np.abs(seen[:, 0]) < reach * ASPECT).all()
+    )
 
 
 def _above(middle: tuple[float, float], width: float, depth: float) -> Camera:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,8 @@ from casa_assets.errors import CasaError, Misfit, RegistryError, UnknownId
 from casa_assets.families.catalog import FAMILIES, family
 from casa_assets.families.family import Params
 from casa_assets.layouts.compose import compose
+from casa_assets.layouts.dress import dress
 from casa_assets.layouts.request import Kitchen, request
-from casa_assets.layouts.wanted import Wanted
 from casa_assets.model.asset import Asset
 from casa_assets.model.chance import rng_for
 from casa_assets.model.plan import Plan
@@ -148,22 +148,28 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return out
 
 
-def build_wanted(wanted: Wanted, cache: Path) -> Asset:
-    """The asset of a thing that a kitchen wants. Raises CasaError with the name of the thing."""
+def build_choice(name: str, choice: Choice, cache: Path) -> Asset:
+    """The asset of a choice. Raises CasaError with the name of the thing that it is for."""
     try:
-        return build_asset(family(wanted.choice.family), params_of(wanted.choice), cache)
+        return build_asset(family(choice.family), params_of(choice), cache)
     except (CasaError, ValueError) as error:
-        raise CasaError(f"{wanted.name}: {error}") from error
+        raise CasaError(f"{name}: {error}") from error
 
 
 def build_scene(recipe: Recipe, cache: Path) -> tuple[Kitchen, Scene]:
     """The kitchen and the scene of a recipe. Raises as `resolve` does, and CasaError where a part cannot be built."""
     kitchen = resolve(recipe)
     made: dict[str, Asset] = {}
-    assets: dict[str, Asset] = {}
-    for wanted in kitchen.wanted:
-        key = wanted.choice.model_dump_json()
+
+    def built(name: str, choice: Choice) -> Asset:
+        key = choice.model_dump_json()
         if key not in made:
-            made[key] = build_wanted(wanted, cache)
-        assets[wanted.name] = made[key]
+            made[key] = build_choice(name, choice, cache)
+        return made[key]
+
+    assets = {w.name: built(w.name, w.choice) for w in kitchen.wanted}
+    props = [(choice, built(choice.preset, choice)) for choice in kitchen.style.props]
+    added = dress(kitchen, assets, props, recipe.seed or 0)
+    kitchen = replace(kitchen, wanted=(*kitchen.wanted, *(wanted for wanted, _ in added)))
+    assets |= {wanted.name: asset for wanted, asset in added}
     return kitchen, compose(kitchen, assets, recipe.scene_id)

@@ -27,7 +27,7 @@ SEEN, CEILING, _HIDDEN = 1, 2, 5  # groups of geoms
 _WALL = "wall_"  # names of walls begin with it
 _ON_WALL = 0.12  # metres from the middle of a wall within which something hangs on it
 # Fractions of white, by eye: a white wall keeps its shading, a black front its form.
-_AMBIENT, _SUN, _SKY, _BOUNCE = 0.2, 0.3, 0.62, 0.3
+_AMBIENT, _SUN, _SKY, _BOUNCE = 0.3, 0.3, 0.55, 0.34
 _SHINE = 0.8
 _DOMES, _BOUNCES = 2, 3
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0

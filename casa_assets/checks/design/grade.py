@@ -75,7 +75,7 @@ DESIGN: tuple[Rule, ...] = (
     Rule("N5", "way from door to door through the triangle", 0, "m", True, _plain(triangle.crossed)),
     Rule("N8", "free behind those who sit", 0.813, "m", False, seating.behind_seats),
     Rule("N9_width", "from seat to seat", 0.6, "m", False, seating.seat_width),
-    Rule("N9_knees", "room for knees", 0.305, "m", False, seating.knee_depth),
+    Rule("N9_knees", "room for knees", 0.381, "m", False, seating.knee_depth),
     Rule("N10", "places of work away from the sink", 0, "", True, _plain(triangle.between_sink)),
     Rule("N11_long", "worktop at the better side of the sink", 0.61, "m", False, _plain(frontage.longer_sink_side)),
     Rule("N11_short", "worktop at its other side", 0.457, "m", False, _plain(frontage.shorter_sink_side)),

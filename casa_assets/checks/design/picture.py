@@ -43,7 +43,7 @@ def floor_picture(subject: DesignSubject) -> Image.Image:
     for fixture in facts.fixtures:
         if fixture.role in APPLIANCES:
             sheet.fill(fixture.foot.corners, APPLIANCE, BLACK)
-        elif fixture.role is not Role.CORNER and stands(fixture) and not fixture.run:
+        elif fixture.role is Role.SEAT or (stands(fixture) and not fixture.run):
             sheet.fill(fixture.foot.corners, SOLID, BLACK)
         elif fixture.role in (Role.UPPER, Role.SHELF, Role.HOOD):
             sheet.dashes(fixture.foot.corners)

@@ -1,0 +1,199 @@
+"""Checks of kitchens' facts: each code is silent on what is right, and alone in speaking where one thing is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from casa_assets.checks.design.grade import grade
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.table import TABLE
+from casa_assets.model.floor import AisleKind, Facts, Fixture, Foot, Leaf, Role
+from tests.worked import (
+    DOOR,
+    LIMITS,
+    MAIN,
+    SIDE,
+    WINDOW,
+    changed,
+    judged,
+    kitchen,
+    thing,
+    upper,
+    with_aisle,
+    with_more,
+    with_unit,
+)
+from tests.worked_parts import box, flap, foot_in
+
+ROWS = {check.code: check for check in TABLE if check.subject is DesignSubject}
+Build = Callable[[], Facts]
+
+
+def clear(width: float) -> Facts:
+    """A door that leaves so much clear."""
+    return kitchen().replace(ways=(WINDOW, DOOR.replace(clear=width)))
+
+
+def swung(reach: float) -> Facts:
+    """A door's leaf that comes so near the refrigerator's front, which ends at y = -0.77: 0 touches it."""
+    end = -0.77 - 0.45 + reach
+    outline = ((0.0, -2.0), (0.9, -2.0), (0.9, end + 0.45), (0.0, end + 0.45))
+    leaf = Leaf(swept=outline, open=outline, low=0.0, high=0.05, down=False)
+    return kitchen().replace(ways=(WINDOW, DOOR.replace(leaf=leaf)))
+
+
+def crossing(reach: float) -> Facts:
+    """A dishwasher's flap that passes so far into the way of the range's."""
+    facts = kitchen()
+    washer = next(f for f in facts.fixtures if f.name == "dishwasher")
+    (joint,) = washer.joints
+    assert joint.leaf is not None
+    # That of the range ends at y = -0.67 - 0.6.
+    swept = ((2.6, -1.9), (4.4, -1.9), (4.4, -1.27 + reach), (2.6, -1.27 + reach))
+    moved = joint.replace(leaf=joint.leaf.replace(swept=swept))
+    return changed(facts, "dishwasher", washer.replace(joints=(moved,)))
+
+
+def wide(kind: AisleKind, width: float, compact: bool = False) -> Facts:
+    """One aisle of a kind."""
+    return with_aisle(kitchen().replace(compact=compact), kind, width)
+
+
+def washer_at(gap: float) -> Facts:
+    """A dishwasher so far from the row at a right angle to it."""
+    return with_unit(kitchen(), "right", "dishwasher", 0.65 + gap, 1.95)
+
+
+def range_at(gap: float) -> Facts:
+    """A range so far from the inside corner."""
+    return with_unit(kitchen(), "main", "range", 2.45, 4.35 - gap)
+
+
+def hung(name: str, low: float) -> Facts:
+    """The hood, or a cabinet in its place, so high over the range, whose top is at 0.915 m."""
+    facts = kitchen()
+    hood = next(f for f in facts.fixtures if f.name == "hood")
+    if name == "hood":
+        return changed(facts, "hood", hood.replace(low=0.915 + low))
+    return changed(facts, "hood", upper(2.4, 3.2, "over", low=0.915 + low).replace(joints=()))
+
+
+def glazed(length: float) -> Facts:
+    """A window that opens, so far over the range."""
+    way = WINDOW.replace(wall="back", start=(3.208 - length, 0.0), end=(4.2, 0.0))
+    return kitchen().replace(ways=(way, DOOR))
+
+
+def tasteless(count: int) -> Facts:
+    """A kitchen that breaks some advice: high worktops, no hood, a microwave far up, a sink far from all else."""
+    facts = kitchen()
+    oven = next(f for f in facts.fixtures if f.name == "microwave")
+    rows = tuple(r.replace(height=0.96, depth=0.6) for r in facts.rows[:2])
+    if count > 0:
+        facts = changed(facts.replace(rows=rows), "hood", None)
+    if count > 1:
+        facts = changed(facts, "microwave", oven.replace(low=1.5, high=1.79))
+        facts = facts.replace(rows=tuple(r.replace(units=r.units[:4]) for r in facts.rows))
+    if count > 2:
+        facts = with_more(facts, upper(0.0, 0.4, "low_one", low=1.1).replace(joints=()))
+        facts = with_unit(facts, "main", "range", 0.96, 1.8)
+    return facts
+
+
+def shelf(*around: Fixture) -> Facts:
+    """A shelf that stands by itself on the floor, and what stands around it."""
+    foot = Foot(middle=(0.3, -1.9), size=(0.5, 0.3), yaw=1.5708)
+    alone = Fixture(name="alone", role=Role.SHELF, category="open_shelf", foot=foot, low=0.0, high=1.0)
+    return with_more(kitchen(), alone, *around)
+
+
+def crate(x: float, y: float) -> Fixture:
+    """A crate of 0.3 m on the floor."""
+    return thing("crate", Role.ON_FLOOR, (x, y), (0.3, 0.3), 0.0, 0.3)
+
+
+def flapped(out: float) -> Facts:
+    """A cabinet beside the wall, between two others, whose flap comes out so far."""
+    facts = shelf()
+    foot = Foot(middle=(0.3, -1.9), size=(0.5, 0.3), yaw=1.5708)
+    wide = flap(foot, "flap_joint", out, 0.1, 0.5)
+    assert wide.leaf is not None
+    outline = box(foot, -1.0, 1.0, 0.0, out)
+    joint = wide.replace(leaf=wide.leaf.replace(open=outline, swept=outline))
+    alone = next(f for f in facts.fixtures if f.name == "alone")
+    return changed(facts, "alone", alone.replace(joints=(joint,)))
+
+
+def crowded(low: float) -> Facts:
+    """Boards over both rows' worktops at some height: on them, or over whatever is put there."""
+    boards = []
+    for k, (row, left, right) in enumerate([(MAIN, 0.95, 2.45), (MAIN, 3.21, 4.35), (SIDE, 0.0, 1.95), (SIDE, 2.85, 3.4)]):
+        foot = foot_in(row, left, right, 0.65)
+        boards.append(Fixture(name=f"board_{k}", role=Role.THING, category="board", foot=foot, low=low, high=low + 0.02))
+    return with_more(kitchen(), *boards)
+
+
+EXAMPLES: dict[str, tuple[Build, Build]] = {
+    "NKB001": (lambda: clear(0.814), lambda: clear(0.812)),
+    "NKB002": (lambda: swung(-0.01), lambda: swung(0.02)),
+    "NKB003": (lambda: crossing(-0.01), lambda: crossing(0.02)),
+    "NKB004": (lambda: wide(AisleKind.WORK, 1.07), lambda: wide(AisleKind.WORK, 1.06)),
+    "NKB005": (lambda: wide(AisleKind.WORK, 0.92, True), lambda: wide(AisleKind.WORK, 0.91, True)),
+    "NKB006": (lambda: wide(AisleKind.WALK, 0.92), lambda: wide(AisleKind.WALK, 0.91)),
+    "NKB007": (lambda: washer_at(0.54), lambda: washer_at(0.52)),
+    "NKB008": (lambda: hung("hood", 0.62), lambda: hung("hood", 0.6)),
+    "NKB009": (lambda: hung("cabinet", 0.77), lambda: hung("cabinet", 0.75)),
+    "NKB010": (lambda: glazed(0.0), lambda: glazed(0.1)),
+    "NKB011": (lambda: range_at(0.39), lambda: range_at(0.37)),
+    "NKB012": (lambda: tasteless(1), lambda: tasteless(3)),
+    "NAV001": (shelf, lambda: shelf(crate(0.95, -1.9))),
+    "NAV002": (lambda: flapped(0.4), lambda: flapped(2.2)),
+    "TSK001": (kitchen, lambda: changed(kitchen(), "coffee_machine", None)),
+    "TSK002": (lambda: crowded(2.0), lambda: crowded(0.921)),
+}
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+class TestExamples:
+    def test_good_is_silent(self, code: str) -> None:
+        assert judged(EXAMPLES[code][0]()).issues == ()
+
+    def test_bad_trips_its_code_alone(self, code: str) -> None:
+        report = judged(EXAMPLES[code][1]())
+        assert {(issue.code, issue.severity) for issue in report.issues} == {(code, ROWS[code].severity)}
+        assert [result.code for result in report.results if not result.passed] == [code]
+
+    def test_limit_parts_the_numbers(self, code: str) -> None:
+        limit = ROWS[code].limit
+        assert limit is not None
+        found = [{r.code: r.number for r in judged(make()).results}[code] for make in EXAMPLES[code]]
+        low, high = sorted(number for number in found if number is not None)
+        assert low <= LIMITS[limit] <= high
+        assert low < high
+
+
+def test_every_row_has_examples() -> None:
+    assert EXAMPLES.keys() == ROWS.keys()
+
+
+def test_compact_waives_what_small_kitchens_cannot_keep() -> None:
+    facts = kitchen()
+    short = facts.replace(rows=tuple(r.replace(units=r.units[:4]) for r in facts.rows))
+    plain, compact = (grade(DesignSubject(f)) for f in (short, short.replace(compact=True)))
+    missed = {f.rule for f in plain.design if f.passed is False}
+    assert "N25" in missed
+    assert not {f.rule for f in plain.design if f.waived}
+    assert "N25" in {f.rule for f in compact.design if f.waived}
+    assert compact.score > plain.score
+
+
+def test_grade_has_every_rule_once_with_its_number() -> None:
+    found = grade(DesignSubject(kitchen()))
+    rules = [f.rule for f in (*found.design, *found.access)]
+    assert len(rules) == len(set(rules)) == 40
+    numbers = {f.rule: f.number for f in (*found.design, *found.access)}
+    assert numbers["N11_long"] == pytest.approx(1.4)
+    assert numbers["N13"] == pytest.approx(0.05, abs=0.01)
+    assert numbers["A4"] == pytest.approx(0.92)

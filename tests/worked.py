@@ -1,0 +1,334 @@
+"""A kitchen of plain facts, without a mesh, that keeps every rule, and pieces to change it with."""
+
+from __future__ import annotations
+
+import math
+
+from casa_assets import registry
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.run import run
+from casa_assets.model.floor import (
+    Aisle,
+    AisleKind,
+    Facts,
+    Fixture,
+    Foot,
+    Mark,
+    Movable,
+    Role,
+    Row,
+    RunEnd,
+    Side,
+    Way,
+)
+from casa_assets.model.issue import Report
+from casa_assets.model.joint import JointKind
+from casa_assets.model.plan import OpeningKind
+from casa_assets.model.record import Vec2
+from tests.worked_parts import door, flap, foot_in, unit, volume
+
+LIMITS = registry.load().limits
+TOP = 0.92
+RIGHT = -math.pi / 2  # yaw of what stands at the right wall
+OUTLINE = ((0.0, 0.0), (5.0, 0.0), (5.0, -4.0), (0.0, -4.0))
+
+
+MAIN = Row(
+    id="main",
+    origin=(0.0, 0.0),
+    yaw=0.0,
+    length=5.0,
+    left=RunEnd.WALL,
+    right=RunEnd.CORNER,
+    next="right",
+    corner_right=1.1,
+    units=(
+        unit("fridge", "fridge", 0.0, 0.95, 2.26, 0.77),
+        unit("main_doors", "doors", 0.95, 1.75),
+        unit("main_drawers", "drawers", 1.75, 2.45),
+        unit("range", "range", 2.45, 3.21, front=0.67),
+        unit("main_drawers_2", "drawers", 3.21, 3.9),
+    ),
+)
+SIDE = Row(
+    id="right",
+    origin=(5.0, 0.0),
+    yaw=RIGHT,
+    length=3.4,
+    left=RunEnd.CORNER,
+    corner_left=0.67,
+    units=(
+        unit("right_doors", "doors", 0.67, 1.35),
+        unit("dishwasher", "dishwasher", 1.35, 1.95),
+        unit("sink", "sink", 1.95, 2.85),
+        unit("right_doors_2", "doors", 2.85, 3.4),
+    ),
+)
+WALLS = (
+    Side(id="back", start=OUTLINE[0], end=OUTLINE[1]),
+    Side(id="right", start=OUTLINE[1], end=OUTLINE[2]),
+    Side(id="front", start=OUTLINE[2], end=OUTLINE[3], open=True),
+    Side(id="left", start=OUTLINE[3], end=OUTLINE[0]),
+)
+WINDOW = Way(
+    id="window",
+    kind=OpeningKind.WINDOW,
+    wall="right",
+    start=(5.0, -1.8),
+    end=(5.0, -3.0),
+    low=1.1,
+    high=2.1,
+    clear=1.2,
+    movable=True,
+)
+DOOR = Way(
+    id="door", kind=OpeningKind.DOOR, wall="left", start=(0.0, -3.8), end=(0.0, -2.9), low=0.0, high=2.0, clear=0.82
+)
+
+
+def drawers(row: Row, left: float, right: float, name: str) -> Fixture:
+    """Three drawers of which the top one is worked with."""
+    foot = foot_in(row, left, right, 0.6)
+    return Fixture(
+        name=name,
+        role=Role.DRAWERS,
+        category="drawer_stack",
+        unit=name,
+        run=row.id,
+        foot=foot,
+        low=0.0,
+        high=0.89,
+        joints=(flap(foot, "drawer2_slidejoint", 0.5, 0.7, 0.87, slides=True),),
+        volumes=(volume(foot, "drawer2_int", 0.74, 0.86, moves=True),),
+    )
+
+
+def cabinet(row: Row, left: float, right: float, name: str) -> Fixture:
+    """A cabinet with one door."""
+    foot = foot_in(row, left, right, 0.6)
+    w = foot.size[0] / 2
+    return Fixture(
+        name=name,
+        role=Role.CABINET,
+        category="base_cabinet",
+        unit=name,
+        run=row.id,
+        foot=foot,
+        low=0.0,
+        high=0.89,
+        joints=(door(foot, "doorhinge", -w, w, 0.1, 0.89),),
+    )
+
+
+def upper(left: float, right: float, name: str, doors: int = 1, low: float = 1.38) -> Fixture:
+    """A wall cabinet over the long row."""
+    foot = foot_in(MAIN, left, right, 0.35)
+    w = foot.size[0] / 2
+    leaves = (
+        (door(foot, "doorhinge", -w, w, low, low + 0.88),)
+        if doors == 1
+        else (
+            door(foot, "leftdoorhinge", -w, 0.0, low, low + 0.88),
+            door(foot, "rightdoorhinge", 0.0, w, low, low + 0.88, hung_left=False),
+        )
+    )
+    return Fixture(
+        name=name,
+        role=Role.UPPER,
+        category="wall_cabinet",
+        unit=name,
+        run="main",
+        foot=foot,
+        low=low,
+        high=low + 0.88,
+        joints=leaves[:doors],
+        volumes=(volume(foot, "level0", low + 0.02, low + 0.4),),
+    )
+
+
+def thing(name: str, role: Role, at: Vec2, size: Vec2, low: float, high: float) -> Fixture:
+    """Something loose that belongs to no row."""
+    return Fixture(
+        name=name, role=role, category="thing", foot=Foot(middle=at, size=size), low=low, high=high, loose=True
+    )
+
+
+def appliances() -> tuple[Fixture, ...]:
+    """Refrigerator, range, dishwasher, hood, sink."""
+    fridge, stove = foot_in(MAIN, 0.02, 0.93, 0.77, 0.03), foot_in(MAIN, 2.452, 3.208, 0.67, 0.012)
+    washer, basin = foot_in(SIDE, 1.352, 1.948, 0.6), foot_in(SIDE, 2.0, 2.8, 0.58, 0.06)
+    hob = tuple(
+        Mark(name=n, at=(*stove.at(0.2, -0.3), 0.93)) for n in ("burner_on_front_left", "burner_front_left_place_site")
+    )
+    knob = Movable(name="knob_front_left_joint", kind=JointKind.HINGE, range=(0.0, 2.6))
+    turns = [("spout_joint", -1.57, 1.57), ("handle_joint", 0.0, 0.6)]
+    faucet = tuple(Movable(name=n, kind=JointKind.HINGE, range=(a, b)) for n, a, b in turns)
+    common = {"category": "appliance"}
+    return (
+        Fixture(
+            name="fridge",
+            role=Role.FRIDGE,
+            unit="fridge",
+            run="main",
+            foot=fridge,
+            low=0.0,
+            high=1.78,
+            joints=(door(fridge, "door_joint", -0.45, 0.45, 0.1, 1.75),),
+            category="refrigerator",
+        ),
+        Fixture(
+            name="range",
+            role=Role.RANGE,
+            unit="range",
+            run="main",
+            foot=stove,
+            low=0.0,
+            high=0.915,
+            joints=(flap(stove, "door_joint", 0.6, 0.2, 0.8), knob),
+            marks=hob,
+            category="range",
+        ),
+        Fixture(
+            name="dishwasher",
+            role=Role.DISHWASHER,
+            unit="dishwasher",
+            run="right",
+            foot=washer,
+            low=0.0,
+            high=0.85,
+            joints=(flap(washer, "door_joint", 0.6, 0.1, 0.8),),
+            category="dishwasher",
+        ),
+        Fixture(
+            name="hood",
+            role=Role.HOOD,
+            unit="hood",
+            run="main",
+            foot=foot_in(MAIN, 2.43, 3.23, 0.5),
+            low=1.6,
+            high=2.7,
+            category="hood",
+        ),
+        Fixture(
+            name="sink_basin",
+            role=Role.SINK,
+            unit="sink",
+            run="right",
+            foot=basin,
+            low=0.72,
+            high=0.92,
+            joints=faucet,
+            marks=(Mark(name="water", at=(*basin.at(0.0, -0.3), 1.0)),),
+            volumes=(volume(basin, "basin", 0.73, 0.91),),
+            category=common["category"],
+        ),
+    )
+
+
+def on_top() -> tuple[Fixture, ...]:
+    """Microwave and coffee machine."""
+    oven, coffee = foot_in(MAIN, 1.1, 1.6, 0.44, 0.06), foot_in(MAIN, 3.55, 3.8, 0.4, 0.06)
+    tray = Foot(middle=oven.middle, size=(0.3, 0.3), yaw=oven.yaw)
+    return (
+        Fixture(
+            name="microwave",
+            role=Role.MICROWAVE,
+            category="microwave",
+            unit="main_doors",
+            run="main",
+            foot=oven,
+            low=TOP,
+            high=1.21,
+            joints=(door(oven, "microjoint", -0.25, 0.25, 0.93, 1.2),),
+            volumes=(volume(tray, "tray", 0.95, 1.15),),
+            buttons=tuple(Mark(name=n, at=(*oven.at(0.2, 0.0), 1.0)) for n in ("start_button", "stop_button")),
+        ),
+        Fixture(
+            name="coffee_machine",
+            role=Role.COFFEE_MACHINE,
+            category="coffee_machine",
+            unit="main_drawers_2",
+            run="main",
+            foot=coffee,
+            low=TOP,
+            high=1.26,
+            loose=True,
+            marks=(Mark(name="receptacle_place_site", at=(*coffee.at(0.0, -0.08), 0.97)),),
+            buttons=(Mark(name="start_button", at=(*coffee.at(0.0, 0.0), 1.2)),),
+        ),
+    )
+
+
+def worktops() -> tuple[Fixture, ...]:
+    """What covers the two rows."""
+    spans = [(MAIN, 0.95, 2.45, "top"), (MAIN, 3.21, 4.35, "top"), (SIDE, 0.0, 1.95, "top"), (SIDE, 2.85, 3.4, "top")]
+    found = []
+    for k, (row, left, right, name) in enumerate(spans):
+        foot = foot_in(row, left, right, 0.65)
+        found.append(
+            Fixture(
+                name=f"worktop_{k}",
+                role=Role.WORKTOP,
+                category="counter",
+                run=row.id,
+                foot=foot,
+                low=0.89,
+                high=TOP,
+                volumes=(volume(foot, name, TOP, TOP + 0.4),),
+            )
+        )
+    return tuple(found)
+
+
+def kitchen() -> Facts:
+    """An L of 5 x 4 m with everything in its place; its front is open, and it has a door on the left."""
+    return Facts(
+        id="worked__plain",
+        plan="worked",
+        outline=OUTLINE,
+        walls=WALLS,
+        ways=(WINDOW, DOOR),
+        rows=(MAIN, SIDE),
+        fixtures=(
+            *appliances(),
+            cabinet(MAIN, 0.95, 1.75, "main_doors"),
+            drawers(MAIN, 1.75, 2.45, "main_drawers"),
+            drawers(MAIN, 3.21, 3.9, "main_drawers_2"),
+            cabinet(SIDE, 0.67, 1.35, "right_doors"),
+            cabinet(SIDE, 2.85, 3.4, "right_doors_2"),
+            upper(0.95, 1.4, "upper_single"),
+            upper(1.4, 2.4, "upper_double", doors=2),
+            *worktops(),
+            *on_top(),
+        ),
+    )
+
+
+def changed(facts: Facts, name: str, fixture: Fixture | None) -> Facts:
+    """Facts with a fixture in the place of another, or without it."""
+    out = [f if f.name != name else fixture for f in facts.fixtures]
+    return facts.replace(fixtures=tuple(f for f in out if f is not None))
+
+
+def with_more(facts: Facts, *fixtures: Fixture) -> Facts:
+    """Facts with more fixtures."""
+    return facts.replace(fixtures=(*facts.fixtures, *fixtures))
+
+
+def with_unit(facts: Facts, row: str, name: str, left: float, right: float) -> Facts:
+    """Facts in which a unit of a row begins and ends elsewhere."""
+    rows = []
+    for r in facts.rows:
+        units = [u.replace(left=left, right=right) if r.id == row and u.name == name else u for u in r.units]
+        rows.append(r.replace(units=tuple(units)))
+    return facts.replace(rows=tuple(rows))
+
+
+def with_aisle(facts: Facts, kind: AisleKind, width: float) -> Facts:
+    """Facts with one aisle."""
+    return facts.replace(aisles=(Aisle(kind=kind, one="main", other="island", width=width, at=(2.0, -1.5)),))
+
+
+def judged(facts: Facts) -> Report:
+    """What all checks of a kitchen's facts say."""
+    return run(DesignSubject(facts), facts.id, LIMITS)
