@@ -28,7 +28,7 @@ HOUSING_SIDE = 0.045
 PANEL = 0.02
 # Ref: NKBA kitchen planning guideline 18: 24 inches over the cooking surface to what does not burn.
 HOOD_FROM = 1.6
-CANOPY_LEDGE = 0.0115
+CANOPY_LEDGE = 0.012
 ONE_DOOR = 0.5  # a wider cabinet has two doors
 
 
@@ -85,7 +85,7 @@ def upper_span(unit: UpperUnit, models: Models) -> Span:
         return Span(0.6, 0.6)
     if unit.kind is UpperKind.HOOD:
         hood = models.of("hood")
-        # The ledge of a canopy stands out beside it, half a millimetre into the joint between two cabinets.
+        # The ledge of a canopy stands out beside it.
         width = hood.number("width") + (2 * CANOPY_LEDGE if hood.numbers["form"] == "canopy" else 0.0)
         return Span(width, width)
     return {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import pytest
@@ -13,8 +14,6 @@ from casa_assets.model.floor import AisleKind, Facts, Fixture, Foot, Leaf, Role
 from tests.worked import (
     DOOR,
     LIMITS,
-    MAIN,
-    SIDE,
     WINDOW,
     changed,
     judged,
@@ -25,10 +24,11 @@ from tests.worked import (
     with_more,
     with_unit,
 )
-from tests.worked_parts import box, flap, foot_in
+from tests.worked_parts import box, flap
 
 ROWS = {check.code: check for check in TABLE if check.subject is DesignSubject}
 Build = Callable[[], Facts]
+ALONE = Foot(middle=(0.3, -2.4), size=(0.5, 0.3), yaw=math.pi / 2)
 
 
 def clear(width: float) -> Facts:
@@ -38,8 +38,7 @@ def clear(width: float) -> Facts:
 
 def swung(reach: float) -> Facts:
     """A door's leaf that comes so near the refrigerator's front, which ends at y = -0.77: 0 touches it."""
-    end = -0.77 - 0.45 + reach
-    outline = ((0.0, -2.0), (0.9, -2.0), (0.9, end + 0.45), (0.0, end + 0.45))
+    outline = ((0.0, -2.0), (0.9, -2.0), (0.9, -0.77 + reach), (0.0, -0.77 + reach))
     leaf = Leaf(swept=outline, open=outline, low=0.0, high=0.05, down=False)
     return kitchen().replace(ways=(WINDOW, DOOR.replace(leaf=leaf)))
 
@@ -104,34 +103,33 @@ def tasteless(count: int) -> Facts:
 
 def shelf(*around: Fixture) -> Facts:
     """A shelf that stands by itself on the floor, and what stands around it."""
-    foot = Foot(middle=(0.3, -1.9), size=(0.5, 0.3), yaw=1.5708)
-    alone = Fixture(name="alone", role=Role.SHELF, category="open_shelf", foot=foot, low=0.0, high=1.0)
+    alone = Fixture(name="alone", role=Role.SHELF, category="open_shelf", foot=ALONE, low=0.0, high=1.0)
     return with_more(kitchen(), alone, *around)
 
 
-def crate(x: float, y: float) -> Fixture:
-    """A crate of 0.3 m on the floor."""
-    return thing("crate", Role.ON_FLOOR, (x, y), (0.3, 0.3), 0.0, 0.3)
+def crate(long: float) -> Fixture:
+    """A crate on the floor before it, so long across its front."""
+    return thing("crate", Role.ON_FLOOR, (0.9, -2.4), (0.5, long), 0.0, 0.3)
 
 
 def flapped(out: float) -> Facts:
-    """A cabinet beside the wall, between two others, whose flap comes out so far."""
+    """The shelf has a flap across the room, which comes out so far."""
+    joint = flap(ALONE, "flap_joint", out, 0.1, 0.5)
+    assert joint.leaf is not None
+    outline = box(ALONE, -1.6, 1.6, 0.0, out)
     facts = shelf()
-    foot = Foot(middle=(0.3, -1.9), size=(0.5, 0.3), yaw=1.5708)
-    wide = flap(foot, "flap_joint", out, 0.1, 0.5)
-    assert wide.leaf is not None
-    outline = box(foot, -1.0, 1.0, 0.0, out)
-    joint = wide.replace(leaf=wide.leaf.replace(open=outline, swept=outline))
     alone = next(f for f in facts.fixtures if f.name == "alone")
-    return changed(facts, "alone", alone.replace(joints=(joint,)))
+    moved = joint.replace(leaf=joint.leaf.replace(open=outline, swept=outline))
+    return changed(facts, "alone", alone.replace(joints=(moved,)))
 
 
 def crowded(low: float) -> Facts:
     """Boards over both rows' worktops at some height: on them, or over whatever is put there."""
-    boards = []
-    for k, (row, left, right) in enumerate([(MAIN, 0.95, 2.45), (MAIN, 3.21, 4.35), (SIDE, 0.0, 1.95), (SIDE, 2.85, 3.4)]):
-        foot = foot_in(row, left, right, 0.65)
-        boards.append(Fixture(name=f"board_{k}", role=Role.THING, category="board", foot=foot, low=low, high=low + 0.02))
+    tops = [f for f in kitchen().fixtures if f.role is Role.WORKTOP]
+    boards = [
+        Fixture(name=f"board_{k}", role=Role.THING, category="board", foot=top.foot, low=low, high=low + 0.02)
+        for k, top in enumerate(tops)
+    ]
     return with_more(kitchen(), *boards)
 
 
@@ -148,8 +146,8 @@ EXAMPLES: dict[str, tuple[Build, Build]] = {
     "NKB010": (lambda: glazed(0.0), lambda: glazed(0.1)),
     "NKB011": (lambda: range_at(0.39), lambda: range_at(0.37)),
     "NKB012": (lambda: tasteless(1), lambda: tasteless(3)),
-    "NAV001": (shelf, lambda: shelf(crate(0.95, -1.9))),
-    "NAV002": (lambda: flapped(0.4), lambda: flapped(2.2)),
+    "NAV001": (lambda: shelf(crate(0.2)), lambda: shelf(crate(1.6))),
+    "NAV002": (lambda: flapped(0.4), lambda: flapped(3.6)),
     "TSK001": (kitchen, lambda: changed(kitchen(), "coffee_machine", None)),
     "TSK002": (lambda: crowded(2.0), lambda: crowded(0.921)),
 }

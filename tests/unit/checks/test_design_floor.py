@@ -1,0 +1,223 @@
+"""The floor as a grid, where a base parks, and how things are put."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from casa_assets.checks.design.floor_map import CELL, RADIUS, FloorMap
+from casa_assets.checks.design.parking import GAP, GAP_TALL, is_tall, park
+from casa_assets.checks.design.picture import FLOOR, REACHED, floor_picture
+from casa_assets.checks.design.placing import Size, Span, Zone, acceptance, free_area, near, on_worktops, tops
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.geometry.planar import distance, outline_of, overlap, within
+from casa_assets.model.chance import rng_for
+from casa_assets.model.floor import Facts, Role, Stance
+from casa_assets.model.plan import OpeningKind
+from casa_assets.model.record import Vec2
+from tests.worked import DOOR, changed, kitchen, thing, with_more
+
+SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+
+
+def moved(x: float, y: float) -> tuple[Vec2, ...]:
+    return tuple((a + x, b + y) for a, b in SQUARE)
+
+
+def named(facts: Facts, name: str) -> Vec2:
+    return next(f for f in facts.fixtures if f.name == name).foot.middle
+
+
+class TestOutlines:
+    def test_outline_goes_round_counter_clockwise(self) -> None:
+        points = [(0.5, 0.5), *SQUARE[::-1], (0.5, 0.0)]
+        found = outline_of(points)
+        x, y = found[:, 0], found[:, 1]
+        assert len(found) == 4
+        assert float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2 == pytest.approx(1.0)
+
+    @pytest.mark.parametrize(("x", "deep"), [(0.7, 0.3), (1.0, 0.0), (1.2, -0.2)])
+    def test_overlap_is_the_way_that_parts_them(self, x: float, deep: float) -> None:
+        assert overlap(SQUARE, moved(x, 0.1)) == pytest.approx(deep)
+
+    def test_turned_outlines_pass_at_their_corners(self) -> None:
+        """Their boxes overlap, they do not."""
+        edge = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+        assert overlap(edge, moved(0.6, 0.6)) == pytest.approx(-0.2 / math.sqrt(2))
+
+    def test_distance_is_nought_inside_and_round_corners(self) -> None:
+        points = np.array([(0.5, 0.5), (0.5, -0.3), (1.3, 1.4)])
+        assert distance(SQUARE, points) == pytest.approx([0.0, 0.3, 0.5])
+
+    def test_within_measures_what_a_line_cuts(self) -> None:
+        assert within(SQUARE, (-1.0, 0.5), (0.25, 0.5)) == pytest.approx(0.25)
+        assert within(SQUARE, (-1.0, 1.5), (2.0, 1.5)) == 0.0
+
+
+class TestFloor:
+    def test_base_keeps_its_radius_from_what_stands(self) -> None:
+        floor = FloorMap(kitchen())
+        front = -0.65
+        assert floor.holds(floor.reached, (2.0, front - RADIUS - 2 * CELL))
+        assert not floor.holds(floor.free, (2.0, front - RADIUS + 2 * CELL))
+
+    def test_open_side_is_no_obstacle_but_the_end_of_the_floor(self) -> None:
+        floor = FloorMap(kitchen())
+        assert floor.holds(floor.reached, (2.0, -4.0 + CELL))
+        assert not floor.holds(floor.reached, (2.0, -4.0 - CELL))
+
+    def test_floor_that_is_cut_off_is_free_but_not_reached(self) -> None:
+        bar = thing("bar", Role.ON_FLOOR, (2.5, -2.2), (5.0, 0.3), 0.0, 0.9)
+        closed = tuple(w.replace(open=False) for w in kitchen().walls)
+        floor = FloorMap(with_more(kitchen(), bar).replace(walls=closed))
+        assert floor.holds(floor.reached, (2.0, -3.0))
+        assert floor.holds(floor.free, (2.0, -1.3))
+        assert not floor.holds(floor.reached, (2.0, -1.3))
+
+    def test_nobody_enters_a_room_without_a_door(self) -> None:
+        closed = tuple(w.replace(open=False) for w in kitchen().walls)
+        assert FloorMap(kitchen().replace(walls=closed)).reached.any()
+        assert not FloorMap(kitchen().replace(walls=closed, ways=())).reached.any()
+
+    def test_passage_is_driven_through_but_a_closed_door_is_not(self) -> None:
+        for kind, passed in ((OpeningKind.PASSAGE, True), (OpeningKind.DOOR, False)):
+            floor = FloorMap(kitchen().replace(ways=(DOOR.replace(kind=kind),)))
+            assert floor.holds(floor.solid, (-0.05, -3.35)) is not passed
+
+    @pytest.mark.parametrize(("low", "high", "blocks"), [(0.0, 0.02, False), (0.0, 0.2, True), (1.0, 1.4, False)])
+    def test_rugs_and_what_hangs_are_passed(self, low: float, high: float, blocks: bool) -> None:
+        floor = FloorMap(with_more(kitchen(), thing("rug", Role.ON_FLOOR, (2.5, -2.5), (0.8, 0.8), low, high)))
+        assert floor.holds(floor.free, (2.5, -2.5)) is not blocks
+
+
+class TestParking:
+    def test_base_stands_before_the_worktop_and_looks_at_the_fixture(self) -> None:
+        facts = kitchen()
+        place = park(facts, FloorMap(facts)).shut["main_drawers"]
+        assert place is not None
+        assert place.at == pytest.approx((2.1, -0.65 - GAP - RADIUS))
+        assert place.yaw == pytest.approx(math.pi / 2, abs=1e-4)
+        assert (place.stance, place.aside) == (Stance.FRONT, 0.0)
+
+    def test_tall_units_get_more_room(self) -> None:
+        facts = kitchen()
+        fridge = next(f for f in facts.fixtures if f.name == "fridge")
+        assert is_tall(facts, fridge)
+        place = park(facts, FloorMap(facts)).shut["fridge"]
+        assert place is not None
+        assert place.at[1] == pytest.approx(-0.77 - GAP_TALL - RADIUS)
+
+    def test_base_stands_beside_a_flap_and_before_a_door(self) -> None:
+        facts = kitchen()
+        lots = park(facts, FloorMap(facts))
+        washer, fridge = lots.open["dishwasher", "door_joint"], lots.open["fridge", "door_joint"]
+        assert washer is not None
+        assert fridge is not None
+        assert washer.stance in (Stance.LEFT, Stance.RIGHT)
+        assert (
+            distance(
+                [p for f in facts.fixtures for j in f.joints if f.name == "dishwasher" and j.leaf for p in j.leaf.open],
+                np.array([washer.at]),
+            )[0]
+            > RADIUS
+        )
+        assert fridge.stance is Stance.FRONT
+
+    def test_base_stands_behind_a_drawer_with_no_room_beside(self) -> None:
+        left = thing("left", Role.ON_FLOOR, (1.4, -1.2), (0.5, 0.9), 0.0, 0.3)
+        right = thing("right", Role.ON_FLOOR, (2.85, -1.2), (0.6, 0.9), 0.0, 0.3)
+        facts = with_more(kitchen(), left, right)
+        place = park(facts, FloorMap(facts)).open["main_drawers", "drawer2_slidejoint"]
+        assert place is not None
+        assert place.stance is Stance.BEHIND
+        assert place.at[1] < -0.6 - 0.5 - RADIUS
+
+    def test_wall_cabinets_open_over_the_base(self) -> None:
+        facts = kitchen()
+        lots = park(facts, FloorMap(facts))
+        shut, opened = lots.shut["upper_single"], lots.open["upper_single", "doorhinge"]
+        assert shut is not None
+        assert opened == shut.replace(open="doorhinge")
+
+
+class TestPutting:
+    def zone(self, *taken: Span, shoulder: Vec2 = (0.5, -0.3)) -> Zone:
+        return Zone("top", "top", Span(0.0, 0.0, 1.0, 0.5, 0.92, 1.3), taken, np.array([shoulder]))
+
+    def rate(self, zone: Zone, side: float = 0.1, high: float = 0.1) -> float:
+        return acceptance((zone,), Size(side, side, high, high), 200, rng_for(0, "test"))
+
+    def test_all_things_fit_on_an_empty_top_within_reach(self) -> None:
+        assert self.rate(self.zone()) == 1.0
+
+    def test_what_stands_there_takes_its_share(self) -> None:
+        """A box of 0.1 m on 1 m: its middle is drawn from 0.9 m, of which 0.5 m are blocked to it."""
+        found = self.rate(self.zone(Span(0.0, 0.0, 0.5, 0.5, 0.92, 1.2)))
+        assert found == pytest.approx(1 - 0.5 / 0.9, abs=0.08)
+
+    def test_nothing_is_put_out_of_reach_or_height_or_where_it_does_not_fit(self) -> None:
+        assert self.rate(self.zone(shoulder=(0.5, -0.9))) == 0.0
+        assert self.rate(self.zone(), high=0.5) == 0.0
+        assert self.rate(self.zone(), side=0.6) == 0.0
+
+    def test_free_area_leaves_out_what_stands_there(self) -> None:
+        assert free_area([self.zone(Span(0.0, 0.0, 0.5, 0.5, 0.92, 1.2))]) == pytest.approx(0.25, abs=0.01)
+
+    def test_same_seed_same_rate(self) -> None:
+        rates = [[t.rate for t in DesignSubject(kitchen(), seed).tasks] for seed in (0, 0, 1)]
+        assert rates[0] == rates[1] != rates[2]
+
+    def test_worktops_near_a_fixture_end_where_it_is_far(self) -> None:
+        facts = kitchen()
+        stove = next(f for f in facts.fixtures if f.name == "range")
+        spans = {span.x0: span.x1 for _, _, span in near(facts, stove, 0.6)}
+        assert list(spans.items()) == [
+            (pytest.approx(1.852), pytest.approx(2.45)),
+            (pytest.approx(3.21), pytest.approx(3.808)),
+        ]
+        assert len(tops(facts)) == 4
+        assert {s.x0 for s in on_worktops(facts)} == {pytest.approx(1.1), pytest.approx(3.55)}
+
+
+class TestTasks:
+    def test_names_are_those_of_scene_files(self) -> None:
+        found = {t.task: t for t in DesignSubject(kitchen()).tasks}
+        assert len(found) == 25
+        assert found["open_drawer"].joints == ("main_drawers__drawer2_slidejoint", "main_drawers_2__drawer2_slidejoint")
+        assert found["turn_on_stove"].sites == (
+            "range__burner_on_front_left",
+            "range__burner_front_left_place_site",
+        )
+        assert found["open_double_door"].fixtures == ("upper_double",)
+        assert found["navigate_kitchen"].rate is None
+
+    @pytest.mark.parametrize(
+        ("name", "lost"),
+        [
+            ("upper_double", {"open_double_door", "close_double_door"}),
+            ("sink_basin", {"pnp_counter_to_sink", "pnp_sink_to_counter", "turn_sink_spout"}),
+            ("range", {"turn_on_stove", "pnp_stove_to_counter"}),
+            ("microwave", {"turn_on_microwave", "pnp_microwave_to_counter"}),
+        ],
+    )
+    def test_task_that_lacks_its_fixture_says_so(self, name: str, lost: set[str]) -> None:
+        found = {t.task for t in DesignSubject(changed(kitchen(), name, None)).tasks if t.wants}
+        assert lost <= found
+        assert "navigate_kitchen" not in found
+
+    def test_drawer_wants_floor_beside_it(self) -> None:
+        boxes = [
+            thing(f"box_{k}", Role.ON_FLOOR, (x, -1.3), (0.35, 0.7), 0.0, 0.3) for k, x in enumerate((1.45, 2.83, 4.1))
+        ]
+        found = {t.task: t for t in DesignSubject(with_more(kitchen(), *boxes)).tasks}
+        assert found["open_drawer"].joints == ()
+        assert "free floor" in found["open_drawer"].wants
+
+
+def test_picture_shows_the_floor_that_is_reached() -> None:
+    picture = floor_picture(DesignSubject(kitchen()))
+    colours = {colour: count for count, colour in picture.getcolors(maxcolors=1 << 16) or []}
+    assert colours[REACHED] > 0.3 * picture.width * picture.height
+    assert colours[FLOOR] > 0
