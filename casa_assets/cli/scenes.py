@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -79,8 +80,14 @@ def build(
 
 
 def _build(recipes: list[Recipe], out: Path, jobs: int, pictures: bool, anew: bool, json_: bool) -> None:
-    from casa_assets.pipeline.books.kitchens import write as write_book
     from casa_assets.pipeline.scenes import build_all
+
+    _follow(build_all(recipes, out, jobs, pictures, anew), len(recipes), "building", out, json_)
+
+
+def _follow(done_ones: Iterator[SceneBuilt], count: int, word: str, out: Path, json_: bool) -> None:
+    """Tell of each scene as it is done, and of all at the end; exit 1 where one failed."""
+    from casa_assets.pipeline.books.kitchens import write as write_book
 
     console = Console(stderr=json_)
     results: list[SceneBuilt] = []
@@ -92,8 +99,8 @@ def _build(recipes: list[Recipe], out: Path, jobs: int, pictures: bool, anew: bo
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("building", total=len(recipes))
-        for done in build_all(recipes, out, jobs, pictures, anew):
+        task = progress.add_task(word, total=count)
+        for done in done_ones:
             results.append(done)
             progress.update(task, completed=len(results))
             if json_:
@@ -107,6 +114,30 @@ def _build(recipes: list[Recipe], out: Path, jobs: int, pictures: bool, anew: bo
     console.print(f"Pictures: {picture}\nPage:     {page}", highlight=False)
     if made < len(results):
         raise typer.Exit(1)
+
+
+@app.command()
+def check(
+    scenes: Annotated[list[str] | None, typer.Argument(help="Ids or globs, such as 'l_*__coastal'.")] = None,
+    all_: Annotated[bool, typer.Option("--all", help="Every plan in every style.")] = False,
+    out: Annotated[Path, typer.Option(help="Folder of the scenes.")] = OUT,
+    jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
+    anew: Annotated[bool, typer.Option("--anew", help="Also those that nothing has changed for.")] = False,
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object per scene on standard output.")] = False,
+) -> None:
+    """Run every check on scenes, built first where they are missing: physics, openings, design, ways, tasks, parity.
+
+    Writes report.json and report.html beside each. Exit 1 when one does not pass.
+
+    Example:  casa-assets scenes check l_small__coastal
+    """
+    from casa_assets.pipeline.scene_check import check_all
+    from casa_assets.pipeline.scenes import all_recipes, matching
+
+    if not scenes and not all_:
+        raise typer.BadParameter("name scenes, or give --all")
+    recipes = all_recipes() if all_ else matching(scenes or [])
+    _follow(check_all(recipes, out, jobs, anew), len(recipes), "checking", out, json_)
 
 
 @app.command()
@@ -213,11 +244,13 @@ def _row(done: SceneBuilt) -> dict[str, object]:
 
 
 def _tell(done: SceneBuilt, console: Console) -> None:
-    mark = "[green]made[/]" if done.passed else "[red]failed[/]"
-    if done.kept:
+    mark = "[red]failed[/]" if not done.passed else "[green]made[/]" if done.report is None else "[green]passed[/]"
+    if done.kept and done.passed:
         console.print(f"[green]kept[/] [bold]{done.recipe.scene_id}[/]")
         return
     seconds = f"build {done.build_s:.1f} s, write {done.write_s:.1f} s, draw {done.draw_s:.1f} s"
+    if done.report is not None:
+        seconds += f", check {done.check_s:.1f} s"
     console.print(f"{mark} [bold]{done.recipe.scene_id}[/] ({seconds})", highlight=False)
     if done.says:
         console.print(f"  {escape(done.says)}", highlight=False)

@@ -14,6 +14,7 @@ from casa_assets.model.units import BaseKind, BaseUnit, UpperKind
 NICHE = 0.004  # metres of play over an appliance in a niche
 HOB_TRAY = 0.06  # how deep a hob reaches into the unit below
 OVEN_FROM = 0.74  # height of a wall oven's foot above the floor
+OVEN_LIFT = 0.005  # metres over its board: the grip of its open door passes over the drawer below
 MICROWAVE_FROM = 1.08
 TRIM = 0.02  # thickness of fronts
 BOARD = 0.018  # thickness of the boards over and under a niche, half of which is in it
@@ -245,13 +246,13 @@ def _tall(order: Order, slot: Slot, models: Models) -> None:
         model = models.of("oven")
         niche: dict[str, Any] = {
             "niche_from": OVEN_FROM,
-            "niche": round(model.number("height") + BOARD + NICHE, 4),
+            "niche": round(model.number("height") + BOARD + OVEN_LIFT + NICHE, 4),
             "depth": slot.depth,
         }
         niche |= {"over": "doors" if slot.width >= 0.5 else "door"}
         _put(order, slot, "housing", member("housing_oven/shaker_white", {**dressed, **niche}))
         back = round(slot.depth - TRIM - 0.001 - model.number("depth"), 4)
-        _put(order, slot, "oven", model.choice, name=f"{slot.name}_oven", v=back, z=OVEN_FROM + BOARD / 2 + 0.001)
+        _put(order, slot, "oven", model.choice, name=f"{slot.name}_oven", v=back, z=OVEN_FROM + BOARD / 2 + OVEN_LIFT)
     elif unit.kind is BaseKind.MICROWAVE:
         model = models.of("microwave_built_in")
         niche = {

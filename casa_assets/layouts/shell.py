@@ -178,7 +178,8 @@ def _stood_at(
             if slot.is_upper or slot.kind is BaseKind.GAP:
                 continue
             # Worktops stand out before fronts, and panels behind what stands at no wall.
-            back, front = (0.0 if line.at_wall else -2 * sizes.PANEL), slot.depth + sizes.OVERHANG + GAP
+            back = 0.0 if line.at_wall else -2 * sizes.PANEL - line.run.overhang
+            front = slot.depth + sizes.OVERHANG + GAP
             corners = [wall.frame.of(*line.frame.at(u, v)[:2]) for u in (slot.left, slot.right) for v in (back, front)]
             us, vs = zip(*corners, strict=True)
             if min(vs) < 0.05 and max(vs) > -0.05:

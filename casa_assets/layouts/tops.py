@@ -181,7 +181,9 @@ def _straight(order: Order, name: str, line: Line, piece: Stretch, models: Model
     hole = _cutout(piece, behind, models)
     z = sizes.TOP - top.thickness
     if line.is_island:
-        over = 0.03
+        # Cheeks of stone stand outside the panels at the ends.
+        falls = overhang >= 0.25 and top.support == "waterfall"
+        over = round(top.thickness + 0.002, 4) if falls else 0.03
         params = {
             **_slab(top),
             "width": round(width + 2 * over, 4),

@@ -18,7 +18,7 @@ Floats = npt.NDArray[np.float64]
 ARM = 0.8  # metres that an arm reaches from the front of the base, seen from above
 LOWEST, HIGHEST = 0.3, 1.9  # heights between which it works, metres
 TINY = 1e-9
-ON_TOP = 0.45  # metres over a worktop within which things stand on it
+SUNK, ON_TOP = 0.1, 0.45  # metres below and above a worktop between which the foot of what stands on it is
 
 
 @dataclass(frozen=True)
@@ -96,13 +96,9 @@ def tops(facts: Facts) -> list[tuple[Fixture, Volume]]:
 
 def on_worktops(facts: Facts) -> list[Span]:
     """What stands on worktops or is let into them."""
-    things = []
-    for row in facts.rows[:1] if facts.rows else ():
-        low, high = row.height - 0.1, row.height + ON_TOP
-        for f in facts.fixtures:
-            if f.role in (Role.THING, Role.COFFEE_MACHINE, Role.TOASTER, Role.MICROWAVE) and low < f.low < high:
-                things.append(span_of(f.foot, f.low, f.high))
-    return things
+    standing = facts.of(Role.THING, Role.COFFEE_MACHINE, Role.TOASTER, Role.MICROWAVE)
+    heights = [row.height for row in facts.rows]
+    return [span_of(f.foot, f.low, f.high) for f in standing if any(h - SUNK < f.low < h + ON_TOP for h in heights)]
 
 
 def near(facts: Facts, fixture: Fixture, reach: float) -> list[tuple[str, str, Span]]:

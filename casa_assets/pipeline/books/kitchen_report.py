@@ -1,0 +1,87 @@
+"""The report of one kitchen as a page: pictures, verdict, every check with its number, design, tasks."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+STYLE = """
+:root { color-scheme: light dark; font-family: system-ui, sans-serif; }
+body { margin: 2rem auto; max-width: 1200px; padding: 0 1rem; }
+img { max-width: 100%; border-radius: 8px; }
+.two { display: grid; grid-template-columns: 3fr 2fr; gap: 18px; align-items: start; }
+table { border-collapse: collapse; width: 100%; margin: 1rem 0 2rem; font-size: .9rem; }
+td, th { text-align: left; padding: 4px 8px; border-bottom: 1px solid #8884; vertical-align: top; }
+.passed { color: #1a7f37; } .failed { color: #cf222e; } .none { color: #888; }
+td.number { font-variant-numeric: tabular-nums; white-space: nowrap; }
+"""
+
+
+def page(facts: Mapping[str, Any], report: Mapping[str, Any]) -> str:
+    """HTML.
+
+    Args:
+        facts: content of scene.json. report: content of report.json.
+    """
+    passed = bool(report["passed"])
+    joints = sum(len(f["joints"]) for f in facts["fixtures"])
+    grade = report["grade"]
+    verdict = _mark(passed, "passed" if passed else "failed")
+    head = (
+        f"<h1>{_text(facts['id'])} {verdict}</h1>"
+        f"<p>{len(facts['fixtures'])} fixtures, {joints} joints; design {grade['score']:.0f} of 100, "
+        f"access {grade['access_score']:.0f} of 100; {_text(facts['generator'])}</p>"
+        "<div class='two'><img src='overview.png' alt='overview'>"
+        "<img src='floor_map.png' alt='floor with parking places'></div>"
+    )
+    return (
+        f"<!doctype html><html lang='en'><meta charset='utf-8'><title>{_text(facts['id'])}</title>"
+        f"<style>{STYLE}</style>"
+        f"{head}{_faults(report['issues'])}"
+        f"<h2>Checks</h2>{_table(('code', 'verdict', 'number', 'limit'), map(_check, report['results']))}"
+        f"<h2>Tasks</h2>{_table(('task', 'fixtures', 'acceptance of placements'), map(_task, report['tasks']))}"
+        f"<h2>Design</h2>{_table(('rule', 'what', 'number', 'limit', 'verdict'), map(_rule, grade['design']))}"
+        f"<h2>Access</h2>{_table(('rule', 'what', 'number', 'limit', 'verdict'), map(_rule, grade['access']))}</html>\n"
+    )
+
+
+def _faults(issues: list[Mapping[str, Any]]) -> str:
+    if not issues:
+        return ""
+    rows = ((i["code"], _mark(i["severity"] != "error", i["severity"]), i["pointer"], i["says"]) for i in issues)
+    return f"<h2>What is wrong</h2>{_table(('code', 'severity', 'where', 'what'), rows)}"
+
+
+def _check(result: Mapping[str, Any]) -> tuple[str, ...]:
+    number = "" if result["number"] is None else f"{result['number']:g} {result['unit']}"
+    limit = "" if result["limit"] is None else f"{result['limit']:g} {result['unit']}"
+    return result["code"], _mark(result["passed"], "passed" if result["passed"] else "failed"), number, limit
+
+
+def _task(task: Mapping[str, Any]) -> tuple[str, ...]:
+    rate = task.get("rate")
+    return str(task["task"]), ", ".join(task.get("fixtures", ())), "" if rate is None else f"{rate:.0%}"
+
+
+def _rule(found: Mapping[str, Any]) -> tuple[str, ...]:
+    verdict = {True: "passed", False: "failed", None: "does not apply"}[found["passed"]]
+    number = "" if found["number"] is None else f"{found['number']:g} {found['unit']}"
+    limit = f"{'at most' if found['most'] else 'at least'} {found['limit']:g} {found['unit']}"
+    mark = f"<span class='none'>{verdict}</span>" if found["passed"] is None else _mark(found["passed"], verdict)
+    return found["rule"], found["title"], number, limit, mark
+
+
+def _mark(good: bool, word: str) -> str:
+    return f"<span class='{'passed' if good else 'failed'}'>{_text(word)}</span>"
+
+
+def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    cells = "".join(
+        "<tr>" + "".join(f"<td>{c if c.startswith('<span') else _text(c)}</td>" for c in row) + "</tr>" for row in rows
+    )
+    return f"<table><tr>{''.join(f'<th>{h}</th>' for h in head)}</tr>{cells}</table>"
+
+
+def _text(value: object) -> str:
+    return html.escape(str(value))

@@ -1,0 +1,109 @@
+"""Facts of a kitchen of the registry, as it is built, and what the checks say of them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.run import run
+from casa_assets.geometry.planar import distance, overlap
+from casa_assets.layouts.facts import facts_of
+from casa_assets.layouts.request import Kitchen
+from casa_assets.model.floor import APPLIANCES, Facts, Role
+from casa_assets.model.plan import OpeningKind
+from casa_assets.model.scene import Scene
+from casa_assets.pipeline.kitchens import Recipe, build_scene
+from tests.worked import LIMITS
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Kitchen, Scene]:
+    cache: Path = tmp_path_factory.mktemp("cache")
+    return build_scene(Recipe("l_small", "coastal"), cache)
+
+
+@pytest.fixture(scope="module")
+def facts(built: tuple[Kitchen, Scene]) -> Facts:
+    return facts_of(*built)
+
+
+def test_every_placement_is_a_fixture(built: tuple[Kitchen, Scene], facts: Facts) -> None:
+    assert [f.name for f in facts.fixtures] == [p.name for p in built[1].placements]
+    for role in (Role.SINK, Role.FRIDGE, Role.DISHWASHER, Role.MICROWAVE, Role.COFFEE_MACHINE, Role.WORKTOP):
+        assert facts.of(role), role
+    assert facts.of(Role.RANGE, Role.HOB)
+
+
+def test_same_kitchen_same_facts(built: tuple[Kitchen, Scene], facts: Facts) -> None:
+    assert facts_of(*built).to_json() == facts.to_json()
+    assert Facts.from_json(facts.to_json()) == facts
+
+
+def test_fixtures_of_rows_face_the_room(facts: Facts) -> None:
+    for fixture in facts.of(*APPLIANCES, Role.CABINET, Role.DRAWERS):
+        row = facts.row(fixture.run)
+        assert row is not None
+        assert math.cos(fixture.foot.yaw - row.yaw) == pytest.approx(1.0, abs=1e-6), fixture.name
+        assert row.of(fixture.foot.at(0.0, 0.0))[1] > row.of(fixture.foot.middle)[1]
+
+
+def test_units_and_fixtures_agree(facts: Facts) -> None:
+    """What was built stands in the slot that was planned for it."""
+    for row in facts.rows:
+        for unit in row.units:
+            mine = [f for f in facts.fixtures if f.unit == unit.name and f.low < 0.2 and f.role is not Role.TRIM]
+            for fixture in mine:
+                middle, half = row.of(fixture.foot.middle)[0], fixture.foot.size[0] / 2
+                assert unit.left - 1e-3 <= middle - half, fixture.name
+                assert middle + half <= unit.right + 1e-3, fixture.name
+
+
+def test_leaves_begin_at_their_fixture_and_reach_out_of_it(facts: Facts) -> None:
+    for fixture in facts.fixtures:
+        for joint in fixture.joints:
+            if joint.leaf is not None:
+                assert overlap(joint.leaf.swept, fixture.foot.corners) > -0.05, (fixture.name, joint.name)
+                assert overlap(joint.leaf.swept, joint.leaf.open) > 0.0
+                assert joint.leaf.low < joint.leaf.high
+    washer = facts.of(Role.DISHWASHER)[0]
+    flap = washer.joint("door_joint")
+    assert flap is not None
+    assert flap.leaf is not None
+    assert flap.leaf.down
+    assert max(washer.foot.of(p)[1] for p in flap.leaf.open) == pytest.approx(0.68, abs=0.12)
+
+
+def test_knobs_and_keys_have_no_leaf(facts: Facts) -> None:
+    small = [j for f in facts.fixtures for j in f.joints if j.name.startswith("knob") or "button" in j.name]
+    assert small
+    assert [j.name for j in small if j.leaf is not None] == []
+
+
+def test_a_door_is_less_clear_than_its_hole_by_lining_and_leaf(facts: Facts) -> None:
+    doors = [w for w in facts.ways if w.kind is OpeningKind.DOOR]
+    assert doors
+    for way in doors:
+        hole = math.dist(way.start, way.end)
+        assert 0.08 < hole - way.clear < 0.15
+        assert way.leaf is not None
+
+
+def test_what_the_checks_say(facts: Facts) -> None:
+    """It is reached everywhere, with each of its doors open, and has what every task wants."""
+    subject = DesignSubject(facts)
+    report = run(subject, facts.id, LIMITS)
+    failed = {result.code for result in report.results if not result.passed}
+    assert not failed & {"NKB002", "NKB003", "NKB006", "NKB007", "NKB008", "NKB009", "NKB010", "NKB011"}
+    assert not failed & {"NAV001", "NAV002", "TSK001"}, report.issues
+    places = subject.lots.every
+    assert {p.fixture for p in places} >= {f.name for f in facts.of(*APPLIANCES)}
+    for place in places:
+        assert distance(facts.of(Role.SINK)[0].foot.corners, _point(place.at))[0] > 0.3
+
+
+def _point(at: tuple[float, float]) -> np.ndarray:
+    return np.array([at])

@@ -1,0 +1,80 @@
+"""How wide it is between rows, and whether people work there or pass."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from casa_assets.layouts.aisles import find_aisles, inside
+from casa_assets.model.floor import Aisle, AisleKind, Row, RunEnd, Side
+from tests.worked import OUTLINE, WALLS
+from tests.worked_parts import unit
+
+UNITS = (unit("a", "doors", 0.0, 1.0), unit("b", "doors", 1.0, 2.0))
+CLOSED = tuple(w.replace(open=False) for w in WALLS)
+
+
+def row(name: str, x: float, y: float, quarter: int = 0, at_wall: bool = True, back: float = 0.0) -> Row:
+    """Two metres of units with free ends, their line's left end at a point."""
+    return Row(id=name, origin=(x, y), yaw=quarter * math.pi / 2, length=2.0, at_wall=at_wall, back=back, units=UNITS)
+
+
+def found(*rows: Row, walls: tuple[Side, ...] = WALLS) -> dict[tuple[str, str], Aisle]:
+    return {(a.one, a.other): a for a in find_aisles(rows, walls, OUTLINE)}
+
+
+def test_fronts_that_face_each_other_make_a_work_aisle() -> None:
+    aisle = found(row("main", 1.0, 0.0), row("island", 3.0, -2.5, 2, at_wall=False))[("island", "main")]
+    assert aisle.kind is AisleKind.WORK
+    assert aisle.width == pytest.approx(2.5 - 0.65 - 0.65)
+    assert 1.0 < aisle.at[0] < 3.0
+    assert aisle.at[1] == pytest.approx(-1.25)
+
+
+def test_narrowest_place_counts() -> None:
+    deep = UNITS[0].replace(front=0.8)
+    main = row("main", 1.0, 0.0).replace(units=(deep, UNITS[1]))
+    aisle = found(main, row("island", 3.0, -2.5, 2, at_wall=False))[("island", "main")]
+    assert aisle.width == pytest.approx(2.5 - 0.8 - 0.65)
+
+
+def test_front_and_wall_leave_a_way_to_walk() -> None:
+    aisle = found(row("main", 1.0, 0.0), walls=CLOSED)[("front", "main")]
+    assert aisle.kind is AisleKind.WALK
+    assert aisle.width == pytest.approx(4.0 - 0.65)
+
+
+def test_open_side_bounds_nothing() -> None:
+    assert ("front", "main") not in found(row("main", 1.0, 0.0))
+
+
+def test_back_of_an_island_is_passed_and_what_lies_between_hides_the_wall() -> None:
+    """The island's back looks at the front wall; the long row sees the island, and beside it the wall."""
+    aisles = found(row("main", 1.5, 0.0), row("island", 3.5, -2.2, 2, at_wall=False, back=0.3), walls=CLOSED)
+    back = aisles[("front", "island")]
+    assert back.kind is AisleKind.WALK
+    assert back.width == pytest.approx(4.0 - 2.2 - 0.3)
+    assert ("front", "main") not in aisles
+
+
+def test_end_of_an_island_and_a_wall_leave_a_way_to_walk() -> None:
+    aisle = found(row("island", 2.8, -2.2, 2, at_wall=False))[("island", "left")]
+    assert aisle.kind is AisleKind.WALK
+    assert aisle.width == pytest.approx(0.8)
+
+
+def test_niche_at_the_end_of_a_row_is_no_way() -> None:
+    """It ends at the wall behind."""
+    assert ("left", "main") not in found(row("main", 0.5, 0.0))
+
+
+def test_gap_in_a_row_has_no_front() -> None:
+    alone = row("main", 1.0, 0.0).replace(units=(unit("a", "gap", 0.0, 2.0),), left=RunEnd.WALL, right=RunEnd.WALL)
+    assert found(alone, walls=CLOSED) == {}
+
+
+def test_inside_of_an_l() -> None:
+    outline = ((0.0, 0.0), (2.0, 0.0), (2.0, -1.0), (1.0, -1.0), (1.0, -2.0), (0.0, -2.0))
+    assert inside(outline, (0.5, -1.5))
+    assert not inside(outline, (1.5, -1.5))
