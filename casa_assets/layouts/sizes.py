@@ -24,7 +24,7 @@ UPPER_CORNER_DOOR = 0.38
 DIAGONAL, UPPER_DIAGONAL = 0.92, 0.66
 # A refrigerator's door turns with its handle outside its own width: room beside it.
 FRIDGE_SIDE = 0.07
-HOUSING_SIDE = 0.055
+HOUSING_SIDE = 0.06
 PANEL = 0.02
 # Ref: NKBA kitchen planning guideline 18: 24 inches over the cooking surface to what does not burn.
 HOOD_FROM = 1.6

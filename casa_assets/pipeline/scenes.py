@@ -36,7 +36,7 @@ SHARED = "assets"
 LIGHT_FILE = "scene_light.xml"
 FACTS = "scene.json"
 OVERVIEW = "overview"
-QUICK = room.Frame(passes=16)
+QUICK = room.Frame(passes=24)
 
 
 @dataclass(frozen=True)

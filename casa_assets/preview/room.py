@@ -27,7 +27,7 @@ SEEN, CEILING, _HIDDEN = 1, 2, 5  # groups of geoms
 _WALL = "wall_"  # names of walls begin with it
 _ON_WALL = 0.12  # metres from the middle of a wall within which something hangs on it
 # Fractions of white, by eye: a white wall keeps its shading, a black front its form.
-_AMBIENT, _SUN, _SKY, _BOUNCE = 0.3, 0.3, 0.55, 0.34
+_AMBIENT, _SUN, _SKY, _BOUNCE = 0.3, 0.24, 0.6, 0.55
 _SHINE = 0.8
 _DOMES, _BOUNCES = 2, 3
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
@@ -35,8 +35,8 @@ _PLASTIC = 1.32471795724474602596
 _SHADOW_REACH, _LIGHT_AT = 1.6, 3.0
 _PAPER = 0.955  # brightness of what lies beyond the room
 _WHITEST, _GAMMA = 0.93, 0.92
-# The sun stands before the open side, to the left of who looks in, 52 degrees up.
-_SUN_AROUND, _SUN_UP = -2.05, 0.9
+# Two large lamps stand behind whoever looks, left and right, 49 degrees up; each drawing has one of them.
+_SUN_ASIDE, _SUN_UP = 0.65, 0.85
 _LIGHTS = 1 + _DOMES + _BOUNCES
 
 
@@ -115,10 +115,12 @@ def photograph(made: Set, cameras: Sequence[str], frame: Frame = _STANDARD) -> I
             _looked_through(model, data, data.cam_xpos[number]),
             renderer.canvas(model, data, option, frame.width_px, frame.height_px) as canvas,
         ):
+            back = data.cam_xmat[number].reshape(3, 3)[:, 2]
+            behind = math.atan2(back[1], back[0]) if np.hypot(back[0], back[1]) > 0.1 else -math.pi / 2
             total = np.zeros((frame.height_px, frame.width_px, 3))
             for i in range(frame.passes):
                 _aim(canvas.scene, data, model, number, frame, i, radius)
-                _light(canvas.scene, i, frame.passes)
+                _light(canvas.scene, i, frame.passes, behind)
                 for light in canvas.scene.lights[: canvas.scene.nlight]:
                     light.pos = center - np.array(light.dir) * _LIGHT_AT * radius
                 total += canvas.draw()
@@ -186,19 +188,29 @@ def _aim(scene: Any, data: Any, model: Any, camera: int, frame: Frame, i: int, r
         eye.frustum_bottom, eye.frustum_top = up - half, up + half
 
 
-def _light(scene: Any, i: int, passes: int) -> None:
-    """The lights of drawing `i`: the sun within a soft box, some of the sky, and what floor and walls throw back."""
+def _light(scene: Any, i: int, passes: int, behind: float) -> None:
+    """The lights of drawing `i`: the sun within a soft box, some of the sky, and what floor and walls throw back.
+
+    Args:
+        behind: direction that the viewer comes from, radians to the left of the x axis.
+    """
     lights = scene.lights[: scene.nlight]
     sun, domes, bounces = lights[0], lights[1 : 1 + _DOMES], lights[1 + _DOMES :]
     spread = 0.16 * math.sqrt((i + 0.5) / passes)
     turn = 2.0 * math.pi * _GOLDEN * i
-    _set(sun, _SUN_AROUND + spread * math.cos(turn), _SUN_UP + spread * math.sin(turn), _SUN, True)
+    _set(
+        sun,
+        behind + (_SUN_ASIDE if i % 2 else -_SUN_ASIDE) + spread * math.cos(turn),
+        _SUN_UP + spread * math.sin(turn),
+        _SUN,
+        True,
+    )
     sun.ambient = [_AMBIENT] * 3
     for n, light in enumerate(domes, start=i * _DOMES):
-        rise = math.asin(0.2 + 0.8 * ((n + 0.5) / (passes * _DOMES)))
+        rise = math.asin(0.42 + 0.58 * ((n + 0.5) / (passes * _DOMES)))
         _set(light, 2.0 * math.pi * _GOLDEN * n, rise, _SKY / _DOMES, True)
     for n, light in enumerate(bounces, start=i * _BOUNCES):
-        rise = -0.1 - 0.6 * ((n / _PLASTIC) % 1.0)
+        rise = 0.15 - 0.7 * ((n / _PLASTIC) % 1.0)
         _set(light, 2.0 * math.pi * _GOLDEN * n, rise, _BOUNCE / _BOUNCES, False)
 
 

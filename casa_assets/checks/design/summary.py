@@ -14,8 +14,9 @@ def summary(subject: DesignSubject) -> dict[str, Any]:
     """As JSON has it.
 
     Returns:
-        base_radius: of the robot, metres. parking: fixture -> `shut`, and `open` by joint: `x`, `y`, `yaw` of the middle
-        of the base, radians to the left of the x axis, and its `stance`; None where the base does not get to.
+        base_radius: of the robot, metres.
+        parking: fixture -> `shut`, and `open` by joint: `x`, `y`, `yaw` of the middle of the base (yaw: radians to the
+            left of the x axis) and its `stance`; None where the base does not get to.
         aisles, tasks, grade: as their records have them.
     """
     lots = subject.lots
