@@ -17,6 +17,7 @@ from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.category import Category, Certainty, QCode
 from casa_assets.model.contract import Contract
 from casa_assets.model.decided import Class, Limit, Rejection, Waiver, Words
+from casa_assets.model.document import Document, Path_
 from casa_assets.model.fields import expected_one_of, fields_at
 from casa_assets.model.finish import Plain
 from casa_assets.model.material import Substance
@@ -37,32 +38,6 @@ FILES = (
 FALLBACK = "object"  # the category of what has no other; never found by its name, which every second node carries
 FAST = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML has it
 R = TypeVar("R", bound=Record)
-Path_ = tuple[str | int, ...]
-
-
-@dataclass(frozen=True)
-class Document:
-    """A parsed YAML file that remembers the line of every value by its path, such as `("mug", "longest_m")`."""
-
-    file: str
-    value: Any
-    lines: Mapping[Path_, int]
-
-    def fault(self, path: Path_, expected: str, got: str) -> RegistryError:
-        """The error to raise about the value at `path`, or about its nearest ancestor in the file."""
-        at = path = self._written(path)
-        while at and at not in self.lines:
-            at = at[:-1]
-        return RegistryError(self.file, self.lines.get(at, 1), ".".join(map(str, path)), expected, got)
-
-    def _written(self, path: Path_) -> Path_:
-        """The path as the file has it: lists of records may be written as mappings of ids to rows."""
-        out, here = [], self.value
-        for step in path:
-            key = list(here)[step] if isinstance(here, dict) and isinstance(step, int) and step < len(here) else step
-            here = here[key] if isinstance(here, dict) and key in here else None
-            out.append(key)
-        return tuple(out)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import TypeVar
 
 from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.model.document import Document
 from casa_assets.model.plan import Plan
 from casa_assets.model.record import Record
 from casa_assets.model.style import Style
-from casa_assets.registry import Document, data_root, read_document, read_record
+from casa_assets.registry import data_root, read_document, read_record
 
 R = TypeVar("R", bound=Record)
 PLANS, STYLES = "plans", "styles"

@@ -140,6 +140,7 @@ TABLE: tuple[Check, ...] = (
     # its floor as a robot drives on it
     Check("NAV001", ERROR, Plan, reach.is_reached, "unreached", "", "What nobody gets to might as well be painted."),
     Check("NAV002", ERROR, Plan, reach.is_reached_open, "unreached", "", "Who opens a door has to stand somewhere."),
+    Check("NAV003", ERROR, Plan, reach.is_entered_by_base, "unreached", "", "A door that leads nowhere is a wall."),
     # what can be done in it
     Check("TSK001", ERROR, Plan, affords.affords_every_task, "tasks_lacking", "", "Lists of exceptions spoil a set."),
     Check("TSK002", ERROR, Plan, affords.has_room_for_things, "task_rate", "", "Resets that find no room never end."),

@@ -1,4 +1,4 @@
-"""Convex outlines on the floor: what lies in what, how deep, and how far away."""
+"""Outlines on the floor, most of them convex: what lies in what, how deep, and how far away."""
 
 from __future__ import annotations
 
@@ -52,6 +52,17 @@ def distance(outline: Outline, points: Floats) -> Floats:
     inside = ((edge[:, 0] * from_a[..., 1] - edge[:, 1] * from_a[..., 0]) >= 0).all(axis=1)
     found: Floats = np.where(inside, 0.0, away)
     return found
+
+
+def inside(outline: Outline, point: tuple[float, float]) -> bool:
+    """Whether a point lies in an outline, which need not be convex."""
+    x, y = point
+    odd = False
+    corners = [(float(a), float(b)) for a, b in outline]
+    for (ax, ay), (bx, by) in zip(corners, (*corners[1:], corners[0]), strict=True):
+        if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
+            odd = not odd
+    return odd
 
 
 def within(outline: Outline, start: tuple[float, float], end: tuple[float, float]) -> float:

@@ -8,6 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from casa_assets.geometry.planar import inside
 from casa_assets.model.floor import Aisle, AisleKind, Corners, Row, RunEnd, Side
 from casa_assets.model.record import Vec2
 
@@ -139,13 +140,3 @@ def _passes(
             if left < along < right and -row.back < before < front:
                 return False
     return True
-
-
-def inside(outline: Corners, point: Vec2) -> bool:
-    """Whether a point lies in an outline, which need not be convex."""
-    x, y = point
-    odd = False
-    for (ax, ay), (bx, by) in zip(outline, (*outline[1:], outline[0]), strict=True):
-        if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
-            odd = not odd
-    return odd

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from casa_assets.errors import Misfit, UnknownId
 from casa_assets.layouts.frame import QUARTERS, Frame
-from casa_assets.model.plan import Heading, Length, Opening, OpeningKind, Plan
+from casa_assets.model.plan import Heading, Opening, OpeningKind, Plan
 from casa_assets.model.record import Vec2
+from casa_assets.model.units import Length
 
 THICK = 0.12  # metres of every wall
 

@@ -10,6 +10,8 @@ from pydantic import Field, model_validator
 
 from casa_assets.model.record import Id, Record
 
+# Metres, or the name of a parameter of the plan.
+Length = Annotated[float, Field(ge=0, le=20)] | Id
 Width = Annotated[float, Field(gt=0, le=6)] | tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]]
 
 

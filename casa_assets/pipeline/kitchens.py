@@ -20,13 +20,13 @@ from casa_assets.layouts.dress import dress
 from casa_assets.layouts.request import Kitchen, request
 from casa_assets.model.asset import Asset
 from casa_assets.model.chance import rng_for
+from casa_assets.model.document import Document
 from casa_assets.model.plan import Plan
 from casa_assets.model.scene import Scene
 from casa_assets.model.style import Choice
 from casa_assets.model.surface import Surface
 from casa_assets.pipeline.families import build_asset
 from casa_assets.pipeline.palette import stock
-from casa_assets.registry import Document
 
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
 DRAWS = 20

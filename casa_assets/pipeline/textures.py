@@ -13,6 +13,7 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.errors import UnknownId
+from casa_assets.model.document import Document
 from casa_assets.model.finish import Finish, Surface
 from casa_assets.model.recipe import Recipe
 from casa_assets.pipeline.store import Store
@@ -55,7 +56,7 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, Recipe]]:
     return MappingProxyType(found)
 
 
-def _recipe(document: registry.Document, name: str, stated: Any, surface: Surface) -> Recipe:
+def _recipe(document: Document, name: str, stated: Any, surface: Surface) -> Recipe:
     """A checked row; its params are those of its kind, with everything spelled out."""
     row = dict(stated) if isinstance(stated, dict) else {}
     kind = KINDS.get(str(row.get("kind")))

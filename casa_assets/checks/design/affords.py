@@ -20,7 +20,7 @@ def has_room_for_things(subject: DesignSubject, limit: float | None) -> Measured
     Tasks that lack something else are the business of `affords_every_task`.
     """
     assert limit is not None
-    tried = [(t.task, t.rate) for t in subject.tasks if t.rate is not None]
-    says = "of 200 drawn things only {:.1%} could be put inside, on nothing else and within reach; {:.0%} wanted"
-    problems = tuple((f"tasks/{task}", says.format(rate, limit)) for task, rate in tried if rate < limit)
-    return Measured(min((rate for _, rate in tried), default=None), problems)
+    tried = [(t.task, t.rate, t.tightest) for t in subject.tasks if t.rate is not None]
+    says = "of 200 things only {:.1%} found room within reach at {}; {:.0%} wanted: clear it, or make it larger"
+    problems = tuple((f"tasks/{task}", says.format(rate, at, limit)) for task, rate, at in tried if rate < limit)
+    return Measured(min((rate for _, rate, _ in tried), default=None), problems)

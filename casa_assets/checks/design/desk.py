@@ -23,6 +23,7 @@ class Afforded(Record):
         number, task: of the table. fixtures, joints, sites, regions: that it can be done with, `<fixture>__<name>`.
         counter_m2: free worktop beside them. floor_m2: floor around their parking places that the base gets to.
         rate: share of drawn boxes that could be put, the least of all that the task puts; None where nothing is put.
+        tightest: where that is.
         wants: what is missing, empty where nothing is.
     """
 
@@ -35,6 +36,7 @@ class Afforded(Record):
     counter_m2: float = 0.0
     floor_m2: float = 0.0
     rate: float | None = None
+    tightest: str = ""
     wants: str = ""
 
 

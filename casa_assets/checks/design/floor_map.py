@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from casa_assets.geometry.planar import Outline, distance
+from casa_assets.geometry.planar import Outline, distance, inside
 from casa_assets.model.floor import Corners, Facts, Fixture, Role, Row, Side
 from casa_assets.model.plan import OpeningKind
 from casa_assets.model.record import Vec2
@@ -97,14 +97,25 @@ class FloorMap:
         near = (self.xs[None, :] - point[0]) ** 2 + (self.ys[:, None] - point[1]) ** 2 <= radius**2
         return float((near & self.reached).sum()) * CELL**2
 
+    def leads_in(self, start: Vec2, end: Vec2) -> bool:
+        """Whether the base gets from a doorway to the largest piece of free floor."""
+        numbers, count = ndimage.label(self.free)
+        if not count:
+            return False
+        largest = 1 + int(np.argmax(np.bincount(numbers.ravel())[1:]))
+        return bool((numbers[self._inside_of(start, end)] == largest).any())
+
     def _entries(self) -> Iterator[Mask]:
         """Cells just inside of each doorway and of each open side."""
         lines = [(w.start, w.end) for w in self.facts.walls if w.open]
         lines += [(w.start, w.end) for w in self.facts.ways if w.kind is not OpeningKind.WINDOW]
+        for start, end in lines:
+            yield self._inside_of(start, end)
+
+    def _inside_of(self, start: Vec2, end: Vec2) -> Mask:
         every = self._points(slice(0, self.shape[0]), slice(0, self.shape[1]))
-        for a, b in lines:
-            away = distance(np.array([a, b]), every).reshape(self.shape)
-            yield away <= INSIDE
+        near: Mask = (distance(np.array([start, end]), every) <= INSIDE).reshape(self.shape)
+        return near
 
 
 def points_shape(rows: slice, columns: slice) -> tuple[int, int]:
@@ -116,7 +127,9 @@ def obstacles(facts: Facts) -> Iterator[Outline]:
     """Outlines of all that the base cannot pass: walls, rows of units with their worktops, what stands on the floor."""
     for wall in facts.walls:
         if not wall.open:
-            yield from _wall(wall, [(w.start, w.end) for w in facts.ways if _is_passed(w.kind) and w.wall == wall.id])
+            yield from _wall(
+                facts.outline, wall, [(w.start, w.end) for w in facts.ways if _is_passed(w.kind) and w.wall == wall.id]
+            )
     for row in facts.rows:
         yield from row_parts(row)
     for fixture in facts.fixtures:
@@ -133,16 +146,21 @@ def _is_passed(kind: OpeningKind) -> bool:
     return kind is OpeningKind.PASSAGE
 
 
-def _wall(wall: Side, holes: Sequence[tuple[Vec2, Vec2]]) -> Iterator[Outline]:
-    """Pieces of a wall between the holes that reach down to the floor and have no leaf."""
+def _wall(room: Corners, wall: Side, holes: Sequence[tuple[Vec2, Vec2]]) -> Iterator[Outline]:
+    """Pieces of a wall between the holes that reach down to the floor and have no leaf; they close the corners."""
     a, b = np.array(wall.start), np.array(wall.end)
     length = float(np.linalg.norm(b - a))
     along = (b - a) / max(length, 1e-9)
     out = np.array([-along[1], along[0]])
-    marks = [-THICK]
+    corner = THICK / 2 * out
+    before, after = (
+        0.0 if inside(room, (float(p[0]), float(p[1]))) else THICK
+        for p in (a - THICK / 2 * along + corner, b + THICK / 2 * along + corner)
+    )
+    marks = [-before]
     for start, end in sorted(holes, key=lambda h: float((np.array(h[0]) - a) @ along)):
         marks += [float((np.array(start) - a) @ along), float((np.array(end) - a) @ along)]
-    marks.append(length + THICK)
+    marks.append(length + after)
     for low, high in zip(marks[::2], marks[1::2], strict=True):
         corners = [a + low * along, a + high * along, a + high * along + THICK * out, a + low * along + THICK * out]
         yield np.array(corners)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from casa_assets.checks.check import Measured
 from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.model.plan import OpeningKind
 
 
 def is_reached(subject: DesignSubject, limit: float | None) -> Measured:
@@ -25,3 +26,14 @@ def is_reached_open(subject: DesignSubject, limit: float | None) -> Measured:
     says = "no base of 0.30 m radius can stand before, beside or behind it once it is open"
     problems = tuple((f"fixtures/{name}/{joint}", says) for name, joint in lost)
     return Measured(float(len(lost)), problems if len(lost) > limit else ())
+
+
+def is_entered_by_base(subject: DesignSubject, limit: float | None) -> Measured:
+    """From every door and passage a base gets on to the floor of the kitchen; counts those that are blocked."""
+    assert limit is not None
+    ways = [w for w in subject.facts.ways if w.kind is not OpeningKind.WINDOW]
+    blocked = [w.id for w in ways if not subject.floor.leads_in(w.start, w.end)]
+    says = "what stands before it leaves no way for a base of 0.30 m radius"
+    return Measured(
+        float(len(blocked)), tuple((f"openings/{n}", says) for n in blocked) if len(blocked) > limit else ()
+    )

@@ -257,6 +257,8 @@ def _afforded(desk: Desk, number: int, name: str, found: Found, seed: int) -> Af
         acceptance(put.zones, put.size, SAMPLES, rng_for(seed, f"tasks/{desk.facts.id}/{name}/{k}"))
         for k, put in enumerate(found.puts)
     ]
+    tightest = min(range(len(rates)), key=rates.__getitem__, default=None)
+    zones = () if tightest is None else found.puts[tightest].zones
     places = [p for f in found.fixtures if (p := desk.lots.shut.get(f.name)) is not None]
     return Afforded(
         number=number,
@@ -268,5 +270,6 @@ def _afforded(desk: Desk, number: int, name: str, found: Found, seed: int) -> Af
         counter_m2=round(free_area(found.counter), 3),
         floor_m2=round(max((desk.floor.area(p.at, AROUND) for p in places), default=0.0), 3),
         rate=None if found.wants or not rates else round(min(rates), 4),
+        tightest=", ".join(dict.fromkeys(f"{z.fixture}__{z.region}" for z in zones)),
         wants=found.wants,
     )

@@ -148,6 +148,7 @@ EXAMPLES: dict[str, tuple[Build, Build]] = {
     "NKB012": (lambda: tasteless(1), lambda: tasteless(3)),
     "NAV001": (lambda: shelf(crate(0.2)), lambda: shelf(crate(1.6))),
     "NAV002": (lambda: flapped(0.4), lambda: flapped(3.6)),
+    "NAV003": (kitchen, lambda: with_more(kitchen(), thing("chest", Role.ON_FLOOR, (0.5, -3.3), (0.9, 1.3), 0.0, 0.5))),
     "TSK001": (kitchen, lambda: changed(kitchen(), "coffee_machine", None)),
     "TSK002": (lambda: crowded(2.0), lambda: crowded(0.921)),
 }

@@ -14,9 +14,9 @@ from casa_assets.checks.design.picture import FLOOR, REACHED, floor_picture
 from casa_assets.checks.design.placing import Size, Span, Zone, acceptance, free_area, near, on_worktops, tops
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import summary
-from casa_assets.geometry.planar import distance, outline_of, overlap, within
+from casa_assets.geometry.planar import distance, inside, outline_of, overlap, within
 from casa_assets.model.chance import rng_for
-from casa_assets.model.floor import Facts, Role, Stance
+from casa_assets.model.floor import Facts, Role, Side, Stance
 from casa_assets.model.plan import OpeningKind
 from casa_assets.model.record import Vec2
 from tests.worked import DOOR, LIMITS, WALLS, changed, kitchen, thing, with_more
@@ -57,8 +57,22 @@ class TestOutlines:
         assert within(SQUARE, (-1.0, 0.5), (0.25, 0.5)) == pytest.approx(0.25)
         assert within(SQUARE, (-1.0, 1.5), (2.0, 1.5)) == 0.0
 
+    def test_inside_of_an_l(self) -> None:
+        outline = ((0.0, 0.0), (2.0, 0.0), (2.0, -1.0), (1.0, -1.0), (1.0, -2.0), (0.0, -2.0))
+        assert inside(outline, (0.5, -1.5))
+        assert not inside(outline, (1.5, -1.5))
+
 
 class TestFloor:
+    def test_walls_end_at_a_corner_that_points_into_the_room(self) -> None:
+        """They close the corners round the room, and stand nowhere on its floor."""
+        outline = ((0.0, 0.0), (2.0, 0.0), (2.0, -1.0), (1.0, -1.0), (1.0, -2.0), (0.0, -2.0))
+        ends = zip(outline, (*outline[1:], outline[0]), strict=True)
+        walls = tuple(Side(id=f"wall_{k}", start=a, end=b) for k, (a, b) in enumerate(ends))
+        floor = FloorMap(kitchen().replace(outline=outline, walls=walls, ways=(), rows=(), fixtures=()))
+        assert not (floor.solid & floor.room).any()
+        assert floor.holds(floor.solid, (2.05, 0.05))
+
     def test_base_keeps_its_radius_from_what_stands(self) -> None:
         floor = FloorMap(kitchen())
         front = -0.65

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from casa_assets.layouts.aisles import find_aisles, inside
+from casa_assets.layouts.aisles import find_aisles
 from casa_assets.model.floor import Aisle, AisleKind, Row, RunEnd, Side
 from tests.worked import OUTLINE, WALLS
 from tests.worked_parts import unit
@@ -72,9 +72,3 @@ def test_niche_at_the_end_of_a_row_is_no_way() -> None:
 def test_gap_in_a_row_has_no_front() -> None:
     alone = row("main", 1.0, 0.0).replace(units=(unit("a", "gap", 0.0, 2.0),), left=RunEnd.WALL, right=RunEnd.WALL)
     assert found(alone, walls=CLOSED) == {}
-
-
-def test_inside_of_an_l() -> None:
-    outline = ((0.0, 0.0), (2.0, 0.0), (2.0, -1.0), (1.0, -1.0), (1.0, -2.0), (0.0, -2.0))
-    assert inside(outline, (0.5, -1.5))
-    assert not inside(outline, (1.5, -1.5))
