@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from casa_assets.errors import Misfit
 from casa_assets.layouts import sizes
+from casa_assets.layouts.beams import beams_of
 from casa_assets.layouts.frame import Frame
 from casa_assets.layouts.models import Models
 from casa_assets.layouts.room import Room, metres
@@ -117,8 +118,11 @@ def order_lamps(order: Order, plan: Plan, room: Room, lines: Mapping[str, Line],
         if not models.has(lamps.item):
             continue
         choice = models.of(lamps.item).choice
+        beams = beams_of(plan, models.style, room, lines)
         stem = lamps.item if n == 0 else f"{lamps.item}_{n + 1}"
         for k, (frame, u, v) in enumerate(_hung_at(lamps.over, lamps.count, lines, (x0, y0, x1, y1), room)):
+            if beams is not None:
+                u, v = frame.of(*beams.between(*frame.at(u, v)[:2]))
             spot = Spot(frame, u, v, room.height - 0.001, 0.0, Depth.MIDDLE, Height.HEAD)
             order.add(Wanted(f"{stem}_{k + 1}", "lamp", choice, spot))
 

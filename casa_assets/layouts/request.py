@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from casa_assets.errors import Misfit
 from casa_assets.layouts import furnish, tops
 from casa_assets.layouts.backs import order_backs
+from casa_assets.layouts.beams import beams_of
 from casa_assets.layouts.cabinets import order_unit
 from casa_assets.layouts.models import Models, Offers
 from casa_assets.layouts.place import place_runs
@@ -71,7 +72,7 @@ def request(
     every = {s.name: s for row in slots.values() for s in row}
     holes = find_holes(plan, room, lengths, every)
     order = Order()
-    order_shell(order, room, holes, models, closed)
+    order_shell(order, room, holes, models, closed, beams_of(plan, style, room, lines))
     for row in slots.values():
         for slot in row:
             order_unit(order, slot, models, room.height)

@@ -7,6 +7,7 @@ from typing import Any
 
 from casa_assets.errors import Misfit
 from casa_assets.layouts import sizes
+from casa_assets.layouts.beams import Beamwork
 from casa_assets.layouts.frame import Frame
 from casa_assets.layouts.models import Models
 from casa_assets.layouts.room import THICK, Hole, Room, WallLine, metres
@@ -50,8 +51,10 @@ def find_holes(plan: Plan, room: Room, given: Mapping[str, float], slots: Mappin
     return tuple(out)
 
 
-def order_shell(order: Order, room: Room, holes: Sequence[Hole], models: Models, closed: bool) -> None:
-    """Add floor, walls, windows, doors and ceiling; `closed`: open walls too."""
+def order_shell(
+    order: Order, room: Room, holes: Sequence[Hole], models: Models, closed: bool, beams: Beamwork | None = None
+) -> None:
+    """Add floor, walls, windows, doors and ceiling; `closed`: open walls too. `beams`: under the ceiling."""
     shell = models.style.shell
     (x0, y0), (x1, y1) = room.bounds()
     outline = [(round(x - x0, 5), round(y - y0, 5)) for x, y in room.outline]
@@ -62,9 +65,8 @@ def order_shell(order: Order, room: Room, holes: Sequence[Hole], models: Models,
     spot = Spot(flat, middle, 0.0, 0.0, height=Height.HEAD)
     order.add(_room_part("floor", "floor", member("room_floor/oak_boards", floor), spot))
     ceiling: dict[str, Any] = {"outline": outline, "face": shell.ceiling, "trim": shell.trim}
-    if shell.beams:
-        count = max(3, round((x1 - x0) / 1.1))
-        ceiling["beams"] = {"count": min(count, 8), "finish": shell.beams}
+    if beams is not None:
+        ceiling["beams"] = {"count": beams.count, "run": "x" if beams.along_x else "y", "finish": shell.beams}
     top = Spot(flat, middle, 0.0, room.height, height=Height.FOOT)
     order.add(Wanted("ceiling", "ceiling", member("room_ceiling/white_plain", ceiling), top, layer="ceiling"))
     for wall in room.walls:
@@ -73,6 +75,8 @@ def order_shell(order: Order, room: Room, holes: Sequence[Hole], models: Models,
         mine = [h for h in holes if h.wall.id == wall.id]
         order.add(_wall(wall, room, mine, models, closed))
         for hole in mine:
+            if not hole.is_window:
+                _threshold(order, hole, shell.floor)
             _fill(order, hole, models)
 
 
@@ -102,6 +106,15 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[Hole], models: Models, clo
     }
     spot = Spot(wall.frame, length / 2, -THICK, 0.0)
     return _room_part(f"wall_{wall.id}", "wall", member("room_wall/plaster_bare", params), spot)
+
+
+def _threshold(order: Order, hole: Hole, face: str) -> None:
+    """The floor in the thickness of the wall."""
+    wide = round(hole.right - hole.left, 4)
+    outline = [(0.0, 0.0), (wide, 0.0), (wide, THICK), (0.0, THICK)]
+    choice = member("room_floor/oak_boards", {"outline": outline, "face": face})
+    spot = Spot(hole.wall.frame, (hole.left + hole.right) / 2, -THICK, 0.0, height=Height.HEAD)
+    order.add(_room_part(f"threshold_{hole.opening.id}", "floor", choice, spot))
 
 
 def _fill(order: Order, hole: Hole, models: Models) -> None:

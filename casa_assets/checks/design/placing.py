@@ -129,6 +129,8 @@ def free_area(zones: Sequence[Zone], cell: float = 0.02) -> float:
 
 def acceptance(zones: Sequence[Zone], size: Size, count: int, rng: np.random.Generator) -> float:
     """Share of `count` boxes drawn into zones, by their area, that lie inside, on nothing else, and within reach."""
+    # Samplers look for a place that is large enough before they draw.
+    zones = [z for z in zones if z.middles or min(z.span.x1 - z.span.x0, z.span.y1 - z.span.y0) >= size.low]
     areas = np.array([z.span.area for z in zones])
     if not len(zones) or areas.sum() <= 0:
         return 0.0
