@@ -123,7 +123,9 @@ def order_lamps(order: Order, plan: Plan, room: Room, lines: Mapping[str, Line],
         for k, (frame, u, v) in enumerate(_hung_at(lamps.over, lamps.count, lines, (x0, y0, x1, y1), room)):
             if beams is not None:
                 u, v = frame.of(*beams.between(*frame.at(u, v)[:2]))
-            spot = Spot(frame, u, v, room.height - 0.001, 0.0, Depth.MIDDLE, Height.HEAD)
+            # A long lamp hangs along the beams; over a run they go its way already.
+            turn = 90.0 if beams is not None and not beams.along_x and lamps.over is None else 0.0
+            spot = Spot(frame, u, v, room.height - 0.001, turn, Depth.MIDDLE, Height.HEAD)
             order.add(Wanted(f"{stem}_{k + 1}", "lamp", choice, spot))
 
 

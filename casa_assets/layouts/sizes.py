@@ -27,7 +27,7 @@ FRIDGE_SIDE = 0.07
 HOUSING_SIDE = 0.06
 PANEL = 0.02
 # Ref: NKBA kitchen planning guideline 18: 24 inches over the cooking surface to what does not burn.
-HOOD_FROM = 1.6
+HOOD_FROM = 1.62
 CANOPY_LEDGE = 0.012
 ONE_DOOR = 0.5  # a wider cabinet has two doors
 

@@ -97,8 +97,8 @@ def test_what_the_checks_say(facts: Facts) -> None:
     subject = DesignSubject(facts)
     report = run(subject, facts.id, LIMITS)
     failed = {result.code for result in report.results if not result.passed}
-    assert not failed & {"NKB002", "NKB003", "NKB006", "NKB007", "NKB008", "NKB009", "NKB010", "NKB011"}
-    assert not failed & {"NAV001", "NAV002", "TSK001"}, report.issues
+    # How much room is left on worktops depends on what the plan puts there: that is the report's business.
+    assert failed <= {"TSK002"}, report.issues
     places = subject.lots.every
     assert {p.fixture for p in places} >= {f.name for f in facts.of(*APPLIANCES)}
     for place in places:
