@@ -55,7 +55,7 @@ class Kitchen(ManipulationEnv):
         self.robots[0].robot_model.set_base_ori((0.0, 0.0, turn))
         self.model = ManipulationTask(arena, [self.robots[0].robot_model])
 
-    def reward(self, action: Any = None) -> float:  # noqa: ARG002  robosuite asks for it
+    def reward(self, action: Any = None) -> float:
         """Nothing is to be done here."""
         return 0.0
 
