@@ -86,10 +86,10 @@ def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
     cloud, faces = convex_hull(points)
     if len(cloud) <= limit:
         return cloud, faces
-    # Distances are taken along the cloud's own axes, each stretched to 1: however thin it is, it spans a volume there.
-    _, axes = np.linalg.eigh(np.cov(cloud.T))
-    size = np.ptp(cloud @ axes, axis=0)
-    even = (cloud @ axes - (cloud @ axes).min(axis=0)) / size
+    # Distances are taken in a frame in which the cloud is as wide in every direction: however thin it is, it spans a
+    # volume there. What is equally far but for the last bits, as in every round shape, has to be so on every machine.
+    even, stretch = _evened(cloud)
+    reach = float(np.ptp(cloud, axis=0).max())
     chosen = _outermost(cloud)[:limit]
     while len(chosen) < limit:
         try:
@@ -97,18 +97,29 @@ def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
         except QhullError:  # what is outermost in a thin cloud may lie in one plane
             chosen = sorted({*chosen, *_outermost(even)})[:limit]
             planes = ConvexHull(even[chosen]).equations
-        true = np.linalg.norm(planes[:, :3] / size, axis=1)
-        outside = ((even @ planes[:, :3].T + planes[:, 3]) / true).max(axis=1)
+        true = np.linalg.norm(planes[:, :3] @ stretch, axis=1)
+        outside = (((even @ planes[:, :3].T + planes[:, 3]) / true).max(axis=1) / reach).round(9)
         farthest = int(np.argmax(outside))
-        if outside[farthest] <= 1e-6 * float(size.max()):
+        if outside[farthest] <= 1e-6:
             break
         chosen.append(farthest)
     return convex_hull(cloud[sorted(chosen)])
 
 
+def _evened(cloud: Floats) -> tuple[Floats, Floats]:
+    """(N, 3) the cloud with the unit covariance, rounded, and the symmetric (3, 3) matrix that makes it so.
+
+    The symmetric root is the one that does not turn with the axes chosen where the cloud has no axes of its own.
+    """
+    spread, axes = np.linalg.eigh(np.cov(cloud.T))
+    least = 1e-12 * float(spread[-1])
+    stretch: Floats = (axes / np.sqrt(np.maximum(spread, least))) @ axes.T
+    return ((cloud - cloud.mean(axis=0)) @ stretch).round(9), stretch
+
+
 def _outermost(cloud: Floats) -> list[int]:
     """Indices of the extreme points in 26 directions, ascending."""
-    return sorted({int(i) for d in _directions() for i in (np.argmax(cloud @ d), np.argmin(cloud @ d))})
+    return sorted({int(i) for d in _directions() for s in [(cloud @ d).round(9)] for i in (s.argmax(), s.argmin())})
 
 
 def _directions() -> Floats:

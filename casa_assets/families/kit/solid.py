@@ -81,7 +81,7 @@ class Solid:
 
     def hulled(self) -> Solid:
         """The same, touched as its convex hull of at most 64 vertices."""
-        points, faces = small_hull(self.points)
+        points, faces = small_hull(self.points.round(9))
         return replace(self, shapes=((Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()),))
 
     def touched_as(self, *solids: Solid) -> Solid:

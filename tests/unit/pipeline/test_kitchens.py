@@ -174,8 +174,8 @@ class TestLoader:
         assert plain.nmeshvert == other.nmeshvert
         assert not np.array_equal(plain.tex_data, other.tex_data)
         changed = np.abs(plain.mesh_texcoord - other.mesh_texcoord).max(axis=1) > 1e-9
-        floor = plain.body("floor")
-        geoms = range(int(floor.geomadr[0]), int(floor.geomadr[0]) + int(floor.geomnum[0]))
+        bodies = [plain.body("floor"), plain.body("threshold_door")]
+        geoms = [g for b in bodies for g in range(int(b.geomadr[0]), int(b.geomadr[0]) + int(b.geomnum[0]))]
         meshes = {int(plain.geom_dataid[g]) for g in geoms} - {-1}
         own = np.zeros_like(changed)
         for mesh in meshes:
