@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from casa_assets.layouts.room import Room
-from casa_assets.layouts.runs import Line
+from casa_assets.layouts.runs import Line, Slot
 from casa_assets.model.plan import Plan
 from casa_assets.model.record import Vec2
 from casa_assets.model.style import Style
+from casa_assets.model.units import UpperKind
 
 APART = 1.1  # metres from beam to beam
 FEWEST, MOST = 3, 8
+HALF = 0.12  # half the width of a beam, and play
+HOOD_DEPTH = 0.55
 
 
 @dataclass(frozen=True)
@@ -37,13 +40,39 @@ class Beamwork:
         snapped = self.low + gap * pitch
         return (x, snapped) if self.along_x else (snapped, y)
 
+    def crosses(self, low: float, high: float) -> bool:
+        """Whether a beam comes between two places across the beams, or nearly."""
+        pitch = (self.high - self.low) / self.count
+        middles = [self.low + (k + 0.5) * pitch for k in range(self.count)]
+        return any(low - HALF < m < high + HALF for m in middles)
 
-def beams_of(plan: Plan, style: Style, room: Room, lines: Mapping[str, Line]) -> Beamwork | None:
-    """The beams of a style that has some; along a row of lamps where the plan has one, so that it hangs between two."""
+
+def beams_of(
+    plan: Plan, style: Style, room: Room, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]]
+) -> Beamwork | None:
+    """The beams of a style that has some, clear of the hoods that reach the ceiling.
+
+    Where the plan has a row of lamps they run along it, so that it hangs between two of them.
+    """
     if style.shell.beams is None:
         return None
     (x0, y0), (x1, y1) = room.bounds()
     rows = [lines[lamps.over] for lamps in plan.lamps if lamps.over is not None and lamps.over in lines]
-    along_x = bool(rows) and rows[0].frame.quarter % 2 == 0
-    low, high = (y0, y1) if along_x else (x0, x1)
-    return Beamwork(along_x, low, high, min(max(round((high - low) / APART), FEWEST), MOST))
+    ways = (rows[0].frame.quarter % 2 == 0,) if rows else (False, True)
+    works = [w for along_x in ways for w in _beamworks(along_x, *((y0, y1) if along_x else (x0, x1)))]
+    return next((w for w in works if not any(w.crosses(*h) for h in _hoods(slots, w.along_x))), works[0])
+
+
+def _beamworks(along_x: bool, low: float, high: float) -> list[Beamwork]:
+    """Beams across a room, the usual number first, then some more or fewer."""
+    usual = min(max(round((high - low) / APART), FEWEST), MOST)
+    counts = sorted(range(FEWEST, MOST + 1), key=lambda n: (abs(n - usual), n))
+    return [Beamwork(along_x, low, high, n) for n in counts if abs(n - usual) <= 2]
+
+
+def _hoods(slots: Mapping[str, Sequence[Slot]], along_x: bool) -> Iterator[Vec2]:
+    """From where to where hoods reach across the beams, metres."""
+    axis = 1 if along_x else 0
+    for slot in (s for row in slots.values() for s in row if s.kind is UpperKind.HOOD):
+        ends = [slot.line.frame.at(u, v)[axis] for u in (slot.left, slot.right) for v in (0.0, HOOD_DEPTH)]
+        yield min(ends), max(ends)

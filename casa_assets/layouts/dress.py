@@ -27,6 +27,8 @@ ON_TOP = 0.0008
 LEAST, EACH = 0.5, 0.9
 MOST_ON_TOPS, MOST_ON_SHELVES, MOST_ON_ONE = 5, 5, 2
 TRIES = 24
+# Beside these the worktop is where one puts down what goes in or comes out; nothing is scattered there.
+WORKED_AT, WORKED_M = ("range", "hob", "microwave", "coffee_machine"), 0.36
 LANE = "scene/props"
 
 
@@ -53,6 +55,8 @@ def dress(
     """
     rng = rng_for(seed, f"{LANE}/{kitchen.plan.id}/{kitchen.style.id}")
     taken = [_bounds(assets[w.name], stand(assets[w.name], w.spot)) for w in kitchen.wanted if w.layer == "things"]
+    worked = [_bounds(assets[w.name], stand(assets[w.name], w.spot)) for w in kitchen.wanted if w.role in WORKED_AT]
+    kept = [np.array([box[0] - (WORKED_M, WORKED_M, 9.0), box[1] + (WORKED_M, WORKED_M, 9.0)]) for box in worked]
     out: list[tuple[Wanted, Asset]] = []
     waiting = list(props)
     counts: dict[str, int] = {}
@@ -63,7 +67,7 @@ def dress(
         room = MOST_ON_SHELVES - on_shelves if surface.shelf else MOST_ON_TOPS - on_tops
         share = MOST_ON_ONE if surface.shelf else max(1, int(surface.width / EACH))
         for _ in range(min(room, share)):
-            found = _put(surface, waiting, taken, rng)
+            found = _put(surface, waiting, taken if surface.shelf else taken + kept, rng)
             if found is None:
                 break
             index, spot, box = found

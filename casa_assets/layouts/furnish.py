@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from casa_assets.errors import Misfit
 from casa_assets.layouts import sizes
-from casa_assets.layouts.beams import beams_of
+from casa_assets.layouts.beams import Beamwork
 from casa_assets.layouts.frame import Frame
 from casa_assets.layouts.models import Models
 from casa_assets.layouts.room import Room, metres
@@ -20,6 +20,7 @@ SEAT_APART = 0.6  # metres per person at a worktop; NKBA planning guideline 9
 AT_WALL = 0.45  # metres between a wall and the first place at a worktop that begins there
 BREADTH = {"toaster": 0.4, "knife_block": 0.29, "utensil_holder": 0.24, "fruit_bowl": 0.36, "paper_towel": 0.28}
 LAMP_OFF = 0.6  # metres between a wall and a lamp of the room
+LAMPS_APART = 0.2  # least metres between lamps over a run
 LAMP_ASIDE = 0.75  # metres between an island and the lamps of the room
 ON_TOP = 0.0008  # metres over a worktop at which things are set down
 
@@ -111,22 +112,32 @@ def order_hangings(
         order.add(Wanted(hung.id, hung.item, model.choice, spot, hung.over or ""))
 
 
-def order_lamps(order: Order, plan: Plan, room: Room, lines: Mapping[str, Line], models: Models) -> None:
-    """Lamps under the ceiling."""
+def order_lamps(
+    order: Order, plan: Plan, room: Room, lines: Mapping[str, Line], models: Models, beams: Beamwork | None
+) -> None:
+    """Lamps under the ceiling, between its beams."""
     (x0, y0), (x1, y1) = room.bounds()
     for n, lamps in enumerate(plan.lamps):
         if not models.has(lamps.item):
             continue
         choice = models.of(lamps.item).choice
-        beams = beams_of(plan, models.style, room, lines)
         stem = lamps.item if n == 0 else f"{lamps.item}_{n + 1}"
-        for k, (frame, u, v) in enumerate(_hung_at(lamps.over, lamps.count, lines, (x0, y0, x1, y1), room)):
+        count = lamps.count
+        if lamps.over is not None and lamps.over in lines:
+            count = _fitting(count, lines[lamps.over], models.of(lamps.item).number("size"))
+        for k, (frame, u, v) in enumerate(_hung_at(lamps.over, count, lines, (x0, y0, x1, y1), room)):
             if beams is not None:
                 u, v = frame.of(*beams.between(*frame.at(u, v)[:2]))
             # A long lamp hangs along the beams; over a run they go its way already.
             turn = 90.0 if beams is not None and not beams.along_x and lamps.over is None else 0.0
             spot = Spot(frame, u, v, room.height - 0.001, turn, Depth.MIDDLE, Height.HEAD)
             order.add(Wanted(f"{stem}_{k + 1}", "lamp", choice, spot))
+
+
+def _fitting(count: int, line: Line, breadth: float) -> int:
+    """How many of the lamps find room side by side over a run."""
+    low, high = _free_part(line)
+    return max(1, min(count, int((high - low - 0.4) / (breadth + LAMPS_APART))))
 
 
 def _hung_at(

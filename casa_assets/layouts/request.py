@@ -72,7 +72,8 @@ def request(
     every = {s.name: s for row in slots.values() for s in row}
     holes = find_holes(plan, room, lengths, every)
     order = Order()
-    order_shell(order, room, holes, models, closed, beams_of(plan, style, room, lines))
+    beams = beams_of(plan, style, room, lines, slots)
+    order_shell(order, room, holes, models, closed, beams)
     for row in slots.values():
         for slot in row:
             order_unit(order, slot, models, room.height)
@@ -81,10 +82,10 @@ def request(
     order_splash(order, lines, slots, holes, models)
     order_cornices(order, lines, slots, models)
     order_curtains(order, holes, models)
-    order_skirting(order, room, holes, lines, slots, models, closed)
+    order_skirting(order, room, holes, lines, slots, [c.runs for c in plan.corners], models, closed)
     furnish.order_stands(order, plan, every, models)
     furnish.order_seats(order, plan, lines, models)
     furnish.order_hangings(order, plan, room, lengths, every, models)
-    furnish.order_lamps(order, plan, room, lines, models)
+    furnish.order_lamps(order, plan, room, lines, models, beams)
     furnish.order_floor(order, plan, room, lengths, models)
     return Kitchen(plan, style, lengths, room, holes, lines, slots, tuple(order.items))

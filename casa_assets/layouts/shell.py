@@ -14,12 +14,13 @@ from casa_assets.layouts.room import THICK, Hole, Room, WallLine, metres
 from casa_assets.layouts.runs import Line, Slot
 from casa_assets.layouts.wanted import Height, Order, Spot, Wanted, member
 from casa_assets.model.plan import OpeningKind, Plan
+from casa_assets.model.record import Vec2
 from casa_assets.model.style import Choice, Shell
 from casa_assets.model.units import BaseKind
 
 CASING = 0.07
 SKIRTING = 0.1
-SKIRTING_DEEP = 0.017
+SKIRTING_DEEP, DADO_DEEP = 0.017, 0.034
 WAINSCOT = 0.92  # metres: as high as worktops
 GAP = 0.004  # metres between a wall and what is let into it
 # What lies between the leaf of a door and the hole that it fills: lining and play, on each side and above.
@@ -143,6 +144,7 @@ def order_skirting(
     holes: Sequence[Hole],
     lines: Mapping[str, Line],
     slots: Mapping[str, Sequence[Slot]],
+    corners: Sequence[tuple[str, str]],
     models: Models,
     closed: bool,
 ) -> None:
@@ -154,10 +156,10 @@ def order_skirting(
         beside = _door_casing(models)
         mine = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.low < high + CASING)]
         taken = [(h.left - beside, h.right + beside) for h in mine]
-        taken += _stood_at(wall, lines, slots)
+        taken += _stood_at(wall, lines, slots, corners)
         taken = [(a, b) for a, b in taken if b > 0.0 and a < wall.length]
         # In an inner corner it ends before that of the wall beside.
-        at, k = SKIRTING_DEEP, 0
+        at, k = DADO_DEEP if models.style.shell.wainscot else SKIRTING_DEEP, 0
         for a, b in [*sorted(taken), (wall.length, wall.length)]:
             if a - at >= 0.3:
                 k += 1
@@ -182,7 +184,10 @@ def _door_casing(models: Models) -> float:
 
 
 def _stood_at(
-    wall: WallLine, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]]
+    wall: WallLine,
+    lines: Mapping[str, Line],
+    slots: Mapping[str, Sequence[Slot]],
+    corners: Sequence[tuple[str, str]],
 ) -> list[tuple[float, float]]:
     """Stretches of a wall that units stand at, those of runs along its neighbours included."""
     out = []
@@ -193,8 +198,18 @@ def _stood_at(
             # Worktops stand out before fronts, and panels behind what stands at no wall.
             back = 0.0 if line.at_wall else -2 * sizes.PANEL - line.run.overhang
             front = slot.depth + sizes.OVERHANG + GAP
-            corners = [wall.frame.of(*line.frame.at(u, v)[:2]) for u in (slot.left, slot.right) for v in (back, front)]
-            us, vs = zip(*corners, strict=True)
-            if min(vs) < 0.05 and max(vs) > -0.05:
-                out.append((min(us), max(us)))
+            out += _stretch(wall, line, (slot.left, slot.right), (back, front))
+    for first, second in corners:
+        # Behind a corner of two rows there may be a space that no unit fills; a worktop covers it.
+        one, other = lines[first], lines[second]
+        last, begin = max(s.right for s in slots[first]), min(s.left for s in slots[second])
+        out += _stretch(wall, one, (last, last + other.depth + sizes.OVERHANG), (0.0, one.depth))
+        out += _stretch(wall, other, (begin - one.depth - sizes.OVERHANG, begin), (0.0, other.depth))
     return out
+
+
+def _stretch(wall: WallLine, line: Line, us: Vec2, vs: Vec2) -> list[tuple[float, float]]:
+    """What a rectangle on a line takes of a wall, where it touches it."""
+    found = [wall.frame.of(*line.frame.at(u, v)[:2]) for u in us for v in vs]
+    along, before = zip(*found, strict=True)
+    return [(min(along), max(along))] if min(before) < 0.05 and max(before) > -0.05 else []

@@ -76,7 +76,9 @@ def _clearance(subject: DesignSubject, limit: float | None, hoods: bool) -> Meas
         above = sorted(over(subject.facts, cooktop), key=lambda f: f.low)
         first = above[:1] if hoods or (above and above[0].role is Role.HOOD) else above
         found += [
-            (cooktop.name, f.name, round(f.low - cooktop.high, 4)) for f in first if (f.role is Role.HOOD) is hoods
+            (cooktop.name, f.name, round(f.low - _cooks_at(cooktop), 4))
+            for f in first
+            if (f.role is Role.HOOD) is hoods
         ]
     problems = tuple(
         (f"fixtures/{name}", f"{other} hangs {gap:.3f} m over it, {limit:g} wanted")
@@ -84,6 +86,11 @@ def _clearance(subject: DesignSubject, limit: float | None, hoods: bool) -> Meas
         if gap < limit
     )
     return Measured(min((gap for _, _, gap in found), default=None), problems)
+
+
+def _cooks_at(cooktop: Fixture) -> float:
+    """Height of the surface that pans stand on; a range may have a panel behind it that is higher."""
+    return max((m.at[2] for m in cooktop.marks if m.name.endswith("_place_site")), default=cooktop.high)
 
 
 def over(facts: Facts, below: Fixture) -> list[Fixture]:
