@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from casa_assets import registry
+from casa_assets.checks.scene.files import LIGHT_FILE, SceneFiles
 from casa_assets.checks.scene.run import run_scene
 from casa_assets.checks.scene.subject import FILE, SceneSubject
 from casa_assets.export.mjcf import kitchen as mjcf
+from casa_assets.export.usd import kitchen as usd
 from casa_assets.model.asset import Asset, Base, Collider, Link, Visual
 from casa_assets.model.issue import Report
 from casa_assets.model.material import Material
@@ -82,6 +84,14 @@ def subject(scene: Scene, folder: Path, *changes: tuple[str, str]) -> SceneSubje
     if changes:
         tamper(own / FILE, *changes)
     return SceneSubject(scene, own)
+
+
+def in_all_forms(scene: Scene, folder: Path) -> SceneFiles:
+    """A scene as it is written below `folder` in both formats and both weights."""
+    own = put(mjcf.write(scene), folder, scene)
+    put(usd.write(scene), folder, scene)
+    (own / LIGHT_FILE).write_bytes(mjcf.write(scene, weight=mjcf.Weight.LIGHT).entries[FILE])
+    return SceneFiles(SceneSubject(scene, own))
 
 
 def judged(scene: Scene, folder: Path, *changes: tuple[str, str]) -> Report:

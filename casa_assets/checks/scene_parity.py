@@ -39,22 +39,39 @@ def scene_parity(mjcf: Path, usd: Path, relative: float = RELATIVE, length: floa
     model, refused = _model(mujoco_load.load_asset_file, mjcf)
     if model is None:
         return [(mjcf.name, refused)]
+    imported, refused = _model(usd_facts.imported, usd)
+    if imported is not None:
+        return parity_of(model, imported, usd, relative, length)
     expected, why = _read(lambda: scene_mjcf.facts_of(model))
     if expected is None:
         return [(mjcf.name, why)]
-    faults: list[Fault] = []
-    imported, refused = _model(usd_facts.imported, usd)
-    if imported is None:
-        faults.append((usd.name, refused))
-    else:
-        rows = parity.parameters(model, imported)
-        faults += [(r.pointer, r.says) for r in rows if r.size is None or not r.size <= relative]
-        found, why = _read(lambda: scene_usd.facts_of_import(imported, usd_facts.opened(usd)))
-        faults += [(usd.name, why)] if found is None else compare(expected, found, relative, length)
-    found, why = _read(lambda: scene_usd.pxr_facts(usd))
+    return [(usd.name, refused), *_parsed(expected, usd, relative, length)]
+
+
+def parity_of(
+    model: mujoco.MjModel, imported: mujoco.MjModel, usd: Path, relative: float = RELATIVE, length: float = LENGTH_M
+) -> list[Fault]:
+    """The same of files that MuJoCo has read.
+
+    Args:
+        model: of scene.xml. imported: of scene.usda, which lies at `usd`.
+    """
+    expected, why = _read(lambda: scene_mjcf.facts_of(model))
+    if expected is None:
+        return [("scene.xml", why)]
+    rows = parity.parameters(model, imported)
+    faults = [(r.pointer, r.says) for r in rows if r.size is None or not r.size <= relative]
+    found, why = _read(lambda: scene_usd.facts_of_import(imported, usd_facts.opened(usd)))
     faults += [(usd.name, why)] if found is None else compare(expected, found, relative, length)
+    faults += _parsed(expected, usd, relative, length)
     # What both readers of the USD say is said once.
     return list(dict.fromkeys(faults))
+
+
+def _parsed(expected: SceneFacts, usd: Path, relative: float, length: float) -> list[Fault]:
+    """What UsdPhysics reads differently."""
+    found, why = _read(lambda: scene_usd.pxr_facts(usd))
+    return [(usd.name, why)] if found is None else compare(expected, found, relative, length)
 
 
 def compare(

@@ -22,8 +22,23 @@ from casa_assets.checks.check import Check
 from casa_assets.checks.design import affords, aisles, appliances, grade, reach, ways
 from casa_assets.checks.design.subject import DesignSubject as Plan
 from casa_assets.checks.package import Package
-from casa_assets.checks.scene import budget, inside, opening, overlap, pulling, rest, support
+from casa_assets.checks.scene import (
+    agree,
+    budget,
+    inside,
+    layer,
+    light,
+    opening,
+    overlap,
+    pulling,
+    rest,
+    support,
+    views,
+)
+from casa_assets.checks.scene.budget import Speed
+from casa_assets.checks.scene.files import SceneFiles
 from casa_assets.checks.scene.subject import SceneSubject as Kitchen
+from casa_assets.checks.scene.views import Pictures
 from casa_assets.model.asset import Asset
 from casa_assets.model.issue import Severity
 
@@ -124,6 +139,18 @@ TABLE: tuple[Check, ...] = (
     Check(
         "SCN016", ERROR, Kitchen, budget.touches_little, "scene_contacts", "", "Contacts at rest cost in every step."
     ),
+    Check("SCN017", ERROR, SceneFiles, agree.formats_agree, "scene_disagreements", "", "One kitchen, two files."),
+    Check("SCN018", ERROR, SceneFiles, layer.opens_in_silence, None, "", "What a reader warns of it has left out."),
+    Check("SCN019", ERROR, SceneFiles, layer.is_valid, None, "", "OpenUSD's own validators know what USD means."),
+    Check("SCN020", ERROR, SceneFiles, layer.keeps_simready_rules, None, "", "Pipelines gate on these rules."),
+    Check("SCN021", ERROR, SceneFiles, light.is_the_same_machine, None, "", "Trained in one form, used in the other."),
+    Check("SCN022", ERROR, SceneFiles, light.settles_apart, "scene_settled_m", "m", "Coarse shapes reach farther."),
+    Check("SCN023", ERROR, Kitchen, views.show_every_wall, "scene_wall_seen", "", "What nobody sees nobody checks."),
+    Check("SCN024", ERROR, Pictures, views.are_lit, "scene_black", "", "A black picture shows no kitchen."),
+    Check("SCN025", ERROR, Pictures, views.are_not_burnt_out, "scene_white", "", "White out is lost for good."),
+    Check("SCN026", WARNING, Speed, budget.loads_soon, "scene_load_ms", "ms", "Every worker of a batch loads it."),
+    Check("SCN027", WARNING, Speed, budget.keeps_pace, "scene_pace", "", "Training waits for the slowest scene."),
+    Check("SCN028", ERROR, SceneFiles, light.keeps_things, "scene_drift_m", "m", "Coarse feet let things fall over."),
     # a kitchen as a designer looks at it
     Check("NKB001", ERROR, Plan, ways.is_entered, "doorway_m", "m", "People and robots come through it."),
     Check("NKB002", ERROR, Plan, ways.enters_freely, "swing_m", "m", "Who comes in must not hit who cooks."),

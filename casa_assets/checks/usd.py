@@ -70,8 +70,8 @@ def is_valid(package: Package, _: float | None) -> Measured:
         stage = _stage(package.usd)
         if stage is None:
             return Measured()
-        errors = UsdValidation.ValidationContext(_validators()).Validate(stage)
-        problems = [(_sites(error), error.GetMessage()) for error in errors]
+        errors = UsdValidation.ValidationContext(validators()).Validate(stage)
+        problems = [(sites(error), error.GetMessage()) for error in errors]
     return _measured(sorted(problems))
 
 
@@ -121,7 +121,8 @@ class Complaints:
 
 
 @cache
-def _validators() -> list[UsdValidation.Validator]:
+def validators() -> list[UsdValidation.Validator]:
+    """OpenUSD's own validators that can run here."""
     found = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
     return [v for v in found if v.GetMetadata().name not in UNAVAILABLE]
 
@@ -133,7 +134,8 @@ def _stage(path: Path) -> Usd.Stage | None:
         return None
 
 
-def _sites(error: UsdValidation.ValidationError) -> str:
+def sites(error: UsdValidation.ValidationError) -> str:
+    """Paths of the prims that an error is about."""
     return ", ".join(str(s.GetPrim().GetPath()) for s in error.GetSites() if s.IsPrim()) or "usd"
 
 

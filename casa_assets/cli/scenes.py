@@ -1,27 +1,24 @@
-"""casa-assets scenes: list, build, preview and compare kitchens; casa-assets scene new: one of one's own."""
+"""casa-assets scenes: list, build, check, sample, preview, compare kitchens; casa-assets scene new: one's own."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from casa_assets.cli import scene_news
 from casa_assets.model.surface import Surface
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens import Recipe
-    from casa_assets.pipeline.scenes import SceneBuilt
 
 app = typer.Typer(
     name="scenes",
-    help="Whole kitchens, a floor plan in a style: list, build, check, preview, compare.",
+    help="Whole kitchens, a floor plan in a style: list, build, check, sample, preview, compare.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -82,37 +79,11 @@ def build(
 def _build(recipes: list[Recipe], out: Path, jobs: int, pictures: bool, anew: bool, json_: bool) -> None:
     from casa_assets.pipeline.scenes import build_all
 
-    _follow(build_all(recipes, out, jobs, pictures, anew), len(recipes), "building", out, json_)
-
-
-def _follow(done_ones: Iterator[SceneBuilt], count: int, word: str, out: Path, json_: bool) -> None:
-    """Tell of each scene as it is done, and of all at the end; exit 1 where one failed."""
-    from casa_assets.pipeline.books.kitchens import write as write_book
-
     console = Console(stderr=json_)
-    results: list[SceneBuilt] = []
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task(word, total=count)
-        for done in done_ones:
-            results.append(done)
-            progress.update(task, completed=len(results))
-            if json_:
-                typer.echo(json.dumps(_row(done), sort_keys=True))
-            else:
-                _tell(done, progress.console)
-    page, picture = write_book(out)
-    made = sum(r.passed for r in results)
-    kept = sum(r.kept for r in results)
-    console.print(f"{made} of {len(results)} scenes in {out} ({kept} unchanged)", highlight=False)
-    console.print(f"Pictures: {picture}\nPage:     {page}", highlight=False)
-    if made < len(results):
+    done = build_all(recipes, out, jobs, pictures, anew)
+    results = scene_news.follow(done, len(recipes), "building", console, json_)
+    scene_news.close(results, out, console)
+    if not all(r.passed for r in results):
         raise typer.Exit(1)
 
 
@@ -127,7 +98,8 @@ def check(
 ) -> None:
     """Run every check on scenes, built first where they are missing: physics, openings, design, ways, tasks, parity.
 
-    Writes report.json and report.html beside each. Exit 1 when one does not pass.
+    Writes report.json and report.html beside each, summary.json and summary.html for all. Exit 1 when one does not
+    pass.
 
     Example:  casa-assets scenes check l_small__coastal
     """
@@ -137,7 +109,44 @@ def check(
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")
     recipes = all_recipes() if all_ else matching(scenes or [])
-    _follow(check_all(recipes, out, jobs, anew), len(recipes), "checking", out, json_)
+    console = Console(stderr=json_)
+    results = scene_news.follow(check_all(recipes, out, jobs, anew), len(recipes), "checking", console, json_)
+    if not json_:
+        scene_news.tabulate(results, out, console)
+    scene_news.close(results, out, console)
+    if not all(r.passed for r in results):
+        raise typer.Exit(1)
+
+
+@app.command()
+def sample(
+    count: Annotated[int, typer.Argument(min=1, help="How many to draw.")],
+    seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 0,
+    out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = OUT,
+    jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object per scene on standard output.")] = False,
+) -> None:
+    """Draw kitchens by chance: plan, its lengths, style and textures. Only those that pass every check are kept.
+
+    The others are rejected: rejected.json says why. Exit 1 when none passes.
+
+    Example:  casa-assets scenes sample 20 --seed 1
+    """
+    from casa_assets.pipeline.scene_check import check_all
+    from casa_assets.pipeline.scene_draws import draws, write_rejected
+
+    recipes, console = draws(count, seed), Console(stderr=json_)
+    done = check_all(recipes, out, jobs, strict=True)
+    results = scene_news.follow(done, len(recipes), "drawing", console, json_)
+    path = write_rejected(out, seed, recipes, results)
+    if not json_:
+        scene_news.tabulate(results, out, console)
+    scene_news.close(results, out, console)
+    passed = sum(r.passed for r in results)
+    rate = f"{passed} of {len(results)} draws passed ({passed / len(results):.0%})"
+    console.print(f"{rate}; why the others did not: {path}", highlight=False, soft_wrap=True)
+    if not passed:
+        raise typer.Exit(1)
 
 
 @app.command()
@@ -225,34 +234,3 @@ def _pairs(text: str) -> list[tuple[Surface, str]]:
             )
         pairs.append((Surface(surface), name))
     return pairs
-
-
-def _row(done: SceneBuilt) -> dict[str, object]:
-    return {
-        "id": done.recipe.scene_id,
-        "folder": done.folder,
-        "passed": done.passed,
-        "kept": done.kept,
-        "says": done.says,
-        "issues": [{"code": i.code, "pointer": i.pointer, "says": i.says} for i in done.problems],
-        "build_s": round(done.build_s, 3),
-        "write_s": round(done.write_s, 3),
-        "draw_s": round(done.draw_s, 3),
-        "check_s": round(done.check_s, 3),
-        **done.counts,
-    }
-
-
-def _tell(done: SceneBuilt, console: Console) -> None:
-    mark = "[red]failed[/]" if not done.passed else "[green]made[/]" if done.report is None else "[green]passed[/]"
-    if done.kept and done.passed:
-        console.print(f"[green]kept[/] [bold]{done.recipe.scene_id}[/]")
-        return
-    seconds = f"build {done.build_s:.1f} s, write {done.write_s:.1f} s, draw {done.draw_s:.1f} s"
-    if done.report is not None:
-        seconds += f", check {done.check_s:.1f} s"
-    console.print(f"{mark} [bold]{done.recipe.scene_id}[/] ({seconds})", highlight=False)
-    if done.says:
-        console.print(f"  {escape(done.says)}", highlight=False)
-    for issue in done.problems:
-        console.print(f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.says)}", highlight=False)

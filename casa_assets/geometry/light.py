@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,9 +11,9 @@ from scipy.optimize import linprog
 
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.hull import hull_planes, hull_volume
-from casa_assets.model.asset import Asset, Collider, Link
+from casa_assets.model.asset import Asset, Base, Collider, Link
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import Box, Cylinder, Hull, MeshShape
+from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 
 Floats = npt.NDArray[np.float64]
 
@@ -24,6 +25,10 @@ LEAST = 1e-5
 FULL = 0.97
 # A further box is worth this share of the hull, and there are no more than so many.
 WORTH, MORE = 0.04, 3
+# A shape that ends less than this above the lowest point stands there, metres; half the height of a foot.
+LEVEL, FOOT = 2e-4, 1.5e-3
+# Cosine of the angle by which a shape may lean and still stand flat.
+FLAT = 0.99999
 # Between the name of a collider and the number of a further box of it.
 FURTHER = "_more_"
 
@@ -52,7 +57,9 @@ def lighten(asset: Asset) -> Asset:
     behavior = asset.behavior
     if behavior is not None and len(effects) < len(behavior.effects):
         behavior = behavior.replace(effects=tuple(behavior.effects[i] for i in effects))
-    links = tuple(_light_link(link) for link in asset.links)
+    # What stands has to stand on what it stood on; only the root link's frame is upright.
+    low = _lowest(asset.root) if asset.base is Base.FREE else None
+    links = tuple(_light_link(link, low if link is asset.root else None) for link in asset.links)
     return asset.replace(links=links, materials=(), behavior=behavior)
 
 
@@ -121,21 +128,86 @@ def _rounded(found: Inside) -> tuple[Box | Cylinder, Pose]:
     return Cylinder(radius=float(half[0]), height=2 * float(half[1])), pose
 
 
-def _light_link(link: Link) -> Link:
-    return link.replace(visuals=(), colliders=tuple(c for item in link.colliders for c in _light_collider(item)))
+def _light_link(link: Link, low: float | None = None) -> Link:
+    return link.replace(visuals=(), colliders=tuple(c for item in link.colliders for c in _light_collider(item, low)))
 
 
-def _light_collider(item: Collider) -> tuple[Collider, ...]:
-    """The collider as a primitive; a mesh without volume is left out, as it would hold nothing up anyway."""
+def _light_collider(item: Collider, low: float | None) -> tuple[Collider, ...]:
+    """The collider as primitives; a mesh without volume is left out, as it would hold nothing up anyway."""
     if not isinstance(item.shape, Hull | MeshShape):
         return (item,)
+    points = item.shape.mesh.vertices
     try:
-        found = inside(item.shape.mesh.vertices)
+        found = inside(points)
+        if low is not None and item.pose.apply(points)[:, 2].min() < low + LEVEL:
+            found = (*found, *_foot(item.pose, points, found))
     except DegenerateShape:
         return ()
     names = [item.name, *(f"{item.name}{FURTHER}{k}" for k in range(1, len(found)))]
     pairs = zip(names, found, strict=True)
     return tuple(item.replace(name=name, shape=shape, pose=item.pose @ pose) for name, (shape, pose) in pairs)
+
+
+def _lowest(link: Link) -> float | None:
+    """Height of the lowest point of the colliders of a link."""
+    heights = [_foot_of(c.shape, c.pose) for c in link.colliders]
+    return min(heights, default=None)
+
+
+def _foot_of(shape: Shape, pose: Pose) -> float:
+    """Height of the lowest point of a shape."""
+    if isinstance(shape, Hull | MeshShape):
+        return float(pose.apply(shape.mesh.vertices)[:, 2].min())
+    down = pose.rotation[2]
+    if isinstance(shape, Box):
+        return float(pose.position[2] - np.abs(down) @ (np.array(shape.size) / 2))
+    if isinstance(shape, Sphere):
+        return float(pose.position[2] - shape.radius)
+    along = abs(float(down[2])) * shape.height / 2
+    round_ = shape.radius * (1.0 if isinstance(shape, Capsule) else float(np.hypot(down[0], down[1])))
+    return float(pose.position[2] - along - round_)
+
+
+def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tuple[tuple[Box, Pose], ...]:
+    """A thin box in the lowest part of a hull, upright where it stands; none where another shape stands there flat.
+
+    Args:
+        pose: of the hull in its link. points: (N, 3) its vertices. found: what stands for it, in its frame.
+    """
+    low = float(pose.apply(points)[:, 2].min())
+    flat = [(shape, pose @ at) for shape, at in found if np.abs((pose @ at).rotation[2]).max() > FLAT]
+    if min((_foot_of(shape, at) for shape, at in flat), default=np.inf) < low + LEVEL:
+        return ()
+    planes, spans = hull_planes(pose.apply(points)), np.ptp(pose.apply(points), axis=0) / 2
+    thick = min(FOOT, spans[2] / 2)
+    normals, height = planes[:, :3], low + GRID + thick
+    reach, wide = np.abs(normals[:, :2]), spans[:2]
+    room = GRID - planes[:, 3] - normals[:, 2] * height - np.abs(normals[:, 2]) * thick
+    # As in `_largest`, in the plane: first of the proportions of the hull, then as much wider as there is room.
+    first = linprog(
+        [0, 0, -1],
+        A_ub=np.column_stack([normals[:, :2], reach @ wide]),
+        b_ub=room,
+        bounds=[(None, None), (None, None), (0, None)],
+    )
+    if first.status != 0 or first.x[2] <= 0:
+        return ()
+    least = [(float(0.999 * first.x[2] * w), None) for w in wide]
+    best = linprog(
+        [0, 0, *(-1 / wide)],
+        A_ub=np.column_stack([normals[:, :2], reach]),
+        b_ub=room,
+        bounds=[(None, None), (None, None), *least],
+    )
+    if best.status != 0:
+        return ()
+    half = np.array([*best.x[2:], thick])
+    upright = Inside(np.eye(3), np.array([best.x[0], best.x[1], height]), half)
+    if half.min() <= LEAST:
+        return ()
+    shape, at = _rounded(upright)
+    assert isinstance(shape, Box)
+    return ((shape, pose.inverse() @ at),)
 
 
 def _effects(asset: Asset) -> list[int]:

@@ -1,26 +1,33 @@
-"""Every check of a built scene; the verdict beside its files."""
+"""Every check of a scene; the verdict beside its files."""
 
 from __future__ import annotations
 
 import io
 import json
-import os
 import time
 import traceback
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from PIL import Image
 
 from casa_assets import registry
 from casa_assets.checks.design.grade import grade
 from casa_assets.checks.design.picture import floor_picture
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.run import run
+from casa_assets.checks.scene.budget import Speed, holdings
+from casa_assets.checks.scene.files import SceneFiles
 from casa_assets.checks.scene.run import run_scene
+from casa_assets.checks.scene.stopwatch import in_a_fresh_process
 from casa_assets.checks.scene.subject import SceneSubject
+from casa_assets.checks.scene.views import Pictures, Pixels
 from casa_assets.errors import CasaError
+from casa_assets.export.mjcf.kitchen import FILE
 from casa_assets.layouts.facts import facts_of
 from casa_assets.layouts.request import Kitchen
 from casa_assets.model.issue import Report
@@ -28,63 +35,104 @@ from casa_assets.model.scene import Scene
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.books.kitchen_report import page
 from casa_assets.pipeline.kitchens import Recipe, build_scene
-from casa_assets.pipeline.scenes import FACTS, SceneBuilt, build_one
-from casa_assets.pipeline.source_key import key_of
+from casa_assets.pipeline.scenes import FACTS, Order, SceneBuilt, forget, made, side_by_side
+from casa_assets.pipeline.source_key import key_of_verdict
+from casa_assets.preview import room
 
 REPORT, PAGE, MAP = "report.json", "report.html", "floor_map.png"
+# Enough to see whether a camera shows something, and drawn in half a second.
+SMALL = room.Frame(320, 240, 2)
 
 
-def check_one(recipe: Recipe, out: Path, anew: bool = False) -> SceneBuilt:
+def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = False) -> SceneBuilt:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
     A scene that has not changed since it was checked is not checked again.
+
+    Args:
+        out: folder of the scenes. anew: check it again. strict: what does not pass is not put in place.
     """
+    done = made(recipe, out, Order(judge=judge, strict=strict))
+    if not done.kept:
+        return done
+    folder = Path(done.folder)
+    report = None if anew else _kept(folder, key_of_verdict(recipe))
+    if report is not None:
+        done = SceneBuilt(recipe, done.folder, report=report, kept=True)
+    else:
+        done = _checked_in_place(recipe, out, folder)
+    if strict and done.report is not None and not done.passed:
+        forget(out, recipe.scene_id)
+        return replace(done, folder="", kept=False)
+    return done
+
+
+def _checked_in_place(recipe: Recipe, out: Path, folder: Path) -> SceneBuilt:
+    """Every check on a scene that is there already."""
     try:
-        made = build_one(recipe, out)
-        if not made.folder:
-            return made
-        folder = Path(made.folder)
-        kept = None if anew or not made.kept else _kept(folder, key_of(recipe))
-        if kept is not None:
-            return SceneBuilt(recipe, made.folder, report=kept, kept=True)
         begin = time.perf_counter()
         kitchen, scene = build_scene(recipe, disk.Library(out).cache)
-        report, facts = check(kitchen, scene, folder)
-        facts["key"] = key_of(recipe)
-        _write(folder, report, facts)
-        return SceneBuilt(
-            recipe,
-            made.folder,
-            report=report,
-            build_s=made.build_s,
-            write_s=made.write_s,
-            draw_s=made.draw_s,
-            check_s=time.perf_counter() - begin,
-            counts=made.counts,
-        )
+        built = time.perf_counter()
+        report = judge(recipe, kitchen, scene, folder)
+        seconds = time.perf_counter() - built
+        return SceneBuilt(recipe, str(folder), report=report, build_s=built - begin, check_s=seconds)
     except CasaError as error:
         return SceneBuilt(recipe, says=str(error))
     except Exception:  # noqa: BLE001  a batch does not die of one scene; the whole trace is told
         return SceneBuilt(recipe, says=traceback.format_exc(limit=-4))
 
 
+def judge(recipe: Recipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:
+    """Run every check on a scene in its folder, and leave report, page and pictures there."""
+    report, measured = check(kitchen, scene, folder)
+    _write(folder, report, {"key": key_of_verdict(recipe), **measured})
+    return report
+
+
 def check(kitchen: Kitchen, scene: Scene, folder: Path) -> tuple[Report, dict[str, Any]]:
-    """The report of a scene in its folder, and what was measured besides: grade, tasks, parking places.
+    """The report of a scene in its folder, and what was measured besides: grade, tasks, places to park, budgets, speed.
 
     A picture of the floor is put into the folder.
     """
     limits = registry.load().limits
-    design = DesignSubject(facts_of(kitchen, scene))
-    report = run_scene(SceneSubject(scene, folder), limits) + run(design, scene.id, limits)
+    subject, design = SceneSubject(scene, folder), DesignSubject(facts_of(kitchen, scene))
+    report = run_scene(subject, limits) + run(SceneFiles(subject), scene.id, limits) + run(design, scene.id, limits)
     picture = io.BytesIO()
     floor_picture(design).save(picture, format="PNG")
     (folder / MAP).write_bytes(picture.getvalue())
-    measured = {
+    measured: dict[str, Any] = {
         "grade": grade(design).model_dump(mode="json"),
         "tasks": [t.model_dump(mode="json") for t in design.tasks],
         "parking": [p.model_dump(mode="json") for p in design.lots.every],
     }
-    return report, measured
+    if subject.loaded.model is not None:
+        load_s, steps_per_s, timestep_s = in_a_fresh_process(subject.mjcf)
+        speed = Speed(load_s * 1000.0, steps_per_s, timestep_s)
+        report += run(speed, scene.id, limits) + run(_views(folder), scene.id, limits)
+        measured |= {"holds": holdings(subject), "speed": _rounded(speed)}
+    ordered = sorted(report.results, key=lambda r: r.code)
+    return report.replace(results=tuple(ordered)), measured
+
+
+def _views(folder: Path) -> Pictures:
+    """A picture of each camera: the preview where there is one, else one drawn small, which nobody keeps."""
+    stage = room.prepare(folder / FILE, frame=SMALL)
+    shots: dict[str, Pixels] = {}
+    for name in stage.cameras:
+        path = folder / f"{name}.png"
+        if path.is_file():
+            with Image.open(path) as opened:
+                shots[name] = np.asarray(opened.convert("RGB"))
+    rest = [name for name in stage.cameras if name not in shots]
+    return Pictures({**shots, **dict(room.photograph(stage, rest, SMALL))})
+
+
+def _rounded(speed: Speed) -> dict[str, float]:
+    return {
+        "load_ms": round(speed.load_ms, 1),
+        "steps_per_s": round(speed.steps_per_s, 1),
+        "real_time_factor": round(speed.pace, 2),
+    }
 
 
 def _write(folder: Path, report: Report, measured: dict[str, Any]) -> None:
@@ -106,16 +154,12 @@ def _kept(folder: Path, key: str) -> Report | None:
         return None
 
 
-def check_all(recipes: Sequence[Recipe], out: Path, jobs: int = 0, anew: bool = False) -> Iterator[SceneBuilt]:
+def check_all(
+    recipes: Sequence[Recipe], out: Path, jobs: int = 0, anew: bool = False, strict: bool = False
+) -> Iterator[SceneBuilt]:
     """Scenes in the order in which they are done, worked on by several processes.
 
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
-    place = disk.Library(out)
-    count = min(jobs or os.cpu_count() or 1, max(1, len(recipes)))
-    with place.locked():
-        place.sweep()
-        with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-            for done in as_completed([pool.submit(check_one, r, out, anew) for r in recipes]):
-                yield done.result()
+    return side_by_side(partial(check_one, out=out, anew=anew, strict=strict), recipes, out, jobs)

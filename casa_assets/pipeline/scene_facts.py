@@ -5,6 +5,9 @@ from __future__ import annotations
 from importlib.metadata import version
 from typing import Any
 
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.design.summary import whereabouts
+from casa_assets.layouts.facts import facts_of
 from casa_assets.layouts.request import Kitchen
 from casa_assets.layouts.wanted import Wanted
 from casa_assets.model.asset import Asset
@@ -58,6 +61,7 @@ def describe(recipe: Recipe, kitchen: Kitchen, scene: Scene) -> dict[str, Any]:
         },
         "fixtures": [_fixture(p, scene.asset_of[p.name], wanted[p.name]) for p in scene.placements],
         "cameras": [{"name": c.name, **_pose(c.pose), "fov_y_deg": c.fov_y_deg} for c in scene.cameras],
+        **whereabouts(DesignSubject(facts_of(kitchen, scene))),
     }
 
 

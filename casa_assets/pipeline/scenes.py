@@ -11,10 +11,12 @@ import os
 import shutil
 import time
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,7 @@ from typing import Any
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import kitchen as mjcf
 from casa_assets.export.usd import kitchen as usd
+from casa_assets.layouts.request import Kitchen
 from casa_assets.model.files import Files
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.scene import Scene
@@ -37,6 +40,8 @@ LIGHT_FILE = "scene_light.xml"
 FACTS = "scene.json"
 OVERVIEW = "overview"
 QUICK = room.Frame(passes=24)
+# Of a scene in its folder, the verdict.
+Judge = Callable[[Recipe, Kitchen, Scene, Path], Report]
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ class SceneBuilt:
     Attributes:
         recipe: of the scene. folder: where it is; empty where it failed.
         says: why it failed. report: of all checks; None where they did not run.
-        resolve_s, build_s, write_s, draw_s, check_s: wall seconds.
+        build_s, write_s, draw_s, check_s: wall seconds.
         counts: what the scene holds, by word. kept: an earlier run made it, and nothing has changed.
     """
 
@@ -72,24 +77,45 @@ class SceneBuilt:
         return () if self.report is None else self.report.errors
 
 
+@dataclass(frozen=True)
+class Order:
+    """How scenes are made.
+
+    Attributes:
+        drawn: with a picture. anew: even where nothing has changed since they were made.
+        judge: looks at a scene in its folder, leaves its verdict there and returns it; None where nobody looks.
+        strict: what the judge does not pass is taken away again.
+    """
+
+    drawn: bool = True
+    anew: bool = False
+    judge: Judge | None = None
+    strict: bool = False
+
+
 def build_one(recipe: Recipe, out: Path, drawn: bool = True, anew: bool = False) -> SceneBuilt:
     """Build and write one scene. A fault is told in `says`, so that the others go on.
 
     Args:
         out: folder of the scenes. drawn: with a picture. anew: even where nothing has changed since it was made.
     """
+    return made(recipe, out, Order(drawn, anew))
+
+
+def made(recipe: Recipe, out: Path, order: Order) -> SceneBuilt:
+    """The same to order. Nothing is put in place that could not be composed, written, drawn and judged to the end."""
     try:
         key = key_of(recipe)
-        if not anew and _is_whole(out / recipe.scene_id, key, drawn):
+        if not order.anew and is_whole(out / recipe.scene_id, key, order.drawn):
             return SceneBuilt(recipe, str(out / recipe.scene_id), kept=True)
-        return _build_one(recipe, disk.Library(out), drawn, key)
+        return _made(recipe, disk.Library(out), order, key)
     except CasaError as error:
         return SceneBuilt(recipe, says=str(error))
     except Exception:  # noqa: BLE001  a batch does not die of one scene; the whole trace is told
         return SceneBuilt(recipe, says=traceback.format_exc(limit=-4))
 
 
-def _is_whole(folder: Path, key: str, drawn: bool) -> bool:
+def is_whole(folder: Path, key: str, drawn: bool) -> bool:
     """Whether a scene is there as the recipe and the sources want it."""
     files = [mjcf.FILE, usd.FILE, LIGHT_FILE, FACTS, *([f"{OVERVIEW}.png"] if drawn else [])]
     if not all((folder / name).is_file() for name in files):
@@ -100,30 +126,64 @@ def _is_whole(folder: Path, key: str, drawn: bool) -> bool:
         return False
 
 
-def _build_one(recipe: Recipe, library: disk.Library, drawn: bool, key: str) -> SceneBuilt:
+def _made(recipe: Recipe, library: disk.Library, order: Order, key: str) -> SceneBuilt:
     begin = time.perf_counter()
-    kitchen, scene = build_scene(recipe, library.cache)
+    try:
+        kitchen, scene = build_scene(recipe, library.cache)
+    except CasaError:
+        # What an earlier version of the plan gave is no scene of this one.
+        forget(library.root, recipe.scene_id)
+        raise
     built = time.perf_counter()
-    staged = library.stage(scene.id)
-    write_scene(staged, library.root, {"key": key, **describe(recipe, kitchen, scene)}, scene)
-    written = time.perf_counter()
-    target = library.root / scene.id
-    library.publish(staged, target)
-    if drawn:
-        draw(target, (OVERVIEW,))
-    done = time.perf_counter()
-    counts = {"placements": float(len(scene.placements)), "assets": float(len(scene.assets))}
+    with _staged(library, scene.id) as folder:
+        write_scene(folder, folder.parent, {"key": key, **describe(recipe, kitchen, scene)}, scene)
+        written = time.perf_counter()
+        if order.drawn:
+            draw(folder, (OVERVIEW,))
+        drawn = time.perf_counter()
+        report = order.judge(recipe, kitchen, scene, folder) if order.judge else None
+        placed = report is None or report.passed or not order.strict
+        if placed:
+            _merge(folder.parent / SHARED, library.root / SHARED)
+            library.publish(folder, library.root / scene.id)
     return SceneBuilt(
-        recipe, str(target), build_s=built - begin, write_s=written - built, draw_s=done - written, counts=counts
+        recipe,
+        str(library.root / scene.id) if placed else "",
+        report=report,
+        build_s=built - begin,
+        write_s=written - built,
+        draw_s=drawn - written,
+        check_s=time.perf_counter() - drawn if report else 0.0,
+        counts={"placements": float(len(scene.placements)), "assets": float(len(scene.assets))},
     )
+
+
+@contextmanager
+def _staged(library: disk.Library, scene_id: str) -> Iterator[Path]:
+    """A folder for a scene, with one for what it shares beside it; both are gone at the end, or published."""
+    folder = library.stage(scene_id)
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder.parent, ignore_errors=True)
+
+
+def _merge(drafts: Path, shared: Path) -> None:
+    """Move what scenes share to where they share it, each file once, none ever half-written."""
+    for draft in sorted(p for p in drafts.rglob("*") if p.is_file()):
+        target = shared / draft.relative_to(drafts)
+        if target.exists() and target.stat().st_size == draft.stat().st_size:
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        draft.replace(target)
 
 
 def write_scene(folder: Path, root: Path, facts: dict[str, Any], scene: Scene) -> None:
     """Put the files of a scene into its folder, and what scenes share beside it.
 
     Args:
-        folder: of the scene; for now, before it is put in its place below `root`.
-        root: folder of all scenes. facts: content of scene.json.
+        folder: of the scene, empty.
+        root: folder that it stands in. facts: content of scene.json.
     """
     for files in (mjcf.write(scene), usd.write(scene)):
         _put(files, folder, root)
@@ -134,19 +194,12 @@ def write_scene(folder: Path, root: Path, facts: dict[str, Any], scene: Scene) -
 
 
 def _put(files: Files, folder: Path, root: Path) -> None:
-    """Files of the scene itself into its folder; shared ones beside it, each once, none ever half-written."""
+    """Files of the scene itself into its folder; shared ones beside it."""
     for path, data in files.entries.items():
-        if not path.startswith(f"{SHARED}/"):
-            (folder / path).parent.mkdir(parents=True, exist_ok=True)
-            (folder / path).write_bytes(data)
-            continue
-        target = root / path
-        if target.exists() and target.stat().st_size == len(data):
-            continue
-        target.parent.mkdir(parents=True, exist_ok=True)
-        draft = target.with_name(f".{target.name}.{os.getpid()}")
-        draft.write_bytes(data)
-        draft.replace(target)
+        target = (root if path.startswith(f"{SHARED}/") else folder) / path
+        if not target.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(data)
 
 
 def draw(folder: Path, cameras: Sequence[str] = (), frame: room.Frame = QUICK, pose: str = "start") -> tuple[Path, ...]:
@@ -176,12 +229,23 @@ def build_all(
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
+    return side_by_side(partial(build_one, out=out, drawn=drawn, anew=anew), recipes, out, jobs)
+
+
+def side_by_side(
+    work: Callable[[Recipe], SceneBuilt], recipes: Sequence[Recipe], out: Path, jobs: int
+) -> Iterator[SceneBuilt]:
+    """What `work` makes of each recipe, in the order in which they are done, by so many processes; 0: one per core.
+
+    Raises:
+        OutputError: the folder is held by another run or cannot be written.
+    """
     place = disk.Library(out)
     count = min(jobs or os.cpu_count() or 1, max(1, len(recipes)))
     with place.locked():
         place.sweep()
         with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-            for done in as_completed([pool.submit(build_one, r, out, drawn, anew) for r in recipes]):
+            for done in as_completed([pool.submit(work, r) for r in recipes]):
                 yield done.result()
 
 

@@ -1,4 +1,4 @@
-"""Stands a PandaOmron of robosuite in a kitchen of ours, lets it be, then pulls a drawer. Prints one JSON object.
+"""Parks a PandaOmron of robosuite before the sink of a kitchen of ours, then pulls a drawer. Prints one JSON object.
 
     python robosuite_kitchen.py FOLDER DRAWER
 
@@ -21,8 +21,6 @@ from robosuite.models.arenas import Arena
 from robosuite.models.tasks import ManipulationTask
 
 STEPS, CONTROL_HZ = 200, 20
-# From the middle of the sink to that of the base, metres: the worktop, half the base and room for the arm.
-AWAY_M = 1.0
 # How far the drawer is pulled, metres.
 PULL_M = 0.15
 
@@ -32,9 +30,9 @@ class Kitchen(ManipulationEnv):
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        # The first placement called sink, or that belongs to the category.
         facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
-        self.sink = next(f for f in facts["fixtures"] if f["category"] == "sink")
+        sink = next(f["name"] for f in facts["fixtures"] if f["category"] == "sink")
+        self.parking = facts["parking"][sink]["shut"]
         super().__init__(
             robots="PandaOmron",
             has_renderer=False,
@@ -50,23 +48,13 @@ class Kitchen(ManipulationEnv):
     def _load_model(self) -> None:
         super()._load_model()
         arena = Arena(str(self.folder / "scene.xml"))
-        spot, turn = parked(self.sink)
-        self.robots[0].robot_model.set_base_xpos(spot)
-        self.robots[0].robot_model.set_base_ori((0.0, 0.0, turn))
+        self.robots[0].robot_model.set_base_xpos((self.parking["x"], self.parking["y"], 0.0))
+        self.robots[0].robot_model.set_base_ori((0.0, 0.0, self.parking["yaw"]))
         self.model = ManipulationTask(arena, [self.robots[0].robot_model])
 
     def reward(self, action: Any = None) -> float:
         """Nothing is to be done here."""
         return 0.0
-
-
-def parked(fixture: dict[str, Any]) -> tuple[np.ndarray, float]:
-    """Where the base stands in front of a fixture, and how it is turned to look at it; a fixture faces its -y."""
-    w, x, y, z = fixture["quaternion"]
-    turn = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    front = np.array([np.sin(turn), -np.cos(turn), 0.0])
-    spot = np.array(fixture["position"]) * (1, 1, 0) + AWAY_M * front
-    return spot, float(np.arctan2(-front[1], -front[0]))
 
 
 def positions(model: mujoco.MjModel, data: mujoco.MjData, mine: bool) -> dict[str, float]:
@@ -113,6 +101,7 @@ def main() -> None:
         "bodies": [model.body(i).name for i in range(1, model.nbody)],
         "joints": sorted(first),
         "finite": finite,
+        "stands": base(model, data).tolist(),
         "moved_m": float(np.linalg.norm(base(model, data) - stood)),
         "crept": {name: later[name] - first[name] for name in first if abs(later[name] - first[name]) > 1e-4},
         "touching": between(model, data),

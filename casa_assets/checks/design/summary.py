@@ -1,35 +1,37 @@
-"""What is known of a kitchen's floor, for scene files and reports: parking places, tasks, the grade."""
+"""What is known of a kitchen's floor, for scene files: where a robot parks, and which tasks it can do with what."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from casa_assets.checks.design.desk import Afforded
 from casa_assets.checks.design.floor_map import RADIUS
-from casa_assets.checks.design.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.floor import Parking
 
 
-def summary(subject: DesignSubject) -> dict[str, Any]:
-    """As JSON has it.
+def whereabouts(subject: DesignSubject) -> dict[str, Any]:
+    """As JSON has it; all numbers are rounded.
 
     Returns:
         base_radius: of the robot, metres.
         parking: fixture -> `shut`, and `open` by joint: `x`, `y`, `yaw` of the middle of the base (yaw: radians to the
             left of the x axis) and its `stance`; None where the base does not get to.
-        aisles, tasks, grade: as their records have them.
+        tasks: each of the 25 atomic tasks -> whether it is `afforded`, with which fixtures, joints, sites and regions,
+            how much free worktop and floor there is, and at which rate things can be put; else what it `wants`.
     """
     lots = subject.lots
     parking: dict[str, dict[str, Any]] = {name: {"shut": _place(p), "open": {}} for name, p in lots.shut.items()}
     for (name, joint), place in lots.open.items():
         parking[name]["open"][joint] = _place(place)
-    return {
-        "base_radius": RADIUS,
-        "parking": parking,
-        "aisles": [a.model_dump(mode="json") for a in subject.facts.aisles],
-        "tasks": [t.model_dump(mode="json") for t in subject.tasks],
-        "grade": grade(subject).model_dump(mode="json"),
-    }
+    return {"base_radius": RADIUS, "parking": parking, "tasks": {t.task: _task(t) for t in subject.tasks}}
+
+
+def _task(task: Afforded) -> dict[str, Any]:
+    if task.wants:
+        return {"afforded": False, "wants": task.wants}
+    row = task.model_dump(mode="json", exclude={"number", "task", "tightest", "wants"})
+    return {"afforded": True, **row}
 
 
 def _place(place: Parking | None) -> dict[str, Any] | None:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.checks.scene_parity import scene_parity
-
-USD = "scene.usda"
+from casa_assets.checks.scene.files import SceneFiles
+from casa_assets.checks.scene_parity import parity_of
 
 
-def formats_agree(subject: SceneSubject, limit: float | None) -> Measured:
-    """How many cells of the fact tables differ: bodies, poses, joints, masses, shapes, filters, labels, places."""
+def formats_agree(files: SceneFiles, limit: float | None) -> Measured:
+    """How many cells of the fact tables differ: bodies, poses, joints, masses, shapes, filters, labels, places.
+
+    A file that nobody can read is the business of the checks of loading.
+    """
     assert limit is not None
-    problems = tuple(scene_parity(subject.mjcf, subject.root / USD))
+    ours, theirs = files.kitchen.loaded.model, files.imported.model
+    if ours is None or theirs is None or files.composed[0] is None:
+        return Measured()
+    problems = tuple(parity_of(ours, theirs, files.usd))
     return Measured(float(len(problems)), problems if len(problems) > limit else ())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 
@@ -11,6 +13,26 @@ from casa_assets.checks.scene.subject import SceneSubject
 
 MEGABYTE = 1e6
 SILENT = Measured()
+
+
+@dataclass(frozen=True)
+class Speed:
+    """What a stopwatch said of a scene, on the machine of the check.
+
+    Attributes:
+        load_ms: to compile the whole file, milliseconds.
+        steps_per_s: with nothing touched, one core.
+        timestep_s: of the model, seconds.
+    """
+
+    load_ms: float
+    steps_per_s: float
+    timestep_s: float
+
+    @property
+    def pace(self) -> float:
+        """Seconds that are simulated in a second."""
+        return self.steps_per_s * self.timestep_s
 
 
 def has_few_bodies(subject: SceneSubject, limit: float | None) -> Measured:
@@ -49,6 +71,36 @@ def touches_little(subject: SceneSubject, limit: float | None) -> Measured:
     return _held(
         max(len(stood.begins), len(stood.settled)), limit, "pairs in contact at rest; set things down on fewer feet"
     )
+
+
+def loads_soon(speed: Speed, limit: float | None) -> Measured:
+    """Milliseconds to compile the whole scene with its pictures."""
+    return _held(speed.load_ms, limit, "ms to load; fewer vertices and smaller pictures load faster")
+
+
+def keeps_pace(speed: Speed, limit: float | None) -> Measured:
+    """Seconds that are simulated in a second on one core, at rest."""
+    assert limit is not None
+    says = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
+    return Measured(speed.pace, () if speed.pace >= limit else (("scene", says),))
+
+
+def holdings(subject: SceneSubject) -> dict[str, float]:
+    """What a scene holds, by word: counts, and megabytes of decoded pictures. It has to load."""
+    whole, bare = subject.loaded.model, subject.model
+    assert whole is not None
+    hulls = bare.geom_type == mujoco.mjtGeom.mjGEOM_MESH
+    return {
+        "bodies": whole.nbody,
+        "geoms": whole.ngeom,
+        "colliders": bare.ngeom,
+        "hulls": int(hulls.sum()),
+        "meshes": whole.nmesh,
+        "joints": len(subject.parts),
+        "nv": whole.nv,
+        "textures": whole.ntex,
+        "texture_mb": round(whole.ntexdata / MEGABYTE, 3),
+    }
 
 
 def _held(count: float, limit: float | None, what: str) -> Measured:

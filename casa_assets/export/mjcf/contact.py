@@ -15,3 +15,20 @@ def add(contact: etree._Element, exclusion: Exclusion, draft: Draft | None = Non
     if draft is not None:
         name, first, second = draft.prefix + name, draft.body_name(first), draft.body_name(second)
     etree.SubElement(contact, "exclude", {"name": name, "body1": first, "body2": second})
+
+
+def spare(body: etree._Element, moved: bool = False) -> None:
+    """Lets what is fixed to the world and what moves on it never meet, below a body that is fixed itself.
+
+    A door and the frames, walls and worktops around it are near each other all the time, so that looking whether they
+    touch is half of all work, and they never do: that nothing runs into anything over the whole range of its joint is
+    checked of every scene. Doors still meet doors, and everything meets robots and loose things, whose bits are 1 and 1
+    as MuJoCo has them by default.
+    """
+    moved = moved or body.find("joint") is not None
+    for geom in [g for g in body.findall("geom") if g.get("contype") == "1"]:
+        contype, conaffinity = ("3", "2") if moved else ("1", "0")
+        geom.set("contype", contype)
+        geom.set("conaffinity", conaffinity)
+    for carried in body.findall("body"):
+        spare(carried, moved)

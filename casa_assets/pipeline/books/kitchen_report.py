@@ -6,6 +6,10 @@ import html
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from casa_assets.checks.table import TABLE
+
+CHECKED = ("code", "verdict", "number", "limit", "why it matters")
+WHY = {row.code: row.why for row in TABLE}
 STYLE = """
 :root { color-scheme: light dark; font-family: system-ui, sans-serif; }
 body { margin: 2rem auto; max-width: 1200px; padding: 0 1rem; }
@@ -39,11 +43,20 @@ def page(facts: Mapping[str, Any], report: Mapping[str, Any]) -> str:
         f"<!doctype html><html lang='en'><meta charset='utf-8'><title>{_text(facts['id'])}</title>"
         f"<style>{STYLE}</style>"
         f"{head}{_faults(report['issues'])}"
-        f"<h2>Checks</h2>{_table(('code', 'verdict', 'number', 'limit'), map(_check, report['results']))}"
+        f"<h2>Checks</h2>{_table(CHECKED, map(_check, report['results']))}"
+        f"<h2>Budget</h2>{_budget(report)}"
         f"<h2>Tasks</h2>{_table(('task', 'fixtures', 'acceptance of placements'), map(_task, report['tasks']))}"
         f"<h2>Design</h2>{_table(('rule', 'what', 'number', 'limit', 'verdict'), map(_rule, grade['design']))}"
         f"<h2>Access</h2>{_table(('rule', 'what', 'number', 'limit', 'verdict'), map(_rule, grade['access']))}</html>\n"
     )
+
+
+def _budget(report: Mapping[str, Any]) -> str:
+    """What the model holds, and how fast it was on the machine of the check."""
+    told = {**report.get("holds", {}), **report.get("speed", {})}
+    if not told:
+        return "<p>It does not load.</p>"
+    return _table(("what", "number"), ((name.replace("_", " "), f"{value:g}") for name, value in told.items()))
 
 
 def _faults(issues: list[Mapping[str, Any]]) -> str:
@@ -54,9 +67,10 @@ def _faults(issues: list[Mapping[str, Any]]) -> str:
 
 
 def _check(result: Mapping[str, Any]) -> tuple[str, ...]:
+    code = str(result["code"])
     number = "" if result["number"] is None else f"{result['number']:g} {result['unit']}"
     limit = "" if result["limit"] is None else f"{result['limit']:g} {result['unit']}"
-    return result["code"], _mark(result["passed"], "passed" if result["passed"] else "failed"), number, limit
+    return code, _mark(result["passed"], "passed" if result["passed"] else "failed"), number, limit, WHY.get(code, "")
 
 
 def _task(task: Mapping[str, Any]) -> tuple[str, ...]:

@@ -1,17 +1,22 @@
-"""All scenes of a folder on one page, and on one contact sheet."""
+"""All scenes of a folder on one page, on one contact sheet and in one table."""
 
 from __future__ import annotations
 
 import html
+import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from PIL import Image
+
+from casa_assets.pipeline.books import kitchen_summary
+from casa_assets.pipeline.books.kitchen_summary import Row
 from casa_assets.preview.sheet import Shot, sheet
 
 PAGE, SHEET = "index.html", "contact_sheet.png"
 CELL_PX, COLUMNS = 360, 4
+PAPER = (244, 244, 245)
 STYLE = """
 :root { color-scheme: light dark; font-family: system-ui, sans-serif; }
 body { margin: 2rem auto; max-width: 1500px; padding: 0 1rem; }
@@ -29,88 +34,75 @@ class Entry:
     """A scene as the page tells of it.
 
     Attributes:
-        id, plan, style: names. fixtures, joints: how many.
-        passed: None where no check has run. errors: codes with how often.
+        row: verdict and numbers. fixtures, joints: how many.
         png: overview, or empty.
     """
 
-    id: str
-    plan: str
-    style: str
+    row: Row
     fixtures: int
     joints: int
-    passed: bool | None
-    errors: dict[str, int]
     png: bytes
 
-    @property
-    def verdict(self) -> str:
-        """One word or the codes of what is wrong."""
-        if self.passed is None:
-            return "not checked"
-        return "passed" if self.passed else ", ".join(f"{code} x {n}" for code, n in sorted(self.errors.items()))
+
+def entries(out: Path, rows: list[Row]) -> list[Entry]:
+    """Scenes below a folder."""
+    return [_entry(out / row.id, row) for row in rows]
 
 
-def entries(out: Path) -> list[Entry]:
-    """Every scene below a folder, by id."""
-    return [_entry(path.parent) for path in sorted(out.glob("*/scene.json"))]
-
-
-def _entry(folder: Path) -> Entry:
+def _entry(folder: Path, row: Row) -> Entry:
     facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
-    report = _report(folder)
-    errors: dict[str, int] = {}
-    for issue in (report or {}).get("issues", []):
-        if issue["severity"] == "error":
-            errors[issue["code"]] = errors.get(issue["code"], 0) + 1
     picture = folder / "overview.png"
     return Entry(
-        facts["id"],
-        facts["plan"],
-        facts["style"],
+        row,
         len(facts["fixtures"]),
         sum(len(f["joints"]) for f in facts["fixtures"]),
-        None if report is None else not errors,
-        errors,
         picture.read_bytes() if picture.is_file() else b"",
     )
 
 
-def _report(folder: Path) -> dict[str, Any] | None:
-    path = folder / "report.json"
-    if not path.is_file():
-        return None
-    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return found
-
-
 def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
-    """Write the page and the contact sheet of all scenes in a folder; returns their paths."""
-    found = entries(out)
-    shots = [Shot(e.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.verdict}", e.png) for e in found]
+    """Write page, contact sheet and table of all scenes in a folder; returns the paths of page and sheet."""
+    found = entries(out, kitchen_summary.write(out))
+    shots = [
+        Shot(e.row.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.row.verdict}", _squared(e.png)) for e in found
+    ]
     picture, page = out / SHEET, out / PAGE
     picture.write_bytes(sheet(shots, f"{heading}: {len(found)}", COLUMNS, CELL_PX))
     page.write_text(_page(found, heading), encoding="utf-8")
     return page, picture
 
 
+def _squared(png: bytes) -> bytes:
+    """The picture with paper above and below, as cells of sheets are square."""
+    if not png:
+        return png
+    with Image.open(io.BytesIO(png)) as opened:
+        picture = opened.convert("RGB")
+    side = max(picture.size)
+    square = Image.new("RGB", (side, side), PAPER)
+    square.paste(picture, ((side - picture.width) // 2, (side - picture.height) // 2))
+    out = io.BytesIO()
+    square.save(out, format="PNG", compress_level=1)
+    return out.getvalue()
+
+
 def _page(found: list[Entry], heading: str) -> str:
     cells = "\n".join(_cell(e) for e in found)
-    passed = sum(bool(e.passed) for e in found)
-    checked = sum(e.passed is not None for e in found)
+    told = html.escape(kitchen_summary.sentence([e.row for e in found]))
     return (
         f"<!doctype html><html lang='en'><meta charset='utf-8'><title>{html.escape(heading)}</title>"
         f"<style>{STYLE}</style><h1>{html.escape(heading)}</h1>"
-        f"<p>{len(found)} scenes, {passed} of {checked} that were checked passed.</p>"
+        f"<p>{len(found)} scenes. {told}. <a href='{kitchen_summary.PAGE}'>All numbers</a></p>"
         f"<div class='cells'>{cells}</div></html>\n"
     )
 
 
 def _cell(entry: Entry) -> str:
-    mark = {True: "passed", False: "failed", None: "open"}[entry.passed]
-    report = f"<a href='{entry.id}/report.html'>report</a>" if entry.passed is not None else ""
+    row = entry.row
+    mark = {True: "passed", False: "failed", None: "open"}[row.passed]
+    report = f"<a href='{row.id}/report.html'>report</a>" if row.passed is not None else ""
     return (
-        f"<figure><a href='{entry.id}/'><img loading='lazy' src='{entry.id}/overview.png' alt='{entry.id}'></a>"
-        f"<figcaption><b>{entry.id}</b> <span class='{mark}'>{html.escape(entry.verdict)}</span> {report}<br>"
+        f"<figure><a href='{row.id}/'><img loading='lazy' src='{row.id}/overview.png' alt='{row.id}'></a>"
+        f"<figcaption><b>{row.id}</b> <span class='{mark}'>{html.escape(row.verdict)}</span> {report}<br>"
         f"<small>{entry.fixtures} fixtures, {entry.joints} joints</small></figcaption></figure>"
     )

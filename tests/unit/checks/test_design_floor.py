@@ -13,13 +13,13 @@ from casa_assets.checks.design.parking import GAP, GAP_TALL, is_tall, park
 from casa_assets.checks.design.picture import FLOOR, REACHED, floor_picture
 from casa_assets.checks.design.placing import Size, Span, Zone, acceptance, free_area, near, on_worktops, tops
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.design.summary import summary
+from casa_assets.checks.design.summary import whereabouts
 from casa_assets.geometry.planar import distance, inside, outline_of, overlap, within
 from casa_assets.model.chance import rng_for
 from casa_assets.model.floor import Facts, Role, Side, Stance
 from casa_assets.model.plan import OpeningKind
 from casa_assets.model.record import Vec2
-from tests.worked import DOOR, LIMITS, WALLS, changed, kitchen, thing, with_more
+from tests.worked import DOOR, WALLS, changed, kitchen, thing, with_more
 
 SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 
@@ -237,12 +237,17 @@ def test_picture_shows_the_floor_that_is_reached() -> None:
     assert colours[FLOOR] > 0
 
 
-def test_summary_is_json_with_a_place_for_every_fixture_and_leaf() -> None:
+def test_whereabouts_are_json_with_a_place_for_every_fixture_and_leaf() -> None:
     subject = DesignSubject(kitchen())
-    told = json.loads(json.dumps(summary(subject)))
+    told = json.loads(json.dumps(whereabouts(subject)))
     assert told["parking"]["fridge"]["shut"]["stance"] == "front"
     assert set(told["parking"]["upper_double"]["open"]) == {"leftdoorhinge", "rightdoorhinge"}
     assert len(told["tasks"]) == 25
-    assert told["grade"]["score"] > LIMITS["design_score"]
-    hidden = summary(DesignSubject(kitchen().replace(ways=(), walls=tuple(w.replace(open=False) for w in WALLS))))
+    assert all(task["afforded"] == ("wants" not in task) for task in told["tasks"].values())
+    drawers = told["tasks"]["open_drawer"]
+    assert drawers["afforded"]
+    assert {name.split("__")[0] for name in drawers["joints"]} == set(drawers["fixtures"])
+    hidden = whereabouts(DesignSubject(kitchen().replace(ways=(), walls=tuple(w.replace(open=False) for w in WALLS))))
     assert hidden["parking"]["fridge"]["shut"] is None
+    assert not hidden["tasks"]["open_drawer"]["afforded"]
+    assert hidden["tasks"]["open_drawer"]["wants"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,12 +11,13 @@ import pytest
 
 from casa_assets.checks.scene.run import run_scene
 from casa_assets.checks.scene.subject import SceneSubject
+from casa_assets.checks.scene.views import walls_seen
 from casa_assets.checks.table import TABLE
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.model.asset import Asset, Base, Drive
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.record import Vec3
-from casa_assets.model.scene import Scene
+from casa_assets.model.scene import Camera, Scene
 from casa_assets.model.shape import Box, Hull, Sphere
 from tests.cupboard import cupboard, joint_changed
 from tests.rooms import LIMITS, TO_THE_LEFT, at, block, judged, room, subject
@@ -25,6 +27,7 @@ Change = tuple[str, str]
 # A scene, and what is changed of its file.
 Build = Callable[[], tuple[Scene, *tuple[Change, ...]]]
 QUICK = ('timestep="0.002"', 'timestep="0.01"')
+AHEAD, DOWN = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
 CRATE: Vec3 = (0.2, 0.2, 0.2)
 
 
@@ -107,6 +110,13 @@ def picture(side: int) -> Change:
     return ("<asset>", f"<asset>{made}")
 
 
+def looked_at(way: tuple[float, float, float, float]) -> Scene:
+    """A wall at the end of the floor, and a camera in the middle of it."""
+    wall = block("wall", (4.0, 0.1, 2.5), kind="wall")
+    eye = Camera(name="eye", pose=at(0.0, -0.5, 1.5, way), fov_y_deg=40.0)
+    return room((wall, at(0.0, 1.9, 0.0))).replace(cameras=(eye,))
+
+
 # Code -> what it is silent on, and what trips it alone.
 EXAMPLES: dict[str, tuple[Build, Build]] = {
     "SCN001": (lambda: (lying(),), lambda: (lying(), ("<statistic ", '<statistic meaninertia="1" '))),
@@ -137,6 +147,7 @@ EXAMPLES: dict[str, tuple[Build, Build]] = {
     ),
     "SCN015": (lambda: (lying(), picture(9000)), lambda: (lying(), picture(9400))),
     "SCN016": (lambda: (grid(footed(4), 60), QUICK), lambda: (grid(footed(6), 60), QUICK)),
+    "SCN023": (lambda: (looked_at(AHEAD),), lambda: (looked_at(DOWN),)),
 }  # fmt: skip
 
 
@@ -178,3 +189,25 @@ def test_waived_rows_do_not_run(tmp_path: Path) -> None:
     report = run_scene(subject(hung(0.1), tmp_path), LIMITS, frozenset({"SCN008"}))
     assert "SCN008" not in {r.code for r in report.results}
     assert report.issues == ()
+
+
+class TestWalls:
+    def test_a_camera_looks_through_the_wall_that_it_is_behind(self, tmp_path: Path) -> None:
+        """From behind the near wall, over half a metre of it, the far one is seen as if there were no other."""
+        scene = looked_at(AHEAD)
+        turned = at(0.0, -1.9, 0.0, (0.0, 0.0, 0.0, 1.0))
+        wall = scene.assets[-1]
+        near = scene.placements[-1].replace(name="near", pose=turned)
+        eye = scene.cameras[0].replace(pose=at(0.0, -4.5, 1.5, AHEAD))
+        both = scene.replace(placements=(*scene.placements, near), cameras=(eye,))
+        assert wall.labels.category == "wall"
+        seen = walls_seen(subject(both, tmp_path))
+        assert seen["thing_0"] > 0.2
+        assert seen["near"] == 0.0
+
+    def test_what_stands_before_a_wall_hides_it(self, tmp_path: Path) -> None:
+        scene = looked_at(AHEAD)
+        bare = walls_seen(subject(scene, tmp_path / "bare"))["thing_0"]
+        screen = block("screen", (2.0, 0.05, 2.4), kind="pantry")
+        more = room((scene.assets[-1], at(0.0, 1.9, 0.0)), (screen, at(-1.0, 0.5, 0.0))).replace(cameras=scene.cameras)
+        assert walls_seen(subject(more, tmp_path / "more"))["thing_0"] == pytest.approx(bare / 2, rel=0.1)

@@ -230,6 +230,32 @@ class TestLight:
         assert light.jnt_range == pytest.approx(full.jnt_range)
         assert light.nexclude == full.nexclude
 
+    def test_light_does_not_try_fixed_things_with_what_moves_on_them(self, tmp_path: Path) -> None:
+        light = loaded(corner(), tmp_path, Weight.LIGHT)
+
+        def meets(one: str, other: str) -> bool:
+            a, b = light.body(one).id, light.body(other).id
+            types, kin = light.body_contype, light.body_conaffinity
+            return bool(types[a] & kin[b] or types[b] & kin[a])
+
+        assert not meets("unit", "unit__drawer")
+        assert not meets("second_oven", "unit__drawer")
+        assert meets("unit__drawer", "oven__door")
+        assert all(meets("mug", other) for other in ("unit__drawer", "unit", "tilted_mug", "loose_oven"))
+        # The free oven's parts keep the bits that a robot has, and so meet all else.
+        assert meets("loose_oven__door", "wall")
+
+    def test_full_tries_everything(self, full: mujoco.MjModel) -> None:
+        assert set(full.geom_contype) == {0, 1}
+        assert (full.geom_contype == full.geom_conaffinity).all()
+
+    @pytest.mark.parametrize("weight", list(Weight))
+    def test_what_stands_on_a_mesh_has_several_contacts_in_every_version(self, weight: Weight) -> None:
+        root = etree.fromstring(write(corner(), weight=weight).entries["scene.xml"])
+        flag = root.find("option/flag")
+        assert flag is not None
+        assert flag.get("multiccd") == "enable"
+
     def test_effects_on_what_is_gone_are_gone(self) -> None:
         said = {str(e.get("name")): str(e.get("data")) for e in text(corner(), Weight.LIGHT).findall("custom/text")}
         assert "heat_glow" in said["grill__behavior"]

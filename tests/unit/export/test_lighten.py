@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.hull import hull_planes, hull_volume
+from casa_assets.geometry.hull import convex_hull, hull_planes, hull_volume
 from casa_assets.geometry.light import inside, lighten, original
 from casa_assets.geometry.tessellate import surface
 from casa_assets.model.asset import Asset, Collider
@@ -134,3 +134,20 @@ def test_names_of_further_boxes() -> None:
 
 def colliders(asset: Asset) -> dict[str, Collider]:
     return {item.name: item for link in asset.links for item in link.colliders}
+
+
+def test_what_leans_keeps_the_foot_that_it_stands_on() -> None:
+    # A block whose sides lean over its base, as a knife block's do.
+    low = [(x, y, 0.0) for x in (-0.05, 0.05) for y in (-0.08, 0.08)]
+    high = [(x, y + 0.09, 0.2) for x, y, _ in low]
+    points, faces = convex_hull(np.array(low + high))
+    block = Collider(name="block", shape=Hull(mesh=Mesh(vertices=points, faces=faces)), substance="ceramic")
+    asset = rigid_mug()
+    leaning = asset.replace(links=(asset.root.replace(colliders=(block,)),))
+    feet = []
+    for item in colliders(lighten(leaning)).values():
+        corners, _ = surface(item.shape, item.pose)
+        assert corners[:, 2].min() > -1e-6
+        flat = corners[corners[:, 2] < 1e-4]
+        feet.append(float(np.prod(np.ptp(flat[:, :2], axis=0))) if len(flat) >= 4 else 0.0)
+    assert max(feet) > 0.8 * 0.1 * 0.16

@@ -168,6 +168,22 @@ class TestLoader:
         spec.worldbody.add_body(name="robot").add_geom(size=[0.1, 0.0, 0.0])
         assert spec.compile().body("robot").id > 0
 
+    def test_what_is_at_rest_may_sleep(self, out: Path) -> None:
+        sleep = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+        model = casa_assets.load_scene(SCENE, out=out, weight="light", sleep=True)
+        assert model.opt.enableflags & sleep
+        assert casa_assets.load_scene(SCENE, out=out, as_spec=True, sleep=True).compile().opt.enableflags & sleep
+        assert not casa_assets.load_scene(SCENE, out=out, weight="light").opt.enableflags & sleep
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        mujoco.mj_step(model, data, nstep=1000)
+        assert data.ntree_awake == 0
+        # Who moves a joint wakes it.
+        joint = next(j for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE)
+        data.qpos[model.jnt_qposadr[joint]] += 0.5 * np.ptp(model.jnt_range[joint])
+        mujoco.mj_step(model, data)
+        assert data.ntree_awake > 0
+
     def test_textures_are_swapped_in_their_true_size(self, out: Path) -> None:
         plain = casa_assets.load_scene(SCENE, out=out)
         other = casa_assets.load_scene(SCENE, out=out, textures={"floor": "checker_marble_black_white"})

@@ -1,0 +1,171 @@
+"""All scenes of a folder as one table: verdict, joints, design, load time, pace, budgets."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+DATA, PAGE = "summary.json", "summary.html"
+STYLE = """
+:root { color-scheme: light dark; font-family: system-ui, sans-serif; }
+body { margin: 2rem auto; max-width: 1400px; padding: 0 1rem; }
+table { border-collapse: collapse; width: 100%; font-size: .9rem; font-variant-numeric: tabular-nums; }
+td, th { text-align: right; padding: 4px 8px; border-bottom: 1px solid #8884; white-space: nowrap; }
+td:first-child, th:first-child, td:nth-child(2), th:nth-child(2) { text-align: left; white-space: normal; }
+.passed { color: #1a7f37; } .failed { color: #cf222e; } .open { color: #9a6700; }
+"""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A scene; numbers are None where no check has run.
+
+    Attributes:
+        id, plan, style: names. passed: verdict. errors: code -> how often.
+        joints: that were swept through their range. design, access: scores, of 100. tasks: afforded, of 25.
+        load_ms, real_time_factor: on the machine of the check.
+        bodies, geoms, nv, texture_mb: what the model holds.
+    """
+
+    id: str
+    plan: str
+    style: str
+    passed: bool | None = None
+    errors: dict[str, int] | None = None
+    joints: int | None = None
+    design: float | None = None
+    access: float | None = None
+    tasks: int | None = None
+    load_ms: float | None = None
+    real_time_factor: float | None = None
+    bodies: int | None = None
+    geoms: int | None = None
+    nv: int | None = None
+    texture_mb: float | None = None
+
+    @property
+    def verdict(self) -> str:
+        """One word, or the codes of what is wrong."""
+        if self.passed is None:
+            return "not checked"
+        return (
+            "passed" if self.passed else ", ".join(f"{code} x {n}" for code, n in sorted((self.errors or {}).items()))
+        )
+
+
+# Heading, field, how its numbers are written; the first ones are told where room is short.
+COLUMNS: tuple[tuple[str, str, str], ...] = (
+    ("joints", "joints", "d"),
+    ("NKBA", "design", ".0f"),
+    ("load ms", "load_ms", ".0f"),
+    ("x real", "real_time_factor", ".1f"),
+    ("geoms", "geoms", "d"),
+    ("bodies", "bodies", "d"),
+    ("nv", "nv", "d"),
+    ("tex MB", "texture_mb", ".0f"),
+    ("tasks", "tasks", "d"),
+    ("access", "access", ".0f"),
+)
+
+
+def rows(out: Path) -> list[Row]:
+    """Every scene below a folder, by id."""
+    return [_row(path.parent) for path in sorted(out.glob("*/scene.json"))]
+
+
+def _row(folder: Path) -> Row:
+    facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    named = Row(facts["id"], facts["plan"], facts["style"])
+    path = folder / "report.json"
+    if not path.is_file():
+        return named
+    report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    errors: dict[str, int] = {}
+    for issue in report["issues"]:
+        if issue["severity"] == "error":
+            errors[issue["code"]] = errors.get(issue["code"], 0) + 1
+    holds, speed, grade = report.get("holds", {}), report.get("speed", {}), report.get("grade", {})
+    return Row(
+        named.id,
+        named.plan,
+        named.style,
+        passed=bool(report["passed"]),
+        errors=errors,
+        joints=holds.get("joints"),
+        design=grade.get("score"),
+        access=grade.get("access_score"),
+        tasks=sum(not t["wants"] for t in report["tasks"]),
+        load_ms=speed.get("load_ms"),
+        real_time_factor=speed.get("real_time_factor"),
+        bodies=holds.get("bodies"),
+        geoms=holds.get("geoms"),
+        nv=holds.get("nv"),
+        texture_mb=holds.get("texture_mb"),
+    )
+
+
+def cells(row: Row) -> list[str]:
+    """The numbers of a row as text, in the order of the columns."""
+    values = [(getattr(row, field), form) for _, field, form in COLUMNS]
+    return ["" if value is None else format(value, form) for value, form in values]
+
+
+def totals(found: Sequence[Row]) -> dict[str, float]:
+    """Counts over all rows, and the worst and mean of what was measured; of nothing there is no mean."""
+    told: dict[str, float] = {
+        "scenes": len(found),
+        "checked": sum(r.passed is not None for r in found),
+        "passed": sum(bool(r.passed) for r in found),
+        "joints": sum(r.joints or 0 for r in found),
+    }
+    for field, worst in (("design", min), ("load_ms", max), ("real_time_factor", min), ("texture_mb", max)):
+        values = [v for r in found if (v := getattr(r, field)) is not None]
+        if values:
+            told[f"{field}_mean"] = round(sum(values) / len(values), 2)
+            told[f"{field}_worst"] = round(worst(values), 2)
+    return told
+
+
+def sentence(found: Sequence[Row]) -> str:
+    """The totals in words."""
+    t = totals(found)
+    says = f"{t['passed']:.0f} of {t['checked']:.0f} checked scenes passed, {t['joints']:.0f} joints swept"
+    if "design_mean" in t:
+        says += f"; NKBA {t['design_mean']:.0f} on average, {t['design_worst']:.0f} at worst"
+    if "load_ms_mean" in t:
+        says += f"; load {t['load_ms_mean']:.0f} ms, {t['load_ms_worst']:.0f} at worst"
+        says += f"; {t['real_time_factor_mean']:.1f} x real time, {t['real_time_factor_worst']:.1f} at worst"
+    return says
+
+
+def write(out: Path) -> list[Row]:
+    """Write summary.json and summary.html of all scenes in a folder; returns their rows."""
+    found = rows(out)
+    data = {"totals": totals(found), "scenes": [asdict(row) for row in found]}
+    text = json.dumps(data, indent=1, sort_keys=True)
+    (out / DATA).write_text(text + "\n", encoding="utf-8")
+    (out / PAGE).write_text(_page(found), encoding="utf-8")
+    return found
+
+
+def _page(found: Sequence[Row]) -> str:
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in ("scene", "verdict", *(c[0] for c in COLUMNS)))
+    body = "\n".join(_line(row) for row in found)
+    return (
+        f"<!doctype html><html lang='en'><meta charset='utf-8'><title>Kitchens in numbers</title>"
+        f"<style>{STYLE}</style><h1>Kitchens in numbers</h1><p>{html.escape(sentence(found))}.</p>"
+        f"<table><tr>{head}</tr>\n{body}</table></html>\n"
+    )
+
+
+def _line(row: Row) -> str:
+    mark = {True: "passed", False: "failed", None: "open"}[row.passed]
+    name = html.escape(row.id)
+    if row.passed is not None:
+        name = f"<a href='{name}/report.html'>{name}</a>"
+    numbers = "".join(f"<td>{text}</td>" for text in cells(row))
+    return f"<tr><td>{name}</td><td class='{mark}'>{html.escape(row.verdict)}</td>{numbers}</tr>"

@@ -1,0 +1,151 @@
+"""A whole kitchen in programs that others wrote, each in an environment of its own, and in our oldest MuJoCo."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import pytest
+
+from casa_assets.pipeline import scenes
+from casa_assets.pipeline.kitchens import Recipe
+
+ROOT = Path(__file__).parents[2]
+HERE = Path(__file__).parent
+PICTURES = ROOT / "out" / "consumers"
+DRAWER = "main_drawers__drawer0_slidejoint"
+NEWTON_STEPS = 50
+
+pytestmark = pytest.mark.consumers
+
+
+def interpreter(name: str) -> Path:
+    """That of a program's own environment."""
+    return ROOT / os.environ.get(f"CASA_{name.upper()}", f".venv-{name}/bin/python")
+
+
+def told(name: str, *arguments: str | Path) -> Any:
+    """What a script here says, as its last line, in the environment of the program that it is called for."""
+    python = interpreter(name)
+    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_{name.upper()}"
+    command = [python, HERE / f"{name}_kitchen.py", *arguments]
+    done = subprocess.run(list(map(str, command)), check=False, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr[-4000:]
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.fixture(scope="module")
+def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a scene."""
+    made = scenes.build_one(Recipe("l_small", "coastal"), tmp_path_factory.mktemp("scenes"), drawn=False)
+    assert made.folder, made.says
+    return Path(made.folder)
+
+
+@pytest.fixture(scope="module")
+def model(kitchen: Path) -> mujoco.MjModel:
+    """The same as we read it."""
+    return mujoco.MjModel.from_xml_path(str(kitchen / "scene.xml"))
+
+
+@pytest.fixture(scope="module")
+def robosuite(kitchen: Path) -> Any:
+    """What robosuite says."""
+    return told("robosuite", kitchen, DRAWER)
+
+
+@pytest.fixture(scope="module")
+def newton(kitchen: Path) -> Any:
+    """What Newton says."""
+    return told("newton", kitchen / "scene.usda", str(NEWTON_STEPS))
+
+
+def joints(model: mujoco.MjModel) -> dict[str, int]:
+    """Hinges and slides by name."""
+    free = mujoco.mjtJoint.mjJNT_FREE
+    return {model.joint(i).name: i for i in range(model.njnt) if model.jnt_type[i] != free}
+
+
+class TestOldMujoco:
+    @pytest.mark.parametrize("file", ["scene.xml", "scene_light.xml"])
+    def test_loads_in_silence_and_stands_still(self, file: str, kitchen: Path, model: mujoco.MjModel) -> None:
+        found = told("mujoco337", kitchen / file)
+        assert found["mujoco"] == "3.3.7"
+        assert found["warnings"] == []
+        assert found["troubles"] == 0
+        assert found["bodies"] == [model.body(i).name for i in range(1, model.nbody)]
+        assert found["joints"] == sorted(model.joint(i).name for i in range(model.njnt))
+        assert found["keys"] == ["start", "closed", "open"]
+        body, way = found["farthest"]
+        assert way < 0.001, f"{body} went {way} m"
+
+
+class TestRobosuite:
+    def test_all_of_it_is_there(self, robosuite: Any, model: mujoco.MjModel) -> None:
+        assert (robosuite["robosuite"], robosuite["mujoco"]) == ("1.5.2", "3.3.7")
+        assert {model.body(i).name for i in range(1, model.nbody)} <= set(robosuite["bodies"])
+        assert robosuite["joints"] == sorted(joints(model))
+
+    def test_a_robot_stands_before_the_sink_for_200_control_steps(self, robosuite: Any, kitchen: Path) -> None:
+        parking = json.loads((kitchen / "scene.json").read_text(encoding="utf-8"))["parking"]
+        spots = [(at["shut"]["x"], at["shut"]["y"]) for at in parking.values() if at["shut"]]
+        assert tuple(robosuite["stands"][:2]) in [pytest.approx(spot, abs=1e-6) for spot in spots]
+        assert robosuite["finite"]
+        assert robosuite["warnings"] == []
+        assert robosuite["moved_m"] < 0.001
+        assert robosuite["touching"] == []
+
+    def test_what_is_shut_stays_shut(self, robosuite: Any) -> None:
+        # Keys and a toaster's lever yield under their own weight by some tenths of a millimetre.
+        assert {name: way for name, way in robosuite["crept"].items() if abs(way) > 0.001} == {}
+
+    def test_a_drawer_is_pulled(self, robosuite: Any) -> None:
+        assert robosuite["drawer"]["joint_m"] == pytest.approx(-0.15, abs=0.005)
+        assert robosuite["drawer"]["moved_m"] == pytest.approx(0.15, abs=0.005)
+
+
+class TestNewton:
+    def test_bodies_and_joints_are_ours(self, newton: Any, model: mujoco.MjModel) -> None:
+        assert newton["newton"] == "1.8.0"
+        masses = sorted(float(m) for m in model.body_mass[1:])
+        assert sorted(newton["masses"].values()) == pytest.approx(masses, rel=1e-5)
+        kinds = {"PRISMATIC": mujoco.mjtJoint.mjJNT_SLIDE, "REVOLUTE": mujoco.mjtJoint.mjJNT_HINGE}
+        kinds["FREE"] = mujoco.mjtJoint.mjJNT_FREE
+        assert {k: newton["kinds"][k] for k in kinds} == {k: int((model.jnt_type == v).sum()) for k, v in kinds.items()}
+
+    def test_bodies_are_where_ours_are(self, newton: Any, model: mujoco.MjModel) -> None:
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        for path, pose in newton["bodies"].items():
+            _, _, placement, link = path.split("/")
+            name = placement if link == "object" else f"{placement}__{link}"
+            assert pose[:3] == pytest.approx(data.body(name).xpos, abs=1e-4), path
+
+    def test_nothing_explodes(self, newton: Any) -> None:
+        assert newton["finite"]
+        body, way = newton["farthest"]
+        assert way < 0.005, f"{body} went {way} m"
+        assert max(newton["crept"].values()) < 0.002
+
+
+class TestBlender:
+    @pytest.mark.parametrize("camera", ["overview", "at_sink"])
+    def test_draws_what_our_cameras_see(self, camera: str, kitchen: Path) -> None:
+        PICTURES.mkdir(parents=True, exist_ok=True)
+        found = told("blender", kitchen / "scene.usda", camera, PICTURES / f"blender_{camera}.png")
+        assert found["blender"].startswith("5.0.")
+        assert found["missing"] == []
+        assert found["bare"] == []
+        pictures = {path.name for path in (kitchen.parent / "assets" / "textures").glob("*.png")}
+        assert pictures <= set(found["pictures"])
+        assert {"overview", "at_sink", "at_stove"} <= set(found["cameras"])
+        assert "sun" in found["lights"]
+        assert min(found["from_all_sides"]) > 0.1
+        assert found["black"] < 0.01
+        assert found["white"] < 0.01
+        assert found["colors"] > 300
+        assert 60 < found["mean"] < 200

@@ -1,0 +1,182 @@
+"""Checks of a scene's other forms, of its previews and its speed: silent on what is right, alone where one is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets.checks.run import run
+from casa_assets.checks.scene import stopwatch
+from casa_assets.checks.scene.budget import Speed, holdings
+from casa_assets.checks.scene.files import SceneFiles
+from casa_assets.checks.scene.layer import OF_SINGLE_PROPS
+from casa_assets.checks.scene.views import Pictures
+from casa_assets.checks.table import TABLE
+from casa_assets.model.asset import Base
+from casa_assets.model.issue import Report
+from casa_assets.model.scene import Scene
+from tests.assets import textured_box
+from tests.cupboard import cupboard
+from tests.packages import tamper
+from tests.rooms import LIMITS, at, block, in_all_forms, room, subject
+
+ROWS = {check.code: check for check in TABLE if check.subject in (SceneFiles, Pictures, Speed)}
+# Makes what is judged, below a folder.
+Make = Callable[[Path], object]
+LIGHT_BOX = 'name="thing_0__shape_0" type="box" size="0.1 0.1 0.1" pos="0 0 0.1"'
+
+
+def things() -> Scene:
+    """A crate that stands by its weight, and a box with pictures."""
+    crate = block("crate", (0.2, 0.2, 0.2), Base.FREE)
+    return room((crate, at(0.0, 0.0, 0.0)), (textured_box(), at(0.5, 0.0, 0.0)))
+
+
+def forms(folder: Path) -> SceneFiles:
+    """Its files."""
+    return in_all_forms(things(), folder)
+
+
+def spoiled(name: str, old: str, new: str) -> Make:
+    """The same with a text of one file replaced; `name`: of the file, or the beginning of an asset's."""
+
+    def make(folder: Path) -> SceneFiles:
+        files = forms(folder)
+        own = files.kitchen.root / name
+        (path,) = [own] if own.is_file() else folder.glob(f"assets/usd/{name}*/{name}*.usda")
+        tamper(path, (old, new))
+        return files
+
+    return make
+
+
+def picture(*, black: float = 0.0, white: float = 0.0) -> Make:
+    """A grey picture with so much of it black or white."""
+    shot = np.full((50, 50, 3), 128, dtype=np.uint8)
+    flat = shot.reshape(-1, 3)
+    flat[: round(black * len(flat))] = 4
+    flat[len(flat) - round(white * len(flat)) :] = 255
+    return lambda _: Pictures({"overview": np.full((4, 4, 3), 90, dtype=np.uint8), "at_sink": shot})
+
+
+def speed(load_ms: float = 900.0, steps_per_s: float = 5000.0) -> Make:
+    """What a stopwatch might say."""
+    return lambda _: Speed(load_ms, steps_per_s, 0.002)
+
+
+# Code -> what it is silent on, and what trips it alone.
+EXAMPLES: dict[str, tuple[Make, Make]] = {
+    "SCN017": (forms, spoiled("scene.xml", 'data="wall_cabinet object"', 'data="drawer object"')),
+    "SCN018": (
+        forms,
+        spoiled("crate", "float physics:static", "float physics:restitution = 0.5\n            float physics:static"),
+    ),
+    "SCN019": (forms, spoiled("carton", "inputs:bias = (-1, -1, -1, 0)", "inputs:bias = (0, 0, 0, 0)")),
+    "SCN020": (forms, spoiled("scene.usda", "metersPerUnit = 1", "metersPerUnit = 0.01")),
+    "SCN021": (forms, spoiled("scene_light.xml", 'pos="0 0 0.1" mass="1"', 'pos="0 0 0.1" mass="2"')),
+    "SCN022": (forms, spoiled("scene_light.xml", LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", "0 0 0.098"))),
+    "SCN024": (picture(black=0.04), picture(black=0.06)),
+    "SCN025": (picture(white=0.04), picture(white=0.06)),
+    "SCN026": (speed(load_ms=4900.0), speed(load_ms=5100.0)),
+    "SCN027": (speed(steps_per_s=520.0), speed(steps_per_s=480.0)),
+    "SCN028": (forms, spoiled("scene_light.xml", LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", "0 0 0.106"))),
+}
+
+
+def judged(make: Make, folder: Path) -> Report:
+    return run(make(folder), "room", LIMITS)
+
+
+def test_good_is_silent(tmp_path: Path) -> None:
+    """All of them at once: what is good for one is good for the others of its kind."""
+    made = {good for good, _ in EXAMPLES.values()}
+    for i, good in enumerate(sorted(made, key=id)):
+        assert judged(good, tmp_path / str(i)).issues == ()
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_bad_trips_its_code_alone(code: str, tmp_path: Path) -> None:
+    report = judged(EXAMPLES[code][1], tmp_path)
+    assert {(issue.code, issue.severity) for issue in report.issues} == {(code, ROWS[code].severity)}
+
+
+def test_every_row_is_here() -> None:
+    assert EXAMPLES.keys() == ROWS.keys()
+
+
+class TestForms:
+    def test_what_is_not_there_is_said_once(self, tmp_path: Path) -> None:
+        files = forms(tmp_path)
+        files.usd.unlink()
+        files.light.unlink()
+        report = run(files, "room", LIMITS)
+        assert [i.code for i in report.issues] == ["SCN018", "SCN021"]
+        assert all(i.pointer in (files.usd.name, files.light.name) for i in report.issues)
+
+    def test_a_layer_that_is_cut_in_half_is_said_once(self, tmp_path: Path) -> None:
+        files = forms(tmp_path)
+        text = files.usd.read_text()
+        files.usd.write_text(text[: len(text) // 2])
+        assert [i.code for i in run(files, "room", LIMITS).issues] == ["SCN018"]
+
+    def test_the_count_is_that_of_the_cells(self, tmp_path: Path) -> None:
+        files = forms(tmp_path)
+        changes = ('gravity="0 0 -9.81"', 'gravity="0 0 -9.7"'), ('data="wall_cabinet object"', 'data="drawer"')
+        tamper(files.kitchen.mjcf, *changes)
+        report = run(files, "room", LIMITS)
+        assert {i.pointer for i in report.issues} == {"gravity", "placements/thing_0/classes"}
+        assert [r.number for r in report.results if r.code == "SCN017"] == [2.0]
+
+    def test_light_form_that_lacks_a_joint(self, tmp_path: Path) -> None:
+        files = in_all_forms(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path)
+        text = files.light.read_text()
+        joint = next(line for line in text.splitlines() if 'name="thing_0__door_hinge"' in line and "<joint" in line)
+        # Its numbers in the keys go with it, which the check is not about.
+        head, _, _ = text.replace(joint, "").partition("<keyframe>")
+        files.light.write_text(head + "</mujoco>")
+        (issue,) = run(files, "room", LIMITS).issues
+        assert (issue.code, issue.pointer) == ("SCN021", "joints")
+        assert "thing_0__door_hinge" in issue.says
+
+    def test_what_is_excused_has_a_reason(self) -> None:
+        assert all(why.endswith(".") for why in OF_SINGLE_PROPS.values())
+
+    def test_a_meshed_light_form(self, tmp_path: Path) -> None:
+        files = forms(tmp_path)
+        files.light.write_bytes(files.kitchen.mjcf.read_bytes())
+        says = [i.says for i in run(files, "room", LIMITS).issues if i.code == "SCN021"]
+        assert [s.split(";")[0] for s in says] == ["has 3 meshes", "has 1 materials with pictures"]
+
+
+class TestPictures:
+    def test_the_picture_is_named(self, tmp_path: Path) -> None:
+        (issue,) = judged(picture(black=1.0), tmp_path).issues
+        assert (issue.pointer, issue.says.split(":")[0]) == ("previews/at_sink", "100.0% of it is black")
+
+    def test_no_picture_is_no_pass(self) -> None:
+        assert {i.code for i in run(Pictures({}), "room", LIMITS).issues} == {"SCN024", "SCN025"}
+
+    def test_a_pure_colour_is_neither(self) -> None:
+        blue = np.zeros((4, 4, 3), dtype=np.uint8)
+        blue[..., 2] = 255
+        assert run(Pictures({"overview": blue}), "room", LIMITS).issues == ()
+
+
+class TestSpeed:
+    def test_pace_is_simulated_seconds_per_second(self) -> None:
+        assert Speed(1.0, 4000.0, 0.002).pace == pytest.approx(8.0)
+
+    def test_stopwatch_tells_the_step_of_the_model(self, tmp_path: Path) -> None:
+        found = subject(things(), tmp_path)
+        load_s, steps_per_s, timestep_s = stopwatch.timed(found.mjcf)
+        assert timestep_s == 0.002
+        assert 0.0 < load_s < 60.0
+        assert steps_per_s > 100.0
+
+    def test_holdings_are_those_of_the_model(self, tmp_path: Path) -> None:
+        held = holdings(subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path))
+        assert (held["joints"], held["nv"], held["colliders"], held["hulls"]) == (4, 4, 18, 0)
+        assert held["bodies"] == 1 + 1 + 5

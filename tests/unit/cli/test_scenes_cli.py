@@ -1,0 +1,121 @@
+"""The verbs of scenes: what they print, write and exit with."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from casa_assets.cli.scenes import app
+from casa_assets.errors import UnknownId
+from casa_assets.model.issue import Issue, Report, Severity
+from casa_assets.pipeline import scene_check
+from casa_assets.pipeline.kitchens import Recipe
+from casa_assets.pipeline.scenes import SceneBuilt
+from tests.packages import tamper
+
+RUNNER = CliRunner()
+SCENE = "one_wall_small__coastal"
+Checked = tuple[Path, SceneBuilt]
+
+
+def test_list_names_plans_and_styles() -> None:
+    rows = json.loads(RUNNER.invoke(app, ["list", "--json"]).stdout)
+    assert (len(rows["plans"]), len(rows["styles"])) == (10, 12)
+    told = RUNNER.invoke(app, ["list"]).stdout
+    assert "10 plans x 12 styles = 120 scenes" in told
+
+
+def test_build_keeps_what_is_there(checked_kitchen: Checked) -> None:
+    out, _ = checked_kitchen
+    result = RUNNER.invoke(app, ["build", SCENE, "--out", str(out), "--jobs", "1", "--json"])
+    assert result.exit_code == 0, result.output
+    (row,) = [json.loads(line) for line in result.stdout.splitlines()]
+    assert (row["id"], row["passed"], row["kept"]) == (SCENE, True, True)
+
+
+def test_check_prints_one_object_per_scene_and_a_table(checked_kitchen: Checked) -> None:
+    out, done = checked_kitchen
+    told = RUNNER.invoke(app, ["check", SCENE, "--out", str(out), "--jobs", "1", "--json"])
+    assert told.exit_code == (0 if done.passed else 1)
+    (row,) = [json.loads(line) for line in told.stdout.splitlines()]
+    assert (row["id"], row["passed"], row["kept"]) == (SCENE, done.passed, True)
+    assert [i["code"] for i in row["issues"]] == [i.code for i in done.problems]
+
+
+def test_check_prints_a_table_and_writes_it(checked_kitchen: Checked, monkeypatch: pytest.MonkeyPatch) -> None:
+    out, done = checked_kitchen
+    monkeypatch.setattr(scene_check, "check_all", lambda *_: iter([done]))
+    result = RUNNER.invoke(app, ["check", SCENE, "--out", str(out)])
+    lines = result.stdout.splitlines()
+    heads = next(line for line in lines if "NKBA" in line)
+    assert all(word in heads for word in ("joints", "load ms", "geoms", "tex MB"))
+    assert any(line.split()[:1] == [SCENE] for line in lines)
+    assert "joints swept" in result.stdout
+    assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["totals"]["scenes"] == 1
+    assert "summary.html" in (out / "index.html").read_text(encoding="utf-8")
+
+
+def test_names_are_wanted() -> None:
+    for verb in ("build", "check"):
+        assert RUNNER.invoke(app, [verb]).exit_code == 2
+    assert isinstance(RUNNER.invoke(app, ["check", "no_such__*"]).exception, UnknownId)
+
+
+def test_preview_draws_the_camera_that_is_named(checked_kitchen: Checked, tmp_path: Path) -> None:
+    out, _ = checked_kitchen
+    shutil.copytree(out / SCENE, tmp_path / SCENE)
+    (tmp_path / "assets").symlink_to(out / "assets")
+    options = ["--camera", "at_sink", "--pose", "open", "--size", "64", "--passes", "1", "--out", str(tmp_path)]
+    result = RUNNER.invoke(app, ["preview", SCENE, *options])
+    assert result.exit_code == 0, result.output
+    path = Path(result.stdout.strip().replace("\n", ""))
+    assert path == tmp_path / SCENE / "at_sink_open.png"
+    assert path.read_bytes().startswith(b"\x89PNG")
+    assert isinstance(RUNNER.invoke(app, ["preview", "galley__x", "--out", str(tmp_path)]).exception, UnknownId)
+
+
+def test_diff_tells_what_differs(checked_kitchen: Checked, tmp_path: Path) -> None:
+    out, _ = checked_kitchen
+    first, second = out / SCENE, tmp_path / SCENE
+    shutil.copytree(first, second)
+    same = RUNNER.invoke(app, ["diff", str(first), str(second)])
+    assert (same.exit_code, same.stdout) == (0, "the same, byte for byte\n")
+    tamper(second / "scene.json", ('"style": "coastal"', '"style": "postal"'))
+    other = RUNNER.invoke(app, ["diff", str(first), str(second), "--json"])
+    assert other.exit_code == 1
+    assert 'style: "coastal" and "postal"' in json.loads(other.stdout)
+
+
+class TestSample:
+    """The verb; that rejected scenes leave nothing behind is tested with the pipeline."""
+
+    def told(self, bad: int, monkeypatch: pytest.MonkeyPatch, out: Path) -> tuple[int, str]:
+        """Exit code and words where so many of four draws fail."""
+        report = Report(subject="x", issues=(Issue(code="SCN005", severity=Severity.ERROR, says="two doors meet"),))
+        asked: dict[str, object] = {}
+
+        def drawn(recipes: Sequence[Recipe], _: Path, jobs: int, strict: bool) -> Iterator[SceneBuilt]:
+            asked.update(jobs=jobs, strict=strict)
+            for i, recipe in enumerate(recipes):
+                yield SceneBuilt(recipe, report=report) if i < bad else SceneBuilt(recipe, str(out / recipe.scene_id))
+
+        monkeypatch.setattr(scene_check, "check_all", drawn)
+        result = RUNNER.invoke(app, ["sample", "4", "--seed", "9", "--out", str(out), "--jobs", "1"])
+        assert asked == {"jobs": 1, "strict": True}
+        return result.exit_code, result.stdout
+
+    def test_rate_and_reasons_are_told(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        code, says = self.told(1, monkeypatch, tmp_path)
+        assert code == 0
+        assert "3 of 4 draws passed (75%)" in says
+        assert "two doors meet" in says
+        data = json.loads((tmp_path / "rejected.json").read_text(encoding="utf-8"))
+        assert (data["seed"], data["drawn"], data["passed"], len(data["rejected"])) == (9, 4, 3, 1)
+
+    def test_none_passes(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        assert self.told(4, monkeypatch, tmp_path)[0] == 1

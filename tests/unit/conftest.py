@@ -1,0 +1,24 @@
+"""What several folders of tests share: a kitchen that was built and checked once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from casa_assets.pipeline import scene_check, scenes
+from casa_assets.pipeline.kitchens import Recipe
+from casa_assets.pipeline.scenes import SceneBuilt
+from casa_assets.preview import room
+
+SMALLEST = room.Frame(64, 48, 1)
+
+
+@pytest.fixture(scope="session")
+def checked_kitchen(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, SceneBuilt]:
+    """A folder of scenes with one in it, and its verdict; its pictures are tiny."""
+    out, draw = tmp_path_factory.mktemp("checked"), scenes.draw
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scene_check, "SMALL", SMALLEST)
+        patch.setattr(scenes, "draw", lambda folder, cameras: draw(folder, cameras, SMALLEST))
+        return out, scene_check.check_one(Recipe("one_wall_small", "coastal"), out)

@@ -1,0 +1,264 @@
+"""A scene's verdict: on disk, kept, and failed with the right code where something is wrong."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.scene.files import SceneFiles
+from casa_assets.checks.scene.subject import SceneSubject
+from casa_assets.checks.scene.views import Pictures
+from casa_assets.checks.table import TABLE
+from casa_assets.errors import Misfit
+from casa_assets.layouts.request import Kitchen
+from casa_assets.model.issue import Issue, Report, Severity
+from casa_assets.model.scene import Scene
+from casa_assets.pipeline import scene_check, scene_draws, scenes
+from casa_assets.pipeline.books import kitchen_summary
+from casa_assets.pipeline.kitchens import Recipe, build_scene
+from casa_assets.pipeline.scenes import Order, SceneBuilt, made
+from casa_assets.preview.room import Frame
+from casa_assets.registry_kitchens import plan_names, style_names
+from tests.packages import tamper
+
+Checked = tuple[Path, SceneBuilt]
+RECIPE = Recipe("one_wall_small", "coastal")
+LABEL = '<text name="main_fridge__class" data="'
+
+
+@pytest.fixture
+def copy(checked_kitchen: Checked, tmp_path: Path) -> Path:
+    """A folder of scenes of one's own to spoil; what is shared is linked."""
+    out, _ = checked_kitchen
+    shutil.copytree(out / RECIPE.scene_id, tmp_path / RECIPE.scene_id)
+    (tmp_path / "assets").symlink_to(out / "assets")
+    (tmp_path / ".casa").mkdir()
+    (tmp_path / ".casa" / "cache").symlink_to(out / ".casa" / "cache")
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def composed(checked_kitchen: Checked) -> tuple[Kitchen, Scene]:
+    """What the recipe gives."""
+    return build_scene(RECIPE, checked_kitchen[0] / ".casa" / "cache")
+
+
+@pytest.fixture
+def at_hand(composed: tuple[Kitchen, Scene], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody has to build it again."""
+    for module in (scenes, scene_check):
+        monkeypatch.setattr(module, "build_scene", lambda recipe, cache: composed)
+
+
+def report_of(out: Path) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads((out / RECIPE.scene_id / "report.json").read_text(encoding="utf-8"))
+    return data
+
+
+class TestVerdict:
+    def test_report_holds_every_check_with_its_number(self, checked_kitchen: Checked) -> None:
+        out, done = checked_kitchen
+        assert done.report is not None, done.says
+        kinds = (SceneSubject, SceneFiles, DesignSubject, Pictures)
+        wanted = {row.code for row in TABLE if row.subject in kinds} | {"SCN026", "SCN027"}
+        data = report_of(out)
+        assert [r["code"] for r in data["results"]] == sorted(wanted)
+        assert data["passed"] == done.report.passed
+        assert Report.model_validate({k: data[k] for k in ("subject", "results", "issues")}) == done.report
+
+    def test_it_passes_what_does_not_hang_on_the_speed_of_this_machine(self, checked_kitchen: Checked) -> None:
+        assert [i for i in checked_kitchen[1].problems if i.code[:3] in ("SCN", "NAV")] == []
+
+    def test_it_tells_what_the_scene_holds(self, checked_kitchen: Checked) -> None:
+        data = report_of(checked_kitchen[0])
+        holds, speed = data["holds"], data["speed"]
+        assert holds["joints"] > 30
+        assert holds["colliders"] < holds["geoms"]
+        assert 0.0 < holds["texture_mb"] < 256.0
+        assert speed["load_ms"] > 0.0
+        assert speed["real_time_factor"] == pytest.approx(speed["steps_per_s"] * 0.002, rel=0.01)
+
+    def test_page_and_map_are_beside_it(self, checked_kitchen: Checked) -> None:
+        folder = checked_kitchen[0] / RECIPE.scene_id
+        text = (folder / "report.html").read_text(encoding="utf-8")
+        assert "SCN017" in text
+        assert "What nobody gets to might as well be painted." in text
+        assert (folder / "floor_map.png").read_bytes().startswith(b"\x89PNG")
+
+    def test_it_is_kept_while_nothing_changes(self, checked_kitchen: Checked) -> None:
+        out, done = checked_kitchen
+        before = (out / RECIPE.scene_id / "report.json").stat().st_mtime_ns
+        again = scene_check.check_one(RECIPE, out)
+        assert (again.kept, again.report) == (True, done.report)
+        assert (out / RECIPE.scene_id / "report.json").stat().st_mtime_ns == before
+
+    def test_other_checks_than_before_look_again(
+        self, checked_kitchen: Checked, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        out, _ = checked_kitchen
+        looked: list[Path] = []
+
+        def look(recipe: Recipe, out: Path, folder: Path) -> SceneBuilt:
+            looked.append(folder)
+            return SceneBuilt(recipe)
+
+        monkeypatch.setattr(scene_check, "key_of_verdict", lambda recipe: "other")
+        monkeypatch.setattr(scene_check, "_checked_in_place", look)
+        assert not scene_check.check_one(RECIPE, out).kept
+        assert looked == [out / RECIPE.scene_id]
+
+    @pytest.mark.usefixtures("at_hand")
+    def test_a_broken_scene_fails_with_its_codes(self, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A label that only one format has, a light form that is another machine, and no speed worth waiting for."""
+        folder = copy / RECIPE.scene_id
+        tamper(folder / "scene.xml", (LABEL, LABEL + "cold "))
+        tamper(folder / "scene_light.xml", ('name="main_fridge__', 'name="main_frigde__'))
+        monkeypatch.setattr(scene_check, "SMALL", Frame(64, 48, 1))
+        monkeypatch.setattr(scene_check, "in_a_fresh_process", lambda path: (0.5, 4000.0, 0.002))
+        done = scene_check.check_one(RECIPE, copy, anew=True)
+        assert not done.passed
+        assert {i.code for i in done.problems if i.code.startswith("SCN")} == {"SCN017", "SCN021"}
+        assert report_of(copy)["passed"] is False
+        (row,) = kitchen_summary.rows(copy)
+        assert row.passed is False
+        assert "SCN017 x " in row.verdict
+
+
+class TestFacts:
+    def test_scene_tells_where_to_park_and_what_can_be_done(self, checked_kitchen: Checked) -> None:
+        out, _ = checked_kitchen
+        facts = json.loads((out / RECIPE.scene_id / "scene.json").read_text(encoding="utf-8"))
+        fixtures = {f["name"]: f for f in facts["fixtures"]}
+        assert facts["base_radius"] == 0.3
+        for name, places in facts["parking"].items():
+            assert name in fixtures
+            assert set(places["open"]) <= set(fixtures[name]["joints"])
+        assert len(facts["tasks"]) == 25
+        for task in facts["tasks"].values():
+            assert task["afforded"], task
+            assert set(task["fixtures"]) <= set(fixtures)
+            joints = {j["name"] for f in fixtures.values() for j in f["joints"].values()}
+            assert set(task["joints"]) <= joints
+
+    def test_report_and_scene_say_the_same(self, checked_kitchen: Checked) -> None:
+        out, _ = checked_kitchen
+        facts = json.loads((out / RECIPE.scene_id / "scene.json").read_text(encoding="utf-8"))
+        told = {t["task"]: tuple(t["fixtures"]) for t in report_of(out)["tasks"]}
+        assert {name: tuple(t["fixtures"]) for name, t in facts["tasks"].items()} == told
+
+
+def refuse(recipe: Recipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:
+    """A judge that nobody pleases."""
+    assert (folder / "scene.xml").is_file()
+    assert (folder.parent / "assets").is_dir()
+    return Report(subject=scene.id, issues=(Issue(code="SCN009", severity=Severity.ERROR, says="it is outside"),))
+
+
+def files_below(out: Path) -> list[Path]:
+    return [p for p in out.rglob("*") if p.is_file() and ".casa" not in p.parts]
+
+
+@pytest.mark.usefixtures("at_hand")
+class TestNothingIsPutInPlace:
+    @pytest.fixture
+    def out(self, checked_kitchen: Checked, tmp_path: Path) -> Path:
+        """An empty folder with what earlier runs have built of assets."""
+        (tmp_path / ".casa").mkdir()
+        (tmp_path / ".casa" / "cache").symlink_to(checked_kitchen[0] / ".casa" / "cache")
+        return tmp_path
+
+    def test_where_a_strict_judge_refuses(self, out: Path) -> None:
+        done = made(RECIPE, out, Order(drawn=False, judge=refuse, strict=True))
+        assert (done.passed, done.folder, [i.code for i in done.problems]) == (False, "", ["SCN009"])
+        assert files_below(out) == []
+        assert list((out / ".casa" / "staging").iterdir()) == []
+
+    def test_where_nobody_is_strict_it_stays(self, out: Path) -> None:
+        done = made(RECIPE, out, Order(drawn=False, judge=refuse))
+        assert not done.passed
+        assert (out / RECIPE.scene_id / "scene.usda").is_file()
+        assert list((out / ".casa" / "staging").iterdir()) == []
+
+    def test_where_writing_breaks_off(self, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        def broken(*_: object) -> None:
+            raise OSError("no space left")
+
+        monkeypatch.setattr("casa_assets.export.usd.kitchen.write", broken)
+        done = scenes.build_one(RECIPE, out, drawn=False)
+        assert "no space left" in done.says
+        assert files_below(out) == []
+
+    def test_where_it_cannot_be_composed_any_more_an_earlier_one_goes(
+        self, copy: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def misfit(*_: object) -> None:
+            raise Misfit("one_wall_small", ("rows", "main"), "at most 3 m", "4 m")
+
+        monkeypatch.setattr(scenes, "build_scene", misfit)
+        done = scenes.build_one(RECIPE, copy, anew=True)
+        assert not done.passed
+        assert not (copy / RECIPE.scene_id).exists()
+
+
+class TestDraws:
+    def test_the_same_seed_draws_the_same(self) -> None:
+        many = scene_draws.draws(60, 5)
+        assert many == scene_draws.draws(60, 5)
+        assert many[:20] == scene_draws.draws(20, 5)
+        assert many != scene_draws.draws(60, 6)
+
+    def test_draws_are_of_every_plan_and_style(self) -> None:
+        many = scene_draws.draws(200, 0)
+        assert {r.plan for r in many} == set(plan_names())
+        assert {r.style for r in many} == set(style_names())
+        assert len({r.scene_id for r in many}) == 200
+        assert len({r.surfaces for r in many}) > 190
+
+    def test_a_failed_scene_of_before_goes_where_only_sound_ones_stay(
+        self, copy: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, says="it is outside"),))
+        monkeypatch.setattr(scene_check, "_kept", lambda folder, key: report)
+        done = scene_check.check_one(RECIPE, copy, strict=True)
+        assert (done.passed, done.folder) == (False, "")
+        assert not (copy / RECIPE.scene_id).exists()
+
+    def test_rejected_tells_the_reason_of_each(self, tmp_path: Path) -> None:
+        wanted = scene_draws.draws(3, 0)
+        report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, says="it is outside"),))
+        done = [
+            SceneBuilt(wanted[2], says="the run main is too long"),
+            SceneBuilt(wanted[0], "somewhere"),
+            SceneBuilt(wanted[1], report=report),
+        ]
+        data = json.loads(scene_draws.write_rejected(tmp_path, 0, wanted, done).read_text(encoding="utf-8"))
+        assert (data["drawn"], data["tried"], data["passed"], data["pass_rate"]) == (3, 3, 1, 0.3333)
+        assert [r["id"] for r in data["rejected"]] == [wanted[1].scene_id, wanted[2].scene_id]
+        assert data["rejected"][0]["issues"][0]["code"] == "SCN009"
+        assert data["rejected"][1]["says"] == "the run main is too long"
+
+
+class TestSummary:
+    def test_numbers_of_the_scene_and_of_all(self, checked_kitchen: Checked) -> None:
+        out, done = checked_kitchen
+        (row,) = kitchen_summary.write(out)
+        data = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+        assert data["totals"]["scenes"] == data["totals"]["checked"] == 1
+        assert data["totals"]["passed"] == int(done.passed)
+        assert data["totals"]["joints"] == row.joints == report_of(out)["holds"]["joints"]
+        assert data["scenes"][0]["id"] == RECIPE.scene_id
+        assert len(kitchen_summary.cells(row)) == len(kitchen_summary.COLUMNS)
+        assert "" not in kitchen_summary.cells(row)
+        assert RECIPE.scene_id in (out / "summary.html").read_text(encoding="utf-8")
+
+    def test_a_scene_that_was_not_checked(self, copy: Path) -> None:
+        (copy / RECIPE.scene_id / "report.json").unlink()
+        (row,) = kitchen_summary.write(copy)
+        assert (row.passed, row.verdict) == (None, "not checked")
+        assert set(kitchen_summary.cells(row)) == {""}
+        assert kitchen_summary.sentence([row]) == "0 of 0 checked scenes passed, 0 joints swept"
