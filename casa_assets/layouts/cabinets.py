@@ -129,7 +129,8 @@ def face_of(models: Models, group: str) -> str:
 
 def _filler(order: Order, slot: Slot, models: Models) -> None:
     upper = slot.is_upper
-    group = "upper" if upper else group_of(slot)
+    # Between tall units a strip is as high as they are, and one of them.
+    group = "upper" if upper else "tall" if slot.high > sizes.UPPER_FROM else group_of(slot)
     low = slot.low if upper else 0.1
     strip = {"width": slot.width, "height": round(slot.high - low, 4), "face": face_of(models, group), "kind": "plain"}
     spot = Spot(slot.line.frame, slot.middle, slot.depth, low, depth=Depth.FRONT)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from casa_assets.layouts.request import Kitchen
+from casa_assets.layouts.runs import Slot
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 from casa_assets.model.scene import Camera
 from casa_assets.model.units import BaseKind
 
@@ -16,6 +18,9 @@ FOV = 50.0
 ASPECT = 4 / 3  # of the pictures that the overview has to fit into
 FILL = 0.95  # share of the overview that the room fills
 EYE = 1.45  # metres: eye of a robot of human height
+STANDS = 0.3  # metres that it stands from what is on the floor
+FAN_DEG, SIGHT = (-24, -16, -8, 0, 8, 16, 24), 40  # directions in which its outlook is tried, and decimetres
+Box = tuple[float, float, float, float]
 WORK = {
     BaseKind.SINK: "sink",
     BaseKind.RANGE: "stove",
@@ -41,11 +46,52 @@ def cameras(kitchen: Kitchen) -> tuple[Camera, ...]:
             target = slot.line.frame.at(slot.middle, 0.45, 1.0)
             eye = slot.line.frame.at(slot.middle + 0.35, 1.95, 1.65)
             out.append(Camera(name=f"at_{name}", pose=look_at(eye, target), fov_y_deg=62.0))
-    for k, (fx, fy, way) in enumerate(((0.35, 0.3, 1.0), (0.65, 0.3, -1.0))):
-        eye = (x0 + fx * (x1 - x0), y0 + fy * (y1 - y0), EYE)
-        target = (middle[0] - way * 0.3, y1, 1.05)
+    for k, (eye, target) in enumerate(_robot_eyes(kitchen)):
         out.append(Camera(name=f"robot_eye_{k + 1}", pose=look_at(eye, target), fov_y_deg=58.0))
     return tuple(out)
+
+
+def _robot_eyes(kitchen: Kitchen) -> list[tuple[Vec3, Vec3]]:
+    """Eye and target of a robot in the left and in the right of the room, where it stands free and sees far."""
+    (x0, y0), (x1, y1) = kitchen.room.bounds()
+    units = [s for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
+    boxes = [(_box(s), s.high > EYE - 0.2) for s in units]
+    found = []
+    for shares, way in (((0.35, 0.28, 0.42, 0.5), 1.0), ((0.65, 0.72, 0.58, 0.5), -1.0)):
+        places = [(x0 + fx * (x1 - x0), y0 + fy * (y1 - y0)) for fy in (0.3, 0.2, 0.4, 0.1) for fx in shares]
+        target = ((x0 + x1) / 2 - way * 0.3, y1)
+        best = max(places, key=lambda at: _outlook(kitchen, boxes, at, target))
+        found.append(((*best, EYE), (*target, 1.05)))
+    return found
+
+
+def _box(slot: Slot) -> Box:
+    """Least and greatest x and y of a unit on the floor."""
+    xs, ys = zip(
+        *(slot.line.frame.at(u, v)[:2] for u in (slot.left, slot.right) for v in (0.0, slot.depth)), strict=True
+    )
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def _outlook(kitchen: Kitchen, boxes: Sequence[tuple[Box, bool]], at: Vec2, target: Vec2) -> tuple[bool, float]:
+    """Whether one stands free there, and how many metres one sees on the average, to half metres."""
+    free = kitchen.room.holds(*at) and all(_away(box, at) > STANDS for box, _ in boxes)
+    ahead = math.atan2(target[1] - at[1], target[0] - at[0])
+    tall = [box for box, high in boxes if high]
+    total = 0.0
+    for turn in FAN_DEG:
+        way = (math.cos(ahead + math.radians(turn)), math.sin(ahead + math.radians(turn)))
+        for step in range(1, SIGHT + 1):
+            x, y = at[0] + 0.1 * step * way[0], at[1] + 0.1 * step * way[1]
+            if not kitchen.room.holds(x, y) or any(_away(box, (x, y)) <= 0 for box in tall):
+                break
+            total += 0.1
+    return free, round(2 * total / len(FAN_DEG)) / 2
+
+
+def _away(box: Box, at: Vec2) -> float:
+    """Metres from a point to a box; none within."""
+    return math.hypot(max(box[0] - at[0], 0.0, at[0] - box[2]), max(box[1] - at[1], 0.0, at[1] - box[3]))
 
 
 def _overview(kitchen: Kitchen, x0: float, y0: float, x1: float, y1: float) -> Camera:
