@@ -90,7 +90,8 @@ def _clearance(subject: DesignSubject, limit: float | None, hoods: bool) -> Meas
 
 def _cooks_at(cooktop: Fixture) -> float:
     """Height of the surface that pans stand on; a range may have a panel behind it that is higher."""
-    return max((m.at[2] for m in cooktop.marks if m.name.endswith("_place_site")), default=cooktop.high)
+    places = [m.at[2] for m in cooktop.marks if m.name.endswith("_place_site")]
+    return min(cooktop.high, max(places, default=cooktop.high))
 
 
 def over(facts: Facts, below: Fixture) -> list[Fixture]:
