@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.text import Text
 
 from casa_assets import __version__
+from casa_assets.cli.articulate import articulate
 from casa_assets.cli.checks import checks
 from casa_assets.cli.doctor import doctor
 from casa_assets.cli.families import app as families
@@ -38,7 +39,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (ingest, fetch, preview, report, index, checks, doctor):
+for verb in (ingest, articulate, fetch, preview, report, index, checks, doctor):
     app.command()(verb)
 app.add_typer(families)
 app.add_typer(textures)

@@ -1,0 +1,197 @@
+"""The articulation benchmark: what `casa_assets.articulate` finds, scored by the benchmark's own score.py.
+
+    CASA_SHARED=/path/to/shared python benchmarks/articulate.py [--variant input welded fused] [--suite core]
+        [--every 4] [--only regex] [--perturb SEED] [--true-frame]
+
+Prints the table of score.py for each variant and per type, seconds per mesh, and how often the frame was right.
+`--true-frame` gives the tool the up and front that the ground truth has: what the frame guess costs is the difference.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib.util
+import json
+import os
+import sys
+import tarfile
+import tempfile
+import time
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from casa_assets.articulate.frame import given_frame, guess_frame
+from casa_assets.articulate.infer import infer
+from casa_assets.articulate.plan import Articulation, Frame
+from casa_assets.articulate.soup import soup_of
+
+AXES = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
+
+
+def shared() -> Path:
+    """The benchmark's folder."""
+    return Path(os.environ["CASA_SHARED"]) / "articulate_bench"
+
+
+def load_score(cases: Path) -> ModuleType:
+    """score.py as a module that reads `cases`."""
+    os.environ["ARTBENCH_CASES"] = str(cases)
+    spec = importlib.util.spec_from_file_location("score", shared() / "score.py")
+    assert spec
+    assert spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def unpacked(folder: Path) -> Path:
+    """The cases below `folder`, unpacked where they are not there."""
+    if not (folder / "cases" / "index.json").exists():
+        with tarfile.open(shared() / "cases.tar.xz") as tar:
+            tar.extractall(folder, filter="data")
+    return folder / "cases"
+
+
+def turned(case: Any, rng: np.random.Generator) -> None:
+    """The case in another pose, as perturb.py makes it: yaw in quarter turns, Y up, other units, moved."""
+    yaw = np.array([[[1, 0], [0, 1]], [[0, -1], [1, 0]], [[-1, 0], [0, -1]], [[0, 1], [-1, 0]]][rng.integers(4)])
+    rotation = np.eye(3)
+    rotation[:2, :2] = yaw
+    if rng.random() < 0.6:
+        rotation = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]) @ rotation
+    scale = float(rng.choice([1, 100, 1000]))
+    shift = rng.normal(0, 0.3, 3) * scale * case.diag
+
+    def there(points: Any) -> Any:
+        return np.asarray(points) @ rotation.T * scale + shift
+
+    case.V = there(case.V)
+    case.A = case.A * scale**2
+    case.diag *= scale
+    for key in ("up", "front"):
+        case.J[key] = (rotation @ np.array(AXES[case.J[key]])).tolist() if case.J.get(key) else None
+    for part in case.parts:
+        joint = part["joint"] = dict(part["joint"])
+        joint["axis"] = (rotation @ np.array(joint["axis"])).tolist()
+        joint["origin"] = there([joint["origin"]])[0].tolist()
+        if joint["type"] == "prismatic" and joint["range"]:
+            joint["range"] = [r * scale for r in joint["range"]]
+        low, high = (there([c])[0] for c in part["bbox"])
+        part["bbox"] = [np.minimum(low, high).tolist(), np.maximum(low, high).tolist()]
+
+
+def truth(case: Any) -> tuple[Any, Any]:
+    """Up and front of a case as vectors, None where it has no front."""
+    up, front = case.J["up"], case.J.get("front")
+    return AXES.get(up, up) if isinstance(up, str) else up, AXES.get(front, front) if isinstance(front, str) else front
+
+
+def frame_is_right(frame: Frame, case: Any) -> bool:
+    """Whether the guess has the up axis of the ground truth, and its front where it has one."""
+    up, front = truth(case)
+    good = float(np.dot(frame.rotation[2], up)) > 0.99
+    return good and (front is None or float(np.dot(frame.rotation[1], front)) < -0.99)
+
+
+def prediction(found: Articulation) -> dict[str, Any]:
+    """What score.py reads: parts by face index, joints in the frame and units of the file."""
+    parts = []
+    for part in found.parts:
+        joint = part.joint
+        slides = joint.kind.value == "slide"
+        span = [r / found.frame.scale if slides else r for r in joint.range]
+        kind = "prismatic" if slides else "continuous" if joint.endless else "revolute"
+        axis = found.frame.direction_to_file(joint.axis)
+        origin = found.frame.to_file(np.array([joint.anchor]))[0].tolist()
+        row = {"type": kind, "axis": list(axis), "origin": origin, "range": span}
+        parts.append(
+            {"name": part.name, "type": part.kind.value, "parent": part.parent or "base", "joint": row}
+            | {"faces": part.faces.tolist()}
+        )
+    return {"parts": parts}
+
+
+def one(case: Any, true_frame: bool) -> tuple[Articulation, float]:
+    """What the tool makes of a case, and the seconds that it takes."""
+    begin = time.perf_counter()
+    soup = soup_of(case.V, case.F)
+    up, front = truth(case)
+    frame = given_frame(soup, up, front or (0, -1, 0)) if true_frame else guess_frame(soup)
+    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    return infer(placed, frame), time.perf_counter() - begin
+
+
+def main() -> None:
+    """Run and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--variant", nargs="+", default=["input", "welded", "fused"])
+    parser.add_argument("--suite", default="all")
+    parser.add_argument("--only")
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--perturb", type=int)
+    parser.add_argument("--true-frame", action="store_true")
+    parser.add_argument("--cases", type=Path)
+    parser.add_argument("--out", type=Path, help="Folder for the predictions.")
+    parser.add_argument("--verbose", action="store_true")
+    args = parser.parse_args()
+    with contextlib.ExitStack() as stack:
+        folder = args.cases or Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        score = load_score(unpacked(folder))
+        for variant in args.variant:
+            run(score, args, variant)
+
+
+def run(score: ModuleType, args: argparse.Namespace, variant: str) -> None:
+    """One variant."""
+    names = score.case_names(args.suite, args.only)[:: args.every]
+    rng = np.random.default_rng(args.perturb)
+    rows, seconds, right = [], [], 0
+    for name in names:
+        case = score.Case(f"{score.CASES}/{name}", variant)
+        if args.perturb is not None:
+            turned(case, rng)
+        found, took = one(case, args.true_frame)
+        good = frame_is_right(found.frame, case)
+        right += good
+        seconds.append(took)
+        rows.append(score.score_case(case, prediction(found)))
+        if args.out:
+            args.out.mkdir(parents=True, exist_ok=True)
+            (args.out / f"{name}.json").write_text(json.dumps(prediction(found)))
+        if args.verbose:
+            tell(rows[-1], good, took)
+    groups = [score.summarise(rows, "ALL")]
+    kinds = sorted({r["category"] for r in rows})
+    groups += [score.summarise([r for r in rows if r["category"] == k], k) for k in kinds]
+    print(f"\n== {variant}: {len(names)} cases; frame right {right}; seconds median {np.median(seconds):.2f}", end=" ")
+    print(f"p95 {np.percentile(seconds, 95):.2f}\n{score.table(groups)}\n\n{score.by_type(rows)}")
+    sys.stdout.flush()
+
+
+def tell(row: dict[str, Any], good: bool, took: float) -> None:
+    """What is wrong with one case, on one line each."""
+    misses = [f"{p['name']}({p['type']}) {p['iou']:.2f}" for p in row["parts"] if p["iou"] < 0.5]
+    wrong = [
+        f"{p['name']}({p['type']}->{p.get('ptype')}): "
+        + " ".join(k for k in ("type_ok", "joint_ok", "dir_ok") if p.get(k) is False)
+        + f" ax {p.get('axis_deg')} o {p.get('origin_part')}"
+        for p in row["parts"]
+        if p["iou"] >= 0.5
+        and (
+            not p.get("joint_ok")
+            or p.get("dir_ok") is False
+            or p.get("axis_deg", 0) > 5
+            or p.get("origin_part", 0) > 0.1
+        )
+    ]
+    mark = "" if good else " FRAME"
+    counts = f"{took:.1f}s gt {row['n_gt']} pred {row['n_pred']}"
+    print(f"{row['name']}{mark} {counts} miss {misses} extra {row['extra']} wrong {wrong}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,260 @@
+"""A taken-apart mesh -> Asset: one link for each part, its surface, its shapes, its share of the mass, its joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.articulate.fragments import fragment_labels
+from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
+from casa_assets.articulate.shapes import shapes_of
+from casa_assets.articulate.soup import Soup
+from casa_assets.geometry.measure import shell_moments
+from casa_assets.geometry.normals import with_normals
+from casa_assets.model.asset import Asset, Base, Collider, Exclusion, Inertial, Joint, JointKind, Link, State, Visual
+from casa_assets.model.category import Category
+from casa_assets.model.material import Material, Substance
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.pose import Pose
+from casa_assets.model.provenance import Guess, Labels, Provenance
+from casa_assets.model.source import RawModel
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+ROOT = "object"
+# Force that starts a part, and the one that then takes it along in about a second, N.
+START_N, PUSH_N, OPENS_IN_S = 4.0, 16.0, 1.1
+# Fragments of a link that are touched, the largest first, and shapes of a link in all, about.
+MOST_PIECES, MOST_SHAPES = 24, 60
+# Thinnest sheet, as a part of the longest side of a link, whose inertia survives rounding.
+SHEET = 0.004
+
+
+@dataclass(frozen=True)
+class Brief:
+    """All that an asset needs besides its geometry.
+
+    Attributes:
+        asset_id: of the result. metres: length of the diagonal.
+        category, classes, substance: what the registry says of its kind. provenance: of the source.
+    """
+
+    asset_id: str
+    metres: float
+    category: Category
+    classes: tuple[str, ...]
+    substance: Substance
+    provenance: Provenance
+
+
+def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> Asset:
+    """An asset that opens.
+
+    Args:
+        model: as read; its faces, part by part, are those of `soup`.
+        soup: in the frame, diagonal 1.
+    """
+    place = _Place(soup, brief.metres)
+    owner = np.full(len(soup.faces), -1, dtype=np.int64)
+    for i, part in enumerate(found.parts):
+        owner[part.faces] = i
+    names = [ROOT, *(p.name for p in found.parts)]
+    anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in found.parts)]
+    total = float(soup.areas.sum())
+    mass = _mass(brief)
+    label = fragment_labels(soup)
+    links = []
+    for i, name in enumerate(names):
+        rows = np.flatnonzero(owner == i - 1)
+        parent = None if i == 0 else (found.parts[i - 1].parent or ROOT)
+        at = anchors[i] - (np.zeros(3) if parent is None else anchors[names.index(parent)])
+        grip = found.parts[i - 1].grip if i else np.empty(0, dtype=np.int64)
+        share = max(float(soup.areas[rows].sum()) / max(total, 1e-12), 1e-4)
+        links.append(
+            Link(
+                name=name,
+                parent=parent,
+                pose=Pose(position=_vec(at)),
+                inertial=_inertial(place.points - anchors[i], soup.faces[rows], mass * share),
+                visuals=_visuals(model, place, owner, i - 1, name, anchors[i]),
+                colliders=_colliders(place.points - anchors[i], soup, label, rows, grip, name, brief.substance.id),
+            )
+        )
+    ordered = _parents_first(links)
+    joints = tuple(_joint(p, brief.metres, k) for p, k in zip(found.parts, links[1:], strict=True))
+    return Asset(
+        id=brief.asset_id,
+        base=Base.FIXED if brief.category.fixed else Base.FREE,
+        links=ordered,
+        joints=joints,
+        states=tuple(s for p in found.parts for s in _states(p)),
+        exclusions=tuple(Exclusion(first=ROOT, second=p.name) for p in found.parts),
+        materials=_materials(model, brief.substance.id),
+        substances=(brief.substance,),
+        labels=Labels(category=brief.category.id, classes=brief.classes, qcode=brief.category.qcode),
+        provenance=brief.provenance.replace(guesses=(*brief.provenance.guesses, *_guesses(found))),
+    )
+
+
+class _Place:
+    """Points of the frame in metres: the middle of the footprint is the origin, on the ground."""
+
+    def __init__(self, soup: Soup, metres: float) -> None:
+        low, high = soup.points.min(axis=0), soup.points.max(axis=0)
+        self.shift = -np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]) * metres
+        self.metres = metres
+        self.points = self.point(soup.points)
+        self.soup = soup
+
+    def point(self, points: Floats) -> Floats:
+        """Points of the frame, asset frame."""
+        found: Floats = points * self.metres + self.shift
+        return found
+
+
+def _visuals(model: RawModel, place: _Place, owner: Ints, part: int, name: str, anchor: Floats) -> tuple[Visual, ...]:
+    """The surface of a link, one mesh for each material of the file."""
+    out: list[Visual] = []
+    start = 0
+    for i, raw in enumerate(model.parts):
+        count = len(raw.mesh.faces)
+        rows = np.flatnonzero((owner[start : start + count] == part) & (place.soup.areas[start : start + count] > 0))
+        if len(rows):
+            corners = place.soup.faces[start + rows]
+            mesh = _cut(raw.mesh, rows, place.points[corners] - anchor)
+            if len(mesh.faces):
+                out.append(Visual(name=f"{name}_visual_{len(out):03d}", mesh=mesh, material=f"look_{i:03d}"))
+        start += count
+    return tuple(out)
+
+
+def _cut(mesh: Mesh, rows: Ints, corners: Floats) -> Mesh:
+    """Some faces of a mesh at new places, with their texture coordinates; float32 throughout."""
+    faces = mesh.faces[rows].astype(np.int64)
+    used, local = np.unique(faces, return_inverse=True)
+    vertices = np.zeros((len(used), 3))
+    vertices[local.reshape(-1)] = corners.reshape(-1, 3)
+    vertices = vertices.astype(np.float32).astype(np.float64)
+    shape = vertices[local.reshape(-1, 3)]
+    alive = np.linalg.norm(np.cross(shape[:, 1] - shape[:, 0], shape[:, 2] - shape[:, 0]), axis=1) > 1e-14
+    uv = None if mesh.uv is None else mesh.uv[used]
+    bare = Mesh(vertices=vertices, faces=local.reshape(-1, 3)[alive], uv=uv)
+    return with_normals(bare) if alive.any() else bare
+
+
+def _colliders(
+    points: Floats, soup: Soup, label: Ints, rows: Ints, grip: Ints, name: str, substance: str
+) -> tuple[Collider, ...]:
+    """Shapes of a link, fragment by fragment; those of the handle first, under its name."""
+    held = np.isin(rows, grip)
+    out: list[Collider] = []
+    for group, kind in ((rows[held], "handle"), (rows[~held], "main")):
+        group = group[label[group] >= 0]
+        areas = np.bincount(label[group], soup.areas[group])
+        ranked = np.lexsort((np.arange(len(areas)), -areas))[: int((areas > 0.0).sum())]
+        for one in ranked[:MOST_PIECES].tolist():
+            faces = soup.faces[group[label[group] == one]]
+            for shape, pose in shapes_of(points, faces, max(1, MOST_SHAPES - len(out))):
+                stem = f"{name}_{kind}"
+                count = sum(c.name.startswith(stem) for c in out)
+                out.append(
+                    Collider(
+                        name=stem if not count else f"{stem}_{count:02d}",
+                        shape=shape,
+                        pose=pose,
+                        substance=substance,
+                        label="handle" if kind == "handle" else None,
+                    )
+                )
+    return tuple(out)
+
+
+def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:
+    """A link as a sheet of even thickness over its surface."""
+    area, center, inertia = shell_moments(points, faces)
+    tensor = inertia / max(area, 1e-12) * mass
+    tensor = tensor + np.eye(3) * mass * (SHEET * float(np.ptp(points[faces].reshape(-1, 3), axis=0).max())) ** 2
+    xx, yy, zz, xy, xz, yz = (_seven(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    return Inertial(mass=_seven(mass), center_of_mass=_vec(center), inertia=(xx, yy, zz, xy, xz, yz))
+
+
+def _mass(brief: Brief) -> float:
+    """Usual mass of a thing of this kind and size, kg."""
+    span = brief.category.mass_kg
+    return float(
+        np.clip(span.typical * (brief.metres / (1.3 * brief.category.longest_m.typical)) ** 3, span.low, span.high)
+    )
+
+
+def _joint(part: PartPlan, metres: float, link: Link) -> Joint:
+    """The joint of a part, child frame; friction and damping by what moves it."""
+    slides = part.joint.kind is JointKind.SLIDE
+    low, high = (r * metres if slides else r for r in part.joint.range)
+    way = high - low
+    spread = np.ptp(np.concatenate([v.mesh.vertices for v in link.visuals]), axis=0) if link.visuals else np.ones(3)
+    lever = 1.0 if slides else max(0.01, float(np.max(spread)) * (0.5 if part.kind is PartKind.KNOB else 0.9))
+    small = part.kind in (PartKind.KNOB, PartKind.BUTTON)
+    start, push = (0.5, 2.0) if small else (START_N, PUSH_N)
+    handle = next((c.name for c in link.colliders if c.label == "handle"), None)
+    return Joint(
+        name=f"{part.name}_joint",
+        child=part.name,
+        kind=part.joint.kind,
+        axis=part.joint.axis,
+        range=(_seven(low), _seven(high)),
+        damping=_three(push * lever / max(way, 1e-3) * OPENS_IN_S),
+        frictionloss=_three(start * lever),
+        grip=handle,
+    )
+
+
+def _states(part: PartPlan) -> tuple[State, ...]:
+    """Closed and open of a front. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
+    if part.kind not in (PartKind.DOOR, PartKind.DRAWER, PartKind.LID):
+        return ()
+    joint = f"{part.name}_joint"
+    return (
+        State(name=f"{joint}_closed", joint=joint, value="closed", interval=(0.0, 0.005)),
+        State(name=f"{joint}_open", joint=joint, value="open", interval=(0.9, 1.0)),
+    )
+
+
+def _materials(model: RawModel, substance: str) -> tuple[Material, ...]:
+    return tuple(p.material.replace(id=f"look_{i:03d}", substance=substance) for i, p in enumerate(model.parts))
+
+
+def _guesses(found: Articulation) -> tuple[Guess, ...]:
+    """The decisions, for the provenance."""
+    frame = found.frame
+    out = [Guess(subject="frame", value="up and front", confidence=frame.confidence, because=frame.because)]
+    for part in found.parts:
+        says = "; ".join(w for w in (part.because, part.joint.because) if w)
+        out.append(Guess(subject=part.name, value=part.kind.value, confidence=part.confidence, because=says))
+    return tuple(out)
+
+
+def _parents_first(links: list[Link]) -> tuple[Link, ...]:
+    out: list[Link] = []
+    left = list(links)
+    while left:
+        ready = [k for k in left if k.parent is None or any(o.name == k.parent for o in out)]
+        assert ready, "parents are parts"
+        out += ready
+        left = [k for k in left if k not in ready]
+    return tuple(out)
+
+
+def _vec(values: Floats) -> tuple[float, float, float]:
+    x, y, z = (_seven(float(v)) if abs(v) > 1e-9 else 0.0 for v in values)
+    return (x, y, z)
+
+
+def _seven(value: float) -> float:
+    return float(f"{float(value):.7g}")
+
+
+def _three(value: float) -> float:
+    return float(f"{value:.3g}")

@@ -1,0 +1,202 @@
+"""A soup in its frame -> the parts that move, by the sides of the thing: fronts, controls, what is inside."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from casa_assets.articulate import hinges
+from casa_assets.articulate.controls import Control, find_controls
+from casa_assets.articulate.fragments import fragment_labels
+from casa_assets.articulate.frames import joined
+from casa_assets.articulate.fronts import box_depth, dress, handle_spots, which_open
+from casa_assets.articulate.inside import Tray, find_trays
+from casa_assets.articulate.panels import Panel, find_panels
+from casa_assets.articulate.pieces import FRONT, SIDES, TOP, Pieces, face_on, measure
+from casa_assets.articulate.plan import Articulation, Edge, Frame, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.soup import Floats, Soup
+from casa_assets.model.joint import JointKind
+from casa_assets.model.record import Vec3
+
+# Travel of a button in diagonals, capped by how far it stands out. Ref: 2 to 5 mm on a thing of 0.8 m.
+BUTTON_WAY = 0.004
+
+
+@dataclass
+class _Found:
+    """Parts so far, and the fragments that they took."""
+
+    pieces: Pieces
+    parts: list[PartPlan] = field(default_factory=list)
+    taken: set[int] = field(default_factory=set)
+    fronts: list[tuple[str, Panel, Edge | None]] = field(default_factory=list)
+
+    def add(
+        self,
+        kind: PartKind,
+        fragments: list[int],
+        grip: list[int],
+        joint: JointPlan,
+        parent: str,
+        why: tuple[float, str],
+    ) -> str:
+        """A part of these fragments; returns its name."""
+        name = f"{kind.value}_{sum(p.kind is kind for p in self.parts)}"
+        self.taken |= set(fragments)
+        self.parts.append(
+            PartPlan(
+                name=name,
+                kind=kind,
+                parent=parent,
+                faces=self.pieces.faces_of(fragments),
+                grip=self.pieces.faces_of(grip),
+                joint=joint,
+                confidence=round(why[0], 2),
+                because=why[1],
+            )
+        )
+        return name
+
+
+def infer(soup: Soup, frame: Frame, category: str = "") -> Articulation:
+    """Find the moving parts of a soup.
+
+    Args:
+        soup: in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
+        category: id of a category where it is known, empty otherwise.
+    """
+    pieces = measure(soup, fragment_labels(soup))
+    found = _Found(pieces)
+    if pieces.count > 1:
+        panels = find_panels(pieces, FRONT)
+        controls = find_controls(pieces, FRONT, [f for p in panels for f in p.members])
+        panels = joined(panels, handle_spots(pieces, FRONT, panels, controls))
+        rest = dress(pieces, FRONT, panels, controls)
+        _fronts(found, panels)
+        _controls(found, FRONT, rest)
+        for _, panel, edge in list(found.fronts):
+            for tray in find_trays(pieces, FRONT, panel, edge, sorted(found.taken)):
+                _tray(found, panel, tray)
+        over = find_controls(pieces, TOP, sorted(found.taken))
+        _controls(found, TOP, [c for c in over if c.round and _stands_free(pieces, c)])
+    return Articulation(frame=frame, parts=tuple(found.parts), category=category)
+
+
+def _stands_free(pieces: Pieces, control: Control) -> bool:
+    """Whether a thing on the top stands out like a knob, and not like a foot or a burner."""
+    return control.stands >= 0.3 * float(control.across.max())
+
+
+def _fronts(found: _Found, panels: list[Panel]) -> None:
+    low, high = face_on(found.pieces, FRONT)
+    whole = high.max(axis=0) - low.min(axis=0)
+    chosen = which_open(panels, whole)
+    every = [p for p, _, _ in chosen]
+    for panel, sure, because in chosen:
+        grip = hinges.grip_of(panel, low, high)
+        drawn, certain, why = hinges.is_drawer(panel, box_depth(found.pieces, FRONT, panel), whole, grip, every)
+        held = sorted(f for g in panel.grips for f in g)
+        if drawn:
+            deep = float(high[panel.everything, 2].max() - panel.low[2])
+            way = hinges.DRAWER_WAY * deep if deep > 0.15 * whole[2] else 0.7 * float(whole[2])
+            joint = JointPlan(
+                kind=JointKind.SLIDE,
+                axis=_direction(-SIDES[FRONT][2]),
+                anchor=_point(FRONT, (panel.low + panel.high) / 2),
+                range=(0.0, way),
+                confidence=certain,
+                because=why,
+            )
+            name = found.add(PartKind.DRAWER, panel.everything, held, joint, "", (sure * certain, because))
+            found.fronts.append((name, panel, None))
+        else:
+            panel.box = []
+            opening = hinges.hinge_edge(panel, grip, panels, whole)
+            joint = _hinge(panel, opening)
+            name = found.add(PartKind.DOOR, panel.everything, held, joint, "", (sure * certain, because))
+            found.fronts.append((name, panel, opening.edge))
+
+
+def _hinge(panel: Panel, opening: hinges.Opening) -> JointPlan:
+    assert opening.edge is not None
+    axis, point = hinges.hinge_line(panel, opening.edge)
+    return JointPlan(
+        kind=JointKind.HINGE,
+        axis=_direction(axis[0] * SIDES[FRONT][0] + axis[1] * SIDES[FRONT][1]),
+        anchor=_point(FRONT, point),
+        range=(0.0, hinges.DOOR_RANGE),
+        edge=opening.edge,
+        confidence=opening.confidence,
+        because=opening.because,
+        runner_up=opening.runner_up.value if opening.runner_up else "",
+    )
+
+
+def _controls(found: _Found, side: int, controls: list[Control]) -> None:
+    """Knobs and buttons of a side; what is neither stays with what it sits on."""
+    normal = _direction(-SIDES[side][2])
+    for control in controls:
+        if set(control.fragments) & found.taken:
+            continue
+        across = float(control.across.max())
+        kind, sure, why = _kind(control, controls)
+        if kind is None:
+            continue
+        middle = (control.low + control.high) / 2
+        turns = kind is PartKind.KNOB
+        joint = JointPlan(
+            kind=JointKind.HINGE if turns else JointKind.SLIDE,
+            axis=normal if turns else _direction(SIDES[side][2]),
+            anchor=_point(side, middle),
+            range=(0.0, 2 * math.pi if turns else min(BUTTON_WAY, max(0.5 * control.stands, 0.1 * across))),
+            endless=turns,
+            confidence=sure,
+            because=why,
+        )
+        parent = next((n for n, p, _ in found.fronts if side == FRONT and p.holds(control.low, control.high)), "")
+        found.add(kind, control.fragments, control.fragments, joint, parent, (sure, why))
+
+
+def _kind(control: Control, all_: list[Control]) -> tuple[PartKind | None, float, str]:
+    """Knob, button, or neither."""
+    across = float(control.across.max())
+    alike = sum(
+        bool(np.abs(c.across - control.across).max() < 0.12 * across) and abs(c.stands - control.stands) < 0.25 * across
+        for c in all_
+    )
+    if control.round and control.stands >= 0.22 * across and across >= 0.015:
+        return PartKind.KNOB, 0.8 if alike > 1 else 0.65, "round, and stands out"
+    if control.long <= 5.0 and control.stands >= 0.0005 and (alike > 1 or control.round) and across <= 0.09:
+        return PartKind.BUTTON, 0.6 if alike > 1 else 0.45, "small, and one of several alike" if alike > 1 else "round"
+    return None, 0.0, ""
+
+
+def _tray(found: _Found, door: Panel, tray: Tray) -> None:
+    low, high = found.pieces.box(tray.fragments)
+    middle = _direction_free((low + high) / 2)
+    if tray.round:
+        joint = JointPlan(
+            kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=middle, range=(0.0, 2 * math.pi), endless=True
+        )
+    else:
+        way = 0.8 * float(high[1] - low[1])
+        joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, way))
+    joint = joint.replace(confidence=tray.confidence, because=tray.because)
+    found.add(PartKind.TRAY, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.because))
+
+
+def _direction(v: Floats) -> Vec3:
+    x, y, z = (float(c) for c in v / np.linalg.norm(v))
+    return (x, y, z)
+
+
+def _direction_free(v: Floats) -> Vec3:
+    x, y, z = (float(c) for c in v)
+    return (x, y, z)
+
+
+def _point(side: int, uvw: Floats) -> Vec3:
+    """A point given as (right, up, depth) of a side, in the frame."""
+    return _direction_free(uvw @ SIDES[side])

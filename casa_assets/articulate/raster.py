@@ -1,0 +1,127 @@
+"""Orthographic pictures of triangles along an axis: which face is seen at each pixel, and how deep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Pixels that are written at once: bounds the memory, not the result.
+CHUNK = 2_000_000
+# Steps into which the depth of a picture is divided.
+_STEPS = float(2**30)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What is seen along a direction.
+
+    Attributes:
+        face: (H, W) index of the face that is seen, -1 where there is none; row 0 is at the top.
+        depth: (H, W) distance along the view from the nearest corner of the box, units of the mesh; inf for none.
+        low: (2,) corner of the picture in (right, up). pixel: edge of a pixel, units of the mesh.
+    """
+
+    face: Ints
+    depth: Floats
+    low: Floats
+    pixel: float
+
+    def rows_columns(self, flat: Floats) -> tuple[Ints, Ints]:
+        """Row and column of (N, 2) points given in (right, up), clipped to the picture."""
+        height, width = self.face.shape
+        column = np.floor((flat[:, 0] - self.low[0]) / self.pixel).astype(np.int64)
+        row = height - 1 - np.floor((flat[:, 1] - self.low[1]) / self.pixel).astype(np.int64)
+        return np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
+
+
+def draw(points: Floats, faces: Ints, axes: Floats, size_px: int) -> Picture:
+    """Look at triangles from outside, along `axes[2]`.
+
+    Args:
+        points: (P, 3). faces: (F, 3).
+        axes: (3, 3) rows: right, up, and the direction of the view (into the scene).
+        size_px: pixels along the longer side.
+    """
+    flat = points @ axes.T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    span = np.maximum(high - low, 1e-12)
+    pixel = float(max(span[0], span[1])) / size_px
+    width, height = (max(1, int(np.ceil(s / pixel - 1e-9))) for s in span[:2])
+    grid = (flat - low) / np.array([pixel, pixel, span[2]])
+    buffer = np.full(height * width, np.iinfo(np.int64).max)
+    for start, stop in _chunks(grid[:, 1], faces):
+        _write(buffer, width, height, grid, faces, start, stop)
+    seen = buffer != np.iinfo(np.int64).max
+    face = np.where(seen, buffer & 0xFFFFFFFF, -1).reshape(height, width)[::-1]
+    depth = np.where(seen, (buffer >> 32) / _STEPS * span[2], np.inf).reshape(height, width)[::-1]
+    return Picture(face, depth, low[:2], pixel)
+
+
+def _chunks(rows: Floats, faces: Ints) -> list[tuple[int, int]]:
+    """Ranges of faces whose boxes hold a bounded number of rows."""
+    tall = np.ptp(rows[faces], axis=1) + 2
+    at = np.floor(np.cumsum(tall) / (CHUNK / 40)).astype(np.int64)
+    edges = np.flatnonzero(np.diff(at)) + 1
+    ends = [0, *edges.tolist(), len(faces)]
+    return list(pairwise(ends))
+
+
+def _write(buffer: Ints, width: int, height: int, grid: Floats, faces: Ints, start: int, stop: int) -> None:
+    """Write a range of faces: the spans of pixel centres that each covers in each row."""
+    corners = grid[faces[start:stop]]
+    y = corners[:, :, 1]
+    first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, height).astype(np.int64)
+    last = np.clip(np.floor(y.max(axis=1) - 0.5), -1, height - 1).astype(np.int64)
+    tri, row = _ranges(first, last - first + 1)
+    left, right = _spans(corners[tri], row + 0.5)
+    begin = np.clip(np.ceil(left - 0.5), 0, width).astype(np.int64)
+    end = np.clip(np.floor(right - 0.5), -1, width - 1).astype(np.int64)
+    for one in range(0, len(tri), CHUNK // 40):
+        part = slice(one, one + CHUNK // 40)
+        span, column = _ranges(begin[part], end[part] - begin[part] + 1)
+        index = tri[part][span]
+        depth = _depth(corners, index, column + 0.5, row[part][span] + 0.5)
+        key = (np.clip(depth, 0.0, 1.0) * _STEPS).astype(np.int64) << 32 | (index + start)
+        np.minimum.at(buffer, row[part][span] * width + column, key)
+
+
+def _ranges(first: Ints, count: Ints) -> tuple[Ints, Ints]:
+    """For each range its index and value, one after the other: ((N,), (N,))."""
+    count = np.maximum(count, 0)
+    owner = np.repeat(np.arange(len(first)), count)
+    begin = np.cumsum(count) - count
+    return owner, first[owner] + np.arange(len(owner)) - begin[owner]
+
+
+def _spans(corners: Floats, y: npt.NDArray[np.floating[Any]]) -> tuple[Floats, Floats]:
+    """Where a horizontal line enters and leaves each triangle: (N,) and (N,)."""
+    left, right = np.full(len(y), np.inf), np.full(len(y), -np.inf)
+    for i in range(3):
+        a, b = corners[:, i], corners[:, (i + 1) % 3]
+        rise = b[:, 1] - a[:, 1]
+        crosses = (np.minimum(a[:, 1], b[:, 1]) <= y) & (y <= np.maximum(a[:, 1], b[:, 1])) & (np.abs(rise) > 1e-12)
+        share = (y - a[:, 1]) / np.where(crosses, rise, 1.0)
+        x = a[:, 0] + share * (b[:, 0] - a[:, 0])
+        left = np.where(crosses, np.minimum(left, x), left)
+        right = np.where(crosses, np.maximum(right, x), right)
+    return np.where(left <= right, left, 1.0), np.where(left <= right, right, 0.0)
+
+
+def _depth(corners: Floats, index: Ints, x: npt.NDArray[np.floating[Any]], y: npt.NDArray[np.floating[Any]]) -> Floats:
+    """(N,) depth of the plane of each triangle at a place; that of the nearest corner where it stands on edge."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    u, v = b - a, c - a
+    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    safe = np.where(np.abs(area) > 1e-9, area, np.inf)
+    px, py = x - a[index, 0], y - a[index, 1]
+    s = (px * v[index, 1] - py * v[index, 0]) / safe[index]
+    t = (u[index, 0] * py - u[index, 1] * px) / safe[index]
+    depth: Floats = a[index, 2] + s * u[index, 2] + t * v[index, 2]
+    return np.clip(depth, corners[:, :, 2].min(axis=1)[index], corners[:, :, 2].max(axis=1)[index])

@@ -1,0 +1,88 @@
+"""Plain solids of which the tests build appliances: closed, outward, each with vertices of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Part = tuple[Floats, Ints]
+
+_QUADS = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+
+
+def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Part:
+    """A box between two corners: 8 vertices, 12 faces."""
+    corners = np.array(
+        [[(low, high)[x][0], (low, high)[y][1], (low, high)[z][2]] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    )
+    faces = [f for a, b, c, d in _QUADS for f in ((a, b, c), (a, c, d))]
+    return corners.astype(np.float64), np.array(faces, dtype=np.int64)
+
+
+def disc(middle: tuple[float, float, float], radius: float, depth: float, sides: int = 24) -> Part:
+    """A cylinder along y whose front is at `middle`."""
+    angle = np.arange(sides) / sides * 2 * np.pi
+    ring = np.stack([np.cos(angle) * radius, np.zeros(sides), np.sin(angle) * radius], axis=1) + np.array(middle)
+    back = ring + np.array([0.0, depth, 0.0])
+    points = np.concatenate([ring, back, [middle], [np.array(middle) + np.array([0.0, depth, 0.0])]])
+    faces = []
+    for i in range(sides):
+        j = (i + 1) % sides
+        faces += [
+            (i, j, 2 * sides),
+            (j, i, sides + i),
+            (j, sides + i, sides + j),
+            (sides + j, sides + i, 2 * sides + 1),
+        ]
+    return points, np.array(faces, dtype=np.int64)
+
+
+def together(*parts: Part) -> tuple[Floats, Ints, Ints]:
+    """Vertices, faces, and the part of each face."""
+    starts = np.cumsum([0, *(len(p[0]) for p in parts[:-1])])
+    faces = np.concatenate([f + s for (_, f), s in zip(parts, starts, strict=True)])
+    owner = np.repeat(np.arange(len(parts)), [len(p[1]) for p in parts])
+    return np.concatenate([p[0] for p in parts]), faces, owner
+
+
+def carcass(width: float, depth: float, height: float, wall: float = 0.02) -> list[Part]:
+    """Five boards round a cavity that is open at the front (y = 0)."""
+    return [
+        box((0, 0, 0), (wall, depth, height)),
+        box((width - wall, 0, 0), (width, depth, height)),
+        box((wall, 0, 0), (width - wall, depth, wall)),
+        box((wall, 0, height - wall), (width - wall, depth, height)),
+        box((wall, depth - wall, wall), (width - wall, depth, height - wall)),
+    ]
+
+
+def microwave() -> tuple[Floats, Ints, Ints]:
+    """A door hinged at the left (its handle is at the right), and a control panel with a knob and four buttons.
+
+    Parts: 0..4 carcass, 5 door, 6 handle, 7 control panel, 8 knob, 9..12 buttons.
+    """
+    return together(
+        *carcass(0.5, 0.38, 0.3),
+        box((0.0, -0.02, 0.0), (0.37, 0.0, 0.3)),
+        box((0.335, -0.05, 0.05), (0.35, -0.02, 0.25)),
+        box((0.375, -0.02, 0.0), (0.5, 0.0, 0.3)),
+        disc((0.437, -0.04, 0.07), 0.022, 0.02),
+        *(box((0.40 + dx, -0.0235, z), (0.43 + dx, -0.02, z + 0.02)) for dx in (0.0, 0.045) for z in (0.16, 0.2)),
+    )
+
+
+def drawers() -> tuple[Floats, Ints, Ints]:
+    """A carcass with two drawers. Parts: 0..4 carcass; 5..10, 11..16: front, bar, two sides, floor, back."""
+    parts = carcass(0.5, 0.5, 0.6)
+    for z in (0.305, 0.005):
+        parts += [
+            box((0.002, -0.02, z), (0.498, 0.0, z + 0.29)),
+            box((0.15, -0.06, z + 0.14), (0.35, -0.02, z + 0.155)),
+            box((0.03, 0.0, z + 0.03), (0.04, 0.45, z + 0.2)),
+            box((0.46, 0.0, z + 0.03), (0.47, 0.45, z + 0.2)),
+            box((0.04, 0.0, z + 0.03), (0.46, 0.45, z + 0.04)),
+            box((0.04, 0.44, z + 0.04), (0.46, 0.45, z + 0.2)),
+        ]
+    return together(*parts)

@@ -1,0 +1,95 @@
+"""From the bytes of a file to an Asset: links where the mesh has parts, in metres, closed at zero."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.size import metres_per_unit
+from casa_assets.errors import Rejected
+from casa_assets.model.category import Span
+from casa_assets.model.joint import JointKind
+from casa_assets.pipeline.articulate import Wish, build
+from tests.unit.articulate.blocks import Floats, Ints, box, drawers, microwave, together
+
+GIVEN = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
+
+
+def obj(path: Path, vertices: Floats, faces: Ints) -> Path:
+    """An OBJ file of some triangles."""
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
+    lines += [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def wish(mesh: Path, out: Path) -> Wish:
+    """With the axes given."""
+    return Wish(mesh, out, category="microwave", up=GIVEN["up"], front=GIVEN["front"])
+
+
+def test_a_microwave_becomes_an_asset_that_opens(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    asset, found, _ = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path))
+    assert [k.name for k in asset.links] == ["object", *(p.name for p in found.parts)]
+    assert len(asset.joints) == 6
+    door = asset.joint_of("door_0")
+    assert door is not None
+    assert door.kind is JointKind.HINGE
+    assert door.range == pytest.approx((0.0, np.pi / 2), abs=1e-5)
+    assert door.grip == "door_0_handle"
+    assert np.ptp(asset.bounds, axis=0) == pytest.approx([0.5, 0.43, 0.3], abs=1e-5)
+    assert asset.bounds[0] == pytest.approx([-0.25, -0.215, 0.0], abs=1e-5)
+
+
+def test_links_together_show_all_that_the_file_has(tmp_path: Path) -> None:
+    vertices, faces, _ = drawers()
+    asset, _, _ = build(wish(obj(tmp_path / "d.obj", vertices, faces), tmp_path))
+    assert sum(len(v.mesh.faces) for k in asset.links for v in k.visuals) == len(faces)
+    assert all(k.colliders for k in asset.links)
+    total = sum(k.inertial.mass for k in asset.links)
+    assert total == pytest.approx(asset.mass)
+
+
+def test_the_body_keeps_its_cavity(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    asset, _, _ = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path))
+    middle = np.array([0.0, 0.0, 0.15])
+    for collider in asset.root.colliders:
+        size = getattr(collider.shape, "size", None)
+        if size is None:
+            points = collider.pose.apply(collider.shape.mesh.vertices)  # type: ignore[union-attr]
+            low, high = points.min(axis=0), points.max(axis=0)
+        else:
+            low, high = (np.array(collider.pose.position) + s * np.array(size) / 2 for s in (-1, 1))
+        assert not ((low < middle) & (middle < high)).all(), collider.name
+
+
+def test_a_bare_cube_is_refused(tmp_path: Path) -> None:
+    vertices, faces, _ = together(box((0, 0, 0), (1, 1, 1)))
+    with pytest.raises(Rejected, match="no moving part found"):
+        build(wish(obj(tmp_path / "cube.obj", vertices, faces), tmp_path))
+
+
+def test_the_same_file_gives_the_same_asset(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    path = obj(tmp_path / "mw.obj", vertices, faces)
+    assert build(wish(path, tmp_path))[0].digest == build(wish(path, tmp_path))[0].digest
+
+
+@pytest.mark.parametrize(
+    ("longest", "stated", "unit"),
+    [
+        (0.5, None, 1.0),
+        (50.0, None, 0.01),
+        (500.0, None, 0.001),
+        (0.5, 1.0, 1.0),
+        (1.0, None, 0.52),
+        (7e5, None, 0.52 / 7e5),
+    ],
+)
+def test_units_make_a_thing_of_its_usual_size(longest: float, stated: float | None, unit: float) -> None:
+    span = Span(low=0.43, typical=0.52, high=0.8)
+    assert metres_per_unit(longest, stated, span)[0] == pytest.approx(unit)

@@ -1,0 +1,44 @@
+"""Pictures of triangles: every pixel centre that a triangle covers, at its depth, the nearest in front."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.pieces import BACK, FRONT, LEFT, SIDES, TOP
+from casa_assets.articulate.raster import draw
+from tests.unit.articulate.blocks import box, together
+
+
+def test_a_box_fills_its_rectangle_from_every_side() -> None:
+    vertices, faces, _ = together(box((0, 0, 0), (2, 1, 4)))
+    for side, (width, height) in ((FRONT, (32, 64)), (LEFT, (16, 64)), (TOP, (64, 32))):
+        picture = draw(vertices, faces, SIDES[side], 64)
+        assert picture.face.shape == (height, width)
+        assert (picture.face >= 0).all()
+        assert picture.depth == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_nearer_thing_is_seen_and_the_other_from_behind() -> None:
+    vertices, faces, owner = together(box((0, 0, 0), (1, 0.1, 1)), box((0, 0.5, 0), (1, 0.6, 1)))
+    assert set(owner[draw(vertices, faces, SIDES[FRONT], 32).face.ravel()].tolist()) == {0}
+    assert set(owner[draw(vertices, faces, SIDES[BACK], 32).face.ravel()].tolist()) == {1}
+
+
+def test_depth_follows_a_slope() -> None:
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 1.0]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    picture = draw(vertices, faces, SIDES[FRONT], 16)
+    want = 1 - (np.arange(16) + 0.5) / 16
+    assert picture.depth == pytest.approx(np.repeat(want[:, None], 16, axis=1), abs=1e-6)
+
+
+def test_two_triangles_cover_a_pixel_grid_once() -> None:
+    """Neighbouring triangles leave no hole, at any angle."""
+    for angle in np.linspace(0, np.pi, 7):
+        c, s = np.cos(angle), np.sin(angle)
+        square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1.0]]) @ np.array([[c, s], [-s, c]])
+        vertices = np.stack([square[:, 0], np.zeros(4), square[:, 1]], axis=1)
+        picture = draw(vertices, np.array([[0, 1, 2], [0, 2, 3]]), SIDES[FRONT], 128)
+        area = float((picture.face >= 0).sum()) * picture.pixel**2
+        assert area == pytest.approx(4.0, rel=0.02)
