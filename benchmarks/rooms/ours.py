@@ -24,6 +24,7 @@ def main() -> None:
     begin = time.perf_counter()
     from casa_assets.export.mjcf import kitchen as mjcf
     from casa_assets.export.usd import kitchen as usd
+    from casa_assets.pipeline.asset_store import AssetStore
     from casa_assets.pipeline.kitchens import Recipe, build_scene, resolve
     from casa_assets.pipeline.library import Library
 
@@ -32,12 +33,14 @@ def main() -> None:
     recipe = Recipe(plan, style)
     resolve(recipe)
     resolved = time.perf_counter()
-    _, scene = build_scene(recipe, Library(Path(sys.argv[2])).cache)
+    cache = Library(Path(sys.argv[2])).cache
+    _, scene = build_scene(recipe, cache)
     built = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         full_s = written(lambda: mjcf.write(scene), Path(folder) / "mjcf")
         usd_s = written(lambda: usd.write(scene), Path(folder) / "usd")
-        light_s = written(lambda: mjcf.write(scene, weight=mjcf.Weight.LIGHT), Path(folder) / "light")
+        form = AssetStore(cache).lightened
+        light_s = written(lambda: mjcf.write(scene, weight=mjcf.Weight.LIGHT, light_form=form), Path(folder) / "light")
     # The build resolves once more by itself.
     seconds = {"import_s": imported - begin, "generate_s": built - resolved}
     print(json.dumps({**seconds, "mjcf_s": full_s, "usd_s": usd_s, "light_s": light_s}))

@@ -118,14 +118,21 @@ def _beside(planes: Floats, first: Inside, volume: float) -> list[Inside]:
 def _rounded(found: Inside) -> tuple[Box | Cylinder, Pose]:
     matrix = np.eye(4)
     matrix[:3, :3] = found.frame
-    matrix[:3, 3] = np.round(found.frame @ found.center / GRID) * GRID
+    # Thousandths of the grid first: what lies on a line of the grid must not fall to either side by its last bit.
+    matrix[:3, 3] = np.round((found.frame @ found.center / GRID).round(3)) * GRID
     # The centre was rounded by up to half a unit along each axis.
-    half = np.maximum(np.floor((found.half - GRID) / GRID) * GRID, LEAST)
-    pose = Pose.from_matrix(matrix)
+    half = np.maximum(np.floor(((found.half - GRID) / GRID).round(3)) * GRID, LEAST)
+    pose = _settled(Pose.from_matrix(matrix))
     if len(half) == 3:
         x, y, z = (2 * float(h) for h in half)
         return Box(size=(x, y, z)), pose
     return Cylinder(radius=float(half[0]), height=2 * float(half[1])), pose
+
+
+def _settled(pose: Pose) -> Pose:
+    """The pose with a turn that has no last digits."""
+    w, x, y, z = (round(c, 12) + 0.0 for c in pose.quaternion)
+    return pose.replace(quaternion=(w, x, y, z))
 
 
 def _light_link(link: Link, low: float | None = None) -> Link:

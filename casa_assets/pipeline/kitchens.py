@@ -25,7 +25,7 @@ from casa_assets.model.plan import Plan
 from casa_assets.model.scene import Scene
 from casa_assets.model.style import Choice
 from casa_assets.model.surface import Surface
-from casa_assets.pipeline.families import build_asset
+from casa_assets.pipeline.asset_store import AssetStore
 from casa_assets.pipeline.palette import stock
 
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
@@ -148,27 +148,33 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return out
 
 
-def build_choice(name: str, choice: Choice, cache: Path) -> Asset:
+def build_choice(name: str, choice: Choice, store: AssetStore) -> Asset:
     """The asset of a choice. Raises CasaError with the name of the thing that it is for."""
     try:
-        return build_asset(family(choice.family), params_of(choice), cache)
+        return store.built(family(choice.family), params_of(choice))
     except (CasaError, ValueError) as error:
         raise CasaError(f"{name}: {error}") from error
 
 
 def build_scene(recipe: Recipe, cache: Path) -> tuple[Kitchen, Scene]:
-    """The kitchen and the scene of a recipe. Raises as `resolve` does, and CasaError where a part cannot be built."""
+    """The kitchen and the scene of a recipe. Raises as `resolve` does, and CasaError where a part cannot be built.
+
+    Args:
+        cache: folder of the store that keeps painted pictures and built assets.
+    """
     kitchen = resolve(recipe)
+    store = AssetStore(cache)
     made: dict[str, Asset] = {}
 
     def built(name: str, choice: Choice) -> Asset:
         key = choice.model_dump_json()
         if key not in made:
-            made[key] = build_choice(name, choice, cache)
+            made[key] = build_choice(name, choice, store)
         return made[key]
 
     assets = {w.name: built(w.name, w.choice) for w in kitchen.wanted}
     props = [(choice, built(choice.preset, choice)) for choice in kitchen.style.props]
+    store.tidy()
     added = dress(kitchen, assets, props, recipe.seed or 0)
     kitchen = replace(kitchen, wanted=(*kitchen.wanted, *(wanted for wanted, _ in added)))
     assets |= {wanted.name: asset for wanted, asset in added}

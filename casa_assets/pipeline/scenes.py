@@ -29,6 +29,7 @@ from casa_assets.model.files import Files
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.scene import Scene
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.asset_store import AssetStore
 from casa_assets.pipeline.kitchens import Recipe, build_scene
 from casa_assets.pipeline.scene_facts import describe
 from casa_assets.pipeline.source_key import key_of
@@ -136,7 +137,8 @@ def _made(recipe: Recipe, library: disk.Library, order: Order, key: str) -> Scen
         raise
     built = time.perf_counter()
     with _staged(library, scene.id) as folder:
-        write_scene(folder, folder.parent, {"key": key, **describe(recipe, kitchen, scene)}, scene)
+        facts = {"key": key, **describe(recipe, kitchen, scene)}
+        write_scene(folder, folder.parent, facts, scene, AssetStore(library.cache))
         written = time.perf_counter()
         if order.drawn:
             draw(folder, (OVERVIEW,))
@@ -178,16 +180,17 @@ def _merge(drafts: Path, shared: Path) -> None:
         draft.replace(target)
 
 
-def write_scene(folder: Path, root: Path, facts: dict[str, Any], scene: Scene) -> None:
+def write_scene(folder: Path, root: Path, facts: dict[str, Any], scene: Scene, store: AssetStore) -> None:
     """Put the files of a scene into its folder, and what scenes share beside it.
 
     Args:
         folder: of the scene, empty.
-        root: folder that it stands in. facts: content of scene.json.
+        root: folder that it stands in. facts: content of scene.json. store: keeps light forms of assets.
     """
     for files in (mjcf.write(scene), usd.write(scene)):
         _put(files, folder, root)
-    light = mjcf.write(scene, weight=mjcf.Weight.LIGHT).entries[mjcf.FILE]
+    light = mjcf.write(scene, weight=mjcf.Weight.LIGHT, light_form=store.lightened).entries[mjcf.FILE]
+    store.tidy()
     (folder / LIGHT_FILE).write_bytes(light)
     text = json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False)
     (folder / FACTS).write_text(text + "\n", encoding="utf-8")

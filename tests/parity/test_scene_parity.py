@@ -11,10 +11,11 @@ import pytest
 from casa_assets.checks.readers import scene_mjcf, scene_usd
 from casa_assets.checks.scene_facts import SceneFacts
 from casa_assets.checks.scene_parity import compare, scene_parity
-from casa_assets.model.asset import Base
-from casa_assets.model.scene import Layer
+from casa_assets.geometry.fitted import beside
+from casa_assets.model.asset import Base, Exclusion
+from casa_assets.model.scene import Layer, Placement, Scene
 from tests.packages import tamper
-from tests.scenes import corner, expected, written
+from tests.scenes import body, corner, expected, written
 
 
 @pytest.fixture
@@ -28,6 +29,10 @@ def pointers(folder: Path) -> list[str]:
 
 def test_both_formats_say_the_same(folder: Path) -> None:
     assert scene_parity(folder / "scene.xml", folder / "scene.usda") == []
+
+
+def _exclusions(scene: Scene) -> list[tuple[Placement, Exclusion]]:
+    return [(place, pair) for place in scene.placements for pair in scene.asset_of[place.name].exclusions]
 
 
 READERS: list[tuple[str, Callable[[Path], SceneFacts]]] = [
@@ -53,7 +58,9 @@ def test_every_reader_says_what_the_scene_says(name: str, reader: Callable[[Path
     assert sum(b.mass for b in bodies.values()) == pytest.approx(
         sum(scene.asset_of[p.name].mass for p in scene.placements)
     )
-    assert len(found.things.exclusions) == sum(len(scene.asset_of[p.name].exclusions) for p in scene.placements)
+    own = {tuple(sorted((body(p.name, e.first), body(p.name, e.second)))) for p, e in _exclusions(scene)}
+    near = {tuple(sorted((body(*moving), body(*fixed)))) for moving, fixed in beside(scene)}
+    assert set(found.things.exclusions) == own | near
     assert [p.name for p in found.things.poses] == ["closed", "open", "start"]
     assert found.gravity == pytest.approx(scene.gravity, abs=1e-6)
     (camera,) = found.cameras

@@ -9,7 +9,18 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.scene.subject import Floats, Ints, Mask, Part, SceneSubject, around, boxes, corners, meet
+from casa_assets.checks.scene.subject import (
+    AllPairs,
+    Floats,
+    Ints,
+    Mask,
+    Part,
+    SceneSubject,
+    around,
+    boxes,
+    corners,
+    meet,
+)
 from casa_assets.model.asset import JointKind
 
 # How far the point that moves fastest goes between two poses. A corner that swings 1 mm deep past an edge on an arm of
@@ -113,7 +124,8 @@ class Desk:
         self.model = subject.model
         self.data = mujoco.MjData(self.model)
         self.stand({})
-        mujoco.mj_collision(self.model, self.data)
+        with AllPairs(self.model):
+            mujoco.mj_collision(self.model, self.data)
         self.shut = boxes(self.model, self.data, np.arange(self.model.ngeom))
         self.at_rest = dict(self._depths())
 
@@ -146,7 +158,7 @@ class Desk:
         if not against.any():
             return []
         poses = meet(way.boxes[:, None], here[against][None], STEP_M).any(axis=1)
-        with Filtered(self.model, moved, against):
+        with AllPairs(self.model), Filtered(self.model, moved, against):
             for i in np.flatnonzero(poses):
                 self.data.qpos[part.address] = way.values[i]
                 mujoco.mj_kinematics(self.model, self.data)

@@ -12,7 +12,7 @@ import numpy as np
 from casa_assets.checks.check import Measured
 from casa_assets.checks.force import CHUNK, LONGEST_S, PULL_N, hand_effort
 from casa_assets.checks.scene.opening import Desk, Sweep
-from casa_assets.checks.scene.subject import Floats, Part, SceneSubject, around, boxes, meet, reset
+from casa_assets.checks.scene.subject import AllPairs, Floats, Part, SceneSubject, around, boxes, meet, reset
 
 # Parts that come nearer to each other than this on their ways are not pulled at the same time.
 APART_M = 0.005
@@ -58,8 +58,9 @@ def pull_all(subject: SceneSubject, enough: float) -> dict[str, tuple[float, str
         else:
             home.append(pull)
     found: dict[str, tuple[float, str]] = {}
-    for pulls in rounds:
-        found |= _run(subject, pulls, enough)
+    with AllPairs(subject.model):
+        for pulls in rounds:
+            found |= _run(subject, pulls, enough)
     return found
 
 

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.scene.subject import Floats, SceneSubject, reset
+from casa_assets.checks.scene.subject import AllPairs, Floats, SceneSubject, reset
 from casa_assets.model.asset import JointKind
 
 SETTLED_S, REST_S = 1.0, 5.0
@@ -32,10 +32,10 @@ class Touch:
 
 @dataclass(frozen=True)
 class Rest:
-    """A scene that was left alone.
+    """A scene that was left alone as its file is, so without contacts of the pairs that this excludes.
 
     Attributes:
-        begins, settled: contacts at the start and after 1 s, the deepest first.
+        begins, settled: contacts at the start and after 1 s, those of such pairs among them, the deepest first.
         start, end: qpos at the start and after 5 s.
         moved: name of a free placement -> how far any of its shapes has gone in 5 s, metres.
         troubles: what the simulator complained of.
@@ -115,9 +115,14 @@ def rest(subject: SceneSubject) -> Rest:
 
 
 def touches(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Touch]:
-    """The present contacts, one per pair of geoms, the deepest first."""
+    """What is in each other where everything is now, one per pair of geoms, the deepest first; `data` is only read."""
+    seen = mujoco.MjData(subject.model)
+    seen.qpos[:] = data.qpos
+    with AllPairs(subject.model):
+        mujoco.mj_kinematics(subject.model, seen)
+        mujoco.mj_collision(subject.model, seen)
     deepest: dict[tuple[int, int], float] = {}
-    for pair, distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
+    for pair, distance in zip(seen.contact.geom.tolist(), seen.contact.dist.tolist(), strict=True):
         key = (min(pair), max(pair))
         deepest[key] = max(deepest.get(key, -1.0), -distance)
     for (one, other), depth in sorted(deepest.items(), key=lambda item: (-item[1], item[0])):

@@ -80,16 +80,18 @@ class SceneSubject:
     def model(self) -> mujoco.MjModel:
         """What is touched alone: no visuals, images and materials. Whoever changes it puts it back.
 
+        It leaves out the pairs that the file does; who asks whether things are in each other enters `AllPairs`.
         Raises ValueError where the file does not compile.
         """
         return bare(self.mjcf)
 
     @cached_property
     def data(self) -> mujoco.MjData:
-        """As the scene begins, with its contacts; shared, so nobody steps it."""
+        """As the scene begins, with its contacts, of all pairs; shared, so nobody steps it."""
         data = mujoco.MjData(self.model)
         reset(self.model, data)
-        mujoco.mj_forward(self.model, data)
+        with AllPairs(self.model):
+            mujoco.mj_forward(self.model, data)
         return data
 
     @cached_property
@@ -191,6 +193,24 @@ def bare(path: Path) -> mujoco.MjModel:
         compiler = etree.SubElement(root, "compiler")
     compiler.set("meshdir", str(path.parent.resolve()))
     return mujoco.MjModel.from_xml_string(etree.tostring(root, encoding="unicode"))
+
+
+class AllPairs:
+    """While it is entered, pairs that the file excludes can meet as well.
+
+    A door is not tried against the frame that it hangs in, for the sake of speed: whether it is in it has to be seen.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = model
+        self.kept = model.exclude_signature.copy()
+
+    def __enter__(self) -> None:
+        # Ref: mjModel.exclude_signature is (body1 << 16) + body2, sorted; the world is never tried against itself.
+        self.model.exclude_signature[:] = 0
+
+    def __exit__(self, *_: object) -> None:
+        self.model.exclude_signature[:] = self.kept
 
 
 def reset(model: mujoco.MjModel, data: mujoco.MjData) -> None:

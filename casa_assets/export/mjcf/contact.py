@@ -17,6 +17,11 @@ def add(contact: etree._Element, exclusion: Exclusion, draft: Draft | None = Non
     etree.SubElement(contact, "exclude", {"name": name, "body1": first, "body2": second})
 
 
+def exclude(contact: etree._Element, first: str, second: str) -> None:
+    """`<exclude>` of two bodies of a scene by their names, of which it makes its own."""
+    etree.SubElement(contact, "exclude", {"name": f"{first}__beside__{second}", "body1": first, "body2": second})
+
+
 def spare(body: etree._Element, moved: bool = False) -> None:
     """Lets what is fixed to the world and what moves on it never meet, below a body that is fixed itself.
 

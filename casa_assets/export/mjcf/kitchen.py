@@ -6,7 +6,7 @@ base is `<placement>__free`. Groups of geoms: 0 collides, 1 is seen, 2 is the ce
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -15,6 +15,7 @@ from lxml import etree
 from casa_assets.export.mjcf import body, collider, contact, keyframe, label, number, room, stock, tint, visual
 from casa_assets.export.mjcf.mesh import Meshes
 from casa_assets.export.mjcf.stock import Stock
+from casa_assets.geometry.fitted import Body, beside, felt
 from casa_assets.geometry.light import lighten, original
 from casa_assets.model.asset import Asset, Base
 from casa_assets.model.files import Files
@@ -34,8 +35,8 @@ class Weight(StrEnum):
     LIGHT = "light"
 
 
-# Weights in which what is fixed and what moves on it are not even tried for contact. The full form keeps every pair, so
-# that what presses into something is seen at rest too, and so that it says what the USD says, which has no such filter.
+# Weights in which what is fixed and what moves on it are never tried for contact, wherever they are. In the full form
+# they are where they are not beside each other from the start, which is what the USD says as well.
 SPARED = frozenset({Weight.LIGHT})
 
 
@@ -48,7 +49,13 @@ class Groups:
     ceiling: int = CEILING_GROUP
 
 
-def write(scene: Scene, shared: str = "../assets", weight: Weight = Weight.FULL, groups: Groups | None = None) -> Files:
+def write(
+    scene: Scene,
+    shared: str = "../assets",
+    weight: Weight = Weight.FULL,
+    groups: Groups | None = None,
+    light_form: Callable[[Asset], Asset] = lighten,
+) -> Files:
     """The MJCF of a scene; the same scene is the same bytes.
 
     Args:
@@ -56,12 +63,13 @@ def write(scene: Scene, shared: str = "../assets", weight: Weight = Weight.FULL,
         shared: leads from the folder of scene.xml to the shared folder.
         weight: LIGHT has no images and no meshes; what collides is seen, in the mean colour of what it stands for.
         groups: of geoms; those of robosuite where None.
+        light_form: `lighten`, or what gives the same faster.
     Returns:
         `scene.xml`, and the files of the shared folder as `assets/meshes/<hash>.obj` and
         `assets/textures/<name>_<hash>.png`.
     """
     light = weight is Weight.LIGHT
-    assets = {asset.id: lighten(asset) if light else asset for asset in scene.assets}
+    assets = {asset.id: felt(light_form(asset) if light else asset) for asset in scene.assets}
     tints = {asset.id: _tints(asset, assets[asset.id]) for asset in scene.assets} if light else {}
     parts = stock.gather([] if light else list(assets.values()))
     drafts = [_draft(place, assets[place.asset], parts, tints, groups or Groups()) for place in scene.placements]
@@ -108,7 +116,7 @@ def _document(scene: Scene, drafts: list[body.Draft], parts: Stock, folder: str,
         placed = _add_placement(world, place, draft)
         if spared and draft.asset.base is Base.FIXED:
             contact.spare(placed)
-    _add_exclusions(root, drafts)
+    _add_exclusions(root, drafts, () if spared else beside(scene))
     _add_texts(root, scene, drafts)
     _add_poses(root, scene, drafts)
     return etree.tostring(root, encoding="us-ascii", pretty_print=True)
@@ -127,11 +135,18 @@ def _add_placement(world: etree._Element, place: Placement, draft: body.Draft) -
     return placed
 
 
-def _add_exclusions(root: etree._Element, drafts: list[body.Draft]) -> None:
+def _add_exclusions(root: etree._Element, drafts: list[body.Draft], beside: Sequence[tuple[Body, Body]]) -> None:
+    """What an asset excludes by itself, and what moves beside something fixed that it never touches."""
     pairs = etree.SubElement(root, "contact")
     for draft in drafts:
         for exclusion in draft.asset.exclusions:
             contact.add(pairs, exclusion, draft)
+    of = {draft.placement: draft for draft in drafts}
+    said = {tuple(sorted((e.get("body1", ""), e.get("body2", "")))) for e in pairs}
+    for pair in beside:
+        first, second = (of[end.placement].body_name(end.link) for end in pair)
+        if tuple(sorted((first, second))) not in said:
+            contact.exclude(pairs, first, second)
 
 
 def _add_texts(root: etree._Element, scene: Scene, drafts: list[body.Draft]) -> None:

@@ -12,3 +12,14 @@ def filter_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
     for pair in asset.exclusions:
         api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(root.AppendChild(pair.first)))
         api.CreateFilteredPairsRel().AddTarget(root.AppendChild(pair.second))
+
+
+def filter_pair(layer: Sdf.Layer, first: Sdf.Path, second: Sdf.Path) -> None:
+    """What a scene says of two bodies of assets that it refers to: besides what these say themselves."""
+    spec = Sdf.CreatePrimInLayer(layer, first)
+    if not spec.HasInfo("apiSchemas"):
+        spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["PhysicsFilteredPairsAPI"]))
+    path = first.AppendProperty("physics:filteredPairs")
+    known = layer.GetRelationshipAtPath(path)
+    pairs = known or Sdf.RelationshipSpec(spec, "physics:filteredPairs", custom=False)
+    pairs.targetPathList.prependedItems = [*pairs.targetPathList.prependedItems, second]

@@ -32,8 +32,8 @@ def quatf(quaternion: Vec4) -> Gf.Quatf:
 
 
 def quatd(quaternion: Vec4) -> Gf.Quatd:
-    """(w, x, y, z) -> quaternion, exact."""
-    w, x, y, z = quaternion
+    """(w, x, y, z) -> quaternion, to twelve digits: the last ones differ from processor to processor."""
+    w, x, y, z = (round(c, 12) + 0.0 for c in quaternion)
     return Gf.Quatd(w, x, y, z)
 
 

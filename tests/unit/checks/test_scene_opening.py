@@ -8,13 +8,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.scene import opening, overlap, pulling, support
+from casa_assets.checks.scene import opening, overlap, pulling, rest, support
 from casa_assets.checks.scene.subject import SceneSubject, bare, boxes, meet
+from casa_assets.geometry.fitted import beside
 from casa_assets.model.asset import Asset, Base
+from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.scene import Scene
 from casa_assets.model.shape import Box
-from tests.cupboard import cupboard, joint_changed, shape, with_shapes
+from tests.cupboard import cupboard, joint_changed, link_changed, shape, with_shapes
 from tests.rooms import TO_THE_LEFT, at, block, room, subject
 
 LIMIT = 0.001
@@ -80,10 +82,41 @@ class TestOpening:
 
     def test_filters_are_put_back(self, tmp_path: Path) -> None:
         found = subject(room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.6, -0.55, 0.0, TO_THE_LEFT))), tmp_path)
-        before = found.model.geom_contype.copy(), found.model.body_conaffinity.copy()
+        fields = ("geom_contype", "body_conaffinity", "exclude_signature")
+        before = [getattr(found.model, field).copy() for field in fields]
+        assert len(before[2]) > 0
         opening.opens_wide(found, LIMIT)
-        assert (found.model.geom_contype == before[0]).all()
-        assert (found.model.body_conaffinity == before[1]).all()
+        for field, kept in zip(fields, before, strict=True):
+            assert (getattr(found.model, field) == kept).all()
+
+
+class TestPairsThatTheFileLeavesOut:
+    """A simulator does not try a door against its frame and what is beside it; the checks do."""
+
+    def test_a_door_5_mm_in_its_carcass(self, tmp_path: Path) -> None:
+        # It has 5 mm of room to either side, and stands 2 mm before the carcass.
+        pressed = link_changed("door", pose=cupboard().link("door").pose @ Pose(position=(-0.01, 0.02, 0.0)))
+        found = subject(room((pressed, at(0.0, 0.0, 0.0))), tmp_path)
+        left_out = mujoco.MjData(found.model)
+        mujoco.mj_forward(found.model, left_out)
+        assert left_out.ncon == 0
+        for check in (rest.begins_apart, rest.settles_apart):
+            measured = check(found, LIMIT)
+            assert measured.number == pytest.approx(0.005, abs=1e-4)
+            assert "mm in thing_0__" in measured.problems[0][1]
+        sane = subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path / "sane")
+        assert rest.begins_apart(sane, LIMIT).problems == ()
+
+    def test_a_post_right_before_the_door(self, tmp_path: Path) -> None:
+        scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post(), at(0.1, -0.257 - 0.06, 0.0)))
+        found = subject(scene, tmp_path)
+        assert {("thing_0", "door"), ("thing_0", "drawer")} <= {tuple(m) for m, f in beside(scene) if f[0] == "thing_1"}
+        assert {p for p, _ in opening.opens_wide(found, LIMIT).problems} == {
+            "joints/thing_0__door_hinge",
+            "joints/thing_0__drawer_slide",
+        }
+        pulled = dict(pulling.opens_in_place(found, 0.95).problems)
+        assert "it meets thing_1__shape_0" in pulled["joints/thing_0__door_hinge"]
 
 
 class TestPulling:

@@ -17,6 +17,7 @@ from lxml import etree
 from casa_assets.export.mjcf import document
 from casa_assets.export.mjcf.kitchen import Groups, Weight, write
 from casa_assets.export.mjcf.stock import FOLDER
+from casa_assets.geometry.fitted import beside
 from casa_assets.model.asset import Asset
 from casa_assets.model.scene import Placement, Scene
 from tests.assets import microwave, textured_box
@@ -99,14 +100,21 @@ class TestNames:
         assert full.site("other_grill__display").bodyid[0] == full.body("other_grill__knob").id
         assert full.site("grill__ext_p0").bodyid[0] == full.body("grill").id
 
-    def test_exclusions_are_those_of_each_placement(self) -> None:
-        pairs = {(e.get("body1"), e.get("body2")) for e in text(corner()).findall("contact/exclude")}
+    @pytest.mark.parametrize("weight", list(Weight))
+    def test_exclusions_are_those_of_each_placement_and_what_moves_beside_what_is_fixed(self, weight: Weight) -> None:
+        pairs = [(e.get("body1"), e.get("body2")) for e in text(corner(), weight).findall("contact/exclude")]
         asset_of = corner().asset_of
-        assert pairs == {
+        own = {
             (body(p.name, e.first), body(p.name, e.second))
             for p in corner().placements
             for e in asset_of[p.name].exclusions
         }
+        near = {(body(*moving), body(*fixed)) for moving, fixed in beside(corner())}
+        assert own <= set(pairs)
+        # The light form has filters for the others. No pair is said twice, whatever comes first in it.
+        beyond = near - {pair[::-1] for pair in own} - own if weight is Weight.FULL else set()
+        assert set(pairs) == own | beyond
+        assert len({frozenset(pair) for pair in pairs}) == len(pairs)
         assert ("second_oven", "second_oven__door") in pairs
 
     def test_texts_name_things_of_the_placement(self) -> None:
@@ -228,7 +236,6 @@ class TestLight:
         light = loaded(corner(), tmp_path, Weight.LIGHT)
         assert light.body_mass == pytest.approx(full.body_mass)
         assert light.jnt_range == pytest.approx(full.jnt_range)
-        assert light.nexclude == full.nexclude
 
     def test_light_does_not_try_fixed_things_with_what_moves_on_them(self, tmp_path: Path) -> None:
         light = loaded(corner(), tmp_path, Weight.LIGHT)
@@ -245,9 +252,10 @@ class TestLight:
         # The free oven's parts keep the bits that a robot has, and so meet all else.
         assert meets("loose_oven__door", "wall")
 
-    def test_full_tries_everything(self, full: mujoco.MjModel) -> None:
+    def test_full_tries_everything_but_what_is_beside_each_other(self, full: mujoco.MjModel) -> None:
         assert set(full.geom_contype) == {0, 1}
         assert (full.geom_contype == full.geom_conaffinity).all()
+        assert full.nexclude == len(text(corner()).findall("contact/exclude"))
 
     @pytest.mark.parametrize("weight", list(Weight))
     def test_what_stands_on_a_mesh_has_several_contacts_in_every_version(self, weight: Weight) -> None:

@@ -1,0 +1,282 @@
+"""What is kept of a built asset is the asset, and nothing else that lies there is taken for it."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import multiprocessing
+import os
+import zlib
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from casa_assets import registry
+from casa_assets.families.catalog import FAMILIES, family
+from casa_assets.families.family import Family, Params, Supplies
+from casa_assets.geometry.light import lighten
+from casa_assets.model.asset import Asset
+from casa_assets.model.finish import Finish
+from casa_assets.model.material import Material
+from casa_assets.model.provenance import Labels
+from casa_assets.pipeline import asset_store, source_key
+from casa_assets.pipeline.asset_bytes import DAMAGE, DIGEST_BYTES, KINDS, TREE, pack, unpack
+from casa_assets.pipeline.asset_store import AssetStore, sweep, trim
+from tests.assets import rigid_mug, textured_box
+
+KETTLE = family("kettle")
+NUMBERS = KETTLE.presets["jug_steel"]
+
+
+class Counted:
+    """A family, and how often it has built."""
+
+    def __init__(self, build: Callable[[Params, Supplies], Asset] = KETTLE.build) -> None:
+        self.times = 0
+        self._build = build
+        self.family: Family[Any] = replace(KETTLE, build=self.build)
+
+    def build(self, params: Params, supplies: Supplies) -> Asset:
+        self.times += 1
+        return self._build(params, supplies)
+
+
+def boxed() -> Counted:
+    """A family that makes one box with a picture on it."""
+    return Counted(lambda params, supplies: textured_box())
+
+
+def no_picture(name: str) -> bytes:
+    raise KeyError(name)
+
+
+def entries(cache: Path, kind: str = "built") -> list[Path]:
+    return sorted(p for p in cache.glob(f"assets/*/{kind}/*/*"))
+
+
+def built_with_plain_finishes(name: str) -> Asset:
+    found, known = FAMILIES[name], registry.load()
+    params = next(iter(found.presets.values()))
+    category = known.fixtures[found.category]
+    substance = known.substances["wood"]
+    finishes = {
+        finish: Finish(id=finish, material=Material(id=finish, substance="wood"), substance=substance)
+        for finish in (*known.materials, *params.finishes)
+    }
+    labels = Labels(category=category.id, classes=known.classes_of(category), qcode=category.qcode)
+    made: Asset = found.build(params, Supplies(finishes, labels))
+    return made
+
+
+@pytest.mark.parametrize("name", list(FAMILIES))
+def test_an_asset_of_each_family_reads_back_the_same(name: str) -> None:
+    asset = built_with_plain_finishes(name)
+    data, pictures = pack(asset.model_dump(), "key")
+    again = unpack(data, "key", pictures.__getitem__)
+    assert (again.id, again.digest) == (asset.id, asset.digest)
+
+
+@pytest.mark.parametrize("asset", [rigid_mug(), textured_box()])
+def test_an_asset_with_pictures_reads_back_the_same(asset: Asset) -> None:
+    data, pictures = pack(asset.model_dump(), "key")
+    assert unpack(data, "key", pictures.__getitem__).digest == asset.digest
+    assert pack(asset.model_dump(), "key")[0] == data
+    assert set(pictures.values()) == {t.png for m in asset.materials for t in m.textures}
+
+
+def test_what_was_built_once_is_not_built_again(tmp_path: Path) -> None:
+    kettle = Counted()
+    first = AssetStore(tmp_path).built(kettle.family, NUMBERS)
+    second = AssetStore(tmp_path).built(kettle.family, NUMBERS)
+    assert kettle.times == 1
+    assert (second.id, second.digest) == (first.id, first.digest)
+
+
+def test_other_numbers_are_another_asset(tmp_path: Path) -> None:
+    store, kettle = AssetStore(tmp_path), Counted()
+    made = {store.built(kettle.family, params).digest for params in list(KETTLE.presets.values())[:3]}
+    assert len(made) == kettle.times == 3
+
+
+def torn(path: Path, other: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-9])
+
+
+def empty(path: Path, other: Path) -> None:
+    path.write_bytes(b"")
+
+
+def one_bit(path: Path, other: Path) -> None:
+    data = bytearray(zlib.decompress(path.read_bytes()))
+    data[len(data) // 2] ^= 1
+    path.write_bytes(zlib.compress(bytes(data)))
+
+
+def swapped(path: Path, other: Path) -> None:
+    path.write_bytes(other.read_bytes())
+
+
+def no_archive(path: Path, other: Path) -> None:
+    path.write_bytes(zlib.compress(hashlib.sha256(b"x").digest() + b"x"))
+
+
+@pytest.mark.parametrize("damage", [torn, empty, one_bit, swapped, no_archive])
+def test_a_damaged_entry_is_made_anew(tmp_path: Path, damage: Callable[[Path, Path], None]) -> None:
+    kettle, other = Counted(), KETTLE.presets["jug_steel"].replace(height=NUMBERS.model_dump()["height"] + 0.01)
+    first = AssetStore(tmp_path).built(kettle.family, NUMBERS)
+    (path,) = entries(tmp_path)
+    AssetStore(tmp_path).built(kettle.family, other)
+    (beside,) = (p for p in entries(tmp_path) if p != path)
+    good = path.read_bytes()
+    damage(path, beside)
+    assert path.read_bytes() != good
+    assert AssetStore(tmp_path).built(kettle.family, NUMBERS).digest == first.digest
+    assert kettle.times == 3
+    assert path.read_bytes() == good
+
+
+@pytest.mark.parametrize(
+    "damage", [Path.unlink, lambda path: path.write_bytes(zlib.compress(b"\x89PNG\r\n\x1a\nanother"))]
+)
+def test_a_missing_or_wrong_picture_is_put_back(tmp_path: Path, damage: Callable[[Path], None]) -> None:
+    box = boxed()
+    first = AssetStore(tmp_path).built(box.family, NUMBERS)
+    (path, *_) = entries(tmp_path, "pictures")
+    good = path.read_bytes()
+    damage(path)
+    assert AssetStore(tmp_path).built(box.family, NUMBERS).digest == first.digest
+    assert box.times == 2
+    assert path.read_bytes() == good
+
+
+class Planted:
+    """Runs a command where it is unpickled."""
+
+    def __init__(self, sign: Path) -> None:
+        self.sign = sign
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os.mkdir, (str(self.sign),)
+
+
+def test_no_code_of_an_entry_is_run(tmp_path: Path) -> None:
+    kettle, sign = Counted(), tmp_path / "sign"
+    first = AssetStore(tmp_path / "cache").built(kettle.family, NUMBERS)
+    (path,) = entries(tmp_path / "cache")
+    out = io.BytesIO()
+    arrays: dict[str, Any] = {kind: np.array([Planted(sign)], dtype=object) for kind in (*KINDS, TREE)}
+    np.savez(out, **arrays)
+    path.write_bytes(zlib.compress(hashlib.sha256(out.getvalue()).digest() + out.getvalue()))
+    assert AssetStore(tmp_path / "cache").built(kettle.family, NUMBERS).digest == first.digest
+    assert kettle.times == 2
+    assert not sign.exists()
+
+
+def test_an_entry_of_another_key_is_refused() -> None:
+    data, _ = pack(rigid_mug().model_dump(), "one")
+    with pytest.raises(DAMAGE, match="another key"):
+        unpack(data, "two", no_picture)
+    with pytest.raises(DAMAGE, match="written"):
+        unpack(data[:DIGEST_BYTES] + data[DIGEST_BYTES + 1 :], "one", no_picture)
+
+
+class TestLightForms:
+    def test_are_made_once(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        asset = built_with_plain_finishes("fruit_bowl")
+        wanted = lighten(asset)
+        assert wanted.digest != asset.digest
+        assert AssetStore(tmp_path).lightened(asset).digest == wanted.digest
+
+        def never(asset: Asset) -> Asset:
+            raise AssertionError(asset.id)
+
+        monkeypatch.setattr(asset_store, "lighten", never)
+        assert AssetStore(tmp_path).lightened(asset).digest == wanted.digest
+
+    def test_of_a_changed_asset_with_the_same_id_are_its_own(self, tmp_path: Path) -> None:
+        store, bowl = AssetStore(tmp_path), built_with_plain_finishes("fruit_bowl")
+        store.lightened(bowl)
+        root = bowl.root.replace(colliders=bowl.root.colliders[:1])
+        changed = bowl.replace(links=(root, *bowl.links[1:]), joints=bowl.joints, behavior=None)
+        assert store.lightened(changed).digest == lighten(changed).digest != lighten(bowl).digest
+
+    def test_do_not_hang_on_what_is_seen(self, tmp_path: Path) -> None:
+        store, box = AssetStore(tmp_path), textured_box()
+        store.lightened(box)
+        plain = box.replace(materials=tuple(m.replace(base_color_texture=None) for m in box.materials))
+        assert store.lightened(plain).digest == lighten(plain).digest
+        assert len(entries(tmp_path)) == 1
+
+
+class TestBounds:
+    def test_folders_of_older_builders_go(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        kettle = Counted()
+        for i, digest in enumerate("abc"):
+            monkeypatch.setattr(asset_store, "builders_digest", lambda digest=digest: digest * 64)
+            store = AssetStore(tmp_path)
+            store.built(kettle.family, NUMBERS)
+            os.utime(tmp_path / "assets" / (digest * 16), (i, i))
+            store.tidy()
+        assert sorted(p.name[0] for p in (tmp_path / "assets").iterdir()) == ["b", "c"]
+        assert kettle.times == 3
+
+    def test_only_writing_tidies(self, tmp_path: Path) -> None:
+        AssetStore(tmp_path).built(KETTLE, NUMBERS)
+        for name in ("x", "y"):
+            (tmp_path / "assets" / name).mkdir()
+        store = AssetStore(tmp_path)
+        store.built(KETTLE, NUMBERS)
+        store.tidy()
+        assert len(list((tmp_path / "assets").iterdir())) == 3
+        sweep(tmp_path / "assets" / source_key.builders_digest()[:16])
+        assert len(list((tmp_path / "assets").iterdir())) == 2
+
+    def test_the_oldest_go_where_there_is_too_much(self, tmp_path: Path) -> None:
+        for i in range(8):
+            path = tmp_path / "ab" / str(i)
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(b"x" * 100)
+            os.utime(path, (100 - i, 100 - i))
+        trim(tmp_path, most_bytes=800)
+        assert len(list(tmp_path.glob("ab/*"))) == 8
+        trim(tmp_path, most_bytes=400)
+        assert sorted(p.name for p in tmp_path.glob("ab/*")) == ["0", "1", "2"]
+
+
+def test_digest_of_the_builders_is_not_that_of_the_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    root = tmp_path / "registry"
+    for path in registry.data_root().rglob("*.yaml"):
+        copy = root / path.relative_to(registry.data_root())
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_bytes(path.read_bytes())
+    monkeypatch.setattr(source_key, "data_root", lambda: root)
+    before = source_key.builders_digest.__wrapped__(), source_key.source_digest.__wrapped__()
+    with (root / "limits.yaml").open("a") as limits:
+        limits.write("# looser\n")
+    between = source_key.builders_digest.__wrapped__(), source_key.source_digest.__wrapped__()
+    assert between[0] == before[0]
+    assert between[1] != before[1]
+    with (root / "substances.yaml").open("a") as substances:
+        substances.write("# heavier\n")
+    assert source_key.builders_digest.__wrapped__() != between[0]
+
+
+def _build_often(cache: Path, times: int) -> set[str]:
+    digests = set()
+    for _ in range(times):
+        for path in entries(cache):
+            path.unlink(missing_ok=True)
+        digests.add(AssetStore(cache).built(KETTLE, NUMBERS).digest)
+    return digests
+
+
+def test_two_processes_write_the_same_entry(tmp_path: Path) -> None:
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        found = pool.starmap(_build_often, [(tmp_path, 6)] * 2)
+    assert len(set().union(*found)) == 1
+    assert AssetStore(tmp_path).built(Counted().family, NUMBERS).digest in found[0]
+    assert not list(tmp_path.rglob(".*"))
