@@ -1,9 +1,12 @@
 """The articulation benchmark: what `casa_assets.articulate` finds, scored by the benchmark's own score.py.
 
     CASA_SHARED=/path/to/shared python benchmarks/articulate.py [--variant input welded fused] [--suite core]
-        [--every 4] [--only regex] [--perturb SEED] [--true-frame]
+        [--every 4] [--only regex] [--perturb SEED] [--true-frame] [--families] [--travel]
 
 Prints the table of score.py for each variant and per type, seconds per mesh, and how often the frame was right.
+`--families` scores 40 appliances of this project's own families instead (CASA_SHARED is needed for score.py alone);
+`--travel` also builds each case and prints the share of joints that reach their declared range in MuJoCo under 20 N
+without a contact of over 1 mm beyond the rest one.
 `--true-frame` gives the tool the up and front that the ground truth has: what the frame guess costs is the difference.
 """
 
@@ -28,6 +31,9 @@ from casa_assets.articulate.frame import given_frame, guess_frame
 from casa_assets.articulate.infer import infer
 from casa_assets.articulate.plan import Articulation, Frame
 from casa_assets.articulate.soup import soup_of
+from casa_assets.errors import Rejected
+from casa_assets.pipeline.articulate import settled
+from casa_assets.pipeline.articulate_build import Wish, build
 
 AXES = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
 
@@ -135,12 +141,20 @@ def main() -> None:
     parser.add_argument("--perturb", type=int)
     parser.add_argument("--true-frame", action="store_true")
     parser.add_argument("--cases", type=Path)
+    parser.add_argument("--families", action="store_true", help="40 appliances of our own families instead.")
+    parser.add_argument("--travel", action="store_true", help="Also build each and print how far its joints go.")
     parser.add_argument("--out", type=Path, help="Folder for the predictions.")
     parser.add_argument("--verbose", action="store_true")
     args = parser.parse_args()
     with contextlib.ExitStack() as stack:
         folder = args.cases or Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        score = load_score(unpacked(folder))
+        if args.families:
+            sys.path.insert(0, str(Path(__file__).parent))
+            from articulate_families import write_cases
+
+            score = load_score(folder / "cases" if (folder / "cases").exists() else write_cases(folder))
+        else:
+            score = load_score(unpacked(folder))
         for variant in args.variant:
             run(score, args, variant)
 
@@ -150,6 +164,7 @@ def run(score: ModuleType, args: argparse.Namespace, variant: str) -> None:
     names = score.case_names(args.suite, args.only)[:: args.every]
     rng = np.random.default_rng(args.perturb)
     rows, seconds, right = [], [], 0
+    went: dict[str, list[bool]] = {}
     for name in names:
         case = score.Case(f"{score.CASES}/{name}", variant)
         if args.perturb is not None:
@@ -164,12 +179,28 @@ def run(score: ModuleType, args: argparse.Namespace, variant: str) -> None:
             (args.out / f"{name}.json").write_text(json.dumps(prediction(found)))
         if args.verbose:
             tell(rows[-1], good, took)
+        if args.travel:
+            travel(Path(f"{score.CASES}/{name}/{variant}.obj"), went)
     groups = [score.summarise(rows, "ALL")]
     kinds = sorted({r["category"] for r in rows})
     groups += [score.summarise([r for r in rows if r["category"] == k], k) for k in kinds]
     print(f"\n== {variant}: {len(names)} cases; frame right {right}; seconds median {np.median(seconds):.2f}", end=" ")
     print(f"p95 {np.percentile(seconds, 95):.2f}\n{score.table(groups)}\n\n{score.by_type(rows)}")
+    for kind, whole in sorted(went.items()):
+        print(f"travel {kind}: {sum(whole)} of {len(whole)} joints reach their range under 20 N without a contact")
     sys.stdout.flush()
+
+
+def travel(mesh: Path, went: dict[str, list[bool]]) -> None:
+    """Build a mesh and note for each joint whether it goes all its way, touching nothing; for all, and by type."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            built, found = settled(build(Wish(mesh, Path(folder))), Path(folder))
+        except Rejected:
+            return
+    for part in built.found.parts:
+        for kind in ("ALL", part.kind.value):
+            went.setdefault(kind, []).append(found[part.name].whole)
 
 
 def tell(row: dict[str, Any], good: bool, took: float) -> None:

@@ -7,13 +7,21 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.articulate.behave import joint_for, states_for
 from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.shapes import shapes_of
+from casa_assets.articulate.plan import Articulation
 from casa_assets.articulate.soup import Soup
+from casa_assets.articulate.touch import touched
 from casa_assets.geometry.measure import shell_moments
 from casa_assets.geometry.normals import with_normals
-from casa_assets.model.asset import Asset, Base, Collider, Exclusion, Inertial, Joint, JointKind, Link, State, Visual
+from casa_assets.model.asset import (
+    Asset,
+    Base,
+    Exclusion,
+    Inertial,
+    Link,
+    Visual,
+)
 from casa_assets.model.category import Category
 from casa_assets.model.material import Material, Substance
 from casa_assets.model.mesh import Mesh
@@ -25,10 +33,6 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 ROOT = "object"
-# Force that starts a part, and the one that then takes it along in about a second, N.
-START_N, PUSH_N, OPENS_IN_S = 4.0, 16.0, 1.1
-# Fragments of a link that are touched, the largest first, and shapes of a link in all, about.
-MOST_PIECES, MOST_SHAPES = 24, 60
 # Thinnest sheet, as a part of the longest side of a link, whose inertia survives rounding.
 SHEET = 0.004
 
@@ -65,13 +69,12 @@ def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> 
     anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in found.parts)]
     total = float(soup.areas.sum())
     mass = _mass(brief)
-    label = fragment_labels(soup)
+    shapes = touched(place.points, soup, fragment_labels(soup), found, brief.substance.id)
     links = []
     for i, name in enumerate(names):
         rows = np.flatnonzero(owner == i - 1)
         parent = None if i == 0 else (found.parts[i - 1].parent or ROOT)
         at = anchors[i] - (np.zeros(3) if parent is None else anchors[names.index(parent)])
-        grip = found.parts[i - 1].grip if i else np.empty(0, dtype=np.int64)
         share = max(float(soup.areas[rows].sum()) / max(total, 1e-12), 1e-4)
         links.append(
             Link(
@@ -80,17 +83,20 @@ def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> 
                 pose=Pose(position=_vec(at)),
                 inertial=_inertial(place.points - anchors[i], soup.faces[rows], mass * share),
                 visuals=_visuals(model, place, owner, i - 1, name, anchors[i]),
-                colliders=_colliders(place.points - anchors[i], soup, label, rows, grip, name, brief.substance.id),
+                colliders=shapes[i].colliders,
             )
         )
     ordered = _parents_first(links)
-    joints = tuple(_joint(p, brief.metres, k) for p, k in zip(found.parts, links[1:], strict=True))
+    joints = tuple(
+        joint_for(p, brief.metres, k, t.behind, names)
+        for p, k, t in zip(found.parts, links[1:], shapes[1:], strict=True)
+    )
     return Asset(
         id=brief.asset_id,
         base=Base.FIXED if brief.category.fixed else Base.FREE,
         links=ordered,
         joints=joints,
-        states=tuple(s for p in found.parts for s in _states(p)),
+        states=tuple(s for p in found.parts for s in states_for(p)),
         exclusions=tuple(Exclusion(first=ROOT, second=p.name) for p in found.parts),
         materials=_materials(model, brief.substance.id),
         substances=(brief.substance,),
@@ -137,39 +143,21 @@ def _cut(mesh: Mesh, rows: Ints, corners: Floats) -> Mesh:
     used, local = np.unique(faces, return_inverse=True)
     vertices = np.zeros((len(used), 3))
     vertices[local.reshape(-1)] = corners.reshape(-1, 3)
-    vertices = vertices.astype(np.float32).astype(np.float64)
+    vertices = _single(vertices)
     shape = vertices[local.reshape(-1, 3)]
     alive = np.linalg.norm(np.cross(shape[:, 1] - shape[:, 0], shape[:, 2] - shape[:, 0]), axis=1) > 1e-14
-    uv = None if mesh.uv is None else mesh.uv[used]
+    uv = None if mesh.uv is None else _single(mesh.uv[used])
     bare = Mesh(vertices=vertices, faces=local.reshape(-1, 3)[alive], uv=uv)
-    return with_normals(bare) if alive.any() else bare
+    if not alive.any():
+        return bare
+    shaded = with_normals(bare)
+    return shaded if shaded.normals is None else shaded.replace(normals=_single(shaded.normals))
 
 
-def _colliders(
-    points: Floats, soup: Soup, label: Ints, rows: Ints, grip: Ints, name: str, substance: str
-) -> tuple[Collider, ...]:
-    """Shapes of a link, fragment by fragment; those of the handle first, under its name."""
-    held = np.isin(rows, grip)
-    out: list[Collider] = []
-    for group, kind in ((rows[held], "handle"), (rows[~held], "main")):
-        group = group[label[group] >= 0]
-        areas = np.bincount(label[group], soup.areas[group])
-        ranked = np.lexsort((np.arange(len(areas)), -areas))[: int((areas > 0.0).sum())]
-        for one in ranked[:MOST_PIECES].tolist():
-            faces = soup.faces[group[label[group] == one]]
-            for shape, pose in shapes_of(points, faces, max(1, MOST_SHAPES - len(out))):
-                stem = f"{name}_{kind}"
-                count = sum(c.name.startswith(stem) for c in out)
-                out.append(
-                    Collider(
-                        name=stem if not count else f"{stem}_{count:02d}",
-                        shape=shape,
-                        pose=pose,
-                        substance=substance,
-                        label="handle" if kind == "handle" else None,
-                    )
-                )
-    return tuple(out)
+def _single(values: Floats) -> Floats:
+    """What files hold: single precision."""
+    found: Floats = values.astype(np.float32).astype(np.float64)
+    return found
 
 
 def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:
@@ -186,39 +174,6 @@ def _mass(brief: Brief) -> float:
     span = brief.category.mass_kg
     return float(
         np.clip(span.typical * (brief.metres / (1.3 * brief.category.longest_m.typical)) ** 3, span.low, span.high)
-    )
-
-
-def _joint(part: PartPlan, metres: float, link: Link) -> Joint:
-    """The joint of a part, child frame; friction and damping by what moves it."""
-    slides = part.joint.kind is JointKind.SLIDE
-    low, high = (r * metres if slides else r for r in part.joint.range)
-    way = high - low
-    spread = np.ptp(np.concatenate([v.mesh.vertices for v in link.visuals]), axis=0) if link.visuals else np.ones(3)
-    lever = 1.0 if slides else max(0.01, float(np.max(spread)) * (0.5 if part.kind is PartKind.KNOB else 0.9))
-    small = part.kind in (PartKind.KNOB, PartKind.BUTTON)
-    start, push = (0.5, 2.0) if small else (START_N, PUSH_N)
-    handle = next((c.name for c in link.colliders if c.label == "handle"), None)
-    return Joint(
-        name=f"{part.name}_joint",
-        child=part.name,
-        kind=part.joint.kind,
-        axis=part.joint.axis,
-        range=(_seven(low), _seven(high)),
-        damping=_three(push * lever / max(way, 1e-3) * OPENS_IN_S),
-        frictionloss=_three(start * lever),
-        grip=handle,
-    )
-
-
-def _states(part: PartPlan) -> tuple[State, ...]:
-    """Closed and open of a front. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
-    if part.kind not in (PartKind.DOOR, PartKind.DRAWER, PartKind.LID):
-        return ()
-    joint = f"{part.name}_joint"
-    return (
-        State(name=f"{joint}_closed", joint=joint, value="closed", interval=(0.0, 0.005)),
-        State(name=f"{joint}_open", joint=joint, value="open", interval=(0.9, 1.0)),
     )
 
 
@@ -254,7 +209,3 @@ def _vec(values: Floats) -> tuple[float, float, float]:
 
 def _seven(value: float) -> float:
     return float(f"{float(value):.7g}")
-
-
-def _three(value: float) -> float:
-    return float(f"{value:.3g}")

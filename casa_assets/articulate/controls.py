@@ -17,6 +17,12 @@ SMALLEST, LARGEST = 0.006, 0.14
 # A disc fills pi/4 of its square; a hull that fills this much of that, either way, is round.
 ROUND = 0.09
 LONGEST = 5.0
+# Fingers need so much room round a control, by its width; at most this part of it may be taken.
+ROUND_IT, HEMMED = 0.3, 0.08
+# A pin is so many times longer than wide. Ref: knobs of appliances reach 1.1, push pins start at 1.4.
+PIN = 1.3
+# A cap faces within 45 degrees of the side that shows it; its faces agree within 2 degrees; it is so much of the front.
+TILT, FLAT, CAP = 0.707, 0.9994, 0.4
 
 
 @dataclass
@@ -47,6 +53,11 @@ class Control:
         return found
 
     @property
+    def is_pin(self) -> bool:
+        """Of one piece, and longer than wide: what is pushed, not turned."""
+        return len(self.fragments) == 1 and float((self.high - self.low)[2]) > PIN * float(self.across.max())
+
+    @property
     def long(self) -> float:
         """Longer by shorter side."""
         return float(self.across.max() / max(float(self.across.min()), 1e-9))
@@ -71,9 +82,41 @@ def find_controls(pieces: Pieces, side: int, taken: Sequence[int]) -> list[Contr
         if seen < 0.35 * float(np.prod(across)) or across.max() < SMALLEST or across.max() > LARGEST:
             continue
         stands = _around(pieces.pictures[side], *box) - float(box[0][2] - low[:, 2].min())
-        found.append(Control(sorted(group), *box, stands, _is_round(pieces, side, group, across)))
+        found.append(Control(sorted(group), *box, stands, is_round(pieces, side, group, across)))
     found.sort(key=lambda c: (-round(float(c.middle[1]), 3), round(float(c.middle[0]), 3)))
     return found
+
+
+def facing(pieces: Pieces, side: int, control: Control) -> Floats:
+    """(3,) unit direction that a control faces, in the frame: that of its flat cap, else of the side."""
+    outward: Floats = -SIDES[side][2]
+    rows = pieces.faces_of(control.fragments)
+    normals, areas = pieces.soup.normals[rows], pieces.soup.areas[rows]
+    ahead = normals @ outward > TILT
+    if not ahead.any():
+        return outward
+    normals, areas = normals[ahead], areas[ahead]
+    share = (normals @ normals.T > FLAT).astype(np.float64) @ areas / max(float(areas.sum()), 1e-18)
+    best = int(np.argmax(np.round(share, 9)))
+    if share[best] < CAP or float(normals[best] @ outward) > FLAT:
+        return outward
+    cap = (areas[:, None] * normals)[normals @ normals[best] > FLAT].sum(axis=0)
+    found: Floats = cap / np.linalg.norm(cap)
+    return found
+
+
+def is_free(pieces: Pieces, side: int, control: Control) -> bool:
+    """Whether fingers get round a control: little of what is near it stands as far out."""
+    picture = pieces.pictures[side]
+    near = float(face_on(pieces, side)[0][:, 2].min())
+    reach = ROUND_IT * control.across
+    corners = np.array([control.low[:2] - reach, control.high[:2] + reach, control.low[:2], control.high[:2]])
+    row, column = picture.rows_columns(corners)
+    ring = np.zeros(picture.face.shape, dtype=bool)
+    ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
+    ring[row[3] : row[2] + 1, column[2] : column[3] + 1] = False
+    level = float(control.low[2]) - near + 0.4 * max(control.stands, 0.0)
+    return bool((picture.depth[ring] <= level).mean() < HEMMED) if ring.any() else True
 
 
 def _nested(low: Floats, high: Floats, rows: list[int], foot: Floats) -> list[list[int]]:
@@ -105,7 +148,7 @@ def _around(picture: Picture, low: Floats, high: Floats) -> float:
     return float(np.median(depth)) if len(depth) else 0.0
 
 
-def _is_round(pieces: Pieces, side: int, group: Sequence[int], across: Floats) -> bool:
+def is_round(pieces: Pieces, side: int, group: Sequence[int], across: Floats) -> bool:
     """Whether the outline is a circle, with a pointer or not."""
     if across.max() > 1.2 * across.min():
         return False

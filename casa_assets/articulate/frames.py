@@ -7,12 +7,15 @@ from itertools import combinations
 import numpy as np
 
 from casa_assets.articulate.panels import Panel
+from casa_assets.articulate.pieces import Pieces, face_on
 from casa_assets.articulate.soup import Floats
 
 # Boards of one leaf begin at the same depth, and touch; diagonals.
 FLUSH, TOUCH = 0.006, 0.006
 # A stile or rail is at most this part of the leaf wide.
 NARROW = 0.26
+# A strip that lies upon a leaf is no thicker than this, diagonals.
+THIN = 0.05
 # The boards cover at least this part of the leaf.
 FULL = 0.93
 
@@ -28,16 +31,54 @@ def joined(panels: list[Panel], gripped: list[Floats]) -> list[Panel]:
         found = _best(left, gripped)
         if found is None:
             return sorted(left, key=lambda p: (-p.width * p.height, p.members[0]))
-        merged = Panel(
-            members=sorted(
-                (f for p in found for f in p.members), key=lambda f: [f in p.members for p in found].index(True)
-            ),
-            low=np.min([p.low for p in found], axis=0),
-            high=np.max([p.high for p in found], axis=0),
-            shown=sum(p.shown for p in found),
-            boards=sum(p.boards for p in found),
+        left = [p for p in left if not any(p is q for q in found)] + [_merged(found)]
+
+
+def _merged(found: list[Panel]) -> Panel:
+    """One leaf of some panels."""
+    return Panel(
+        members=[f for p in found for f in p.members],
+        low=np.min([p.low for p in found], axis=0),
+        high=np.max([p.high for p in found], axis=0),
+        shown=sum(p.shown for p in found),
+        boards=sum(p.boards for p in found),
+        far=any(p.far for p in found),
+    )
+
+
+def bridged(pieces: Pieces, side: int, panels: list[Panel]) -> list[Panel]:
+    """Panels with those made one on which a stile lies that runs over the border between them."""
+    low, high = face_on(pieces, side)
+    size = high - low
+    slim = (size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1)) & (size[:, 2] < THIN) & (pieces.seen[:, side] > 0)
+    slim[[f for p in panels for f in p.members]] = False
+    stiles = np.flatnonzero(slim).tolist()
+    left = list(panels)
+    while True:
+        pair = next(
+            ((a, b) for a, b in combinations(left, 2) if any(_bridges(low[i], high[i], a, b) for i in stiles)), None
         )
-        left = [p for p in left if not any(p is q for q in found)] + [merged]
+        if pair is None:
+            return left
+        left = [p for p in left if p is not pair[0] and p is not pair[1]] + [_merged(list(pair))]
+
+
+def _bridges(low: Floats, high: Floats, a: Panel, b: Panel) -> bool:
+    """Whether a strip lies upon two flush panels, along most of both."""
+    along = int(np.argmax((high - low)[:2]))
+    across = 1 - along
+    flush = abs(float(a.low[2] - b.low[2])) < FLUSH and abs(float(a.low[across] - b.low[across])) < TOUCH
+    flush &= abs(float(a.high[across] - b.high[across])) < TOUCH
+    apart = max(float(a.low[along]), float(b.low[along])) - min(float(a.high[along]), float(b.high[along]))
+    if not flush or abs(apart) > TOUCH:
+        return False
+    for p in (a, b):
+        upon = low[2] < p.low[2] - 0.002 and high[2] >= p.low[2] - 0.001
+        inner = low[across] >= p.low[across] - TOUCH and high[across] <= p.high[across] + TOUCH
+        length = float(min(high[along], p.high[along]) - max(low[along], p.low[along]))
+        if not (upon and inner and length >= 0.6 * float(p.high[along] - p.low[along])):
+            return False
+    return True
 
 
 def _best(panels: list[Panel], gripped: list[Floats]) -> list[Panel] | None:

@@ -5,19 +5,30 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.articulate.controls import Control
-from casa_assets.articulate.hollow import from_above
+from casa_assets.articulate.hollow import behind, from_above, roofed
+from casa_assets.articulate.inside import bears, heaps
 from casa_assets.articulate.panels import SLACK, Panel
-from casa_assets.articulate.pieces import BACK, BOTTOM, LEFT, RIGHT, Pieces, face_on
-from casa_assets.articulate.soup import Floats
+from casa_assets.articulate.pieces import BACK, BOTTOM, LEFT, RIGHT, TOP, Pieces, face_on
+from casa_assets.articulate.soup import Bools, Floats
 
 # A handle stands out at least so far, in diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
 HANDLE_STANDS = 0.013
+# Between a handle and the front that it belongs to there is at most so much air.
+HANDLE_GAP = 0.035
+# What is smaller is no handle but a mark or screw, diagonals.
+LEAST_HANDLE = 0.03
 # A box behind a front begins at most so far behind it.
 BOX_GAP = 0.02
+# A box is at least this part of its front tall: a lesser one is a drawer of its own behind a door.
+LEAST_TALL = 0.2
+# A shelf begins at most so far behind a front.
+SHELF_GAP = 0.1
 # The box keeps within its front by so much: walls between fronts reach a little beyond their edges.
 TIGHT = 0.002
 # What hangs on the back of a door is so shallow, and keeps so far from its edges.
 SHALLOW, INSET = 0.14, 0.008
+# A front without a handle has room behind so much of it.
+HOLLOW = 0.4
 # A panel narrower than this part of the side, and without a handle, is a strip of the body.
 STRIP = 0.13
 
@@ -34,9 +45,10 @@ def dress(pieces: Pieces, side: int, panels: list[Panel], controls: list[Control
         panel = _host(panels, low[i], high[i])
         if panel is None:
             continue
-        if high[i, 2] <= panel.high[2] + SLACK:
+        if high[i, 2] <= panel.high[2] + SLACK and not _wraps(panel, low[i], high[i]):
             stands = float(panel.low[2] - low[i, 2])
-            (panel.grips.append([i]) if stands >= HANDLE_STANDS else panel.trims.append(i))
+            held = stands >= HANDLE_STANDS and not (panel.controls and _is_mark(low[i], high[i]))
+            (panel.grips.append([i]) if held else panel.trims.append(i))
             panel.fore.append(float(low[i, 2]))
             taken.add(i)
     for panel in panels:
@@ -76,10 +88,21 @@ def _host(panels: list[Panel], low: Floats, high: Floats) -> Panel | None:
         share = float(np.prod(np.maximum(over, 1e-9)) / max(float(np.prod(np.maximum((high - low)[:2], 1e-9))), 1e-18))
         inside = bool((middle >= p.low[:2]).all() and (middle <= p.high[:2]).all()) and share >= 0.7
         reach = min((float(p.low[2]), *p.fore))
-        near = low[2] >= p.low[2] - 0.12 and low[2] <= p.high[2] and high[2] >= reach - 0.02
+        near = low[2] >= p.low[2] - 0.12 and low[2] <= p.high[2] and high[2] >= reach - HANDLE_GAP
         if inside and near and (found is None or p.width * p.height < found.width * found.height):
             found = p
     return found
+
+
+def _is_mark(low: Floats, high: Floats) -> bool:
+    """Whether a piece is so small that beside knobs it belongs to them, and is no handle."""
+    return float((high - low)[:2].max()) < LEAST_HANDLE
+
+
+def _wraps(panel: Panel, low: Floats, high: Floats) -> bool:
+    """Whether a piece that reaches behind a deep panel sticks out over its rectangle: it is a shell round it."""
+    behind = float(high[2]) > float(panel.low[2]) + 0.35 * float(panel.high[2] - panel.low[2])
+    return behind and panel.is_deep and not panel.holds(low, high, TIGHT)
 
 
 def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
@@ -87,6 +110,7 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
     for panel in panels:
         own = [c for c in controls if _host([panel], c.low, c.high) is panel]
         bars = [c for c in own if c.long > 2.5 and panel.low[2] - c.low[2] >= HANDLE_STANDS]
+        bars += [c for c in own if not any(c is b for b in bars) and any(_bears(c, b) for b in bars)]
         panel.grips += [c.fragments for c in bars]
         panel.fore += [float(c.low[2]) for c in bars]
         own = [c for c in own if not any(c is b for b in bars)]
@@ -105,20 +129,65 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
     return [c for c in controls if not set(c.fragments) & held]
 
 
+def _bears(control: Control, bar: Control) -> bool:
+    """Whether a small thing touches a bar: a foot of it."""
+    return bool((control.low <= bar.high + 0.003).all() and (control.high >= bar.low - 0.003).all())
+
+
 def _box(pieces: Pieces, side: int, panel: Panel, low: Floats, high: Floats) -> list[int]:
     """Pieces behind a panel that would go with it as a drawer's box: within its rectangle, from it backwards."""
     hidden = pieces.seen[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+    aside = pieces.seen[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
     surface = np.maximum(pieces.area, 1e-12)
-    inside = (low[:, :2] >= panel.low[:2] - TIGHT).all(axis=1) & (high[:, :2] <= panel.high[:2] + TIGHT).all(axis=1)
-    behind = (low[:, 2] >= panel.low[2] - SLACK) & (high[:, 2] > panel.high[2] + 0.01)
+    inside: Bools = np.ones(pieces.count, dtype=bool)
+    for k in (0, 1):
+        inside &= (low[:, k] >= panel.low[k] - TIGHT) & (high[:, k] <= panel.high[k] + TIGHT)
+    back = (low[:, 2] >= panel.low[2] - SLACK) & (high[:, 2] > panel.high[2] + 0.01)
     close = low[:, 2] <= panel.high[2] + BOX_GAP
-    first = np.flatnonzero(inside & behind & close & (hidden <= 0.05 * surface))
-    if not len(first):
-        return []
-    reach = float(high[first, 2].max()) + SLACK
-    more = np.flatnonzero(inside & (low[:, 2] >= panel.low[2]) & (high[:, 2] <= reach) & (hidden <= 0.05 * surface))
-    found = sorted({*first.tolist(), *more.tolist()})
-    return found if from_above(pieces, found).is_box else []
+    inside[panel.members] = False
+    inside &= ~_open_above(pieces, low, high)
+    boards = _boards(low, high, inside, panel)
+    inside[boards] = False
+    middle = [float(low[i, 1] + high[i, 1]) / 2 for i in boards if low[i, 2] <= panel.high[2] + SHELF_GAP]
+    panel.shelved = any(0.15 * panel.height < v - panel.low[1] < 0.85 * panel.height for v in middle)
+    for shown in (hidden, aside):
+        free = inside & (shown <= 0.05 * surface)
+        first = np.flatnonzero(free & back & close)
+        if not len(first):
+            continue
+        reach = float(high[first, 2].max()) + SLACK
+        more = np.flatnonzero(free & (low[:, 2] >= panel.low[2]) & (high[:, 2] <= reach))
+        every = sorted({*first.tolist(), *more.tolist()})
+        tall = float(high[every, 1].max() - low[every, 1].min()) >= LEAST_TALL * panel.height
+        if shown is hidden and tall and from_above(pieces, every).is_box:
+            return every
+        near = set(first.tolist())
+        found = [h for h in heaps(low, high, every) if not near.isdisjoint(h) and _is_box(pieces, h, panel, low, high)]
+        if len(found) == 1:
+            return found[0]
+    return []
+
+
+def _boards(low: Floats, high: Floats, inside: Bools, panel: Panel) -> list[int]:
+    """Level plates behind a panel that stand between walls of the body: a drawer has no room there."""
+    size = high - low
+    wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
+    return [i for i in np.flatnonzero(inside & wide).tolist() if bears(low, high, i, ~inside)]
+
+
+def _open_above(pieces: Pieces, low: Floats, high: Floats) -> Bools:
+    """(N,) pieces at the very top that one looks into: basins, and no drawers."""
+    plan = np.maximum((high - low)[:, 0] * (high - low)[:, 2], 1e-12)
+    top = high[:, 1] >= float(high[:, 1].max()) - 0.05
+    found: Bools = top & (pieces.seen[:, TOP] >= 0.5 * plan)
+    return found
+
+
+def _is_box(pieces: Pieces, heap: list[int], panel: Panel, low: Floats, high: Floats) -> bool:
+    """Whether a heap behind a panel is a tub that fills most of the panel's width and a good part of its height."""
+    wide = float(high[heap, 0].max() - low[heap, 0].min()) >= 0.6 * panel.width
+    tall = float(high[heap, 1].max() - low[heap, 1].min()) >= LEAST_TALL * panel.height
+    return wide and tall and from_above(pieces, heap).is_tub
 
 
 def _hung(pieces: Pieces, side: int, panel: Panel, taken: set[int], low: Floats, high: Floats) -> list[int]:
@@ -151,12 +220,10 @@ def box_depth(pieces: Pieces, side: int, panel: Panel) -> float:
     return max((float(high[i, 2] - panel.high[2]) for i in panel.box), default=0.0)
 
 
-def which_open(panels: list[Panel], whole: Floats) -> list[tuple[Panel, float, str]]:
-    """Panels that open, with confidence and reason.
-
-    Args:
-        whole: (3,) extents of the thing in (u, v, w).
-    """
+def which_open(pieces: Pieces, side: int, panels: list[Panel]) -> list[tuple[Panel, float, str]]:
+    """Panels that open, with confidence and reason."""
+    low, high = face_on(pieces, side)
+    whole = high.max(axis=0) - low.min(axis=0)
     gripped = [p for p in panels if p.grips]
     boxed = [p for p in panels if p.box or p.high[2] - p.low[2] > 0.34 * whole[2]]
     sure = {id(p) for p in [*gripped, *boxed]}
@@ -164,6 +231,8 @@ def which_open(panels: list[Panel], whole: Floats) -> list[tuple[Panel, float, s
     out: list[tuple[Panel, float, str]] = []
     for p in panels:
         foot = p.width * p.height
+        if p.far and not p.grips:
+            continue
         strip = p.height < STRIP * whole[1] or p.width < STRIP * whole[0]
         if p.grips and p.controls <= 3:
             out.append((p, 0.95, "has a handle"))
@@ -178,6 +247,12 @@ def which_open(panels: list[Panel], whole: Floats) -> list[tuple[Panel, float, s
             or (gripped and foot < 0.35 * max(q.width * q.height for q in gripped))
         ):
             continue
-        elif foot >= 0.08 * whole[0] * whole[1]:
+        elif foot >= 0.08 * whole[0] * whole[1] and _closes(pieces, side, p):
             out.append((p, 0.55, "lies on the front like a door"))
     return out
+
+
+def _closes(pieces: Pieces, side: int, panel: Panel) -> bool:
+    """Whether there is a roofed room behind a panel."""
+    room = behind(pieces, side, panel.everything, panel.low, panel.high)
+    return room >= HOLLOW and roofed(pieces, side, panel.low, panel.high) >= HOLLOW

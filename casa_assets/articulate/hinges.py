@@ -18,6 +18,10 @@ DRAWER_WAY = 0.81
 DOOR_RANGE = math.pi / 2
 # A door hinges at its top or bottom only where it is this much wider than high.
 WIDE_DOOR = 1.2
+# One of several above each other folds only where it is this much wider than high: doors of fridges do not.
+FLAP = 1.8
+# One with a long level handle that is as wide as the thing also where it is no higher than this allows.
+SQUARE = 0.9
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,8 @@ def is_drawer(
         return True, 0.95, "it is deep, and seen from its front alone"
     if box_depth > 0.3 * whole[2]:
         return True, 0.9, "a box behind it goes with it"
+    if panel.shelved:
+        return False, 0.8, "a shelf behind it leaves no room for a box"
     ratio = panel.width / max(panel.height, 1e-9)
     full = panel.width > 0.8 * whole[0] and panel.height > 0.5 * whole[1]
     centred = grip is None or abs(float(grip.middle[0]) - 0.5) < 0.12
@@ -97,6 +103,8 @@ def hinge_edge(panel: Panel, grip: Grip | None, others: list[Panel], whole: Floa
     alone = full and not any(o is not panel and o.width * o.height > 0.3 * panel.width * panel.height for o in others)
     if grip.lies and abs(y) > 0.15 and ((flap and (abs(x) < 0.15 or bar > 0.7)) or (alone and bar > 0.5)):
         return Opening(level, side, 0.9, "a level handle on a wide door")
+    if grip.lies and y > 0.3 and abs(x) < 0.08 and bar > 0.5 and ratio > SQUARE and panel.width > 0.8 * whole[0]:
+        return Opening(level, side, 0.75, "a long level handle at the top of a door as wide as the thing")
     if grip.stands and abs(x) > 0.1:
         return Opening(side, level, 0.95, "an upright handle at one side")
     if flap and abs(x) < 0.08 and abs(y) > 0.15:
@@ -119,9 +127,27 @@ def _by_neighbours(panel: Panel, others: list[Panel], ratio: float, full: bool) 
         return Opening(Edge.LEFT, Edge.RIGHT, 0.75, "another front to its right")
     if left > right:
         return Opening(Edge.RIGHT, Edge.LEFT, 0.75, "another front to its left")
+    if ratio >= FLAP:
+        for level, over in ((Edge.BOTTOM, True), (Edge.TOP, False)):
+            if _stacked(panel, others, over):
+                return Opening(level, _opposite(level), 0.6, "a wide front, with another above or below it")
     if ratio > 2.0:
         return Opening(Edge.BOTTOM, Edge.TOP, 0.5, "a very wide door without a handle")
     return Opening(Edge.LEFT, Edge.RIGHT, 0.4, "nothing says which side")
+
+
+def _opposite(edge: Edge) -> Edge:
+    return {Edge.LEFT: Edge.RIGHT, Edge.RIGHT: Edge.LEFT, Edge.TOP: Edge.BOTTOM, Edge.BOTTOM: Edge.TOP}[edge]
+
+
+def _stacked(panel: Panel, others: list[Panel], over: bool) -> bool:
+    """Whether a front as wide lies right over a panel, or under it."""
+    for o in others:
+        gap = float(o.low[1] - panel.high[1]) if over else float(panel.low[1] - o.high[1])
+        flush = abs(float(o.low[0] - panel.low[0])) + abs(float(o.high[0] - panel.high[0])) < 0.03
+        if o is not panel and flush and abs(gap) < 0.02 and o.height > 0.4 * panel.height:
+            return True
+    return False
 
 
 def hinge_line(panel: Panel, edge: Edge) -> tuple[Floats, Floats]:

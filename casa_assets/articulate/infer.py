@@ -8,14 +8,18 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from casa_assets.articulate import hinges
-from casa_assets.articulate.controls import Control, find_controls
+from casa_assets.articulate.controls import Control, facing, find_controls, is_free
+from casa_assets.articulate.cut import cut
 from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frames import joined
+from casa_assets.articulate.frames import bridged, joined
 from casa_assets.articulate.fronts import box_depth, dress, handle_spots, which_open
 from casa_assets.articulate.inside import Tray, find_trays
+from casa_assets.articulate.levers import Lever, find_levers
+from casa_assets.articulate.lids import Lid, find_lids
 from casa_assets.articulate.panels import Panel, find_panels
 from casa_assets.articulate.pieces import FRONT, SIDES, TOP, Pieces, face_on, measure
 from casa_assets.articulate.plan import Articulation, Edge, Frame, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.slides import slide_way
 from casa_assets.articulate.soup import Floats, Soup
 from casa_assets.model.joint import JointKind
 from casa_assets.model.record import Vec3
@@ -67,11 +71,16 @@ def infer(soup: Soup, frame: Frame, category: str = "") -> Articulation:
         soup: in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
         category: id of a category where it is known, empty otherwise.
     """
-    pieces = measure(soup, fragment_labels(soup))
+    pieces = measure(soup, cut(soup, fragment_labels(soup)))
     found = _Found(pieces)
     if pieces.count > 1:
         panels = find_panels(pieces, FRONT)
         controls = find_controls(pieces, FRONT, [f for p in panels for f in p.members])
+        levers, controls = find_levers(pieces, FRONT, controls)
+        _levers(found, FRONT, levers)
+        over = [c for c in find_controls(pieces, TOP, sorted(found.taken)) if c.round and _stands_free(pieces, c)]
+        controls = _better_here(controls, over)
+        panels = bridged(pieces, FRONT, panels)
         panels = joined(panels, handle_spots(pieces, FRONT, panels, controls))
         rest = dress(pieces, FRONT, panels, controls)
         _fronts(found, panels)
@@ -79,20 +88,27 @@ def infer(soup: Soup, frame: Frame, category: str = "") -> Articulation:
         for _, panel, edge in list(found.fronts):
             for tray in find_trays(pieces, FRONT, panel, edge, sorted(found.taken)):
                 _tray(found, panel, tray)
-        over = find_controls(pieces, TOP, sorted(found.taken))
-        _controls(found, TOP, [c for c in over if c.round and _stands_free(pieces, c)])
+        for lid in find_lids(pieces, found.taken):
+            _lid(found, lid)
+        _controls(found, TOP, over)
     return Articulation(frame=frame, parts=tuple(found.parts), category=category)
+
+
+def _better_here(controls: list[Control], others: list[Control]) -> list[Control]:
+    """Controls of a side without those that are round seen from another side, and here are not."""
+    round_there = {f for c in others for f in c.fragments}
+    return [c for c in controls if c.round or round_there.isdisjoint(c.fragments)]
 
 
 def _stands_free(pieces: Pieces, control: Control) -> bool:
     """Whether a thing on the top stands out like a knob, and not like a foot or a burner."""
-    return control.stands >= 0.3 * float(control.across.max())
+    return control.stands >= 0.3 * float(control.across.max()) and is_free(pieces, TOP, control)
 
 
 def _fronts(found: _Found, panels: list[Panel]) -> None:
     low, high = face_on(found.pieces, FRONT)
     whole = high.max(axis=0) - low.min(axis=0)
-    chosen = which_open(panels, whole)
+    chosen = which_open(found.pieces, FRONT, panels)
     every = [p for p, _, _ in chosen]
     for panel, sure, because in chosen:
         grip = hinges.grip_of(panel, low, high)
@@ -114,9 +130,22 @@ def _fronts(found: _Found, panels: list[Panel]) -> None:
         else:
             panel.box = []
             opening = hinges.hinge_edge(panel, grip, panels, whole)
-            joint = _hinge(panel, opening)
+            aside = slide_way(found.pieces, FRONT, panel, grip)
+            joint = _hinge(panel, opening) if aside is None else _sideways(panel, aside)
             name = found.add(PartKind.DOOR, panel.everything, held, joint, "", (sure * certain, because))
-            found.fronts.append((name, panel, opening.edge))
+            found.fronts.append((name, panel, opening.edge if aside is None else None))
+
+
+def _sideways(panel: Panel, sign: float) -> JointPlan:
+    """The joint of a door that runs to the right (1) or to the left (-1)."""
+    return JointPlan(
+        kind=JointKind.SLIDE,
+        axis=_direction(sign * SIDES[FRONT][0]),
+        anchor=_point(FRONT, (panel.low + panel.high) / 2),
+        range=(0.0, 0.95 * panel.width),
+        confidence=0.6,
+        because="its niche goes on beside it",
+    )
 
 
 def _hinge(panel: Panel, opening: hinges.Opening) -> JointPlan:
@@ -136,7 +165,6 @@ def _hinge(panel: Panel, opening: hinges.Opening) -> JointPlan:
 
 def _controls(found: _Found, side: int, controls: list[Control]) -> None:
     """Knobs and buttons of a side; what is neither stays with what it sits on."""
-    normal = _direction(-SIDES[side][2])
     for control in controls:
         if set(control.fragments) & found.taken:
             continue
@@ -146,9 +174,10 @@ def _controls(found: _Found, side: int, controls: list[Control]) -> None:
             continue
         middle = (control.low + control.high) / 2
         turns = kind is PartKind.KNOB
+        normal = facing(found.pieces, side, control)
         joint = JointPlan(
             kind=JointKind.HINGE if turns else JointKind.SLIDE,
-            axis=normal if turns else _direction(SIDES[side][2]),
+            axis=_direction(normal if turns else -normal),
             anchor=_point(side, middle),
             range=(0.0, 2 * math.pi if turns else min(BUTTON_WAY, max(0.5 * control.stands, 0.1 * across))),
             endless=turns,
@@ -159,6 +188,23 @@ def _controls(found: _Found, side: int, controls: list[Control]) -> None:
         found.add(kind, control.fragments, control.fragments, joint, parent, (sure, why))
 
 
+def _levers(found: _Found, side: int, levers: list[Lever]) -> None:
+    """Things that slide in a slot."""
+    for lever in levers:
+        middle = (lever.control.low + lever.control.high) / 2
+        because = "it stands in a slot"
+        joint = JointPlan(
+            kind=JointKind.SLIDE,
+            axis=_direction(lever.way @ SIDES[side]),
+            anchor=_point(side, middle),
+            range=(0.0, lever.length),
+            confidence=0.8,
+            because=because,
+        )
+        fragments = lever.control.fragments
+        found.add(PartKind.LEVER, fragments, fragments, joint, "", (0.8, because))
+
+
 def _kind(control: Control, all_: list[Control]) -> tuple[PartKind | None, float, str]:
     """Knob, button, or neither."""
     across = float(control.across.max())
@@ -166,6 +212,8 @@ def _kind(control: Control, all_: list[Control]) -> tuple[PartKind | None, float
         bool(np.abs(c.across - control.across).max() < 0.12 * across) and abs(c.stands - control.stands) < 0.25 * across
         for c in all_
     )
+    if control.is_pin and control.round and across <= 0.09 and control.stands >= 0.0005:
+        return PartKind.BUTTON, 0.7, "a round pin"
     if control.round and control.stands >= 0.22 * across and across >= 0.015:
         return PartKind.KNOB, 0.8 if alike > 1 else 0.65, "round, and stands out"
     if control.long <= 5.0 and control.stands >= 0.0005 and (alike > 1 or control.round) and across <= 0.09:
@@ -181,10 +229,26 @@ def _tray(found: _Found, door: Panel, tray: Tray) -> None:
             kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=middle, range=(0.0, 2 * math.pi), endless=True
         )
     else:
-        way = 0.8 * float(high[1] - low[1])
+        way = hinges.DRAWER_WAY * float(high[1] - low[1])
         joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, way))
     joint = joint.replace(confidence=tray.confidence, because=tray.because)
-    found.add(PartKind.TRAY, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.because))
+    kind = PartKind.DRAWER if tray.tub else PartKind.TRAY
+    found.add(kind, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.because))
+
+
+def _lid(found: _Found, lid: Lid) -> None:
+    """A lid that opens upwards about its far edge, as a jug's does."""
+    x, _, z = (lid.low + lid.high) / 2
+    because = "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
+    joint = JointPlan(
+        kind=JointKind.HINGE,
+        axis=(-1.0, 0.0, 0.0),
+        anchor=_direction_free(np.array([x, lid.high[1], z])),
+        range=(0.0, hinges.DOOR_RANGE),
+        confidence=0.5,
+        because=because,
+    )
+    found.add(PartKind.LID, lid.fragments, lid.knob, joint, "", (0.6, because))
 
 
 def _direction(v: Floats) -> Vec3:

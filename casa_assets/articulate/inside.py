@@ -1,4 +1,4 @@
-"""What slides or turns behind a door: racks, trays and turntables."""
+"""What slides or turns behind a front: inner drawers, racks and turntables."""
 
 from __future__ import annotations
 
@@ -9,55 +9,111 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from casa_assets.articulate.hollow import from_above
 from casa_assets.articulate.panels import Panel
-from casa_assets.articulate.pieces import SIDES, Pieces, face_on
+from casa_assets.articulate.pieces import BOTTOM, FRONT, LEFT, RIGHT, SIDES, Pieces, face_on
 from casa_assets.articulate.plan import Edge
-from casa_assets.articulate.soup import Floats
+from casa_assets.articulate.soup import Bools, Floats
 
-# A rack takes at least this part of the width of its door and is at most this part of its height tall.
-LEAST_WIDTH, MOST_HEIGHT = 0.45, 0.5
-# Less of it than this part of its surface is seen from outside.
-SEEN = 0.02
+# A rack takes at least this part of the width of its door, a turntable the second, and is at most this part of its
+# height tall.
+LEAST_WIDTH, LEAST_DISC, MOST_HEIGHT = 0.45, 0.2, 0.5
+# Less of it than this part of its surface is seen from outside, of a tub than the second.
+SEEN, TUB_SEEN = 0.02, 0.05
+# A plate that is so near to a wall rests on it, diagonals.
+TOUCH = 0.001
 
 
 @dataclass(frozen=True)
 class Tray:
-    """Something flat behind a door; `round` ones turn."""
+    """Something behind a door that moves: `round` ones turn, `tub` ones are drawers, the others are racks."""
 
     fragments: tuple[int, ...]
     round: bool
+    tub: bool
     confidence: float
     because: str
 
 
 def find_trays(pieces: Pieces, side: int, door: Panel, edge: Edge | None, taken: Sequence[int]) -> list[Tray]:
-    """Racks behind a door that folds down, and the turntable behind one that swings."""
+    """Drawers and turntables behind a front, and racks behind one that folds down."""
     low, high = face_on(pieces, side)
-    size = high - low
-    hidden = pieces.seen.sum(axis=1) <= SEEN * np.maximum(pieces.area, 1e-12)
     free = np.ones(pieces.count, dtype=bool)
     free[list(taken)] = False
     within = (low[:, :2] >= door.low[:2] - 0.03).all(axis=1) & (high[:, :2] <= door.high[:2] + 0.03).all(axis=1)
-    behind = low[:, 2] >= door.high[2] - 0.12
-    small = size[:, 1] <= MOST_HEIGHT * door.height
-    rows = np.flatnonzero(hidden & free & within & behind & small).tolist()
+    small = (high - low)[:, 1] <= MOST_HEIGHT * door.height
+    rows = free & within & small & (low[:, 2] >= door.high[2] - 0.12)
+    surface = SEEN * np.maximum(pieces.area, 1e-12)
+    # A thing without a top or back shows what is in it; what shows elsewhere is a wall.
+    covered = (
+        pieces.seen[:, [s for s in (FRONT, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1) <= TUB_SEEN / SEEN * surface
+    )
     found = []
-    for group in _heaps(low, high, rows):
-        across = high[group].max(axis=0) - low[group].min(axis=0)
-        if across[0] < LEAST_WIDTH * door.width or across[2] < 0.25 * door.width:
-            continue
-        if across[1] > 0.6 * min(across[0], across[2]):
-            continue
-        disc = abs(float(across[0] - across[2])) < 0.03 * float(across[0]) and _is_disc(pieces, side, group)
-        if disc and edge is not Edge.BOTTOM:
-            found.append(Tray(tuple(group), True, 0.7, "a disc behind a door"))
-        elif not disc and edge is Edge.BOTTOM:
-            found.append(Tray(tuple(group), False, 0.6, "a level rack behind a door that folds down"))
+    for group in heaps(low, high, np.flatnonzero(rows & covered).tolist()):
+        if _fills(low, high, group, door, LEAST_WIDTH) and _is_tub(pieces, low, high, group, door):
+            found.append(Tray(tuple(group), False, True, 0.7, "a tub behind a front"))
+    gone = {f for t in found for f in t.fragments}
+    rows &= pieces.seen.sum(axis=1) <= surface
+    for group in heaps(low, high, [i for i in np.flatnonzero(rows).tolist() if i not in gone]):
+        tray = _rack(pieces, side, group, edge, door) if _fills(low, high, group, door, LEAST_DISC) else None
+        if tray is not None:
+            found.append(tray)
     return found
 
 
-def _heaps(low: Floats, high: Floats, rows: list[int], gap: float = 0.004) -> list[list[int]]:
-    """Groups of pieces whose boxes touch, each ascending."""
+def _fills(low: Floats, high: Floats, group: list[int], door: Panel, share: float) -> bool:
+    """Whether a heap is wide (by a share of its door) and deep enough to be what a door is there for."""
+    across = high[group].max(axis=0) - low[group].min(axis=0)
+    return bool(across[0] >= share * door.width and across[2] >= min(0.25, share) * door.width)
+
+
+def _is_tub(pieces: Pieces, low: Floats, high: Floats, group: list[int], door: Panel) -> bool:
+    """Whether a heap is a drawer: of solid walls, and starting not far behind the front."""
+    across = high[group].max(axis=0) - low[group].min(axis=0)
+    near = float(low[group, 2].min() - door.high[2]) <= 0.35 * float(across[2])
+    tall = 0.08 * min(across[0], across[2]) <= across[1] <= MOST_HEIGHT * door.height
+    return bool(near and tall) and from_above(pieces, group).is_tub
+
+
+def _rack(pieces: Pieces, side: int, group: list[int], edge: Edge | None, door: Panel) -> Tray | None:
+    """A rack or a turntable, or None for what is neither: boards between the walls do not move."""
+    low, high = face_on(pieces, side)
+    across = high[group].max(axis=0) - low[group].min(axis=0)
+    if across[1] > 0.6 * min(across[0], across[2]):
+        return None
+    disc = abs(float(across[0] - across[2])) < 0.03 * float(across[0]) and _is_disc(pieces, side, group)
+    if disc:
+        return Tray(tuple(group), True, False, 0.7, "a disc behind a door")
+    if (
+        edge is not Edge.BOTTOM
+        or not _fills(low, high, group, door, LEAST_WIDTH)
+        or _is_board(low, high, group, pieces.count)
+    ):
+        return None
+    return Tray(tuple(group), False, False, 0.6, "a level rack behind a door that folds down")
+
+
+def _is_board(low: Floats, high: Floats, group: list[int], count: int) -> bool:
+    """Whether a heap is one plate that stands between two walls."""
+    a, b = low[group].min(axis=0), high[group].max(axis=0)
+    plates = [i for i in group if np.prod((high[i] - low[i])[[0, 2]]) >= 0.9 * np.prod((b - a)[[0, 2]])]
+    others = np.ones(count, dtype=bool)
+    others[group] = False
+    return len(plates) == 1 and bears(low, high, plates[0], others)
+
+
+def bears(low: Floats, high: Floats, plate: int, others: Bools) -> bool:
+    """Whether a level plate stands between two walls, which are among `others`: a shelf, a floor or a top."""
+    thick = float((high - low)[plate, 1])
+    near = others & (low <= high[plate] + TOUCH).all(axis=1) & (high >= low[plate] - TOUCH).all(axis=1)
+    walls = near & (high[:, 1] - low[:, 1] > 3 * thick)
+    left = walls & (high[:, 0] <= low[plate, 0] + 2 * TOUCH)
+    right = walls & (low[:, 0] >= high[plate, 0] - 2 * TOUCH)
+    return bool(left.any() and right.any())
+
+
+def heaps(low: Floats, high: Floats, rows: list[int], gap: float = 0.004) -> list[list[int]]:
+    """Groups of pieces whose boxes touch, each ascending; `gap` in diagonals."""
     if not rows:
         return []
     a, b = low[rows], high[rows]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from casa_assets.articulate.hollow import from_above
-from casa_assets.articulate.pieces import BACK, BOTTOM, LEFT, RIGHT, Pieces, face_on
+from casa_assets.articulate.pieces import BACK, BOTTOM, LEFT, RIGHT, TOP, Pieces, face_on
 from casa_assets.articulate.soup import Bools, Floats
 
 # A panel is at least so wide and high, and covers at least so much of the side.
@@ -19,8 +19,12 @@ LEAST_SIDE, LEAST_SHARE = 0.03, 0.012
 LEAST_LONG, LARGE_SHARE = 0.12, 0.06
 # It is no thicker than this part of its smaller side and of the depth of the thing, unless hidden from elsewhere.
 THICK, THICK_OF_DEPTH = 0.7, 0.34
-# It begins no deeper than this part of the depth.
-DEEPEST = 0.35
+# It begins no deeper than this part of the depth; one with a handle, in a niche, no deeper than the second.
+DEEPEST, DEEPEST_HELD = 0.35, 0.75
+# A bar is so many times longer than wide, and stands off by so much, diagonals.
+BAR, STANDS_OFF = 4.0, 0.008
+# A bar that touches its host is so narrow and stands out so far: rails of framed doors reach 0.013.
+SLIM, STANDS_OUT = 0.06, 0.015
 # Pieces within this much of a rectangle lie inside it.
 SLACK = 0.006
 
@@ -35,7 +39,8 @@ class Panel:
         grips: each a list of fragments that a hand takes. trims: what else goes with it. box: what it drags along.
         controls: how many knobs and buttons it carries. shown: area of its picture.
         fore: depths at which things on it begin: a bar may touch it through its feet alone.
-        boards: how many panels were joined to make it.
+        boards: how many panels were joined to make it. far: it lies so deep that only a handle makes it a front.
+        shelved: a shelf of the body stands right behind its middle.
     """
 
     members: list[int]
@@ -48,6 +53,8 @@ class Panel:
     shown: float = 0.0
     fore: list[float] = field(default_factory=list)
     boards: int = 1
+    far: bool = False
+    shelved: bool = False
 
     @property
     def width(self) -> float:
@@ -58,6 +65,11 @@ class Panel:
     def height(self) -> float:
         """Along v."""
         return float(self.high[1] - self.low[1])
+
+    @property
+    def is_deep(self) -> bool:
+        """It is no plate: it reaches farther back than its shorter side is long."""
+        return float(self.high[2] - self.low[2]) > THICK * min(self.width, self.height)
 
     @property
     def everything(self) -> list[int]:
@@ -79,30 +91,43 @@ def find_panels(pieces: Pieces, side: int) -> list[Panel]:
     wide = (size[:, :2].min(axis=1) >= LEAST_SIDE) & (foot >= LEAST_SHARE * whole[0] * whole[1])
     wide &= (size[:, :2].max(axis=1) >= LEAST_LONG) | (foot >= LARGE_SHARE * whole[0] * whole[1])
     slab = (size[:, 2] <= THICK * size[:, :2].min(axis=1)) & (size[:, 2] <= THICK_OF_DEPTH * whole[2])
-    flat = wide & (start <= DEEPEST * whole[2]) & (pieces.seen[:, side] >= 0.02 * foot)
-    deep = flat & ~slab & _is_drawer(pieces, side, size, whole)
-    deep[[i for i in np.flatnonzero(deep).tolist() if not from_above(pieces, [i]).is_box]] = False
+    near = start <= DEEPEST * whole[2]
+    niche = slab & (start <= DEEPEST_HELD * whole[2]) & (pieces.seen[:, side] >= 0.6 * foot)
+    flat = wide & (near | niche) & (pieces.seen[:, side] >= 0.02 * foot)
+    deep = flat & ~slab & _are_drawers(pieces, side, size, whole)
     seeds = np.flatnonzero(flat & (slab | deep))
     order = seeds[np.lexsort((seeds, -foot[seeds]))]
     groups: list[list[int]] = []
     for i in order.tolist():
         host = next((g for g in groups if _inside(low, high, i, g[0]) and _touch(low, high, i, g)), None)
+        if host is not None and _is_bar(low, high, i, host[0]):
+            continue
         if host is None:
             groups.append([i])
         else:
             host.append(i)
     parted = [p for g in groups for p in _plates(pieces, side, low, high, g)]
     panels = [_panel(pieces, side, low, high, g) for g in parted]
+    for p in panels:
+        p.far = float(p.low[2] - low[:, 2].min()) > DEEPEST * whole[2]
     return [p for p in panels if p.shown >= 0.12 * p.width * p.height]
 
 
-def _is_drawer(pieces: Pieces, side: int, size: Floats, whole: Floats) -> Bools:
-    """(N,) deep pieces that show on one side only, as a drawer and its box in one do."""
+def _are_drawers(pieces: Pieces, side: int, size: Floats, whole: Floats) -> Bools:
+    """(N,) deep pieces that show on one side only, as a drawer and its box in one do.
+
+    What hides their floor or back may be missing: then only a tub that something covers is a drawer.
+    """
+    around = pieces.seen[:, [s for s in (LEFT, RIGHT) if s != side]].sum(axis=1)
     elsewhere = pieces.seen[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
     walls = size[:, 2] * (size[:, 0] + size[:, 1])
     front = pieces.seen[:, side] >= 0.3 * size[:, 0] * size[:, 1]
     narrow = size[:, 0] * size[:, 1] < 0.97 * whole[0] * whole[1]
-    found: Bools = (elsewhere <= 0.12 * walls) & front & narrow & (size[:, 2] > THICK * size[:, :2].min(axis=1))
+    covered = pieces.seen[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
+    found: Bools = (around <= 0.12 * walls) & front & narrow & (size[:, 2] > THICK * size[:, :2].min(axis=1))
+    for i in np.flatnonzero(found).tolist():
+        above = from_above(pieces, [i])
+        found[i] = above.is_box if elsewhere[i] <= 0.12 * walls[i] else bool(covered[i]) and above.is_tub
     return found
 
 
@@ -112,6 +137,14 @@ def _inside(low: Floats, high: Floats, inner: int, outer: int) -> bool:
     b = np.minimum(high[inner, :2], high[outer, :2])
     foot = float(np.prod(high[inner, :2] - low[inner, :2]))
     return bool((b > a).all() and float(np.prod(b - a)) >= 0.9 * foot)
+
+
+def _is_bar(low: Floats, high: Floats, i: int, host: int) -> bool:
+    """Whether a piece is a bar that stands off from its host, or far out of it: a handle, and no part of the leaf."""
+    size = (high - low)[i, :2]
+    off = high[i, 2] <= low[host, 2] - STANDS_OFF
+    out = size.min() <= SLIM and low[i, 2] <= low[host, 2] - STANDS_OUT and high[i, 2] <= low[host, 2] + SLACK
+    return bool(size.max() >= BAR * size.min() and (off or out))
 
 
 def _touch(low: Floats, high: Floats, i: int, group: list[int]) -> bool:

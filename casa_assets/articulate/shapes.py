@@ -1,4 +1,4 @@
-"""Triangles of one link -> convex shapes that are touched: a hull where that is what they are, else boxes of a grid."""
+"""Triangles of one link -> convex point clouds that are touched: a hull where that is what they are, else by cells."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.errors import DegenerateShape
+from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.hull import hull_volume, small_hull
-from casa_assets.geometry.voxel import voxelise
+from casa_assets.geometry.voxel import Grid, voxelise
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box, Hull, Shape
@@ -16,60 +17,104 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-# What fills this part of its hull is touched as its hull.
-FULL = 0.8
-CELLS, THINNEST_M = 28, 0.002
-MOST_BOXES = 40
+# What fills this part of its hull is touched as its hull; what fills this part of its box, as a box.
+FULL, BOXY = 0.8, 0.985
+# Cells along the longest side, the finest first: the first that needs few enough shapes is taken.
+CELLS = (28, 18, 12, 8)
+THINNEST_M = 0.002
+SAMPLES = 6000
+_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
 
 
-def shapes_of(points: Floats, faces: Ints, most: int = MOST_BOXES) -> list[tuple[Shape, Pose]]:
-    """Shapes that cover a surface and leave its cavities open.
+def clouds_of(points: Floats, faces: Ints, most: int) -> list[Floats]:
+    """Convex clouds that cover a surface and leave its cavities open, the largest first.
 
     Args:
-        points: (P, 3) metres. faces: (F, 3) over them. most: how many boxes at most.
+        points: (P, 3) metres. faces: (F, 3) over them. most: how many at most.
+    Returns:
+        (N, 3) points of each, metres, in the frame of `points`; each spans a volume.
     """
     used, local = np.unique(faces, return_inverse=True)
     cloud, triangles = points[used], local.reshape(-1, 3)
     extent = np.ptp(cloud, axis=0)
     if extent.min() < THINNEST_M:
-        return [_plate(cloud)]
-    grid = voxelise(cloud, triangles, cells=CELLS)
-    if grid.volume >= FULL * hull_volume(cloud):
-        return [_hull(cloud)]
-    return _boxes(grid.skin | grid.solid, grid.origin, grid.cell, cloud, most)
+        return [box_cloud(*_thick(cloud))]
+    finest = voxelise(cloud, triangles, cells=CELLS[0])
+    if most == 1 or finest.volume >= FULL * hull_volume(cloud):
+        return [_convex(cloud)]
+    samples = np.concatenate([cloud, surface_samples(cloud, triangles, SAMPLES)])
+    found: list[Floats] = []
+    for cells in CELLS:
+        grid = finest if cells == CELLS[0] else voxelise(cloud, triangles, cells=cells)
+        found, left = _cellwise(grid, samples, most)
+        if not left:
+            break
+    return found or [_convex(cloud)]
 
 
-def _plate(cloud: Floats) -> tuple[Shape, Pose]:
-    """A box round something flat, at least as thick as contacts hold."""
+def shape_of(cloud: Floats) -> tuple[Shape, Pose]:
+    """The shape of a convex cloud, at its middle."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     size = np.maximum(high - low, THINNEST_M)
-    x, y, z = (_seven(v) for v in size)
-    return Box(size=(x, y, z)), Pose(position=_vec((low + high) / 2))
-
-
-def _hull(cloud: Floats) -> tuple[Shape, Pose]:
+    middle = (low + high) / 2
+    if hull_volume(cloud) >= BOXY * float(np.prod(size)):
+        return _box(size), Pose(position=_vec(middle))
+    center = np.array(_vec(middle))
     try:
-        points, faces = small_hull(cloud.astype(np.float32).astype(np.float64))
+        points, faces = small_hull((cloud - center).astype(np.float32).astype(np.float64))
     except DegenerateShape:
-        return _plate(cloud)
-    return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()
+        return _box(size), Pose(position=_vec(middle))
+    return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose(position=_vec(middle))
 
 
-def _boxes(solid: Bools, origin: Floats, cell: float, cloud: Floats, most: int) -> list[tuple[Shape, Pose]]:
-    """Cells of a grid gathered into boxes, the largest first; clipped to the box round the surface."""
-    left = solid.copy()
+def box_cloud(low: Floats, high: Floats) -> Floats:
+    """(8, 3) corners of a box."""
+    found: Floats = low + _CORNERS * (high - low)
+    return found
+
+
+def _thick(cloud: Floats) -> tuple[Floats, Floats]:
+    """The box round something flat, at least as thick as contacts hold."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
-    out: list[tuple[Shape, Pose]] = []
+    middle, half = (low + high) / 2, np.maximum(high - low, THINNEST_M) / 2
+    return middle - half, middle + half
+
+
+def _convex(cloud: Floats) -> Floats:
+    """Outermost points of a cloud, a box round it where it has no volume."""
+    try:
+        return small_hull(cloud)[0]
+    except DegenerateShape:
+        return box_cloud(*_thick(cloud))
+
+
+def _cellwise(grid: Grid, samples: Floats, most: int) -> tuple[list[Floats], bool]:
+    """Cells gathered into boxes, the largest first, each drawn in to what lies in it; and whether any are left."""
+    left = grid.skin | grid.solid
+    inner = grid.solid & ~grid.skin
+    at = np.round((samples - grid.origin) / grid.cell).astype(np.int64)
+    out: list[Floats] = []
     while left.any() and len(out) < most:
         a, b = _largest(left)
-        left[a[0] : b[0], a[1] : b[1], a[2] : b[2]] = False
-        start = np.maximum(origin + (a - 0.5) * cell, low)
-        stop = np.minimum(origin + (b - 0.5) * cell, high)
-        if (stop - start).min() <= 1e-4:
-            continue
-        x, y, z = (_seven(v) for v in stop - start)
-        out.append((Box(size=(x, y, z)), Pose(position=_vec((start + stop) / 2))))
-    return out or [_hull(cloud)]
+        window = tuple(slice(int(p), int(q)) for p, q in zip(a, b, strict=True))
+        left[window] = False
+        own = samples[((at >= a) & (at < b)).all(axis=1)]
+        if inner[window].any():
+            full = np.argwhere(inner[window])
+            low = grid.origin + (full.min(axis=0) + a - 0.5) * grid.cell
+            high = grid.origin + (full.max(axis=0) + a + 0.5) * grid.cell
+            own = np.concatenate([own, box_cloud(low, high)])
+        if len(own) >= 4:
+            out.append(_drawn_in(own))
+    return out, bool(left.any())
+
+
+def _drawn_in(own: Floats) -> Floats:
+    """A box where what lies in it nearly fills it, else its hull."""
+    low, high = _thick(own)
+    if hull_volume(own) >= 0.85 * float(np.prod(high - low)) or np.ptp(own, axis=0).min() < THINNEST_M:
+        return box_cloud(low, high)
+    return _convex(own)
 
 
 def _largest(solid: Bools) -> tuple[Ints, Ints]:
@@ -102,6 +147,11 @@ def _grow(solid: Bools, a: Ints, b: Ints, axis: int) -> None:
                 a[axis] -= 1
             else:
                 b[axis] += 1
+
+
+def _box(size: Floats) -> Box:
+    x, y, z = (_seven(v) for v in size)
+    return Box(size=(x, y, z))
 
 
 def _vec(values: Floats) -> tuple[float, float, float]:

@@ -1,10 +1,12 @@
-"""What the six sides of a thing look like, as numbers: evidence for which of them is the front and which the top."""
+"""What one side of a thing looks like, as numbers and as a list of the small things that stand out from it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
+from scipy.spatial import ConvexHull
 
 from casa_assets.articulate.pieces import SIDES, Pieces, face_on
 from casa_assets.articulate.raster import Picture
@@ -12,31 +14,38 @@ from casa_assets.articulate.soup import Bools, Floats
 
 # A step in depth between neighbouring pixels that counts as an edge, diagonals; a bend, cosine of 25 degrees.
 STEP, BEND = 0.004, 0.906
+# What is narrower than this one way and stands out so far may be a knob, a button or a handle; diagonals.
+NARROW, OUT, FARTHEST = 0.13, 0.006, 0.3
+SMALLEST, FEWEST_PIXELS = 0.012, 6
+# The plane of a side: so much of what is seen is nearer. Things stand out fully at `JUT` before it.
+PLANE, JUT = 0.3, 0.06
+# A slot is so wide and long, and so deep; a burner so large.
+SLOT_WIDE, SLOT_LONG, SLOT_DEEP, SLOT_WINDOW = 0.015, 0.2, 0.05, 0.1
+RING_SMALLEST, RING_LARGEST = 0.09, 0.45
+MOST_RINGS, MOST_TRIED = 6, 60
 
-FEATURES = (
-    "front_detail",
-    "back_detail",
-    "top_detail",
-    "bottom_detail",
-    "front_panels",
-    "back_panels",
-    "front_stands",
-    "back_stands",
-    "top_stands",
-    "front_mirror",
-    "top_mirror",
-    "side_mirror",
-    "height",
-    "width",
-    "bottom_flat",
-    "top_flat",
-    "low_mass",
-    "bottom_wide",
-    "front_flat",
-    "level_bars",
-    "inside_level",
-    "inside_upright",
-)
+
+@dataclass(frozen=True)
+class Blob:
+    """Something small that stands out.
+
+    Attributes:
+        middle: (right, up) in the picture, each 0..1. size: (right, up) in diagonals. stands: how far out.
+    """
+
+    middle: tuple[float, float]
+    size: tuple[float, float]
+    stands: float
+
+    @property
+    def is_knob(self) -> bool:
+        """Compact, as knobs, buttons and feet are."""
+        return max(self.size) <= 0.14 and max(self.size) < 2.5 * min(self.size)
+
+    @property
+    def is_bar(self) -> bool:
+        """Long and far out, as handles are."""
+        return max(self.size) >= 2.5 * min(self.size) and max(self.size) > 0.04 and self.stands >= 0.012
 
 
 @dataclass(frozen=True)
@@ -47,45 +56,56 @@ class Side:
         detail: share of its pixels that are edges of depth, bend or piece.
         panels: share of its rectangle that thin pieces near it cover.
         stands: share of its pixels that stand out before most of it.
-        mirror: (2,) how alike it is to its mirror image, left to right and top to bottom, 0..1.
-        flat: share of its rectangle that lies within a fiftieth of the depth from its nearest.
-        wide: least extent of what is nearest, as a part of the rectangle's.
-        bars: long things that stand out: those along right less those along up, -1..1.
+        juts: how far its nearest points stand out before its plane, 0..1, unless it stands on them.
+        support: hull of what is nearest, as a part of the rectangle.
+        mirror: how alike it is to its mirror image, left to right and top to bottom, 0..1.
+        blobs: small things that stand out.
+        rings: log of 1 and the number of flat discs larger than knobs. slots: deep narrow grooves, in pairs.
     """
 
     detail: float
     panels: float
     stands: float
+    juts: float
+    support: float
     mirror: tuple[float, float]
-    flat: float
-    wide: float
-    bars: float
+    blobs: tuple[Blob, ...]
+    rings: float
+    slots: float
 
 
 def look(pieces: Pieces, side: int) -> Side:
     """Measure one side; the thing has a diagonal of 1."""
     picture = pieces.pictures[side]
     seen = np.isfinite(picture.depth)
-    depth = np.where(seen, picture.depth, 1.0)
-    edges = _edges(pieces, picture, seen, depth)
     low, high = face_on(pieces, side)
+    far = float(high[:, 2].max() - low[:, 2].min())
+    depth = np.where(seen, picture.depth, far)
+    edges = _edges(pieces, picture, seen, depth)
+    values = np.sort(depth[seen]) if seen.any() else np.zeros(1)
+    plane, middle = float(values[int(PLANE * (len(values) - 1))]), float(np.median(values))
+    support = _support(seen & (depth < max(0.02 * far, 0.004)))
+    shown = max(int(seen.sum()), 1)
+    return Side(
+        detail=float(edges.sum() / shown),
+        panels=_panels(pieces, side, low, high),
+        stands=float((seen & (depth < middle - 0.008)).sum() / shown) if middle > 0.008 else 0.0,
+        juts=min(plane / JUT, 1.0) * (1.0 - support),
+        support=support,
+        mirror=(_alike(depth, edges, 1), _alike(depth, edges, 0)),
+        blobs=_blobs(depth, seen, picture.pixel, far),
+        rings=_rings(pieces, side, low, high),
+        slots=_slots(depth, seen, picture.pixel),
+    )
+
+
+def _panels(pieces: Pieces, side: int, low: Floats, high: Floats) -> float:
+    """Share of the rectangle that thin pieces near the side cover."""
     size = high - low
     whole = high.max(axis=0) - low.min(axis=0)
     thin = (size[:, 2] < 0.2 * size[:, :2].min(axis=1)) & (low[:, 2] - low[:, 2].min() < 0.15 * whole[2])
     thin &= size[:, :2].max(axis=1) > 0.05
-    panels = float(pieces.seen[thin, side].sum() / max(whole[0] * whole[1], 1e-12))
-    near = seen & (depth < 0.02 * max(float(whole[2]), 1e-9))
-    middle = float(np.median(depth[seen])) if seen.any() else 0.0
-    out = seen & (depth < middle - 0.008)
-    return Side(
-        detail=float(edges.sum() / max(int(seen.sum()), 1)),
-        panels=panels,
-        stands=float(out.sum() / max(int(seen.sum()), 1)) if middle > 0.008 else 0.0,
-        mirror=(_alike(depth, edges, 1), _alike(depth, edges, 0)),
-        flat=float(near.mean()),
-        wide=_spread(near),
-        bars=_bars(size, low, whole),
-    )
+    return min(float(pieces.seen[thin, side].sum() / max(whole[0] * whole[1], 1e-12)), 1.0)
 
 
 def _edges(pieces: Pieces, picture: Picture, seen: Bools, depth: Floats) -> Bools:
@@ -116,84 +136,60 @@ def _alike(depth: Floats, edges: Bools, axis: int) -> float:
     return 0.5 * same + 0.5 * hit
 
 
-def _spread(near: Bools) -> float:
-    """The lesser of the extents of some pixels along the two sides of the picture, 0..1."""
-    rows, columns = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
+def _support(near: Bools) -> float:
+    """Area of the hull of some pixels, as a part of the picture."""
+    rows, columns = np.nonzero(near)
     if not len(rows):
         return 0.0
-    height, width = near.shape
-    return float(min((rows[-1] - rows[0] + 1) / height, (columns[-1] - columns[0] + 1) / width))
+    corners = np.concatenate([np.stack([rows + a, columns + b], axis=1) for a in (0, 1) for b in (0, 1)])
+    return float(ConvexHull(corners).volume / near.size)
 
 
-def _bars(size: Floats, low: Floats, whole: Floats) -> float:
-    """Balance of long thin things near a side: along right, less those along up."""
-    near = low[:, 2] - low[:, 2].min() < 0.08 * whole[2] + 0.02
-    level = near & (size[:, 0] > 4 * size[:, 1]) & (size[:, 0] > 0.08) & (size[:, 2] < 0.12)
-    upright = near & (size[:, 1] > 4 * size[:, 0]) & (size[:, 1] > 0.08) & (size[:, 2] < 0.12)
-    a, b = float(size[level, 0].sum()), float(size[upright, 1].sum())
-    return (a - b) / max(a + b, 0.2)
+def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[Blob, ...]:
+    """Parts of the picture that are nearer than what is left when all that is narrow is taken away."""
+    window = max(3, int(NARROW / pixel) | 1)
+    wide = ndimage.maximum_filter(depth, window, mode="nearest")
+    wall = ndimage.minimum_filter(wide, window, mode="nearest")
+    label, _ = ndimage.label(seen & (wall - depth > OUT) & (wall < far - 1e-6), structure=np.ones((3, 3)))
+    height, width = depth.shape
+    found = []
+    for i, box in enumerate(ndimage.find_objects(label)):
+        mask = label[box] == i + 1
+        rows, columns = mask.shape
+        if max(rows, columns) * pixel < SMALLEST or int(mask.sum()) < FEWEST_PIXELS:
+            continue
+        stands = float(np.percentile((wall - depth)[box][mask], 80))
+        if stands <= FARTHEST:
+            middle = (box[1].start + columns / 2) / width, 1 - (box[0].start + rows / 2) / height
+            found.append(Blob(middle, (columns * pixel, rows * pixel), stands))
+    return tuple(found)
 
 
-def evidence(pieces: Pieces, sides: list[Side], front: int, top: int) -> Floats:
-    """(len(FEATURES),) numbers that speak for these sides being front and top.
-
-    Args:
-        sides: of all six, as `look` measures them.
-    """
-    back, bottom = front ^ 1, top ^ 1
-    up, into = -SIDES[top][2], SIDES[front][2]
-    across = np.abs(np.cross(into, up))
-    low, high = pieces.low.min(axis=0), pieces.high.max(axis=0)
-    extent = high - low
-    height, width, depth = (float(np.abs(a) @ extent) for a in (up, across, into))
-    flipped = 1 if abs(float(SIDES[front][1] @ up)) > 0.5 else 0
-    over = 1 if abs(float(SIDES[top][0] @ across)) > 0.5 else 0
-    left = _side_of(np.cross(up, into))
-    edge = 1 if abs(float(SIDES[left][0] @ into)) > 0.5 else 0
-    centers = (pieces.low + pieces.high) / 2
-    level = ((centers - (low + high) / 2) @ up) / max(height, 1e-9)
-    inside = hidden_area(pieces)
-    total = max(sum(s.detail for s in sides), 1e-9)
-    a, t = sides[front], sides[top]
-    return np.array(
-        [
-            a.detail / total,
-            sides[back].detail / total,
-            t.detail / total,
-            sides[bottom].detail / total,
-            a.panels,
-            sides[back].panels,
-            a.stands,
-            sides[back].stands,
-            t.stands,
-            a.mirror[0 if flipped else 1],
-            t.mirror[0 if over else 1],
-            sides[left].mirror[0 if edge else 1],
-            np.log(max(height, 1e-3) / max(width, depth, 1e-3)),
-            np.log(max(width, 1e-3) / max(depth, 1e-3)),
-            sides[bottom].flat,
-            t.flat,
-            float((level * pieces.area).sum() / max(float(pieces.area.sum()), 1e-12)),
-            sides[bottom].wide,
-            a.flat,
-            a.bars if flipped else -a.bars,
-            float(inside @ np.abs(up)),
-            float(inside @ np.abs(into)),
-        ]
-    )
+def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
+    """Deep narrow grooves, as those of a toaster: half their number, at most 2."""
+    window = max(3, int(SLOT_WINDOW / pixel) | 1)
+    narrow = ndimage.minimum_filter(depth, window, mode="nearest")
+    lid = ndimage.maximum_filter(narrow, window, mode="nearest")
+    label, _ = ndimage.label(seen & (depth - lid > SLOT_DEEP))
+    count = 0
+    for i, box in enumerate(ndimage.find_objects(label)):
+        mask = label[box] == i + 1
+        short, long = sorted(s * pixel for s in mask.shape)
+        count += long > max(SLOT_LONG, 3.5 * short) and short > SLOT_WIDE and float(mask.mean()) > 0.6
+    return min(count, 4) / 2.0
 
 
-def hidden_area(pieces: Pieces) -> Floats:
-    """(3,) share of the surface that no side shows, by the axis that it faces: shelves and racks lie level."""
-    shown = np.zeros(len(pieces.label), dtype=bool)
-    for picture in pieces.pictures:
-        shown[picture.face[picture.face >= 0]] = True
-    weight = np.where(shown, 0.0, pieces.soup.areas)
-    aligned = np.abs(pieces.soup.normals) > 0.9
-    found: Floats = (aligned * weight[:, None]).sum(axis=0) / max(float(pieces.soup.areas.sum()), 1e-12)
-    return found
-
-
-def _side_of(into: Floats) -> int:
-    """The side that one sees looking along a direction."""
-    return int(np.argmax(SIDES[:, 2] @ into))
+def _rings(pieces: Pieces, side: int, low: Floats, high: Floats) -> float:
+    """Log of 1 and the number of flat discs that are too large for knobs: burners."""
+    size = high - low
+    across = size[:, :2].max(axis=1)
+    fits = (size[:, :2].min(axis=1) > 0.94 * across) & (across > RING_SMALLEST) & (across < RING_LARGEST)
+    fits &= (size[:, 2] < 0.3 * across) & (pieces.seen[:, side] > 0.15 * size[:, 0] * size[:, 1])
+    found: list[Floats] = []
+    for i in np.flatnonzero(fits)[:MOST_TRIED].tolist():
+        flat = pieces.points_of([i]) @ SIDES[side][:2].T
+        middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
+        is_round = float(np.linalg.norm(flat - middle, axis=1).max()) < 0.54 * float(across[i])
+        if is_round and all(float(np.abs(middle - o).max()) >= 0.05 for o in found):
+            found.append(middle)
+    return float(np.log1p(min(len(found), MOST_RINGS)))

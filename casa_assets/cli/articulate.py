@@ -1,4 +1,4 @@
-"""casa-assets articulate: one static mesh of an appliance or cabinet into one that opens."""
+"""casa-assets articulate: static meshes of appliances or cabinets into ones that open."""
 
 from __future__ import annotations
 
@@ -13,59 +13,98 @@ from rich.table import Table
 from casa_assets.cli.words import plain
 
 if TYPE_CHECKING:
+    from casa_assets.model.record import Vec3
     from casa_assets.pipeline.articulate import Done
-
-AXES = {"x": 0, "y": 1, "z": 2}
 
 
 def articulate(
-    mesh: Annotated[Path, typer.Argument(help="OBJ, GLB, glTF, PLY, STL or DAE of one thing.", exists=True)],
-    out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/articulated"),
+    meshes: Annotated[
+        list[Path],
+        typer.Argument(metavar="MESH...", help="OBJ, GLB, glTF, PLY, STL or DAE, each of one thing.", exists=True),
+    ],
+    out: Annotated[Path, typer.Option(help="Library to write to, made where it is missing.")] = Path("out/articulated"),
     category: Annotated[str, typer.Option(help="What it is, such as microwave; else its name decides.")] = "",
     up: Annotated[str, typer.Option(help="Axis of the file that points up, such as +z; else it is guessed.")] = "",
     front: Annotated[str, typer.Option(help="Axis of the file that the front faces, such as -y.")] = "",
     size: Annotated[float, typer.Option(min=0, help="Longest side in metres; 0: by unit and category.")] = 0.0,
+    decisions: Annotated[
+        Path | None, typer.Option(help="The decisions.yaml of an earlier run, mended by hand.", exists=True)
+    ] = None,
+    preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, coloured, apart, open.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Print every part with confidence and runner-up.")] = False,
+    review: Annotated[bool, typer.Option("--review", help="Write review.html with the strips of all meshes.")] = False,
+    jobs: Annotated[int, typer.Option(min=1, help="Meshes at once.")] = 1,
 ) -> None:
-    """Find doors, drawers, knobs and buttons of a static mesh and write it as MJCF and USD that open.
+    """Find doors, drawers, knobs and buttons of static meshes and write them as MJCF and USD that open.
 
-    Exit 0 when something moves, 1 when no moving part was found or the mesh cannot be read, 2 on misuse.
+    Every decision stands in decisions.yaml beside the model: mend a line and give the file back with --decisions.
+    Exit 0 when all are in the library, 1 when something was rejected (nothing moves: ART001), 2 on misuse.
 
-    Example:  casa-assets articulate microwave.obj
+    Example:  casa-assets articulate microwave.obj --preview --report
     """
-    from casa_assets.pipeline.articulate import Wish
+    from casa_assets.articulate.decisions import Decisions
+    from casa_assets.pipeline import articulate_review
     from casa_assets.pipeline.articulate import articulate as run
+    from casa_assets.pipeline.articulate_build import Wish
+    from casa_assets.pipeline.articulate_sidecar import read
 
+    if decisions is not None and len(meshes) > 1:
+        raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
+    said = Decisions() if decisions is None else read(decisions)
+    axes = _axis(up), _axis(front)
+    wishes = [Wish(m, out, category, *axes, size, said, preview or review) for m in meshes]
     console = Console()
-    done = run(Wish(mesh, out, category, _axis(up), _axis(front), size))
+    every = []
+    for done in run(wishes, jobs):
+        every.append(done)
+        _tell(done, console)
+        if report and done.found is not None:
+            console.print(_table(done))
+    if review:
+        console.print(f"{articulate_review.write(out, every)}", highlight=False)
+    if not all(d.accepted for d in every):
+        raise typer.Exit(1)
+
+
+def _axis(word: str) -> Vec3 | None:
+    """A direction from such words as `+z`, `-y`, `x`. Raises typer.BadParameter."""
+    from casa_assets.articulate.decisions import direction
+
+    try:
+        return direction(word) if word else None
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
+def _tell(done: Done, console: Console) -> None:
+    """One line for what became of a mesh, one for each warning."""
+    name = escape(plain(done.mesh.name))
     if done.found is None:
         console.print(f"[red]{done.code}[/] {escape(plain(done.says))}", highlight=False)
-        raise typer.Exit(1)
+        return
     count = len(done.found.parts)
-    console.print(f"[green]{count} moving part{'s' if count != 1 else ''}[/]: {done.folder}", highlight=False)
-    if report:
-        console.print(_table(done))
-
-
-def _axis(word: str) -> tuple[float, float, float] | None:
-    """A direction from such words as `+z`, `-y`, `x`. Raises typer.BadParameter."""
-    if not word:
-        return None
-    sign, name = (-1.0 if word.startswith("-") else 1.0), word.lstrip("+-").lower()
-    if name not in AXES:
-        raise typer.BadParameter(f"{word!r}: one of +x, -x, +y, -y, +z, -z")
-    x, y, z = (sign if AXES[name] == i else 0.0 for i in range(3))
-    return (x, y, z)
+    whole = sum(t.whole for t in done.travels.values())
+    says = f"{count} moving part{'s' * (count != 1)}, {whole} of {len(done.travels)} go all their way"
+    mark = "[green]accepted[/]" if done.accepted else f"[red]{done.code}[/] {escape(plain(done.says))};"
+    console.print(f"{mark} {name}: {says}: {done.folder}", highlight=False)
+    for issue in done.report.issues if done.report else ():
+        console.print(
+            f"  {issue.severity.value} {issue.code} {escape(plain(issue.pointer + ' ' + issue.says))}", highlight=False
+        )
 
 
 def _table(done: Done) -> Table:
     assert done.found is not None
     frame = done.found.frame
-    title = f"frame: {frame.confidence:.0%} sure ({frame.because}); next: {frame.runner_up}; size: {done.size}"
-    table = Table("part", "on", "joint", "sure", "because", "else", title=escape(title), title_justify="left")
+    title = f"{done.category}; size: {done.size}; frame: {frame.confidence:.0%} sure ({frame.because})" + (
+        f"; next: {frame.runner_up}" if frame.runner_up else ""
+    )
+    table = Table("part", "on", "joint", "goes", "sure", "because", "else", title=escape(title), title_justify="left")
     for part in done.found.parts:
         joint = part.joint
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         because = "; ".join(w for w in (part.because, joint.because) if w)
-        table.add_row(part.name, part.parent or "body", how, f"{part.confidence:.0%}", because, joint.runner_up)
+        way = done.travels.get(part.name)
+        goes = "" if way is None else "all" if way.whole else f"{min(way.free, way.reached):.0%} {way.against}"
+        table.add_row(part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", because, joint.runner_up)
     return table

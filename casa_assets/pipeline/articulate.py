@@ -1,176 +1,228 @@
-"""One static mesh -> a folder with the appliance that opens; the mesh is read and worked on in a child process."""
+"""Static meshes -> a library of appliances that open; each is read and worked on in a child process of its own."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from casa_assets import registry
-from casa_assets.articulate.assemble import Brief, assemble
-from casa_assets.articulate.frame import guess_frame
-from casa_assets.articulate.infer import infer
-from casa_assets.articulate.pieces import TOP
-from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.size import metres_per_unit
-from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.decisions import at_face
+from casa_assets.articulate.plan import Articulation, JointPlan, PartKind, PartPlan
+from casa_assets.checks.package import Package
+from casa_assets.checks.run import run as run_checks
+from casa_assets.checks.travel import Travel, travels
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
-from casa_assets.ingest.load import load
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.asset import Asset
-from casa_assets.model.category import Category
-from casa_assets.model.provenance import Guess, Provenance
-from casa_assets.model.record import Vec3
-from casa_assets.model.source import RawModel, Up
+from casa_assets.model.issue import Report
+from casa_assets.model.joint import JointKind
+from casa_assets.pipeline import articulate_sidecar as sidecar
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.articulate_build import Built, Wish, build
+from casa_assets.pipeline.ingest import DEATH_CODES
 from casa_assets.pipeline.isolation.pool import Died, Limits, Pool
-from casa_assets.pipeline.worker import PREVIEW_PX, thumbnail
+from casa_assets.pipeline.job import Halt, writing
+from casa_assets.pipeline.stage import recipe
+from casa_assets.pipeline.worker import PREVIEW_PX, certificate, thumbnail
 from casa_assets.preview.camera import View
+from casa_assets.preview.renderer import NoRenderer
 from casa_assets.preview.still import render
+from casa_assets.preview.strip import Moving, strip
 
-NOTHING_MOVES = "ART001"
-# Side of the frame guess that a stated up axis makes the top.
-_TOPS = {Up.Z: TOP, Up.Y: 1, Up.X: 3}
-
-
-@dataclass(frozen=True)
-class Wish:
-    """What the user asks for.
-
-    Attributes:
-        mesh: file. out: folder, made where it is missing. category: id, or empty to go by names.
-        up, front: directions in axes of the file, None to guess. size_m: longest side, 0 to guess.
-    """
-
-    mesh: Path
-    out: Path
-    category: str = ""
-    up: Vec3 | None = None
-    front: Vec3 | None = None
-    size_m: float = 0.0
+STRIP = "strip.png"
+# A part that goes less far than this before it runs into something is wrong, or its shapes are too coarse to tell.
+LEAST_WAY = 0.25
+# What moves a few millimetres, or looks the same all the way round, has no picture of its own.
+_SMALL = frozenset({PartKind.KNOB, PartKind.BUTTON})
 
 
 @dataclass(frozen=True)
 class Done:
-    """What became of it: the folder, the decisions, and how large it was taken to be and why; or a refusal."""
+    """What became of one mesh.
 
-    folder: Path | None
+    Attributes:
+        mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
+        found: the decisions. category, size: what it was taken to be, and why. report: of all checks.
+        travels: of each part, by its name in `found`.
+        code, says: of a refusal.
+    """
+
+    mesh: Path
+    folder: Path | None = None
     found: Articulation | None = None
+    category: str = ""
     size: str = ""
+    report: Report | None = None
+    travels: Mapping[str, Travel] = field(default_factory=dict)
     code: str = ""
     says: str = ""
 
+    @property
+    def accepted(self) -> bool:
+        """Whether it is in the library."""
+        return self.folder is not None and not self.code
 
-def articulate(wish: Wish) -> Done:
-    """Take one mesh apart, in a child process with limits.
 
+def articulate(wishes: Sequence[Wish], jobs: int = 1) -> Iterator[Done]:
+    """Take meshes apart, each in a child process with limits, in the order in which they are done.
+
+    Args:
+        wishes: all with one `out`. jobs: children at once.
     Raises:
-        CasaError: the file cannot be found, or this machine cannot start a worker.
+        CasaError: a file cannot be found, what is asked for does not exist, or this machine cannot start a worker.
     """
     limits = registry.load().limits
     bounds = Limits(limits["input_seconds"], int(limits["input_memory_bytes"]))
-    with Pool(1, bounds, "casa_assets.pipeline.worker:warm") as pool:
-        for _, answer in pool.run("casa_assets.pipeline.articulate:work", [wish]):
-            if isinstance(answer, Died):
-                return Done(None, code="RUN003", says=answer.says)
-            assert isinstance(answer, Done)
-            return answer
-    raise CasaError("no worker answered")
+    library = disk.Library(wishes[0].out)
+    with library.locked(), writing(library.root):
+        library.sweep()
+        try:
+            with Pool(jobs, bounds, "casa_assets.pipeline.worker:warm") as pool:
+                for number, answer in pool.run("casa_assets.pipeline.articulate:work", list(wishes)):
+                    if isinstance(answer, Died):
+                        says = f"{answer.says}\n{answer.trace}" if answer.trace else answer.says
+                        yield Done(wishes[number].mesh, code=DEATH_CODES[answer.reason], says=says)
+                    elif isinstance(answer, Halt):
+                        raise CasaError(answer.says)
+                    else:
+                        assert isinstance(answer, Done)
+                        yield answer
+        finally:
+            library.sweep()
 
 
-def work(wish: Wish) -> Done:
-    """Read, take apart, write; runs in the child."""
+def work(wish: Wish) -> Done | Halt:
+    """Read, take apart, write, look and check; runs in the child. A Halt where the user has to change the command."""
     try:
-        asset, found, size = build(wish)
+        with writing(wish.out):
+            return _entry(wish, build(wish))
     except Rejected as error:
-        return Done(None, code=error.code, says=error.says)
-    folder = wish.out / asset.id
-    folder.mkdir(parents=True, exist_ok=True)
-    disk.write_files(folder, mjcf.write(asset))
-    picture = render(folder / "model.xml", View(size_px=PREVIEW_PX))
-    (folder / "preview.png").write_bytes(picture)
-    disk.write_files(folder, write_usd(asset, thumbnail(picture)))
-    (folder / "decisions.json").write_text(found.to_json() + "\n", encoding="utf-8")
-    return Done(folder, found, size)
+        return Done(wish.mesh, code=error.code, says=error.says)
+    except (CasaError, NoRenderer) as error:
+        return Halt(str(error))
 
 
-def build(wish: Wish) -> tuple[Asset, Articulation, str]:
-    """The asset of a mesh, the decisions, and words on its size.
+def _entry(wish: Wish, built: Built) -> Done:
+    """Write an entry of the library; where a check finds an error, it stands under `rejected`, with all its files."""
+    library, known = disk.Library(wish.out), registry.load()
+    staged = library.stage(built.asset.id)
+    built, went = settled(built, staged)
+    report = _written(wish, built, staged, went)
+    mark = recipe(known.limits, known.digest)
+    done = Done(wish.mesh, None, built.found, f"{built.category.id}: {built.sure[1]}", built.size[1], report, went)
+    category, asset = built.category.id, built.asset
+    accepted, refused = library.folder(category, asset.id), library.refusal_folder(asset.id)
+    if report.passed:
+        disk.write_certificate(staged, asset, certificate(asset, report, staged, mark))
+        if disk.read_asset(staged) != asset:
+            raise ValueError("the asset read back from its folder differs from the one written")
+        shutil.rmtree(refused, ignore_errors=True)
+        library.publish(staged, accepted)
+        return _at(done, accepted)
+    worst = report.errors[0]
+    says = f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says
+    sha = asset.provenance.sha256
+    disk.write_refusal(
+        staged,
+        disk.Refusal(
+            id=asset.id,
+            code=worst.code,
+            says=says,
+            category=category,
+            recipe=mark,
+            sha256=sha,
+            source=built.source,
+            report=report,
+        ),
+    )
+    shutil.rmtree(accepted, ignore_errors=True)
+    library.publish(staged, refused)
+    return _at(done, refused, worst.code, says)
 
-    Raises:
-        Rejected: the file cannot be read, or nothing of it moves (ART001).
+
+def _at(done: Done, folder: Path, code: str = "", says: str = "") -> Done:
+    return Done(**{**vars(done), "folder": folder, "code": code, "says": says})
+
+
+def settled(built: Built, staged: Path) -> tuple[Built, dict[str, Travel]]:
+    """The asset with joints as they can go, under the names of its category, and how far each part goes.
+
+    A door that sticks in its frame gets its axis at its face, where that frees it; what runs into something
+    stops there.
+
+    Args:
+        staged: folder to write the model to.
     """
-    known = registry.load()
-    one = _found(wish.mesh)
-    bundle = collect(one, known.limits)
-    model = load(bundle, known.limits)
-    soup = soup_of(*triangles(model))
-    stated = None if model.up is None else _TOPS[model.up]
-    frame = guess_frame(soup, wish.up, wish.front, stated)
-    category, sure, because = kind_of(one, wish.category)
-    longest = float(np.ptp(soup.points, axis=0).max())
-    unit, certain, size = metres_per_unit(longest, model.metres_per_unit, category.longest_m if sure > 0.2 else None)
-    if wish.size_m:
-        unit, certain, size = wish.size_m / longest, 1.0, "given"
-    frame = frame.replace(metres=soup.diagonal * unit)
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    found = infer(placed, frame, category.id if sure > 0.2 else "")
-    if not found.parts:
-        raise Rejected(NOTHING_MOVES, f"{wish.mesh.name}: no moving part found")
-    guesses = (
-        Guess(subject="category", value=category.id, confidence=round(sure, 2), because=because),
-        Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, because=size),
-    )
-    source = one.source
-    provenance = Provenance(
-        source=source.kind.value,
-        path=source.path,
-        sha256=bundle.sha256,
-        title=source.title,
-        author=source.author,
-        licence=source.licence,
-        uri=source.uri,
-        guesses=guesses,
-    )
-    brief = Brief(
-        asset_id=f"{category.id}_{bundle.sha256[:10]}",
-        metres=soup.diagonal * unit,
-        category=category,
-        classes=known.classes_of(category),
-        substance=known.substances[category.substance],
-        provenance=provenance,
-    )
-    return assemble(model, placed, found, brief), found, size
+    went = _tried(built, staged)
+    stuck = {n: at_face(p, built.placed) for n, p in _parts(built, went) if went[n].free < LEAST_WAY and p.joint.edge}
+    if stuck:
+        other = built.again(stuck)
+        freed = {n: t for n, t in _tried(other, staged).items() if n in stuck and t.free > went[n].free + 0.05}
+        built = built.again({n: j for n, j in stuck.items() if n in freed})
+        went = _tried(built, staged)
+    short = {}
+    for name, part in _parts(built, went):
+        if LEAST_WAY <= went[name].free < 1.0 and not part.joint.endless:
+            far = _tidy(part.joint.range[1] * went[name].free, part.joint, built.found.frame.metres or 1.0)
+            because = f"{part.joint.because}; then it runs into {went[name].against}"
+            short[name] = part.joint.replace(range=(0.0, far), because=because)
+    built = built.again(short).named()
+    disk.write_files(staged, mjcf.write(built.asset))
+    went = {t.joint: t for t in travels(built.asset, staged / "model.xml")}
+    return built, {part: went[joint] for part, joint in built.joints.items()}
 
 
-def triangles(model: RawModel) -> tuple[np.ndarray, np.ndarray]:
-    """All parts of a model as one set: (V, 3) vertices and (F, 3) faces, in order."""
-    starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
-    faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
-    return np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces)
+def _tried(built: Built, staged: Path) -> dict[str, Travel]:
+    """How far each part goes before it runs into something, by name."""
+    disk.write_files(staged, mjcf.write(built.asset))
+    found = travels(built.asset, staged / "model.xml", pushed=False)
+    return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
 
 
-def kind_of(one: Found, ordered: str) -> tuple[Category, float, str]:
-    """Category of an input, how sure, and why: the user's word, then its name, then none."""
-    known = registry.load()
-    if ordered:
-        return known.fixtures.get(ordered) or known.category(ordered), 1.0, "given on the command line"
-    for hint in (one.source.category, *one.source.hints):
-        words = hint.lower().replace("-", "_")
-        best = next((c for name, c in sorted(known.fixtures.items(), key=lambda i: -len(i[0])) if name in words), None)
-        if best is not None:
-            return best, 0.8, f"{best.id!r} in {hint!r}"
-    return known.category(registry.FALLBACK), 0.1, "nothing names it"
+def _parts(built: Built, went: Mapping[str, Travel]) -> list[tuple[str, PartPlan]]:
+    return [(p.name, p) for p in built.found.parts if p.name in went]
 
 
-def _found(mesh: Path) -> Found:
-    for one in discover([mesh]):
-        if isinstance(one, Refused):
-            raise Rejected(one.code, one.says)
-        return one
-    raise Rejected("SRC001", f"{mesh}: no mesh")
+def _tidy(far: float, joint: JointPlan, metres: float) -> float:
+    """A range that the sidecar can say: whole tenths of a degree, or of a millimetre."""
+    if joint.kind is JointKind.HINGE:
+        return math.radians(math.floor(math.degrees(far) * 10) / 10)
+    return math.floor(far * metres * 1e4) / 1e4 / metres
+
+
+def _written(wish: Wish, built: Built, staged: Path, went: Mapping[str, Travel]) -> Report:
+    """Both formats, pictures, decisions, and every check that applies."""
+    known, asset = registry.load(), built.asset
+    picture = render(staged / "model.xml", View(size_px=PREVIEW_PX))
+    (staged / "preview.png").write_bytes(picture)
+    disk.write_files(staged, write_usd(asset, thumbnail(picture)))
+    (staged / sidecar.NAME).write_text(sidecar.text(built), encoding="utf-8")
+    if wish.preview:
+        (staged / STRIP).write_bytes(strip(staged / "model.xml", _moving(built, went), _heading(built, asset)))
+    waived = frozenset(w.code for w in known.waivers if w.subject == asset.id)
+    contract = known.contracts.get(asset.contract or "")
+    report = Report(subject=asset.id)
+    for subject in (asset, Package(asset, built.category, staged, contract)):
+        report = report + run_checks(subject, asset.id, known.limits, waived)
+    return report
+
+
+def _moving(built: Built, went: Mapping[str, Travel]) -> list[Moving]:
+    out = []
+    for part in built.found.parts:
+        joint, way = part.joint, went[part.name]
+        how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
+        other = f", else {joint.runner_up}" if joint.runner_up else ""
+        says = f"{how}, {part.confidence:.0%} sure{other}" + ("" if way.free >= 1.0 else f"; runs into {way.against}")
+        out.append(Moving(built.joints[part.name], part.name, says, alone=part.kind not in _SMALL))
+    return out
+
+
+def _heading(built: Built, asset: Asset) -> str:
+    frame = built.found.frame
+    x, y, z = (asset.bounds[1] - asset.bounds[0]).tolist()
+    return f"{built.source.path}: {asset.id}, {x:.2f} x {y:.2f} x {z:.2f} m; frame {frame.confidence:.0%} sure"

@@ -11,7 +11,7 @@ from casa_assets.articulate.size import metres_per_unit
 from casa_assets.errors import Rejected
 from casa_assets.model.category import Span
 from casa_assets.model.joint import JointKind
-from casa_assets.pipeline.articulate import Wish, build
+from casa_assets.pipeline.articulate_build import Wish, build
 from tests.unit.articulate.blocks import Floats, Ints, box, drawers, microwave, together
 
 GIVEN = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
@@ -32,21 +32,22 @@ def wish(mesh: Path, out: Path) -> Wish:
 
 def test_a_microwave_becomes_an_asset_that_opens(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
-    asset, found, _ = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path))
+    built = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path))
+    asset, found = built.asset, built.found
     assert [k.name for k in asset.links] == ["object", *(p.name for p in found.parts)]
     assert len(asset.joints) == 6
     door = asset.joint_of("door_0")
     assert door is not None
     assert door.kind is JointKind.HINGE
     assert door.range == pytest.approx((0.0, np.pi / 2), abs=1e-5)
-    assert door.grip == "door_0_handle"
+    assert door.grip == "door_0_handle_main"
     assert np.ptp(asset.bounds, axis=0) == pytest.approx([0.5, 0.43, 0.3], abs=1e-5)
     assert asset.bounds[0] == pytest.approx([-0.25, -0.215, 0.0], abs=1e-5)
 
 
 def test_links_together_show_all_that_the_file_has(tmp_path: Path) -> None:
     vertices, faces, _ = drawers()
-    asset, _, _ = build(wish(obj(tmp_path / "d.obj", vertices, faces), tmp_path))
+    asset = build(wish(obj(tmp_path / "d.obj", vertices, faces), tmp_path)).asset
     assert sum(len(v.mesh.faces) for k in asset.links for v in k.visuals) == len(faces)
     assert all(k.colliders for k in asset.links)
     total = sum(k.inertial.mass for k in asset.links)
@@ -55,7 +56,7 @@ def test_links_together_show_all_that_the_file_has(tmp_path: Path) -> None:
 
 def test_the_body_keeps_its_cavity(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
-    asset, _, _ = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path))
+    asset = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path)).asset
     middle = np.array([0.0, 0.0, 0.15])
     for collider in asset.root.colliders:
         size = getattr(collider.shape, "size", None)
@@ -76,7 +77,7 @@ def test_a_bare_cube_is_refused(tmp_path: Path) -> None:
 def test_the_same_file_gives_the_same_asset(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
     path = obj(tmp_path / "mw.obj", vertices, faces)
-    assert build(wish(path, tmp_path))[0].digest == build(wish(path, tmp_path))[0].digest
+    assert build(wish(path, tmp_path)).asset.digest == build(wish(path, tmp_path)).asset.digest
 
 
 @pytest.mark.parametrize(

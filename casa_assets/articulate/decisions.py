@@ -1,0 +1,275 @@
+"""What somebody decided over the heads of the guesses: a sidecar of a mesh, and what it changes in an articulation."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from casa_assets.articulate import hinges
+from casa_assets.articulate.fragments import fragment_labels
+from casa_assets.articulate.panels import Panel
+from casa_assets.articulate.pieces import FRONT, SIDES, TOP
+from casa_assets.articulate.plan import Articulation, Edge, FaceIndex, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.soup import Floats, Soup
+from casa_assets.errors import CasaError, UnknownId
+from casa_assets.model.joint import JointKind
+from casa_assets.model.record import Id, Record, Vec3
+
+Angle = Annotated[float, Field(gt=0, le=360)]
+Length = Annotated[float, Field(gt=0, le=3)]
+Direction = str | Vec3
+
+BODY = "body"
+GIVEN = "given in the decisions"
+# Numbers of a sidecar that differ by less are those that were found, rounded for reading.
+SAME_SHARE, SAME_DEG, SAME_M = 2e-4, 0.06, 6e-5
+KNOB_AWAY, BUTTON_WAY, LEVER_RANGE = 2 * math.pi, 0.004, math.pi / 2
+_AXES = "xyz"
+
+
+class PartDecision(Record):
+    """One part; what is left out stays as it was found.
+
+    Attributes:
+        remove: it does not move, and stays with what carries it.
+        kind: what it is. hinge: the side that it hinges on, for a door or a lid.
+        opens_deg, travel_m: how far it goes. endless: it turns round and round.
+        on: part that carries it, or `body`.
+        axis: such as `+z`, or three numbers, asset frame; the way that it slides, or turns right-handed about.
+        anchor_m: a point of the axis of a hinge, metres, asset frame (origin under the middle).
+        box_m: two corners, metres, asset frame: all that lies in it is the part. For parts that were not found.
+    """
+
+    remove: bool = False
+    kind: PartKind | None = None
+    hinge: Edge | None = None
+    opens_deg: Angle | None = None
+    travel_m: Length | None = None
+    endless: bool | None = None
+    on: Id | None = None
+    axis: Direction | None = None
+    anchor_m: Vec3 | None = None
+    box_m: tuple[Vec3, Vec3] | None = None
+
+    @model_validator(mode="after")
+    def _sound(self) -> Self:
+        if isinstance(self.axis, str):
+            direction(self.axis)
+        if self.box_m is not None and self.kind is None:
+            raise ValueError("a part that is given by a box needs a kind")
+        return self
+
+
+class Decisions(Record):
+    """A sidecar.
+
+    Attributes:
+        category: id in the registry. up, front: such as `+y`, or three numbers, axes of the file.
+        size_m: longest side, metres.
+        parts: by name.
+    """
+
+    category: Id | None = None
+    up: Direction | None = None
+    front: Direction | None = None
+    size_m: Annotated[float, Field(gt=0, le=10)] | None = None
+    parts: dict[Id, PartDecision] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _sound(self) -> Self:
+        for word in (self.up, self.front):
+            if isinstance(word, str):
+                direction(word)
+        return self
+
+
+def direction(word: Direction) -> Vec3:
+    """A unit vector from `+z`, `-y`, `x` or three numbers. Raises ValueError."""
+    if isinstance(word, str):
+        name = word.lstrip("+-").lower()
+        if len(name) != 1 or name not in _AXES or len(word) > 2:
+            raise ValueError(f"{word!r} is none of +x, -x, +y, -y, +z, -z")
+        sign = -1.0 if word.startswith("-") else 1.0
+        x, y, z = (sign if a == name else 0.0 for a in _AXES)
+        return (x, y, z)
+    norm = math.sqrt(sum(c * c for c in word))
+    if norm < 1e-9:
+        raise ValueError("three zeros are no direction")
+    return (word[0] / norm, word[1] / norm, word[2] / norm)
+
+
+def word_of(vector: Vec3) -> Direction:
+    """The shortest way to write a direction that `direction` reads back."""
+    for i, name in enumerate(_AXES):
+        if abs(abs(vector[i]) - 1.0) < 1e-6:
+            return ("+" if vector[i] > 0 else "-") + name
+    return vector
+
+
+def applied(found: Articulation, soup: Soup, said: Decisions) -> Articulation:
+    """The articulation as somebody wants it.
+
+    Args:
+        found: as inferred, `found.frame.metres` set. soup: in the frame.
+    Raises:
+        UnknownId: a part is named that was not found and is not given by a box either.
+        CasaError: nothing lies in a box.
+    """
+    names = [p.name for p in found.parts]
+    for name, wanted in said.parts.items():
+        if name not in names and wanted.box_m is None:
+            raise UnknownId("part", name, names)
+    parts = [_changed(p, said.parts.get(p.name), soup, found) for p in found.parts]
+    gone = {n for n, w in said.parts.items() if w.remove}
+    fresh = [_fresh(n, w, soup, found) for n, w in said.parts.items() if n not in names and not w.remove]
+    taken = {int(f) for p in fresh for f in p.faces}
+    kept = [_without(p, taken) for p in parts if p.name not in gone]
+    every = [p for p in (*kept, *fresh) if len(p.faces)]
+    carriers = {p.name for p in every}
+    for part in every:
+        if part.parent and part.parent not in carriers and part.parent not in gone:
+            raise UnknownId("part", part.parent, sorted(carriers))
+    return found.replace(parts=tuple(p if p.parent in carriers else p.replace(parent="") for p in every))
+
+
+def _without(part: PartPlan, taken: set[int]) -> PartPlan:
+    if not taken:
+        return part
+    rows = np.array(sorted(taken), dtype=np.int64)
+    return part.replace(faces=np.setdiff1d(part.faces, rows), grip=np.setdiff1d(part.grip, rows))
+
+
+def _fresh(name: str, wanted: PartDecision, soup: Soup, found: Articulation) -> PartPlan:
+    """A part of all fragments that lie within a box."""
+    assert wanted.box_m is not None
+    assert wanted.kind is not None
+    low, high = (_to_frame(np.array(c), soup, found) for c in wanted.box_m)
+    low, high = np.minimum(low, high) - 1e-4, np.maximum(low, high) + 1e-4
+    label = fragment_labels(soup)
+    corners = soup.points[soup.faces]
+    outside = ((corners < low) | (corners > high)).any(axis=(1, 2))
+    away = np.unique(label[outside])
+    faces = np.flatnonzero(~np.isin(label, away) & (label >= 0))
+    if not len(faces):
+        raise CasaError(f"part {name!r}: nothing lies whole within box_m; it is in metres, origin under the middle")
+    bare = PartPlan(
+        name=name, kind=wanted.kind, faces=faces, grip=faces[:0], joint=_dummy(), confidence=1.0, because=GIVEN
+    )
+    joint = _joint(wanted.kind, wanted.hinge, bare, soup)
+    return _changed(bare.replace(joint=joint), wanted.replace(hinge=None), soup, found)
+
+
+def _dummy() -> JointPlan:
+    return JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.0))
+
+
+def _changed(part: PartPlan, wanted: PartDecision | None, soup: Soup, found: Articulation) -> PartPlan:
+    """A part with what is wanted otherwise than found."""
+    if wanted is None:
+        return part
+    joint, changed = part.joint, part
+    kind = wanted.kind or part.kind
+    if kind is not part.kind or (wanted.hinge is not None and wanted.hinge is not joint.edge):
+        joint = _joint(kind, wanted.hinge or joint.edge, part, soup)
+    joint = _turned(joint, wanted, soup, found)
+    joint = _ranged(joint, wanted, found.frame.metres or 1.0)
+    if wanted.endless is not None and joint.kind is JointKind.HINGE and wanted.endless is not joint.endless:
+        span = (0.0, KNOB_AWAY) if wanted.endless else joint.range
+        joint = joint.replace(endless=wanted.endless, range=span, because=GIVEN, confidence=1.0)
+    parent = part.parent if wanted.on is None else "" if wanted.on == BODY else wanted.on
+    if kind is not part.kind or parent != part.parent:
+        changed = part.replace(kind=kind, parent=parent, confidence=1.0, because=GIVEN)
+    return changed if joint is part.joint else changed.replace(joint=joint)
+
+
+def _turned(joint: JointPlan, wanted: PartDecision, soup: Soup, found: Articulation) -> JointPlan:
+    """With the axis and anchor that are given in full."""
+    if wanted.axis is not None:
+        axis = direction(wanted.axis)
+        if float(np.dot(axis, joint.axis)) < 1 - 1e-9:
+            joint = joint.replace(axis=axis, edge=None, confidence=1.0, because=GIVEN)
+    if wanted.anchor_m is not None:
+        anchor = _to_frame(np.array(wanted.anchor_m), soup, found)
+        if float(np.linalg.norm(anchor - np.array(joint.anchor))) * (found.frame.metres or 1.0) > SAME_M:
+            joint = joint.replace(anchor=_vec(anchor), edge=None, confidence=1.0, because=GIVEN)
+    return joint
+
+
+def _ranged(joint: JointPlan, wanted: PartDecision, metres: float) -> JointPlan:
+    """With the range that is given, where it is another one."""
+    if joint.kind is JointKind.SLIDE:
+        if wanted.travel_m is None or abs(wanted.travel_m - joint.range[1] * metres) <= SAME_M:
+            return joint
+        return joint.replace(range=(0.0, wanted.travel_m / metres), confidence=1.0, because=GIVEN)
+    if wanted.opens_deg is None or abs(wanted.opens_deg - math.degrees(joint.range[1])) <= SAME_DEG:
+        return joint
+    return joint.replace(range=(0.0, math.radians(wanted.opens_deg)), confidence=1.0, because=GIVEN)
+
+
+def _joint(kind: PartKind, edge: Edge | None, part: PartPlan, soup: Soup) -> JointPlan:
+    """The usual joint of a part of a kind, by where it is."""
+    leaf = np.setdiff1d(part.faces, part.grip)
+    low, high = _box(leaf if len(leaf) else part.faces, soup)
+    middle = _vec((low + high) / 2)
+    sure = {"confidence": 1.0, "because": GIVEN}
+    if kind in (PartKind.DOOR, PartKind.LID):
+        return _hinge(edge or (Edge.TOP if kind is PartKind.LID else Edge.LEFT), kind, low, high)
+    base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0)).replace(**sure)
+    if kind in (PartKind.DRAWER, PartKind.TRAY):
+        way = hinges.DRAWER_WAY * float(high[1] - low[1])
+        return base.replace(kind=JointKind.SLIDE, range=(0.0, way))
+    if kind is PartKind.BUTTON:
+        return base.replace(kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(0.0, BUTTON_WAY))
+    if kind is PartKind.KNOB:
+        return base.replace(range=(0.0, KNOB_AWAY), endless=True)
+    axis: Vec3 = (0.0, 0.0, 1.0) if kind is PartKind.SPOUT else (1.0, 0.0, 0.0)
+    return base.replace(axis=axis, range=(0.0, LEVER_RANGE))
+
+
+def _hinge(edge: Edge, kind: PartKind, low: Floats, high: Floats) -> JointPlan:
+    """A hinge along an edge of a leaf between two corners of the frame."""
+    side = TOP if kind is PartKind.LID else FRONT
+    a, b = low @ SIDES[side].T, high @ SIDES[side].T
+    panel = Panel([], np.minimum(a, b), np.maximum(a, b))
+    axis, point = hinges.hinge_line(panel, edge)
+    return JointPlan(
+        kind=JointKind.HINGE,
+        axis=_vec(axis[0] * SIDES[side][0] + axis[1] * SIDES[side][1]),
+        anchor=_vec(point @ SIDES[side]),
+        range=(0.0, hinges.DOOR_RANGE),
+        edge=edge,
+        confidence=1.0,
+        because=GIVEN,
+    )
+
+
+def at_face(part: PartPlan, soup: Soup) -> JointPlan:
+    """The hinge of a part with its axis in the plane of its face instead of near its back, as set-in doors have it."""
+    leaf = np.setdiff1d(part.faces, part.grip)
+    low, high = _box(leaf if len(leaf) else part.faces, soup)
+    x, y, z = part.joint.anchor
+    because = f"{part.joint.because}; set in: the axis lies at its face"
+    if part.kind is PartKind.LID:
+        return part.joint.replace(anchor=(x, y, float(high[2])), because=because)
+    return part.joint.replace(anchor=(x, float(low[1]), z), because=because)
+
+
+def _box(faces: FaceIndex, soup: Soup) -> tuple[Floats, Floats]:
+    points = soup.points[soup.faces[faces].reshape(-1)]
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _to_frame(point: Floats, soup: Soup, found: Articulation) -> Floats:
+    """A point of the asset frame (metres, origin under the middle), in the frame of the analysis."""
+    low, high = soup.points.min(axis=0), soup.points.max(axis=0)
+    foot = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
+    moved: Floats = point / (found.frame.metres or 1.0) + foot
+    return moved
+
+
+def _vec(values: Floats) -> Vec3:
+    x, y, z = (float(v) for v in values)
+    return (x, y, z)

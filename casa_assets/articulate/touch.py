@@ -1,0 +1,161 @@
+"""The links of a taken-apart mesh -> the shapes that are touched of each, within a budget, clear of each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.articulate.clear import Solid, clear
+from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
+from casa_assets.articulate.shapes import clouds_of, shape_of
+from casa_assets.articulate.soup import Soup
+from casa_assets.geometry.hull import hull_volume
+from casa_assets.model.joint import JointKind
+from casa_assets.model.link import Collider
+from casa_assets.model.pose import Pose
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Shapes of a link before and after cuts, and of a handle. Ref: registry/limits.yaml, hull_count.
+FIRST, MOST, GRIP = 22, 32, 6
+# A fragment of which so little lies outside the shapes so far, metres or part of the whole, needs none of its own.
+REACH_M, REACH_SHARE = 0.004, 0.012
+# Fragments of a link that are looked at, the largest first.
+MOST_PIECES = 60
+# What a finger presses or turns is one shape.
+ONE = frozenset({PartKind.KNOB, PartKind.BUTTON})
+LABELS = {PartKind.TRAY: "rack"}
+
+
+@dataclass(frozen=True)
+class Touched:
+    """Shapes of a link in its frame; `behind` is the index of the part that has to stand open before it moves."""
+
+    colliders: tuple[Collider, ...]
+    behind: int | None = None
+
+
+def touched(points: Floats, soup: Soup, label: Ints, found: Articulation, substance: str) -> list[Touched]:
+    """Shapes of the body and of each part, in this order.
+
+    Args:
+        points: (P, 3) of the soup, metres, asset frame. label: (F,) fragments. substance: of all shapes.
+    """
+    metres = found.frame.metres or 1.0
+    owner = np.full(len(soup.faces), -1, dtype=np.int64)
+    for i, part in enumerate(found.parts):
+        owner[part.faces] = i
+    names = [p.name for p in found.parts]
+    behind = [_behind(p, found.parts, soup) for p in found.parts]
+    solids = [_solid(points, soup, label, np.flatnonzero(owner == -1), None, metres)]
+    for i, part in enumerate(found.parts):
+        solid = _solid(points, soup, label, np.flatnonzero(owner == i), part, metres)
+        before = behind[i]
+        solid.carrier = names.index(part.parent) + 1 if part.parent else 0
+        solid.behind = None if before is None else before + 1
+        solids.append(solid)
+    _place(solids, found, points, soup, metres)
+    clear(solids)
+    out = []
+    for i, solid in enumerate(solids):
+        middle = np.zeros(3) if solid.anchor is None else solid.anchor
+        kind = None if i == 0 else found.parts[i - 1].kind
+        name = "object" if i == 0 else names[i - 1]
+        out.append(Touched(_colliders(solid, middle, name, kind, substance), None if i == 0 else behind[i - 1]))
+    return out
+
+
+def _place(solids: Sequence[Solid], found: Articulation, points: Floats, soup: Soup, metres: float) -> None:
+    """Give each part its joint, asset frame; in place."""
+    foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
+    for solid, part in zip(solids[1:], found.parts, strict=True):
+        joint = part.joint
+        solid.turns = joint.kind is JointKind.HINGE
+        solid.axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
+        solid.anchor = np.array(joint.anchor) * metres + foot
+        solid.hidden = part.kind is PartKind.TRAY
+        solid.far = float(joint.range[1]) * (1.0 if solid.turns else metres)
+
+
+def _solid(points: Floats, soup: Soup, label: Ints, rows: Ints, part: PartPlan | None, metres: float) -> Solid:
+    """Shapes of one link before any cut."""
+    rows = rows[label[rows] >= 0]
+    held = np.zeros(len(rows), dtype=bool) if part is None else np.isin(rows, part.grip)
+    if part is not None and part.kind in ONE and len(rows):
+        return Solid(None, clouds_of(points, soup.faces[rows], 1), [])
+    grips = _covered(points, soup, label, rows[held], GRIP, metres)
+    return Solid(None, _covered(points, soup, label, rows[~held], FIRST, metres), grips)
+
+
+def _covered(points: Floats, soup: Soup, label: Ints, rows: Ints, most: int, metres: float) -> list[Floats]:
+    """Shapes that cover some faces, fragment by fragment, the largest first, as the budget allows."""
+    if not len(rows):
+        return []
+    areas = np.bincount(label[rows], soup.areas[rows])
+    ranked = np.lexsort((np.arange(len(areas)), -areas))[: int((areas > 0.0).sum())][:MOST_PIECES]
+    reach = max(REACH_M, REACH_SHARE * metres)
+    out: list[Floats] = []
+    boxes: list[Floats] = []
+    for n, one in enumerate(ranked.tolist()):
+        faces = soup.faces[rows[label[rows] == one]]
+        cloud = points[np.unique(faces)]
+        if any((cloud >= b[0] - reach).all() and (cloud <= b[1] + reach).all() for b in boxes):
+            continue
+        room = most - len(out)
+        if room <= 0:
+            break
+        # Those that follow need some of the budget too.
+        share = max(1, room - min(len(ranked) - n - 1, room // 2))
+        found = clouds_of(points, faces, share)[:room]
+        out += found
+        boxes += [np.array([c.min(axis=0), c.max(axis=0)]) for c in found]
+    return out + _ends(points, soup, label, rows, out, reach)
+
+
+def _ends(points: Floats, soup: Soup, label: Ints, rows: Ints, have: list[Floats], reach: float) -> list[Floats]:
+    """Shapes for the fragments that reach farthest, where the budget left one out: a hand meets those first."""
+    seen = points[soup.faces[rows]]
+    low, high = (np.array([f(c, axis=0) for c in have]) for f in (np.min, np.max))
+    wanted: list[int] = []
+    for axis in range(3):
+        if seen[..., axis].min() < low[:, axis].min() - reach:
+            wanted.append(int(label[rows[np.argmin(seen[..., axis].min(axis=1))]]))
+        if seen[..., axis].max() > high[:, axis].max() + reach:
+            wanted.append(int(label[rows[np.argmax(seen[..., axis].max(axis=1))]]))
+    return [c for one in sorted(set(wanted)) for c in clouds_of(points, soup.faces[rows[label[rows] == one]], 1)]
+
+
+def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: Soup) -> int | None:
+    """The door before something that slides or turns inside."""
+    if part.kind not in (PartKind.TRAY, PartKind.DRAWER) or part.parent:
+        return None
+    own = soup.points[soup.faces[part.faces].reshape(-1)]
+    low, high = own.min(axis=0), own.max(axis=0)
+    middle = (low + high) / 2
+    for i, other in enumerate(parts):
+        if other is part or other.kind is not PartKind.DOOR or other.parent:
+            continue
+        theirs = soup.points[soup.faces[other.faces].reshape(-1)]
+        a, b = theirs.min(axis=0), theirs.max(axis=0)
+        if a[0] <= middle[0] <= b[0] and a[2] <= middle[2] <= b[2] and a[1] < low[1] and b[1] < middle[1]:
+            return i
+    return None
+
+
+def _colliders(solid: Solid, middle: Floats, name: str, kind: PartKind | None, substance: str) -> tuple[Collider, ...]:
+    """Colliders of a link, its frame; those of the handle first, under its name."""
+    ranked = sorted(range(len(solid.clouds)), key=lambda i: (-round(hull_volume(solid.clouds[i]), 12), i))
+    mains = [solid.clouds[i] for i in ranked[: MOST - len(solid.grips)]]
+    label = None if kind is None else LABELS.get(kind, kind.value)
+    out: list[Collider] = []
+    for clouds, stem, mark in ((solid.grips, f"{name}_handle_main", "handle"), (mains, f"{name}_main", label)):
+        for n, cloud in enumerate(clouds):
+            shape, pose = shape_of(cloud - middle)
+            at = Pose(position=pose.position)
+            own = stem if not n else f"{stem}_{n:02d}"
+            out.append(Collider(name=own, shape=shape, pose=at, substance=substance, label=mark))
+    return tuple(out)

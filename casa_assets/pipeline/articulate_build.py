@@ -1,0 +1,206 @@
+"""One static mesh -> the asset that opens, with every decision on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from casa_assets import registry
+from casa_assets.articulate.assemble import Brief, assemble
+from casa_assets.articulate.decisions import GIVEN, Decisions, applied, direction
+from casa_assets.articulate.frame import given_frame, guess_frame
+from casa_assets.articulate.infer import infer
+from casa_assets.articulate.naming import named
+from casa_assets.articulate.pieces import TOP
+from casa_assets.articulate.plan import Articulation, Frame, JointPlan
+from casa_assets.articulate.shells import opened
+from casa_assets.articulate.size import metres_per_unit
+from casa_assets.articulate.soup import Soup, soup_of
+from casa_assets.errors import CasaError, Rejected
+from casa_assets.ingest.load import load
+from casa_assets.ingest.sources.bundle import collect
+from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.model.asset import Asset
+from casa_assets.model.category import Category
+from casa_assets.model.provenance import Guess, Provenance
+from casa_assets.model.record import Vec3
+from casa_assets.model.source import RawModel, Source, Up
+
+NOTHING_MOVES = "ART001"
+# Side of the frame guess that a stated up axis makes the top.
+_TOPS = {Up.Z: TOP, Up.Y: 1, Up.X: 3}
+# Sizes that differ by less are one size, rounded for reading.
+SAME_SIZE = 5e-4
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What the user asks for.
+
+    Attributes:
+        mesh: file. out: folder, made where it is missing. category: id, or empty to go by names.
+        up, front: directions in axes of the file, None to guess. size_m: longest side, 0 to guess.
+        decisions: a sidecar; what it says goes before all guesses. The options above go before it.
+        preview: write a strip of pictures.
+    """
+
+    mesh: Path
+    out: Path
+    category: str = ""
+    up: Vec3 | None = None
+    front: Vec3 | None = None
+    size_m: float = 0.0
+    decisions: Decisions = field(default_factory=Decisions)
+    preview: bool = False
+
+
+@dataclass(frozen=True)
+class Built:
+    """What became of a mesh, before anything is written.
+
+    Attributes:
+        found: the parts and joints as decided. placed: the mesh in the frame, a diagonal of 1. model: as read.
+        brief: what the asset needs besides its geometry. sure: of the category, and why; `size`, of the scale.
+        joints: part -> name of its joint, once it is named.
+    """
+
+    asset: Asset
+    found: Articulation
+    placed: Soup
+    model: RawModel
+    brief: Brief
+    category: Category
+    sure: tuple[float, str]
+    size: tuple[float, str]
+    longest_m: float
+    source: Source
+    joints: Mapping[str, str] = field(default_factory=dict)
+
+    def again(self, joints: Mapping[str, JointPlan]) -> Built:
+        """The same with other joints for some parts."""
+        parts = tuple(p.replace(joint=joints[p.name]) if p.name in joints else p for p in self.found.parts)
+        found = self.found.replace(parts=parts)
+        return (
+            replace(self, found=found, asset=assemble(self.model, self.placed, found, self.brief)) if joints else self
+        )
+
+    def named(self) -> Built:
+        """The same under the names that runtimes look for, where the category has any."""
+        asset, joints = named(self.asset, self.found, self.category.id)
+        return replace(self, asset=asset, joints=joints)
+
+
+def build(wish: Wish) -> Built:
+    """The asset of a mesh, and the decisions.
+
+    Raises:
+        Rejected: the file cannot be read, or nothing of it moves (ART001).
+        CasaError: what the user asks for does not exist, or does not go together.
+    """
+    known = registry.load()
+    one = _found(wish.mesh)
+    bundle = collect(one, known.limits)
+    model = load(bundle, known.limits)
+    soup = soup_of(*triangles(model))
+    category, sure, because = _category(one, wish)
+    unit, certain, size, longest = _unit(soup, model, wish, category if sure > 0.2 else None)
+    frame = _frame(soup, model, wish).replace(metres=soup.diagonal * unit)
+    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    found = infer(placed, frame, category.id if sure > 0.2 else "")
+    found = applied(found, placed, wish.decisions)
+    if not found.parts:
+        raise Rejected(NOTHING_MOVES, f"{wish.mesh.name}: no moving part found")
+    model, placed, found = opened(model, placed, found)
+    brief = Brief(
+        asset_id=f"{category.id}_{bundle.sha256[:10]}",
+        metres=soup.diagonal * unit,
+        category=category,
+        classes=known.classes_of(category),
+        substance=known.substances[category.substance],
+        provenance=_provenance(
+            one.source,
+            bundle.sha256,
+            Guess(subject="category", value=category.id, confidence=round(sure, 2), because=because),
+            Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, because=size),
+        ),
+    )
+    asset = assemble(model, placed, found, brief)
+    words = ((sure, because), (certain, size))
+    return Built(asset, found, placed, model, brief, category, *words, longest * unit, one.source)
+
+
+def triangles(model: RawModel) -> tuple[np.ndarray, np.ndarray]:
+    """All parts of a model as one set: (V, 3) vertices and (F, 3) faces, in order."""
+    starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
+    faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
+    return np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces)
+
+
+def kind_of(one: Found, ordered: str) -> tuple[Category, float, str]:
+    """Category of an input, how sure, and why: the user's word, then its name, then none."""
+    known = registry.load()
+    if ordered:
+        return known.fixtures.get(ordered) or known.category(ordered), 1.0, GIVEN
+    for hint in (one.source.category, *one.source.hints):
+        words = hint.lower().replace("-", "_")
+        best = next((c for name, c in sorted(known.fixtures.items(), key=lambda i: -len(i[0])) if name in words), None)
+        if best is not None:
+            return best, 0.8, f"{best.id!r} in {hint!r}"
+    return known.category(registry.FALLBACK), 0.1, "nothing names it"
+
+
+def _category(one: Found, wish: Wish) -> tuple[Category, float, str]:
+    """A sidecar that repeats the guess leaves it a guess: the same decisions make the same asset."""
+    guessed = kind_of(one, "")
+    wanted = wish.category or wish.decisions.category or ""
+    return guessed if wanted in ("", guessed[0].id) else kind_of(one, wanted)
+
+
+def _unit(soup: Soup, model: RawModel, wish: Wish, category: Category | None) -> tuple[float, float, str, float]:
+    """Metres to a unit, how sure, why, and the longest side in units."""
+    longest = float(np.ptp(soup.points, axis=0).max())
+    unit, certain, why = metres_per_unit(longest, model.metres_per_unit, category.longest_m if category else None)
+    wanted = wish.size_m or wish.decisions.size_m
+    if wanted and abs(wanted / (longest * unit) - 1) > SAME_SIZE:
+        return wanted / longest, 1.0, GIVEN, longest
+    return unit, certain, why, longest
+
+
+def _frame(soup: Soup, model: RawModel, wish: Wish) -> Frame:
+    """The guess, or what is given; a sidecar that repeats the guess leaves it a guess."""
+    said = wish.decisions
+    up = wish.up or (direction(said.up) if said.up is not None else None)
+    front = wish.front or (direction(said.front) if said.front is not None else None)
+    stated = None if model.up is None else _TOPS[model.up]
+    if up is not None and front is not None:
+        if abs(float(np.dot(up, front))) > 1e-3:
+            raise CasaError(f"{wish.mesh.name}: the front {front} does not stand upright on up {up}")
+        given = given_frame(soup, up, front)
+        guess = guess_frame(soup, stated=stated)
+        return guess if np.allclose(guess.rotation, given.rotation, atol=1e-4) else given
+    return guess_frame(soup, up, front, stated)
+
+
+def _provenance(source: Source, sha256: str, *guesses: Guess) -> Provenance:
+    return Provenance(
+        source=source.kind.value,
+        path=source.path,
+        sha256=sha256,
+        title=source.title,
+        author=source.author,
+        licence=source.licence,
+        uri=source.uri,
+        guesses=guesses,
+    )
+
+
+def _found(mesh: Path) -> Found:
+    for one in discover([mesh]):
+        if isinstance(one, Refused):
+            raise Rejected(one.code, one.says)
+        return one
+    raise Rejected("SRC001", f"{mesh}: no mesh")

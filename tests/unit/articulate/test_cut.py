@@ -1,0 +1,138 @@
+"""One fused shell: its fronts and controls are found, cut out with clean edges, and closed."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import manifold3d
+import numpy as np
+import pytest
+
+from casa_assets.articulate.cut import cut, find_shell
+from casa_assets.articulate.fragments import fragment_labels
+from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.infer import infer
+from casa_assets.articulate.plan import Articulation, Edge, PartKind
+from casa_assets.articulate.shells import opened
+from casa_assets.articulate.soup import Soup, soup_of
+from casa_assets.model.joint import JointKind
+from casa_assets.model.material import Material
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.source import RawModel, RawPart
+from tests.unit.articulate.blocks import box, disc, microwave
+
+Shape = tuple[np.ndarray, np.ndarray]
+
+
+def fused(*parts: Shape) -> Shape:
+    """The outer surface of solids, as one."""
+    solids = []
+    for points, faces in parts:
+        mesh = manifold3d.Mesh(vert_properties=points.astype(np.float32), tri_verts=faces.astype(np.uint32))
+        mesh.merge()
+        solids.append(manifold3d.Manifold(mesh))
+    solid = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add).refine_to_length(0.03)
+    out = solid.to_mesh()
+    return np.asarray(out.vert_properties, dtype=np.float64)[:, :3], np.asarray(out.tri_verts, dtype=np.int64)
+
+
+@cache
+def oven() -> Shape:
+    """A body; before it a panel with a knob, and below it a door with a level bar; all one surface."""
+    return fused(
+        box((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)),
+        box((0.0, -0.03, 0.0), (0.6, 0.01, 0.64)),
+        box((0.05, -0.075, 0.55), (0.55, -0.055, 0.575)),
+        box((0.08, -0.06, 0.555), (0.1, -0.02, 0.57)),
+        box((0.5, -0.06, 0.555), (0.52, -0.02, 0.57)),
+        box((0.0, -0.03, 0.655), (0.6, 0.01, 0.8)),
+        disc((0.3, -0.06, 0.73), 0.03, 0.04),
+    )
+
+
+def placed_of(shape: Shape) -> tuple[Soup, Articulation]:
+    """A shape with z up and its front to -y, in the frame; and what is found on it."""
+    soup = soup_of(*shape)
+    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
+    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    return placed, infer(placed, frame)
+
+
+def model_of(shape: Shape) -> RawModel:
+    """A file with one part, whose texture coordinates are x and z."""
+    points, faces = shape
+    mesh = Mesh(vertices=points, faces=faces.astype(np.int32), uv=points[:, [0, 2]].copy())
+    return RawModel(parts=(RawPart(name="all", mesh=mesh, material=Material(id="paint")),), format="obj")
+
+
+def test_a_fused_oven_has_a_door_that_folds_down_and_a_knob() -> None:
+    _, found = placed_of(oven())
+    assert sorted(p.kind for p in found.parts) == [PartKind.DOOR, PartKind.KNOB]
+    door = next(p for p in found.parts if p.kind is PartKind.DOOR)
+    assert door.joint.kind is JointKind.HINGE
+    assert door.joint.edge is Edge.BOTTOM
+    assert len(door.grip)
+
+
+def test_the_door_ends_at_the_gap_over_it() -> None:
+    points, faces = oven()
+    _, found = placed_of((points, faces))
+    door = next(p for p in found.parts if p.kind is PartKind.DOOR)
+    middles = points[faces].mean(axis=1)
+    front = np.flatnonzero((np.abs(middles[:, 1] + 0.03) < 1e-6) & (middles[:, 2] < 0.64))
+    assert np.isin(front, door.faces).mean() > 0.95
+    assert middles[door.faces, 2].max() < 0.66
+    assert middles[door.faces, 1].max() < 0.06
+
+
+def test_cut_parts_are_closed_and_so_is_the_body() -> None:
+    placed, found = placed_of(oven())
+    _, soup, parts = opened(model_of(oven()), placed, found)
+    owner = np.full(len(soup.faces), -1)
+    for i, part in enumerate(parts.parts):
+        owner[part.faces] = i
+    for i in range(-1, len(parts.parts)):
+        rows = np.flatnonzero((owner == i) & (soup.areas > 0))
+        corners = soup.faces[rows]
+        ends = np.sort(np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+        # Pockets of two cuts may touch in a line: there four faces meet.
+        assert (np.unique(ends, axis=0, return_counts=True)[1] % 2 == 0).all(), i
+
+
+def test_a_cut_keeps_surface_volume_and_texture() -> None:
+    placed, found = placed_of(oven())
+    model, soup, _ = opened(model_of(oven()), placed, found)
+    cut_mesh, caps = model.parts[0].mesh, model.parts[1].mesh
+    assert cut_mesh.uv is not None
+    assert np.allclose(cut_mesh.uv, cut_mesh.vertices[:, [0, 2]], atol=1e-9)
+    assert caps.uv is not None
+    own = len(cut_mesh.faces)
+    assert soup.areas[:own].sum() == pytest.approx(placed.areas.sum(), rel=1e-6)
+    assert len(soup.faces) == own + len(caps.faces)
+    corners = caps.vertices[caps.faces]
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
+    assert volume == pytest.approx(0, abs=1e-9)
+
+
+def test_pieces_of_their_own_are_left_alone() -> None:
+    vertices, faces, _ = microwave()
+    soup = soup_of(vertices, faces)
+    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
+    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    label = fragment_labels(placed)
+    assert find_shell(placed, label) is None
+    assert cut(placed, label) is label
+    model = model_of((vertices, faces))
+    assert opened(model, placed, infer(placed, frame))[0] is model
+
+
+def test_nothing_is_invented_on_a_plain_body() -> None:
+    _, found = placed_of(fused(box((0, 0, 0), (0.6, 0.5, 0.8))))
+    assert not found.parts
+    _, found = placed_of(fused(box((0, 0, 0), (0.6, 0.5, 0.8)), box((0.1, 0.1, 0.79), (0.5, 0.4, 0.9))))
+    assert not found.parts
+
+
+def test_the_same_shell_is_cut_the_same_way() -> None:
+    one, two = placed_of(oven()), placed_of(oven())
+    assert one[1].to_json() == two[1].to_json()

@@ -1,0 +1,121 @@
+"""What somebody says in a sidecar goes before the guesses; what repeats them changes nothing."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.decisions import Decisions, PartDecision, direction, word_of
+from casa_assets.articulate.plan import Edge, PartKind
+from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.model.joint import JointKind
+from casa_assets.pipeline import articulate_sidecar as sidecar
+from casa_assets.pipeline.articulate_build import Built, Wish, build
+from tests.unit.articulate.blocks import microwave
+from tests.unit.articulate.test_assemble import obj
+
+
+@pytest.fixture(scope="module")
+def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    vertices, faces, _ = microwave()
+    return obj(tmp_path_factory.mktemp("mesh") / "microwave.obj", vertices, faces)
+
+
+def made(mesh: Path, said: Decisions) -> Built:
+    """The microwave with decisions, axes given."""
+    return build(Wish(mesh, mesh.parent, up=(0.0, 0.0, 1.0), front=(0.0, -1.0, 0.0), decisions=said))
+
+
+def one(name: str, decision: PartDecision) -> Decisions:
+    return Decisions(parts={name: decision})
+
+
+def test_a_hinge_is_mended_in_a_line(mesh: Path) -> None:
+    built = made(mesh, one("door_0", PartDecision(hinge=Edge.BOTTOM)))
+    joint = built.asset.joint_of("door_0")
+    assert joint is not None
+    assert joint.axis == pytest.approx((1.0, 0.0, 0.0))
+    at = built.asset.asset_from_link("door_0").position
+    assert at[2] == pytest.approx(0.0, abs=1e-6)
+    door = next(p for p in built.found.parts if p.name == "door_0")
+    assert door.joint.edge is Edge.BOTTOM
+    assert door.joint.confidence == 1.0
+
+
+def test_a_sidecar_given_back_unchanged_makes_the_same_asset(mesh: Path, tmp_path: Path) -> None:
+    wish = Wish(mesh, tmp_path)
+    first = build(wish)
+    path = tmp_path / "d.yaml"
+    path.write_text(sidecar.text(first), encoding="utf-8")
+    again = build(Wish(mesh, tmp_path, decisions=sidecar.read(path)))
+    assert again.asset.digest == first.asset.digest
+
+
+def test_a_part_that_is_removed_stays_with_the_body(mesh: Path) -> None:
+    before = made(mesh, Decisions())
+    built = made(mesh, one("knob_0", PartDecision(remove=True)))
+    names = [k.name for k in built.asset.links]
+    assert "knob_0" not in names
+    assert len(names) == len(before.asset.links) - 1
+    faces = [sum(len(v.mesh.faces) for k in b.asset.links for v in k.visuals) for b in (before, built)]
+    assert faces[0] == faces[1]
+
+
+def test_a_part_that_was_missed_is_given_by_a_box(mesh: Path) -> None:
+    # The knob, as a lever of its own name; asset frame: origin under the middle, 0.05 m of handle in front.
+    knob = next(p for p in made(mesh, Decisions()).found.parts if p.kind is PartKind.KNOB)
+    box = ((0.15, -0.3, 0.03), (0.23, -0.14, 0.11))
+    built = made(mesh, one("my_lever", PartDecision(kind=PartKind.LEVER, box_m=box, axis="-y", opens_deg=40)))
+    lever = next(p for p in built.found.parts if p.name == "my_lever")
+    assert lever.faces.tolist() == knob.faces.tolist()
+    assert all(p.kind is not PartKind.KNOB for p in built.found.parts)
+    joint = built.asset.joint_of("my_lever")
+    assert joint is not None
+    assert joint.axis == (0.0, -1.0, 0.0)
+    assert joint.range[1] == pytest.approx(math.radians(40), abs=1e-5)
+
+
+def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
+    said = Decisions(
+        parts={
+            "door_0": PartDecision(kind=PartKind.DRAWER, travel_m=0.2),
+            "knob_0": PartDecision(endless=False, opens_deg=270, on="door_0"),
+        }
+    )
+    built = made(mesh, said)
+    door, knob = built.asset.joint_of("door_0"), built.asset.joint_of("knob_0")
+    assert door is not None
+    assert knob is not None
+    assert door.kind is JointKind.SLIDE
+    assert door.axis == (0.0, -1.0, 0.0)
+    assert door.range == pytest.approx((0.0, 0.2))
+    assert knob.range[1] == pytest.approx(math.radians(270), abs=1e-5)
+    assert built.asset.link("knob_0").parent == "door_0"
+
+
+def test_what_is_not_there_is_named(mesh: Path) -> None:
+    with pytest.raises(UnknownId, match="did you mean door_0"):
+        made(mesh, one("door_9", PartDecision(hinge=Edge.LEFT)))
+    with pytest.raises(UnknownId):
+        made(mesh, one("door_0", PartDecision(on="nobody")))
+
+
+def test_a_fault_in_the_file_has_a_line(tmp_path: Path) -> None:
+    path = tmp_path / "d.yaml"
+    path.write_text("parts:\n  door_0:\n    hinge: middle\n", encoding="utf-8")
+    with pytest.raises(RegistryError, match=r"d.yaml:3: parts.door_0.hinge"):
+        sidecar.read(path)
+    path.write_text("up: sideways\n", encoding="utf-8")
+    with pytest.raises(RegistryError, match="sideways"):
+        sidecar.read(path)
+
+
+@pytest.mark.parametrize("word", ["+x", "-y", "z"])
+def test_axes_are_read_back(word: str) -> None:
+    assert word_of(direction(word)) in (word, f"+{word}")
+    slanted = direction((1.0, 1.0, 0.0))
+    assert np.linalg.norm(slanted) == pytest.approx(1.0)
+    assert word_of(slanted) == slanted

@@ -1,0 +1,112 @@
+"""Up, front and the turn of things that stand anywhere in their files."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.frame import given_frame, guess_frame
+from casa_assets.articulate.pieces import SIDES
+from casa_assets.articulate.soup import Soup, soup_of
+from casa_assets.articulate.turn import straightened
+from tests.unit.articulate.blocks import Floats, Ints, box, carcass, disc, drawers, microwave, together
+
+UP, FRONT = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
+Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+
+
+def yaw(degrees: float) -> Floats:
+    """A turn about z."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+
+
+def oven() -> tuple[Floats, Ints, Ints]:
+    """A range: a door with a level bar at its top, four knobs above it, and feet."""
+    return together(
+        *carcass(0.6, 0.6, 0.85),
+        box((0.01, -0.03, 0.12), (0.59, 0.0, 0.66)),
+        box((0.06, -0.08, 0.6), (0.54, -0.06, 0.62)),
+        box((0.06, -0.06, 0.6), (0.08, -0.03, 0.62)),
+        box((0.52, -0.06, 0.6), (0.54, -0.03, 0.62)),
+        *(disc((x, -0.04, 0.75), 0.025, 0.04) for x in (0.12, 0.24, 0.36, 0.48)),
+        *(box((x, y, -0.03), (x + 0.04, y + 0.04, 0.0)) for x in (0.02, 0.54) for y in (0.02, 0.54)),
+    )
+
+
+THINGS = {"drawers": drawers, "microwave": microwave, "oven": oven}
+
+
+def turned(name: str, rotation: Floats, scale: float = 1.0) -> Soup:
+    """One of THINGS in another pose, with other units, moved."""
+    vertices, faces, _ = THINGS[name]()
+    return soup_of(vertices @ rotation.T * scale + np.array([3.0, -2.0, 7.0]) * scale, faces)
+
+
+@pytest.mark.parametrize(
+    ("name", "degrees", "stands"),
+    list(product(("drawers", "oven"), (0.0, 90.0, 180.0, -27.0, 33.3), (np.eye(3), Y_UP))),
+)
+def test_the_front_is_found_from_any_side(name: str, degrees: float, stands: Floats) -> None:
+    rotation = stands @ yaw(degrees)
+    found = guess_frame(turned(name, rotation, 100.0))
+    assert found.rotation[2] == pytest.approx(rotation @ UP, abs=2e-3)
+    assert found.rotation[1] == pytest.approx(-rotation @ FRONT, abs=2e-3)
+    assert 0.0 < found.confidence <= 1.0
+    assert found.runner_up
+
+
+@pytest.mark.parametrize("degrees", [0.0, 2.0, 41.0])
+def test_the_thing_fills_its_box(degrees: float) -> None:
+    soup = turned("microwave", yaw(degrees), 10.0)
+    frame = guess_frame(soup, up=UP.tolist(), front=(yaw(degrees) @ FRONT).tolist())
+    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    low, high = placed.points.min(axis=0), placed.points.max(axis=0)
+    assert np.linalg.norm(high - low) == pytest.approx(1.0)
+    assert (low + high) / 2 == pytest.approx(np.zeros(3), abs=1e-9)
+    size = np.array([0.5, 0.43, 0.3])
+    assert high - low == pytest.approx(size / np.linalg.norm(size), abs=2e-3)
+    assert frame.to_file(placed.points) == pytest.approx(soup.points, abs=1e-9)
+
+
+@pytest.mark.parametrize("face", range(6))
+def test_what_the_user_says_holds(face: int) -> None:
+    soup = turned("drawers", np.eye(3))
+    front = -SIDES[face][2]
+    for up in (-SIDES[k][2] for k in range(6) if k // 2 != face // 2):
+        found = guess_frame(soup, up=up.tolist(), front=front.tolist())
+        assert found.rotation == pytest.approx(given_frame(soup, up.tolist(), front.tolist()).rotation)
+        assert found.because == "given"
+    assert guess_frame(soup, front=front.tolist()).rotation[1] == pytest.approx(-front)
+    assert guess_frame(soup, up=front.tolist()).rotation[2] == pytest.approx(front)
+
+
+def test_the_word_of_the_file_counts() -> None:
+    cube = soup_of(*together(box((0, 0, 0), (1, 1, 1)))[:2])
+    for side in range(6):
+        assert guess_frame(cube, stated=side).rotation[2] == pytest.approx(-SIDES[side][2])
+
+
+@pytest.mark.parametrize("degrees", [0.3, 7.0, 45.0, 80.0])
+@pytest.mark.parametrize("stands", [np.eye(3), Y_UP, Y_UP.T @ yaw(31.0) @ Y_UP @ yaw(12.0)])
+def test_walls_are_laid_along_the_axes(degrees: float, stands: Floats) -> None:
+    rotation = stands @ yaw(degrees)
+    found = straightened(turned("oven", rotation))
+    assert np.linalg.det(found) == pytest.approx(1.0)
+    together_ = np.abs(found @ rotation)
+    assert together_.max(axis=1) == pytest.approx(np.ones(3), abs=1e-4 if degrees > 2 else 1e-3)
+
+
+def test_what_stands_straight_or_is_round_stays() -> None:
+    assert np.array_equal(straightened(turned("microwave", np.eye(3))), np.eye(3))
+    assert np.array_equal(straightened(turned("oven", Y_UP)), np.eye(3))
+    cylinder = soup_of(*together(disc((0, 0, 0), 0.4, 0.1, sides=48))[:2])
+    assert np.array_equal(straightened(cylinder), np.eye(3))
+
+
+def test_the_same_thing_gives_the_same_frame() -> None:
+    soup = turned("microwave", yaw(20.0))
+    first, second = guess_frame(soup), guess_frame(soup)
+    assert first.to_json() == second.to_json()

@@ -1,0 +1,143 @@
+"""Fronts beyond the plain ones: open carcasses, tubs behind doors, sliding doors, boards that are no racks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.infer import infer
+from casa_assets.articulate.plan import Articulation, Edge, PartKind, PartPlan
+from casa_assets.articulate.soup import soup_of
+from casa_assets.model.joint import JointKind
+from tests.unit.articulate.blocks import Part, box, carcass, disc, together
+
+
+def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
+    """What is found where up is z and the front faces -y, and the part of each face."""
+    vertices, faces, owner = together(*parts)
+    soup = soup_of(vertices, faces)
+    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
+    return infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame), owner
+
+
+def of_kind(found: Articulation, kind: PartKind) -> list[PartPlan]:
+    return [p for p in found.parts if p.kind is kind]
+
+
+def tub(low: tuple[float, float, float], high: tuple[float, float, float], wall: float = 0.01) -> list[Part]:
+    """Five boards, open at the top."""
+    (x, y, z), (a, b, c) = low, high
+    return [
+        box((x, y, z), (a, b, z + wall)),
+        box((x, y, z + wall), (x + wall, b, c)),
+        box((a - wall, y, z + wall), (a, b, c)),
+        box((x + wall, y, z + wall), (a - wall, y + wall, c)),
+        box((x + wall, b - wall, z + wall), (a - wall, b, c)),
+    ]
+
+
+def bar(low: tuple[float, float, float], high: tuple[float, float, float], front: float) -> list[Part]:
+    """A handle with two feet that reach a front at `y = front`."""
+    wide = high[0] - low[0] > high[2] - low[2]
+    size = 0.012
+    ends = [low, (high[0] - size, low[1], low[2]) if wide else (low[0], low[1], high[2] - size)]
+    feet = [box((e[0], high[1], e[2]), (e[0] + size, front, e[2] + size)) for e in ends]
+    return [box(low, high), *feet]
+
+
+def test_a_drawer_over_an_open_floor_takes_its_box() -> None:
+    walls = [p for i, p in enumerate(carcass(0.5, 0.5, 0.4)) if i != 2]
+    parts = [*walls, box((0.0, -0.02, 0.1), (0.5, 0.0, 0.38)), *bar((0.15, -0.06, 0.25), (0.35, -0.05, 0.262), -0.02)]
+    start = len(parts)
+    parts += tub((0.03, 0.0, 0.12), (0.47, 0.45, 0.3))
+    found, owner = found_in(parts)
+    (drawer,) = found.parts
+    assert drawer.kind is PartKind.DRAWER
+    assert set(range(start, start + 5)) <= set(owner[drawer.faces].tolist())
+    assert not set(range(4)) & set(owner[drawer.faces].tolist())
+
+
+def test_a_basin_that_one_looks_into_stays_behind_a_false_front() -> None:
+    walls = [p for i, p in enumerate(carcass(0.6, 0.5, 0.7)) if i != 3]
+    parts = [*walls, box((0.0, -0.02, 0.5), (0.6, 0.0, 0.7)), *tub((0.1, 0.01, 0.52), (0.5, 0.45, 0.7))]
+    found, _ = found_in(parts)
+    assert of_kind(found, PartKind.DRAWER) == []
+
+
+def test_a_tub_behind_a_door_is_a_drawer_of_its_own() -> None:
+    parts = [*carcass(0.5, 0.5, 0.9), box((0.0, -0.02, 0.0), (0.5, 0.0, 0.9))]
+    parts += bar((0.44, -0.06, 0.4), (0.452, -0.05, 0.6), -0.02)
+    start = len(parts)
+    parts += tub((0.03, 0.02, 0.1), (0.47, 0.45, 0.25))
+    found, owner = found_in(parts)
+    (door,), (drawer,) = of_kind(found, PartKind.DOOR), of_kind(found, PartKind.DRAWER)
+    assert set(owner[drawer.faces].tolist()) == set(range(start, start + 5))
+    assert set(owner[door.faces].tolist()) == {5, 6, 7, 8}
+    assert drawer.joint.axis == pytest.approx((0, -1, 0))
+
+
+def oven(*inside: Part) -> list[Part]:
+    """A carcass whose front folds down, and what is in it. Parts: 0..4 carcass, 5 door, 6..8 handle, 9.. inside."""
+    front = [box((0.0, -0.02, 0.0), (0.6, 0.0, 0.5)), *bar((0.05, -0.06, 0.45), (0.55, -0.05, 0.462), -0.02)]
+    return [*carcass(0.6, 0.5, 0.5), *front, *inside]
+
+
+def test_a_rack_of_rods_slides_and_a_shelf_between_walls_does_not() -> None:
+    rods = [box((0.03, 0.05 + 0.05 * k, 0.25), (0.57, 0.054 + 0.05 * k, 0.254)) for k in range(8)]
+    rods += [box((x, 0.04, 0.254), (x + 0.004, 0.44, 0.258)) for x in (0.03, 0.298, 0.566)]
+    shelf = box((0.02, 0.02, 0.12), (0.58, 0.48, 0.13))
+    found, owner = found_in(oven(shelf, *rods))
+    (door,), (rack,) = of_kind(found, PartKind.DOOR), of_kind(found, PartKind.TRAY)
+    assert door.joint.edge is Edge.BOTTOM
+    assert set(owner[rack.faces].tolist()) == set(range(10, 21))
+
+
+def test_a_shelf_right_behind_a_wide_front_makes_it_a_door() -> None:
+    fronts: list[Part] = []
+    for z in (0.0, 0.31):
+        fronts.append(box((0.0, -0.02, z), (0.8, 0.0, z + 0.29)))
+        fronts += bar((0.3, -0.06, z + 0.2), (0.5, -0.05, z + 0.212), -0.02)
+    shelves = [box((0.02, 0.01, z), (0.78, 0.28, z + 0.012)) for z in (0.15, 0.46)]
+    found, _ = found_in([*carcass(0.8, 0.3, 0.6), *fronts, *shelves])
+    assert [p.kind for p in found.parts] == [PartKind.DOOR] * 2
+
+
+def test_a_door_in_a_niche_twice_as_wide_runs_sideways() -> None:
+    niche = [*carcass(1.0, 0.3, 0.5), box((0.02, 0.1, 0.02), (0.5, 0.12, 0.48))]
+    found, _ = found_in([*niche, *bar((0.25, 0.06, 0.15), (0.262, 0.07, 0.35), 0.1)])
+    (door,) = found.parts
+    assert door.kind is PartKind.DOOR
+    assert door.joint.kind is JointKind.SLIDE
+    assert door.joint.axis == pytest.approx((1, 0, 0))
+
+
+def test_a_leaf_of_two_boards_under_one_stile_is_one_door() -> None:
+    parts = [*carcass(0.4, 0.3, 0.9)]
+    parts += [box((0.0, -0.01, z), (0.4, 0.0, z + 0.45)) for z in (0.0, 0.45)]
+    parts += [box((x, -0.02, 0.0), (x + 0.02, -0.01, 0.9)) for x in (0.0, 0.38)]
+    parts += bar((0.365, -0.06, 0.4), (0.377, -0.05, 0.5), -0.01)
+    found, owner = found_in(parts)
+    (door,) = found.parts
+    assert door.joint.edge is Edge.LEFT
+    assert set(owner[door.faces].tolist()) == set(range(5, 12))
+
+
+def test_a_plate_on_a_closed_block_is_no_door() -> None:
+    found, _ = found_in([box((0, 0, 0), (0.6, 0.5, 0.5)), box((0.02, -0.02, 0.02), (0.58, 0.0, 0.48))])
+    assert found.parts == ()
+
+
+def test_the_rim_of_an_open_stand_is_no_door() -> None:
+    walls = [p for i, p in enumerate(carcass(1.0, 0.5, 0.12)) if i in (0, 1, 4)]
+    found, _ = found_in([*walls, box((0.0, -0.02, 0.0), (1.0, 0.0, 0.12)), box((0.4, 0.2, 0.0), (0.6, 0.3, 0.4))])
+    assert of_kind(found, PartKind.DOOR) == []
+
+
+def test_the_feet_of_a_handle_are_no_buttons() -> None:
+    parts = [*carcass(0.5, 0.5, 0.6), box((0.0, -0.02, 0.0), (0.5, 0.0, 0.6))]
+    parts.append(box((0.1, -0.06, 0.5), (0.4, -0.045, 0.515)))
+    parts += [disc((x, -0.046, 0.507), 0.009, 0.026) for x in (0.11, 0.39)]
+    found, owner = found_in(parts)
+    (door,) = found.parts
+    assert set(owner[door.grip].tolist()) == {6, 7, 8}

@@ -1,0 +1,83 @@
+"""What kind a thing is, by name, proportions and parts; and the things that stand out from its sides."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets import registry
+from casa_assets.articulate.fragments import fragment_labels
+from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.infer import infer
+from casa_assets.articulate.kind import HAS, NAMES, Controls, kind_by_parts, kind_named, shape_likelihood
+from casa_assets.articulate.pieces import BACK, FRONT, measure
+from casa_assets.articulate.plan import Articulation
+from casa_assets.articulate.sides import look
+from casa_assets.articulate.soup import soup_of
+from tests.unit.articulate.blocks import drawers, microwave, together
+
+
+@pytest.mark.parametrize(
+    ("hint", "kind"),
+    [
+        ("kitchenMicrowave", "microwave"),
+        ("kitchen-stove_02", "range"),
+        ("Fridge freezer", "refrigerator"),
+        ("oven", "wall_oven"),
+        ("toaster oven", "toaster_oven"),
+        ("coffee_maker", "coffee_machine"),
+        ("electric kettle", "kettle"),
+        ("orange", None),
+        ("strange", None),
+        ("mesh_0042", None),
+    ],
+)
+def test_whole_words_name_a_kind(hint: str, kind: str | None) -> None:
+    found = kind_named([hint])
+    assert (found.id if found else None) == kind
+
+
+def test_every_kind_is_a_fixture_of_the_registry() -> None:
+    fixtures = registry.load().fixtures
+    assert set(NAMES) <= set(fixtures)
+    assert set(HAS) <= set(fixtures)
+
+
+def test_usual_proportions_are_likelier_upright() -> None:
+    upright, sideways = (1.0, 0.76, 0.57), (0.57, 0.76, 1.0)
+    assert shape_likelihood(upright, Controls.ASIDE) > shape_likelihood(sideways, Controls.ABOVE) + 1.0
+    assert shape_likelihood((0.42, 0.4, 1.0), Controls.NONE) > shape_likelihood((1.0, 0.4, 0.42), Controls.NONE)
+    assert shape_likelihood((2.0, 1.5, 1.16), Controls.NONE) == pytest.approx(
+        shape_likelihood((1.0, 0.75, 0.58), Controls.NONE)
+    )
+
+
+@pytest.mark.parametrize(("make", "kind"), [(drawers, "drawer_stack"), (microwave, "microwave")])
+def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
+    assert callable(make)
+    vertices, faces, _ = make()
+    soup = soup_of(vertices, faces)
+    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
+    found = infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame)
+    x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
+    guessed, sure = kind_by_parts((x, y, z), found)
+    assert guessed == kind
+    assert 0.2 < sure <= 0.6
+    assert kind_by_parts((x, y, z), Articulation(frame=frame)) == ("", 0.0)
+
+
+def test_handle_and_knobs_stand_out_from_the_front() -> None:
+    soup = soup_of(*together(*[(v, f) for v, f in [microwave()[:2]]])[:2])
+    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
+    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    pieces = measure(placed, fragment_labels(placed), 256)
+    front, back = look(pieces, FRONT), look(pieces, BACK)
+    bars = [b for b in front.blobs if b.is_bar]
+    knobs = [b for b in front.blobs if b.is_knob]
+    assert len(bars) == 1
+    assert bars[0].size[1] > 4 * bars[0].size[0]
+    assert bars[0].middle == pytest.approx((0.685, 0.5), abs=0.01)
+    assert [k.middle for k in knobs] == [pytest.approx((0.874, 0.233), abs=0.01)]
+    assert front.juts > 0.5
+    assert not back.blobs
+    assert back.detail < front.detail

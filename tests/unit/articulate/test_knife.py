@@ -1,0 +1,62 @@
+"""Blades: what they cut fits together again, and carries what hung on it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.knife import Knife, split
+from casa_assets.articulate.pieces import FRONT, TOP
+from casa_assets.geometry.measure import face_normals
+from casa_assets.geometry.topology import is_closed
+from tests.unit.articulate.blocks import box
+
+WIDE = np.full(3, 10.0)
+
+
+def test_a_box_cut_across_stays_closed_and_keeps_its_surface() -> None:
+    points, faces = box((0, 0, 0), (1, 1, 1))
+    done = split(points, faces, [Knife(FRONT, 0, 0.3, -WIDE, WIDE), Knife(TOP, 1, 0.6, -WIDE, WIDE)])
+    after = done.carried(points)
+    assert is_closed(done.faces)
+    assert face_normals(after, done.faces)[1].sum() == pytest.approx(6.0)
+    x = after[done.faces][:, :, 0]
+    assert ((x.max(axis=1) <= 0.3 + 1e-12) | (x.min(axis=1) >= 0.3 - 1e-12)).all()
+    y = after[done.faces][:, :, 1]
+    assert ((y.max(axis=1) <= 0.6 + 1e-12) | (y.min(axis=1) >= 0.6 - 1e-12)).all()
+
+
+def test_pieces_know_the_triangle_that_they_were() -> None:
+    points, faces = box((0, 0, 0), (1, 1, 1))
+    done = split(points, faces, [Knife(FRONT, 1, 0.5, -WIDE, WIDE)])
+    after = done.carried(points)
+    before, _ = face_normals(points, faces)
+    now, areas = face_normals(after, done.faces)
+    assert np.allclose(now, before[done.parent])
+    assert np.bincount(done.parent, areas) == pytest.approx(np.full(12, 0.5))
+    assert (np.diff(done.parent) >= 0).all()
+
+
+def test_what_hangs_on_points_is_carried_along_the_edges() -> None:
+    points, faces = box((0, 0, 0), (1, 2, 3))
+    done = split(points, faces, [Knife(FRONT, 2, 0.7, -WIDE, WIDE), Knife(FRONT, 0, 0.2, -WIDE, WIDE)])
+    linear = points @ np.array([[1.0, 2.0], [0.5, -1.0], [3.0, 0.25]])
+    assert np.allclose(done.carried(linear), done.carried(points) @ np.array([[1.0, 2.0], [0.5, -1.0], [3.0, 0.25]]))
+
+
+def test_a_blade_cuts_within_its_limits_alone() -> None:
+    points, faces = box((0, 0, 0), (1, 1, 1))
+    low, high = np.array([0.0, 0.0, -0.1]), np.array([1.0, 1.0, 0.1])
+    done = split(points, faces, [Knife(FRONT, 0, 0.5, low, high)])
+    after = done.carried(points)
+    fresh = after[len(points) :]
+    assert len(fresh)
+    assert (fresh[:, 1] <= 0.1 + 1e-5).all()
+    assert is_closed(done.faces)
+
+
+def test_a_blade_that_misses_changes_nothing() -> None:
+    points, faces = box((0, 0, 0), (1, 1, 1))
+    done = split(points, faces, [Knife(FRONT, 0, 2.0, -WIDE, WIDE)])
+    assert not done.made
+    assert np.array_equal(done.faces, faces)

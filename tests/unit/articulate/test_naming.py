@@ -1,0 +1,68 @@
+"""Parts of a thing whose kind is known get the names, axes and signs that runtimes look for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.naming import named
+from casa_assets.pipeline.articulate_build import Wish, build
+from tests.unit.articulate.blocks import box, carcass, drawers, microwave, together
+from tests.unit.articulate.test_assemble import obj
+
+AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
+
+
+def test_a_microwave_has_its_microjoint(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    built = build(Wish(obj(tmp_path / "m.obj", vertices, faces), tmp_path, category="microwave", **AXES))
+    asset, joints = named(built.asset, built.found, "microwave")
+    joint = asset.joint_of("door")
+    assert joint is not None
+    assert joint.name == joints["door_0"] == "microjoint"
+    assert joint.axis == pytest.approx((0.0, 0.0, 1.0))
+    assert joint.range == pytest.approx((-np.pi / 2, 0.0), abs=1e-5)
+    assert joint.grip == "door_handle_main"
+    assert {s.name for s in asset.states} == {"microjoint_closed", "microjoint_open"}
+    main = next(r for r in asset.regions if r.name == "main")
+    # The handle, the knob and the buttons stand out of the region by which it is placed.
+    assert main.size == pytest.approx((0.5, 0.4, 0.3), abs=1e-3)
+    assert joints["knob_0"] == "knob_0_joint"
+
+
+def test_drawers_are_counted_from_the_top(tmp_path: Path) -> None:
+    vertices, faces, _ = drawers()
+    built = build(Wish(obj(tmp_path / "d.obj", vertices, faces), tmp_path, category="drawer_stack", **AXES))
+    asset, joints = named(built.asset, built.found, "drawer_stack")
+    assert sorted(joints.values()) == ["drawer0_slidejoint", "drawer1_slidejoint"]
+    heights = [asset.asset_from_link(f"drawer{i}").position[2] for i in (0, 1)]
+    assert heights[0] > heights[1]
+    joint = asset.joint_of("drawer0")
+    assert joint is not None
+    assert joint.axis == (0.0, 1.0, 0.0)
+    assert joint.range[0] < joint.range[1] == 0.0
+
+
+def test_two_doors_are_those_of_a_fridge_and_its_freezer(tmp_path: Path) -> None:
+    parts = [
+        *carcass(0.6, 0.6, 1.8),
+        box((0.002, -0.05, 0.002), (0.598, 0.0, 1.2)),
+        box((0.54, -0.09, 0.4), (0.555, -0.05, 0.9)),
+        box((0.002, -0.05, 1.21), (0.598, 0.0, 1.798)),
+        box((0.54, -0.09, 1.3), (0.555, -0.05, 1.7)),
+    ]
+    vertices, faces, _ = together(*parts)
+    built = build(Wish(obj(tmp_path / "f.obj", vertices, faces), tmp_path, category="refrigerator", **AXES))
+    asset, joints = named(built.asset, built.found, "refrigerator")
+    assert sorted(joints.values()) == ["freezer_door_joint", "fridge_door_joint"]
+    assert asset.asset_from_link("freezer_door").position[2] > asset.asset_from_link("fridge_door").position[2]
+
+
+def test_a_thing_of_no_known_kind_keeps_its_names(tmp_path: Path) -> None:
+    vertices, faces, _ = drawers()
+    built = build(Wish(obj(tmp_path / "x.obj", vertices, faces), tmp_path, **AXES))
+    asset, joints = named(built.asset, built.found, "object")
+    assert sorted(joints.values()) == ["drawer_0_joint", "drawer_1_joint"]
+    assert asset.joints == built.asset.joints

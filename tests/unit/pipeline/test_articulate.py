@@ -1,0 +1,135 @@
+"""A static mesh into an entry of a library: certificate, decisions, strip, review; or a reason why not."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from casa_assets.articulate.decisions import Decisions, PartDecision
+from casa_assets.articulate.plan import PartKind
+from casa_assets.checks.travel import travels
+from casa_assets.export import mjcf
+from casa_assets.pipeline import articulate_review
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.articulate import STRIP, Done, settled, work
+from casa_assets.pipeline.articulate_build import Wish, build
+from casa_assets.pipeline.job import Halt
+from casa_assets.preview.strip import CELL_PX
+from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
+from tests.unit.articulate.test_assemble import obj
+
+AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
+
+
+def boxed_in() -> list[Part]:
+    """A drawer with a post that stands 0.1 m before it."""
+    return [
+        *carcass(0.5, 0.5, 0.3),
+        box((0.022, -0.0, 0.022), (0.478, 0.02, 0.278)),
+        box((0.15, -0.04, 0.14), (0.35, 0.0, 0.155)),
+        box((0.03, 0.02, 0.03), (0.04, 0.45, 0.2)),
+        box((0.46, 0.02, 0.03), (0.47, 0.45, 0.2)),
+        box((0.04, 0.02, 0.03), (0.46, 0.45, 0.04)),
+        box((0.04, 0.44, 0.04), (0.46, 0.45, 0.2)),
+        box((0.02, -0.16, -0.02), (0.48, -0.12, 0.28)),
+        box((0.0, -0.16, -0.02), (0.5, 0.5, 0.0)),
+    ]
+
+
+def test_an_entry_is_whole(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    done = work(Wish(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path / "lib", preview=True, **AXES))
+    assert isinstance(done, Done)
+    assert done.accepted, done.says
+    assert done.folder is not None
+    assert done.folder.parent == tmp_path / "lib" / "microwave"
+    names = {p.name for p in done.folder.iterdir()}
+    assert {"asset.json", "model.xml", "usd", "preview.png", "decisions.yaml", STRIP} <= names
+    certificate = disk.read_certificate(done.folder)
+    assert certificate.report.passed
+    assert {"MJC009", "PAR001", "USD002"} <= {r.code for r in certificate.report.results}
+    kept = disk.sums(done.folder)
+    assert {n: kept[n] for n in certificate.files} == certificate.files
+    assert disk.read_asset(done.folder).digest == certificate.asset_digest
+    assert [t.whole for t in done.travels.values()] == [True] * 6
+    with Image.open(io.BytesIO((done.folder / STRIP).read_bytes())) as picture:
+        # Closed, coloured, apart, and the door; knobs and buttons have no picture of their own.
+        assert picture.width > 4 * CELL_PX
+        assert np.asarray(picture).std() > 20
+
+
+def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) -> None:
+    vertices, faces, _ = together(box((0, 0, 0), (1, 1, 1)))
+    mesh = obj(tmp_path / "cube.obj", vertices, faces)
+    done = work(Wish(mesh, tmp_path / "lib"))
+    assert isinstance(done, Done)
+    assert (done.code, done.folder, done.accepted) == ("ART001", None, False)
+    said = work(Wish(mesh, tmp_path / "lib", up=(0.0, 0.0, 1.0), front=(0.0, 0.0, 1.0)))
+    assert isinstance(said, Halt)
+    assert "stand upright" in said.says
+
+
+def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
+    vertices, faces, _ = together(*boxed_in())
+    part = PartDecision(kind=PartKind.DRAWER, box_m=((-0.24, -0.25, 0.03), (0.24, 0.33, 0.31)), travel_m=0.3)
+    said = Decisions(parts={"mine": part})
+    mesh = obj(tmp_path / "drawer.obj", vertices, faces)
+    built = build(Wish(mesh, tmp_path, size_m=0.66, decisions=said, **AXES))
+    mine = next(p for p in built.found.parts if p.name == "mine")
+    assert len(mine.faces)
+    folder = tmp_path / "staged"
+    folder.mkdir()
+    after, went = settled(built, folder)
+    way = went["mine"]
+    joint = after.asset.joint_of("mine")
+    assert joint is not None
+    assert way.whole
+    # The handle stands 0.08 m off the post.
+    assert 0.06 <= joint.range[1] <= 0.081
+
+
+def test_travel_tells_a_contact_from_none(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    built = build(Wish(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path, **AXES))
+    folder = tmp_path / "staged"
+    folder.mkdir()
+    built, went = settled(built, folder)
+    assert all(t.whole for t in went.values())
+    # Turned the wrong way, the door runs into the case.
+    wide = built.asset.replace(
+        joints=tuple(j.replace(axis=(0.0, 0.0, -1.0)) if j.child == "door" else j for j in built.asset.joints)
+    )
+    disk.write_files(folder, mjcf.write(wide))
+    door = next(t for t in travels(wide, folder / "model.xml") if t.joint == "microjoint")
+    assert door.free < 0.1
+    assert door.against == "object"
+    assert not door.whole
+
+
+def test_the_review_page_begins_with_the_doubtful(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    out = tmp_path / "lib"
+    good = work(Wish(obj(tmp_path / "microwave.obj", vertices, faces), out, preview=True, **AXES))
+    assert isinstance(good, Done)
+    bad = Done(tmp_path / "<cube>.obj", code="ART001", says="no moving part found")
+    page = articulate_review.write(out, [good, bad]).read_text(encoding="utf-8")
+    assert page.index("&lt;cube&gt;.obj") < page.index("microwave.obj")
+    assert f"{STRIP}" in page
+    assert good.folder is not None
+    assert (out / "microwave" / good.folder.name / STRIP).is_file()
+
+
+@pytest.mark.parametrize("words", [("--up", "sideways"), ("--front", "+q")])
+def test_misuse_is_told(words: tuple[str, str], tmp_path: Path) -> None:
+    from typer.testing import CliRunner
+
+    from casa_assets.cli.main import app
+
+    mesh = tmp_path / "m.obj"
+    mesh.write_text("v 0 0 0\n", encoding="utf-8")
+    result = CliRunner().invoke(app, ["articulate", str(mesh), *words])
+    assert result.exit_code == 2
