@@ -10,6 +10,7 @@ from casa_assets.checks.check import Measured
 from casa_assets.checks.motion import STEP_S
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_load
+from casa_assets.checks.slim import slim
 from casa_assets.model.asset import Region
 
 BALL_M = 0.06  # diameter
@@ -60,15 +61,9 @@ def _radius(region: Region) -> float:
 def _with_balls(package: Package, regions: list[Region]) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """The asset with a ball just above the floor of each region; balls do not touch each other."""
     spec = mujoco.MjSpec.from_file(str(package.mjcf))
-    for geom in list(spec.geoms):
-        if geom.contype == 0 and geom.conaffinity == 0:
-            spec.delete(geom)
-    for thing in [*spec.materials, *spec.textures, *spec.keys]:
-        spec.delete(thing)
-    used = {geom.meshname for geom in spec.geoms}
-    for mesh in list(spec.meshes):
-        if mesh.name not in used:
-            spec.delete(mesh)
+    slim(spec)
+    for key in list(spec.keys):
+        spec.delete(key)
     spec.option.timestep = STEP_S
     for region in regions:
         radius = _radius(region)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from casa_assets.checks.built import is_built
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_load
+from casa_assets.checks.slim import slim
 from casa_assets.checks.sweep import alert
 from casa_assets.model.asset import Asset, Joint, JointKind
 from casa_assets.model.pose import Pose
@@ -57,16 +58,7 @@ def _movable(path: Path, digest: str) -> Movable:
     spec = mujoco.MjSpec.from_file(str(path))
     for pair in list(spec.excludes):
         spec.delete(pair)
-    # Pictures take time to load and touch nothing.
-    for geom in list(spec.geoms):
-        if geom.contype == 0 and geom.conaffinity == 0:
-            spec.delete(geom)
-    for image in [*spec.materials, *spec.textures]:
-        spec.delete(image)
-    used = {geom.meshname for geom in spec.geoms}
-    for mesh in list(spec.meshes):
-        if mesh.name not in used:
-            spec.delete(mesh)
+    slim(spec)
     spec.option.timestep = STEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)

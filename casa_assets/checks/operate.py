@@ -14,6 +14,7 @@ import numpy.typing as npt
 from casa_assets.checks.machine import Stimulus
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_load
+from casa_assets.checks.slim import slim
 from casa_assets.model.record import Vec2
 
 # A fingertip, as a sphere; how deep it goes in where it touches; where it waits; metres.
@@ -98,15 +99,7 @@ def operated(package: Package) -> Operated | None:
 def _operated(path: Path, digest: str) -> Operated:
     assert digest, "names the content of the file in the cache"
     spec = mujoco.MjSpec.from_file(str(path))
-    for geom in list(spec.geoms):
-        if geom.contype == 0 and geom.conaffinity == 0:
-            spec.delete(geom)
-    for image in [*spec.materials, *spec.textures]:
-        spec.delete(image)
-    used = {geom.meshname for geom in spec.geoms}
-    for mesh in list(spec.meshes):
-        if mesh.name not in used:
-            spec.delete(mesh)
+    slim(spec)
     for key in list(spec.keys):
         spec.delete(key)
     tip = spec.worldbody.add_body(name=TIP, mocap=True)

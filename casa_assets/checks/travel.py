@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from casa_assets.checks.force import CHUNK, LONGEST_S, hand_effort
 from casa_assets.checks.motion import STEP_S, far, opened
+from casa_assets.checks.slim import slim
 from casa_assets.checks.sweep import moved_by
 from casa_assets.model.asset import Asset, Joint, JointKind
 
@@ -21,8 +22,6 @@ BEYOND_M = 0.001
 ALL = 0.95
 # Poses at which a sweep looks: enough for a corner of a door of 0.6 m to go 20 mm between two.
 POSES = 48
-# What turns round and round is looked at over one turn.
-_NOTHING: dict[tuple[int, int], float] = {}
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,9 @@ def travels(asset: Asset, model_xml: Path, pushed: bool = True) -> tuple[Travel,
         ValueError: MuJoCo cannot read the file.
     """
     spec = mujoco.MjSpec.from_file(str(model_xml))
-    _bare(spec)
+    slim(spec)
+    spec.option.timestep = STEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     written = spec.compile()
     for pair in list(spec.excludes):
         spec.delete(pair)
@@ -68,21 +69,6 @@ def travels(asset: Asset, model_xml: Path, pushed: bool = True) -> tuple[Travel,
         free, against = _free(open_to_all, asset, joint)
         found.append(Travel(joint.name, free, against, _reached(written, asset, joint) if pushed else free))
     return tuple(found)
-
-
-def _bare(spec: mujoco.MjSpec) -> None:
-    """Take out what touches nothing: it takes time to load."""
-    for geom in list(spec.geoms):
-        if geom.contype == 0 and geom.conaffinity == 0:
-            spec.delete(geom)
-    for image in [*spec.materials, *spec.textures]:
-        spec.delete(image)
-    used = {geom.meshname for geom in spec.geoms}
-    for mesh in list(spec.meshes):
-        if mesh.name not in used:
-            spec.delete(mesh)
-    spec.option.timestep = STEP_S
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 
 
 def _free(model: mujoco.MjModel, asset: Asset, joint: Joint) -> tuple[float, str]:
@@ -107,8 +93,6 @@ def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: npt.NDArray[np.bo
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_collision(model, data)
-    if data.ncon == 0:
-        return _NOTHING
     geom, dist = data.contact.geom, data.contact.dist
     mine = moved[model.geom_bodyid[geom]]
     apart = (mine[:, 0] != mine[:, 1]) & (dist < 0) & (model.geom_bodyid[geom] > 0).all(axis=1)

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
+
+from casa_assets.cli.progress import bar
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.families import Built
@@ -104,14 +106,7 @@ def build(
     console = Console(stderr=json_)
     wanted = wishes([] if all_ else names or [], samples, seed, presets or not samples)
     results: list[Built] = []
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as progress:
+    with bar(console) as progress:
         task = progress.add_task("building", total=len(wanted))
         for done in build_all(wanted, library, jobs, pictures):
             results.append(done)

@@ -12,9 +12,9 @@ import typer
 from rich import box
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from casa_assets.cli.progress import bar
 from casa_assets.cli.words import plain
 
 if TYPE_CHECKING:
@@ -57,14 +57,7 @@ def ingest(
     console = Console(stderr=json_)
     events: list[Event] = []
     bad = 0
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as progress:
+    with bar(console) as progress:
         task = progress.add_task("looking", total=None)
         with closing(run(sources, options)) as running:
             for event in running:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
+
+from casa_assets.cli.progress import bar
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.scenes import SceneBuilt
@@ -29,14 +30,7 @@ def follow(done_ones: Iterator[SceneBuilt], count: int, word: str, console: Cons
             output.
     """
     results: list[SceneBuilt] = []
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as progress:
+    with bar(console) as progress:
         task = progress.add_task(word, total=count)
         for done in done_ones:
             results.append(done)

@@ -9,9 +9,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from casa_assets.cli.progress import bar
 from casa_assets.model.surface import Surface
 
 app = typer.Typer(
@@ -69,7 +69,7 @@ def make(
 
     wanted = chosen(names or [], surfaces or [])
     console = Console(stderr=json_)
-    with _progress(console) as progress:
+    with bar(console) as progress:
         task = progress.add_task("painting", total=len(wanted))
         for one in wanted:
             paths = write_finish(one, out / one.surface.value, _cache(out), size)
@@ -100,7 +100,7 @@ def sheet(
     groups = (
         {s.value: [r for r in wanted if r.surface is s] for s in Surface} if not names else {"chosen": list(wanted)}
     )
-    with _progress(console) as progress:
+    with bar(console) as progress:
         task = progress.add_task("painting", total=len(wanted))
         for title, rows in groups.items():
             cells = []
@@ -134,7 +134,7 @@ def check(
     wanted = chosen(names or [], surfaces or [])
     console = Console(stderr=json_)
     done: list[Checked] = []
-    with _progress(console) as progress:
+    with bar(console) as progress:
         task = progress.add_task("checking", total=len(wanted))
         for one in check_recipes(wanted, _cache(out), jobs):
             done.append(one)
@@ -195,17 +195,6 @@ def ingest(
     console.print(f"{taken} pictures taken, {len(report.pack.refused)} left out; {escape(str(report.folder))} {state}")
     if report.pack.refused:
         raise typer.Exit(1)
-
-
-def _progress(console: Console) -> Progress:
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    return Progress(*columns, console=console, transient=True)
 
 
 def _cache(out: Path) -> Path:
