@@ -102,7 +102,11 @@ def _draft(
 
 def _document(scene: Scene, drafts: list[body.Draft], parts: Stock, folder: str, spared: bool) -> bytes:
     root = etree.Element("mujoco", {"model": scene.id})
-    etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"})
+    compiler = {"angle": "radian", "autolimits": "true"}
+    if spared:
+        # What never moves becomes one body with the world, and MuJoCo has about half as many poses to find each step.
+        compiler["fusestatic"] = "true"
+    etree.SubElement(root, "compiler", compiler)
     option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": number.numbers(scene.gravity)}
     # Several contacts between a pair of meshes, so that what stands does not rock. MuJoCo 4 does so by itself.
     etree.SubElement(etree.SubElement(root, "option", option), "flag", {"multiccd": "enable"})
