@@ -12,6 +12,9 @@ from casa_assets.geometry.measure import signed_volume
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+# What is so much above the lowest point, as a share of the longest side, is as low.
+LEVEL = 1e-6
+
 
 def convex_hull(points: Floats) -> tuple[Floats, Ints]:
     """Hull of a point cloud.
@@ -76,6 +79,8 @@ def hull_volume(points: Floats) -> float:
 def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
     """Hull of at most `limit` vertices: grown from the outermost points, always by the point that sticks out most.
 
+    What stands level on a flat bottom of the hull stands level on this one.
+
     Args:
         points: (N, 3). limit: most vertices.
     Returns:
@@ -90,7 +95,7 @@ def small_hull(points: Floats, limit: int = 64) -> tuple[Floats, Ints]:
     # volume there. What is equally far but for the last bits, as in every round shape, has to be so on every machine.
     even, stretch = _evened(cloud)
     reach = float(np.ptp(cloud, axis=0).max())
-    chosen = _outermost(cloud)[:limit]
+    chosen = list(dict.fromkeys([*_outermost(cloud), *_standing(cloud, reach)]))[:limit]
     while len(chosen) < limit:
         try:
             planes = ConvexHull(even[chosen]).equations
@@ -120,6 +125,13 @@ def _evened(cloud: Floats) -> tuple[Floats, Floats]:
 def _outermost(cloud: Floats) -> list[int]:
     """Indices of the extreme points in 26 directions, ascending."""
     return sorted({int(i) for d in _directions() for s in [(cloud @ d).round(9)] for i in (s.argmax(), s.argmin())})
+
+
+def _standing(cloud: Floats, reach: float) -> list[int]:
+    """Indices of the corners of what is lowest, by the eight directions of a compass; ascending."""
+    lowest = np.flatnonzero(cloud[:, 2] <= cloud[:, 2].min() + LEVEL * reach)
+    compass = np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if (x, y) != (0, 0)], dtype=np.float64)
+    return sorted({int(lowest[(cloud[lowest, :2] @ d).round(9).argmax()]) for d in compass})
 
 
 def _directions() -> Floats:

@@ -17,7 +17,7 @@ from casa_assets.model.category import Category
 from casa_assets.model.material import Material, Substance
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
-from casa_assets.model.provenance import Labels, Provenance
+from casa_assets.model.provenance import Labels
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 from casa_assets.model.source import Source
 
@@ -59,19 +59,7 @@ def assemble(
         materials=materials,
         substances=(substance,),
         labels=Labels(category=category.id, classes=classes, qcode=category.qcode),
-        provenance=Provenance(
-            source=source.kind.value,
-            path=source.path,
-            sha256=sha256,
-            uid=source.uid,
-            title=source.title,
-            author=source.author,
-            licence=source.licence,
-            uri=source.uri,
-            prompt=source.prompt,
-            generator=source.generator,
-            guesses=draft.guesses,
-        ),
+        provenance=source.provenance(sha256, draft.guesses),
     )
 
 

@@ -12,6 +12,7 @@ from pydantic import Field
 from casa_assets.model.issue import Issue
 from casa_assets.model.material import Material
 from casa_assets.model.mesh import Mesh
+from casa_assets.model.provenance import Guess, Provenance
 from casa_assets.model.record import Id, Record
 
 
@@ -48,6 +49,22 @@ class Source(Record):
     generator: str = ""
     category: str = ""
     hints: tuple[str, ...] = ()
+
+    def provenance(self, sha256: str, guesses: tuple[Guess, ...]) -> Provenance:
+        """Where an asset made of this comes from: what the source states, the digest of its bytes, and what was guessed."""
+        return Provenance(
+            source=self.kind.value,
+            path=self.path,
+            sha256=sha256,
+            uid=self.uid,
+            title=self.title,
+            author=self.author,
+            licence=self.licence,
+            uri=self.uri,
+            prompt=self.prompt,
+            generator=self.generator,
+            guesses=guesses,
+        )
 
 
 class Bundle(Record):

@@ -11,8 +11,9 @@ import numpy as np
 from casa_assets import registry
 from casa_assets.articulate.assemble import Brief, assemble
 from casa_assets.articulate.decisions import GIVEN, Decisions, applied, direction
-from casa_assets.articulate.frame import given_frame, guess_frame
+from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.infer import infer
+from casa_assets.articulate.kind import kind_named
 from casa_assets.articulate.naming import named
 from casa_assets.articulate.pieces import TOP
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan
@@ -26,7 +27,7 @@ from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.asset import Asset
 from casa_assets.model.category import Category
-from casa_assets.model.provenance import Guess, Provenance
+from casa_assets.model.provenance import Guess
 from casa_assets.model.record import Vec3
 from casa_assets.model.source import RawModel, Source, Up
 
@@ -107,26 +108,27 @@ def build(wish: Wish) -> Built:
     model = load(bundle, known.limits)
     soup = soup_of(*triangles(model))
     category, sure, because = _category(one, wish)
-    unit, certain, size, longest = _unit(soup, model, wish, category if sure > 0.2 else None)
-    frame = _frame(soup, model, wish).replace(metres=soup.diagonal * unit)
+    frame = _frame(soup, model, wish)
     placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
+    unit, certain, size = _unit(longest, model, wish, category if sure > 0.2 else None)
+    frame = frame.replace(metres=unit / frame.scale)
     found = infer(placed, frame, category.id if sure > 0.2 else "")
     found = applied(found, placed, wish.decisions)
     if not found.parts:
         raise Rejected(NOTHING_MOVES, f"{wish.mesh.name}: no moving part found")
     model, placed, found = opened(model, placed, found)
+    guesses = (
+        Guess(subject="category", value=category.id, confidence=round(sure, 2), because=because),
+        Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, because=size),
+    )
     brief = Brief(
         asset_id=f"{category.id}_{bundle.sha256[:10]}",
-        metres=soup.diagonal * unit,
+        metres=unit / frame.scale,
         category=category,
         classes=known.classes_of(category),
         substance=known.substances[category.substance],
-        provenance=_provenance(
-            one.source,
-            bundle.sha256,
-            Guess(subject="category", value=category.id, confidence=round(sure, 2), because=because),
-            Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, because=size),
-        ),
+        provenance=one.source.provenance(bundle.sha256, guesses),
     )
     asset = assemble(model, placed, found, brief)
     words = ((sure, because), (certain, size))
@@ -145,11 +147,10 @@ def kind_of(one: Found, ordered: str) -> tuple[Category, float, str]:
     known = registry.load()
     if ordered:
         return known.fixtures.get(ordered) or known.category(ordered), 1.0, GIVEN
-    for hint in (one.source.category, *one.source.hints):
-        words = hint.lower().replace("-", "_")
-        best = next((c for name, c in sorted(known.fixtures.items(), key=lambda i: -len(i[0])) if name in words), None)
-        if best is not None:
-            return best, 0.8, f"{best.id!r} in {hint!r}"
+    hints = [h for h in (one.source.category, *one.source.hints) if h]
+    named_kind = kind_named(hints)
+    if named_kind is not None:
+        return known.fixtures[named_kind.id], named_kind.confidence, named_kind.evidence
     return known.category(registry.FALLBACK), 0.1, "nothing names it"
 
 
@@ -160,14 +161,13 @@ def _category(one: Found, wish: Wish) -> tuple[Category, float, str]:
     return guessed if wanted in ("", guessed[0].id) else kind_of(one, wanted)
 
 
-def _unit(soup: Soup, model: RawModel, wish: Wish, category: Category | None) -> tuple[float, float, str, float]:
-    """Metres to a unit, how sure, why, and the longest side in units."""
-    longest = float(np.ptp(soup.points, axis=0).max())
+def _unit(longest: float, model: RawModel, wish: Wish, category: Category | None) -> tuple[float, float, str]:
+    """Metres to a unit of which the longest side has so many, how sure, and why."""
     unit, certain, why = metres_per_unit(longest, model.metres_per_unit, category.longest_m if category else None)
     wanted = wish.size_m or wish.decisions.size_m
     if wanted and abs(wanted / (longest * unit) - 1) > SAME_SIZE:
-        return wanted / longest, 1.0, GIVEN, longest
-    return unit, certain, why, longest
+        return wanted / longest, 1.0, GIVEN
+    return unit, certain, why
 
 
 def _frame(soup: Soup, model: RawModel, wish: Wish) -> Frame:
@@ -179,23 +179,10 @@ def _frame(soup: Soup, model: RawModel, wish: Wish) -> Frame:
     if up is not None and front is not None:
         if abs(float(np.dot(up, front))) > 1e-3:
             raise CasaError(f"{wish.mesh.name}: the front {front} does not stand upright on up {up}")
-        given = given_frame(soup, up, front)
+        given = guess_frame(soup, up, front, stated)
         guess = guess_frame(soup, stated=stated)
         return guess if np.allclose(guess.rotation, given.rotation, atol=1e-4) else given
     return guess_frame(soup, up, front, stated)
-
-
-def _provenance(source: Source, sha256: str, *guesses: Guess) -> Provenance:
-    return Provenance(
-        source=source.kind.value,
-        path=source.path,
-        sha256=sha256,
-        title=source.title,
-        author=source.author,
-        licence=source.licence,
-        uri=source.uri,
-        guesses=guesses,
-    )
 
 
 def _found(mesh: Path) -> Found:

@@ -77,7 +77,7 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     vertices, faces, _ = together(*boxed_in())
     part = PartDecision(kind=PartKind.DRAWER, box_m=((-0.24, -0.25, 0.03), (0.24, 0.33, 0.31)), travel_m=0.3)
     said = Decisions(parts={"mine": part})
-    mesh = obj(tmp_path / "drawer.obj", vertices, faces)
+    mesh = obj(tmp_path / "thing.obj", vertices, faces)
     built = build(Wish(mesh, tmp_path, size_m=0.66, decisions=said, **AXES))
     mine = next(p for p in built.found.parts if p.name == "mine")
     assert len(mine.faces)
