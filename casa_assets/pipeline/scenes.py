@@ -13,6 +13,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -242,14 +243,21 @@ def side_by_side(
 
     Raises:
         OutputError: the folder is held by another run or cannot be written.
+        CasaError: the system ended one of the processes, as it does when memory runs out.
     """
     place = disk.Library(out)
     count = min(jobs or os.cpu_count() or 1, max(1, len(recipes)))
     with place.locked():
         place.sweep()
         with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-            for done in as_completed([pool.submit(work, r) for r in recipes]):
-                yield done.result()
+            try:
+                for done in as_completed([pool.submit(work, r) for r in recipes]):
+                    yield done.result()
+            except BrokenProcessPool:
+                raise CasaError(
+                    f"{out}: the system ended a process, perhaps for want of memory; what was finished is kept: run it "
+                    f"again, with fewer processes than {count} (--jobs)"
+                ) from None
 
 
 def forget(out: Path, scene_id: str) -> None:

@@ -1,0 +1,35 @@
+"""A batch of scenes in processes of its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from casa_assets.errors import CasaError
+from casa_assets.pipeline.kitchens import Recipe
+from casa_assets.pipeline.scenes import SceneBuilt, side_by_side
+
+
+def dies(recipe: Recipe) -> SceneBuilt:
+    """As when memory runs out."""
+    os.kill(os.getpid(), signal.SIGKILL)
+    return SceneBuilt(recipe)
+
+
+def says(recipe: Recipe) -> SceneBuilt:
+    return SceneBuilt(recipe, says="as told")
+
+
+def test_a_process_that_the_system_ends_is_told(tmp_path: Path) -> None:
+    with pytest.raises(CasaError, match=r"--jobs"):
+        list(side_by_side(dies, [Recipe("galley", "rustic")], tmp_path, 1))
+
+
+def test_all_recipes_come_back(tmp_path: Path) -> None:
+    recipes = [Recipe("galley", "rustic"), Recipe("l_small", "rustic"), Recipe("u_small", "rustic")]
+    done = list(side_by_side(says, recipes, tmp_path, 2))
+    assert sorted(d.recipe.scene_id for d in done) == sorted(r.scene_id for r in recipes)
+    assert {d.says for d in done} == {"as told"}
