@@ -51,7 +51,7 @@ class Source(Record):
     hints: tuple[str, ...] = ()
 
     def provenance(self, sha256: str, guesses: tuple[Guess, ...]) -> Provenance:
-        """Where an asset made of this comes from: what the source states, the digest of its bytes, and what was guessed."""
+        """What an asset made of this says of its origin: the source's words, a digest of its bytes, and guesses."""
         return Provenance(
             source=self.kind.value,
             path=self.path,
