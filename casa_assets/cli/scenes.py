@@ -94,6 +94,7 @@ def check(
     out: Annotated[Path, typer.Option(help="Folder of the scenes.")] = OUT,
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
     anew: Annotated[bool, typer.Option("--anew", help="Also those that nothing has changed for.")] = False,
+    pictures: Annotated[bool, typer.Option(help="Draw an overview of each.")] = True,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per scene on standard output.")] = False,
 ) -> None:
     """Run every check on scenes, built first where they are missing: physics, openings, design, ways, tasks, parity.
@@ -110,7 +111,8 @@ def check(
         raise typer.BadParameter("name scenes, or give --all")
     recipes = all_recipes() if all_ else matching(scenes or [])
     console = Console(stderr=json_)
-    results = scene_news.follow(check_all(recipes, out, jobs, anew), len(recipes), "checking", console, json_)
+    done = check_all(recipes, out, jobs, anew, drawn=pictures)
+    results = scene_news.follow(done, len(recipes), "checking", console, json_)
     if not json_:
         scene_news.tabulate(results, out, console)
     scene_news.close(results, out, console)
@@ -124,6 +126,7 @@ def sample(
     seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 0,
     out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = OUT,
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
+    pictures: Annotated[bool, typer.Option(help="Draw an overview of each that passes.")] = True,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per scene on standard output.")] = False,
 ) -> None:
     """Draw kitchens by chance: plan, its lengths, style and textures. Only those that pass every check are kept.
@@ -136,7 +139,7 @@ def sample(
     from casa_assets.pipeline.scene_draws import draws, write_rejected
 
     recipes, console = draws(count, seed), Console(stderr=json_)
-    done = check_all(recipes, out, jobs, strict=True)
+    done = check_all(recipes, out, jobs, strict=True, drawn=pictures)
     results = scene_news.follow(done, len(recipes), "drawing", console, json_)
     path = write_rejected(out, seed, recipes, results)
     if not json_:

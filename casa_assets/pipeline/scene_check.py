@@ -44,15 +44,16 @@ REPORT, PAGE, MAP = "report.json", "report.html", "floor_map.png"
 SMALL = room.Frame(320, 240, 2)
 
 
-def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = False) -> SceneBuilt:
+def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = False, drawn: bool = True) -> SceneBuilt:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
     A scene that has not changed since it was checked is not checked again.
 
     Args:
-        out: folder of the scenes. anew: check it again. strict: what does not pass is not put in place.
+        out: folder of the scenes. anew: check it again. strict: what does not pass is not put in place. drawn: with an
+            overview; the check of what cameras see draws its own, small, and keeps none.
     """
-    done = made(recipe, out, Order(judge=judge, strict=strict))
+    done = made(recipe, out, Order(drawn=drawn, judge=judge, strict=strict))
     if not done.kept:
         return done
     folder = Path(done.folder)
@@ -155,11 +156,16 @@ def _kept(folder: Path, key: str) -> Report | None:
 
 
 def check_all(
-    recipes: Sequence[Recipe], out: Path, jobs: int = 0, anew: bool = False, strict: bool = False
+    recipes: Sequence[Recipe],
+    out: Path,
+    jobs: int = 0,
+    anew: bool = False,
+    strict: bool = False,
+    drawn: bool = True,
 ) -> Iterator[SceneBuilt]:
     """Scenes in the order in which they are done, worked on by several processes.
 
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
-    return side_by_side(partial(check_one, out=out, anew=anew, strict=strict), recipes, out, jobs)
+    return side_by_side(partial(check_one, out=out, anew=anew, strict=strict, drawn=drawn), recipes, out, jobs)
