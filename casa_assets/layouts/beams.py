@@ -14,8 +14,10 @@ from casa_assets.model.units import UpperKind
 
 APART = 1.1  # metres from beam to beam
 FEWEST, MOST = 3, 8
+USUAL_OFF = 2  # how many more or fewer than usual look as well
 HALF = 0.12  # half the width of a beam, and play
 HOOD_DEPTH = 0.55
+CHIMNEY = 0.5  # width of what reaches the ceiling of most hoods, metres, and play
 
 
 @dataclass(frozen=True)
@@ -59,20 +61,30 @@ def beams_of(
     (x0, y0), (x1, y1) = room.bounds()
     rows = [lines[lamps.over] for lamps in plan.lamps if lamps.over is not None and lamps.over in lines]
     ways = (rows[0].frame.quarter % 2 == 0,) if rows else (False, True)
-    works = [w for along_x in ways for w in _beamworks(along_x, *((y0, y1) if along_x else (x0, x1)))]
-    return next((w for w in works if not any(w.crosses(*h) for h in _hoods(slots, w.along_x))), works[0])
+    usual, every = (
+        [w for along_x in ways for w in _beamworks(along_x, *((y0, y1) if along_x else (x0, x1)), off)]
+        for off in (USUAL_OFF, MOST)
+    )
+    for works, reach in ((usual, None), (every, None), (every, CHIMNEY)):
+        clear = (w for w in works if not any(w.crosses(*h) for h in _hoods(slots, w.along_x, reach)))
+        found = next(clear, None)
+        if found is not None:
+            return found
+    return usual[0]
 
 
-def _beamworks(along_x: bool, low: float, high: float) -> list[Beamwork]:
-    """Beams across a room, the usual number first, then some more or fewer."""
+def _beamworks(along_x: bool, low: float, high: float, off: int) -> list[Beamwork]:
+    """Beams across a room, the usual number first, then up to so many more or fewer."""
     usual = min(max(round((high - low) / APART), FEWEST), MOST)
     counts = sorted(range(FEWEST, MOST + 1), key=lambda n: (abs(n - usual), n))
-    return [Beamwork(along_x, low, high, n) for n in counts if abs(n - usual) <= 2]
+    return [Beamwork(along_x, low, high, n) for n in counts if abs(n - usual) <= off]
 
 
-def _hoods(slots: Mapping[str, Sequence[Slot]], along_x: bool) -> Iterator[Vec2]:
-    """From where to where hoods reach across the beams, metres."""
+def _hoods(slots: Mapping[str, Sequence[Slot]], along_x: bool, wide: float | None) -> Iterator[Vec2]:
+    """From where to where hoods reach across the beams, metres; of each no more than the middle that is so wide."""
     axis = 1 if along_x else 0
     for slot in (s for row in slots.values() for s in row if s.kind is UpperKind.HOOD):
-        ends = [slot.line.frame.at(u, v)[axis] for u in (slot.left, slot.right) for v in (0.0, HOOD_DEPTH)]
+        middle, half = (slot.left + slot.right) / 2, (slot.right - slot.left) / 2
+        half = half if wide is None else min(half, wide / 2)
+        ends = [slot.line.frame.at(u, v)[axis] for u in (middle - half, middle + half) for v in (0.0, HOOD_DEPTH)]
         yield min(ends), max(ends)

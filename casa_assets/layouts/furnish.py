@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from casa_assets.errors import Misfit
@@ -13,6 +14,7 @@ from casa_assets.layouts.room import Room, metres
 from casa_assets.layouts.runs import Line, Slot
 from casa_assets.layouts.wanted import Depth, Height, Order, Spot, Wanted
 from casa_assets.model.plan import Plan
+from casa_assets.model.record import Vec2
 from casa_assets.model.style import Choice
 from casa_assets.model.units import Side
 
@@ -115,8 +117,9 @@ def order_hangings(
 def order_lamps(
     order: Order, plan: Plan, room: Room, lines: Mapping[str, Line], models: Models, beams: Beamwork | None
 ) -> None:
-    """Lamps under the ceiling, between its beams."""
+    """Lamps under the ceiling, between its beams; none of the room's where one over an island hangs already."""
     (x0, y0), (x1, y1) = room.bounds()
+    hung: list[Vec2] = []
     for n, lamps in enumerate(plan.lamps):
         if not models.has(lamps.item):
             continue
@@ -128,6 +131,10 @@ def order_lamps(
         for k, (frame, u, v) in enumerate(_hung_at(lamps.over, count, lines, (x0, y0, x1, y1), room)):
             if beams is not None:
                 u, v = frame.of(*beams.between(*frame.at(u, v)[:2]))
+            x, y, _ = frame.at(u, v)
+            if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_ASIDE for a, b in hung):
+                continue
+            hung.append((x, y))
             # A long lamp hangs along the beams; over a run they go its way already.
             turn = 90.0 if beams is not None and not beams.along_x and lamps.over is None else 0.0
             spot = Spot(frame, u, v, room.height - 0.001, turn, Depth.MIDDLE, Height.HEAD)
