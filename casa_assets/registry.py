@@ -51,7 +51,7 @@ class Registry:
         limits, limit_units: numbers and their units by key.
         waivers: in file order.
         digest: sha256 of the contents of all files.
-        vocabulary: ids and aliases of the categories, for free words.
+        vocabulary: ids, aliases and LVIS names of the categories, for free words.
     """
 
     categories: Mapping[str, Category]
@@ -187,6 +187,15 @@ def borrowed(qcode: QCode) -> QCode:
     return qcode.replace(certainty=Certainty.PARENT)
 
 
+def read_span(value: Any, document: Document, path: Path_) -> Any:
+    """The fields of a span from its short form, a list of three; anything else as it is."""
+    if not isinstance(value, list):
+        return value
+    if len(value) != 3:
+        raise document.fault(path, "[low, typical, high]", repr(value))
+    return dict(zip(("low", "typical", "high"), value, strict=True))
+
+
 def read_categories(
     document: Document, classes: Mapping[str, Class], substances: Mapping[str, Substance]
 ) -> dict[str, Category]:
@@ -197,10 +206,10 @@ def read_categories(
     for name, stated in document.value.items():
         row = dict(stated) if isinstance(stated, dict) else stated
         for field in ("longest_m", "mass_kg") if isinstance(row, dict) else ():
-            if isinstance(span := row.get(field), list):
-                if len(span) != 3:
-                    raise document.fault((name, field), "[low, typical, high]", repr(span))
-                row[field] = dict(zip(("low", "typical", "high"), span, strict=True))
+            if isinstance(row.get(field), list):
+                row[field] = read_span(row[field], document, (name, field))
+        if isinstance(row, dict) and isinstance(row.get("size_m"), list):
+            row["size_m"] = [read_span(span, document, (name, "size_m", i)) for i, span in enumerate(row["size_m"])]
         if isinstance(row, dict) and str(row.get("parent")) in classes:
             row.setdefault("qcode", borrowed(classes[row["parent"]].qcode))
         elif isinstance(row, dict) and "parent" in row:
@@ -234,13 +243,16 @@ def read_contracts(pages: Sequence[Path]) -> dict[str, Contract]:
 def read_vocabulary(document: Document, categories: Mapping[str, Category], words: Words) -> Vocabulary:
     """What each id and alias names. Raises RegistryError where two categories claim a name."""
     names = [(c.id, c.id) for c in categories.values() if c.id != FALLBACK]
-    names += [(alias, c.id) for c in categories.values() for alias in c.aliases]
+    names += [(alias, c.id) for c in categories.values() for alias in (*c.aliases, *c.lvis)]
     try:
         return Vocabulary.of(names, words.weak, words.breaks)
     except ValueError as error:
         name = str(error)
         claims: list[Path_] = [
-            (c.id, "aliases", c.aliases.index(name)) for c in categories.values() if name in c.aliases
+            (c.id, field, row.index(name))
+            for c in categories.values()
+            for field, row in (("aliases", c.aliases), ("lvis", c.lvis))
+            if name in row
         ]
         raise document.fault([(name,), *claims][-1], "a name that no other category has", repr(name)) from None
 

@@ -17,6 +17,7 @@ from casa_assets import __version__
 from casa_assets.cli.articulate import articulate
 from casa_assets.cli.checks import checks
 from casa_assets.cli.doctor import doctor
+from casa_assets.cli.export import app as export
 from casa_assets.cli.families import app as families
 from casa_assets.cli.fetch import fetch
 from casa_assets.cli.index import index
@@ -45,6 +46,7 @@ app.add_typer(families)
 app.add_typer(textures)
 app.add_typer(scenes)
 app.add_typer(scene)
+app.add_typer(export)
 
 
 class Stopped(BaseException):

@@ -1,0 +1,91 @@
+"""What RoboCasa keeps of its object categories, for those of ours: entries of OBJ_CATEGORIES, one table per generation.
+
+An entry holds the types and attributes of a category and, per object registry, where its models are. Ours are three
+registries: all instances, those to train with and those to test with. RoboCasa's own splits follow the order of file
+names, so that an instance changes sides when another comes; ours follow the digest of the instance's source.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from casa_assets.model.category import Affordance, Category
+from casa_assets.model.contract import Generation
+from casa_assets.model.provenance import Split
+from casa_assets.model.record import Id, Record
+
+FOLDER = "objects"
+# Attributes of a category that a generation knows. Ref: robocasa v0.2 and v1.0, kitchen_object_utils.
+_FIRST = (
+    Affordance.GRASPABLE,
+    Affordance.WASHABLE,
+    Affordance.MICROWAVABLE,
+    Affordance.COOKABLE,
+    Affordance.FREEZABLE,
+)
+ATTRIBUTES: Mapping[Generation, tuple[Affordance, ...]] = {
+    Generation.V0_2: _FIRST,
+    Generation.V1_0: (*_FIRST, Affordance.FRIDGABLE, Affordance.DISHWASHABLE),
+}
+
+
+class Instance(Record):
+    """One object of the export.
+
+    Attributes:
+        id: of the asset, and name of its folder. category: id. split: what it is kept for.
+    """
+
+    id: Id
+    category: Id
+    split: Split
+
+
+def place(instance: Instance, registry: str) -> str:
+    """Folder of an instance below the root of the export."""
+    return f"{FOLDER}/{registry}/{instance.category}/{instance.id}"
+
+
+def names(registry: str) -> dict[str, Split | None]:
+    """Object registry -> which instances it has (None: all)."""
+    return {registry: None, **{f"{registry}_{split.value}": split for split in Split}}
+
+
+def tables(
+    instances: Sequence[Instance], categories: Mapping[str, Category], registry: str
+) -> dict[Generation, dict[str, Any]]:
+    """For each generation: category -> entry, sorted. Registries in which a category has no instance are left out of
+    its entry, since the runtime cannot draw from an empty one."""
+    return {
+        generation: {
+            name: _entry(categories[name], [i for i in instances if i.category == name], registry, generation)
+            for name in sorted({i.category for i in instances})
+        }
+        for generation in Generation
+    }
+
+
+def _entry(category: Category, own: Sequence[Instance], registry: str, generation: Generation) -> dict[str, Any]:
+    entry: dict[str, Any] = {"types": [kind.value for kind in category.types]}
+    entry |= {use.value: category.can(use) for use in ATTRIBUTES[generation]}
+    for name, split in names(registry).items():
+        if any(split in (None, i.split) for i in own):
+            entry[name] = {
+                "model_folders": [f"{registry}/{category.id}"],
+                "exclude": sorted(i.id for i in own if split not in (None, i.split)),
+                # Our models have their real size. A float: the runtime tells numbers from lists by it.
+                "scale": 1.0,
+            }
+    return entry
+
+
+def file_name(generation: Generation) -> str:
+    """Name of the file of a generation's entries."""
+    return f"categories_{generation.value}.json"
+
+
+def text(data: Any) -> bytes:
+    """JSON for people and programs, sorted, ASCII."""
+    return (json.dumps(data, sort_keys=True, indent=1, allow_nan=False) + "\n").encode("ascii")

@@ -1,0 +1,115 @@
+"""A lying object stood up: its document turned by a quarter, as toasters and cups are filled.
+
+Ref: robocasa v1.0 reads `model_upright.xml` beside `model.xml` where a task asks for it (slices of bread, straws).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import numpy.typing as npt
+from lxml import etree
+
+from casa_assets.export.mjcf import number
+from casa_assets.model.asset import Asset
+from casa_assets.model.pose import Pose
+
+Floats = npt.NDArray[np.float64]
+# Longer than this many times its width it stands on end (a straw), else on its edge (a slice of bread).
+SLENDER = 2.5
+AROUND_X = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # y goes up
+AROUND_Y = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # x goes up
+
+
+def turn_of(asset: Asset) -> Pose:
+    """stood_from_lying: a quarter turn, and the move that brings the middle of its footprint back to the origin.
+
+    What is taller than wide already is not turned.
+    """
+    low, high = asset.bounds
+    x, y, z = high - low
+    if z >= max(x, y):
+        return Pose()
+    rotation = AROUND_Y if x > SLENDER * y else AROUND_X
+    corners = np.array([low, high]) @ rotation.T
+    lower, upper = corners.min(axis=0), corners.max(axis=0)
+    matrix = np.eye(4)
+    matrix[:3, :3] = rotation
+    matrix[:3, 3] = -(lower[0] + upper[0]) / 2, -(lower[1] + upper[1]) / 2, -lower[2]
+    return Pose.from_matrix(matrix)
+
+
+def stand_up(root: etree._Element, asset: Asset) -> None:
+    """Turn everything in the document of an object in place; meshes and their files stay as they are."""
+    turn = turn_of(asset)
+    if turn == Pose():
+        return
+    outer = root.find("worldbody/body")
+    assert outer is not None, "the writer has made it"
+    placed = outer.find("body")
+    assert placed is not None, "the writer has made it"
+    for element in placed:
+        if element.tag == "inertial":
+            _turn_inertial(element, turn)
+        elif element.get("name", "").startswith("reg_") and element.get("type") == "box":
+            _turn_box(element, turn)
+        else:
+            _turn_pose(element, turn)
+    corners = turn.apply(asset.bounds)
+    lower, upper = corners.min(axis=0), corners.max(axis=0)
+    points = {
+        "bottom_site": (0.0, 0.0, lower[2]),
+        "top_site": (0.0, 0.0, upper[2]),
+        "horizontal_radius_site": (*(upper[:2] - lower[:2]) / 2, 0.0),
+    }
+    for site in outer.findall("site"):
+        if site.get("name", "") in points:
+            site.set("pos", _text(points[site.get("name", "")]))
+
+
+def _pose(element: etree._Element) -> Pose:
+    w, x, y, z = _numbers(element.get("quat", "1 0 0 0"))
+    return Pose(position=_point(element), quaternion=(w, x, y, z))
+
+
+def _point(element: etree._Element) -> tuple[float, float, float]:
+    x, y, z = _numbers(element.get("pos", "0 0 0"))
+    return x, y, z
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(word) for word in text.split()]
+
+
+def _turn_pose(element: etree._Element, turn: Pose) -> None:
+    pose = turn @ _pose(element)
+    element.set("pos", _text(pose.position))
+    if any(pose.quaternion[1:]):
+        element.set("quat", _text(pose.quaternion))
+    elif "quat" in element.attrib:
+        del element.attrib["quat"]
+
+
+def _turn_box(element: etree._Element, turn: Pose) -> None:
+    """A box along the axes stays one: runtimes do not look whether a region is turned."""
+    pose = turn @ _pose(element)
+    half = np.abs(pose.rotation) @ np.array(_numbers(element.get("size", "")))
+    element.set("pos", _text(pose.position))
+    element.set("size", _text(half))
+    if "quat" in element.attrib:
+        del element.attrib["quat"]
+
+
+def _turn_inertial(element: etree._Element, turn: Pose) -> None:
+    xx, yy, zz, xy, xz, yz = _numbers(element.get("fullinertia", ""))
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    spun = np.rint(turn.rotation) @ tensor @ np.rint(turn.rotation).T  # a quarter turn only changes places and signs
+    element.set("pos", _text(turn.apply(np.array([_point(element)]))[0]))
+    picked = (spun[0, 0], spun[1, 1], spun[2, 2], spun[0, 1], spun[0, 2], spun[1, 2])
+    element.set("fullinertia", number.numbers(picked))
+
+
+def _text(values: Iterable[float]) -> str:
+    """Without the dust of arithmetic: a quarter turn of nothing is nothing."""
+    return number.numbers(round(float(value), 12) for value in values)
