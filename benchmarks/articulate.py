@@ -6,7 +6,7 @@
 Prints the table of score.py for each variant and per type, seconds per mesh, and how often the frame was right.
 `--families` scores 40 appliances of this project's own families instead (CASA_SHARED is needed for score.py alone);
 `--travel` also builds each case and prints the share of joints that reach their declared range in MuJoCo under 20 N
-without a contact of over 1 mm beyond the rest one.
+without a contact of over 1 mm beyond the rest one; and of each case its kind, and whether it holds its contract.
 `--true-frame` gives the tool the up and front that the ground truth has: what the frame guess costs is the difference.
 """
 
@@ -165,6 +165,7 @@ def run(score: ModuleType, args: argparse.Namespace, variant: str) -> None:
     rng = np.random.default_rng(args.perturb)
     rows, seconds, right = [], [], 0
     went: dict[str, list[bool]] = {}
+    held: dict[str, str] = {}
     for name in names:
         case = score.Case(f"{score.CASES}/{name}", variant)
         if args.perturb is not None:
@@ -180,27 +181,36 @@ def run(score: ModuleType, args: argparse.Namespace, variant: str) -> None:
         if args.verbose:
             tell(rows[-1], good, took)
         if args.travel:
-            travel(Path(f"{score.CASES}/{name}/{variant}.obj"), went)
+            held[name] = travel(Path(f"{score.CASES}/{name}/{variant}.obj"), went)
     groups = [score.summarise(rows, "ALL")]
     kinds = sorted({r["category"] for r in rows})
     groups += [score.summarise([r for r in rows if r["category"] == k], k) for k in kinds]
     print(f"\n== {variant}: {len(names)} cases; frame right {right}; seconds median {np.median(seconds):.2f}", end=" ")
     print(f"p95 {np.percentile(seconds, 95):.2f}\n{score.table(groups)}\n\n{score.by_type(rows)}")
     for kind, whole in sorted(went.items()):
-        print(f"travel {kind}: {sum(whole)} of {len(whole)} joints reach their range under 20 N without a contact")
+        share = sum(whole) / len(whole)
+        says = "reach their range under 20 N, touching nothing"
+        print(f"travel {kind}: {sum(whole)} of {len(whole)} joints ({share:.1%}) {says}")
+    for name, holds in held.items():
+        print(f"contract {name}: {holds}")
     sys.stdout.flush()
 
 
-def travel(mesh: Path, went: dict[str, list[bool]]) -> None:
-    """Build a mesh and note for each joint whether it goes all its way, touching nothing; for all, and by type."""
+def travel(mesh: Path, went: dict[str, list[bool]]) -> str:
+    """Build a mesh and note for each joint whether it goes all its way, touching nothing; for all, and by type.
+
+    Returns the kind that it was taken for, and the contract that it holds or the first thing that it lacks for it.
+    """
     with tempfile.TemporaryDirectory() as folder:
         try:
             built, found = settled(build(Wish(mesh, Path(folder))), Path(folder))
         except Rejected:
-            return
+            return "nothing moves"
     for part in built.found.parts:
         for kind in ("ALL", part.kind.value):
             went.setdefault(kind, []).append(found[part.name].whole)
+    holds = f"holds {built.asset.contract}" if built.asset.contract else ": ".join(built.lacking[:2]) or "none aimed at"
+    return f"{built.category.id} ({built.sure[0]:.0%}): {holds}"
 
 
 def tell(row: dict[str, Any], good: bool, took: float) -> None:

@@ -1,33 +1,37 @@
-"""Weights of the frame guess: a conditional logit over members of the own families, each merged into one mesh.
+"""Weights of the frame guess, learned from members of the own families, each merged into one mesh.
 
-    python benchmarks/train_frame.py [--samples 6] [--presets 3]
+    python benchmarks/train_frame.py [--members 3] [--keep FOLDER]
 
-Prints the table WEIGHTS of casa_assets/articulate/frame.py and how many of the training members it gets right.
+First a conditional logit over what the six sides look like, then one over what the likeliest candidates let find when
+they are tried out, on the scores that families got while they were left out of the first. Prints the tables WEIGHTS
+and TRIAL_WEIGHTS and the number SHARPNESS of casa_assets/articulate/frame.py; how many looks are right when their
+family is left out of both, and how many of the guesses above a confidence are. `--keep` stores what was measured, and
+takes what is stored there.
 """
 
 from __future__ import annotations
 
 import argparse
+import pickle
 import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
+from frame_members import Bools, Floats, Ints, Mesh, changed, merged, panel, seen, table
 from scipy.optimize import minimize
 
 from casa_assets.articulate.evidence import FEATURES, evidence, facing, hidden_area
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frame import PIXELS, PRIOR_UP, given_frame
-from casa_assets.articulate.pieces import FRONT, SIDES, TOP, Pieces, measure
+from casa_assets.articulate.frame import PRIOR_UP, TRIED
+from casa_assets.articulate.pieces import FRONT, SIDES, TOP, Pieces
 from casa_assets.articulate.sides import look
-from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.trial import TRIALS, tried
 from casa_assets.families.catalog import family
-from casa_assets.model.asset import Asset
 from casa_assets.pipeline.families import Wish, build_asset, params_of
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
+Limit = tuple[float | None, float | None]
+Wanted = list[tuple[float, float, Limit]]
 
 FAMILIES = (
     *("base_cabinet", "wall_cabinet", "tall_cabinet", "drawer_stack", "sink_base", "island_base", "housing_microwave"),
@@ -37,47 +41,75 @@ FAMILIES = (
 )
 # Of these any side may be the front: they teach the top alone.
 ROUND = ("corner_cabinet_blind", "corner_cabinet_diagonal", "hood", "kettle", "stand_mixer", "blender", "sink")
-# Weight of the families in ROUND and of those that stand in a wall, against 1 of the others.
+# Plain things that are no family, by name.
+PLAIN: Mapping[str, Callable[[np.random.Generator], Mesh]] = {
+    "table": table,
+    "panel_front": lambda rng: panel(rng, False),
+    "panel_top": lambda rng: panel(rng, True),
+}
+ANY_FRONT = (*ROUND, "panel_top")
+# Weight of the families in ROUND, of those that stand in a wall, and of the plain ones, against 1 of the others.
 LESS, IN_WALLS = 0.4, ("door", "window")
 PAIRS = [(f, t) for f in range(len(SIDES)) for t in range(len(SIDES)) if f // 2 != t // 2]
-# Strength of the prior that weights are small; features are in units of their spread.
-RIDGE = 0.01
-# Every second look at a member is at one that was stretched along its axes by so much (a spread of logarithms), and of
-# these some have lost what is inside, some the borders of their pieces: files of others are not like ours.
-STRETCH, WITHOUT_INSIDE, IN_ONE = 0.13, 0.3, 0.25
+# Members are the first of a seed, mixed with presets; each is looked at as it is, and changed so often.
+SEED, CHANGED = 5, 2
+# Families that are left out together; the turns of a file that a fit looks at, every so manyth.
+FOLDS, EVERY = 6, 3
+# Strength of the priors of the weights: of looks that they are small, of trials that they are near what is expected;
+# numbers are in units of their spread.
+RIDGE, RIDGE_TRIAL = 0.01, 0.05
 # What a feature may say: for a candidate, against it; the others are left out. A weight that the families would turn
 # round is an accident of how we build.
 FOR = (
     *("front_detail", "front_juts", "front_knobs", "front_bars", "front_panels", "front_stands", "top_juts"),
     *("top_knobs", "symmetry", "front_level", "support", "shape", "bars_high", "knobs_high", "top_rings", "top_slots"),
-    *("knobs_near", "back_plain"),
+    *("knobs_near", "back_plain", "bottom_legs"),
 )
 AGAINST = (
     *("back_detail", "sides_detail", "back_juts", "bottom_juts", "sides_juts", "back_knobs", "sides_knobs"),
     *("top_bars", "back_bars", "bottom_bars", "sides_bars", "back_panels", "back_stands", "sides_stands"),
-    *("inside_upright", "low_mass"),
+    *("inside_upright", "low_mass", "top_legs"),
 )
+# What a trial is expected to say, log odds; it may say more or less, but not the opposite. Of the others the members
+# decide alone. Set by what kitchens are like, and nothing else.
+EXPECTED = {
+    "covered": 1.5,
+    "doors": 0.0,
+    "drawers": 0.0,
+    "boxed": 0.7,
+    "knobs": 0.3,
+    "buttons": 0.1,
+    "levers": 0.5,
+    "lids": 1.0,
+    "racks": 1.5,
+    "turntables": 1.5,
+    "surely": 2.0,
+    "joints": 1.0,
+    "held": 1.0,
+    "hinged_above": -1.5,
+    "nothing": -0.7,
+}
+# Score of what is not tried; weights below the second are left out; confidences that are reported.
+NEVER, LEAST = -1e3, 1e-3
+SURE = (0.5, 0.8, 0.9)
 
 
-def merged(asset: Asset) -> tuple[Floats, Ints]:
-    """All that is seen of an asset as one mesh: vertices and faces."""
-    points, faces, start = [], [], 0
-    for link in asset.links:
-        pose = asset.asset_from_link(link.name)
-        for visual in link.visuals:
-            points.append(pose.apply(visual.mesh.vertices))
-            faces.append(visual.mesh.faces.astype(np.int64) + start)
-            start += len(visual.mesh.vertices)
-    return np.concatenate(points), np.concatenate(faces)
+@dataclass(frozen=True)
+class Looks:
+    """All looks at members.
 
+    Attributes:
+        rows: (N, 24, len(FEATURES)) what the sides of each look like, for each pair of front and top.
+        true: (N, 24) right pairs. fold: (N,) which of the families left out together. weight: (N,).
+        trials: (N, 24, len(TRIALS)) of the pairs that were tried. has: (N, 24) which these are.
+    """
 
-def seen(points: Floats, faces: Ints, one: bool = False) -> Pieces:
-    """The pieces of a mesh that stands upright; `one` takes it all for one piece."""
-    soup = soup_of(points, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    label = fragment_labels(placed)
-    return measure(placed, np.minimum(label, 0) if one else label, PIXELS)
+    rows: Floats
+    true: Bools
+    fold: Ints
+    weight: Floats
+    trials: Floats
+    has: Bools
 
 
 def features(pieces: Pieces) -> Floats:
@@ -87,40 +119,70 @@ def features(pieces: Pieces) -> Floats:
     return np.array([evidence(pieces, sides, f, t, inside) for f, t in PAIRS])
 
 
-def changed(asset: Asset, rng: np.random.Generator) -> Pieces:
-    """The pieces of an asset as another modeller might have left it."""
-    points, faces = merged(asset)
-    points = points * np.exp(rng.normal(0.0, STRETCH, 3))
-    pieces = seen(points, faces)
-    if rng.random() < WITHOUT_INSIDE:
-        faces = faces[np.unique(np.concatenate([p.face[p.face >= 0] for p in pieces.pictures]))]
-    return seen(points, faces, one=bool(rng.random() < IN_ONE))
+def likeliest(rows: Floats, weights: Floats) -> Bools:
+    """(24,) pairs that are among the likeliest of a look, in a file that is turned some way, and the right one."""
+    best = np.max([rows @ weights + prior(turn) for turn in turns()], axis=0)
+    found: Bools = np.zeros(len(PAIRS), dtype=bool)
+    found[np.lexsort((np.arange(len(PAIRS)), -np.round(best, 9)))[: TRIED - 1]] = True
+    found[PAIRS.index((FRONT, TOP))] = True
+    return found
 
 
-def fitted(rows: Floats, true: Bools, weight: Floats) -> Floats:
-    """(len(FEATURES),) weights that make the true pairs likely in files with z up and with y up, turned to each side.
+def fitted(numbers: Floats, base: Floats, true: Bools, weight: Floats, wanted: Wanted) -> Floats:
+    """Weights that make the true pairs likely in files with z up and with y up, turned to each side.
 
     Args:
-        rows: (N, 24, len(FEATURES)). true: (N, 24). weight: (N,) of each member, summing to 1.
+        numbers: (N, 24, K). base: (N, 24) score that is given. true: (N, 24). weight: (N,).
+        wanted: strength of the prior of each weight, the weight that it is near, and its limits.
     """
-    spread = rows.reshape(-1, rows.shape[2]).std(axis=0) + 1e-9
-    scaled = rows / spread
-    priors = [prior(turn) for turn in turns()]
+    spread = numbers[base > NEVER / 2].std(axis=0) + 1e-3
+    scaled, ridge = numbers / spread, np.array([r for r, _, _ in wanted])
+    mean, limits = np.array([m for _, m, _ in wanted]) * spread, [k for _, _, k in wanted]
+    priors = [prior(turn) for turn in turns()[::EVERY]]
+    part_of = weight / weight.sum()
 
     def loss(b: Floats) -> tuple[float, Floats]:
-        value, slope = RIDGE * float(b @ b), 2 * RIDGE * b
+        value, slope = float(ridge @ (b - mean) ** 2), 2 * ridge * (b - mean)
         for known in priors:
-            score = scaled @ b + known
-            odds = np.exp(score - score.max(axis=1, keepdims=True))
-            share = odds / odds.sum(axis=1, keepdims=True)
+            share = shares(base + scaled @ b + known)
             right = share * true
             part = right.sum(axis=1, keepdims=True)
-            value -= float(weight @ np.log(part[:, 0] + 1e-30)) / len(priors)
-            slope = slope - weight @ ((right / part - share)[:, :, None] * scaled).sum(axis=1) / len(priors)
+            value -= float(part_of @ np.log(part[:, 0] + 1e-30)) / len(priors)
+            off = (right / (part + 1e-30) - share) * part_of[:, None]
+            slope = slope - np.einsum("np,npk->k", off, scaled) / len(priors)
         return value, slope
 
-    bounds = [(0, None) if n in FOR else (None, 0) if n in AGAINST else (0, 0) for n in FEATURES]
-    found: Floats = minimize(loss, np.zeros(rows.shape[2]), jac=True, bounds=bounds, method="L-BFGS-B").x / spread
+    found: Floats = minimize(loss, mean, jac=True, bounds=limits, method="L-BFGS-B").x / spread
+    return found
+
+
+def by_looks(looks: Looks, rows: Bools) -> Floats:
+    """(len(FEATURES),) weights that some looks teach."""
+    wanted = [(RIDGE, 0.0, _sign(1 if n in FOR else -1 if n in AGAINST else 0)) for n in FEATURES]
+    none = np.zeros(looks.true[rows].shape)
+    return fitted(looks.rows[rows], none, looks.true[rows], looks.weight[rows], wanted)
+
+
+def _sign(sign: int) -> Limit:
+    return (0.0, None) if sign > 0 else (None, 0.0) if sign < 0 else (0.0, 0.0)
+
+
+def by_trials(looks: Looks, scores: Floats, rows: Bools) -> Floats:
+    """(1 + len(TRIALS),) weight of the scores of the looks and of each trial, of pairs that were tried."""
+    numbers = np.concatenate([scores[:, :, None], looks.trials], axis=2)[rows]
+    base = np.where(looks.has[rows], 0.0, NEVER)
+    wanted: Wanted = [(0.0, 1.0, _sign(1))]
+    for name in TRIALS:
+        mean = EXPECTED.get(name)
+        limit = (None, None) if mean is None else _sign(1 if mean >= 0 else -1)
+        wanted.append((RIDGE_TRIAL, mean or 0.0, limit))
+    return fitted(numbers, base, looks.true[rows], looks.weight[rows], wanted)
+
+
+def shares(scores: Floats) -> Floats:
+    """Odds that sum to 1 over the last axis, of logarithms."""
+    odds = np.exp(scores - scores.max(axis=-1, keepdims=True))
+    found: Floats = odds / odds.sum(axis=-1, keepdims=True)
     return found
 
 
@@ -136,31 +198,94 @@ def prior(turn: Floats) -> Floats:
     return np.log([PRIOR_UP[facing(-turn @ SIDES[t][2])] for _, t in PAIRS])
 
 
+def members(name: str, count: int, keep: Path | None, cache: Path) -> Iterator[list[Pieces]]:
+    """The first members of a family, each as it is and as others might have left it."""
+    names = (*FAMILIES, *ROUND, *PLAIN)
+    for index in range(count):
+        stored = None if keep is None else keep / f"{name}.{index}.pickle"
+        if stored is not None and stored.exists():
+            yield pickle.loads(stored.read_bytes())
+            continue
+        rng = np.random.default_rng([SEED, names.index(name), index])
+        if name in PLAIN:
+            mesh = PLAIN[name](rng)
+        else:
+            mesh = merged(build_asset(family(name), params_of(_wish(name, index)), cache))
+        found = [seen(mesh), *(changed(mesh, rng) for _ in range(CHANGED))]
+        if stored is not None:
+            stored.parent.mkdir(parents=True, exist_ok=True)
+            stored.write_bytes(pickle.dumps(found))
+        yield found
+
+
+def _wish(name: str, index: int) -> Wish:
+    """Every third member is a preset, as long as there are some."""
+    presets = list(family(name).presets)
+    if index % 3 == 1 and index // 3 < len(presets):
+        return Wish(name, preset=presets[index // 3])
+    return Wish(name, seed=SEED, index=index)
+
+
+def learned(looks: Looks, names: Sequence[str]) -> tuple[Floats, Floats]:
+    """Weights of looks and of trials; prints how they do on families that neither has seen."""
+    every = np.ones(len(looks.rows), dtype=bool)
+    first, second = np.zeros(looks.true.shape), np.zeros(looks.true.shape)
+    for k in range(FOLDS):
+        out = looks.fold == k
+        first[out] = looks.rows[out] @ by_looks(looks, ~out)
+    for k in range(FOLDS):
+        out = looks.fold == k
+        sharpness, *trial = by_trials(looks, first, ~out).tolist()
+        second[out] = sharpness * first[out] + looks.trials[out] @ np.array(trial)
+    for says, scores in (("by looks", first), ("and tried", np.where(looks.has, second, NEVER))):
+        told = np.stack([shares(scores + prior(turn)) for turn in turns()])
+        hit = np.stack([looks.true[np.arange(len(scores)), t.argmax(axis=1)] for t in told])
+        sure = told.max(axis=2)
+        above = [f"above {s:.0%} sure {hit[sure >= s].mean():.1%} of {(sure >= s).mean():.0%}" for s in SURE]
+        print(f"# {len(scores)} {says}: {hit.mean():.1%} right where their family is left out; {', '.join(above)}")
+        rates = {n: hit[:, [m == n for m in names]].mean() for n in dict.fromkeys(names)}
+        print("#   less often:", ", ".join(f"{n} {r:.0%}" for n, r in rates.items() if r < 0.9))
+    return by_looks(looks, every), by_trials(looks, first, every)
+
+
+def gathered(count: int, keep: Path | None) -> tuple[Looks, list[str]]:
+    """Looks at the first members of each family, and their families."""
+    rows, views, names = [], [], []
+    with tempfile.TemporaryDirectory() as cache:
+        for name in (*FAMILIES, *ROUND, *PLAIN):
+            for some in members(name, count, keep, Path(cache)):
+                rows += [features(pieces) for pieces in some]
+                views += some
+                names += len(some) * [name]
+    every = sorted(set(names))
+    true = np.array([[t == TOP and (f == FRONT or n in ANY_FRONT) for f, t in PAIRS] for n in names])
+    weight = np.array([LESS if n in (*ROUND, *IN_WALLS, *PLAIN) else 1.0 for n in names])
+    fold = np.array([every.index(n) % FOLDS for n in names])
+    trials, has = np.zeros((len(rows), len(PAIRS), len(TRIALS))), np.zeros((len(rows), len(PAIRS)), dtype=bool)
+    looks = Looks(np.array(rows), true, fold, weight, trials, has)
+    weights = by_looks(looks, np.ones(len(rows), dtype=bool))
+    for i, pieces in enumerate(views):
+        has[i] = likeliest(looks.rows[i], weights)
+        for k in np.flatnonzero(has[i]).tolist():
+            trials[i, k] = tried(pieces, *PAIRS[k])
+    return looks, names
+
+
 def main() -> None:
     """Build, measure, fit, print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--samples", type=int, default=6)
-    parser.add_argument("--presets", type=int, default=3)
+    parser.add_argument("--members", type=int, default=3)
+    parser.add_argument("--keep", type=Path)
     args = parser.parse_args()
-    rows, true, weight = [], [], []
-    rng = np.random.default_rng(1)
-    with tempfile.TemporaryDirectory() as cache:
-        for name in (*FAMILIES, *ROUND):
-            members = [Wish(name, preset=p) for p in list(family(name).presets)[: args.presets]]
-            members += [Wish(name, seed=5, index=i) for i in range(args.samples)]
-            for wish in members:
-                asset = build_asset(family(name), params_of(wish), Path(cache))
-                rows += [features(seen(*merged(asset))), features(changed(asset, rng))]
-                true += 2 * [[t == TOP and (f == FRONT or name in ROUND) for f, t in PAIRS]]
-                weight += 2 * [(LESS if name in (*ROUND, *IN_WALLS) else 1.0) / len(members)]
-    table, answers = np.array(rows), np.array(true)
-    found = fitted(table, answers, np.array(weight) / sum(weight))
-    right = float(answers[np.arange(len(table)), (table @ found).argmax(axis=1)].mean())
-    for name, value in zip(FEATURES, found, strict=True):
-        if value:
-            print(f'    "{name}": {float(f"{value:.4g}")},')
-    count = len(FAMILIES) + len(ROUND)
-    print(f"{len(rows)} looks at members of {count} families, {right:.0%} right, no prior of the axes")
+    looks, names = gathered(args.members, args.keep)
+    weights, (sharpness, *trial) = learned(looks, names)
+    for title, table_ in (
+        ("WEIGHTS", zip(FEATURES, weights, strict=True)),
+        ("TRIAL_WEIGHTS", zip(TRIALS, trial, strict=True)),
+    ):
+        print(title)
+        print("\n".join(f'    "{n}": {float(f"{v:.4g}")},' for n, v in table_ if abs(v) > LEAST))
+    print(f"SHARPNESS = {sharpness:.3f}")
 
 
 if __name__ == "__main__":

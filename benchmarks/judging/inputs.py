@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
@@ -22,6 +23,7 @@ from casa_assets.ingest.sources.found import Found
 from casa_assets.model.category import Build, Category
 from casa_assets.model.source import Bundle
 from casa_assets.pipeline.stage import STAGES, Brief, raw
+from casa_assets.pipeline.survey import categorise
 from judging.distance import Surface
 
 MOVES = ("orient", "scale", "simplify")
@@ -50,6 +52,38 @@ def gather(folder: Path, every: int, categories: Mapping[str, str]) -> list[Inpu
     """Every input, or every n-th one, in a fixed order; `categories` are ids by path, as the pipeline found them."""
     found = [f for f in discover([folder]) if isinstance(f, Found)]
     return [_read(f, categories.get(f.source.path, registry.FALLBACK)) for f in found[::every]]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """One input as the collision stage gets it: its draft, and the full mesh, welded, in the same frame."""
+
+    path: str
+    category: Category
+    draft: Draft
+    mesh: Surface
+
+
+def prepared(folder: Path, every: int, only: Sequence[str]) -> Iterator[Prepared]:
+    """Every input, or every n-th one, that the stages before collision accept, in a fixed order.
+
+    Args:
+        only: ids of categories, or none for all.
+    """
+    known = registry.load()
+    found = [f for f in discover([folder]) if isinstance(f, Found)]
+    for one in found[::every]:
+        category = known.category(categorise(one, "")[0].id)
+        if only and category.id not in only:
+            continue
+        try:
+            bundle = collect(one, known.limits)
+            told = brief(one, bundle, category)
+            steps = {stage.name: stage.function for stage in STAGES}
+            moved = steps["scale"](steps["orient"](clean(raw(bundle, known.limits)), told), told)
+            yield Prepared(one.source.path, category, steps["simplify"](moved, told), _welded(*moved.soup()))
+        except Rejected:
+            continue
 
 
 def brief(found: Found, bundle: Bundle, category: Category) -> Brief:
@@ -95,7 +129,11 @@ def _standing(moved: Draft, final: Draft) -> Surface:
     seen, _ = final.soup()
     low, high = seen.min(axis=0), seen.max(axis=0)
     vertices, faces = moved.soup()
-    points, place = weld(vertices - np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]))
+    return _welded(vertices - np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]), faces)
+
+
+def _welded(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Surface:
+    points, place = weld(vertices)
     ids = place[faces]
     corners = points[ids]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)

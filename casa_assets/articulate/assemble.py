@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from casa_assets.articulate.behave import joint_for, states_for
 from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.plan import Articulation
+from casa_assets.articulate.plan import BUILT_AS, Articulation, PartPlan, Space
 from casa_assets.articulate.soup import Soup
-from casa_assets.articulate.touch import touched
+from casa_assets.articulate.touch import label_of, touched
 from casa_assets.geometry.measure import shell_moments
 from casa_assets.geometry.normals import with_normals
 from casa_assets.model.asset import (
@@ -25,16 +25,22 @@ from casa_assets.model.asset import (
 from casa_assets.model.category import Category
 from casa_assets.model.material import Material, Substance
 from casa_assets.model.mesh import Mesh
+from casa_assets.model.place import Region
 from casa_assets.model.pose import Pose
 from casa_assets.model.provenance import Guess, Labels, Provenance
 from casa_assets.model.source import RawModel
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
 
 ROOT = "object"
 # Thinnest sheet, as a part of the longest side of a link, whose inertia survives rounding.
-SHEET = 0.004
+SHEET = 0.002
+
+
+# What stands still carries motors, frames and insulation: its surface weighs so many times that of what moves.
+HEAVY = 2.0
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,7 @@ def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> 
         owner[part.faces] = i
     names = [ROOT, *(p.name for p in found.parts)]
     anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in found.parts)]
-    total = float(soup.areas.sum())
+    total = float(soup.areas.sum() + (HEAVY - 1.0) * soup.areas[owner < 0].sum())
     mass = _mass(brief)
     shapes = touched(place.points, soup, fragment_labels(soup), found, brief.substance.id)
     links = []
@@ -75,14 +81,14 @@ def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> 
         rows = np.flatnonzero(owner == i - 1)
         parent = None if i == 0 else (found.parts[i - 1].parent or ROOT)
         at = anchors[i] - (np.zeros(3) if parent is None else anchors[names.index(parent)])
-        share = max(float(soup.areas[rows].sum()) / max(total, 1e-12), 1e-4)
+        share = max(float(soup.areas[rows].sum()) * (1.0 if i else HEAVY) / max(total, 1e-12), 1e-4)
         links.append(
             Link(
                 name=name,
                 parent=parent,
                 pose=Pose(position=_vec(at)),
                 inertial=_inertial(place.points - anchors[i], soup.faces[rows], mass * share),
-                visuals=_visuals(model, place, owner, i - 1, name, anchors[i]),
+                visuals=_visuals(model, place, owner == i - 1, found.parts[i - 1] if i else None, anchors[i]),
                 colliders=shapes[i].colliders,
             )
         )
@@ -96,6 +102,7 @@ def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> 
         base=Base.FIXED if brief.category.fixed else Base.FREE,
         links=ordered,
         joints=joints,
+        regions=tuple(_region(s, place, anchors[names.index(s.part) if s.part else 0]) for s in found.spaces),
         states=tuple(s for p in found.parts for s in states_for(p)),
         exclusions=tuple(Exclusion(first=ROOT, second=p.name) for p in found.parts),
         materials=_materials(model, brief.substance.id),
@@ -121,19 +128,31 @@ class _Place:
         return found
 
 
-def _visuals(model: RawModel, place: _Place, owner: Ints, part: int, name: str, anchor: Floats) -> tuple[Visual, ...]:
-    """The surface of a link, one mesh for each material of the file."""
+def _region(space: Space, place: _Place, anchor: Floats) -> Region:
+    """A space as a region of its link."""
+    low, high = place.point(np.array([space.low, space.high])) - anchor
+    pose = Pose(position=_vec((low + high) / 2))
+    return Region(name=space.name, link=space.part or ROOT, pose=pose, size=_vec(np.maximum(high - low, 1e-3)))
+
+
+def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, anchor: Floats) -> tuple[Visual, ...]:
+    """The surface of a link, one mesh for each material of the file; that of a handle apart."""
+    name, label = (ROOT, None) if part is None else (part.name, label_of(part.kind))
+    held = np.zeros(len(own), dtype=bool)
+    if part is not None and len(part.grip) < len(part.faces):
+        held[part.grip] = True
     out: list[Visual] = []
     start = 0
     for i, raw in enumerate(model.parts):
-        count = len(raw.mesh.faces)
-        rows = np.flatnonzero((owner[start : start + count] == part) & (place.soup.areas[start : start + count] > 0))
-        if len(rows):
-            corners = place.soup.faces[start + rows]
-            mesh = _cut(raw.mesh, rows, place.points[corners] - anchor)
-            if len(mesh.faces):
-                out.append(Visual(name=f"{name}_visual_{len(out):03d}", mesh=mesh, material=f"look_{i:03d}"))
-        start += count
+        span = slice(start, start + len(raw.mesh.faces))
+        alive = own[span] & (place.soup.areas[span] > 0)
+        grip = held[span]
+        for rows, mark in ((np.flatnonzero(alive & ~grip), label), (np.flatnonzero(alive & grip), "handle")):
+            mesh = _cut(raw.mesh, rows, place.points[place.soup.faces[start + rows]] - anchor) if len(rows) else None
+            if mesh is not None and len(mesh.faces):
+                where = f"{name}_{raw.name if raw.name in BUILT_AS.values() else 'visual'}_{len(out):03d}"
+                out.append(Visual(name=where, mesh=mesh, material=f"look_{i:03d}", label=mark))
+        start = span.stop
     return tuple(out)
 
 
@@ -188,6 +207,11 @@ def _guesses(found: Articulation) -> tuple[Guess, ...]:
     for part in found.parts:
         says = "; ".join(w for w in (part.because, part.joint.because) if w)
         out.append(Guess(subject=part.name, value=part.kind.value, confidence=part.confidence, because=says))
+    for room in found.rooms:
+        if room.built:
+            says = f"added: {room.filling.value}"
+            subject = f"{room.parts[0]}_room"
+            out.append(Guess(subject=subject, value=says, confidence=room.confidence, because=room.because))
     return tuple(out)
 
 

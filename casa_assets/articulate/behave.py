@@ -25,6 +25,8 @@ FORCES = {
 }
 # What a finger needs at the end of a button's stroke, and to begin it, N.
 PRESS_N, PRELOAD_N = 3.0, 0.6
+# In about this time it is back.
+BACK_IN_S = 0.4
 # Share of a falling door's weight that its spring carries.
 CARRIED = 0.94
 # Taken at the rim.
@@ -51,13 +53,15 @@ def joint_for(part: PartPlan, metres: float, link: Link, behind: int | None, nam
         stiff = (PRESS_N - PRELOAD_N) / max(way, 1e-4)
         drive = Drive(stiffness=_three(stiff), damping=_three(way * 20), target=_three(-PRELOAD_N / stiff))
         start = 0.1
+    # A key is back by its spring alone, in a moment; what a hand opens is slowed to its pace.
+    slow = PRELOAD_N * BACK_IN_S / max(way, 1e-4) if part.kind is PartKind.BUTTON else None
     return Joint(
         name=f"{part.name}_joint",
         child=part.name,
         kind=part.joint.kind,
         axis=part.joint.axis,
         range=(_seven(low), _seven(high)),
-        damping=_three(damping(inertia, (push - start) * arm, way)),
+        damping=_three(damping(inertia, (push - start) * arm, way) if slow is None else slow),
         frictionloss=_three(start * arm),
         armature=_three(0.02 * inertia),
         drive=drive,

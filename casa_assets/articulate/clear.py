@@ -205,7 +205,7 @@ def _without(cloud: Floats, boxes: list[Floats]) -> list[Floats]:
     """A convex cloud less some boxes, as convex clouds; all of it where too little would be left."""
     left = [cloud]
     for box in _merged(boxes, cloud):
-        left = [piece for c in left for piece in _less(c, box)]
+        left = [piece for c in left for piece in less(c, box)]
     return left if sum(hull_volume(c) for c in left) >= LEAST_LEFT * hull_volume(cloud) else [cloud]
 
 
@@ -227,8 +227,8 @@ def _merged(boxes: list[Floats], cloud: Floats) -> list[Floats]:
     return out
 
 
-def _less(cloud: Floats, box: Floats) -> list[Floats]:
-    """A convex cloud less one box: up to six slabs of it."""
+def less(cloud: Floats, box: Floats) -> list[Floats]:
+    """A convex cloud less one box, (2, 3) corners: up to six slabs of it."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     if (box[0] >= high).any() or (box[1] <= low).any():
         return [cloud]

@@ -17,6 +17,8 @@ SMALLEST, LARGEST = 0.006, 0.14
 # A disc fills pi/4 of its square; a hull that fills this much of that, either way, is round.
 ROUND = 0.09
 LONGEST = 5.0
+# So much of what is round a control is a surface that it sits on: a cap on an edge stands against the sky.
+SITS = 0.6
 # Fingers need so much room round a control, by its width; at most this part of it may be taken.
 ROUND_IT, HEMMED = 0.3, 0.08
 # A pin is so many times longer than wide. Ref: knobs of appliances reach 1.1, push pins start at 1.4.
@@ -81,7 +83,10 @@ def find_controls(pieces: Pieces, side: int, taken: Sequence[int]) -> list[Contr
         across = (box[1] - box[0])[:2]
         if seen < 0.35 * float(np.prod(across)) or across.max() < SMALLEST or across.max() > LARGEST:
             continue
-        stands = _around(pieces.pictures[side], *box) - float(box[0][2] - low[:, 2].min())
+        around, sits = _around(pieces.pictures[side], *box)
+        if sits < SITS:
+            continue
+        stands = around - float(box[0][2] - low[:, 2].min())
         found.append(Control(sorted(group), *box, stands, is_round(pieces, side, group, across)))
     found.sort(key=lambda c: (-round(float(c.middle[1]), 3), round(float(c.middle[0]), 3)))
     return found
@@ -135,8 +140,8 @@ def _nested(low: Floats, high: Floats, rows: list[int], foot: Floats) -> list[li
     return groups
 
 
-def _around(picture: Picture, low: Floats, high: Floats) -> float:
-    """Depth of what is seen round a rectangle, from the nearest corner of the thing."""
+def _around(picture: Picture, low: Floats, high: Floats) -> tuple[float, float]:
+    """Depth of what is seen round a rectangle, from the nearest corner of the thing, and on how much of the way."""
     margin = np.maximum(0.25 * (high - low)[:2], 2.5 * picture.pixel)
     corners = np.array([low[:2] - margin, high[:2] + margin, low[:2] - picture.pixel, high[:2] + picture.pixel])
     row, column = picture.rows_columns(corners)
@@ -144,8 +149,8 @@ def _around(picture: Picture, low: Floats, high: Floats) -> float:
     ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
     ring[row[3] : row[2] + 1, column[2] : column[3] + 1] = False
     depth = picture.depth[ring]
-    depth = depth[np.isfinite(depth)]
-    return float(np.median(depth)) if len(depth) else 0.0
+    seen = depth[np.isfinite(depth)]
+    return (float(np.median(seen)), len(seen) / len(depth)) if len(seen) else (0.0, 0.0)
 
 
 def is_round(pieces: Pieces, side: int, group: Sequence[int], across: Floats) -> bool:

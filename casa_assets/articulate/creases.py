@@ -19,6 +19,11 @@ WINDOWS = (0.06, 0.14)
 STANDS = 0.0025
 LEVELS = tuple(STANDS * 1.5**k for k in range(10))
 LEAST_PIXELS, LEAST = 12, 0.007
+# It stands out so many times farther than what is seen strays (median of the differences from their median): a scan is
+# bumpy everywhere.
+ROUGH = 6.0
+# So much of what is round it is a surface that it sits on.
+SITS = 0.55
 # A small thing is no larger than this; a bar is no wider, and stands out at least so far.
 SMALL, NARROW, BAR_STANDS = 0.13, 0.075, 0.009
 # An edge: a step between neighbouring pixels, diagonals, or a bend, cosine of 20 degrees.
@@ -101,18 +106,31 @@ def _blobs(picture: Picture, depth: Floats, base: Floats) -> tuple[Ints, tuple[B
     out = base - depth
     found = np.full(depth.shape, -1, dtype=np.int64)
     blobs: list[Blob] = []
+    seen = depth < FAR / 2
+    rough = float(np.median(np.abs(out[seen] - np.median(out[seen])))) if seen.any() else 0.0
     for level in LEVELS:
+        if level < ROUGH * rough:
+            continue
         number, _ = label((out > level) & (found < 0))
         for i, (rows, columns) in enumerate(find_objects(number), start=1):
             mask = number[rows, columns] == i
             if mask.sum() < LEAST_PIXELS or min(mask.shape) * picture.pixel < LEAST:
                 continue
             blob = _blob(picture, rows, columns, mask, out)
+            if _sits(mask, seen, rows, columns) < SITS:
+                continue
             # What touches one that was found is its rim, or the rest of the frame from which it rose.
             if _is_small(blob) and not (found[_around(rows), _around(columns)] >= 0).any():
                 found[rows, columns][mask] = len(blobs)
                 blobs.append(blob)
     return found, tuple(blobs)
+
+
+def _sits(mask: Bools, seen: Bools, rows: slice, columns: slice) -> float:
+    """Share of what is right round a region that is part of the thing: a ragged border stands out of nothing."""
+    grown = widened(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
+    window = np.pad(seen, 3)[rows.start : rows.stop + 6, columns.start : columns.stop + 6]
+    return float(window[grown].mean())
 
 
 def _around(span: slice) -> slice:

@@ -12,13 +12,18 @@ from scipy.sparse.csgraph import connected_components
 from casa_assets.articulate.creases import FAR, Relief, relief, widened
 from casa_assets.articulate.knife import Knife
 from casa_assets.articulate.pieces import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
-from casa_assets.articulate.raster import draw
+from casa_assets.articulate.raster import Picture, draw
 from casa_assets.articulate.rectangles import Leaf, corners, find_leaves, is_bar
 from casa_assets.articulate.soup import Bools, Floats, Ints, Soup
 
 # A piece that holds this part of all surface, is so large every way, and is so much of what is seen of the front, is a
 # shell that may have parts in it: a body whose parts are pieces of their own shows between them only.
 SHELL_AREA, SHELL_EXTENT, SHELL_SHOWN = 0.55, 0.6, 0.5
+# What has fronts is boxy: so much of what is seen of it faces along an axis within 12 degrees, all sides alike. Ref: of
+# fused appliances and cabinets 0.64 to 0.97; of fruit, bottles, mugs, bowls and toys 0.07 to 0.60.
+BOXY, ALONG = 0.62, 0.978
+# So much of a front faces the viewer within 35 degrees: a bulging one does, the side of a can does not.
+FACES, TOWARDS = 0.75, 0.819
 # A front whose back does not show is so thick, diagonals; none is thicker, or more than this part of the depth.
 THICK, THICKEST, THICK_OF_DEPTH = 0.022, 0.06, 0.15
 # A back that shows is at least this part of the surface near a front.
@@ -29,6 +34,8 @@ TIGHT, LEAST_BEHIND = 0.004, 0.002
 DEEPEST, COVERS = 0.3, 0.7
 # Rectangles at least so wide, so near each other, and flush to so much, set each other off; diagonals.
 LEAST_LEAF, GAP, FLUSH = 0.03, 0.03, 0.04
+# A rectangle that is more than this part of the side is that side of the body, unless it has a handle.
+WHOLE = 0.92
 # What stands out is cut off this far before its ground.
 FOOT = 0.0015
 # Its triangles keep within this of its outline, diagonals.
@@ -78,20 +85,25 @@ def find_shell(soup: Soup, label: Ints) -> Shell | None:
     mine = _shell(soup, label)
     if not mine.any():
         return None
-    front = relief(soup, FRONT)
+    around = [draw(soup.points, soup.faces, SIDES[side], 256) for side in (BACK, LEFT, RIGHT, BOTTOM)]
+    front, top = relief(soup, FRONT), relief(soup, TOP)
     seen = front.picture.face[front.picture.face >= 0]
-    if float(mine[seen].mean()) < SHELL_SHOWN:
+    if float(mine[seen].mean()) < SHELL_SHOWN or boxiness(soup, [front.picture, top.picture, *around]) < BOXY:
         return None
     shown = np.zeros(len(label), dtype=bool)
     shown[seen] = True
     flat, deep = _seen_from(soup, FRONT)
     fronts = []
-    filled = [leaf for leaf in find_leaves(front) if _may_open(front, leaf, deep)]
+    filled = [leaf for leaf in find_leaves(front) if _may_open(soup, front, leaf, deep)]
     for leaf in filled:
-        if any(is_bar(front.blobs[i]) for i in leaf.blobs) or any(_beside(front, leaf, other) for other in filled):
+        beside = any(_beside(front, leaf, other) for other in filled) and _pixels(leaf) < WHOLE * len(seen)
+        if any(is_bar(front.blobs[i]) for i in leaf.blobs) or beside:
             inside = mine & _in_leaf(front, leaf, flat)
             fronts.append((leaf, leaf.plane + _thickness(soup, inside, flat[:, 2] - leaf.plane, deep)))
-    return Shell(mine, shown, _seen_from_elsewhere(soup), front, relief(soup, TOP), tuple(fronts))
+    skin = np.zeros(len(label), dtype=bool)
+    for picture in around:
+        skin[picture.face[picture.face >= 0]] = True
+    return Shell(mine, shown, skin, front, top, tuple(fronts))
 
 
 def knives(shell: Shell, soup: Soup, chosen: Sequence[int]) -> list[Knife]:
@@ -194,13 +206,11 @@ def _thickness(soup: Soup, inside: Bools, behind: Floats, deep: float) -> float:
     return float(behind[order[np.searchsorted(reach, 0.9 * reach[-1])]]) + 0.002
 
 
-def _seen_from_elsewhere(soup: Soup) -> Bools:
-    """(F,) faces that are seen from behind, below or a side: the skin of the body."""
-    out: Bools = np.zeros(len(soup.faces), dtype=bool)
-    for side in (BACK, LEFT, RIGHT, BOTTOM):
-        face = draw(soup.points, soup.faces, SIDES[side], 256).face
-        out[face[face >= 0]] = True
-    return out
+def boxiness(soup: Soup, views: Sequence[Picture]) -> float:
+    """Share of what is seen that faces along an axis, all pictures by their area."""
+    along = np.abs(soup.normals).max(axis=1) > ALONG
+    area = [(float((v.face >= 0).sum()), float(along[v.face[v.face >= 0]].sum()), v.pixel**2) for v in views]
+    return sum(a * p for _, a, p in area) / max(sum(n * p for n, _, p in area), 1e-12)
 
 
 def _hanging_together(soup: Soup, rows: Ints) -> list[Ints]:
@@ -216,10 +226,14 @@ def _hanging_together(soup: Soup, rows: Ints) -> list[Ints]:
     return [rows[of_face == k] for k in range(count) if (of_face == k).sum() >= 12]
 
 
-def _may_open(front: Relief, leaf: Leaf, deep: float) -> bool:
-    """Whether a rectangle may be a front: filled, and not far back."""
+def _may_open(soup: Soup, front: Relief, leaf: Leaf, deep: float) -> bool:
+    """Whether a rectangle may be a front: filled, not far back, and facing the viewer."""
     window = slice(*leaf.rows), slice(*leaf.columns)
-    return float((front.depth[window] < FAR / 2).mean()) >= COVERS and leaf.plane <= DEEPEST * deep
+    if float((front.depth[window] < FAR / 2).mean()) < COVERS or leaf.plane > DEEPEST * deep:
+        return False
+    ground = front.picture.face[window][(front.blob[window] < 0) & (front.picture.face[window] >= 0)]
+    towards = np.abs(soup.normals[ground] @ SIDES[FRONT][2]) > TOWARDS
+    return bool(len(ground)) and float(towards.mean()) >= FACES
 
 
 def _beside(front: Relief, leaf: Leaf, other: Leaf) -> bool:
@@ -231,6 +245,10 @@ def _beside(front: Relief, leaf: Leaf, other: Leaf) -> bool:
     slim = min(b - a for m in (leaf, other) for a, b in (m.rows, m.columns)) < least
     meet = any(-gap <= over[i] <= 0 and over[1 - i] >= 0.5 * min(b - a for a, b in spans[1 - i]) for i in (0, 1))
     return leaf is not other and meet and not slim and apart <= FLUSH
+
+
+def _pixels(leaf: Leaf) -> int:
+    return (leaf.rows[1] - leaf.rows[0]) * (leaf.columns[1] - leaf.columns[0])
 
 
 def _foot(view: Relief, number: int) -> float:

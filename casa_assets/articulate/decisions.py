@@ -12,7 +12,7 @@ from casa_assets.articulate import hinges
 from casa_assets.articulate.fragments import fragment_labels
 from casa_assets.articulate.panels import Panel
 from casa_assets.articulate.pieces import FRONT, SIDES, TOP
-from casa_assets.articulate.plan import Articulation, Edge, FaceIndex, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.plan import Articulation, Edge, FaceIndex, Filling, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.soup import Floats, Soup
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.joint import JointKind
@@ -63,13 +63,28 @@ class PartDecision(Record):
         return self
 
 
+class RoomDecision(Record):
+    """What is behind a door, or in a drawer; what is left out stays as it was found.
+
+    Attributes:
+        build: walls and what belongs in are built; else it stays as the mesh has it.
+        filling: what it is furnished as. furnish: shelves, racks or a turntable come in.
+        box_m: two corners of the room inside its walls, metres, asset frame.
+    """
+
+    build: bool | None = None
+    filling: Filling | None = None
+    furnish: bool | None = None
+    box_m: tuple[Vec3, Vec3] | None = None
+
+
 class Decisions(Record):
     """A sidecar.
 
     Attributes:
         category: id in the registry. up, front: such as `+y`, or three numbers, axes of the file.
         size_m: longest side, metres.
-        parts: by name.
+        parts: by name. rooms: by the name of the part that closes each, the left one of two.
     """
 
     category: Id | None = None
@@ -77,6 +92,7 @@ class Decisions(Record):
     front: Direction | None = None
     size_m: Annotated[float, Field(gt=0, le=10)] | None = None
     parts: dict[Id, PartDecision] = Field(default_factory=dict)
+    rooms: dict[Id, RoomDecision] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _sound(self) -> Self:

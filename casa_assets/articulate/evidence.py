@@ -16,6 +16,7 @@ FEATURES = (
     *(f"{side}_{what}" for what in ("detail", "juts", "knobs", "bars", "panels", "stands") for side in _EACH),
     *("symmetry", "front_level", "support", "shape", "inside_upright"),
     *("bars_high", "knobs_high", "top_rings", "top_slots", "knobs_near", "low_mass", "back_plain"),
+    *("bottom_legs", "top_legs"),
 )
 # Controls this far from the middle of the front, parts of its size, are at its side or its top.
 ASIDE, ASIDE_MORE = 0.2, 0.05
@@ -69,6 +70,7 @@ def evidence(pieces: Pieces, sides: Sequence[Side], front: int, top: int, inside
             _mean(near),
             float((rise * pieces.area).sum() / max(float(pieces.area.sum()), 1e-12)),
             float(sides[back].detail < 0.5 * face.detail),
+            *(max(sides[i].support - sides[i].filled, 0.0) for i in (bottom, top)),
         ]
     )
 

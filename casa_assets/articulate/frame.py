@@ -8,51 +8,75 @@ import numpy as np
 
 from casa_assets.articulate.evidence import FEATURES, evidence, hidden_area
 from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.pieces import SIDES, measure
+from casa_assets.articulate.pieces import SIDES, Pieces, measure
 from casa_assets.articulate.plan import Frame
 from casa_assets.articulate.sides import look
 from casa_assets.articulate.soup import Floats, Soup
+from casa_assets.articulate.trial import TRIALS, tried
 from casa_assets.articulate.turn import straightened
 
 # Weight of each feature in the log odds of a candidate; those that earn none are left out. Ref: conditional logit over
 # members of this project's own families, merged into one mesh each (benchmarks/train_frame.py).
 WEIGHTS: Mapping[str, float] = {
-    "front_detail": 6.64,
-    "back_detail": -3.724,
-    "front_juts": 2.396,
-    "back_juts": -1.427,
-    "bottom_juts": -0.321,
-    "front_knobs": 0.1867,
-    "back_knobs": -1.082,
-    "sides_knobs": -1.893,
-    "front_bars": 1.116,
-    "back_bars": -0.03039,
-    "top_bars": -0.04447,
-    "bottom_bars": -0.2208,
-    "sides_bars": -0.6546,
-    "front_panels": 0.1883,
-    "back_panels": -0.7066,
-    "front_stands": 3.035,
-    "sides_stands": -2.926,
-    "symmetry": 2.633,
-    "front_level": 1.31,
-    "support": 0.3304,
-    "shape": 0.8908,
-    "inside_upright": -4.334,
-    "bars_high": 0.4069,
-    "knobs_high": 1.57,
-    "top_rings": 3.397,
-    "top_slots": 1.052,
-    "knobs_near": 2.383,
-    "low_mass": -1.505,
-    "back_plain": 0.2294,
+    "front_detail": 9.51,
+    "back_detail": -3.106,
+    "front_juts": 1.4,
+    "back_juts": -1.963,
+    "top_juts": 1.347,
+    "bottom_juts": -1.129,
+    "back_knobs": -0.8666,
+    "sides_knobs": -1.707,
+    "front_bars": 1.11,
+    "top_bars": -0.1781,
+    "bottom_bars": -0.4074,
+    "sides_bars": -0.6111,
+    "front_panels": 0.7713,
+    "back_panels": -0.8074,
+    "front_stands": 0.4779,
+    "sides_stands": -0.3255,
+    "symmetry": 2.325,
+    "front_level": 0.7783,
+    "support": 0.9878,
+    "shape": 0.5556,
+    "inside_upright": -4.81,
+    "bars_high": 0.06694,
+    "knobs_high": 2.509,
+    "top_rings": 1.637,
+    "top_slots": 0.9141,
+    "knobs_near": 2.816,
+    "low_mass": -2.901,
+    "back_plain": 0.00708,
+    "bottom_legs": 3.768,
 }
 # Prior of the axis that points up where a file says nothing, by the side that is then the top: modellers write y up
 # or z up, hardly anything else.
 PRIOR_UP = (0.02, 0.42, 0.02, 0.02, 0.5, 0.02)
 STATED_UP, ASKEW_UP = 0.95, 0.02
 PIXELS = 256
-GUESSED = "detail, handles, proportions and symmetry of the six sides"
+# Weight of what a candidate finds when it is tried out, and of the log odds of its looks beside that. Ref: as above.
+SHARPNESS = 0.605
+TRIAL_WEIGHTS: Mapping[str, float] = {
+    "covered": 1.071,
+    "drawers": 0.2748,
+    "boxed": 1.119,
+    "knobs": 0.2237,
+    "buttons": 0.127,
+    "levers": 0.283,
+    "lids": 1.247,
+    "racks": 2.274,
+    "turntables": 1.5,
+    "surely": 1.565,
+    "joints": 0.7721,
+    "held": 0.9607,
+    "hinged_aside": -0.11,
+    "hinged_below": -0.7205,
+    "hinged_above": -1.274,
+    "nothing": -0.4505,
+}
+# So many of the likeliest are tried out, unless their looks put them so far behind the first, log odds.
+TRIED, HOPELESS = 6, 6.0
+CANDIDATES = tuple((f, t) for f in range(len(SIDES)) for t in range(len(SIDES)) if f // 2 != t // 2)
+GUESSED = "detail, handles, proportions and symmetry of the six sides, and what they would let move"
 
 
 def given_frame(soup: Soup, up: Sequence[float], front: Sequence[float]) -> Frame:
@@ -86,29 +110,48 @@ def guess_frame(
     plain = _framed(soup, straight)
     placed = soup.placed(plain.rotation, np.array(plain.origin), plain.scale)
     pieces = measure(placed, fragment_labels(placed), PIXELS)
+    outward = -SIDES[:, 2] @ straight
+    allowed = [(f, t) for f, t in CANDIDATES if _fits(front, outward[f]) and _fits(up, outward[t])]
+    known = {(f, t): float(np.log(_prior(outward[t], stated))) for f, t in allowed}
+    shares = weighed(pieces, known)
+    ranked = sorted(shares, key=lambda k: (-round(shares[k], 9), k))
+    face, top = ranked[0]
+    y, z = -outward[face], outward[top]
+    return _framed(soup, np.stack([np.cross(y, z), y, z])).replace(
+        confidence=round(shares[ranked[0]], 3),
+        because=GUESSED if up is None or front is None else "given",
+        runner_up="; ".join(_words(k, straight) for k in ranked[1:3]),
+    )
+
+
+def weighed(pieces: Pieces, known: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
+    """Share of each candidate (front, top): by its looks; the likeliest are then tried out.
+
+    Args:
+        known: log of what is known of each before.
+    """
     sides = [look(pieces, i) for i in range(len(SIDES))]
     inside = hidden_area(pieces)
     rows = [FEATURES.index(name) for name in WEIGHTS]
     weights = np.array(list(WEIGHTS.values()))
-    scores: dict[tuple[int, int], float] = {}
-    for top in range(len(SIDES)):
-        for face in range(len(SIDES)):
-            into, down = SIDES[face][2] @ straight, SIDES[top][2] @ straight
-            if face // 2 == top // 2 or not (_fits(up, -down) and _fits(front, -into)):
-                continue
-            told = float(weights @ evidence(pieces, sides, face, top, inside)[rows])
-            scores[face, top] = told + float(np.log(_prior(-down, stated)))
+    scores = {c: float(weights @ evidence(pieces, sides, *c, inside)[rows]) + known[c] for c in known}
     ranked = sorted(scores, key=lambda k: (-round(scores[k], 9), k))
-    odds = np.exp(np.array([scores[k] for k in ranked]) - scores[ranked[0]])
-    face, top = ranked[0]
-    y, z = SIDES[face][2] @ straight, -SIDES[top][2] @ straight
-    return _framed(soup, np.stack([np.cross(y, z), y, z])).replace(
-        confidence=round(float(1 / odds.sum()), 3),
-        because="detail, handles, proportions and symmetry of the six sides"
-        if up is None or front is None
-        else "given",
-        runner_up="; ".join(_words(k, straight) for k in ranked[1:3]),
-    )
+    shares = _shares(scores)
+    likely = [c for c in ranked[:TRIED] if scores[c] > scores[ranked[0]] - HOPELESS]
+    if len(likely) == 1:
+        return shares
+    weights = np.array([TRIAL_WEIGHTS.get(name, 0.0) for name in TRIALS])
+    again = {c: SHARPNESS * (scores[c] - known[c]) + known[c] + float(weights @ tried(pieces, *c)) for c in likely}
+    whole = sum(shares[c] for c in likely)
+    return {**shares, **{c: whole * s for c, s in _shares(again).items()}}
+
+
+def _shares(scores: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
+    """Odds that sum to 1, of logarithms."""
+    best = max(scores.values())
+    odds = {c: float(np.exp(s - best)) for c, s in scores.items()}
+    total = sum(odds.values())
+    return {c: o / total for c, o in odds.items()}
 
 
 def _fits(wanted: Sequence[float] | None, direction: Floats) -> bool:

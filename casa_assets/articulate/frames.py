@@ -18,19 +18,28 @@ NARROW = 0.26
 THIN = 0.05
 # The boards cover at least this part of the leaf.
 FULL = 0.93
+# A stile of a narrow leaf is wider by it, where two rails run between the stiles.
+BROAD, RAILS = 0.36, 2
+# Boards that are too slim for panels are at least so wide and long, and seen on this part of their rectangle.
+SLIMMEST, SHORTEST, SEEN = 0.006, 0.025, 0.5
+MOST_SLATS = 80
+# What a leaf frames lies a little deeper than its stiles, and meets them: the door in a frame of the body does neither.
+DEEPER, MEETS = 0.0004, 0.0012
 
 
-def joined(panels: list[Panel], gripped: list[Floats]) -> list[Panel]:
+def joined(panels: list[Panel], gripped: list[Floats], slats: list[Panel]) -> list[Panel]:
     """Panels with the boards of one leaf made one panel.
 
     Args:
         gripped: (2,) middles in (u, v) of things that look like handles.
+        slats: boards that are too slim to be panels: they may be part of one, and are left out otherwise.
     """
-    left = list(panels)
+    left = [*panels, *slats]
     while True:
         found = _best(left, gripped)
         if found is None:
-            return sorted(left, key=lambda p: (-p.width * p.height, p.members[0]))
+            alone = {id(p) for p in slats}
+            return sorted((p for p in left if id(p) not in alone), key=lambda p: (-p.width * p.height, p.members[0]))
         left = [p for p in left if not any(p is q for q in found)] + [_merged(found)]
 
 
@@ -44,6 +53,19 @@ def _merged(found: list[Panel]) -> Panel:
         boards=sum(p.boards for p in found),
         far=any(p.far for p in found),
     )
+
+
+def find_slats(pieces: Pieces, side: int, panels: list[Panel]) -> list[Panel]:
+    """Flat boards on a side that are too slim to be panels, largest first."""
+    low, high = face_on(pieces, side)
+    size = high - low
+    foot = size[:, 0] * size[:, 1]
+    slim = (size[:, :2].min(axis=1) >= SLIMMEST) & (size[:, :2].max(axis=1) >= SHORTEST) & (size[:, 2] < THIN)
+    slim &= (size[:, 2] < size[:, :2].min(axis=1)) & (pieces.seen[:, side] >= SEEN * foot)
+    slim[[f for p in panels for f in p.members]] = False
+    rows = np.flatnonzero(slim)
+    order = rows[np.lexsort((rows, -foot[rows]))][:MOST_SLATS].tolist()
+    return [Panel([i], low[i], high[i], shown=float(pieces.seen[i, side])) for i in order]
 
 
 def bridged(pieces: Pieces, side: int, panels: list[Panel]) -> list[Panel]:
@@ -105,7 +127,7 @@ def _frame(a: Panel, b: Panel, along: int) -> bool:
     wide_a, wide_b = float(a.high[across] - a.low[across]), float(b.high[across] - b.low[across])
     flush = abs(float(a.low[along] - b.low[along])) < TOUCH and abs(float(a.high[along] - b.high[along])) < TOUCH
     whole = max(float(a.high[across]), float(b.high[across])) - min(float(a.low[across]), float(b.low[across]))
-    slim = max(wide_a, wide_b) < NARROW * whole and max(wide_a, wide_b) < 0.8 * min(long_a, long_b)
+    slim = max(wide_a, wide_b) < BROAD * whole and max(wide_a, wide_b) < 0.8 * min(long_a, long_b)
     return flush and slim and abs(float(a.low[2] - b.low[2])) < FLUSH
 
 
@@ -121,13 +143,54 @@ def _is_leaf(
 ) -> bool:
     """Whether boards fill a rectangle, and what they frame has no handle of its own."""
     covered = sum(p.width * p.height for p in inner)
-    if covered < FULL * area:
+    if covered < FULL * area or not (_is_narrow(frame, low, high) or _has_rails(inner, frame)):
         return False
     for p in inner:
         slim = min(p.width, p.height) < NARROW * float(min((high - low)[:2]))
-        if p is frame[0] or p is frame[1] or slim or p.boards > 1:
+        if p is frame[0] or p is frame[1] or slim or p.boards > 1 or _is_sunk(p, frame):
             continue
         if any(((g >= p.low[:2]) & (g <= p.high[:2])).all() for g in gripped):
             return False
     held = sum(any(((g >= p.low[:2]) & (g <= p.high[:2])).all() for g in gripped) for p in inner)
     return held <= 1
+
+
+def _is_narrow(frame: tuple[Panel, Panel], low: Floats, high: Floats) -> bool:
+    """Whether two stiles are narrow by the leaf that they frame."""
+    across = 1 - _along(frame)
+    wide = max(float((p.high - p.low)[across]) for p in frame)
+    return wide < NARROW * float((high - low)[across])
+
+
+def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:
+    """Whether boards run between two stiles, from one to the other, at both ends of them."""
+    along = _along(frame)
+    across = 1 - along
+    first, last = sorted(frame, key=lambda p: float(p.low[across]))
+    rails = [
+        p
+        for p in inner
+        if p is not first
+        and p is not last
+        and abs(float(p.low[across] - first.high[across])) < TOUCH
+        and abs(float(last.low[across] - p.high[across])) < TOUCH
+        and abs(float(p.low[2] - first.low[2])) < FLUSH
+    ]
+    low, high = float(first.low[along]), float(first.high[along])
+    ends = [any(abs(float(p.low[along]) - low) < TOUCH for p in rails)]
+    ends += [any(abs(float(p.high[along]) - high) < TOUCH for p in rails)]
+    plain = all(p.boards == 1 for p in frame)
+    return plain and sum(p.boards for p in rails) >= RAILS and all(ends)
+
+
+def _along(frame: tuple[Panel, Panel]) -> int:
+    """The axis along which two stiles run: the one on which they lie at the same place."""
+    return int(np.argmin(np.abs(frame[0].low - frame[1].low)[:2]))
+
+
+def _is_sunk(panel: Panel, frame: tuple[Panel, Panel]) -> bool:
+    """Whether a panel lies a little deeper than two stiles and meets both."""
+    across = 1 - _along(frame)
+    first, last = sorted(frame, key=lambda p: float(p.low[across]))
+    gaps = float(panel.low[across] - first.high[across]), float(last.low[across] - panel.high[across])
+    return max(gaps) <= MEETS and float(panel.low[2]) >= max(float(p.low[2]) for p in frame) + DEEPER

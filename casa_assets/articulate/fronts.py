@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.controls import Control
+from casa_assets.articulate.controls import LONGEST, Control
+from casa_assets.articulate.cut import BOXY, boxiness
 from casa_assets.articulate.hollow import behind, from_above, roofed
 from casa_assets.articulate.inside import bears, heaps
+from casa_assets.articulate.layers import backing, hung
 from casa_assets.articulate.panels import SLACK, Panel
 from casa_assets.articulate.pieces import BACK, BOTTOM, LEFT, RIGHT, TOP, Pieces, face_on
 from casa_assets.articulate.soup import Bools, Floats
 
 # A handle stands out at least so far, in diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
 HANDLE_STANDS = 0.013
+# The pull of a large thing is small by it: one that is no rail, shorter than this part of the front, stands out so far,
+# and so far by its own width.
+PULL_STANDS, PULL_BY_WIDTH, SHORT = 0.006, 0.4, 0.5
 # Between a handle and the front that it belongs to there is at most so much air.
 HANDLE_GAP = 0.035
 # What is smaller is no handle but a mark or screw, diagonals.
@@ -21,12 +26,12 @@ LEAST_HANDLE = 0.03
 BOX_GAP = 0.02
 # A box is at least this part of its front tall: a lesser one is a drawer of its own behind a door.
 LEAST_TALL = 0.2
+# Behind a front that is higher than this by its width, only a tub is a box: shelves and bins of a fridge are many.
+MOST_UPRIGHT = 1.3
 # A shelf begins at most so far behind a front.
 SHELF_GAP = 0.1
 # The box keeps within its front by so much: walls between fronts reach a little beyond their edges.
 TIGHT = 0.002
-# What hangs on the back of a door is so shallow, and keeps so far from its edges.
-SHALLOW, INSET = 0.14, 0.008
 # A front without a handle has room behind so much of it.
 HOLLOW = 0.4
 # A panel narrower than this part of the side, and without a handle, is a strip of the body.
@@ -37,7 +42,7 @@ def dress(pieces: Pieces, side: int, panels: list[Panel], controls: list[Control
     """Give each panel its handles, trims and box; returns the controls that are none of these."""
     low, high = face_on(pieces, side)
     taken = {f for p in panels for f in p.members}
-    rest = _pulls(panels, controls)
+    rest = _pulls(panels, [c for c in controls if c.long <= LONGEST or c.stands >= HANDLE_STANDS])
     taken |= {f for p in panels for g in p.grips for f in g} | {f for c in rest for f in c.fragments}
     for i in [*range(pieces.count), *range(pieces.count)]:
         if i in taken:
@@ -51,8 +56,12 @@ def dress(pieces: Pieces, side: int, panels: list[Panel], controls: list[Control
             (panel.grips.append([i]) if held else panel.trims.append(i))
             panel.fore.append(float(low[i, 2]))
             taken.add(i)
+    rest = _feet(panels, rest, low, high)
     for panel in panels:
-        more = _hung(pieces, side, panel, taken, low, high)
+        more = backing(pieces, side, panel, taken)
+        panel.trims += more
+        taken |= set(more)
+        more = hung(pieces, side, panel, taken)
         panel.trims += more
         taken |= set(more)
     for panel in panels:
@@ -71,7 +80,7 @@ def handle_spots(pieces: Pieces, side: int, panels: list[Panel], controls: list[
         size = high[i, :2] - low[i, :2]
         if host is not None and float(host.low[2] - low[i, 2]) >= HANDLE_STANDS and size.max() > 2.5 * size.min():
             spots.append((low[i, :2] + high[i, :2]) / 2)
-    spots += [c.middle for c in controls if c.long > 2.5 and c.stands >= HANDLE_STANDS]
+    spots += [c.middle for c in controls if (c.long > 2.5 or c.round) and c.stands >= HANDLE_STANDS]
     out: list[Floats] = []
     for spot in spots:
         if not any(np.abs(spot - o).max() < 0.03 for o in out):
@@ -109,7 +118,7 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
     """Take from the controls those that are pulls of a panel: alone on it, or a pair in mirrored places."""
     for panel in panels:
         own = [c for c in controls if _host([panel], c.low, c.high) is panel]
-        bars = [c for c in own if c.long > 2.5 and panel.low[2] - c.low[2] >= HANDLE_STANDS]
+        bars = [c for c in own if c.long > 2.5 and _is_bar(c, panel)]
         bars += [c for c in own if not any(c is b for b in bars) and any(_bears(c, b) for b in bars)]
         panel.grips += [c.fragments for c in bars]
         panel.fore += [float(c.low[2]) for c in bars]
@@ -117,7 +126,7 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
         small = [
             c
             for c in own
-            if panel.low[2] - c.low[2] >= HANDLE_STANDS
+            if _is_pull(c, float(panel.low[2] - c.low[2]))
             and float(c.across.max()) <= 0.3 * min(panel.width, panel.height)
         ]
         mirrored = len(small) == 2 and abs(sum(float(c.middle[0]) for c in small) - panel.low[0] - panel.high[0]) < 0.02
@@ -129,9 +138,44 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
     return [c for c in controls if not set(c.fragments) & held]
 
 
+def _is_bar(control: Control, panel: Panel) -> bool:
+    """Whether something long on a panel is a handle: it stands far out, or is no rail and stands out by its width."""
+    stands = float(panel.low[2] - control.low[2])
+    rail = (control.across > SHORT * (panel.high - panel.low)[:2]).any()
+    return stands >= HANDLE_STANDS or (not rail and _is_pull(control, stands))
+
+
+def _is_pull(control: Control, stands: float) -> bool:
+    """Whether a small thing stands out of a panel far enough for fingers: a knob or bar by its own width too."""
+    shaped = control.round or control.long > 2.5
+    return stands >= HANDLE_STANDS or (
+        shaped and stands >= max(PULL_STANDS, PULL_BY_WIDTH * float(control.across.min()))
+    )
+
+
 def _bears(control: Control, bar: Control) -> bool:
     """Whether a small thing touches a bar: a foot of it."""
     return bool((control.low <= bar.high + 0.003).all() and (control.high >= bar.low - 0.003).all())
+
+
+def _feet(panels: list[Panel], controls: list[Control], low: Floats, high: Floats) -> list[Control]:
+    """Give handles the small things that they stand on; returns the other controls."""
+    rest = []
+    for control in controls:
+        host = _host(panels, control.low, control.high)
+        grips = [] if host is None else host.grips
+        on = [g for g in grips if _touches(control, low[g].min(axis=0), high[g].max(axis=0))]
+        if on:
+            on[0] += control.fragments
+        else:
+            rest.append(control)
+    return rest
+
+
+def _touches(control: Control, low: Floats, high: Floats) -> bool:
+    """Whether a small thing meets a handle that is larger than itself."""
+    meet = bool((control.low <= high + 0.003).all() and (control.high >= low - 0.003).all())
+    return meet and float((high - low)[:2].max()) >= 1.5 * float(control.across.max())
 
 
 def _box(pieces: Pieces, side: int, panel: Panel, low: Floats, high: Floats) -> list[int]:
@@ -159,7 +203,8 @@ def _box(pieces: Pieces, side: int, panel: Panel, low: Floats, high: Floats) -> 
         more = np.flatnonzero(free & (low[:, 2] >= panel.low[2]) & (high[:, 2] <= reach))
         every = sorted({*first.tolist(), *more.tolist()})
         tall = float(high[every, 1].max() - low[every, 1].min()) >= LEAST_TALL * panel.height
-        if shown is hidden and tall and from_above(pieces, every).is_box:
+        wide = panel.height <= MOST_UPRIGHT * panel.width
+        if shown is hidden and tall and wide and from_above(pieces, every).is_box:
             return every
         near = set(first.tolist())
         found = [h for h in heaps(low, high, every) if not near.isdisjoint(h) and _is_box(pieces, h, panel, low, high)]
@@ -190,30 +235,6 @@ def _is_box(pieces: Pieces, heap: list[int], panel: Panel, low: Floats, high: Fl
     return wide and tall and from_above(pieces, heap).is_tub
 
 
-def _hung(pieces: Pieces, side: int, panel: Panel, taken: set[int], low: Floats, high: Floats) -> list[int]:
-    """What hangs on the back of a panel: shallow, hidden, away from its edges, and in touch with it."""
-    size = high - low
-    hidden = pieces.seen.sum(axis=1) <= 0.02 * np.maximum(pieces.area, 1e-12)
-    inset = (low[:, :2] >= panel.low[:2] + INSET).all(axis=1) & (high[:, :2] <= panel.high[:2] - INSET).all(axis=1)
-    whole = float(high[:, 2].max() - low[:, 2].min())
-    fits = inset & hidden & (low[:, 2] >= panel.low[2]) & (size[:, 2] <= SHALLOW * whole)
-    found: list[int] = []
-    edge = float(panel.high[2])
-    rows = [i for i in np.flatnonzero(fits).tolist() if i not in taken]
-    while True:
-        hosts = [(panel.low, np.append(panel.high[:2], edge)), *((low[i], high[i]) for i in found)]
-        more = [
-            i
-            for i in rows
-            if i not in found
-            and high[i, 2] <= edge + SHALLOW * whole
-            and any((low[i] <= b + 0.003).all() and (high[i] >= a - 0.003).all() for a, b in hosts)
-        ]
-        if not more:
-            return sorted(found)
-        found += more
-
-
 def box_depth(pieces: Pieces, side: int, panel: Panel) -> float:
     """How far the box of a panel reaches behind it."""
     _, high = face_on(pieces, side)
@@ -227,6 +248,7 @@ def which_open(pieces: Pieces, side: int, panels: list[Panel]) -> list[tuple[Pan
     gripped = [p for p in panels if p.grips]
     boxed = [p for p in panels if p.box or p.high[2] - p.low[2] > 0.34 * whole[2]]
     sure = {id(p) for p in [*gripped, *boxed]}
+    boxy = boxiness(pieces.soup, pieces.pictures) >= BOXY
     least = min((p.width * p.height for p in panels if id(p) in sure), default=0.0)
     out: list[tuple[Panel, float, str]] = []
     for p in panels:
@@ -247,7 +269,7 @@ def which_open(pieces: Pieces, side: int, panels: list[Panel]) -> list[tuple[Pan
             or (gripped and foot < 0.35 * max(q.width * q.height for q in gripped))
         ):
             continue
-        elif foot >= 0.08 * whole[0] * whole[1] and _closes(pieces, side, p):
+        elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(pieces, side, p):
             out.append((p, 0.55, "lies on the front like a door"))
     return out
 

@@ -11,7 +11,7 @@ from casa_assets.articulate import hinges
 from casa_assets.articulate.controls import Control, facing, find_controls, is_free
 from casa_assets.articulate.cut import cut
 from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frames import bridged, joined
+from casa_assets.articulate.frames import bridged, find_slats, joined
 from casa_assets.articulate.fronts import box_depth, dress, handle_spots, which_open
 from casa_assets.articulate.inside import Tray, find_trays
 from casa_assets.articulate.levers import Lever, find_levers
@@ -26,6 +26,8 @@ from casa_assets.model.record import Vec3
 
 # Travel of a button in diagonals, capped by how far it stands out. Ref: 2 to 5 mm on a thing of 0.8 m.
 BUTTON_WAY = 0.004
+# What is so near to the middle of the top, by its size, crowns a thing and does not command it.
+MIDDLE = 0.1
 
 
 @dataclass
@@ -71,17 +73,31 @@ def infer(soup: Soup, frame: Frame, category: str = "") -> Articulation:
         soup: in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
         category: id of a category where it is known, empty otherwise.
     """
-    pieces = measure(soup, cut(soup, fragment_labels(soup)))
+    return found_in(measure(soup, cut(soup, fragment_labels(soup))), frame, category)
+
+
+def found_in(pieces: Pieces, frame: Frame, category: str = "") -> Articulation:
+    """Find the moving parts of pieces that are measured already, as `infer` does."""
     found = _Found(pieces)
     if pieces.count > 1:
         panels = find_panels(pieces, FRONT)
         controls = find_controls(pieces, FRONT, [f for p in panels for f in p.members])
+        # A lever may be as large as a small panel.
+        free = {f for c in controls for f in c.fragments}
+        blocks = [c for c in find_controls(pieces, FRONT, []) if free.isdisjoint(c.fragments)]
         levers, controls = find_levers(pieces, FRONT, controls)
+        levers += find_levers(pieces, FRONT, blocks)[0]
         _levers(found, FRONT, levers)
+        panels = [p for p in panels if found.taken.isdisjoint(p.members)]
         over = [c for c in find_controls(pieces, TOP, sorted(found.taken)) if c.round and _stands_free(pieces, c)]
         controls = _better_here(controls, over)
+        if len(over) == 1 and _tops_off(pieces, over[0]):
+            over = []
         panels = bridged(pieces, FRONT, panels)
-        panels = joined(panels, handle_spots(pieces, FRONT, panels, controls))
+        spots = handle_spots(pieces, FRONT, panels, controls)
+        panels = joined(panels, spots, find_slats(pieces, FRONT, panels))
+        boards = {f for p in panels for f in p.members}
+        controls = [c for c in controls if boards.isdisjoint(c.fragments)]
         rest = dress(pieces, FRONT, panels, controls)
         _fronts(found, panels)
         _controls(found, FRONT, rest)
@@ -89,7 +105,8 @@ def infer(soup: Soup, frame: Frame, category: str = "") -> Articulation:
             for tray in find_trays(pieces, FRONT, panel, edge, sorted(found.taken)):
                 _tray(found, panel, tray)
         for lid in find_lids(pieces, found.taken):
-            _lid(found, lid)
+            if lid.far > 0.0:
+                _lid(found, lid)
         _controls(found, TOP, over)
     return Articulation(frame=frame, parts=tuple(found.parts), category=category)
 
@@ -103,6 +120,13 @@ def _better_here(controls: list[Control], others: list[Control]) -> list[Control
 def _stands_free(pieces: Pieces, control: Control) -> bool:
     """Whether a thing on the top stands out like a knob, and not like a foot or a burner."""
     return control.stands >= 0.3 * float(control.across.max()) and is_free(pieces, TOP, control)
+
+
+def _tops_off(pieces: Pieces, control: Control) -> bool:
+    """Whether a thing is in the middle of the top: the cap of a bottle, the stem of a fruit, the grip of a lid."""
+    low, high = face_on(pieces, TOP)
+    low, high = low.min(axis=0)[:2], high.max(axis=0)[:2]
+    return bool((np.abs(control.middle - (low + high) / 2) < MIDDLE * (high - low)).all())
 
 
 def _fronts(found: _Found, panels: list[Panel]) -> None:
@@ -237,16 +261,16 @@ def _tray(found: _Found, door: Panel, tray: Tray) -> None:
 
 
 def _lid(found: _Found, lid: Lid) -> None:
-    """A lid that opens upwards about its far edge, as a jug's does."""
-    x, _, z = (lid.low + lid.high) / 2
+    """A lid that opens upwards about its edge at the handle, or at the back."""
     because = "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
+    axis, anchor = lid.hinge
     joint = JointPlan(
         kind=JointKind.HINGE,
-        axis=(-1.0, 0.0, 0.0),
-        anchor=_direction_free(np.array([x, lid.high[1], z])),
-        range=(0.0, hinges.DOOR_RANGE),
+        axis=_direction(axis),
+        anchor=_direction_free(anchor),
+        range=(0.0, lid.far),
         confidence=0.5,
-        because=because,
+        because="hinged at the handle, or where nothing is in its way",
     )
     found.add(PartKind.LID, lid.fragments, lid.knob, joint, "", (0.6, because))
 

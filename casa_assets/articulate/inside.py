@@ -18,6 +18,8 @@ from casa_assets.articulate.soup import Bools, Floats
 # A rack takes at least this part of the width of its door, a turntable the second, and is at most this part of its
 # height tall.
 LEAST_WIDTH, LEAST_DISC, MOST_HEIGHT = 0.45, 0.2, 0.5
+# Tubs stand side by side: so much of the width does for one, and what hangs together over narrow gaps is one first.
+LEAST_TUB, GAPS = 0.3, (0.0008, 0.004)
 # Less of it than this part of its surface is seen from outside, of a tub than the second.
 SEEN, TUB_SEEN = 0.02, 0.05
 # A plate that is so near to a wall rests on it, diagonals.
@@ -49,10 +51,12 @@ def find_trays(pieces: Pieces, side: int, door: Panel, edge: Edge | None, taken:
         pieces.seen[:, [s for s in (FRONT, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1) <= TUB_SEEN / SEEN * surface
     )
     found = []
-    for group in heaps(low, high, np.flatnonzero(rows & covered).tolist()):
-        if _fills(low, high, group, door, LEAST_WIDTH) and _is_tub(pieces, low, high, group, door):
-            found.append(Tray(tuple(group), False, True, 0.7, "a tub behind a front"))
-    gone = {f for t in found for f in t.fragments}
+    gone: set[int] = set()
+    for gap in GAPS:
+        for group in heaps(low, high, [i for i in np.flatnonzero(rows & covered).tolist() if i not in gone], gap):
+            if _fills(low, high, group, door, LEAST_TUB) and _is_tub(pieces, low, high, group, door):
+                found.append(Tray(tuple(group), False, True, 0.7, "a tub behind a front"))
+                gone |= set(group)
     rows &= pieces.seen.sum(axis=1) <= surface
     for group in heaps(low, high, [i for i in np.flatnonzero(rows).tolist() if i not in gone]):
         tray = _rack(pieces, side, group, edge, door) if _fills(low, high, group, door, LEAST_DISC) else None

@@ -9,10 +9,12 @@ import numpy as np
 
 from casa_assets.articulate.controls import Control
 from casa_assets.articulate.pieces import Pieces, face_on
-from casa_assets.articulate.soup import Bools, Floats
+from casa_assets.articulate.soup import Bools, Floats, Ints
 
 # A slot is deeper than what is beside it by so much, and so long, diagonals.
 DEEPER, LONGEST_GAP, LEAST_SLOT = 0.008, 0.02, 0.06
+# A slot that is painted on lies no farther out than what is beside it than this, diagonals.
+FLUSH = 0.001
 # A hand finds a lever that stands out by so much, diagonals.
 LEAST_STAND = 0.01
 # What sits beside a slot hides so much of its border, diagonals.
@@ -70,17 +72,22 @@ def _slot(pieces: Pieces, side: int, control: Control, along: int, sign: float, 
     wide = float(control.across[across])
     start = float((control.high if sign > 0 else control.low)[along])
     steps = np.arange(1, int(0.7 / picture.pixel)) * picture.pixel
-    lines = []
+    lines, marks = [], []
     for shift in (0.0, -BESIDE * wide, BESIDE * wide):
         line = np.empty((len(steps), 2))
         line[:, along] = start + sign * steps
         line[:, across] = control.middle[across] + shift
         row, column = picture.rows_columns(line)
         lines.append(picture.depth[row, column])
+        marks.append(np.where(picture.face[row, column] >= 0, pieces.label[picture.face[row, column]], -1))
     inside = np.isfinite(lines[1]) & np.isfinite(lines[2])
     left, right = np.where(inside, lines[1], 0.0), np.where(inside, lines[2], 0.0)
     beside = np.maximum(left, right)
-    deep = inside & (np.abs(left - right) < DEEPER) & (lines[0] > beside + DEEPER)
+    deep = (
+        inside
+        & (np.abs(left - right) < DEEPER)
+        & ((lines[0] > beside + DEEPER) | (_marked(marks) & (lines[0] > beside - FLUSH)))
+    )
     last = _run(deep, picture.pixel)
     if last * picture.pixel < max(LEAST_SLOT, 1.2 * float(control.across[along])) or not _ends(deep, inside, last):
         return None
@@ -88,6 +95,15 @@ def _slot(pieces: Pieces, side: int, control: Control, along: int, sign: float, 
     way = np.zeros(3)
     way[along], way[2] = sign, slope
     return Lever(control, way / np.linalg.norm(way), last * picture.pixel)
+
+
+def _marked(marks: list[Ints]) -> Bools:
+    """Where a strip of its own runs in the middle and one piece at both sides: a slot that is drawn, not cut."""
+    middle, left, right = marks
+    found: Bools = (middle >= 0) & (left == right) & (middle != left)
+    strip = middle[found][0] if found.any() else -1
+    same: Bools = found & (middle == strip)
+    return same
 
 
 def _run(deep: Bools, pixel: float) -> int:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from casa_assets.articulate.controls import is_round
 from casa_assets.articulate.hollow import from_above
 from casa_assets.articulate.pieces import FRONT, LEFT, TOP, Pieces, face_on
 from casa_assets.articulate.soup import Floats
+from casa_assets.geometry.coverage import surface_samples
 
 # A lid is at least so wide, diagonals, at most so thick by its width, and at most this part of all surface.
 LEAST, THICK, MOST_AREA = 0.12, 0.5, 0.3
@@ -19,18 +22,37 @@ BARE, BARE_UNDER_BAIL = 0.6, 0.2
 MIDDLE, KNOB = 0.12, 0.4
 # A vessel has something in the upper quarter of its height in at most this part of its plan.
 MOUTH = 0.35
+# Ways from a lid to its hinge: backwards, as jugs have it, before the sides and the front.
+WAYS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+# A handle sticks out of a vessel by so much, and is so much taller than what sticks out elsewhere; diagonals.
+STICKS_OUT, TALLER = 0.04, 1.3
+# A lid that opens so far, rad, is open; it passes other things at this distance, diagonals.
+WIDE, CLEAR, SAMPLES = 1.2, 0.012, 1500
 # Between a lid and what it lies on there is at most so much air, diagonals.
 GAP = 0.015
 
 
 @dataclass(frozen=True)
 class Lid:
-    """Fragments of a lid and of its knob, and the corners of all in the frame."""
+    """A lid.
+
+    Attributes:
+        fragments: all of it. knob: those of its knob. low, high: corners in the frame.
+        way: (3,) level unit direction from its middle to its hinge. far: how far it opens, rad.
+    """
 
     fragments: list[int]
     knob: list[int]
     low: Floats
     high: Floats
+    way: Floats
+    far: float
+
+    @property
+    def hinge(self) -> tuple[Floats, Floats]:
+        """(3,) axis about which a positive turn lifts it, and a point of it."""
+        middle = (self.low + self.high) / 2
+        return np.cross([0.0, 0.0, 1.0], self.way), middle + self.way * (self.high - self.low) / 2
 
 
 def find_lids(pieces: Pieces, taken: set[int]) -> list[Lid]:
@@ -52,7 +74,57 @@ def find_lids(pieces: Pieces, taken: set[int]) -> list[Lid]:
     if host is None or not (knob or (bare[disc] >= BARE and _is_vessel(pieces, host))):
         return []
     fragments = [disc, *knob]
-    return [Lid(fragments, knob, *pieces.box(fragments))]
+    corners = pieces.box(fragments)
+    held = _handle_side(pieces, host, fragments)
+    ways = sorted(range(len(WAYS)), key=lambda k: (k != held, k))
+    lids = [_opened(pieces, Lid(fragments, knob, *corners, WAYS[k], 0.0)) for k in ways]
+    wide = [lid for lid in lids if lid.far >= WIDE]
+    return [wide[0] if wide else max(lids, key=lambda lid: lid.far)]
+
+
+def _handle_side(pieces: Pieces, host: int, lid: list[int]) -> int:
+    """Number of the way to the handle of a vessel, or away from its spout; the back where nothing tells.
+
+    Of what sticks out at the sides the tallest is the handle; under a bail what sticks out alone is the spout.
+    """
+    own = [host, *lid]
+    reach = []
+    for way in WAYS:
+        out = pieces.low @ np.minimum(way, 0.0) + pieces.high @ np.maximum(way, 0.0)
+        out = out - out[host]
+        out[own] = 0.0
+        rows = np.flatnonzero(out > STICKS_OUT)
+        reach.append(float(pieces.high[rows, 2].max() - pieces.low[rows, 2].min()) if len(rows) else 0.0)
+    best = int(np.argmax(reach))
+    others = max(r for k, r in enumerate(reach) if k != best)
+    if reach[best] <= TALLER * others:
+        return 0
+    low, high = pieces.box(lid)
+    over = (pieces.low[:, :2] < high[:2]).all(axis=1) & (pieces.high[:, :2] > low[:2]).all(axis=1)
+    over &= pieces.high[:, 2] > high[2] + STICKS_OUT
+    over[own] = False
+    spout = others == 0.0 and bool(over.any())
+    return next(k for k, way in enumerate(WAYS) if float(way @ WAYS[best]) < -0.5) if spout else best
+
+
+def _opened(pieces: Pieces, lid: Lid) -> Lid:
+    """A lid with the angle to which it opens before it meets what does not touch it while it is shut."""
+    rows = np.zeros(len(pieces.label), dtype=bool)
+    rows[pieces.faces_of(lid.fragments)] = True
+    others = ~rows & (pieces.label >= 0)
+    points, faces = pieces.soup.points, pieces.soup.faces
+    own = surface_samples(points, faces[rows], SAMPLES)
+    tree = cKDTree(surface_samples(points, faces[others], 8 * SAMPLES))
+    own = own[tree.query(own)[0] > CLEAR]
+    axis, anchor = lid.hinge
+    own = own[(anchor - own) @ lid.way > CLEAR]
+    far = 0.0
+    for angle in np.radians(np.arange(5.0, 90.1, 5.0)):
+        moved = Rotation.from_rotvec(axis * angle).apply(own - anchor) + anchor
+        if len(own) and float(tree.query(moved)[0].min()) < CLEAR:
+            break
+        far = float(angle)
+    return replace(lid, far=far)
 
 
 def _is_vessel(pieces: Pieces, host: int) -> bool:

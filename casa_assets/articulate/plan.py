@@ -17,6 +17,7 @@ from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
 
 FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]
 Matrix3 = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (3, 3))]
+Cloud = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 3))]
 Floats = npt.NDArray[np.float64]
 
 
@@ -98,6 +99,7 @@ class PartPlan(Record):
     Attributes:
         name: unique. parent: name of the part that carries it, empty for the body.
         faces: of the mesh as it came in. grip: those that a hand takes, a subset.
+        added: the mesh has no such part; it came with a room that was built.
     """
 
     name: Id
@@ -108,11 +110,87 @@ class PartPlan(Record):
     joint: JointPlan
     confidence: Confidence = 0.5
     because: str = ""
+    added: bool = False
+
+
+class Filling(StrEnum):
+    """What an interior is furnished as."""
+
+    OVEN = "oven"
+    MICROWAVE = "microwave"
+    REFRIGERATOR = "refrigerator"
+    DISHWASHER = "dishwasher"
+    CABINET = "cabinet"
+    PLAIN = "plain"
+    DRAWER = "drawer"
+
+
+# What a mesh is called that was built into a thing, by what it is part of; what is seen of it is called so too.
+BUILT_AS = {f: f"added_{f.value}" for f in Filling}
+
+
+class Room(Record):
+    """What a door closes, or what a drawer holds, in the frame.
+
+    Attributes:
+        parts: that close it, one or two; a drawer's holds what lies in it and moves with it.
+        low, high: inner corners; low[1] is its mouth, of a drawer the back of its front.
+        wall: thickness of what is built round it. outer: corners that it keeps within, where the body begins.
+        built: the mesh has none, so it is to be built; else it is the mesh's own, or stays `empty`.
+        cut: corners of what is taken away of the body for it, None where it is hollow.
+        fronts: corners in which the body has nothing to be, for the leaves of its parts are there; where it is cut.
+        furnish: shelves, racks or a turntable come in too.
+    """
+
+    parts: tuple[str, ...]
+    filling: Filling
+    low: Vec3
+    high: Vec3
+    wall: float
+    outer: tuple[Vec3, Vec3]
+    built: bool
+    empty: bool = False
+    cut: tuple[Vec3, Vec3] | None = None
+    fronts: tuple[tuple[Vec3, Vec3], ...] = ()
+    furnish: bool = True
+    confidence: Confidence = 0.5
+    because: str = ""
+
+
+class Addition(Record):
+    """What was built and belongs to one link.
+
+    Attributes:
+        part: name, empty for the body. filling: of the room that it furnishes.
+        faces: added ones, after those of the mesh.
+        clouds: (N, 3) points of each convex shape that is touched of it, in the frame.
+    """
+
+    part: str
+    filling: Filling
+    faces: FaceIndex
+    clouds: tuple[Cloud, ...] = ()
+
+
+class Space(Record):
+    """A box that things can be put into, in the frame; `part` is what it moves with, empty for the body."""
+
+    name: Id
+    part: str = ""
+    low: Vec3
+    high: Vec3
 
 
 class Articulation(Record):
-    """A mesh taken apart: what does not belong to a part is the body."""
+    """A mesh taken apart: what does not belong to a part is the body.
+
+    Attributes:
+        rooms: what the fronts close. added: what was built in them, with the spaces that it leaves.
+    """
 
     frame: Frame
     parts: tuple[PartPlan, ...] = ()
     category: str = ""
+    rooms: tuple[Room, ...] = ()
+    added: tuple[Addition, ...] = ()
+    spaces: tuple[Space, ...] = ()

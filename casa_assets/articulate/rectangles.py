@@ -15,10 +15,14 @@ LEAST = 0.012
 WAVER = 0.0022
 # A line is looked at in so many stretches: each must show it, and all together even more.
 STRETCHES, EACH, ALL = 12, 0.5, 0.75
+# It shows so much more than the rest of the rectangle does: a rough surface has edges everywhere.
+CONTRAST = 0.45
 # A stretch of which less lies open says nothing; so many must speak.
 OPEN, SPEAK = 0.3, 5
 # What stands out and is so long is a handle, from so far on. Ref: as for whole fragments, fronts.HANDLE_STANDS.
 BAR_LONG, BAR_STANDS = 2.5, 0.012
+# What stands out farther is the ragged border of the thing, before what lies behind it.
+FARTHEST = 0.13
 # Handles whose middles differ by less lie in one row or column.
 ROW = 0.04
 
@@ -75,7 +79,7 @@ def _best(line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, 
     share = np.where(speaks, hit / np.maximum(can, 1), 1.0)
     mean = np.where(speaks, hit, 0).sum(axis=1) / np.maximum(np.where(speaks, can, 0).sum(axis=1), 1)
     good = (share >= EACH).all(axis=1) & (speaks.sum(axis=1) >= SPEAK)
-    mean = np.where(good, mean, 0.0)
+    mean = np.where(good & (mean - float(edges.mean()) >= CONTRAST), mean, 0.0)
     best = float(mean.max())
     # Of equal neighbours the middle one.
     at = np.flatnonzero(mean >= best - 0.02)
@@ -102,7 +106,7 @@ def _inside(side: Relief, leaf: Leaf) -> list[Blob]:
 
 def is_bar(blob: Blob) -> bool:
     """Whether something is a handle by its shape."""
-    return blob.long >= BAR_LONG and blob.stands >= BAR_STANDS
+    return blob.long >= BAR_LONG and BAR_STANDS <= blob.stands <= FARTHEST
 
 
 def _held(side: Relief, leaf: Leaf) -> list[Leaf]:

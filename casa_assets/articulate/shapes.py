@@ -37,10 +37,11 @@ def clouds_of(points: Floats, faces: Ints, most: int) -> list[Floats]:
     used, local = np.unique(faces, return_inverse=True)
     cloud, triangles = points[used], local.reshape(-1, 3)
     extent = np.ptp(cloud, axis=0)
-    if extent.min() < THINNEST_M:
+    thin = bool(extent.min() < THINNEST_M)
+    if thin and (most == 1 or _fills_its_box(cloud, triangles)):
         return [box_cloud(*_thick(cloud))]
     finest = voxelise(cloud, triangles, cells=CELLS[0])
-    if most == 1 or finest.volume >= FULL * hull_volume(cloud):
+    if most == 1 or (not thin and finest.volume >= FULL * hull_volume(cloud)):
         return [_convex(cloud)]
     samples = np.concatenate([cloud, surface_samples(cloud, triangles, SAMPLES)])
     found: list[Floats] = []
@@ -71,6 +72,17 @@ def box_cloud(low: Floats, high: Floats) -> Floats:
     """(8, 3) corners of a box."""
     found: Floats = low + _CORNERS * (high - low)
     return found
+
+
+def _fills_its_box(cloud: Floats, triangles: Ints) -> bool:
+    """Whether something flat is no frame: its largest side, seen from before it, has no hole to speak of."""
+    extent = np.ptp(cloud, axis=0)
+    axis = int(np.argmin(extent))
+    a, b, c = (cloud[triangles[:, k]] for k in range(3))
+    facing = np.cross(b - a, c - a)[:, axis] / 2
+    # A sheet, or a thin plate with two sides.
+    seen = max(float(facing[facing > 0].sum()), float(-facing[facing < 0].sum()))
+    return seen >= FULL * float(np.prod(np.delete(extent, axis)))
 
 
 def _thick(cloud: Floats) -> tuple[Floats, Floats]:

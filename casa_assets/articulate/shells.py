@@ -103,12 +103,19 @@ def _unit(vectors: Floats) -> Floats:
     return found
 
 
-def _in_frame(model: RawModel, frame: Frame) -> Soup:
-    """All triangles of a model as one soup in the frame."""
+def surface(model: RawModel) -> Soup:
+    """All triangles of a model as one soup, file axes."""
     starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
     faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
-    soup = soup_of(np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces))
-    return soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    numbers: dict[str, int] = {}
+    looks = ["" if p.material is None else p.material.id for p in model.parts]
+    tint = [np.full(len(f), numbers.setdefault(k, len(numbers))) for f, k in zip(faces, looks, strict=True)]
+    return soup_of(np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces), np.concatenate(tint))
+
+
+def _in_frame(model: RawModel, frame: Frame) -> Soup:
+    """All triangles of a model as one soup in the frame."""
+    return surface(model).placed(frame.rotation, np.array(frame.origin), frame.scale)
 
 
 def _over(found: Articulation, parent: Ints, owner: Ints, closing: Caps) -> Articulation:

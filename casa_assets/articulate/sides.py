@@ -19,6 +19,8 @@ NARROW, OUT, FARTHEST = 0.13, 0.006, 0.3
 SMALLEST, FEWEST_PIXELS = 0.012, 6
 # The plane of a side: so much of what is seen is nearer. Things stand out fully at `JUT` before it.
 PLANE, JUT = 0.3, 0.06
+# What stands on legs stands so far off, diagonals.
+LEG = 0.035
 # A slot is so wide and long, and so deep; a burner so large.
 SLOT_WIDE, SLOT_LONG, SLOT_DEEP, SLOT_WINDOW = 0.015, 0.2, 0.05, 0.1
 RING_SMALLEST, RING_LARGEST = 0.09, 0.45
@@ -57,7 +59,7 @@ class Side:
         panels: share of its rectangle that thin pieces near it cover.
         stands: share of its pixels that stand out before most of it.
         juts: how far its nearest points stand out before its plane, 0..1, unless it stands on them.
-        support: hull of what is nearest, as a part of the rectangle.
+        support: hull of what is nearest, as a part of the rectangle. filled: what lies less than a leg's length deep.
         mirror: how alike it is to its mirror image, left to right and top to bottom, 0..1.
         blobs: small things that stand out.
         rings: log of 1 and the number of flat discs larger than knobs. slots: deep narrow grooves, in pairs.
@@ -68,6 +70,7 @@ class Side:
     stands: float
     juts: float
     support: float
+    filled: float
     mirror: tuple[float, float]
     blobs: tuple[Blob, ...]
     rings: float
@@ -92,6 +95,7 @@ def look(pieces: Pieces, side: int) -> Side:
         stands=float((seen & (depth < middle - 0.008)).sum() / shown) if middle > 0.008 else 0.0,
         juts=min(plane / JUT, 1.0) * (1.0 - support),
         support=support,
+        filled=float((seen & (depth < LEG)).mean()),
         mirror=(_alike(depth, edges, 1), _alike(depth, edges, 0)),
         blobs=_blobs(depth, seen, picture.pixel, far),
         rings=_rings(pieces, side, low, high),

@@ -29,6 +29,7 @@ class Soup:
             collapses stays, with no area.
         normals: (F, 3) unit, zero where a face has no area. areas: (F,).
         twin: (F,) the first face with the same three points and the same side; itself where it is the first.
+        tint: (F,) number of the material of each face; faces of two materials are not one piece of a thing.
     """
 
     points: Floats
@@ -36,6 +37,7 @@ class Soup:
     normals: Floats
     areas: Floats
     twin: Ints
+    tint: Ints
 
     @property
     def diagonal(self) -> float:
@@ -45,14 +47,14 @@ class Soup:
     def placed(self, rotation: Floats, origin: Floats, scale: float) -> Soup:
         """The triangles as seen in another frame: `scale * rotation @ (point - origin)`; rotation is proper."""
         points = (self.points - origin) @ rotation.T * scale
-        return Soup(points, self.faces, self.normals @ rotation.T, self.areas * scale**2, self.twin)
+        return Soup(points, self.faces, self.normals @ rotation.T, self.areas * scale**2, self.twin, self.tint)
 
 
-def soup_of(vertices: Floats, faces: Ints) -> Soup:
+def soup_of(vertices: Floats, faces: Ints, tint: Ints | None = None) -> Soup:
     """Weld triangles.
 
     Args:
-        vertices: (V, 3) finite. faces: (F, 3) within range.
+        vertices: (V, 3) finite. faces: (F, 3) within range. tint: (F,) materials, None where all have one.
     """
     extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 0.0
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0))) if len(vertices) else 0.0
@@ -61,7 +63,8 @@ def soup_of(vertices: Floats, faces: Ints) -> Soup:
     normals, areas = face_normals(points, ids)
     flat = (ids[:, 0] == ids[:, 1]) | (ids[:, 1] == ids[:, 2]) | (ids[:, 2] == ids[:, 0])
     areas = np.where(flat, 0.0, areas)
-    return Soup(points, ids, normals, areas, _twins(ids, len(points)))
+    plain = np.zeros(len(ids), dtype=np.int64)
+    return Soup(points, ids, normals, areas, _twins(ids, len(points)), plain if tint is None else tint)
 
 
 def _twins(faces: Ints, count: int) -> Ints:

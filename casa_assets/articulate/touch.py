@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.clear import Solid, clear
+from casa_assets.articulate.clear import Solid, clear, less
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
 from casa_assets.articulate.shapes import clouds_of, shape_of
 from casa_assets.articulate.soup import Soup
@@ -22,13 +22,15 @@ Ints = npt.NDArray[np.int64]
 
 # Shapes of a link before and after cuts, and of a handle. Ref: registry/limits.yaml, hull_count.
 FIRST, MOST, GRIP = 22, 32, 6
+# Of those at least so many are of what a mesh has itself; faces that were built have shapes of their own.
+LEAST_OWN, BUILT = 14, -2
 # A fragment of which so little lies outside the shapes so far, metres or part of the whole, needs none of its own.
 REACH_M, REACH_SHARE = 0.004, 0.012
 # Fragments of a link that are looked at, the largest first.
 MOST_PIECES = 60
 # What a finger presses or turns is one shape.
 ONE = frozenset({PartKind.KNOB, PartKind.BUTTON})
-LABELS = {PartKind.TRAY: "rack"}
+_LABELS = {PartKind.TRAY: "rack"}
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,11 @@ class Touched:
 
     colliders: tuple[Collider, ...]
     behind: int | None = None
+
+
+def label_of(kind: PartKind) -> str:
+    """What shapes and surfaces of a part of a kind are called."""
+    return _LABELS.get(kind, kind.value)
 
 
 def touched(points: Floats, soup: Soup, label: Ints, found: Articulation, substance: str) -> list[Touched]:
@@ -51,6 +58,8 @@ def touched(points: Floats, soup: Soup, label: Ints, found: Articulation, substa
         owner[part.faces] = i
     names = [p.name for p in found.parts]
     behind = [_behind(p, found.parts, soup) for p in found.parts]
+    for added in found.added:
+        owner[added.faces] = BUILT
     solids = [_solid(points, soup, label, np.flatnonzero(owner == -1), None, metres)]
     for i, part in enumerate(found.parts):
         solid = _solid(points, soup, label, np.flatnonzero(owner == i), part, metres)
@@ -59,6 +68,7 @@ def touched(points: Floats, soup: Soup, label: Ints, found: Articulation, substa
         solid.behind = None if before is None else before + 1
         solids.append(solid)
     _place(solids, found, points, soup, metres)
+    _build_in(solids, found, points, soup, metres)
     clear(solids)
     out = []
     for i, solid in enumerate(solids):
@@ -81,10 +91,41 @@ def _place(solids: Sequence[Solid], found: Articulation, points: Floats, soup: S
         solid.far = float(joint.range[1]) * (1.0 if solid.turns else metres)
 
 
+def _largest(clouds: Sequence[Floats], most: int) -> list[Floats]:
+    """The largest of some shapes, those among them that reach farthest to a side: a hand meets these first."""
+    ranked = sorted(range(len(clouds)), key=lambda i: (-round(hull_volume(clouds[i]), 12), i))
+    if len(ranked) <= most:
+        return [clouds[i] for i in ranked]
+    low, high = (np.array([f(clouds[i], axis=0) for i in ranked]) for f in (np.min, np.max))
+    ends = {ranked[int(k)] for k in (*np.argmin(np.round(low, 6), axis=0), *np.argmax(np.round(high, 6), axis=0))}
+    kept = [*(i for i in ranked if i in ends), *(i for i in ranked if i not in ends)][:most]
+    return [clouds[i] for i in ranked if i in kept]
+
+
+def _build_in(solids: Sequence[Solid], found: Articulation, points: Floats, soup: Soup, metres: float) -> None:
+    """Give links the shapes that were built with what was added to them, the body holes for its rooms; in place."""
+    foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
+    names = [p.name for p in found.parts]
+    for room in (r for r in found.rooms if r.built and (r.cut is not None or r.furnish)):
+        holes = [room.cut or (room.low, room.high), *room.fronts]
+        for hole in holes:
+            box = np.array(hole) * metres + foot
+            solids[0].clouds = [piece for c in solids[0].clouds for piece in less(c, box)]
+    for added in found.added:
+        solid = solids[names.index(added.part) + 1 if added.part else 0]
+        own = _largest(solid.clouds, max(LEAST_OWN, FIRST - len(added.clouds)))
+        solid.clouds = [*own, *(c * metres + foot for c in added.clouds)]
+
+
 def _solid(points: Floats, soup: Soup, label: Ints, rows: Ints, part: PartPlan | None, metres: float) -> Solid:
     """Shapes of one link before any cut."""
     rows = rows[label[rows] >= 0]
-    held = np.zeros(len(rows), dtype=bool) if part is None else np.isin(rows, part.grip)
+    if part is not None and part.kind is PartKind.TRAY and len(rows):
+        # Wires by themselves would use up the budget: a rack is touched as the floor and the walls that they make.
+        return Solid(None, clouds_of(points, soup.faces[rows], FIRST), [])
+    # What is taken anywhere has no handle of its own: racks, levers.
+    apart = part is not None and len(part.grip) < len(part.faces)
+    held = np.isin(rows, part.grip) if part is not None and apart else np.zeros(len(rows), dtype=bool)
     if part is not None and part.kind in ONE and len(rows):
         return Solid(None, clouds_of(points, soup.faces[rows], 1), [])
     grips = _covered(points, soup, label, rows[held], GRIP, metres)
@@ -148,9 +189,8 @@ def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: Soup) -> int | None
 
 def _colliders(solid: Solid, middle: Floats, name: str, kind: PartKind | None, substance: str) -> tuple[Collider, ...]:
     """Colliders of a link, its frame; those of the handle first, under its name."""
-    ranked = sorted(range(len(solid.clouds)), key=lambda i: (-round(hull_volume(solid.clouds[i]), 12), i))
-    mains = [solid.clouds[i] for i in ranked[: MOST - len(solid.grips)]]
-    label = None if kind is None else LABELS.get(kind, kind.value)
+    mains = _largest(solid.clouds, MOST - len(solid.grips))
+    label = None if kind is None else label_of(kind)
     out: list[Collider] = []
     for clouds, stem, mark in ((solid.grips, f"{name}_handle_main", "handle"), (mains, f"{name}_main", label)):
         for n, cloud in enumerate(clouds):

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.built import is_built
+from casa_assets.checks.built import from_numbers
 from casa_assets.checks.check import Measured
 from casa_assets.checks.package import Package
 from casa_assets.geometry.extent import link_bounds
@@ -118,7 +118,7 @@ def is_touched_as_seen(asset: Asset, limit: float | None) -> Measured:
         gap, side = float(gaps.max()), int(gaps.argmax())
         worst = max(gap, worst or 0.0)
         share = BOUNDS_RATIO * float(np.ptp(seen, axis=0).max())
-        if gap > max(_number(limit), min(share, BUILT_M) if is_built(asset) else share):
+        if gap > max(_number(limit), min(share, BUILT_M) if from_numbers(asset) else share):
             where = f"{'low' if side < 3 else 'high'} {'xyz'[side % 3]}"
             says = f"collision shapes end {gap:.3g} m away from what is seen at {where}; fit them again"
             problems.append((f"links/{link.name}/colliders", says))

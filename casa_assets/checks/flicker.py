@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.built import is_built
+from casa_assets.checks.built import from_numbers
 from casa_assets.checks.check import Measured
 from casa_assets.geometry.measure import face_normals
 from casa_assets.model.asset import Asset
@@ -28,7 +28,7 @@ Ints = npt.NDArray[np.int64]
 def shows_one_face(asset: Asset, limit: float | None) -> Measured:
     """No two meshes that differ in looks face the same way in the same place; m^2 of the largest overlap."""
     assert limit is not None
-    if not is_built(asset):
+    if not from_numbers(asset):
         return Measured()
     faces = _faces(asset)
     found: dict[tuple[int, int], float] = {}

@@ -14,6 +14,7 @@ from casa_assets.checks import (
     hollow,
     mjcf,
     parity,
+    travel,
     unwrap,
     usd,
     visual,
@@ -85,6 +86,9 @@ TABLE: tuple[Check, ...] = (
     Check("KIN006", ERROR, Package, force.stays_put, "drift_share", "", "What drifts spoils every episode."),
     Check("KIN007", ERROR, Asset, grip.has_a_handle, "gripper_m", "m", "A policy has to know what to take."),
     Check("KIN008", ERROR, Asset, grip.is_upright, "axis_off_rad", "rad", "Scaling loaders know upright axes only."),
+    Check(
+        "KIN009", WARNING, Package, travel.goes_all_its_way, "travel_share", "", "What sticks half way is half open."
+    ),
     Check("HOL001", ERROR, Package, hollow.holds_a_ball, "hollow_m", "m", "What cannot hold a thing is no interior."),
     # what runtimes look for
     Check("CON001", ERROR, Package, contract.has_links_and_joints, None, "", "A runtime finds a door by its name."),

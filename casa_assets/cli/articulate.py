@@ -23,7 +23,7 @@ def articulate(
         typer.Argument(metavar="MESH...", help="OBJ, GLB, glTF, PLY, STL or DAE, each of one thing.", exists=True),
     ],
     out: Annotated[Path, typer.Option(help="Library to write to, made where it is missing.")] = Path("out/articulated"),
-    category: Annotated[str, typer.Option(help="What it is, such as microwave; else its name decides.")] = "",
+    category: Annotated[str, typer.Option(help="What it is, such as microwave; else its name, then its shape.")] = "",
     up: Annotated[str, typer.Option(help="Axis of the file that points up, such as +z; else it is guessed.")] = "",
     front: Annotated[str, typer.Option(help="Axis of the file that the front faces, such as -y.")] = "",
     size: Annotated[float, typer.Option(min=0, help="Longest side in metres; 0: by unit and category.")] = 0.0,
@@ -33,6 +33,11 @@ def articulate(
     preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, coloured, apart, open.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Print every part with confidence and runner-up.")] = False,
     review: Annotated[bool, typer.Option("--review", help="Write review.html with the strips of all meshes.")] = False,
+    clip: Annotated[
+        Path | None,
+        typer.Option(help="Weights of CLIP (open_clip), which then name what --category does not.", exists=True),
+    ] = None,
+    complete: Annotated[bool, typer.Option(help="Build an interior where a door or drawer opens onto nothing.")] = True,
     jobs: Annotated[int, typer.Option(min=1, help="Meshes at once.")] = 1,
 ) -> None:
     """Find doors, drawers, knobs and buttons of static meshes and write them as MJCF and USD that open.
@@ -52,7 +57,7 @@ def articulate(
         raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
     said = Decisions() if decisions is None else read(decisions)
     axes = _axis(up), _axis(front)
-    wishes = [Wish(m, out, category, *axes, size, said, preview or review) for m in meshes]
+    wishes = [Wish(m, out, category, *axes, size, said, preview or review, clip, complete) for m in meshes]
     console = Console()
     every = []
     for done in run(wishes, jobs):
@@ -60,6 +65,8 @@ def articulate(
         _tell(done, console)
         if report and done.found is not None:
             console.print(_table(done))
+            for line in done.lacking:
+                console.print(f"  {escape(plain(line))}", highlight=False)
     if review:
         console.print(f"{articulate_review.write(out, every)}", highlight=False)
     if not all(d.accepted for d in every):
@@ -82,11 +89,18 @@ def _tell(done: Done, console: Console) -> None:
     if done.found is None:
         console.print(f"[red]{done.code}[/] {escape(plain(done.says))}", highlight=False)
         return
-    count = len(done.found.parts)
+    count = sum(not p.added for p in done.found.parts)
     whole = sum(t.whole for t in done.travels.values())
-    says = f"{count} moving part{'s' * (count != 1)}, {whole} of {len(done.travels)} go all their way"
+    rooms = sum(r.built for r in done.found.rooms)
+    added = f", {rooms} interior{'s' * (rooms != 1)} added" if rooms else ""
+    says = f"{count} moving part{'s' * (count != 1)}, {whole} of {len(done.travels)} go all their way{added}"
     mark = "[green]accepted[/]" if done.accepted else f"[red]{done.code}[/] {escape(plain(done.says))};"
     console.print(f"{mark} {name}: {says}: {done.folder}", highlight=False)
+    if done.contract:
+        console.print(f"  holds the contract {done.contract}", highlight=False)
+    elif done.lacking:
+        more = f" (and {len(done.lacking) - 2} more: --report)" if len(done.lacking) > 2 else ""
+        console.print(f"  {escape(plain(': '.join(done.lacking[:2])))}{more}", highlight=False)
     for issue in done.report.issues if done.report else ():
         console.print(
             f"  {issue.severity.value} {issue.code} {escape(plain(issue.pointer + ' ' + issue.says))}", highlight=False
@@ -107,4 +121,7 @@ def _table(done: Done) -> Table:
         way = done.travels.get(part.name)
         goes = "" if way is None else "all" if way.whole else f"{min(way.free, way.reached):.0%} {way.against}"
         table.add_row(part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", because, joint.runner_up)
+    for room in done.found.rooms:
+        if room.built:
+            table.add_row(f"+ {room.filling.value}", room.parts[0], "", "", f"{room.confidence:.0%}", room.because, "")
     return table

@@ -15,7 +15,12 @@ Ints = npt.NDArray[np.int64]
 
 
 def surface_samples(points: Floats, faces: Ints, count: int) -> Floats:
-    """(count, 3) points spread evenly over the area, the same for the same surface.
+    """(count, 3) points spread evenly over the area, the same for the same surface."""
+    return placed_samples(points, faces, count)[0]
+
+
+def placed_samples(points: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
+    """(count, 3) points spread evenly over the area, the same for the same surface, and the face of each.
 
     Ref: systematic sampling of the cumulative area, and the R2 sequence (Roberts 2018) within the triangles.
     """
@@ -28,7 +33,7 @@ def surface_samples(points: Floats, faces: Ints, count: int) -> Floats:
     u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
     a, b, c = (points[faces[face, k]] for k in range(3))
     samples: Floats = a + u[:, None] * (b - a) + v[:, None] * (c - a)
-    return samples
+    return samples, face.astype(np.int64)
 
 
 def gaps(samples: Floats, clouds: Sequence[Floats]) -> Floats:

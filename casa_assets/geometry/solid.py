@@ -57,6 +57,12 @@ def union(surfaces: Sequence[Surface]) -> Surface | None:
     return _surface(manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)) if solids else None
 
 
+def intersection_volume(one: Surface, other: Surface) -> float:
+    """Volume that two closed surfaces share, 0 where one of them is no solid."""
+    a, b = _solid(*one), _solid(*other)
+    return 0.0 if a is None or b is None else float((a ^ b).volume())
+
+
 def _solid(points: Floats, faces: Ints) -> manifold3d.Manifold | None:
     if len(faces) < 4:
         return None

@@ -17,7 +17,7 @@ from casa_assets.model.category import Category
 from casa_assets.model.material import Material, Substance
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
-from casa_assets.model.provenance import Labels
+from casa_assets.model.provenance import Labels, split_of
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 from casa_assets.model.source import Source
 
@@ -58,7 +58,7 @@ def assemble(
         regions=(_bounding_region(colliders),),
         materials=materials,
         substances=(substance,),
-        labels=Labels(category=category.id, classes=classes, qcode=category.qcode),
+        labels=Labels(category=category.id, classes=classes, qcode=category.qcode, split=split_of(sha256)),
         provenance=source.provenance(sha256, draft.guesses),
     )
 

@@ -1,4 +1,4 @@
-"""Collision shapes, the cheap and exact ones first: one primitive or hull, one per piece, then decomposition."""
+"""Collision shapes, the cheap and exact ones first: one primitive or hull, one per piece, rings, cuts, decomposers."""
 
 from __future__ import annotations
 
@@ -9,17 +9,20 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.errors import DegenerateShape, Rejected
-from casa_assets.geometry.coverage import gaps, surface_samples
-from casa_assets.geometry.hull import convex_hull, hull_volume, small_hull
+from casa_assets.geometry.cutting import Solid, hull_points, lean_hull, slimmed, surface_of
+from casa_assets.geometry.hull import convex_hull, small_hull
 from casa_assets.geometry.primitive import best_primitive
-from casa_assets.geometry.solid import closed_solid, simplified_solid
+from casa_assets.geometry.solid import simplified_solid
 from casa_assets.geometry.tessellate import surface
 from casa_assets.geometry.topology import weld
-from casa_assets.geometry.voxel import boundary, voxelise
+from casa_assets.ingest.collide_judge import Verdict, Yardstick, in_words, verdict, yardstick
+from casa_assets.ingest.collide_matter import Matter, matter
+from casa_assets.ingest.collide_rings import cut_vessel
+from casa_assets.ingest.collide_split import Bound, joined, split_up
 from casa_assets.ingest.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.draft import Draft, Placed, warning
-from casa_assets.ingest.pieces import Piece, any_nested, measured, split, thickness
-from casa_assets.model.category import Build, Category
+from casa_assets.ingest.pieces import any_nested, measured, split, thickness
+from casa_assets.model.category import Build, Category, Upright
 from casa_assets.model.issue import Issue
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.record import Record
@@ -31,16 +34,27 @@ Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
 
 # Faces that the decomposition sees; more change the hulls hardly and the time a lot.
 COACD_FACES = 2000
-# Points on the surface that the cover is judged by; the share that may be bare at best, and at worst.
-SAMPLES = 4000
-BARE_GOOD = 0.01
-BARE_BAD = 0.04  # a little below the limit of the check, which samples the finished mesh
-# Cubes along the longest side where a broken surface is made solid.
-SOLID_CELLS = 80
-# V-HACD uses all the hulls that it is given: fewer are tried first, and taken where they hold hardly more.
-SOLID_HULLS = (4, 8, 16)
-SOLID_EXCESS = 1.1
-SOLID_VOXELS = 120_000  # the grid holds no more detail, and V-HACD's time grows with them
+# Faces that cutting by planes works on at most, where that can be had.
+CUT_FACES = 2500
+# The share of the surface that may be bare; a little below the limit of the check, which samples the finished mesh.
+BARE_BAD = 0.04
+# Shares of the bound that a way aims at, so that reducing vertices does not break it, and that the reducing may use.
+AIM = 0.8
+LEAN = 0.15
+# A chord of a wall may cut so much of its thickness.
+CHORD = 0.4
+# What fills this share of its hull is one hull if that is within the bound; a full thing may stick out somewhere.
+ONE = 0.8
+STALK = 2.0
+ROLLING = 0.88
+PRIMITIVE = 0.85
+# A thing that is full is a primitive that its hull fills so far: a can with its rims is a cylinder, a carton a box.
+WHOLE_PRIMITIVE = 0.89
+# A general decomposition is tried where the best so far is so many times beyond the bound.
+POOR = 1.6
+BAD = 3.0
+# Hollow under a floor, as a part of the longest side, that may be filled.
+FOOT = 0.04
 # A hull thinner than this, metres, is a splinter that no contact feels.
 SPLINTER_M = 1e-5
 
@@ -61,13 +75,19 @@ class Task:
 
     Attributes:
         points, faces: (P, 3) welded, metres, and (F, 3).
-        full: matter all through, so that holes in the surface are closed.
+        full: matter all through, so that holes in the surface are closed. fill: of the hull, 0..1.
+        rolls: it has no pose of its own.
+        made: the solid that the surface stands for. by: what shapes are held against.
         params: limits. decomposer: runs CoACD or V-HACD out of process.
     """
 
     points: Floats
     faces: Ints
     full: bool
+    fill: float
+    rolls: bool
+    made: Matter
+    by: Yardstick
     params: CollideParams
     decomposer: Decomposer
 
@@ -76,20 +96,30 @@ class Task:
         """What a decomposition may make of it."""
         return Budget(hulls=self.params.hull_count, hull_vertices=self.params.hull_vertices)
 
+    @property
+    def aim(self) -> Bound:
+        """What cuts are made for."""
+        return Bound(AIM * self.by.bound.p95, AIM * self.by.bound.worst)
+
+    @property
+    def slack(self) -> float:
+        """How far reducing vertices may move a hull, metres."""
+        return LEAN * self.by.bound.p95
+
 
 @dataclass(frozen=True)
 class Cover:
-    """Shapes, how they were made, and the share of the surface that they leave bare (0..1)."""
+    """Shapes, how they were made, and how they do; strain 1 is the bound."""
 
     shapes: tuple[Placed, ...]
     how: str
-    bare: float
+    found: Verdict
 
 
 def collide(draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose) -> Draft:
     """Shapes that stand in for the surface in contacts.
 
-    The cheap and exact ways come first; the first that leaves hardly any of the surface bare is taken.
+    The cheap and exact ways come first; the first that lies close enough all over is taken, else the closest.
 
     Args:
         draft: metres, z up.
@@ -100,110 +130,144 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     """
     vertices, faces = draft.soup()
     points, place = weld(vertices)
+    ids = place[faces]
     full = category.build in (Build.SOLID, Build.FILLED)
-    task = Task(points, place[faces], full, params, decomposer)
-    whole = measured(task.points, task.faces, bridge=full)
+    whole = measured(points, ids, bridge=full)
     if whole is None:
         raise Rejected("MSH004", "no collision shape with a volume fits; the mesh is a sheet or a line")
     notes: list[Issue] = []
+    because = f"the mesh fills {whole.fill:.0%} of its hull"
+    made = None if whole.fill >= params.hull_ratio else matter(points, ids, full)
+    shapes: tuple[Placed, ...]
     if whole.fill >= params.hull_ratio:
-        best = Cover((_shape(whole.points, params),), "one shape: the mesh fills its hull", 0.0)
+        shapes, how, sure = (_whole(whole.points, full, params),), "one shape: the mesh fills its hull", 1.0
+    elif made is None:
+        shapes, how, sure = (_last_resort(whole.points, params, notes),), "one hull", 0.5
     else:
-        best = _best(task, whole, notes)
-    because = f"the mesh fills {whole.fill:.0%} of its hull; {best.bare:.1%} of it is bare"
+        by = yardstick(points, ids, made.solid, not full)
+        rolls = category.upright is Upright.ANY
+        best = _best(Task(points, ids, full, whole.fill, rolls, made, by, params, decomposer), notes)
+        if best is None:
+            shapes, how, sure = (_last_resort(whole.points, params, notes),), "one hull", 0.5
+        else:
+            shapes, how, sure = best.shapes, best.how, 1 / (1 + max(0.0, best.found.strain - 1))
+            because += f"; {made.says}; {in_words(_clouds(best.shapes), by, best.found)}"
     return draft.replace(
-        colliders=best.shapes,
-        guesses=draft.guessed("collision", best.how, 1 - min(1.0, 5 * best.bare), because),
-        notes=draft.noted(*notes),
+        colliders=shapes, guesses=draft.guessed("collision", how, sure, because), notes=draft.noted(*notes)
     )
 
 
-def _best(task: Task, whole: Piece, notes: list[Issue]) -> Cover:
-    """The first way that covers well, else the one that covers best, else one hull around everything."""
-    samples = surface_samples(task.points, task.faces, SAMPLES)
-    reach = max(task.params.error_m, 0.02 * float(np.ptp(task.points, axis=0).max()))
+def _last_resort(points: Floats, params: CollideParams, notes: list[Issue]) -> Placed:
+    notes.append(warning("MSH020", "collision", "no decomposition covers the surface; one hull closes every opening"))
+    return _shape(points, params)
+
+
+def _best(task: Task, notes: list[Issue]) -> Cover | None:
+    """The first way that stays within the bound, else the one that comes closest; None where none covers."""
     best: Cover | None = None
-    # V-HACD may leave the inside of a thing that is full hollow; the grid does not.
-    broken = (_by_solid, _by_vhacd) if task.full else (_by_vhacd, _by_solid)
-    for way in (_by_pieces, _by_coacd, *broken):
+    for way, enough in WAYS:
+        if best is not None and best.found.strain <= enough:
+            break
         try:
-            shapes = way(task)
+            shapes, how = way(task)
+            if not 0 < len(shapes) <= task.params.hull_count:
+                continue
+            found = verdict(_clouds(tuple(shapes)), task.by, task.params.error_m)
         except DecompositionFailed as error:
             notes.append(warning("MSH019", "collision", str(error)))
             continue
-        if not shapes or len(shapes) > task.params.hull_count:
+        except DegenerateShape:
             continue
-        clouds = [surface(s.shape, s.pose)[0] for s in shapes]
-        bare = float((gaps(samples, clouds) > reach).mean())
-        if best is None or bare < best.bare:
-            best = Cover(tuple(shapes), WORDS[way.__name__], bare)
-        if bare <= BARE_GOOD:
-            break
-    if best is None or best.bare > BARE_BAD:
-        notes.append(
-            warning("MSH020", "collision", "no decomposition covers the surface; one hull closes every opening")
-        )
-        return Cover((_shape(whole.points, task.params),), "one hull", 0.0)
+        if found.bare <= BARE_BAD and (best is None or found.strain < best.found.strain):
+            best = Cover(tuple(shapes), how, found)
     return best
 
 
-def _by_pieces(task: Task) -> list[Placed]:
-    """One shape for each convex piece, and CoACD for the others where they are manifolds; empty where they are not."""
-    params = task.params
-    pieces = split(task.points, task.faces, params.hull_count)
-    convex = [p for p in pieces if p.fill >= params.hull_ratio]
-    rest = [p for p in pieces if p.fill < params.hull_ratio]
-    if len(pieces) < 2 or len(convex) + 4 * len(rest) > params.hull_count:
-        return []
-    if any(closed_solid(p.points, p.faces) is None for p in rest) or any_nested(pieces):
-        return []
-    shapes = [_shape(p.points, params) for p in convex]
-    room = params.hull_count - len(shapes)
-    total = sum(p.hull_volume for p in rest)
-    for piece in rest:
-        share = max(4, int((room - 4 * len(rest)) * piece.hull_volume / total))
-        smaller = params.replace(hull_count=share)
-        shapes += _by_coacd(replace(task, points=piece.points, faces=piece.faces, params=smaller))
-    return shapes
+def _by_one(task: Task) -> tuple[list[Placed], str]:
+    """One primitive or hull around everything, where it lies close enough."""
+    if task.fill < ONE:
+        return [], ""
+    shell, _ = convex_hull(task.points)
+    fit = best_primitive(shell)
+    if fit is not None and fit.ratio >= PRIMITIVE:
+        placed = Placed(shape=fit.shape, pose=fit.pose)
+        if verdict(_clouds((placed,)), task.by, task.params.error_m).strain <= 1:
+            return [placed], f"one {fit.shape.kind}"
+    found = verdict([small_hull(shell, task.params.hull_vertices)[0]], task.by, task.params.error_m)
+    off, bound = found.off, task.by.bound
+    # What has no pose of its own rolls: one shape with its stalk does that better than parts with edges.
+    rolls = task.rolls and task.fill >= ROLLING
+    stalk = off.added_p95 <= bound.p95 and off.added_worst <= STALK * bound.worst
+    near = found.strain <= 1 or (task.full and (rolls or stalk))
+    return ([_whole(shell, task.full, task.params)], "one shape") if near else ([], "")
 
 
-def _by_coacd(task: Task) -> list[Placed]:
-    """CoACD of a closed manifold; empty where the mesh is none."""
-    solid = simplified_solid(task.points, task.faces, COACD_FACES)
+def _by_pieces(task: Task) -> tuple[list[Placed], str]:
+    """One shape for each piece; none where one of them is not convex."""
+    pieces = split(task.points, task.faces, task.params.hull_count)
+    if len(pieces) < 2 or any(p.fill < task.params.hull_ratio for p in pieces) or any_nested(pieces):
+        return [], ""
+    return [_shape(p.points, task.params) for p in pieces], "one shape for each piece"
+
+
+def _by_rings(task: Task) -> tuple[list[Placed], str]:
+    """A vessel as floor, rings of sectors and handles; none where there is no opening, or no such cut."""
+    if not len(task.by.room):
+        return [], ""
+    finest = min(CHORD * task.made.wall, AIM * task.by.bound.p95)
+    solid = slimmed(task.made.solid, task.slack / 2)
+    vessel = cut_vessel(solid, finest, FOOT * task.by.of.longest, task.params.hull_count)
+    if vessel is None:
+        return [], ""
+    room = task.params.hull_count - len(vessel.floors)
+    pieces = [*vessel.floors, *split_up([*vessel.cells, *vessel.rest], task.by.of, task.aim, room)]
+    return _hulls([[p] for p in pieces], task), vessel.says
+
+
+def _by_cuts(task: Task) -> tuple[list[Placed], str]:
+    """Cut by planes where hulls would stick out most."""
+    solid = slimmed(task.made.solid, task.slack / 2, CUT_FACES, 2 * task.slack)
+    pieces = split_up([solid], task.by.of, task.aim, task.params.hull_count)
+    groups = joined(pieces, task.by.of, task.aim, task.by.room)
+    return _hulls(groups, task), "cut by planes where hulls would stick out"
+
+
+def _by_coacd(task: Task) -> tuple[list[Placed], str]:
+    """CoACD of a closed manifold."""
+    solid = simplified_solid(*surface_of(task.made.solid), COACD_FACES)
     if solid is None:
-        return []
+        return [], ""
     # CoACD's surface error is about half the threshold times the longest side.
-    longest = float(np.ptp(task.points, axis=0).max())
-    threshold = min(max(2 * task.params.error_m / longest, 0.03), 0.2)
-    return _shapes(task.decomposer("coacd", *solid, replace(task.budget, threshold=threshold)), task.params)
+    threshold = min(max(2 * task.params.error_m / task.by.of.longest, 0.03), 0.2)
+    clouds = task.decomposer("coacd", *solid, replace(task.budget, threshold=threshold))
+    return _shapes(clouds, task.params), "decomposed by CoACD"
 
 
-def _by_vhacd(task: Task) -> list[Placed]:
-    """V-HACD of the triangles as they are."""
-    return _shapes(task.decomposer("vhacd", task.points, task.faces, task.budget), task.params)
+def _by_vhacd(task: Task) -> tuple[list[Placed], str]:
+    """V-HACD of the triangles as they are, in case the solid lacks some of them."""
+    clouds = task.decomposer("vhacd", task.points, task.faces, task.budget)
+    return _shapes(clouds, task.params), "decomposed by V-HACD"
 
 
-def _by_solid(task: Task) -> list[Placed]:
-    """V-HACD of the solid that the surface encloses on a grid, which closes gaps between open pieces."""
-    grid = voxelise(task.points, task.faces, SOLID_CELLS, bridge=task.full)
-    corners, faces = boundary(grid)
-    # Cubes stick out by half a cell; the ground and the sides of the box must not.
-    low, high = task.points.min(axis=0), task.points.max(axis=0)
-    clouds: list[Floats] = []
-    for count in (*(n for n in SOLID_HULLS if n < task.params.hull_count), task.params.hull_count):
-        found = task.decomposer("vhacd", corners, faces, replace(task.budget, voxels=SOLID_VOXELS, hulls=count))
-        clouds = [np.clip(cloud, low, high) for cloud in found]
-        if sum(hull_volume(cloud) for cloud in clouds) <= SOLID_EXCESS * int(grid.solid.sum()) * grid.cell**3:
-            break
+# Each way, and the strain of the best so far at which it is not tried.
+WAYS: tuple[tuple[Callable[[Task], tuple[list[Placed], str]], float], ...] = (
+    (_by_one, 0.0),
+    (_by_pieces, np.inf),
+    (_by_rings, 1.0),
+    (_by_cuts, 1.0),
+    (_by_coacd, POOR),
+    (_by_vhacd, BAD),
+)
+
+
+def _hulls(groups: list[list[Solid]], task: Task) -> list[Placed]:
+    """A hull of few vertices, or the primitive that it is, around each group of solids."""
+    clouds = [lean_hull(hull_points(group), task.params.hull_vertices, task.slack) for group in groups]
     return _shapes(clouds, task.params)
 
 
-WORDS = {
-    "_by_pieces": "one shape for each piece, CoACD for the hollow ones",
-    "_by_coacd": "decomposed by CoACD",
-    "_by_vhacd": "decomposed by V-HACD",
-    "_by_solid": "made solid on a grid and decomposed by V-HACD",
-}
+def _clouds(shapes: tuple[Placed, ...]) -> list[Floats]:
+    return [surface(s.shape, s.pose)[0] for s in shapes]
 
 
 def _shapes(clouds: list[Floats], params: CollideParams) -> list[Placed]:
@@ -216,6 +280,12 @@ def _shape_or_none(cloud: Floats, params: CollideParams) -> Placed | None:
         return _shape(cloud, params)
     except DegenerateShape:
         return None
+
+
+def _whole(cloud: Floats, full: bool, params: CollideParams) -> Placed:
+    """The one shape around everything."""
+    least = min(params.primitive_ratio, WHOLE_PRIMITIVE) if full else params.primitive_ratio
+    return _shape(cloud, params.replace(primitive_ratio=least))
 
 
 def _shape(cloud: Floats, params: CollideParams) -> Placed:

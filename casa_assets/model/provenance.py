@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import Annotated
 
 from pydantic import Field
@@ -12,6 +13,25 @@ from casa_assets.model.record import Id, Record, Sha256
 Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
+# One in so many inputs is kept for testing.
+TEST_SHARE = 5
+
+
+class Split(StrEnum):
+    """What an instance is kept for."""
+
+    TRAIN = "train"
+    TEST = "test"
+
+
+def split_of(sha256: str) -> Split:
+    """Split of the asset made from an input of this digest: anyone can tell it from the digest alone.
+
+    It hangs on nothing else, so that no instance changes sides when others come or go, or when it is made anew.
+    """
+    return Split.TEST if int(sha256[:8], 16) % TEST_SHARE == 0 else Split.TRAIN
+
+
 class Labels(Record):
     """What it is, for segmentation and language.
 
@@ -19,11 +39,13 @@ class Labels(Record):
         category: id in registry/categories.yaml.
         classes: from the category upwards, such as (`mug`, `tableware`).
         qcode: Wikidata item and how sure we are of it.
+        split: what it is kept for, `split_of` its input; None for what families and articulation make.
     """
 
     category: Id
     classes: tuple[Id, ...]
     qcode: QCode
+    split: Split | None = None
 
 
 class Guess(Record):

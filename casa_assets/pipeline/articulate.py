@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from casa_assets import registry
@@ -23,6 +23,7 @@ from casa_assets.model.joint import JointKind
 from casa_assets.pipeline import articulate_sidecar as sidecar
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.articulate_build import Built, Wish, build
+from casa_assets.pipeline.articulate_contract import lacking, without
 from casa_assets.pipeline.ingest import DEATH_CODES
 from casa_assets.pipeline.isolation.pool import Died, Limits, Pool
 from casa_assets.pipeline.job import Halt, writing
@@ -47,7 +48,7 @@ class Done:
     Attributes:
         mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
         found: the decisions. category, size: what it was taken to be, and why. report: of all checks.
-        travels: of each part, by its name in `found`.
+        travels: of each part, by its name in `found`. contract: that it holds; lacking: why it does not hold one.
         code, says: of a refusal.
     """
 
@@ -58,6 +59,8 @@ class Done:
     size: str = ""
     report: Report | None = None
     travels: Mapping[str, Travel] = field(default_factory=dict)
+    contract: str = ""
+    lacking: tuple[str, ...] = ()
     code: str = ""
     says: str = ""
 
@@ -113,8 +116,9 @@ def _entry(wish: Wish, built: Built) -> Done:
     built, went = settled(built, staged)
     report = _written(wish, built, staged, went)
     mark = recipe(known.limits, known.digest)
-    done = Done(wish.mesh, None, built.found, f"{built.category.id}: {built.sure[1]}", built.size[1], report, went)
     category, asset = built.category.id, built.asset
+    kind = f"{category}, {built.sure[0]:.0%} sure: {built.sure[1]}"
+    done = Done(wish.mesh, None, built.found, kind, built.size[1], report, went, asset.contract or "", built.lacking)
     accepted, refused = library.folder(category, asset.id), library.refusal_folder(asset.id)
     if report.passed:
         disk.write_certificate(staged, asset, certificate(asset, report, staged, mark))
@@ -170,10 +174,23 @@ def settled(built: Built, staged: Path) -> tuple[Built, dict[str, Travel]]:
             far = _tidy(part.joint.range[1] * went[name].free, part.joint, built.found.frame.metres or 1.0)
             because = f"{part.joint.because}; then it runs into {went[name].against}"
             short[name] = part.joint.replace(range=(0.0, far), because=because)
-    built = built.again(short).named()
-    disk.write_files(staged, mjcf.write(built.asset))
+    built = _contracted(built.again(short).named(), staged)
     went = {t.joint: t for t in travels(built.asset, staged / "model.xml")}
     return built, {part: went[joint] for part, joint in built.joints.items()}
+
+
+def _contracted(built: Built, staged: Path) -> Built:
+    """Written; with the contract of its kind where it holds that, else with what is missing."""
+    known, asset = registry.load(), built.asset
+    disk.write_files(staged, mjcf.write(asset))
+    if asset.contract is None:
+        return built
+    faults = lacking(asset, built.category, staged, known.contracts.get(asset.contract), known.limits)
+    if not faults:
+        return built
+    built = replace(built, asset=without(asset, faults), lacking=(f"contract {asset.contract} not met", *faults))
+    disk.write_files(staged, mjcf.write(built.asset))
+    return built
 
 
 def _tried(built: Built, staged: Path) -> dict[str, Travel]:

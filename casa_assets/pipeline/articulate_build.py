@@ -13,13 +13,12 @@ from casa_assets.articulate.assemble import Brief, assemble
 from casa_assets.articulate.decisions import GIVEN, Decisions, applied, direction
 from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.infer import infer
-from casa_assets.articulate.kind import kind_named
 from casa_assets.articulate.naming import named
 from casa_assets.articulate.pieces import TOP
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan
-from casa_assets.articulate.shells import opened
+from casa_assets.articulate.shells import opened, surface
 from casa_assets.articulate.size import metres_per_unit
-from casa_assets.articulate.soup import Soup, soup_of
+from casa_assets.articulate.soup import Soup
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
@@ -30,6 +29,9 @@ from casa_assets.model.category import Category
 from casa_assets.model.provenance import Guess
 from casa_assets.model.record import Vec3
 from casa_assets.model.source import RawModel, Source, Up
+from casa_assets.pipeline.articulate_complete import completed
+from casa_assets.pipeline.articulate_kind import NAMED, Kind, kind_of
+from casa_assets.pipeline.look import kind_seen, scorer
 
 NOTHING_MOVES = "ART001"
 # Side of the frame guess that a stated up axis makes the top.
@@ -46,7 +48,8 @@ class Wish:
         mesh: file. out: folder, made where it is missing. category: id, or empty to go by names.
         up, front: directions in axes of the file, None to guess. size_m: longest side, 0 to guess.
         decisions: a sidecar; what it says goes before all guesses. The options above go before it.
-        preview: write a strip of pictures.
+        preview: write a strip of pictures. clip: weights of CLIP, which then names what the user does not.
+        complete: build rooms where doors and drawers open onto nothing.
     """
 
     mesh: Path
@@ -57,6 +60,8 @@ class Wish:
     size_m: float = 0.0
     decisions: Decisions = field(default_factory=Decisions)
     preview: bool = False
+    clip: Path | None = None
+    complete: bool = True
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,7 @@ class Built:
     Attributes:
         found: the parts and joints as decided. placed: the mesh in the frame, a diagonal of 1. model: as read.
         brief: what the asset needs besides its geometry. sure: of the category, and why; `size`, of the scale.
-        joints: part -> name of its joint, once it is named.
+        joints: part -> name of its joint, once it is named. lacking: what keeps it from holding its kind's contract.
     """
 
     asset: Asset
@@ -80,6 +85,7 @@ class Built:
     longest_m: float
     source: Source
     joints: Mapping[str, str] = field(default_factory=dict)
+    lacking: tuple[str, ...] = ()
 
     def again(self, joints: Mapping[str, JointPlan]) -> Built:
         """The same with other joints for some parts."""
@@ -91,7 +97,8 @@ class Built:
 
     def named(self) -> Built:
         """The same under the names that runtimes look for, where the category has any."""
-        asset, joints = named(self.asset, self.found, self.category.id)
+        known = self.category.id if self.sure[0] >= NAMED else ""
+        asset, joints = named(self.asset, self.found, known)
         return replace(self, asset=asset, joints=joints)
 
 
@@ -106,18 +113,20 @@ def build(wish: Wish) -> Built:
     one = _found(wish.mesh)
     bundle = collect(one, known.limits)
     model = load(bundle, known.limits)
-    soup = soup_of(*triangles(model))
-    category, sure, because = _category(one, wish)
+    soup = surface(model)
     frame = _frame(soup, model, wish)
     placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    found = infer(placed, frame)
+    kind = _kind(one, wish, model, placed, found)
+    category, sure, because = kind.category, kind.sure, kind.because
     longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
-    unit, certain, size = _unit(longest, model, wish, category if sure > 0.2 else None)
-    frame = frame.replace(metres=unit / frame.scale)
-    found = infer(placed, frame, category.id if sure > 0.2 else "")
+    unit, certain, size = _unit(longest, model, wish, category if kind.id else None)
+    found = found.replace(frame=frame.replace(metres=unit / frame.scale), category=kind.id)
     found = applied(found, placed, wish.decisions)
     if not found.parts:
         raise Rejected(NOTHING_MOVES, f"{wish.mesh.name}: no moving part found")
     model, placed, found = opened(model, placed, found)
+    model, placed, found = completed(model, placed, found, kind.id, wish.decisions, wish.complete)
     guesses = (
         Guess(subject="category", value=category.id, confidence=round(sure, 2), because=because),
         Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, because=size),
@@ -135,30 +144,27 @@ def build(wish: Wish) -> Built:
     return Built(asset, found, placed, model, brief, category, *words, longest * unit, one.source)
 
 
-def triangles(model: RawModel) -> tuple[np.ndarray, np.ndarray]:
-    """All parts of a model as one set: (V, 3) vertices and (F, 3) faces, in order."""
-    starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
-    faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
-    return np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces)
+def _kind(one: Found, wish: Wish, model: RawModel, placed: Soup, found: Articulation) -> Kind:
+    """What it is; where CLIP is to be asked, it is shown the closed thing."""
 
+    def seen() -> tuple[str, float, str]:
+        assert wish.clip is not None
+        known = registry.load()
+        any_thing = known.category(registry.FALLBACK)
+        brief = Brief(
+            asset_id=f"{any_thing.id}_{'0' * 10}",
+            metres=1.0,
+            category=any_thing,
+            classes=known.classes_of(any_thing),
+            substance=known.substances[any_thing.substance],
+            provenance=one.source.provenance("0" * 64, ()),
+        )
+        closed = Articulation(frame=found.frame.replace(metres=1.0))
+        return kind_seen(assemble(model, placed, closed, brief), scorer(wish.clip))
 
-def kind_of(one: Found, ordered: str) -> tuple[Category, float, str]:
-    """Category of an input, how sure, and why: the user's word, then its name, then none."""
-    known = registry.load()
-    if ordered:
-        return known.fixtures.get(ordered) or known.category(ordered), 1.0, GIVEN
-    hints = [h for h in (one.source.category, *one.source.hints) if h]
-    named_kind = kind_named(hints)
-    if named_kind is not None:
-        return known.fixtures[named_kind.id], named_kind.confidence, named_kind.evidence
-    return known.category(registry.FALLBACK), 0.1, "nothing names it"
-
-
-def _category(one: Found, wish: Wish) -> tuple[Category, float, str]:
-    """A sidecar that repeats the guess leaves it a guess: the same decisions make the same asset."""
-    guessed = kind_of(one, "")
-    wanted = wish.category or wish.decisions.category or ""
-    return guessed if wanted in ("", guessed[0].id) else kind_of(one, wanted)
+    x, y, z = (float(v) for v in np.ptp(placed.points, axis=0))
+    ordered = wish.category or wish.decisions.category or ""
+    return kind_of(one, (x, y, z), found, ordered, None if wish.clip is None else seen)
 
 
 def _unit(longest: float, model: RawModel, wish: Wish, category: Category | None) -> tuple[float, float, str]:

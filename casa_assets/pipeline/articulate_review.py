@@ -68,7 +68,8 @@ def _row(done: Done, out: Path) -> str:
         cells.append(f"<tr{low}>" + "".join(f"<td>{escape(w)}</td>" for w in words) + "</tr>")
     head = "".join(f"<th>{w}</th>" for w in ("part", "on", "joint", "sure", "because", "else", ""))
     frame = done.found.frame
-    says = f"{done.category}; {done.size}; frame {frame.confidence:.0%} sure"
+    held = f"holds the contract {done.contract}" if done.contract else ": ".join(done.lacking[:2])
+    says = "; ".join(w for w in (done.category, done.size, f"frame {frame.confidence:.0%} sure", held) if w)
     return (
         f'<article><h2><a href="{where}/">{name}</a>{code}</h2><div>{escape(says)}; '
         f'<a href="{where}/{sidecar.NAME}">decisions</a></div>'

@@ -26,7 +26,9 @@ def manifest_of(asset: Asset) -> dict[str, Any]:
     for link in asset.links:
         row = link.model_dump(mode="json", exclude={"visuals", "colliders"})
         row["visuals"] = [
-            {"name": v.name, "material": v.material, "mesh": {"obj": files[v.name].path}} for v in link.visuals
+            {"name": v.name, "material": v.material, "mesh": {"obj": files[v.name].path}}
+            | ({} if v.label is None else {"label": v.label})
+            for v in link.visuals
         ]
         row["colliders"] = []
         for c in link.colliders:

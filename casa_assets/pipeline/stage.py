@@ -77,11 +77,11 @@ STAGES: tuple[Stage, ...] = (
     Stage("scale", 1, lambda d, b: scale(d, b.category, b.limits["size_slack"])),
     Stage("simplify", 2, lambda d, b: simplify(d, int(b.limits["visual_faces"])), ("meshoptimizer",)),
     Stage("texture", 2, lambda d, b: texture(d, int(b.limits["texture_px"]), b.substance), ("pillow",)),
-    Stage("collide", 4, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
+    Stage("collide", 5, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
     Stage("mass", 2, lambda d, b: mass(d, b.category, b.substance, b.limits["mass_range_slack"]), ("manifold3d",)),
 )
 # `load` and `clean` come before, `assemble` after: they change the type.
-ENDS: Mapping[str, int] = {"load": 1, "clean": 2, "assemble": 2, "mjcf": 1, "usd": 1, "preview": 2, "checks": 1}
+ENDS: Mapping[str, int] = {"load": 1, "clean": 2, "assemble": 3, "mjcf": 1, "usd": 1, "preview": 2, "checks": 1}
 END_TOOLS = ("pillow", "lxml", "usd-core", "mujoco", "simready-foundation-tier-core")
 
 

@@ -99,7 +99,7 @@ def cavity(
         board((a0 - 0.004, y0 - 0.01, c0 - 0.004), (a1 + 0.004, y0 + 0.01, c1 + 0.004), 0.0),
     )
     bench.add(ROOT, seal, "gasket_grey", label="gasket", touch=False, density=300.0)
-    _furnish(bench, (a0, b0, c0), (a1, b1, c1), f"lamp{first}")
+    furnish(bench, (a0, b0, c0), (a1, b1, c1), f"lamp{first}")
     height = c1 - c0
     for k in range(racks):
         z = c0 + height * (0.22 + 0.56 * k / max(1, racks - 1) if racks > 1 else 0.4)
@@ -107,8 +107,12 @@ def cavity(
         rack(bench, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, room)), looks, door)
 
 
-def _furnish(bench: Bench, low: Vec3, high: Vec3, lamp: str) -> None:
-    """The grill's element under the roof; a fan behind a cover and a lamp on the back wall."""
+def furnish(bench: Bench, low: Vec3, high: Vec3, lamp: str) -> None:
+    """The grill's element under the roof; a fan behind a cover and a lamp on the back wall.
+
+    Args:
+        low, high: corners of the inside. lamp: name of the lamp's mesh.
+    """
     (a0, b0, _), (a1, b1, c1) = low, high
     element = tube(
         [

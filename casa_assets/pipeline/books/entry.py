@@ -23,6 +23,7 @@ class Entry:
         accepted: and if not, code and says.
         summary, warnings, results, guesses: of an accepted one (what is known of a rejected one).
         source, source_path, sha256, title, author, licence, uri, prompt, generator: provenance.
+        split: train or test, as the asset says; empty where it says none.
         digest: of the asset, empty for rejected ones. recipe: of the run that made it.
     """
 
@@ -45,6 +46,7 @@ class Entry:
     uri: str
     prompt: str
     generator: str
+    split: str
     digest: str
     recipe: str
 
@@ -87,6 +89,7 @@ def _accepted(folder: Path, root: Path) -> Entry:
         uri=origin.uri,
         prompt=origin.prompt,
         generator=origin.generator,
+        split=str(data["labels"].get("split") or ""),
         digest=certificate.asset_digest,
         recipe=certificate.recipe,
     )
@@ -115,6 +118,7 @@ def _refused(folder: Path, root: Path) -> Entry:
         uri=source.uri,
         prompt=source.prompt,
         generator=source.generator,
+        split="",
         digest="",
         recipe=refusal.recipe,
     )

@@ -35,6 +35,7 @@ COLUMNS: dict[str, str] = {
     "title": "TEXT NOT NULL",
     "author": "TEXT NOT NULL",
     "licence": "TEXT NOT NULL",
+    "split": "TEXT NOT NULL",
     "digest": "TEXT NOT NULL",
     "recipe": "TEXT NOT NULL",
 }
@@ -118,6 +119,7 @@ def _row(entry: Entry) -> tuple[str | float | int | None, ...]:
         entry.title,
         entry.author,
         entry.licence,
+        entry.split,
         entry.digest,
         entry.recipe,
     )

@@ -7,10 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.articulate.fragments import fragment_labels
+from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.size import metres_per_unit
+from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.touch import touched
 from casa_assets.errors import Rejected
+from casa_assets.geometry.tessellate import surface
 from casa_assets.model.category import Span
 from casa_assets.model.joint import JointKind
+from casa_assets.model.pose import Pose
 from casa_assets.pipeline.articulate_build import Wish, build
 from tests.unit.articulate.blocks import Floats, Ints, box, drawers, microwave, together
 
@@ -66,6 +72,36 @@ def test_the_body_keeps_its_cavity(tmp_path: Path) -> None:
         else:
             low, high = (np.array(collider.pose.position) + s * np.array(size) / 2 for s in (-1, 1))
         assert not ((low < middle) & (middle < high)).all(), collider.name
+
+
+def test_what_is_seen_is_labelled_as_what_is_touched(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    asset = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path)).asset
+    labels = {k.name: {v.label for v in k.visuals} for k in asset.links}
+    assert labels["door_0"] == {"door", "handle"} == {c.label for c in asset.link("door_0").colliders}
+    assert labels["knob_0"] == {"knob"}
+    assert labels["object"] == {None}
+
+
+def test_a_rack_of_wires_is_touched_as_a_basket() -> None:
+    wires = [box((x, 0.0, 0.0), (x + 0.003, 0.4, 0.003)) for x in np.linspace(0.0, 0.5, 36)]
+    wires += [box((0.0, y, z), (0.503, y + 0.003, z + 0.003)) for y in (0.0, 0.397) for z in (0.04, 0.08, 0.12)]
+    vertices, faces, _ = together(*wires)
+    soup = soup_of(vertices, faces)
+    joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.25, 0.2, 0.06), range=(0.0, 0.3))
+    every = np.arange(len(faces))
+    rack = PartPlan(name="rack", kind=PartKind.TRAY, faces=every, grip=every, joint=joint)
+    frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
+    found = touched(vertices, soup, fragment_labels(soup), Articulation(frame=frame, parts=(rack,)), "steel")[1]
+    assert {c.label for c in found.colliders} == {"rack"}
+    assert len(found.colliders) <= 12
+    # One finds a floor in its middle, and no lid.
+    shapes = [c.pose.apply(surface(c.shape, Pose())[0]) + np.array(joint.anchor) for c in found.colliders]
+    over = [
+        p for p in shapes if (p[:, :2].min(axis=0) < (0.25, 0.2)).all() and (p[:, :2].max(axis=0) > (0.25, 0.2)).all()
+    ]
+    assert len(over) == 1
+    assert over[0][:, 2].max() < 0.05
 
 
 def test_a_bare_cube_is_refused(tmp_path: Path) -> None:

@@ -56,6 +56,12 @@ def tilted(angle: float) -> Asset:
     return joint_changed("door_hinge", axis=(math.sin(angle), 0.0, math.cos(angle)))
 
 
+def stiff_oven(damping: float) -> Asset:
+    """A mesh taken apart; its door is damped so much."""
+    asset = microwave()
+    return asset.replace(joints=tuple(j.replace(damping=damping) for j in asset.joints))
+
+
 # Code -> what it is silent on, and what trips it alone.
 EXAMPLES: dict[str, tuple[Build, Build]] = {
     "AST017": (cupboard, lambda: with_mass_within(0.05)),
@@ -69,6 +75,7 @@ EXAMPLES: dict[str, tuple[Build, Build]] = {
     "KIN006": (lambda: pulled_back(15.0), lambda: pulled_back(40.0)),
     "KIN007": (cupboard, lambda: joint_changed("drawer_slide", grip=None)),
     "KIN008": (lambda: tilted(0.0), lambda: tilted(0.001)),
+    "KIN009": (microwave, lambda: stiff_oven(200.0)),
     "HOL001": (cupboard, lambda: filled_to(0.1)),
 }  # fmt: skip
 

@@ -16,6 +16,7 @@ from casa_assets.ingest.draft import Draft, Placed
 from casa_assets.model.asset import Asset, Base, Inertial
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
+from casa_assets.model.provenance import split_of
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, Sphere
 from tests.meshes import box_mesh
 from tests.raw_models import Floats, brief, draft, moved
@@ -67,6 +68,11 @@ class TestPlace:
         assert bounds is not None
         middle, half = np.array(region.pose.position), np.array(region.size) / 2
         assert np.array([middle - half, middle + half]) == pytest.approx(bounds, abs=1e-6)
+
+
+def test_the_split_is_told_from_the_digest_of_the_source() -> None:
+    asset = finished(ready())
+    assert asset.labels.split is split_of(asset.provenance.sha256)
 
 
 class TestNumbers:

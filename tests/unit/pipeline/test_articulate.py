@@ -51,7 +51,12 @@ def test_an_entry_is_whole(tmp_path: Path) -> None:
     assert {"asset.json", "model.xml", "usd", "preview.png", "decisions.yaml", STRIP} <= names
     certificate = disk.read_certificate(done.folder)
     assert certificate.report.passed
-    assert {"MJC009", "PAR001", "USD002"} <= {r.code for r in certificate.report.results}
+    assert {"MJC009", "PAR001", "USD002", "KIN009"} <= {r.code for r in certificate.report.results}
+    # A runtime finds all that it looks for, and a hand moves it: the rows for that have looked at it.
+    assert done.contract == disk.read_asset(done.folder).contract == "microwave"
+    judged = {r.code: r.number for r in certificate.report.results if r.number is not None}
+    assert {"CON001", "CON005", "BEH003", "KIN001", "HOL001"} <= set(judged)
+    assert judged["KIN009"] == 1.0
     kept = disk.sums(done.folder)
     assert {n: kept[n] for n in certificate.files} == certificate.files
     assert disk.read_asset(done.folder).digest == certificate.asset_digest
@@ -108,6 +113,18 @@ def test_travel_tells_a_contact_from_none(tmp_path: Path) -> None:
     assert door.free < 0.1
     assert door.against == "object"
     assert not door.whole
+
+
+def test_what_lacks_something_holds_no_contract_and_says_what(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    built = build(Wish(obj(tmp_path / "mesh.obj", vertices, faces), tmp_path, category="toaster_oven", **AXES))
+    folder = tmp_path / "staged"
+    folder.mkdir()
+    after, _ = settled(built, folder)
+    assert after.asset.contract is None
+    assert after.lacking[0] == "contract toaster_oven not met"
+    assert any("knob_time_joint" in line for line in after.lacking)
+    assert after.asset.provenance.guesses[-1].value == "not toaster_oven"
 
 
 def test_the_review_page_begins_with_the_doubtful(tmp_path: Path) -> None:

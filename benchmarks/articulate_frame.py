@@ -1,0 +1,104 @@
+"""How often the guess of up and front is right on the articulation benchmark, and how honest its confidence is.
+
+    CASA_SHARED=/path/to/shared python benchmarks/articulate_frame.py [--variant input welded fused] [--suite core]
+        [--every 4] [--only regex] [--perturb SEED] [--families] [--cases FOLDER] [--verbose]
+
+Much faster than `benchmarks/articulate.py`, whose options these are: it guesses the frame and finds no parts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from articulate import frame_is_right, load_score, truth, turned, unpacked
+
+from casa_assets.articulate.frame import guess_frame
+from casa_assets.articulate.soup import soup_of
+
+BOUNDS = (0.0, 0.5, 0.8, 0.9, 1.01)
+
+
+@dataclass(frozen=True)
+class Guess:
+    """One case: its category, whether the frame is right, whether up is, the confidence, and the seconds it took."""
+
+    category: str
+    right: bool
+    upright: bool
+    sure: float
+    took: float
+
+
+def guessed(score: ModuleType, args: argparse.Namespace, variant: str) -> list[Guess]:
+    """The guess of each case of a variant."""
+    rng = np.random.default_rng(args.perturb)
+    out = []
+    for name in score.case_names(args.suite, args.only)[:: args.every]:
+        case = score.Case(f"{score.CASES}/{name}", variant)
+        if args.perturb is not None:
+            turned(case, rng)
+        begin = time.perf_counter()
+        frame = guess_frame(soup_of(case.V, case.F))
+        took = time.perf_counter() - begin
+        right = frame_is_right(frame, case)
+        upright = float(np.dot(frame.rotation[2], truth(case)[0])) > 0.99
+        out.append(Guess(case.J["category"], right, upright, frame.confidence, took))
+        if args.verbose:
+            says = "" if right else " WRONG" if upright else " NOT UPRIGHT"
+            print(f"{name} {frame.confidence:.0%}{says}; next {frame.runner_up}", flush=True)
+    return out
+
+
+def tell(variant: str, guesses: Sequence[Guess]) -> None:
+    """Shares, by category, and by confidence."""
+    seconds = [g.took for g in guesses]
+    right, upright = sum(g.right for g in guesses), sum(g.upright for g in guesses)
+    print(f"\n== {variant}: {right} of {len(guesses)} frames right ({right / max(len(guesses), 1):.1%}),", end=" ")
+    print(f"{upright} upright; seconds median {np.median(seconds):.2f} p95 {np.percentile(seconds, 95):.2f}")
+    by_kind = {k: [g.right for g in guesses if g.category == k] for k in sorted({g.category for g in guesses})}
+    print("  ".join(f"{k} {sum(r)}/{len(r)}" for k, r in by_kind.items()))
+    for low, high in pairwise(BOUNDS):
+        some = [g for g in guesses if low <= g.sure < high]
+        if some:
+            mean = np.mean([g.sure for g in some])
+            print(f"sure {low:.0%} to {min(high, 1):.0%}: {len(some)} guesses, {mean:.0%} in the mean,", end=" ")
+            print(f"{sum(g.right for g in some) / len(some):.0%} right")
+    sys.stdout.flush()
+
+
+def main() -> None:
+    """Run and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--variant", nargs="+", default=["input", "welded", "fused"])
+    parser.add_argument("--suite", default="all")
+    parser.add_argument("--only")
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--perturb", type=int)
+    parser.add_argument("--cases", type=Path)
+    parser.add_argument("--families", action="store_true", help="40 appliances of our own families instead.")
+    parser.add_argument("--verbose", action="store_true")
+    args = parser.parse_args()
+    with contextlib.ExitStack() as stack:
+        folder = args.cases or Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        if args.families:
+            from articulate_families import write_cases
+
+            score = load_score(folder / "cases" if (folder / "cases").exists() else write_cases(folder))
+        else:
+            score = load_score(unpacked(folder))
+        for variant in args.variant:
+            tell(variant, guessed(score, args, variant))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,176 @@
+"""Collision shapes of ingest against CoACD as obj2mjcf 0.0.25 calls it and V-HACD, on the same meshes, in the same run.
+
+    ./dev bench ingest_collision [folder of meshes] [--every 6] [--only mug bowl] [--peers coacd vhacd] [--drop 20]
+
+Writes out/bench/ingest_collision.json and .md, and prints the latter. All are handed the mesh as our stages leave it
+before collision: clean, upright, metres. One input at a time, each in a process of its own; seconds are those of the
+processor, children included, so that a busy machine changes nothing. Ours includes deciding that one shape is enough,
+making open meshes solid and measuring what was made.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import resource
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from judging import peer_coacd, stepping
+from judging.collision import Truth, fit, truth
+from judging.collision_report import COACD, OURS, VHACD, Row, report
+from judging.inputs import Prepared, dump, prepared
+
+from casa_assets.errors import CasaError
+from casa_assets.geometry.hull import convex_hull, hull_volume
+from casa_assets.geometry.tessellate import surface
+from casa_assets.ingest.collide import CollideParams, collide
+from casa_assets.ingest.decompose import Budget, DecompositionFailed, decompose
+from casa_assets.ingest.draft import Placed
+from casa_assets.model.category import Build
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.pose import Pose
+from casa_assets.model.shape import Hull
+
+Floats = npt.NDArray[np.float64]
+
+ROUND_STEPS = 96  # a cylinder so drawn lacks 0.07 % of its volume
+DEATH_S = 900  # wall seconds after which a process is given up; CPU limits come first
+
+Tool = Callable[[Prepared, int], tuple[list[Placed], str]]
+
+
+def ours(item: Prepared, _: int) -> tuple[list[Placed], str]:
+    """The stage of ingest."""
+    out = collide(item.draft, item.category, CollideParams())
+    return list(out.colliders), out.guesses[-1].value
+
+
+def coacd(item: Prepared, cpu_s: int) -> tuple[list[Placed], str]:
+    """CoACD with obj2mjcf's defaults; it sets no limit to the vertices of a hull."""
+    clouds, says = peer_coacd.run(*item.mesh, cpu_s)
+    return _placed(clouds), says
+
+
+def vhacd(item: Prepared, cpu_s: int) -> tuple[list[Placed], str]:
+    """V-HACD of everything at once: 32 hulls of 64 vertices, 400,000 voxels."""
+    try:
+        return _placed(decompose("vhacd", *item.mesh, Budget(hulls=32, hull_vertices=64, cpu_s=cpu_s))), ""
+    except DecompositionFailed as error:
+        return [], str(error)
+
+
+TOOLS: dict[str, tuple[str, Tool]] = {"ours": (OURS, ours), "coacd": (COACD, coacd), "vhacd": (VHACD, vhacd)}
+
+
+def _placed(clouds: Sequence[Floats]) -> list[Placed]:
+    hulls = [convex_hull(cloud) for cloud in clouds if hull_volume(cloud) > 0]
+    # Hulls of more vertices than the model allows are measured as they are.
+    shapes = [Hull.model_construct(mesh=Mesh(vertices=points, faces=faces)) for points, faces in hulls]
+    return [Placed.model_construct(shape=shape, pose=Pose()) for shape in shapes]
+
+
+def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, list[Placed]]]:
+    """Every tool on an input, and what it made."""
+    full = item.category.build in (Build.SOLID, Build.FILLED)
+    of = truth(item.mesh, full)
+    found = []
+    for name in names:
+        title, tool = TOOLS[name]
+        before = _cpu()
+        try:
+            shapes, says = tool(item, cpu_s)
+        except CasaError as error:
+            shapes, says = [], str(error)
+        seconds = _cpu() - before
+        base = Row(item.path, item.category.id, item.category.build.value, title, round(seconds, 2))
+        found.append((_row(base, shapes, of, says), shapes))
+    return found
+
+
+def _row(base: Row, shapes: list[Placed], of: Truth, says: str) -> Row:
+    hulls = [len(s.shape.mesh.vertices) for s in shapes if isinstance(s.shape, Hull)]
+    measured = fit([surface(s.shape, s.pose, ROUND_STEPS)[0] for s in shapes], of) if shapes else None
+    numbers = {} if measured is None else asdict(measured)
+    return Row(
+        **{
+            **asdict(base),
+            **{k: None if v is None else float(f"{v:.4g}") for k, v in numbers.items()},
+            "longest_mm": round(1000 * of.longest, 1),
+            "says": says,
+            "shapes": len(shapes) if measured is not None else None,
+            "kinds": " ".join(sorted({s.shape.kind for s in shapes})),
+            "hull_vertices": max(hulls, default=0),
+        }
+    )
+
+
+def _cpu() -> float:
+    now = os.times()
+    return now.user + now.system + now.children_user + now.children_system
+
+
+def _child(item: Prepared, names: Sequence[str], cpu_s: int, answer: Connection) -> None:
+    rows = []
+    for row, shapes in judged(item, names, cpu_s):
+        own, others = (resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        rows.append((Row(**{**asdict(row), "memory_mb": max(own, others) // 1024}), shapes))
+    answer.send(rows)
+
+
+def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, list[Placed]]]:
+    """`judged` in a process of its own; what kills it is said in the rows."""
+    here, there = multiprocessing.Pipe(duplex=False)
+    child = multiprocessing.Process(target=_child, args=(item, names, cpu_s, there))
+    child.start()
+    there.close()
+    try:
+        if here.poll(DEATH_S):
+            rows: list[tuple[Row, list[Placed]]] = here.recv()
+            return rows
+        says = f"still running after {DEATH_S} s"
+        child.kill()
+    except EOFError:
+        says = "its process died"
+    finally:
+        child.join()
+    base = (item.path, item.category.id, item.category.build.value)
+    return [(Row(*base, TOOLS[name][0], 0.0, says=f"{says} ({child.exitcode})"), []) for name in names]
+
+
+def main() -> None:
+    """Parse, run, write, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, nargs="?", default=Path("examples/meshes"), help="meshes")
+    parser.add_argument("--every", type=int, default=1, help="only every n-th input")
+    parser.add_argument("--only", nargs="*", default=[], help="only inputs of these categories")
+    parser.add_argument("--peers", nargs="*", default=["coacd", "vhacd"], choices=["coacd", "vhacd"], help="others")
+    parser.add_argument("--cpu", type=int, default=120, help="CPU seconds for a peer on one input")
+    parser.add_argument("--drop", type=int, default=0, help="drop so many on a table, ours and V-HACD's; 0: none")
+    parser.add_argument("--out", type=Path, default=Path("out/bench"), help="where results go")
+    given = parser.parse_args()
+    names = ["ours", *given.peers]
+    rows: list[Row] = []
+    made: dict[str, list[list[Placed]]] = {}
+    for item in prepared(given.folder, given.every, given.only):
+        for row, shapes in apart(item, names, given.cpu):
+            rows.append(row)
+            made.setdefault(row.tool, []).append(shapes)
+            print(
+                f"{row.path}: {row.tool}: {row.seconds:.1f} s, {row.shapes} shapes, IoU {row.iou} {row.says}",
+                flush=True,
+            )
+    pace = stepping.compare({t: [m for m in all_ if m][: given.drop] for t, all_ in made.items()}) if given.drop else []
+    dump(given.out / "ingest_collision.json", {"rows": [asdict(r) for r in rows], "pace": pace})
+    text = report(rows, given.folder.as_posix(), pace)
+    (given.out / "ingest_collision.md").write_text(text, encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+"""Where a field on a grid is zero, as a closed manifold: marching tetrahedra, which leave no case in doubt."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# No vertex comes nearer to a corner of the grid than this share of an edge: slivers have no side.
+LEAST = 0.05
+
+
+def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints]:
+    """Surface around all that is positive.
+
+    Args:
+        field: (X, Y, Z) at the corners of a grid; its border has to be negative, or the surface is cut open there.
+        origin: (3,) of the first corner. cell: distance between two, metres.
+    Returns:
+        (P, 3) points and (F, 3) outward faces: a manifold, empty where nothing is positive.
+    Ref: Kuhn's six tetrahedra of a cube; neighbouring cubes share their diagonals, so that no gap opens.
+    """
+    shape = np.array(field.shape)
+    within = field > 0
+    eight = np.stack([within[_corner(offset)] for offset in np.ndindex(2, 2, 2)])
+    cubes = np.argwhere(eight.any(axis=0) & ~eight.all(axis=0))
+    if not len(cubes):
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    stride = np.array([shape[1] * shape[2], shape[2], 1])
+    tetrahedra = np.concatenate([(cubes[:, None] + path) @ stride for path in _paths()])
+    values = field.ravel()
+    inner, outer = _crossed(tetrahedra, values > 0)
+    ends = np.stack([np.minimum(inner, outer), np.maximum(inner, outer)], axis=-1).reshape(-1, 2)
+    keys, place = np.unique(ends[:, 0] * values.size + ends[:, 1], return_inverse=True)
+    first, second = keys // values.size, keys % values.size
+    share = np.clip(values[first] / (values[first] - values[second]), LEAST, 1 - LEAST)
+    at = np.stack(np.unravel_index(first, field.shape), axis=1)
+    to = np.stack(np.unravel_index(second, field.shape), axis=1)
+    points = origin + (at + share[:, None] * (to - at)) * cell
+    faces = place.reshape(-1, 3)
+    return points, _outward(points, faces, inner, outer, field.shape)
+
+
+def _corner(offset: tuple[int, ...]) -> tuple[slice, ...]:
+    return tuple(slice(1, None) if o else slice(None, -1) for o in offset)
+
+
+def _paths() -> list[Ints]:
+    """The four corners of each tetrahedron: ways from one corner of a cube to the opposite one, an axis at a time."""
+    out = []
+    for order in permutations(range(3)):
+        corners = [np.zeros(3, dtype=np.int64)]
+        for axis in order:
+            corners.append(corners[-1] + np.eye(3, dtype=np.int64)[axis])
+        out.append(np.array(corners))
+    return out
+
+
+def _crossed(tetrahedra: Ints, within: npt.NDArray[np.bool_]) -> tuple[Ints, Ints]:
+    """(T, 3) for each triangle the inner and the outer end of the edges that its corners lie on."""
+    inside = within[tetrahedra]
+    order = np.argsort(~inside, axis=1, kind="stable")  # inner corners first
+    ranked = np.take_along_axis(tetrahedra, order, axis=1)
+    count = inside.sum(axis=1)
+    one, two, three = (ranked[count == k] for k in (1, 2, 3))
+    edges = [
+        (one, ((0, 1), (0, 2), (0, 3))),
+        (three, ((0, 3), (1, 3), (2, 3))),
+        (two, ((0, 2), (0, 3), (1, 3))),
+        (two, ((0, 2), (1, 3), (1, 2))),
+    ]
+    inner = np.concatenate([np.stack([rows[:, a] for a, _ in pairs], axis=1) for rows, pairs in edges])
+    outer = np.concatenate([np.stack([rows[:, b] for _, b in pairs], axis=1) for rows, pairs in edges])
+    return inner, outer
+
+
+def _outward(points: Floats, faces: Ints, inner: Ints, outer: Ints, shape: tuple[int, ...]) -> Ints:
+    """The faces turned so that they look from their inner ends to their outer ones."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    away = np.stack(np.unravel_index(outer, shape), axis=-1).mean(axis=1)
+    away = away - np.stack(np.unravel_index(inner, shape), axis=-1).mean(axis=1)
+    wrong = np.einsum("ij,ij->i", np.cross(b - a, c - a), away) < 0
+    out = faces.copy()
+    out[wrong] = out[wrong][:, ::-1]
+    return out

@@ -1,0 +1,81 @@
+"""Small holes closed: the few torn edges of scans and generated meshes that keep them from bounding a volume."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.geometry.topology import edge_counts, is_closed
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Faces around tangled edges are taken out this many times, as each time may tear open some more.
+ROUNDS = 3
+# More torn edges than this share are no small damage.
+MOST_TORN = 0.02
+
+
+def mended(points: Floats, faces: Ints, widest: float) -> tuple[Floats, Ints] | None:
+    """The surface with its small holes closed, each by a fan about its middle; None where others are left.
+
+    Args:
+        points: (P, 3) welded. faces: (F, 3), wound one way.
+        widest: of a hole that is closed, in units of the points: the longest side of the box around it.
+    """
+    if not len(faces):
+        return None
+    kept = faces
+    for _ in range(ROUNDS):
+        _, uses, balance = edge_counts(kept)
+        if ((uses != 2) | (balance != 0)).mean() > MOST_TORN:
+            return None
+        tangled = _touching(kept, (uses > 2) | ((uses == 2) & (balance != 0)))
+        if not tangled.any():
+            break
+        kept = kept[~tangled]
+    loops = _loops(kept)
+    if loops is None or any(float(np.ptp(points[loop], axis=0).max()) > widest for loop in loops):
+        return None
+    middles = [points[loop].mean(axis=0) for loop in loops]
+    fans = []
+    for k, loop in enumerate(loops):
+        if len(loop) == 3:
+            fans.append(np.array([loop]))
+        else:
+            fans.append(np.stack([loop, np.roll(loop, -1), np.full(len(loop), len(points) + k)], axis=1))
+    whole = np.concatenate([kept, *fans])
+    return (np.concatenate([points, np.array(middles).reshape(-1, 3)]), whole) if is_closed(whole) else None
+
+
+def _touching(faces: Ints, bad: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """(F,) faces with one of the edges that `edge_counts` lists and `bad` marks."""
+    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    ends = np.sort(directed, axis=1)
+    key = ends[:, 0] * (int(faces.max()) + 1) + ends[:, 1]
+    _, inverse = np.unique(key, return_inverse=True)
+    touching: npt.NDArray[np.bool_] = np.any(bad[inverse].reshape(3, -1), axis=0)
+    return touching
+
+
+def _loops(faces: Ints) -> list[Ints] | None:
+    """Closed ways along the edges that have one face, against that face; None where ways branch."""
+    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    count = int(faces.max()) + 1
+    forth, back = directed[:, 0] * count + directed[:, 1], directed[:, 1] * count + directed[:, 0]
+    open_ = np.sort(back[~np.isin(back, forth)])
+    start, end = open_ // count, open_ % count
+    if len(np.unique(start)) != len(start):
+        return None
+    following = dict(zip(start.tolist(), end.tolist(), strict=True))
+    loops = []
+    while following:
+        first = min(following)
+        way, at = [first], following.pop(first)
+        while at != first:
+            if at not in following:
+                return None
+            way.append(at)
+            at = following.pop(at)
+        loops.append(np.array(way, dtype=np.int64))
+    return loops

@@ -1,0 +1,232 @@
+"""What a door opens onto: rooms that a mesh has stay, and those that it lacks are built within its skin."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.complete_cut import carved
+from casa_assets.articulate.decisions import Decisions, RoomDecision
+from casa_assets.articulate.plan import Articulation, Filling, Frame, PartKind
+from casa_assets.articulate.rays import crossings, grid
+from casa_assets.articulate.soup import soup_of
+from casa_assets.checks.travel import travels
+from casa_assets.errors import UnknownId
+from casa_assets.export import mjcf
+from casa_assets.geometry.tessellate import surface
+from casa_assets.model.material import Material
+from casa_assets.model.mesh import Mesh as Triangles
+from casa_assets.model.source import RawModel, RawPart
+from casa_assets.pipeline import articulate_sidecar as sidecar
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.articulate_build import Built, Wish, build
+from tests.unit.articulate.blocks import Floats, Ints, Part, box, drawers, microwave, together
+from tests.unit.articulate.test_assemble import obj
+
+Mesh = tuple[Floats, Ints, Ints]
+
+
+def block(*fronts: Part) -> Mesh:
+    """A solid block with what is put before it."""
+    return together(box((0.0, 0.0, 0.0), (0.6, 0.6, 0.8)), *fronts)
+
+
+def door(low: float = 0.0, high: float = 0.8) -> list[Part]:
+    """A leaf over the whole front between two heights, with an upright handle at its right."""
+    middle = (low + high) / 2
+    return [box((0.0, -0.03, low), (0.6, -0.001, high)), box((0.54, -0.07, middle - 0.1), (0.56, -0.03, middle + 0.1))]
+
+
+def front(low: float, high: float) -> list[Part]:
+    """A low board with a level handle: a drawer's front."""
+    middle = (low + high) / 2
+    return [box((0.0, -0.02, low), (0.6, -0.001, high)), box((0.2, -0.06, middle - 0.01), (0.4, -0.02, middle + 0.01))]
+
+
+def made(mesh: Mesh, folder: Path, category: str, said: Decisions | None = None, complete: bool = True) -> Built:
+    """A mesh through everything, its axes given."""
+    path = obj(folder / "thing.obj", mesh[0], mesh[1])
+    axes = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
+    return build(Wish(path, folder, category, *axes, decisions=said or Decisions(), complete=complete))
+
+
+def reach(built: Built, spot: tuple[float, float]) -> float:
+    """How far behind the front one can put something at a place (x, z) with the door open, metres."""
+    points: list[Floats] = []
+    tris: list[Ints] = []
+    for link in (k for k in built.asset.links if k.name == "object"):
+        for collider in link.colliders:
+            p, f = surface(collider.shape, collider.pose)
+            tris.append(f + sum([len(q) for q in points]))
+            points.append(p)
+    line = crossings(np.concatenate(points), np.concatenate(tris), 1, np.array([spot]))
+    return float(line.first()[0] - built.asset.bounds[0][1])
+
+
+def test_lines_say_where_they_cross_and_from_which_side() -> None:
+    points, faces, _ = together(box((0.0, 0.0, 0.0), (1.0, 2.0, 3.0)))
+    for axis, far in enumerate((1.0, 2.0, 3.0)):
+        others = [k for k in range(3) if k != axis]
+        found = crossings(points, faces, axis, grid(np.zeros(2), np.array([1.0, 2.0, 3.0])[others], 3, 0.1))
+        assert found.first() == pytest.approx(np.zeros(9), abs=1e-12)
+        assert found.last() == pytest.approx(np.full(9, far))
+        assert (found.towards[found.at < 0.5] == -1).all()
+        assert (found.towards[found.at > 0.5] == 1).all()
+        way, looks = found.beyond(0.5, 1.0)
+        assert way == pytest.approx(np.full(9, far - 0.5))
+        assert not looks.any()
+        assert found.beyond(-1.0, 1.0)[1].all()
+
+
+def test_a_solid_block_gets_a_cavity_behind_its_door(tmp_path: Path) -> None:
+    built = made(block(*door()), tmp_path, "base_cabinet")
+    (room,) = built.found.rooms
+    assert room.built
+    assert room.cut is not None
+    assert room.filling is Filling.CABINET
+    metres = built.found.frame.metres or 1.0
+    whole = np.ptp(built.asset.bounds, axis=0)
+    size = (np.array(room.high) - np.array(room.low)) * metres
+    assert (size > 0.75 * whole).all()
+    assert reach(built, (0.0, 0.25 * float(whole[2]))) > 0.8 * float(whole[1])
+
+
+def test_without_completion_the_block_stays_solid(tmp_path: Path) -> None:
+    mesh = block(*door())
+    built = made(mesh, tmp_path, "base_cabinet", complete=False)
+    assert [r.empty for r in built.found.rooms] == [True]
+    assert built.found.added == ()
+    assert sum(len(v.mesh.faces) for k in built.asset.links for v in k.visuals) == len(mesh[1])
+    assert reach(built, (0.0, 0.2)) < 0.12 * float(np.ptp(built.asset.bounds[:, 1]))
+
+
+def test_what_is_built_stays_within_the_skin(tmp_path: Path) -> None:
+    plain = made(block(*door()), tmp_path, "base_cabinet", complete=False).asset.bounds
+    built = made(block(*door()), tmp_path, "base_cabinet")
+    assert built.asset.bounds == pytest.approx(plain, abs=1e-6)
+    body = built.asset.root
+    low, high = plain
+    seen = [v for v in body.visuals if "added" in v.name]
+    assert seen
+    for visual in seen:
+        points = visual.mesh.vertices
+        assert (points[:, [0, 2]] > low[[0, 2]] + 1e-4).all()
+        assert (points < high - 1e-4).all()
+
+
+def test_a_mesh_that_has_its_cavity_keeps_it(tmp_path: Path) -> None:
+    vertices, faces, owner = microwave()
+    built = made((vertices, faces, owner), tmp_path, "microwave")
+    (room,) = built.found.rooms
+    assert not room.built
+    assert not built.found.added
+    assert sum(len(v.mesh.faces) for k in built.asset.links for v in k.visuals) == len(faces)
+    metres = built.found.frame.metres or 1.0
+    size = (np.array(room.high) - np.array(room.low)) * metres / float(np.ptp(built.asset.bounds[:, 0]))
+    assert size == pytest.approx(np.array([0.35, 0.34, 0.26]) / 0.5, abs=0.04)
+
+
+def test_a_drawer_that_has_a_box_keeps_it(tmp_path: Path) -> None:
+    built = made(drawers(), tmp_path, "drawer_stack")
+    assert [r.built for r in built.found.rooms] == [False, False]
+    assert {r.link for r in built.asset.regions if r.name != "main"} == {"drawer_0", "drawer_1"}
+
+
+def test_a_hollow_shell_gets_walls_but_is_not_cut(tmp_path: Path) -> None:
+    # A box of no thickness, open at the front: from inside one looks through it.
+    points, faces = box((0.0, 0.0, 0.0), (0.6, 0.6, 0.8))
+    sheet = points, faces[np.abs(points[faces][:, :, 1]).max(axis=1) > 0]
+    built = made(together(sheet, *door()), tmp_path, "base_cabinet")
+    (room,) = built.found.rooms
+    assert room.built
+    assert room.cut is None
+    assert "0 of 5" in room.because
+
+
+def test_each_kind_is_furnished_as_it_is(tmp_path: Path) -> None:
+    links = {}
+    for kind in ("wall_oven", "dishwasher", "microwave", "refrigerator"):
+        built = made(block(*door()), tmp_path, kind)
+        links[kind] = [p.name for p in built.found.parts if p.added]
+        looks = {m.id: m for m in built.asset.materials}
+        assert len(looks) > 1
+        assert all("added" in v.name for v in built.asset.root.visuals[1:])
+    assert len(links["wall_oven"]) >= 1
+    assert len(links["dishwasher"]) >= 1
+    assert links["microwave"] == links["refrigerator"] == []
+
+
+def test_racks_move_behind_their_door_and_meet_nothing(tmp_path: Path) -> None:
+    built = made(block(*door()), tmp_path, "wall_oven")
+    disk.write_files(tmp_path / "m", mjcf.write(built.asset))
+    found = {t.joint: t for t in travels(built.asset, tmp_path / "m" / "model.xml")}
+    racks = [p.name for p in built.found.parts if p.kind is PartKind.TRAY]
+    assert racks
+    for name in racks:
+        joint = built.asset.joint_of(name)
+        assert joint is not None
+        assert joint.behind == "door_0_joint"
+        assert found[joint.name].free == 1.0
+    assert found["door_0_joint"].free == 1.0
+
+
+def test_a_drawer_front_before_a_block_gets_a_box_that_slides(tmp_path: Path) -> None:
+    mesh = block(*front(0.0, 0.26), *front(0.265, 0.525), *front(0.53, 0.79))
+    built = made(mesh, tmp_path, "drawer_stack")
+    assert len(built.found.parts) == 3
+    assert all(r.built and r.cut is not None and r.filling is Filling.DRAWER for r in built.found.rooms)
+    disk.write_files(tmp_path / "m", mjcf.write(built.asset))
+    for travel in travels(built.asset, tmp_path / "m" / "model.xml"):
+        assert travel.whole, travel
+    for part in built.found.parts:
+        region = next(r for r in built.asset.regions if r.link == part.name)
+        assert min(region.size) > 0.05
+        shapes = [surface(c.shape, c.pose)[0] for c in built.asset.link(part.name).colliders if c.label == "drawer"]
+        low, high = (np.array(region.pose.position) + s * np.array(region.size) / 2 for s in (-0.98, 0.98))
+        # Nothing fills the box: it is open at the top, and closed below.
+        assert not any((c.min(axis=0) < low).all() and (c.max(axis=0) > high).all() for c in shapes)
+
+
+def test_what_is_carved_is_gone_and_the_rest_is_whole() -> None:
+    points, faces, _ = together(box((-0.4, -0.4, -0.4), (0.4, 0.4, 0.4)))
+    frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0)
+    raw = RawPart(name="a", mesh=Triangles(vertices=points, faces=faces.astype(np.int32)), material=Material(id="a"))
+    soup, found = soup_of(points, faces), Articulation(frame=frame)
+    model = RawModel(parts=(raw,), format="obj")
+    hole = (-0.2, -1.0, -0.2), (0.2, 0.1, 0.2)
+    after, placed, _ = carved(model, soup, found, [hole])
+    lines = crossings(placed.points, placed.faces, 1, np.array([[0.01, 0.02], [0.28, 0.3]]))
+    first = lines.first()
+    assert first[0] == pytest.approx(float(placed.points[:, 1].max()))
+    assert first[1] == pytest.approx(float(soup.points[:, 1].min()))
+    assert len(after.parts) == 1
+    side = soup.areas.sum() - 0.4 * 0.4
+    assert placed.areas.sum() == pytest.approx(side, rel=1e-9)
+
+
+def test_a_sidecar_with_rooms_makes_the_same_asset(tmp_path: Path) -> None:
+    first = made(block(*door()), tmp_path, "wall_oven")
+    path = tmp_path / "d.yaml"
+    path.write_text(sidecar.text(first), encoding="utf-8")
+    said = sidecar.read(path)
+    assert said.rooms["door_0"].build is True
+    assert made(block(*door()), tmp_path, "wall_oven", said).asset.digest == first.asset.digest
+    bare = made(block(*door()), tmp_path, "wall_oven", complete=False)
+    path.write_text(sidecar.text(bare), encoding="utf-8")
+    assert made(block(*door()), tmp_path, "wall_oven", sidecar.read(path)).asset.digest == bare.asset.digest
+
+
+def test_a_room_is_mended_in_a_line(tmp_path: Path) -> None:
+    def said(wanted: RoomDecision, name: str = "door_0") -> Built:
+        return made(block(*door()), tmp_path, "wall_oven", Decisions(rooms={name: wanted}))
+
+    assert not said(RoomDecision(build=False)).found.added
+    assert said(RoomDecision(filling=Filling.PLAIN)).found.rooms[0].filling is Filling.PLAIN
+    assert not any(p.added for p in said(RoomDecision(furnish=False)).found.parts)
+    small = said(RoomDecision(box_m=((-0.1, -0.2, 0.1), (0.1, 0.0, 0.3))))
+    region = next(r for r in small.asset.regions if r.name == "door_0_int")
+    assert region.size == pytest.approx((0.2, 0.2, 0.2), abs=1e-4)
+    with pytest.raises(UnknownId):
+        said(RoomDecision(build=True), "door_7")

@@ -1,0 +1,85 @@
+"""Candidates for the frame: what they look like, and what they let find when they are tried out."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.evidence import FEATURES, evidence, hidden_area
+from casa_assets.articulate.fragments import fragment_labels
+from casa_assets.articulate.frame import CANDIDATES, given_frame, weighed
+from casa_assets.articulate.pieces import BOTTOM, FRONT, LEFT, SIDES, TOP, Pieces, measure
+from casa_assets.articulate.sides import look
+from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.trial import TRIALS, axes_of, tried, turned
+from tests.unit.articulate.blocks import Part, box, drawers, microwave, together
+
+PIXELS = 128
+
+
+def pieces_of(*parts: Part) -> Pieces:
+    """The pieces of a thing that stands as it should."""
+    soup = soup_of(*together(*parts)[:2])
+    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
+    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    return measure(placed, fragment_labels(placed), PIXELS)
+
+
+def whole(name: str) -> Pieces:
+    """One of the things of the tests."""
+    return pieces_of({"drawers": drawers, "microwave": microwave}[name]()[:2])
+
+
+@pytest.mark.parametrize(("front", "top"), [p for p in product(range(6), repeat=2) if p[0] // 2 != p[1] // 2])
+def test_turned_pieces_are_as_if_measured_there(front: int, top: int) -> None:
+    pieces = whole("microwave")
+    found = turned(pieces, front, top)
+    rotation = axes_of(front, top)
+    assert np.linalg.det(rotation) == pytest.approx(1.0)
+    assert rotation @ SIDES[front][2] == pytest.approx(SIDES[FRONT][2])
+    assert rotation @ SIDES[top][2] == pytest.approx(SIDES[TOP][2])
+    anew = measure(found.soup, found.label, PIXELS)
+    assert found.low == pytest.approx(anew.low)
+    assert found.high == pytest.approx(anew.high)
+    assert found.seen == pytest.approx(anew.seen, abs=0.1 * anew.seen.max())
+    for old, new in zip(found.pictures, anew.pictures, strict=True):
+        assert old.face.shape == new.face.shape
+        assert old.low == pytest.approx(new.low, abs=1.1 * new.pixel)
+        both = np.isfinite(old.depth) & np.isfinite(new.depth)
+        assert float((np.abs(old.depth[both] - new.depth[both]) < 1e-3).mean()) > 0.9
+
+
+def test_a_candidate_upside_down_or_sideways_finds_less() -> None:
+    pieces = whole("drawers")
+    right = dict(zip(TRIALS, tried(pieces, FRONT, TOP), strict=True))
+    aside = dict(zip(TRIALS, tried(pieces, LEFT, TOP), strict=True))
+    assert right["drawers"] == pytest.approx(np.log1p(2))
+    assert right["covered"] > 0.8
+    assert right["nothing"] == 0.0
+    assert aside["drawers"] == 0.0
+    assert aside["nothing"] == 1.0
+
+
+def test_what_stands_on_legs_does_so_on_its_bottom_alone() -> None:
+    legs = [box((x, y, 0.0), (x + 0.05, y + 0.05, 0.7)) for x in (0.0, 0.95) for y in (0.0, 0.55)]
+    pieces = pieces_of(box((0.0, 0.0, 0.7), (1.0, 0.6, 0.75)), *legs)
+    sides = [look(pieces, i) for i in range(len(SIDES))]
+    number = {n: i for i, n in enumerate(FEATURES)}
+    upright = evidence(pieces, sides, FRONT, TOP, hidden_area(pieces))
+    overturned = evidence(pieces, sides, FRONT, BOTTOM, hidden_area(pieces))
+    assert upright[number["bottom_legs"]] > 0.8
+    assert upright[number["top_legs"]] == 0.0
+    assert overturned[number["bottom_legs"]] == 0.0
+    assert overturned[number["top_legs"]] > 0.8
+
+
+def test_shares_sum_to_one_and_what_is_known_counts() -> None:
+    pieces = whole("drawers")
+    even = weighed(pieces, dict.fromkeys(CANDIDATES, 0.0))
+    assert sum(even.values()) == pytest.approx(1.0)
+    assert max(even, key=lambda c: even[c]) == (FRONT, TOP)
+    told = weighed(pieces, {c: 0.0 if c == (LEFT, TOP) else -50.0 for c in CANDIDATES})
+    assert max(told, key=lambda c: told[c]) == (LEFT, TOP)
+    assert weighed(pieces, {(LEFT, TOP): 0.0}) == {(LEFT, TOP): 1.0}

@@ -1,0 +1,57 @@
+"""casa-assets export: exit codes, lines of JSON, examples in the help."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.accepted import keep, loose_and_fixed
+from tests.libraries import casa
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return keep(tmp_path_factory.mktemp("library") / "lib", loose_and_fixed())
+
+
+def test_json_lines(library: Path, tmp_path: Path) -> None:
+    done = casa("export", "robocasa", library, "--out", tmp_path / "out", "--json")
+    assert done.returncode == 0
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert all(set(row) == {"status", "id", "category", "model", "split", "says"} for row in rows)
+    assert [row["id"] for row in rows if row["status"] == "left_out"] == ["microwave_0123456789"]
+    for row in rows:
+        assert (row["status"] == "exported") == (row["says"] == "")
+        assert not row["model"] or (tmp_path / "out" / row["model"]).is_file()
+
+
+def test_words(library: Path, tmp_path: Path) -> None:
+    done = casa("export", "robocasa", library, "--out", tmp_path / "out")
+    assert done.returncode == 0
+    for words in ("sandwich_bread", "left out microwave_0123456789: is a fixture", "5 objects in 4 categories"):
+        assert words in done.stdout
+
+
+def test_misuse_is_exit_2_and_one_line(library: Path, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "taken" / "a").touch()
+    for arguments, words in (
+        ((tmp_path / "empty", "--out", tmp_path / "out"), "holds no accepted asset"),
+        ((tmp_path / "missing", "--out", tmp_path / "out"), "does not exist"),
+        ((library, "--out", tmp_path / "taken"), "neither empty nor an earlier export"),
+        ((library, "--out", tmp_path / "out", "--registry", "No"), "no name of a registry"),
+    ):
+        done = casa("export", "robocasa", *arguments)
+        assert done.returncode == 2
+        assert words in " ".join(done.stderr.split())
+        assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_help_has_examples() -> None:
+    done = casa("export", "robocasa", "--help")
+    assert done.returncode == 0
+    assert done.stdout.count("casa-assets export robocasa") == 3

@@ -1,0 +1,64 @@
+"""What a thing looks like: pictures and names to a scorer, and a clear word where there is none."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from casa_assets import registry
+from casa_assets.errors import CasaError
+from casa_assets.pipeline.look import PICTURE_PX, VIEWS, WORDS, kind_seen, scorer
+from tests.articulated import microwave
+
+
+class Judge:
+    """A scorer that says what it is told to, and keeps what it was shown."""
+
+    def __init__(self, kind: str, share: float) -> None:
+        self.kind, self.share = kind, share
+        self.shown: list[bytes] = []
+        self.asked: list[str] = []
+
+    def __call__(self, pictures: Sequence[bytes], names: Sequence[str]) -> tuple[float, ...]:
+        self.shown, self.asked = list(pictures), list(names)
+        rest = (1.0 - self.share) / (len(names) - 1)
+        return tuple(self.share if name == WORDS[self.kind] else rest for name in names)
+
+
+def test_it_is_shown_from_some_sides_and_asked_for_every_kind() -> None:
+    judge = Judge("microwave", 0.7)
+    assert kind_seen(microwave(), judge) == ("microwave", 0.7, "CLIP says a microwave oven")
+    assert judge.asked == list(WORDS.values())
+    assert len(judge.shown) == len(VIEWS)
+    assert len(set(judge.shown)) == len(VIEWS)
+    with Image.open(io.BytesIO(judge.shown[0])) as picture:
+        assert picture.size == (PICTURE_PX, PICTURE_PX)
+
+
+@pytest.mark.parametrize("judge", [Judge("other", 0.9), Judge("toaster", 0.3)])
+def test_what_is_not_sure_or_something_else_names_nothing(judge: Judge) -> None:
+    kind, share, says = kind_seen(microwave(), judge)
+    assert (kind, share) == ("", judge.share)
+    assert "names nothing" in says
+
+
+def test_every_kind_is_a_fixture_of_the_registry() -> None:
+    assert set(WORDS) - {"other"} <= set(registry.load().fixtures)
+
+
+def test_absent_weights_are_said(tmp_path: Path) -> None:
+    with pytest.raises(CasaError, match="no weights of CLIP"):
+        scorer(tmp_path / "ViT-B-32.pt")
+
+
+def test_an_absent_package_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    weights = tmp_path / "ViT-B-32.pt"
+    weights.write_bytes(b"0")
+    with pytest.raises(CasaError, match="not installed"):
+        scorer(weights)
