@@ -18,6 +18,8 @@ HANDLE_STANDS = 0.013
 # The pull of a large thing is small by it: one that is no rail, shorter than this part of the front, stands out so far,
 # and so far by its own width.
 PULL_STANDS, PULL_BY_WIDTH, SHORT = 0.006, 0.4, 0.5
+# A cup pull is so much longer than high, at least.
+CUP_LONG = 1.4
 # Between a handle and the front that it belongs to there is at most so much air.
 HANDLE_GAP = 0.035
 # What is smaller is no handle but a mark or screw, diagonals.
@@ -126,8 +128,7 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
         small = [
             c
             for c in own
-            if _is_pull(c, float(panel.low[2] - c.low[2]))
-            and float(c.across.max()) <= 0.3 * min(panel.width, panel.height)
+            if _is_pull(c, float(panel.low[2] - c.low[2])) and (_is_small(c, panel) or _is_cup(c, panel))
         ]
         mirrored = len(small) == 2 and abs(sum(float(c.middle[0]) for c in small) - panel.low[0] - panel.high[0]) < 0.02
         if not bars and ((len(own) == 1 and len(small) == 1) or (len(own) == 2 and mirrored)):
@@ -143,6 +144,16 @@ def _is_bar(control: Control, panel: Panel) -> bool:
     stands = float(panel.low[2] - control.low[2])
     rail = (control.across > SHORT * (panel.high - panel.low)[:2]).any()
     return stands >= HANDLE_STANDS or (not rail and _is_pull(control, stands))
+
+
+def _is_small(control: Control, panel: Panel) -> bool:
+    return float(control.across.max()) <= 0.3 * min(panel.width, panel.height)
+
+
+def _is_cup(control: Control, panel: Panel) -> bool:
+    """Whether something on a panel is as wide as a hand by its height: no knob, but what a low front is drawn by."""
+    within = bool((control.across <= SHORT * (panel.high - panel.low)[:2]).all())
+    return within and not control.round and control.long > CUP_LONG
 
 
 def _is_pull(control: Control, stands: float) -> bool:

@@ -141,3 +141,19 @@ def test_the_feet_of_a_handle_are_no_buttons() -> None:
     found, owner = found_in(parts)
     (door,) = found.parts
     assert set(owner[door.grip].tolist()) == {6, 7, 8}
+
+
+def test_a_cup_goes_with_the_low_front_that_it_draws() -> None:
+    parts = [
+        *carcass(0.8, 0.6, 0.9),
+        box((0.0, -0.02, 0.0), (0.8, 0.0, 0.74)),
+        box((0.0, -0.02, 0.75), (0.8, 0.0, 0.89)),
+    ]
+    parts += bar((0.74, -0.06, 0.3), (0.752, -0.05, 0.5), -0.02)
+    cup = len(parts)
+    parts += [box((0.355, -0.045, 0.8), (0.445, -0.02, 0.84))]
+    tray = len(parts)
+    parts += tub((0.03, 0.0, 0.77), (0.77, 0.5, 0.86))
+    found, owner = found_in(parts)
+    (drawer,) = of_kind(found, PartKind.DRAWER)
+    assert {cup, *range(tray, tray + 5)} <= set(owner[drawer.faces].tolist())
