@@ -49,7 +49,7 @@ def test_check_prints_one_object_per_scene_and_a_table(checked_kitchen: Checked)
 
 def test_check_prints_a_table_and_writes_it(checked_kitchen: Checked, monkeypatch: pytest.MonkeyPatch) -> None:
     out, done = checked_kitchen
-    monkeypatch.setattr(scene_check, "check_all", lambda *_: iter([done]))
+    monkeypatch.setattr(scene_check, "check_all", lambda *_, drawn: iter([done] if drawn else []))
     result = RUNNER.invoke(app, ["check", SCENE, "--out", str(out)])
     lines = result.stdout.splitlines()
     heads = next(line for line in lines if "NKBA" in line)
@@ -99,14 +99,14 @@ class TestSample:
         report = Report(subject="x", issues=(Issue(code="SCN005", severity=Severity.ERROR, says="two doors meet"),))
         asked: dict[str, object] = {}
 
-        def drawn(recipes: Sequence[Recipe], _: Path, jobs: int, strict: bool) -> Iterator[SceneBuilt]:
-            asked.update(jobs=jobs, strict=strict)
+        def checked(recipes: Sequence[Recipe], _: Path, jobs: int, strict: bool, drawn: bool) -> Iterator[SceneBuilt]:
+            asked.update(jobs=jobs, strict=strict, drawn=drawn)
             for i, recipe in enumerate(recipes):
                 yield SceneBuilt(recipe, report=report) if i < bad else SceneBuilt(recipe, str(out / recipe.scene_id))
 
-        monkeypatch.setattr(scene_check, "check_all", drawn)
-        result = RUNNER.invoke(app, ["sample", "4", "--seed", "9", "--out", str(out), "--jobs", "1"])
-        assert asked == {"jobs": 1, "strict": True}
+        monkeypatch.setattr(scene_check, "check_all", checked)
+        result = RUNNER.invoke(app, ["sample", "4", "--seed", "9", "--out", str(out), "--jobs", "1", "--no-pictures"])
+        assert asked == {"jobs": 1, "strict": True, "drawn": False}
         return result.exit_code, result.stdout
 
     def test_rate_and_reasons_are_told(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
