@@ -126,9 +126,7 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
         panel.fore += [float(c.low[2]) for c in bars]
         own = [c for c in own if not any(c is b for b in bars)]
         small = [
-            c
-            for c in own
-            if _is_pull(c, float(panel.low[2] - c.low[2])) and (_is_small(c, panel) or _is_cup(c, panel))
+            c for c in own if _is_pull(c, float(panel.low[2] - c.low[2])) and (_is_small(c, panel) or _is_cup(c, panel))
         ]
         mirrored = len(small) == 2 and abs(sum(float(c.middle[0]) for c in small) - panel.low[0] - panel.high[0]) < 0.02
         if not bars and ((len(own) == 1 and len(small) == 1) or (len(own) == 2 and mirrored)):
