@@ -11,7 +11,7 @@ core at steps of 2 ms with ten boxes and balls dropped in, after a second in whi
 process. Awake, everything is computed all the time; at work, MuJoCo 4 may let sleep what is at rest while two doors and
 one loose thing are pushed; asleep, nothing is. `bare` leaves out what a kitchen of ours itself has standing loose on
 its worktops, for the peer's are empty; it is what the targets of ten loose things are held against. `clash`: joints
-that run more than 5 mm into another object when each is opened alone.
+that run more than 5 mm into another object when each is opened alone; of the full form.
 """
 
 from __future__ import annotations

@@ -1,0 +1,47 @@
+"""Kitchens of other lengths than the plain ones: what hangs keeps clear of what else hangs there."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+
+from casa_assets.layouts.beams import HOOD_DEPTH, beams_of
+from casa_assets.layouts.furnish import LAMP_ASIDE
+from casa_assets.layouts.request import Kitchen
+from casa_assets.model.units import UpperKind
+from casa_assets.pipeline.kitchens import Recipe, resolve
+
+
+def drawn(plan: str, style: str, seed: int) -> Kitchen:
+    return resolve(Recipe(plan, style, seed))
+
+
+@pytest.mark.parametrize(("style", "seed"), [("mediterranean", 805162), ("farmhouse", 385648)])
+def test_no_lamp_of_the_room_hangs_at_one_over_an_island(style: str, seed: int) -> None:
+    lamps = [w for w in drawn("wraparound", style, seed).wanted if w.role == "lamp"]
+    places = {w.name: w.spot.frame.at(w.spot.u, w.spot.v)[:2] for w in lamps}
+    assert len(places) > 2
+    for one, other in itertools.combinations(places, 2):
+        if "ceiling_light" in one + other:
+            assert math.dist(places[one], places[other]) >= LAMP_ASIDE, (one, other)
+
+
+@pytest.mark.parametrize("style", ["modern_1", "modern_2"])
+@pytest.mark.parametrize("seed", [0, 30205, 163211])
+def test_a_rack_hangs_beside_the_shelf_at_the_end_of_a_row(style: str, seed: int) -> None:
+    kitchen = drawn("galley", style, seed)
+    rack = next(w for w in kitchen.wanted if w.name == "utensil_rack")
+    assert rack.spot.u - kitchen.slot("main_upper_shelf").right > 0.5
+
+
+@pytest.mark.parametrize(("style", "seed"), [("rustic", 395138), ("farmhouse", 912812)])
+def test_beams_keep_clear_of_a_hood_that_the_usual_number_would_meet(style: str, seed: int) -> None:
+    kitchen = drawn("l_large", style, seed)
+    beams = beams_of(kitchen.plan, kitchen.style, kitchen.room, kitchen.lines, kitchen.slots)
+    assert beams is not None
+    (hood,) = [s for row in kitchen.slots.values() for s in row if s.kind is UpperKind.HOOD]
+    axis = 1 if beams.along_x else 0
+    ends = [hood.line.frame.at(u, v)[axis] for u in (hood.left, hood.right) for v in (0.0, HOOD_DEPTH)]
+    assert not beams.crosses(min(ends), max(ends))
