@@ -26,6 +26,8 @@ SAMPLES = 4000
 P95_M = 0.002
 P95_RATIO = 0.015
 WORST_RATIO = 0.05
+# How far apart the boxes round both may end, as a part of the longest side: feet stand on it.
+BOX_RATIO = 0.02
 # Cubes along the longest side where it is looked for what holds water; less than this share of the hull is no opening.
 ROOM_CELLS = 64
 CONTAINER = 0.03
@@ -40,13 +42,14 @@ class Yardstick:
 
     Attributes:
         solid: that the mesh stands for. of: its surface. samples: (N, 3) points on the mesh itself, metres.
-        room: (M, 3) places in the opening of a vessel, none where it has none.
+        box: (2, 3) corners of the mesh. room: (M, 3) places in the opening of a vessel, none where it has none.
         bound: how far shapes may be off.
     """
 
     solid: Solid
     of: Ruler
     samples: Floats
+    box: Floats
     room: Floats
     bound: Bound
 
@@ -76,7 +79,9 @@ def yardstick(points: Floats, faces: Ints, solid: Solid, is_open: bool) -> Yards
     of = ruler(*surface_of(solid))
     bound = Bound(max(P95_M, P95_RATIO * of.longest), WORST_RATIO * of.longest)
     room = _room(points, faces) if is_open else np.zeros((0, 3))
-    return Yardstick(solid, of, surface_samples(points, faces, SAMPLES), room, bound)
+    used = points[np.unique(faces)]
+    box = np.stack([used.min(axis=0), used.max(axis=0)])
+    return Yardstick(solid, of, surface_samples(points, faces, SAMPLES), box, room, bound)
 
 
 def _room(points: Floats, faces: Ints) -> Floats:
@@ -102,6 +107,9 @@ def verdict(clouds: Sequence[Floats], by: Yardstick, reach: float) -> Verdict:
     kept = None if not len(by.room) else 1 - _inside(by.room, clouds)
     strains = [off.added_p95 / by.bound.p95, off.added_worst / by.bound.worst]
     strains += [off.bare_p95 / by.bound.p95, off.bare_worst / by.bound.worst]
+    every = np.concatenate(list(clouds))
+    ends = np.abs(np.stack([every.min(axis=0), every.max(axis=0)]) - by.box).max().round(6)
+    strains.append(float(ends) / max(reach, BOX_RATIO * by.of.longest))
     if kept is not None:
         strains.append((1 - kept) / FILLED)
     return Verdict(off, float((outside > reach).mean()), kept, round(max(strains), 6))

@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.geometry.cutting import Solid, hull_size, slimmed, solid_of, surface_of, without_voids
+from casa_assets.geometry.cutting import Solid, halves, hull_size, slimmed, solid_of, surface_of, without_voids
 from casa_assets.geometry.field import matter_field
 from casa_assets.geometry.isosurface import isosurface
 from casa_assets.geometry.measure import face_normals
@@ -32,6 +32,8 @@ SMOOTH = 0.3
 # Ref: generated shells measure .011 to .023, a mug .040, a generated solid shaker .19 (filling .11 to .22, and .87).
 THIN = 0.06
 LOOSE = 0.5
+# A grid of cubes bulges over the ends of what it stands for; of what is cut off there this share has to be left.
+LEFT = 0.7
 # Matter that grows by more than this share once sealed rooms are filled had two walls.
 SEALED = 0.25
 
@@ -85,9 +87,18 @@ def matter(points: Floats, faces: Ints, full: bool) -> Matter | None:
         solid_or_none = solid_of(*isosurface(matter_field(points, faces, grid), grid.origin, grid.cell))
         if solid_or_none is None:
             return None
-        solid = without_voids(slimmed(solid_or_none, SMOOTH * grid.cell))
+        solid = _within(without_voids(slimmed(solid_or_none, SMOOTH * grid.cell)), points[np.unique(faces)])
         done = [f"made solid on a grid of {1000 * grid.cell:.2g} mm"]
     return _classified(solid, raw, area, longest, done, exact=not any("grid" in words for words in done))
+
+
+def _within(solid: Solid, points: Floats) -> Solid:
+    """What of a solid lies in the box round some points; all of it where that would take most of it, as of a sheet."""
+    rest = solid
+    for axis in np.eye(3):
+        rest = halves(rest, axis, float((points @ axis).min()))[0]
+        rest = halves(rest, -axis, float((points @ -axis).min()))[0]
+    return rest if rest.volume() > LEFT * solid.volume() else solid
 
 
 def _closed(points: Floats, faces: Ints, longest: float) -> tuple[Solid, bool] | None:
