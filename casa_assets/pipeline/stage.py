@@ -77,7 +77,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("scale", 1, lambda d, b: scale(d, b.category, b.limits["size_slack"])),
     Stage("simplify", 2, lambda d, b: simplify(d, int(b.limits["visual_faces"])), ("meshoptimizer",)),
     Stage("texture", 2, lambda d, b: texture(d, int(b.limits["texture_px"]), b.substance), ("pillow",)),
-    Stage("collide", 5, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
+    Stage("collide", 6, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
     Stage("mass", 2, lambda d, b: mass(d, b.category, b.substance, b.limits["mass_range_slack"]), ("manifold3d",)),
 )
 # `load` and `clean` come before, `assemble` after: they change the type.

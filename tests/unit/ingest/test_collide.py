@@ -401,3 +401,31 @@ def test_a_line_is_refused() -> None:
     with pytest.raises(Rejected) as error:
         collide(draft(line), category("object"), PARAMS, never)
     assert error.value.code in ("MSH004", "GEO001")
+
+
+@pytest.mark.parametrize("full", [False, True])
+def test_what_a_grid_makes_ends_where_the_mesh_does(full: bool) -> None:
+    angles = np.linspace(0, 2 * np.pi, 32, endpoint=False)
+    rings = [(0.0, 0.03), (0.0, 0.037), (0.2, 0.037), (0.24, 0.014), (0.3, 0.014)]
+    points = np.concatenate(
+        [np.stack([r * np.cos(angles), r * np.sin(angles), 0 * angles + z], axis=1) for z, r in rings]
+    )
+    ids = np.arange(32)
+    after = (ids + 1) % 32
+    faces = np.concatenate(
+        [
+            part
+            for k in range(4)
+            for part in (
+                np.stack([32 * k + ids, 32 * k + after, 32 * k + 32 + ids], axis=1),
+                np.stack([32 * k + after, 32 * k + 32 + after, 32 * k + 32 + ids], axis=1),
+            )
+        ]
+    )
+    made = matter(points, faces, full)
+    assert made is not None
+    assert not made.exact
+    ends = surface_of(made.solid)[0]
+    assert ends.min(axis=0) == pytest.approx(points.min(axis=0), abs=0.003)
+    assert (ends.min(axis=0) >= points.min(axis=0) - 1e-6).all()
+    assert (ends.max(axis=0) <= points.max(axis=0) + 1e-6).all()
