@@ -1,9 +1,11 @@
 """The articulation benchmark: what `casa_assets.articulate` finds, scored by the benchmark's own score.py.
 
     CASA_SHARED=/path/to/shared python benchmarks/articulate.py [--variant input welded fused] [--suite core]
-        [--every 4] [--only regex] [--perturb SEED] [--true-frame] [--families] [--travel]
+        [--every 4] [--only regex] [--perturb SEED] [--true-frame] [--families] [--travel] [--keep FOLDER]
 
-Prints the table of score.py for each variant and per type, seconds per mesh, and how often the frame was right.
+Prints the table of score.py for each variant and per type, of all cases and of those of its core suite, seconds of the
+processor per mesh, and how often the frame was right. `--keep` stores what each case gave and takes what is stored
+there: a run can be stopped and taken up, and several may share a folder (one for each version of the tool).
 `--families` scores 40 appliances of this project's own families instead (CASA_SHARED is needed for score.py alone);
 `--travel` also builds each case and prints the share of joints that reach their declared range in MuJoCo under 20 N
 without a contact of over 1 mm beyond the rest one; and of each case its kind, and whether it holds its contract.
@@ -21,6 +23,8 @@ import sys
 import tarfile
 import tempfile
 import time
+import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -122,39 +126,52 @@ def prediction(found: Articulation) -> dict[str, Any]:
 
 
 def one(case: Any, true_frame: bool) -> tuple[Articulation, float]:
-    """What the tool makes of a case, and the seconds that it takes."""
-    begin = time.perf_counter()
+    """What the tool makes of a case, and the seconds of the processor that it takes."""
+    begin = time.process_time()
     soup = soup_of(case.V, case.F)
     up, front = truth(case)
     frame = given_frame(soup, up, front or (0, -1, 0)) if true_frame else guess_frame(soup)
     placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    return infer(placed, frame), time.perf_counter() - begin
+    return infer(placed, frame), time.process_time() - begin
+
+
+def options(says: str) -> argparse.ArgumentParser:
+    """The options that say which cases are looked at, and how they lie."""
+    parser = argparse.ArgumentParser(description=says, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--variant", nargs="+", default=["input", "welded", "fused"])
+    parser.add_argument("--suite", default="all")
+    parser.add_argument("--only", help="Regular expression of the names.")
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--perturb", type=int, help="Seed: another up axis, yaw, unit and place for each.")
+    parser.add_argument("--cases", type=Path, help="Folder in which the cases are unpacked, or to unpack them in.")
+    parser.add_argument("--families", action="store_true", help="40 appliances of our own families instead.")
+    parser.add_argument("--verbose", action="store_true")
+    return parser
+
+
+@contextlib.contextmanager
+def scored(args: argparse.Namespace) -> Iterator[ModuleType]:
+    """score.py on the cases that the options ask for."""
+    with contextlib.ExitStack() as stack:
+        folder = args.cases or Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        if not args.families:
+            yield load_score(unpacked(folder))
+            return
+        sys.path.insert(0, str(Path(__file__).parent))
+        from articulate_families import write_cases
+
+        yield load_score(folder / "cases" if (folder / "cases").exists() else write_cases(folder))
 
 
 def main() -> None:
     """Run and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--variant", nargs="+", default=["input", "welded", "fused"])
-    parser.add_argument("--suite", default="all")
-    parser.add_argument("--only")
-    parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--perturb", type=int)
+    parser = options(__doc__ or "")
     parser.add_argument("--true-frame", action="store_true")
-    parser.add_argument("--cases", type=Path)
-    parser.add_argument("--families", action="store_true", help="40 appliances of our own families instead.")
     parser.add_argument("--travel", action="store_true", help="Also build each and print how far its joints go.")
+    parser.add_argument("--keep", type=Path, help="Folder for what each case gave, of this version of the tool.")
     parser.add_argument("--out", type=Path, help="Folder for the predictions.")
-    parser.add_argument("--verbose", action="store_true")
     args = parser.parse_args()
-    with contextlib.ExitStack() as stack:
-        folder = args.cases or Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        if args.families:
-            sys.path.insert(0, str(Path(__file__).parent))
-            from articulate_families import write_cases
-
-            score = load_score(folder / "cases" if (folder / "cases").exists() else write_cases(folder))
-        else:
-            score = load_score(unpacked(folder))
+    with scored(args) as score:
         for variant in args.variant:
             run(score, args, variant)
 
@@ -162,55 +179,84 @@ def main() -> None:
 def run(score: ModuleType, args: argparse.Namespace, variant: str) -> None:
     """One variant."""
     names = score.case_names(args.suite, args.only)[:: args.every]
-    rng = np.random.default_rng(args.perturb)
-    rows, seconds, right = [], [], 0
-    went: dict[str, list[bool]] = {}
-    held: dict[str, str] = {}
+    done = []
     for name in names:
-        case = score.Case(f"{score.CASES}/{name}", variant)
-        if args.perturb is not None:
-            turned(case, rng)
-        found, took = one(case, args.true_frame)
-        good = frame_is_right(found.frame, case)
-        right += good
-        seconds.append(took)
-        rows.append(score.score_case(case, prediction(found)))
-        if args.out:
-            args.out.mkdir(parents=True, exist_ok=True)
-            (args.out / f"{name}.json").write_text(json.dumps(prediction(found)))
+        stored = stored_at(args, variant, name)
+        if stored is not None and stored.exists():
+            done.append(json.loads(stored.read_text()))
+        else:
+            done.append(looked_at(score, args, variant, name))
+            if stored is not None:
+                stored.parent.mkdir(parents=True, exist_ok=True)
+                stored.write_text(json.dumps(done[-1], default=float))
         if args.verbose:
-            tell(rows[-1], good, took)
-        if args.travel:
-            held[name] = travel(Path(f"{score.CASES}/{name}/{variant}.obj"), went)
-    groups = [score.summarise(rows, "ALL")]
-    kinds = sorted({r["category"] for r in rows})
-    groups += [score.summarise([r for r in rows if r["category"] == k], k) for k in kinds]
-    print(f"\n== {variant}: {len(names)} cases; frame right {right}; seconds median {np.median(seconds):.2f}", end=" ")
-    print(f"p95 {np.percentile(seconds, 95):.2f}\n{score.table(groups)}\n\n{score.by_type(rows)}")
-    for kind, whole in sorted(went.items()):
-        share = sum(whole) / len(whole)
+            tell(done[-1]["row"], done[-1]["right"], done[-1]["took"])
+    seconds = [d["took"] for d in done]
+    print(f"\n== {variant}: {len(names)} cases; frame right {sum(d['right'] for d in done)}; seconds", end=" ")
+    print(f"median {np.median(seconds):.2f} p95 {np.percentile(seconds, 95):.2f}")
+    tables(score, [d["row"] for d in done])
+    went: dict[str, list[bool]] = {}
+    for kind, whole in (pair for d in done for pair in d["went"]):
+        for each in ("ALL", kind):
+            went.setdefault(each, []).append(whole)
+    for kind, all_ in sorted(went.items()):
+        share = sum(all_) / len(all_)
         says = "reach their range under 20 N, touching nothing"
-        print(f"travel {kind}: {sum(whole)} of {len(whole)} joints ({share:.1%}) {says}")
-    for name, holds in held.items():
-        print(f"contract {name}: {holds}")
+        print(f"travel {kind}: {sum(all_)} of {len(all_)} joints ({share:.1%}) {says}")
+    for d in done if args.travel else []:
+        print(f"contract {d['row']['name']}: {d['holds']}")
     sys.stdout.flush()
 
 
-def travel(mesh: Path, went: dict[str, list[bool]]) -> str:
-    """Build a mesh and note for each joint whether it goes all its way, touching nothing; for all, and by type.
+def stored_at(args: argparse.Namespace, variant: str, name: str) -> Path | None:
+    """The file that keeps what a case gave, or None where nothing is kept."""
+    marks = [variant, *(["true"] if args.true_frame else []), *(["travel"] if args.travel else [])]
+    marks += [] if args.perturb is None else [f"perturb{args.perturb}"]
+    return None if args.keep is None else Path(args.keep) / "_".join(marks) / f"{name}.json"
 
-    Returns the kind that it was taken for, and the contract that it holds or the first thing that it lacks for it.
+
+def looked_at(score: ModuleType, args: argparse.Namespace, variant: str, name: str) -> dict[str, Any]:
+    """The row of score.py for a case, whether its frame was right, the seconds that it took, and how its joints go."""
+    case = score.Case(f"{score.CASES}/{name}", variant)
+    if args.perturb is not None:
+        turned(case, np.random.default_rng([args.perturb, zlib.crc32(name.encode())]))
+    found, took = one(case, args.true_frame)
+    said = prediction(found)
+    if args.out:
+        args.out.mkdir(parents=True, exist_ok=True)
+        (args.out / f"{name}.json").write_text(json.dumps(said))
+    mesh = Path(f"{score.CASES}/{name}/{variant}.obj")
+    went, holds = travel(mesh) if args.travel else ([], "")
+    row = score.score_case(case, said)
+    return {"row": row, "right": frame_is_right(found.frame, case), "took": took, "went": went, "holds": holds}
+
+
+def tables(score: ModuleType, rows: list[dict[str, Any]]) -> None:
+    """All cases, those of the core suite where they are not all, and each category; then each type."""
+    core = set(score.case_names("core"))
+    inner = [r for r in rows if r["name"] in core]
+    some = 0 < len(inner) < len(rows)
+    groups = [score.summarise(rows, "ALL"), *([score.summarise(inner, "core")] if some else [])]
+    kinds = sorted({r["category"] for r in rows})
+    groups += [score.summarise([r for r in rows if r["category"] == k], k) for k in kinds]
+    print(f"{score.table(groups)}\n\n{score.by_type(rows)}")
+    if some:
+        print(f"\ncore alone\n{score.by_type(inner)}")
+
+
+def travel(mesh: Path) -> tuple[list[tuple[str, bool]], str]:
+    """Build a mesh: of each joint the type of its part, and whether it goes all its way, touching nothing.
+
+    Returns with it the kind that it was taken for, and the contract that it holds or the first thing that it lacks.
     """
     with tempfile.TemporaryDirectory() as folder:
         try:
             built, found = settled(build(Wish(mesh, Path(folder))), Path(folder))
         except Rejected:
-            return "nothing moves"
-    for part in built.found.parts:
-        for kind in ("ALL", part.kind.value):
-            went.setdefault(kind, []).append(found[part.name].whole)
+            return [], "nothing moves"
     holds = f"holds {built.asset.contract}" if built.asset.contract else ": ".join(built.lacking[:2]) or "none aimed at"
-    return f"{built.category.id} ({built.sure[0]:.0%}): {holds}"
+    went = [(p.kind.value, found[p.name].whole) for p in built.found.parts]
+    return went, f"{built.category.id} ({built.sure[0]:.0%}): {holds}"
 
 
 def tell(row: dict[str, Any], good: bool, took: float) -> None:

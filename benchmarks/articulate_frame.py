@@ -3,24 +3,22 @@
     CASA_SHARED=/path/to/shared python benchmarks/articulate_frame.py [--variant input welded fused] [--suite core]
         [--every 4] [--only regex] [--perturb SEED] [--families] [--cases FOLDER] [--verbose]
 
-Much faster than `benchmarks/articulate.py`, whose options these are: it guesses the frame and finds no parts.
+Much faster than `benchmarks/articulate.py`, whose options of cases these are: it guesses the frame and finds no parts.
 """
 
 from __future__ import annotations
 
 import argparse
-import contextlib
 import sys
-import tempfile
 import time
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
-from articulate import frame_is_right, load_score, truth, turned, unpacked
+from articulate import frame_is_right, options, scored, truth, turned
 
 from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.soup import soup_of
@@ -41,12 +39,11 @@ class Guess:
 
 def guessed(score: ModuleType, args: argparse.Namespace, variant: str) -> list[Guess]:
     """The guess of each case of a variant."""
-    rng = np.random.default_rng(args.perturb)
     out = []
     for name in score.case_names(args.suite, args.only)[:: args.every]:
         case = score.Case(f"{score.CASES}/{name}", variant)
         if args.perturb is not None:
-            turned(case, rng)
+            turned(case, np.random.default_rng([args.perturb, zlib.crc32(name.encode())]))
         begin = time.perf_counter()
         frame = guess_frame(soup_of(case.V, case.F))
         took = time.perf_counter() - begin
@@ -78,24 +75,8 @@ def tell(variant: str, guesses: Sequence[Guess]) -> None:
 
 def main() -> None:
     """Run and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--variant", nargs="+", default=["input", "welded", "fused"])
-    parser.add_argument("--suite", default="all")
-    parser.add_argument("--only")
-    parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--perturb", type=int)
-    parser.add_argument("--cases", type=Path)
-    parser.add_argument("--families", action="store_true", help="40 appliances of our own families instead.")
-    parser.add_argument("--verbose", action="store_true")
-    args = parser.parse_args()
-    with contextlib.ExitStack() as stack:
-        folder = args.cases or Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        if args.families:
-            from articulate_families import write_cases
-
-            score = load_score(folder / "cases" if (folder / "cases").exists() else write_cases(folder))
-        else:
-            score = load_score(unpacked(folder))
+    args = options(__doc__ or "").parse_args()
+    with scored(args) as score:
         for variant in args.variant:
             tell(variant, guessed(score, args, variant))
 

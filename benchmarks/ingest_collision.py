@@ -1,11 +1,11 @@
 """Collision shapes of ingest against CoACD as obj2mjcf 0.0.25 calls it and V-HACD, on the same meshes, in the same run.
 
-    ./dev bench ingest_collision [folder of meshes] [--every 6] [--only mug bowl] [--peers coacd vhacd] [--drop 20]
+    ./dev bench ingest_collision [folder of meshes] [--every 6] [--only mug bowl] [--peers coacd=4 vhacd=20] [--drop 20]
 
-Writes out/bench/ingest_collision.json and .md, and prints the latter. All are handed the mesh as our stages leave it
-before collision: clean, upright, metres. One input at a time, each in a process of its own; seconds are those of the
-processor, children included, so that a busy machine changes nothing. Ours includes deciding that one shape is enough,
-making open meshes solid and measuring what was made.
+Writes out/bench/ingest_collision.json and .md after each input, and prints the latter at the end. All are handed the
+mesh as our stages leave it before collision: clean, upright, metres. One input at a time, each in a process of its own;
+seconds are those of the processor, children included, so that a busy machine changes nothing. Ours includes deciding
+that one shape is enough, making open meshes solid and measuring what was made.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import numpy.typing as npt
 from judging import peer_coacd, stepping
 from judging.collision import Truth, fit, truth
 from judging.collision_report import COACD, OURS, VHACD, Row, report
+from judging.collision_targets import targets
 from judging.inputs import Prepared, dump, prepared
 
 from casa_assets.errors import CasaError
@@ -40,6 +41,7 @@ from casa_assets.model.shape import Hull
 Floats = npt.NDArray[np.float64]
 
 ROUND_STEPS = 96  # a cylinder so drawn lacks 0.07 % of its volume
+ROUNDS = 4  # a run that is stopped has seen inputs from all over the folder
 DEATH_S = 900  # wall seconds after which a process is given up; CPU limits come first
 
 Tool = Callable[[Prepared, int], tuple[list[Placed], str]]
@@ -149,27 +151,49 @@ def main() -> None:
     parser.add_argument("folder", type=Path, nargs="?", default=Path("examples/meshes"), help="meshes")
     parser.add_argument("--every", type=int, default=1, help="only every n-th input")
     parser.add_argument("--only", nargs="*", default=[], help="only inputs of these categories")
-    parser.add_argument("--peers", nargs="*", default=["coacd", "vhacd"], choices=["coacd", "vhacd"], help="others")
+    parser.add_argument("--peers", nargs="*", default=["coacd", "vhacd"], help="others; NAME=8: on the first 8 inputs")
     parser.add_argument("--cpu", type=int, default=120, help="CPU seconds for a peer on one input")
     parser.add_argument("--drop", type=int, default=0, help="drop so many on a table, ours and V-HACD's; 0: none")
     parser.add_argument("--out", type=Path, default=Path("out/bench"), help="where results go")
     given = parser.parse_args()
-    names = ["ours", *given.peers]
+    most = dict(_counted(word) for word in given.peers)
     rows: list[Row] = []
     made: dict[str, list[list[Placed]]] = {}
-    for item in prepared(given.folder, given.every, given.only):
-        for row, shapes in apart(item, names, given.cpu):
+    pace: list[stepping.Pace] = []
+    for number, item in enumerate(prepared(given.folder, given.every, given.only, ROUNDS)):
+        for row, shapes in apart(item, ["ours", *(n for n, count in most.items() if number < count)], given.cpu):
             rows.append(row)
             made.setdefault(row.tool, []).append(shapes)
             print(
                 f"{row.path}: {row.tool}: {row.seconds:.1f} s, {row.shapes} shapes, IoU {row.iou} {row.says}",
                 flush=True,
             )
-    pace = stepping.compare({t: [m for m in all_ if m][: given.drop] for t, all_ in made.items()}) if given.drop else []
-    dump(given.out / "ingest_collision.json", {"rows": [asdict(r) for r in rows], "pace": pace})
-    text = report(rows, given.folder.as_posix(), pace)
-    (given.out / "ingest_collision.md").write_text(text, encoding="utf-8")
-    print(text)
+        pace = pace or _pace(made, given.drop)
+        _write(given.out, rows, given.folder, pace)
+    print(_write(given.out, rows, given.folder, pace))
+
+
+def _counted(word: str) -> tuple[str, float]:
+    """Name and number of inputs of a word such as coacd=4; raises KeyError for a tool that there is not."""
+    name, _, count = word.partition("=")
+    return name if name in TOOLS else TOOLS[name][0], float(count or "inf")
+
+
+def _pace(made: dict[str, list[list[Placed]]], count: int) -> list[stepping.Pace]:
+    """Both tools' shapes of the same things on a table, as soon as there are so many; CoACD fails on too many."""
+    tools = [t for t in (OURS, VHACD) if t in made]
+    whole = [k for k in range(min(len(made[t]) for t in tools)) if all(made[t][k] for t in tools)]
+    if not count or len(whole) < count or len(tools) < 2:
+        return []
+    return stepping.compare({t: [made[t][k] for k in whole[:count]] for t in tools})
+
+
+def _write(out: Path, rows: Sequence[Row], folder: Path, pace: Sequence[stepping.Pace]) -> str:
+    """The files of a run; the page."""
+    dump(out / "ingest_collision.json", {"rows": [asdict(r) for r in rows], "pace": [asdict(p) for p in pace]})
+    text = report(rows, folder.as_posix(), targets(rows, pace), [p.says for p in pace])
+    (out / "ingest_collision.md").write_text(text, encoding="utf-8")
+    return text
 
 
 if __name__ == "__main__":

@@ -77,6 +77,7 @@ EXPECTED = {
     "doors": 0.0,
     "drawers": 0.0,
     "boxed": 0.7,
+    "unboxed": -0.3,
     "knobs": 0.3,
     "buttons": 0.1,
     "levers": 0.5,

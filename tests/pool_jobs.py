@@ -140,5 +140,9 @@ def _kill_server_once(value: str) -> str:
     return "second time"
 
 
+def _oom_score(value: str) -> int:
+    return int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii"))
+
+
 def _threads(value: str) -> str:
     return os.environ["OPENBLAS_NUM_THREADS"]

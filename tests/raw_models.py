@@ -103,7 +103,7 @@ def codes(notes: tuple[Issue, ...]) -> list[str]:
 def built(model: RawModel, name: str) -> tuple[Asset, tuple[Issue, ...]]:
     """The whole way from a raw model to an asset. Raises Rejected."""
     told = brief(name)
-    state = clean(model)
+    state = clean(model, told.category)
     for stage in STAGES:
         state = stage.function(state, told)
     asset = assemble(state, told.asset_id, told.category, told.classes, told.substance, told.source, told.sha256)

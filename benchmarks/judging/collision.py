@@ -21,7 +21,9 @@ Cubes = npt.NDArray[np.bool_]
 
 SAMPLES = 20_000
 SLIT_M = 0.001  # narrower gaps between shapes are not an outer surface
-CELLS = 96  # cubes along the longest side, for what is seen from outside and what holds water
+CELLS = 96  # cubes along the longest side, for what holds water
+# The same for what can be touched from outside: a gap narrower than the promised 1.5 % of the longest side is closed.
+SEEN_CELLS = 66
 # A mesh that holds less water than this share of its hull is no container.
 CONTAINER = 0.05
 MARGIN = 0.05  # shapes may stick out of the mesh by this share of its longest side and still be on its grid
@@ -81,12 +83,13 @@ def truth(mesh: distance.Surface, full: bool) -> Truth:
     box = np.array([low - room, high + room])
     grid = _grid(points, faces, box, full)
     samples, _ = distance.sample(mesh, SAMPLES)
+    outer = voxelise(points, faces, SEEN_CELLS, bridge=full)
     held = None if full else water(grid.solid)
     holds = held is not None and float(held.sum()) * grid.cell**3 >= CONTAINER * hull_volume(points)
     return Truth(
         mesh,
         distance.ruler(mesh),
-        _seen(samples, grid),
+        _seen(samples, outer),
         closed_solid(points, faces),
         held if holds else None,
         grid,
@@ -104,7 +107,7 @@ def fit(clouds: Sequence[Floats], of: Truth) -> Fit | None:
     whole = union([convex_hull(cloud) for cloud in clouds])
     if whole is None:
         return None
-    shape_grid = voxelise(*whole, CELLS)
+    shape_grid = voxelise(*whole, SEEN_CELLS)
     skin = _seen(distance.touchable(whole, list(clouds), SLIT_M, SAMPLES), shape_grid)
     bare = 1000 * distance.distances(of.seen, distance.ruler(whole))
     phantom = 1000 * distance.distances(skin, of.ruler)

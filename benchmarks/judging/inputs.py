@@ -64,15 +64,16 @@ class Prepared:
     mesh: Surface
 
 
-def prepared(folder: Path, every: int, only: Sequence[str]) -> Iterator[Prepared]:
+def prepared(folder: Path, every: int, only: Sequence[str], rounds: int = 1) -> Iterator[Prepared]:
     """Every input, or every n-th one, that the stages before collision accept, in a fixed order.
 
     Args:
         only: ids of categories, or none for all.
+        rounds: in so many rounds, each of which takes inputs from all over the folder.
     """
     known = registry.load()
-    found = [f for f in discover([folder]) if isinstance(f, Found)]
-    for one in found[::every]:
+    found = [f for f in discover([folder]) if isinstance(f, Found)][::every]
+    for one in (f for start in range(rounds) for f in found[start::rounds]):
         category = known.category(categorise(one, "")[0].id)
         if only and category.id not in only:
             continue
@@ -80,7 +81,7 @@ def prepared(folder: Path, every: int, only: Sequence[str]) -> Iterator[Prepared
             bundle = collect(one, known.limits)
             told = brief(one, bundle, category)
             steps = {stage.name: stage.function for stage in STAGES}
-            moved = steps["scale"](steps["orient"](clean(raw(bundle, known.limits)), told), told)
+            moved = steps["scale"](steps["orient"](clean(raw(bundle, known.limits), category), told), told)
             yield Prepared(one.source.path, category, steps["simplify"](moved, told), _welded(*moved.soup()))
         except Rejected:
             continue
@@ -105,7 +106,7 @@ def _read(found: Found, name: str) -> Input:
     path, category = found.source.path, known.category(name)
     try:
         bundle = collect(found, known.limits)
-        draft = clean(raw(bundle, known.limits))
+        draft = clean(raw(bundle, known.limits), category)
         told = brief(found, bundle, category)
         steps = {stage.name: stage.function for stage in STAGES}
         moved = steps["scale"](steps["orient"](draft, told), told)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.model.asset import Asset
 from casa_assets.model.mesh import Mesh
@@ -23,8 +24,8 @@ LEAST_M, MOST_M = 0.035, 0.34
 ALIKE = 0.3
 # How far from the highest level of the top burners are, metres; what lies higher is a guard at the back.
 BELOW_M = 0.09
-# Outline of a disc: both sides alike, its corners within the circle.
-SQUARE, ROUND = 0.08, 1.05
+# Outline of a disc: its sides differ by no more than those of a hexagon, it fills its ellipse to so much.
+SQUARE, ROUND = 0.16, 0.09
 # Rows and columns: a burner nearer to the middle of them than this part of their span is in the middle.
 MIDDLE = 0.2
 PLACES = frozenset(
@@ -96,20 +97,20 @@ def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
         wide = (high - low)[:2]
         if not LEAST_M <= wide.max() <= MOST_M or wide.max() - wide.min() > SQUARE * wide.max():
             continue
-        if high[2] - low[2] > 0.6 * wide.max():
+        if high[2] - low[2] > 0.6 * wide.max() or not _is_round(points[:, :2], wide):
             continue
-        middle, radius = (low + high) / 2, float(wide.max()) / 2
-        reach = np.linalg.norm(points[:, :2] - middle[:2], axis=1)
-        if reach.max() <= ROUND * radius and _all_round(points[:, :2] - middle[:2], radius):
-            out.append((float(middle[0]), float(middle[1]), float(high[2]), radius))
+        middle = (low + high) / 2
+        out.append((float(middle[0]), float(middle[1]), float(high[2]), float(wide.max()) / 2))
     return out
 
 
-def _all_round(flat: Floats, radius: float) -> bool:
-    """Whether points near the rim lie in at least ten of twelve directions."""
-    rim = flat[np.linalg.norm(flat, axis=1) >= 0.9 * radius]
-    sectors = np.floor((np.arctan2(rim[:, 1], rim[:, 0]) / np.pi + 1.0) * 6.0).astype(np.int64) % 12
-    return len(np.unique(sectors)) >= 10
+def _is_round(flat: Floats, wide: Floats) -> bool:
+    """Whether the outline of points is a circle, or a polygon with six corners or more."""
+    try:
+        hull = float(ConvexHull(flat).volume)
+    except QhullError:
+        return False
+    return bool(abs(hull / (np.pi / 4 * float(np.prod(wide))) - 1.0) <= ROUND)
 
 
 def _largest_of_heaps(discs: Sequence[tuple[float, float, float, float]]) -> list[tuple[float, float, float, float]]:

@@ -31,6 +31,10 @@ LEAST_M3, LEAST_M = 1e-8, 0.0015
 MOST_CUTS = 3
 HIDDEN = 2.5
 CROSSING = 0.6
+# What is seen of a link lies so near to the border of what is empty, metres.
+SKIN_M = 0.003
+# A notch takes at most this part of an edge's width, and one way no more than the second.
+NOTCH, SHALLOW = 0.5, 0.2
 # A shape that would lose more than the rest of this is what it seems: it is not cut.
 LEAST_LEFT = 0.5
 
@@ -44,6 +48,7 @@ class Solid:
         clouds: (N, 3) points of each convex shape, metres. grips: those of handles, which are never cut.
         turns: it turns about `axis` through `anchor`; else it slides along it. far: end of its range, rad or m.
         behind: index of the link that stands open before this one moves, or None.
+        skin: (N, 3) points of what is seen of it, metres, or None.
         hidden: it is seen only when something else is open, as racks on their rails are: deeper cuts are allowed.
     """
 
@@ -56,6 +61,7 @@ class Solid:
     far: float = 0.0
     behind: int | None = None
     hidden: bool = False
+    skin: Floats | None = None
 
 
 def clear(solids: Sequence[Solid]) -> None:
@@ -73,13 +79,27 @@ def clear(solids: Sequence[Solid]) -> None:
         for share in SHARES:
             _meet(solids, i, share, pairs, crossed)
         cuts: dict[tuple[int, int], list[Floats]] = {}
+        real: set[tuple[int, int]] = set()
         most = deep * (HIDDEN if solid.hidden else 1.0)
         for pair, boxes in sorted(pairs.items()):
             # What is shallow in one pose and deep in the next is a part on its way into another.
-            if (pair in at_rest or pair not in crossed) and all(float((b[1] - b[0]).min()) <= most for b in boxes):
+            shallow = all(float((b[1] - b[0]).min()) <= most for b in boxes)
+            still = pair in at_rest
+            air = still and _is_air(solids, pair, boxes)
+            if air or (shallow and (still or pair not in crossed)):
+                real |= set() if air else {pair[:2]}
                 cuts.setdefault(pair[:2], []).extend(boxes)
         for (link, index), boxes in sorted(cuts.items(), reverse=True):
-            solids[link].clouds[index : index + 1] = _without(solids[link].clouds[index], boxes)
+            least = LEAST_LEFT if (link, index) in real else 0.0
+            solids[link].clouds[index : index + 1] = _without(solids[link].clouds[index], boxes, least)
+
+
+def _is_air(solids: Sequence[Solid], pair: Pair, boxes: list[Floats]) -> bool:
+    """Whether a shape is there without anything to be seen, and another part is in the same place: it is too coarse."""
+    skin = solids[pair[0]].skin
+    if skin is None:
+        return False
+    return all(not ((skin > b[0] + SKIN_M) & (skin < b[1] - SKIN_M)).all(axis=1).any() for b in boxes)
 
 
 def _meet(
@@ -99,8 +119,9 @@ def _meet(
             ours = [_at(c, stand[a]) for c in (*solids[a].clouds, *solids[a].grips)]
             theirs = [_at(c, stand[b]) for c in solids[b].clouds]
             for p, q in _near(ours, theirs):
+                notch = b == 0 and solids[mover].hidden and _is_notch(ours[p], theirs[q], solids[mover])
                 # The larger shape loses the least.
-                cut_theirs = _bulk(theirs[q]) >= _bulk(ours[p]) or p >= len(solids[a].clouds)
+                cut_theirs = notch or _bulk(theirs[q]) >= _bulk(ours[p]) or p >= len(solids[a].clouds)
                 pair = (_swollen(ours[p]), theirs[q]) if cut_theirs else (ours[p], _swollen(theirs[q]))
                 shared = _overlap(*pair)
                 if shared is None:
@@ -111,9 +132,21 @@ def _meet(
                 box = np.array([own.min(axis=0), own.max(axis=0)])
                 if float((box[1] - box[0]).min()) > SLIGHT_M:
                     key = (link, index, *((a, p) if cut_theirs else (b, q)))
-                    if _crosses(box, ours[p], theirs[q], stand[link]):
+                    if not notch and _crosses(box, ours[p], theirs[q], stand[link]):
                         crossed.add(key)
                     _note(pairs.setdefault(key, []), box)
+
+
+def _is_notch(ours: Floats, theirs: Floats, mover: Solid) -> bool:
+    """Whether what slides out takes no more than a corner or a stretch of an edge of something as it passes."""
+    shared = None if mover.turns or mover.axis is None else _overlap(_swollen(ours), theirs)
+    if shared is None or mover.axis is None:
+        return False
+    low, high = theirs.min(axis=0), theirs.max(axis=0)
+    share = np.ptp(shared, axis=0) / np.maximum(high - low, 1e-9)
+    beside = [k for k in range(3) if k != int(np.argmax(np.abs(mover.axis)))]
+    edge = (shared.min(axis=0) <= low + GAP_M) | (shared.max(axis=0) >= high - GAP_M)
+    return any(share[k] <= NOTCH and edge[k] for k in beside) and min(float(share[k]) for k in beside) <= SHALLOW
 
 
 def _crosses(box: Floats, one: Floats, other: Floats, stand: tuple[Floats, Floats]) -> bool:
@@ -201,12 +234,12 @@ def _overlap(one: Floats, other: Floats) -> Floats | None:
     return np.array(both.to_mesh64().vert_properties[:, :3], dtype=np.float64)
 
 
-def _without(cloud: Floats, boxes: list[Floats]) -> list[Floats]:
-    """A convex cloud less some boxes, as convex clouds; all of it where too little would be left."""
+def _without(cloud: Floats, boxes: list[Floats], least: float) -> list[Floats]:
+    """A convex cloud less some boxes, as convex clouds; all of it where less than a part of it would be left."""
     left = [cloud]
     for box in _merged(boxes, cloud):
         left = [piece for c in left for piece in less(c, box)]
-    return left if sum(hull_volume(c) for c in left) >= LEAST_LEFT * hull_volume(cloud) else [cloud]
+    return left if sum(hull_volume(c) for c in left) >= least * hull_volume(cloud) else [cloud]
 
 
 def _merged(boxes: list[Floats], cloud: Floats) -> list[Floats]:

@@ -92,11 +92,15 @@ class View:
 
     def slab(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
         """Depth of the back of a front near its border, where nothing hangs on it."""
-        spots = border(low[[0, 2]], high[[0, 2]], 0.05 * float(min(high[0] - low[0], high[2] - low[2])))
-        last = self.through(1, spots, parts).last()
-        seen = last[np.isfinite(last)]
-        # A box behind it reaches far back at some places only.
-        return float(np.percentile(seen, 30)) if len(seen) else float(high[1])
+        narrow = float(min(high[0] - low[0], high[2] - low[2]))
+        backs = []
+        # A leaf that is open behind, like a pan, is as thick as its rim.
+        for inset in RIMS:
+            last = self.through(1, border(low[[0, 2]], high[[0, 2]], inset * narrow), parts).last()
+            seen = last[np.isfinite(last)]
+            # A box behind it reaches far back at some places only.
+            backs += [float(np.percentile(seen, 30))] if len(seen) else []
+        return max(backs, default=float(high[1]))
 
     def mouth(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
         """Depth at which the body begins round a front, at the back of that or behind it."""

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.pieces import SIDES, Pieces, face_on
+from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.raster import Picture
-from casa_assets.articulate.soup import Floats
+from casa_assets.articulate.soup import Bools, Floats
 
 # Sizes in diagonals of the thing. Ref: ranges of knobs and buttons over 350 labelled ones, widened.
 SMALLEST, LARGEST = 0.006, 0.14
@@ -25,6 +26,12 @@ ROUND_IT, HEMMED = 0.3, 0.08
 PIN = 1.3
 # A cap faces within 45 degrees of the side that shows it; its faces agree within 2 degrees; it is so much of the front.
 TILT, FLAT, CAP = 0.707, 0.9994, 0.4
+# It faces within 20 degrees of what it sits on: cones and bumpy shells have caps that do not.
+PARALLEL = 0.94
+
+# What stands in a row with others of about its size and height is what they are: on a scan or a shell of cubes not all
+# knobs of a row are round, and some keys are. So many are a row, they differ by so much; of knobs this part is round.
+ROW, LIKE, PART = 3, 0.25, 0.4
 
 
 @dataclass
@@ -93,7 +100,7 @@ def find_controls(pieces: Pieces, side: int, taken: Sequence[int]) -> list[Contr
 
 
 def facing(pieces: Pieces, side: int, control: Control) -> Floats:
-    """(3,) unit direction that a control faces, in the frame: that of its flat cap, else of the side."""
+    """(3,) unit direction that a control faces, in the frame: that of a flat cap along its ground, else of the side."""
     outward: Floats = -SIDES[side][2]
     rows = pieces.faces_of(control.fragments)
     normals, areas = pieces.soup.normals[rows], pieces.soup.areas[rows]
@@ -107,7 +114,47 @@ def facing(pieces: Pieces, side: int, control: Control) -> Floats:
         return outward
     cap = (areas[:, None] * normals)[normals @ normals[best] > FLAT].sum(axis=0)
     found: Floats = cap / np.linalg.norm(cap)
+    return found if float(found @ _ground(pieces, side, control)) > PARALLEL else outward
+
+
+def _ground(pieces: Pieces, side: int, control: Control) -> Floats:
+    """(3,) unit direction that most of what is round a control faces, zero where there is nothing."""
+    picture = pieces.pictures[side]
+    face = picture.face[_ring(picture, control.low, control.high)]
+    face = face[face >= 0]
+    face = face[~np.isin(pieces.label[face], control.fragments)]
+    middle = np.median(pieces.soup.normals[face], axis=0) if len(face) else np.zeros(3)
+    found: Floats = middle / max(float(np.linalg.norm(middle)), 1e-9)
     return found
+
+
+def what_it_is(control: Control, others: Sequence[Control]) -> tuple[PartKind | None, float, str]:
+    """Knob, button, or neither, of a control among those of its side; how sure, and why."""
+    across = float(control.across.max())
+    alike = sum(
+        bool(np.abs(c.across - control.across).max() < 0.12 * across) and abs(c.stands - control.stands) < 0.25 * across
+        for c in others
+    )
+    round_ = _is_round(control, others)
+    if control.is_pin and control.round and across <= 0.09 and control.stands >= 0.0005:
+        return PartKind.BUTTON, 0.7, "a round pin"
+    if round_ and control.stands >= 0.22 * across and across >= 0.015:
+        return PartKind.KNOB, 0.8 if alike > 1 else 0.65, "round, and stands out"
+    if control.long <= 5.0 and control.stands >= 0.0005 and (alike > 1 or control.round) and across <= 0.09:
+        return PartKind.BUTTON, 0.6 if alike > 1 else 0.45, "small, and one of several alike" if alike > 1 else "round"
+    return None, 0.0, ""
+
+
+def _is_round(control: Control, others: Sequence[Control]) -> bool:
+    """Whether a control is round, or a good part of the row that it stands in is."""
+    across = float(control.across.max())
+    row = [
+        c
+        for c in others
+        if float(np.abs(c.across - control.across).max()) < LIKE * across
+        and abs(c.stands - control.stands) < LIKE * max(control.stands, c.stands)
+    ]
+    return control.round if len(row) < ROW else sum(c.round for c in row) >= PART * len(row)
 
 
 def is_free(pieces: Pieces, side: int, control: Control) -> bool:
@@ -127,30 +174,35 @@ def is_free(pieces: Pieces, side: int, control: Control) -> bool:
 def _nested(low: Floats, high: Floats, rows: list[int], foot: Floats) -> list[list[int]]:
     """Groups of pieces whose middles lie within the rectangle of the group's largest, at nearly the same depth."""
     groups: list[list[int]] = []
+    hosts = np.empty((0, 6))
     for i in sorted(rows, key=lambda r: (-foot[r], r)):
-        middle = (low[i] + high[i]) / 2
-        for g in groups:
-            host = g[0]
-            inside = (low[host, :2] <= middle[:2]).all() and (middle[:2] <= high[host, :2]).all()
-            if inside and low[i, 2] <= high[host, 2] + 0.02 and high[i, 2] >= low[host, 2] - 0.05:
-                g.append(i)
-                break
+        u, v = (low[i, :2] + high[i, :2]) / 2
+        inside = (hosts[:, 0] <= u) & (u <= hosts[:, 3]) & (hosts[:, 1] <= v) & (v <= hosts[:, 4])
+        inside &= (low[i, 2] <= hosts[:, 5] + 0.02) & (high[i, 2] >= hosts[:, 2] - 0.05)
+        if inside.any():
+            groups[int(np.argmax(inside))].append(i)
         else:
             groups.append([i])
+            hosts = np.append(hosts, [[*low[i], *high[i]]], axis=0)
     return groups
 
 
 def _around(picture: Picture, low: Floats, high: Floats) -> tuple[float, float]:
     """Depth of what is seen round a rectangle, from the nearest corner of the thing, and on how much of the way."""
+    depth = picture.depth[_ring(picture, low, high)]
+    seen = depth[np.isfinite(depth)]
+    return (float(np.median(seen)), len(seen) / len(depth)) if len(seen) else (0.0, 0.0)
+
+
+def _ring(picture: Picture, low: Floats, high: Floats) -> Bools:
+    """(H, W) pixels right round a rectangle."""
     margin = np.maximum(0.25 * (high - low)[:2], 2.5 * picture.pixel)
     corners = np.array([low[:2] - margin, high[:2] + margin, low[:2] - picture.pixel, high[:2] + picture.pixel])
     row, column = picture.rows_columns(corners)
     ring = np.zeros(picture.face.shape, dtype=bool)
     ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
     ring[row[3] : row[2] + 1, column[2] : column[3] + 1] = False
-    depth = picture.depth[ring]
-    seen = depth[np.isfinite(depth)]
-    return (float(np.median(seen)), len(seen) / len(depth)) if len(seen) else (0.0, 0.0)
+    return ring
 
 
 def is_round(pieces: Pieces, side: int, group: Sequence[int], across: Floats) -> bool:

@@ -13,7 +13,7 @@ from casa_assets.articulate.creases import FAR, Relief, relief, widened
 from casa_assets.articulate.knife import Knife
 from casa_assets.articulate.pieces import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
 from casa_assets.articulate.raster import Picture, draw
-from casa_assets.articulate.rectangles import Leaf, corners, find_leaves, is_bar
+from casa_assets.articulate.rectangles import FAR_AWAY, Leaf, corners, find_leaves, is_handle, is_set
 from casa_assets.articulate.soup import Bools, Floats, Ints, Soup
 
 # A piece that holds this part of all surface, is so large every way, and is so much of what is seen of the front, is a
@@ -36,6 +36,8 @@ DEEPEST, COVERS = 0.3, 0.7
 LEAST_LEAF, GAP, FLUSH = 0.03, 0.03, 0.04
 # A rectangle that is more than this part of the side is that side of the body, unless it has a handle.
 WHOLE = 0.92
+# Where nothing stands out of a side, one seam across it is a crease of a box: so many rectangles are fronts.
+PLAIN = 3
 # What stands out is cut off this far before its ground.
 FOOT = 0.0015
 # Its triangles keep within this of its outline, diagonals.
@@ -95,9 +97,10 @@ def find_shell(soup: Soup, label: Ints) -> Shell | None:
     flat, deep = _seen_from(soup, FRONT)
     fronts = []
     filled = [leaf for leaf in find_leaves(front) if _may_open(soup, front, leaf, deep)]
+    marked = len(filled) >= PLAIN or any(is_set(front, b, FAR_AWAY) for b in front.blobs)
     for leaf in filled:
-        beside = any(_beside(front, leaf, other) for other in filled) and _pixels(leaf) < WHOLE * len(seen)
-        if any(is_bar(front.blobs[i]) for i in leaf.blobs) or beside:
+        beside = marked and any(_beside(front, leaf, o) for o in filled) and _pixels(leaf) < WHOLE * len(seen)
+        if any(is_handle(front, front.blobs[i]) for i in leaf.blobs) or beside:
             inside = mine & _in_leaf(front, leaf, flat)
             fronts.append((leaf, leaf.plane + _thickness(soup, inside, flat[:, 2] - leaf.plane, deep)))
     skin = np.zeros(len(label), dtype=bool)

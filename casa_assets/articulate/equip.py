@@ -18,6 +18,7 @@ from casa_assets.articulate.rooms import (
     below_racks,
     bounds_of,
     in_drawer,
+    is_taken,
     over_rack,
     shown,
     split_by_shelves,
@@ -117,6 +118,8 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
         shelved = category == COLD or _is_cabinet(category)
         below = None if shelved else below_racks(asset, region)
         for part in split_by_shelves(asset, region) if shelved else [below] if below is not None else []:
+            if is_taken(asset, part):
+                continue
             word = _word(asset, part, category)
             number = count.get(word, 0)
             count[word] = number + 1

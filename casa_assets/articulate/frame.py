@@ -59,6 +59,8 @@ TRIAL_WEIGHTS: Mapping[str, float] = {
     "covered": 1.071,
     "drawers": 0.2748,
     "boxed": 1.119,
+    # A front that may be drawn and has no box says nothing: this takes back what `drawers` gives it. Not learned.
+    "unboxed": -0.2748,
     "knobs": 0.2237,
     "buttons": 0.127,
     "levers": 0.283,

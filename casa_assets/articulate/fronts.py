@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.controls import LONGEST, Control
+from casa_assets.articulate.controls import LONGEST, Control, what_it_is
 from casa_assets.articulate.cut import BOXY, boxiness
 from casa_assets.articulate.hollow import behind, from_above, roofed
 from casa_assets.articulate.inside import bears, heaps
@@ -45,6 +45,8 @@ def dress(pieces: Pieces, side: int, panels: list[Panel], controls: list[Control
     low, high = face_on(pieces, side)
     taken = {f for p in panels for f in p.members}
     rest = _pulls(panels, [c for c in controls if c.long <= LONGEST or c.stands >= HANDLE_STANDS])
+    # What is neither knob nor key is a label, or a trim, of what it sits on.
+    rest = [c for c in rest if what_it_is(c, rest)[0] is not None or _host(panels, c.low, c.high) is None]
     taken |= {f for p in panels for g in p.grips for f in g} | {f for c in rest for f in c.fragments}
     for i in [*range(pieces.count), *range(pieces.count)]:
         if i in taken:

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from casa_assets.articulate import hinges
-from casa_assets.articulate.controls import Control, facing, find_controls, is_free
-from casa_assets.articulate.cut import cut
+from casa_assets.articulate.controls import Control, facing, find_controls, is_free, what_it_is
+from casa_assets.articulate.cut import BOXY, boxiness, cut
 from casa_assets.articulate.fragments import fragment_labels
 from casa_assets.articulate.frames import bridged, find_slats, joined
 from casa_assets.articulate.fronts import box_depth, dress, handle_spots, which_open
 from casa_assets.articulate.inside import Tray, find_trays
+from casa_assets.articulate.keys import key_joint, sole_key
 from casa_assets.articulate.levers import Lever, find_levers
 from casa_assets.articulate.lids import Lid, find_lids
 from casa_assets.articulate.panels import Panel, find_panels
@@ -108,7 +109,22 @@ def found_in(pieces: Pieces, frame: Frame, category: str = "") -> Articulation:
             if lid.far > 0.0:
                 _lid(found, lid)
         _controls(found, TOP, over)
-    return Articulation(frame=frame, parts=tuple(found.parts), category=category)
+    key = sole_key(pieces) if category and pieces.count > 1 and not found.parts else None
+    if key is not None:
+        joint = key_joint(key, BUTTON_WAY)
+        found.add(PartKind.BUTTON, key.fragments, key.fragments, joint, "", (joint.confidence, joint.because))
+    parts = tuple(found.parts) if category or _may_move(pieces, found.parts) else ()
+    return Articulation(frame=frame, parts=parts, category=category)
+
+
+def _may_move(pieces: Pieces, parts: list[PartPlan]) -> bool:
+    """Whether a thing that nothing names may have what was found of it.
+
+    What has doors, keys or knobs has flat walls, or a lid or a lever besides: lids of jars, seeds of a melon and plates
+    in a rack look like them otherwise.
+    """
+    telling = any(p.kind in (PartKind.LID, PartKind.LEVER, PartKind.SPOUT) for p in parts)
+    return telling or boxiness(pieces.soup, pieces.pictures) >= BOXY
 
 
 def _better_here(controls: list[Control], others: list[Control]) -> list[Control]:
@@ -193,7 +209,7 @@ def _controls(found: _Found, side: int, controls: list[Control]) -> None:
         if set(control.fragments) & found.taken:
             continue
         across = float(control.across.max())
-        kind, sure, why = _kind(control, controls)
+        kind, sure, why = what_it_is(control, controls)
         if kind is None:
             continue
         middle = (control.low + control.high) / 2
@@ -227,22 +243,6 @@ def _levers(found: _Found, side: int, levers: list[Lever]) -> None:
         )
         fragments = lever.control.fragments
         found.add(PartKind.LEVER, fragments, fragments, joint, "", (0.8, because))
-
-
-def _kind(control: Control, all_: list[Control]) -> tuple[PartKind | None, float, str]:
-    """Knob, button, or neither."""
-    across = float(control.across.max())
-    alike = sum(
-        bool(np.abs(c.across - control.across).max() < 0.12 * across) and abs(c.stands - control.stands) < 0.25 * across
-        for c in all_
-    )
-    if control.is_pin and control.round and across <= 0.09 and control.stands >= 0.0005:
-        return PartKind.BUTTON, 0.7, "a round pin"
-    if control.round and control.stands >= 0.22 * across and across >= 0.015:
-        return PartKind.KNOB, 0.8 if alike > 1 else 0.65, "round, and stands out"
-    if control.long <= 5.0 and control.stands >= 0.0005 and (alike > 1 or control.round) and across <= 0.09:
-        return PartKind.BUTTON, 0.6 if alike > 1 else 0.45, "small, and one of several alike" if alike > 1 else "round"
-    return None, 0.0, ""
 
 
 def _tray(found: _Found, door: Panel, tray: Tray) -> None:

@@ -91,10 +91,18 @@ def _slot(pieces: Pieces, side: int, control: Control, along: int, sign: float, 
     last = _run(deep, picture.pixel)
     if last * picture.pixel < max(LEAST_SLOT, 1.2 * float(control.across[along])) or not _ends(deep, inside, last):
         return None
-    slope = float(np.median(np.diff(beside[:last]))) / picture.pixel
+    slope = _slope(beside[:last]) / picture.pixel
     way = np.zeros(3)
     way[along], way[2] = sign, slope
     return Lever(control, way / np.linalg.norm(way), last * picture.pixel)
+
+
+def _slope(depth: Floats) -> float:
+    """How much a surface falls back from one step to the next: between its first and its last third, for a shell of
+    cubes goes down in stairs."""
+    third = max(1, len(depth) // 3)
+    steps = len(depth) - third
+    return float(np.median(depth[-third:]) - np.median(depth[:third])) / max(steps, 1)
 
 
 def _marked(marks: list[Ints]) -> Bools:

@@ -45,15 +45,26 @@ class Hollow:
 
 
 def cup_place(asset: Asset) -> Hollow | None:
-    """The room under the spout of a machine, open to its front; its floor is what a cup stands on."""
+    """The room under the spout of a machine, open to its front; its floor is what a cup stands on.
+
+    A machine without a tray pours onto what it stands on itself.
+    """
     points, faces = _body(asset)
     picture = draw(points, faces, SIDES[FRONT], PIXELS)
     deep = float(np.ptp(points[:, 1]))
     back = np.where(np.isfinite(picture.depth), picture.depth, deep)
     inner = back >= UNDER * deep
+    # What is open above is no place under something.
+    under = inner & _above(~inner)
+    floored = under & np.flip(_above(np.flip(~inner, 0)), 0)
+    best = _largest(floored, picture) or _largest(under, picture)
+    return None if best is None else _box(picture, points, back, best)
+
+
+def _largest(places: Bools, picture: Picture) -> tuple[int, int, int, int] | None:
+    """Rows and columns of the largest place that a cup fits into."""
     best: tuple[float, int, int, int, int] | None = None
-    # What is open above is no place under something, and what has no floor holds nothing.
-    label, _ = ndimage.label(inner & _above(~inner) & np.flip(_above(np.flip(~inner, 0)), 0))
+    label, _ = ndimage.label(places)
     for number, place in enumerate(ndimage.find_objects(label), start=1):
         mask = label[place] == number
         a, b = place[0].start, place[0].stop
@@ -64,7 +75,7 @@ def cup_place(asset: Asset) -> Hollow | None:
         size = float(mask.sum())
         if best is None or size > best[0]:
             best = (size, a, b, c, d)
-    return None if best is None else _box(picture, points, back, best[1:])
+    return None if best is None else best[1:]
 
 
 def slots(asset: Asset) -> list[Hollow]:
@@ -115,7 +126,7 @@ def _box(picture: Picture, points: Floats, back: Floats, span: tuple[int, int, i
     z1, z0 = (float(picture.low[1]) + (rows - r) * picture.pixel for r in (a, b))
     far = front + float(np.median(back[a:b, c:d]))
     # It begins where what stands under it does.
-    near = front + float(np.median(back[min(b + 1, rows - 1), c:d]))
+    near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front
     return Hollow((_mm(x0), _mm(min(near, far - 0.02)), _mm(z0)), (_mm(x1), _mm(far), _mm(z1)))
 
 

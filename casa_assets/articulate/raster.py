@@ -82,14 +82,18 @@ def _write(buffer: Ints, width: int, height: int, grid: Floats, faces: Ints, sta
     tri, row = _ranges(first, last - first + 1)
     left, right = _spans(corners[tri], row + 0.5)
     begin = np.clip(np.ceil(left - 0.5), 0, width).astype(np.int64)
-    end = np.clip(np.floor(right - 0.5), -1, width - 1).astype(np.int64)
-    for one in range(0, len(tri), CHUNK // 40):
-        part = slice(one, one + CHUNK // 40)
-        span, column = _ranges(begin[part], end[part] - begin[part] + 1)
-        index = tri[part][span]
-        depth = _depth(corners, index, column + 0.5, row[part][span] + 0.5)
-        key = (np.clip(depth, 0.0, 1.0) * _STEPS).astype(np.int64) << 32 | (index + start)
-        np.minimum.at(buffer, row[part][span] * width + column, key)
+    count = np.clip(np.floor(right - 0.5), -1, width - 1).astype(np.int64) - begin + 1
+    full = count > 0
+    tri, row, begin, count = tri[full], row[full], begin[full], count[full]
+    near, slope = _depth(corners, tri, begin + 0.5, row + 0.5, count)
+    at = np.searchsorted(np.cumsum(count), np.arange(CHUNK, int(count.sum()), CHUNK))
+    for one, two in pairwise([0, *at.tolist(), len(tri)]):
+        part = slice(one, two)
+        many = count[part]
+        step = np.arange(int(many.sum())) - np.repeat(np.cumsum(many) - many, many)
+        depth = np.repeat(near[part], many) + np.repeat(slope[part], many) * step
+        key = depth.astype(np.int64) << 32 | np.repeat(tri[part] + start, many)
+        np.minimum.at(buffer, np.repeat(row[part] * width + begin[part], many) + step, key)
 
 
 def _ranges(first: Ints, count: Ints) -> tuple[Ints, Ints]:
@@ -114,14 +118,20 @@ def _spans(corners: Floats, y: npt.NDArray[np.floating[Any]]) -> tuple[Floats, F
     return np.where(left <= right, left, 1.0), np.where(left <= right, right, 0.0)
 
 
-def _depth(corners: Floats, index: Ints, x: npt.NDArray[np.floating[Any]], y: npt.NDArray[np.floating[Any]]) -> Floats:
-    """(N,) depth of the plane of each triangle at a place; that of the nearest corner where it stands on edge."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    u, v = b - a, c - a
+def _depth(
+    corners: Floats, index: Ints, x: npt.NDArray[np.floating[Any]], y: npt.NDArray[np.floating[Any]], count: Ints
+) -> tuple[Floats, Floats]:
+    """Depth of the plane of each triangle at the first of some pixels, and what each of the next adds, in steps.
+
+    It keeps within that of the corners, and is that of the first one where a triangle stands on edge.
+    """
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     safe = np.where(np.abs(area) > 1e-9, area, np.inf)
-    px, py = x - a[index, 0], y - a[index, 1]
-    s = (px * v[index, 1] - py * v[index, 0]) / safe[index]
-    t = (u[index, 0] * py - u[index, 1] * px) / safe[index]
-    depth: Floats = a[index, 2] + s * u[index, 2] + t * v[index, 2]
-    return np.clip(depth, corners[:, :, 2].min(axis=1)[index], corners[:, :, 2].max(axis=1)[index])
+    right = ((v[:, 1] * u[:, 2] - u[:, 1] * v[:, 2]) / safe)[index]
+    up = ((u[:, 0] * v[:, 2] - v[:, 0] * u[:, 2]) / safe)[index]
+    near = a[index, 2] + (x - a[index, 0]) * right + (y - a[index, 1]) * up
+    low, high = (np.clip(f(corners[:, :, 2], axis=1), 0.0, 1.0)[index] for f in (np.min, np.max))
+    far = np.clip(near + right * (count - 1), low, high)
+    near = np.clip(near, low, high)
+    return near * _STEPS, (far - near) * _STEPS / np.maximum(count - 1, 1)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import find_objects, label
 
-from casa_assets.articulate.creases import FAR, Blob, Relief, thick_lines
+from casa_assets.articulate.creases import FAR, STEP, Blob, Relief, thick_lines
 from casa_assets.articulate.soup import Bools, Floats
 
 # No rectangle is narrower than this, diagonals.
@@ -23,8 +24,17 @@ OPEN, SPEAK = 0.3, 5
 BAR_LONG, BAR_STANDS = 2.5, 0.012
 # What stands out farther is the ragged border of the thing, before what lies behind it.
 FARTHEST = 0.13
+# A handle keeps so far from the border of the thing, what stands out less than handles do farther: flaps of cartons end
+# there. So much of what is round something set on a surface is that surface, or itself.
+SURELY, AWAY, FAR_AWAY, ALL_ROUND = 0.024, 0.012, 0.03, 0.97
 # Handles whose middles differ by less lie in one row or column.
 ROW = 0.04
+# Pulls are so many at most, on a rectangle of this part of the width of the side, as large as each other within this
+# part; so many in a row are controls.
+MOST_PULLS, WIDE, ALIKE, CONTROLS = 10, 0.45, 0.3, 3
+# The frame round what is sunk is this quantile of the depth of a rectangle; what is sunk is so large and no deeper than
+# this, diagonals, and fills so much of its own rectangle.
+FRAME, LEAST_SUNK, DEEPEST, FILLED = 0.15, 0.04, 0.05, 0.85
 
 
 @dataclass(frozen=True)
@@ -109,8 +119,29 @@ def is_bar(blob: Blob) -> bool:
     return blob.long >= BAR_LONG and BAR_STANDS <= blob.stands <= FARTHEST
 
 
-def _held(side: Relief, leaf: Leaf) -> list[Leaf]:
-    """A rectangle without seams, split so that a part has one handle, and no handle shares one with controls."""
+def is_handle(side: Relief, blob: Blob) -> bool:
+    """Whether something is a handle: a bar that is no stretch of the border of the thing, nor a flap near it."""
+    return is_bar(blob) and is_set(side, blob, AWAY if blob.stands >= SURELY else FAR_AWAY)
+
+
+def is_set(side: Relief, blob: Blob, away: float) -> bool:
+    """Whether something stands on a surface that goes on all round it, as far as `away`, diagonals."""
+    (a, b), (c, d) = blob.rows, blob.columns
+    near = max(1, round(away / side.picture.pixel))
+    ring = np.zeros((b - a + 2 * near, d - c + 2 * near), dtype=bool)
+    height, width = side.depth.shape
+    top, left = max(a - near, 0), max(c - near, 0)
+    part = side.depth[top : min(b + near, height), left : min(d + near, width)] < FAR / 2
+    ring[top - a + near : top - a + near + part.shape[0], left - c + near : left - c + near + part.shape[1]] = part
+    return float(ring.mean()) >= ALL_ROUND
+
+
+def _held(side: Relief, leaf: Leaf, drawn: bool = False) -> list[Leaf]:
+    """A rectangle without seams, split so that a part has one handle, and no handle shares one with controls.
+
+    Args:
+        drawn: it is part of one that had pulls.
+    """
     inside = _inside(side, leaf)
     bars = [b for b in inside if is_bar(b)]
     others = [b for b in inside if not is_bar(b)]
@@ -122,7 +153,60 @@ def _held(side: Relief, leaf: Leaf) -> list[Leaf]:
         parts = _between(leaf, bars, max(2, round(ROW / side.picture.pixel)))
         if parts:
             return [m for part in parts for m in _held(side, part)]
+    if not bars and len(inside) >= 2 and (drawn or _are_pulls(side, leaf, inside)):
+        parts = _apart(leaf, inside, _sunk(side, leaf))
+        if parts:
+            return [m for part in parts for m in _held(side, part, True)]
     return [leaf]
+
+
+def _are_pulls(side: Relief, leaf: Leaf, inside: list[Blob]) -> bool:
+    """Whether small things on a wide rectangle are what fronts are drawn by: far out, alike, and no row of controls."""
+    pixel = side.picture.pixel
+    wide = (leaf.columns[1] - leaf.columns[0]) >= WIDE * side.depth.shape[1]
+    if not wide or len(inside) > MOST_PULLS:
+        return False
+    size = np.array([b.high - b.low for b in inside])
+    middle = np.array([b.middle for b in inside])
+    alike = bool((np.abs(size - np.median(size, axis=0)) <= ALIKE * np.median(size) + 2 * pixel).all())
+    out = all(b.long < BAR_LONG and BAR_STANDS <= b.stands <= FARTHEST for b in inside)
+    row = max(int((np.abs(middle[:, 1] - v) < ROW / 2).sum()) for v in middle[:, 1])
+    return alike and out and row < CONTROLS
+
+
+def _sunk(side: Relief, leaf: Leaf) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """Rows and columns of the rectangles that lie deeper than the frames round them: one is never of two fronts."""
+    window = slice(*leaf.rows), slice(*leaf.columns)
+    depth, free = side.depth[window], side.blob[window] < 0
+    if not free.any():
+        return []
+    frame = float(np.quantile(depth[free], FRAME))
+    number, _ = label((depth > frame + STEP) & (depth < frame + DEEPEST) | ~free)
+    least = LEAST_SUNK / side.picture.pixel
+    out = []
+    for i, (rows, columns) in enumerate(find_objects(number), start=1):
+        mask = number[rows, columns] == i
+        if min(mask.shape) >= least and float(mask.mean()) >= FILLED:
+            top, left = leaf.rows[0], leaf.columns[0]
+            out.append(((rows.start + top, rows.stop + top), (columns.start + left, columns.stop + left)))
+    return out
+
+
+def _apart(leaf: Leaf, pulls: list[Blob], sunk: list[tuple[tuple[int, int], tuple[int, int]]]) -> list[Leaf]:
+    """A rectangle split between its pulls, in the widest gap from end to end that meets no pull and nothing sunk."""
+    best: tuple[int, int, int] | None = None
+    for way in (0, 1):
+        own = sorted((b.rows, b.columns)[way] for b in pulls)
+        spans = sorted([*own, *(s[way] for s in sunk)])
+        reach = spans[0][1]
+        for low, high in spans[1:]:
+            parted = any(b <= reach for _, b in own) and any(a >= low for a, _ in own)
+            if low > reach and parted and (best is None or low - reach > best[0]):
+                best = (low - reach, way, (low + reach) // 2)
+            reach = max(reach, high)
+    if best is None:
+        return []
+    return _at_row(leaf, best[2]) if best[1] == 0 else _at_column(leaf, best[2])
 
 
 def _band(leaf: Leaf, bars: list[Blob], others: list[Blob]) -> list[Leaf]:
@@ -145,15 +229,29 @@ def _band(leaf: Leaf, bars: list[Blob], others: list[Blob]) -> list[Leaf]:
 
 
 def _between(leaf: Leaf, bars: list[Blob], row: int) -> list[Leaf]:
-    """A rectangle with several handles, split between the first and the others."""
-    lie = sum((b.columns[1] - b.columns[0]) > (b.rows[1] - b.rows[0]) for b in bars) * 2 >= len(bars)
+    """A rectangle with several handles, split between the first and the others.
+
+    Fronts with level handles have them all at one distance from their tops; one above doors is drawn by its middle.
+    """
     by_row = _gap([b.rows for b in bars], row)
     by_column = _gap([b.columns for b in bars], row)
-    if by_row is not None and (lie or by_column is None):
+    over = [] if by_row is None else [b for b in bars if b.rows[1] <= by_row[0]]
+    under = [] if by_row is None else [b for b in bars if b.rows[1] > by_row[0]]
+    drawn = bool(over and under) and _lie(over) and not _lie(under)
+    if by_row is not None and (drawn or _lie(bars) or by_column is None):
         top = min(b.rows[0] for b in bars) - leaf.rows[0]
-        at = by_row[1] - top if lie and top < 0.9 * (by_row[1] - by_row[0]) else sum(by_row) // 2
+        at = sum(by_row) // 2
+        if drawn:
+            at = min(at, by_row[0] + top)
+        elif _lie(bars) and top < 0.9 * (by_row[1] - by_row[0]):
+            at = by_row[1] - top
         return _at_row(leaf, at)
     return _at_column(leaf, sum(by_column) // 2) if by_column is not None else []
+
+
+def _lie(bars: list[Blob]) -> bool:
+    """Whether at least half of some bars are wider than high."""
+    return 2 * sum(b.columns[1] - b.columns[0] > b.rows[1] - b.rows[0] for b in bars) >= len(bars)
 
 
 def _gap(spans: list[tuple[int, int]], least: int) -> tuple[int, int] | None:

@@ -23,6 +23,8 @@ CELLS, THICK_M, SAMPLES = 12, 0.02, 40000
 PEAK_M, WALL_M = 0.002, 0.002
 # Over a rack there is this much room at most, and this much is left below what is above it, metres.
 OVER_M, AIR_M = 0.14, 0.01
+# Of a room that is theirs drawers and racks take so much.
+TAKEN = 0.4
 # Walls and front of a drawer take no more of its sides than this.
 DRAWER_INSET = 0.12
 
@@ -144,6 +146,15 @@ def below_racks(asset: Asset, region: Region) -> Region | None:
     x, y, _ = region.pose.position
     size = (region.size[0], region.size[1], _mm(roof - float(low[2])))
     return region.replace(pose=Pose(position=(x, y, _mm((roof + float(low[2])) / 2))), size=size)
+
+
+def is_taken(asset: Asset, region: Region) -> bool:
+    """Whether drawers or racks stand where a room of the body is: it is theirs."""
+    low, high = box_of(asset, region)
+    boxes = [bounds_of(asset, j.child) for j in asset.joints if j.behind is not None]
+    inside = [np.minimum(b[1], high) - np.maximum(b[0], low) for b in boxes]
+    share = sum(float(np.prod(np.maximum(i, 0.0))) for i in inside) / float(np.prod(high - low))
+    return region.link == "object" and share >= TAKEN
 
 
 def over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | None:

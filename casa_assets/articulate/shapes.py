@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
+from scipy.spatial import ConvexHull, QhullError
 
+from casa_assets.articulate.raster import draw
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.hull import hull_volume, small_hull
@@ -19,6 +22,11 @@ Bools = npt.NDArray[np.bool_]
 
 # What fills this part of its hull is touched as its hull; what fills this part of its box, as a box.
 FULL, BOXY = 0.8, 0.985
+# What fills less than this part of its hull is open. What is so thin by its length is judged as a sheet: by its largest
+# hole, for a grate closes nothing that was open.
+OPEN, FLAT, HOLE, HOLE_PX = 0.5, 0.06, 0.3, 48
+# A plate without holes or notches fills its outline by this part.
+CONVEX = 0.95
 # Cells along the longest side, the finest first: the first that needs few enough shapes is taken.
 CELLS = (28, 18, 12, 8)
 THINNEST_M = 0.002
@@ -40,6 +48,8 @@ def clouds_of(points: Floats, faces: Ints, most: int) -> list[Floats]:
     thin = bool(extent.min() < THINNEST_M)
     if thin and (most == 1 or _fills_its_box(cloud, triangles)):
         return [box_cloud(*_thick(cloud))]
+    if thin and _fills_its_outline(cloud, triangles):
+        return [_plate(cloud)]
     finest = voxelise(cloud, triangles, cells=CELLS[0])
     if most == 1 or (not thin and finest.volume >= FULL * hull_volume(cloud)):
         return [_convex(cloud)]
@@ -51,6 +61,32 @@ def clouds_of(points: Floats, faces: Ints, most: int) -> list[Floats]:
         if not left:
             break
     return found or [_convex(cloud)]
+
+
+def plugs(points: Floats, faces: Ints) -> bool:
+    """Whether one hull round a surface would close an opening that it leaves: a gasket, a frame, a tub.
+
+    Args:
+        points: (P, 3) metres. faces: (F, 3) over them.
+    """
+    used, local = np.unique(faces, return_inverse=True)
+    cloud, triangles = points[used], local.reshape(-1, 3)
+    if _is_flat(cloud):
+        return is_frame(points, faces)
+    grid = voxelise(cloud, triangles, cells=CELLS[1])
+    return bool((grid.skin | grid.solid).sum() * grid.cell**3 < OPEN * hull_volume(cloud))
+
+
+def is_frame(points: Floats, faces: Ints) -> bool:
+    """Whether a surface is flat and has a large hole, as for `plugs`."""
+    used, local = np.unique(faces, return_inverse=True)
+    cloud = points[used]
+    return _is_flat(cloud) and _largest_hole(cloud, local.reshape(-1, 3)) >= HOLE
+
+
+def _is_flat(cloud: Floats) -> bool:
+    extent = np.ptp(cloud, axis=0)
+    return bool(extent.min() < FLAT * extent.max())
 
 
 def shape_of(cloud: Floats) -> tuple[Shape, Pose]:
@@ -68,6 +104,12 @@ def shape_of(cloud: Floats) -> tuple[Shape, Pose]:
     return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose(position=_vec(middle))
 
 
+def as_touched(cloud: Floats) -> Floats:
+    """A convex cloud as its shape has it: the corners of its box where it nearly fills that."""
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    return box_cloud(low, high) if hull_volume(cloud) >= BOXY * float(np.prod(high - low)) else cloud
+
+
 def box_cloud(low: Floats, high: Floats) -> Floats:
     """(8, 3) corners of a box."""
     found: Floats = low + _CORNERS * (high - low)
@@ -77,12 +119,39 @@ def box_cloud(low: Floats, high: Floats) -> Floats:
 def _fills_its_box(cloud: Floats, triangles: Ints) -> bool:
     """Whether something flat is no frame: its largest side, seen from before it, has no hole to speak of."""
     extent = np.ptp(cloud, axis=0)
-    axis = int(np.argmin(extent))
+    return _face_on(cloud, triangles) >= FULL * float(np.prod(np.delete(extent, int(np.argmin(extent)))))
+
+
+def _largest_hole(cloud: Floats, triangles: Ints) -> float:
+    """Of the rectangle of something flat, seen from before its largest side, the largest part that is free."""
+    axes = np.roll(np.eye(3), 2 - int(np.argmin(np.ptp(cloud, axis=0))), axis=0)
+    free, _ = ndimage.label(draw(cloud, triangles, axes, HOLE_PX).face < 0)
+    return float(np.bincount(free.reshape(-1))[1:].max(initial=0) / free.size)
+
+
+def _fills_its_outline(cloud: Floats, triangles: Ints) -> bool:
+    """Whether something flat is a convex plate, such as a disc."""
+    try:
+        outline = float(ConvexHull(np.delete(cloud, int(np.argmin(np.ptp(cloud, axis=0))), axis=1)).volume)
+    except QhullError:
+        return False
+    return _face_on(cloud, triangles) >= CONVEX * outline
+
+
+def _face_on(cloud: Floats, triangles: Ints) -> float:
+    """Area of something flat, seen from before its largest side: of a sheet, or of a plate with two sides."""
     a, b, c = (cloud[triangles[:, k]] for k in range(3))
-    facing = np.cross(b - a, c - a)[:, axis] / 2
-    # A sheet, or a thin plate with two sides.
-    seen = max(float(facing[facing > 0].sum()), float(-facing[facing < 0].sum()))
-    return seen >= FULL * float(np.prod(np.delete(extent, axis)))
+    facing = np.cross(b - a, c - a)[:, int(np.argmin(np.ptp(cloud, axis=0)))] / 2
+    return max(float(facing[facing > 0].sum()), float(-facing[facing < 0].sum()))
+
+
+def _plate(cloud: Floats) -> Floats:
+    """The outline of something flat, at least as thick as contacts hold."""
+    axis = int(np.argmin(np.ptp(cloud, axis=0)))
+    low, high = _thick(cloud)
+    out = np.concatenate([cloud, cloud])
+    out[: len(cloud), axis], out[len(cloud) :, axis] = low[axis], high[axis]
+    return _convex(out)
 
 
 def _thick(cloud: Floats) -> tuple[Floats, Floats]:

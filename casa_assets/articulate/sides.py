@@ -55,7 +55,7 @@ class Side:
     """One side, in its own picture.
 
     Attributes:
-        detail: share of its pixels that are edges of depth, bend or piece.
+        detail: share of its pixels that are edges of depth, bend, piece or material.
         panels: share of its rectangle that thin pieces near it cover.
         stands: share of its pixels that stand out before most of it.
         juts: how far its nearest points stand out before its plane, 0..1, unless it stands on them.
@@ -113,9 +113,10 @@ def _panels(pieces: Pieces, side: int, low: Floats, high: Floats) -> float:
 
 
 def _edges(pieces: Pieces, picture: Picture, seen: Bools, depth: Floats) -> Bools:
-    """(H, W) pixels that differ from the one to the right or below in depth, direction or piece."""
+    """(H, W) pixels that differ from the one to the right or below in depth, direction, piece or material."""
     normals = pieces.soup.normals[np.maximum(picture.face, 0)]
     label = np.where(seen, pieces.label[np.maximum(picture.face, 0)], -1)
+    tint = np.where(seen, pieces.soup.tint[np.maximum(picture.face, 0)], -1)
     out: Bools = np.zeros(picture.face.shape, dtype=bool)
     for axis in (0, 1):
         a: list[slice] = [slice(None), slice(None)]
@@ -125,7 +126,9 @@ def _edges(pieces: Pieces, picture: Picture, seen: Bools, depth: Floats) -> Bool
         bend = np.abs((normals[here] * normals[there]).sum(axis=2)) < BEND
         step = np.abs(depth[here] - depth[there]) > STEP
         piece = (label[here] != label[there]) & (bend | step | (np.abs(depth[here] - depth[there]) > STEP / 8))
-        out[here] |= (bend | step | piece) & (seen[here] | seen[there])
+        # A window or a keypad may be no more than another material in the same plane.
+        paint = (tint[here] != tint[there]) & seen[here] & seen[there]
+        out[here] |= (bend | step | piece | paint) & (seen[here] | seen[there])
     return out
 
 
@@ -142,10 +145,12 @@ def _alike(depth: Floats, edges: Bools, axis: int) -> float:
 
 def _support(near: Bools) -> float:
     """Area of the hull of some pixels, as a part of the picture."""
-    rows, columns = np.nonzero(near)
+    rows = np.flatnonzero(near.any(axis=1))
     if not len(rows):
         return 0.0
-    corners = np.concatenate([np.stack([rows + a, columns + b], axis=1) for a in (0, 1) for b in (0, 1)])
+    # Of each row the first and the last: none between them is a corner.
+    ends = np.argmax(near[rows], axis=1), near.shape[1] - np.argmax(near[rows][:, ::-1], axis=1)
+    corners = np.concatenate([np.stack([rows + a, end], axis=1) for a in (0, 1) for end in ends])
     return float(ConvexHull(corners).volume / near.size)
 
 

@@ -10,8 +10,10 @@ import numpy.typing as npt
 
 from casa_assets.articulate.clear import Solid, clear, less
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.shapes import clouds_of, shape_of
+from casa_assets.articulate.rims import take_by_the_edge
+from casa_assets.articulate.shapes import as_touched, clouds_of, is_frame, plugs, shape_of
 from casa_assets.articulate.soup import Soup
+from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.hull import hull_volume
 from casa_assets.model.joint import JointKind
 from casa_assets.model.link import Collider
@@ -24,8 +26,12 @@ Ints = npt.NDArray[np.int64]
 FIRST, MOST, GRIP = 22, 32, 6
 # Of those at least so many are of what a mesh has itself; faces that were built have shapes of their own.
 LEAST_OWN, BUILT = 14, -2
-# A fragment of which so little lies outside the shapes so far, metres or part of the whole, needs none of its own.
+# A fragment of which so little lies outside the shapes so far, metres or part of the link, needs none of its own.
 REACH_M, REACH_SHARE = 0.004, 0.012
+# Points of what is seen of a link by which shapes are judged; shapes of what reaches farthest and is open.
+SKIN, ENDS = 30000, 12
+# Sides of a frame; one that is longer than this part of its link is round something that moves.
+FRAME, LARGE = 4, 0.4
 # Fragments of a link that are looked at, the largest first.
 MOST_PIECES = 60
 # What a finger presses or turns is one shape.
@@ -60,16 +66,22 @@ def touched(points: Floats, soup: Soup, label: Ints, found: Articulation, substa
     behind = [_behind(p, found.parts, soup) for p in found.parts]
     for added in found.added:
         owner[added.faces] = BUILT
-    solids = [_solid(points, soup, label, np.flatnonzero(owner == -1), None, metres)]
+    solids = [_solid(points, soup, label, np.flatnonzero(owner == -1), None)]
     for i, part in enumerate(found.parts):
-        solid = _solid(points, soup, label, np.flatnonzero(owner == i), part, metres)
+        solid = _solid(points, soup, label, np.flatnonzero(owner == i), part)
         before = behind[i]
         solid.carrier = names.index(part.parent) + 1 if part.parent else 0
         solid.behind = None if before is None else before + 1
         solids.append(solid)
     _place(solids, found, points, soup, metres)
     _build_in(solids, found, points, soup, metres)
+    for i, solid in enumerate(solids):
+        solid.clouds = [as_touched(c) for c in solid.clouds]
+        own = soup.faces[owner == i - 1]
+        solid.skin = surface_samples(points, own, SKIN) if len(own) else None
     clear(solids)
+    for solid, part in zip(solids[1:], found.parts, strict=True):
+        take_by_the_edge(solid, part.kind)
     out = []
     for i, solid in enumerate(solids):
         middle = np.zeros(3) if solid.anchor is None else solid.anchor
@@ -117,7 +129,7 @@ def _build_in(solids: Sequence[Solid], found: Articulation, points: Floats, soup
         solid.clouds = [*own, *(c * metres + foot for c in added.clouds)]
 
 
-def _solid(points: Floats, soup: Soup, label: Ints, rows: Ints, part: PartPlan | None, metres: float) -> Solid:
+def _solid(points: Floats, soup: Soup, label: Ints, rows: Ints, part: PartPlan | None) -> Solid:
     """Shapes of one link before any cut."""
     rows = rows[label[rows] >= 0]
     if part is not None and part.kind is PartKind.TRAY and len(rows):
@@ -128,17 +140,18 @@ def _solid(points: Floats, soup: Soup, label: Ints, rows: Ints, part: PartPlan |
     held = np.isin(rows, part.grip) if part is not None and apart else np.zeros(len(rows), dtype=bool)
     if part is not None and part.kind in ONE and len(rows):
         return Solid(None, clouds_of(points, soup.faces[rows], 1), [])
-    grips = _covered(points, soup, label, rows[held], GRIP, metres)
-    return Solid(None, _covered(points, soup, label, rows[~held], FIRST, metres), grips)
+    grips = _covered(points, soup, label, rows[held], GRIP)
+    return Solid(None, _covered(points, soup, label, rows[~held], FIRST), grips)
 
 
-def _covered(points: Floats, soup: Soup, label: Ints, rows: Ints, most: int, metres: float) -> list[Floats]:
+def _covered(points: Floats, soup: Soup, label: Ints, rows: Ints, most: int) -> list[Floats]:
     """Shapes that cover some faces, fragment by fragment, the largest first, as the budget allows."""
     if not len(rows):
         return []
     areas = np.bincount(label[rows], soup.areas[rows])
     ranked = np.lexsort((np.arange(len(areas)), -areas))[: int((areas > 0.0).sum())][:MOST_PIECES]
-    reach = max(REACH_M, REACH_SHARE * metres)
+    extent = np.ptp(points[np.unique(soup.faces[rows])], axis=0)
+    reach = max(REACH_M, REACH_SHARE * float(np.linalg.norm(extent)))
     out: list[Floats] = []
     boxes: list[Floats] = []
     for n, one in enumerate(ranked.tolist()):
@@ -151,6 +164,12 @@ def _covered(points: Floats, soup: Soup, label: Ints, rows: Ints, most: int, met
             break
         # Those that follow need some of the budget too.
         share = max(1, room - min(len(ranked) - n - 1, room // 2))
+        large = float(np.ptp(points[np.unique(faces)], axis=0).max()) > LARGE * float(extent.max())
+        if share < FRAME and large and plugs(points, faces):
+            # A hull of it would close what it leaves open: it has as many shapes as a frame has sides, or none.
+            if room < FRAME:
+                continue
+            share = FRAME
         found = clouds_of(points, faces, share)[:room]
         out += found
         boxes += [np.array([c.min(axis=0), c.max(axis=0)]) for c in found]
@@ -167,7 +186,8 @@ def _ends(points: Floats, soup: Soup, label: Ints, rows: Ints, have: list[Floats
             wanted.append(int(label[rows[np.argmin(seen[..., axis].min(axis=1))]]))
         if seen[..., axis].max() > high[:, axis].max() + reach:
             wanted.append(int(label[rows[np.argmax(seen[..., axis].max(axis=1))]]))
-    return [c for one in sorted(set(wanted)) for c in clouds_of(points, soup.faces[rows[label[rows] == one]], 1)]
+    reached = [soup.faces[rows[label[rows] == one]] for one in sorted(set(wanted))]
+    return [c for faces in reached for c in clouds_of(points, faces, ENDS if is_frame(points, faces) else 1)]
 
 
 def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: Soup) -> int | None:

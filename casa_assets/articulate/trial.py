@@ -16,13 +16,13 @@ from casa_assets.model.joint import JointKind
 
 # What a trial says, each for or against the candidate as the fit decides.
 TRIALS = (
-    *("covered", "doors", "drawers", "boxed", "knobs", "buttons", "levers", "lids", "racks", "turntables"),
+    *("covered", "doors", "drawers", "boxed", "unboxed", "knobs", "buttons", "levers", "lids", "racks", "turntables"),
     *("surely", "joints", "held", "hinged_aside", "hinged_below", "hinged_above", "nothing"),
 )
 # Things that count at most so often.
 MOST = 8
-# A drawer that reaches back over more than this part of the depth has a box.
-BOXED = 0.3
+# A drawer that reaches back over more than this part of the depth, and so many diagonals, has a box.
+BOXED, BOX_DEEP = 0.3, 0.1
 
 
 def axes_of(front: int, top: int) -> Floats:
@@ -80,12 +80,14 @@ def told(found: Articulation, pieces: Pieces) -> Floats:
     doors = [p for p in fronts if p.kind is PartKind.DOOR]
     trays = [p for p in found.parts if p.kind is PartKind.TRAY]
     hinged = max(len(doors), 1)
+    boxed = sum(p.kind is PartKind.DRAWER and _reaches(p, pieces) for p in fronts)
     return np.array(
         [
             _covered(fronts, pieces),
             _log(len(doors)),
             _log(len(fronts) - len(doors)),
-            _log(sum(p.kind is PartKind.DRAWER and _reaches(p, pieces) for p in fronts)),
+            _log(boxed),
+            _log(len(fronts) - len(doors) - boxed),
             _log(sum(p.kind is PartKind.KNOB for p in found.parts)),
             _log(sum(p.kind is PartKind.BUTTON for p in found.parts)),
             _log(sum(p.kind is PartKind.LEVER for p in found.parts)),
@@ -110,7 +112,7 @@ def _log(count: int) -> float:
 def _reaches(part: PartPlan, pieces: Pieces) -> bool:
     """Whether a drawer has a box: it reaches far back."""
     deep = np.ptp(pieces.soup.points[pieces.soup.faces[part.faces], 1])
-    return float(deep) > BOXED * float(np.ptp(pieces.soup.points[:, 1]))
+    return float(deep) > max(BOXED * float(np.ptp(pieces.soup.points[:, 1])), BOX_DEEP)
 
 
 def _covered(fronts: list[PartPlan], pieces: Pieces) -> float:

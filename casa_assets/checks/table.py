@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from casa_assets.checks import (
+    alike,
     asset,
     behavior,
     clearance,
@@ -19,9 +20,12 @@ from casa_assets.checks import (
     usd,
     visual,
 )
+from casa_assets.checks.alike import Shelf
 from casa_assets.checks.check import Check
 from casa_assets.checks.design import affords, aisles, appliances, grade, reach, ways
 from casa_assets.checks.design.subject import DesignSubject as Plan
+from casa_assets.checks.filters import colour, hold, kind, sizes, still, surface, weight
+from casa_assets.checks.filters.sizes import Sizes
 from casa_assets.checks.package import Package
 from casa_assets.checks.scene import (
     agree,
@@ -122,6 +126,30 @@ TABLE: tuple[Check, ...] = (
     Check("PAR002", ERROR, Package, parity.agrees_in_usd, "parity_relative", "", "One thing, two files, two readers."),
     Check("PAR003", ERROR, Package, parity.contacts_and_joints_agree, "parity_relative", "", "Contact is the grasp."),
     Check("PAR004", ERROR, Package, parity.lengths_agree, "parity_length_m", "m", "A part out of place jams."),
+    # what strangers' meshes are unfit for
+    Check("FLT001", WARNING, Asset, surface.is_opaque, "see_through", "", "Viewers leave out the backs of faces."),
+    Check("FLT002", ERROR, Package, surface.has_all_sides, "missing_side", "", "A robot lifts and turns it."),
+    Check("FLT003", ERROR, Asset, surface.winds_one_way, "mixed_winding", "", "Half of it would be lit from within."),
+    Check("FLT004", ERROR, Asset, surface.is_no_card, "flat_cards", "", "A card is nothing from the side."),
+    Check("FLT005", ERROR, Asset, surface.hangs_together, "parts_apart", "", "One body is one thing."),
+    Check("FLT006", ERROR, Package, surface.stands_on_no_ground, "ground_width", "", "Nobody lifts a mug by a table."),
+    Check("FLT007", WARNING, Package, kind.is_of_known_kind, None, "", "Tasks ask for things by their names."),
+    Check("FLT008", WARNING, Package, kind.has_usual_proportions, "odd_shape", "", "It may be something else."),
+    Check("FLT009", WARNING, Package, kind.opens_as_its_kind, "vessel_room", "", "Tasks put things into vessels."),
+    Check("FLT010", ERROR, Asset, colour.is_lit, "dark", "", "A camera sees a hole."),
+    Check("FLT011", WARNING, Asset, colour.is_coloured, "plain", "", "Policies trained on grey fail on colours."),
+    Check("FLT012", WARNING, Asset, colour.has_sharp_pictures, "picture_points", "", "A wrist camera comes near."),
+    Check("FLT013", WARNING, Asset, weight.loads_fast, "load_ms", "ms", "A scene has hundreds of assets."),
+    Check("FLT014", ERROR, Asset, weight.turns_like_its_shapes, "inertia_factor", "", "Else it spins in the hand."),
+    Check("FLT015", ERROR, Package, still.stays_put, "wander_m", "m", "What walks by itself spoils every episode."),
+    Check("FLT016", ERROR, Package, still.stands, "stand_tip_deg", "deg", "A scene begins with everything upright."),
+    Check("FLT017", WARNING, Package, still.stacks, "stack_off", "", "Tasks stack what is said to stack."),
+    Check("FLT018", WARNING, Package, hold.can_be_taken, "gripper_m", "m", "Tasks take what is said to be graspable."),
+    # a library as a whole
+    Check("LIB001", WARNING, Shelf, alike.has_no_form_twice, "alike_form", "", "A test on known forms proves little."),
+    Check("LIB002", WARNING, Shelf, alike.has_no_look_twice, "alike_look", "", "What looks the same adds no variety."),
+    Check("LIB003", WARNING, Shelf, alike.looks_like_its_kind, "look_rank", "", "Tasks ask for things by their names."),
+    Check("LIB004", WARNING, Sizes, sizes.are_like_the_others, "size_off", "", "A unit is mistaken, or a category."),
     # a whole scene
     Check("SCN001", ERROR, Kitchen, rest.loads_in_silence, None, "", "What MuJoCo warns of today it refuses tomorrow."),
     Check("SCN002", ERROR, Kitchen, rest.begins_apart, "scene_start_m", "m", "What begins in another jumps out of it."),

@@ -46,6 +46,14 @@ def ingest(
     jobs: Annotated[int, typer.Option(min=0, help="Inputs worked on at once; 0: one per core.")] = 0,
     timeout: Annotated[float, typer.Option(min=0, help="Wall seconds for one input; 0: 300.")] = 0.0,
     memory: Annotated[float, typer.Option(min=0, help="Gigabytes of memory for one input; 0: 8.")] = 0.0,
+    max_size: Annotated[float, typer.Option(min=0, help="Megabytes of one input with its files; 0: 512.")] = 0.0,
+    max_faces: Annotated[int, typer.Option(min=0, help="Faces of one input; 0: 2 million.")] = 0,
+    max_texture: Annotated[int, typer.Option(min=0, help="Pixels along a side of a picture; 0: 16384.")] = 0,
+    max_pixels: Annotated[float, typer.Option(min=0, help="Million pixels of a picture; 0: 67.2.")] = 0.0,
+    clip_weights: Annotated[
+        str, typer.Option(help="Weights of CLIP that look at the pictures: a file, a folder or a name of open_clip's.")
+    ] = "",
+    keep_duplicates: Annotated[bool, typer.Option(help="Keep what has form, size and colours of another.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per input on standard output.")] = False,
     explain: Annotated[bool, typer.Option(help="Print every guess, with its confidence and reason.")] = False,
 ) -> None:
@@ -53,7 +61,14 @@ def ingest(
     from casa_assets.pipeline.ingest import Options
     from casa_assets.pipeline.ingest import ingest as run
 
-    options = Options(library, category, jobs, timeout, int(memory * 1e9))
+    guards = {
+        "input_bytes": max_size * 1e6,
+        "input_faces": max_faces,
+        "input_texture_px": max_texture,
+        "input_texture_pixels": max_pixels * 1e6,
+    }
+    changed = {name: value for name, value in guards.items() if value}
+    options = Options(library, category, jobs, timeout, int(memory * 1e9), changed, clip_weights, keep_duplicates)
     console = Console(stderr=json_)
     events: list[Event] = []
     bad = 0
@@ -98,6 +113,7 @@ def _tell(event: Event, console: Console, as_json: bool) -> None:
 
 def _conclude(events: list[Event], library: Path, console: Console, explain: bool) -> None:
     from casa_assets import registry
+    from casa_assets.checks.table import TABLE
     from casa_assets.pipeline.books.entry import entries
     from casa_assets.pipeline.ingest import tally
     from casa_assets.pipeline.library import Library
@@ -112,20 +128,34 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
         table = Table(title="Rejected by reason", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
         for name in ("code", "reason", "inputs", "what to do"):
             table.add_column(name, no_wrap=name == "code")
+        why = {check.code: check.why for check in TABLE}
         for code, count in codes.most_common():
             row = known.get(code)
-            table.add_row(
-                code, row.meaning if row else "a check failed; see docs/checks.md", str(count), row.mend if row else ""
-            )
+            meaning, mend = (row.meaning, row.mend) if row else (why.get(code, ""), "as the line of each input says")
+            table.add_row(code, meaning, str(count), mend)
         console.print(table)
     if explain:
         for entry in rows.values():
             _explain(entry, console)
+    _on_all(library, console)
     good = len(events) - counts["refused"]
     kept = f" ({counts['kept']} were there already)" if counts["kept"] else ""
     console.print(f"{len(events)} inputs: [green]{good} accepted[/], [red]{counts['refused']} rejected[/]{kept}")
     place = _safe(str(library))
     console.print(f"Library: {place}/   Index: {place}/index.sqlite   Next: casa-assets report --library {place}")
+
+
+def _on_all(library: Path, console: Console, most: int = 6) -> None:
+    """What was found on all assets of the library together."""
+    from casa_assets.pipeline.alike.whole import read
+
+    whole = read(library)
+    issues = whole.report.issues if whole else ()
+    for issue in issues[:most]:
+        place = f"{issue.pointer} " if issue.pointer else ""
+        console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.says)}", highlight=False)
+    if len(issues) > most:
+        console.print(f"... and {len(issues) - most} more about the library as a whole, see the report")
 
 
 def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:

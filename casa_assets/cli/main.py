@@ -20,6 +20,7 @@ from casa_assets.cli.doctor import doctor
 from casa_assets.cli.export import app as export
 from casa_assets.cli.families import app as families
 from casa_assets.cli.fetch import fetch
+from casa_assets.cli.find import find
 from casa_assets.cli.index import index
 from casa_assets.cli.ingest import ingest
 from casa_assets.cli.preview import preview
@@ -40,7 +41,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (ingest, articulate, fetch, preview, report, index, checks, doctor):
+for verb in (ingest, articulate, fetch, find, preview, report, index, checks, doctor):
     app.command()(verb)
 app.add_typer(families)
 app.add_typer(textures)

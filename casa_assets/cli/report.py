@@ -12,6 +12,9 @@ from rich.console import Console
 def report(
     library: Annotated[Path, typer.Option(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Default: report.html in the library.")] = None,
+    clip_weights: Annotated[
+        str, typer.Option(help="Weights of CLIP that look at the pictures first, see `casa-assets find --help`.")
+    ] = "",
 ) -> None:
     """Write one self-contained HTML page: counts, rejects by reason, every asset with picture and numbers.
 
@@ -19,7 +22,15 @@ def report(
 
       casa-assets report --library out/library
     """
+    from casa_assets.pipeline.alike import whole
     from casa_assets.pipeline.books.report import write
+    from casa_assets.pipeline.job import writing
+    from casa_assets.pipeline.library import Library
+    from casa_assets.pipeline.look import eye
 
+    if clip_weights or whole.read(library) is None:
+        place, model = Library(library), eye(clip_weights) if clip_weights else None
+        with place.locked(), writing(library):
+            whole.look_over(place, model)
     path = write(library, output or library / "report.html")
     Console().print(f"Report: {path}", highlight=False, soft_wrap=True)

@@ -42,11 +42,14 @@ def matter_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
     inner = np.where(behind[nearest], -level, level)
     full = grid.solid[tuple(near.T)] & ~grid.skin[tuple(near.T)]
     skin = grid.skin[tuple(near.T)]
-    both = ahead[nearest] & behind[nearest]
+    both = ahead[nearest] & behind[nearest] & grid.solid[tuple(near.T)]
     signed = np.where(full | both | (skin & (inner > 0)), distance, -distance)
     lone = ~ahead[nearest] & ~behind[nearest]
     field[tuple(near.T)] = np.where(lone & ~full, SHEET * grid.cell - distance, signed)
-    return field
+    inner = np.zeros(field.shape, dtype=bool)
+    inner[1:-1, 1:-1, 1:-1] = True
+    closed: Floats = np.where(inner, field, np.minimum(field, -grid.cell / 2))
+    return closed
 
 
 def _is_full(places: Floats, grid: Grid) -> npt.NDArray[np.bool_]:

@@ -6,13 +6,14 @@ from contextlib import suppress
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.extent import shape_bounds
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.geometry.normals import with_normals
 from casa_assets.ingest.draft import Draft, Placed
-from casa_assets.model.asset import Asset, Base, Collider, Inertial, Link, Region, Visual
+from casa_assets.model.asset import Asset, Base, Collider, Inertial, Link, Region, Site, Visual
 from casa_assets.model.category import Category
 from casa_assets.model.material import Material, Substance
 from casa_assets.model.mesh import Mesh
@@ -22,6 +23,9 @@ from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Sha
 from casa_assets.model.source import Source
 
 Floats = npt.NDArray[np.float64]
+
+# Side of a finger's pad, metres: how large a grasp is shown, besides its width.
+PAD_M = 0.02
 
 
 def assemble(
@@ -55,12 +59,27 @@ def assemble(
         id=asset_id,
         base=Base.FIXED if category.fixed else Base.FREE,
         links=(link,),
+        sites=_grasps(draft, shift),
         regions=(_bounding_region(colliders),),
         materials=materials,
         substances=(substance,),
         labels=Labels(category=category.id, classes=classes, qcode=category.qcode, split=split_of(sha256)),
         provenance=source.provenance(sha256, draft.guesses),
     )
+
+
+def _grasps(draft: Draft, shift: Floats) -> tuple[Site, ...]:
+    """A box for each grasp, `grasp_<what is held>`: x along the fingers' way and as wide as they open, z the hand's."""
+    sites = []
+    for one in draft.grasps:
+        closing, approach = np.array(one.closing), np.array(one.approach)
+        turn = Rotation.from_matrix(np.stack([closing, np.cross(approach, closing), approach], axis=1))
+        x, y, z, w = (float(v) for v in turn.as_quat(canonical=True))
+        px, py, pz = (_seven(float(v)) for v in np.array(one.center) + shift)
+        pose = Pose(position=(px, py, pz), quaternion=(_seven(w), _seven(x), _seven(y), _seven(z)))
+        size = (_seven(one.width), PAD_M, PAD_M)
+        sites.append(Site(name=f"grasp_{one.hold.value}", pose=pose, kind="box", size=size))
+    return tuple(sites)
 
 
 def _visuals(draft: Draft, shift: Floats, substance: Substance) -> tuple[tuple[Visual, ...], tuple[Material, ...]]:

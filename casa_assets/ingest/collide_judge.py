@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from casa_assets.geometry.coverage import gaps, surface_samples
 from casa_assets.geometry.cutting import Solid, surface_of
@@ -30,6 +31,8 @@ WORST_RATIO = 0.05
 BOX_RATIO = 0.02
 # Cubes along the longest side where it is looked for what holds water; less than this share of the hull is no opening.
 ROOM_CELLS = 64
+# A gap narrower than one of so many cubes is closed: as narrow as shapes may be off.
+SEEN_CELLS = 66
 CONTAINER = 0.03
 MOST_PLACES = 4000
 # The share of an opening that shapes may fill.
@@ -76,12 +79,21 @@ def yardstick(points: Floats, faces: Ints, solid: Solid, is_open: bool) -> Yards
         points: (P, 3) welded, metres, z up. faces: (F, 3). solid: that it stands for.
         is_open: an opening is one, and not damage to a thing that is full.
     """
-    of = ruler(*surface_of(solid))
+    of = _touchable(ruler(*surface_of(solid)), points, faces, not is_open)
     bound = Bound(max(P95_M, P95_RATIO * of.longest), WORST_RATIO * of.longest)
     room = _room(points, faces) if is_open else np.zeros((0, 3))
     used = points[np.unique(faces)]
     box = np.stack([used.min(axis=0), used.max(axis=0)])
     return Yardstick(solid, of, surface_samples(points, faces, SAMPLES), box, room, bound)
+
+
+def _touchable(of: Ruler, points: Floats, faces: Ints, full: bool) -> Ruler:
+    """The ruler with probes only where the air around the mesh comes near: nothing enters a slit or a sealed room."""
+    grid = voxelise(points, faces, SEEN_CELLS, bridge=full)
+    outside = ndimage.binary_dilation(~grid.solid, np.ones((3, 3, 3), dtype=bool))
+    at = np.clip(np.round((of.probes - grid.origin) / grid.cell).astype(int), 0, np.array(outside.shape) - 1)
+    seen = outside[tuple(at.T)]
+    return replace(of, probes=of.probes[seen]) if seen.any() else of
 
 
 def _room(points: Floats, faces: Ints) -> Floats:
@@ -107,6 +119,7 @@ def verdict(clouds: Sequence[Floats], by: Yardstick, reach: float) -> Verdict:
     kept = None if not len(by.room) else 1 - _inside(by.room, clouds)
     strains = [off.added_p95 / by.bound.p95, off.added_worst / by.bound.worst]
     strains += [off.bare_p95 / by.bound.p95, off.bare_worst / by.bound.worst]
+    strains += [off.buried_p95 / by.bound.p95, off.buried_worst / by.bound.worst]
     every = np.concatenate(list(clouds))
     ends = np.abs(np.stack([every.min(axis=0), every.max(axis=0)]) - by.box).max().round(6)
     strains.append(float(ends) / max(reach, BOX_RATIO * by.of.longest))
@@ -129,10 +142,12 @@ def in_words(clouds: Sequence[Floats], by: Yardstick, found: Verdict) -> str:
     whole = union([convex_hull(cloud) for cloud in clouds])
     size, own = (0.0 if whole is None else signed_volume(*whole)), float(by.solid.volume())
     both = 0.0 if whole is None else intersection_volume(whole, surface_of(by.solid))
-    mm = [1000 * v for v in (found.off.added_p95, found.off.added_worst, found.off.bare_p95, found.off.bare_worst)]
+    mm = [1000 * v for v in astuple(found.off)]
     words = [f"volume {size / own:.2f} of the solid, overlap {both / (size + own - both):.2f}"]
     words.append(f"95 % (all) of the shapes within {mm[0]:.2g} ({mm[1]:.2g}) mm of it")
-    words.append(f"of the mesh within {mm[2]:.2g} ({mm[3]:.2g}) mm of them")
+    words.append(
+        f"of the mesh within {mm[2]:.2g} ({mm[3]:.2g}) mm of them, no deeper in them than {mm[4]:.2g} ({mm[5]:.2g}) mm"
+    )
     if found.kept is not None:
         words.append(f"{found.kept:.0%} of the opening is open")
     return ", ".join(words)

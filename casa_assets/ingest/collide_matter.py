@@ -13,7 +13,8 @@ from casa_assets.geometry.field import matter_field
 from casa_assets.geometry.isosurface import isosurface
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.mend import mended
-from casa_assets.geometry.voxel import voxelise
+from casa_assets.geometry.voxel import Grid, voxelise
+from casa_assets.ingest.collide_pieces import Made, assembled, stands_for
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -22,9 +23,7 @@ Ints = npt.NDArray[np.int64]
 CELLS = 72
 # A hole wider than this share of the longest side is an opening.
 SMALL_HOLE = 0.05
-# A thing that is full and whose walls hold less than this share of its outline is a shell that has to be filled; the
-# grid can tell where the thinnest side of the box around it is so many cubes.
-SHELL = 0.8
+# The grid can tell what a full thing fills where the thinnest side of the box around it is so many cubes.
 TELLING_CELLS = 12
 # What is made on a grid is smoothed by this share of a cube: a tenth of the faces is left.
 SMOOTH = 0.3
@@ -34,6 +33,8 @@ THIN = 0.06
 LOOSE = 0.5
 # A grid of cubes bulges over the ends of what it stands for; of what is cut off there this share has to be left.
 LEFT = 0.7
+# A surface of which more than this share is lone sheets is one.
+LONE = 0.5
 # Matter that grows by more than this share once sealed rooms are filled had two walls.
 SEALED = 0.25
 
@@ -74,22 +75,22 @@ def matter(points: Floats, faces: Ints, full: bool) -> Matter | None:
     """
     longest = float(np.ptp(points, axis=0).max())
     area = float(face_normals(points, faces)[1].sum())
-    found = _closed(points, faces, longest)
-    chunky = float(np.ptp(points, axis=0).min()) * CELLS > TELLING_CELLS * longest
-    grid = voxelise(points, faces, CELLS, bridge=full) if found is None or (full and chunky) else None
-    if found is not None and (grid is None or found[0].volume() >= SHELL * grid.volume):
-        raw, mended_ = found
-        solid = without_voids(raw)
-        done = ["small holes were closed"] if mended_ else []
-    else:
-        assert grid is not None
-        raw = None if found is None else found[0]
-        solid_or_none = solid_of(*isosurface(matter_field(points, faces, grid), grid.origin, grid.cell))
-        if solid_or_none is None:
-            return None
-        solid = _within(without_voids(slimmed(solid_or_none, SMOOTH * grid.cell)), points[np.unique(faces)])
-        done = [f"made solid on a grid of {1000 * grid.cell:.2g} mm"]
-    return _classified(solid, raw, area, longest, done, exact=not any("grid" in words for words in done))
+    grid = voxelise(points, faces, CELLS, bridge=full)
+    # The grid tells what a full thing fills only where that is many cubes thick.
+    told = not full or float(np.ptp(points, axis=0).min()) * CELLS > TELLING_CELLS * longest
+    for made in (_closed, assembled):
+        found = made(points, faces, grid)
+        solid = None if found is None else without_voids(found.solid)
+        if found is not None and solid is not None and stands_for(solid, points, faces, grid if told else None):
+            raw = None if found.lone > LONE else found.solid
+            return _classified(solid, raw, area, longest, list(found.done), exact=True)
+    gridded = solid_of(*isosurface(matter_field(points, faces, grid), grid.origin, grid.cell))
+    if gridded is None:
+        return None
+    solid = _within(without_voids(slimmed(gridded, SMOOTH * grid.cell)), points[np.unique(faces)])
+    exact = _closed(points, faces, grid)
+    done = [f"made solid on a grid of {1000 * grid.cell:.2g} mm"]
+    return _classified(solid, None if exact is None else exact.solid, area, longest, done, exact=False)
 
 
 def _within(solid: Solid, points: Floats) -> Solid:
@@ -101,14 +102,14 @@ def _within(solid: Solid, points: Floats) -> Solid:
     return rest if rest.volume() > LEFT * solid.volume() else solid
 
 
-def _closed(points: Floats, faces: Ints, longest: float) -> tuple[Solid, bool] | None:
-    """The surface as a solid, and whether holes had to be closed for that."""
+def _closed(points: Floats, faces: Ints, grid: Grid) -> Made | None:
+    """The surface as a solid, small holes closed where there are such."""
     solid = solid_of(points, faces)
     if solid is not None:
-        return solid, False
-    whole = mended(points, faces, SMALL_HOLE * longest)
+        return Made(solid, ())
+    whole = mended(points, faces, SMALL_HOLE * grid.cell * CELLS)
     solid = None if whole is None else solid_of(*whole)
-    return None if solid is None else (solid, True)
+    return None if solid is None else Made(solid, ("small holes were closed",))
 
 
 def _classified(solid: Solid, raw: Solid | None, area: float, longest: float, done: list[str], exact: bool) -> Matter:

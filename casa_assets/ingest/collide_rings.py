@@ -22,6 +22,8 @@ OUTLINE = 85
 GROWTH = 1.2
 STEPS = 14
 CRUMB = 1e-4
+# Parts that are left for each handle.
+PER_HANDLE = 6
 # How the error is shared between chords around the axis and those along it.
 SHARES = (1.0, 0.6, 1.4)
 # By how much of the error an inner wall is set back, and how much of its thickness at most.
@@ -45,13 +47,14 @@ class Vessel:
     says: str
 
 
-def cut_vessel(solid: Solid, finest: float, foot: float, most: int) -> Vessel | None:
+def cut_vessel(solid: Solid, finest: float, fair: float, foot: float, most: int) -> Vessel | None:
     """A vessel as a floor, rings of sectors and handles; None where no such cut stays within `most` parts.
 
     Args:
         solid: metres, z up, simplified.
-        finest: error of a hull below which more of them are a waste, metres. foot: hollow under the floor that may be
-            filled, metres. most: parts of floor and walls.
+        finest: error of a hull below which more of them are a waste, metres.
+        fair: error up to which what is hollow under the floor is kept hollow, too; beyond it may be filled.
+        foot: how high that hollow may be, metres. most: parts of floor and walls.
     """
     center, share = upright_axis(*surface_of(solid))
     seen = walls(solid, center)
@@ -59,13 +62,14 @@ def cut_vessel(solid: Solid, finest: float, foot: float, most: int) -> Vessel | 
     asked = table(seen, is_round)
     for step in range(STEPS):
         error = finest * GROWTH**step
-        plans = [_plan(seen, asked, error * share_, error * (2 - share_), is_round, foot) for share_ in SHARES]
+        under = min(error, foot) if error <= fair else foot
+        plans = [_plan(seen, asked, error * share_, error * (2 - share_), is_round, under) for share_ in SHARES]
         known = [plan for plan in plans if plan is not None and plan.count <= most]
         if not known:
             continue
         plan = min(known, key=lambda p: p.count)
         body, handles = _without_handles(solid, seen, error / 2) if is_round else (solid, [])
-        if plan.count <= most - min(2 * len(handles), most // 4):
+        if plan.count <= most - min(PER_HANDLE * len(handles), most // 3):
             floors, cells = _cells(_eased(body, seen, EASE * error) if is_round else body, seen, plan)
             if not is_round:
                 floors, cells = [], [*floors, *cells]

@@ -58,7 +58,7 @@ def table(seen: Walls, is_round: bool) -> Table:
     below = np.arange(count) < int(np.argmax(full)) if full.any() else np.zeros(count, dtype=bool)
     rise = np.hypot(seen.step, np.gradient(widest)) if count > 1 else np.full(count, seen.step)
     felt = widest * seen.step / rise
-    bend, filled = np.zeros((count, count + 1)), np.zeros((count, count + 1))
+    bends, filled = np.zeros((len(sides), count, count + 1)), np.zeros((count, count + 1))
     under = np.zeros((count, count + 1))
     has_full, radius = np.zeros((count, count + 1), dtype=bool), np.zeros((count, count + 1))
     for first in range(count):
@@ -69,9 +69,22 @@ def table(seen: Walls, is_round: bool) -> Table:
             filled[first, last] = float((hollow & ~below)[rows].sum()) * seen.step
             under[first, last] = float((hollow & below)[rows].sum()) * seen.step
             radius[first, last] = 0.0 if below[rows].all() else felt[rows].max()
-            used = sides[1:] if has_full[first, last] else sides
-            bend[first, last] = max(_bend(radii[rows], seen.step) for radii in used)
+            bends[:, first, last] = [_bend(radii[rows], seen.step) for radii in sides]
+    bends = _widest(bends)
+    bend = np.where(has_full, bends[1], bends.max(axis=0))
     return Table(bend.round(9), filled.round(9), under.round(9), has_full, radius.round(9))
+
+
+def _widest(bends: Floats) -> Floats:
+    """The worst of all chords within each stretch of rows: a hull has one from every height to every other."""
+    out = bends.copy()
+    count = out.shape[1]
+    for length in range(2, count + 1):
+        first = np.arange(count - length + 1)
+        last = first + length
+        shorter = np.maximum(out[:, first, last - 1], out[:, np.minimum(first + 1, count - 1), last])
+        out[:, first, last] = np.maximum(out[:, first, last], shorter)
+    return out
 
 
 def _bridged(column: Floats) -> Floats:

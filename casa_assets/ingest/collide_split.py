@@ -10,13 +10,19 @@ import numpy.typing as npt
 
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.cutting import Solid, halves, hull_points, hull_size, parts, surface_of
-from casa_assets.geometry.deviation import Ruler, excess
+from casa_assets.geometry.deviation import Ruler, buried, protrusion
+from casa_assets.geometry.halving import Plane, hollow_planes, hulls_size, wire
 from casa_assets.geometry.hull import hull_planes
 
 Floats = npt.NDArray[np.float64]
 
 # Places along each axis where a cut is tried.
 OFFSETS = 7
+# Planes of faces along hollow edges that are tried, planes that are cut along until one does, shares of the spacing by
+# which the best one is moved.
+HOLLOW_PLANES = 8
+TRIED_PLANES = 4
+FINER = (0.5, 0.25)
 # Spreads along two axes that differ by less than this share of the largest are the same.
 DISTINCT = 0.02
 # Parts smaller than this share of the whole are crumbs that cutting left.
@@ -64,7 +70,7 @@ def split_up(solids: Sequence[Solid], of: Ruler, bound: Bound, most: int) -> lis
         worst = max(range(len(done)), key=lambda i: (round(done[i].weight, 9), -i))
         if done[worst].strain <= 1:
             break
-        pieces = _cut(done[worst].solid, least, most - len(done) + 1)
+        pieces = _cut(done[worst].solid, least, most - len(done) + 1, bound.p95)
         if len(pieces) < 2:
             done[worst] = Part(done[worst].solid, done[worst].hull, 0.0)  # cutting does not help
             continue
@@ -77,36 +83,63 @@ def _part(solid: Solid, of: Ruler, bound: Bound) -> Part:
 
 
 def strain(cloud: Floats, of: Ruler, bound: Bound) -> float:
-    """How many times the bound the hull of a cloud reaches beyond a solid."""
+    """How many times the bound the hull of a cloud reaches beyond a solid, or buries its surface."""
     try:
-        values, _ = excess(cloud, of)
+        errors = [e for e in (protrusion(cloud, of), buried(cloud, of)) if len(e)]
     except DegenerateShape:
         return 0.0
-    return max(float(np.percentile(values, 95)) / bound.p95, float(values.max()) / bound.worst)
+    strains = [max(float(np.percentile(e, 95)) / bound.p95, float(e.max()) / bound.worst) for e in errors]
+    return max(strains, default=0.0)
 
 
-def _cut(solid: Solid, least: float, room: int) -> list[Solid]:
+def _cut(solid: Solid, least: float, room: int, thin: float) -> list[Solid]:
     """What does not hang together, else the parts on both sides of the best plane; at most `room`, or the solid."""
-    points, _ = surface_of(solid)
     loose = parts(solid, least)
     if 2 <= len(loose) <= room:
         return loose
-    best: tuple[float, int, list[Solid]] | None = None
-    for number, (normal, offset) in enumerate(_planes(points)):
-        both = [half for half in halves(solid, normal, offset) if half.volume() > least]
+    for plane in _best_planes(solid, room, thin):
+        both = [half for half in halves(solid, plane.normal, plane.offset) if half.volume() > least]
         # Of a heap of pieces the halves stay heaps.
         found = both if len(loose) > HEAP else [p for half in both for p in parts(half, least)]
-        if not 2 <= len(found) <= room:
-            continue
-        size = sum(hull_size([p]) for p in found)
-        key = (round(size / max(hull_size([solid]), 1e-30), 6), number)
-        if best is None or key < best[:2]:
-            best = (*key, found)
-    return [solid] if best is None else best[2]
+        if 2 <= len(found) <= room:
+            return found
+    return [solid]
 
 
-def _planes(points: Floats) -> list[tuple[Floats, float]]:
-    """Planes across the three axes of the frame and the three of the points, evenly spaced between their ends."""
+def _best_planes(solid: Solid, room: int, thin: float) -> list[Plane]:
+    """Planes that leave the least room between the hulls of the parts and the solid, the best first.
+
+    Args:
+        thin: no slice is thinner, metres.
+    """
+    points, faces = surface_of(solid)
+    of, whole = wire(points, faces), hull_size([solid])
+
+    def gain(plane: Plane) -> float:
+        along = points @ plane.normal - plane.offset
+        if min(float(along.max()), -float(along.min())) < thin:
+            return -np.inf
+        size, count = hulls_size(of, plane)
+        # Parts are few: what takes more of them has to gain more.
+        return round((whole - size) / whole / max(count - 1, 1) ** 0.5, 6) if count <= room else -np.inf
+
+    spaced = _planes(points)
+    steps = [step for _, step in spaced] + [0.0] * HOLLOW_PLANES
+    planes = [plane for plane, _ in spaced] + hollow_planes(points, faces, HOLLOW_PLANES)
+    gains = [gain(plane) for plane in planes]
+    order = sorted(range(len(planes)), key=lambda k: (-gains[k], k))[:TRIED_PLANES]
+    first = planes[order[0]]
+    found, best = first, gains[order[0]]
+    for share in FINER:
+        for side in (-1, 1):
+            near = Plane(found.normal, found.offset + side * share * steps[order[0]])
+            if steps[order[0]] > 0 and (value := gain(near)) > best:
+                found, best = near, value
+    return [found, *(planes[k] for k in order)] if np.isfinite(best) else []
+
+
+def _planes(points: Floats) -> list[tuple[Plane, float]]:
+    """Planes across the axes of the frame and of the points, evenly spaced between their ends, and that spacing."""
     spread, axes = np.linalg.eigh(np.cov(points.T))
     normals = [np.eye(3)[k] for k in range(3)]
     for k in range(3):
@@ -119,8 +152,8 @@ def _planes(points: Floats) -> list[tuple[Floats, float]]:
     planes = []
     for normal in normals:
         along = points @ normal
-        low, high = float(along.min()), float(along.max())
-        planes += [(normal, low + (k + 1) / (OFFSETS + 1) * (high - low)) for k in range(OFFSETS)]
+        low, step = float(along.min()), float(np.ptp(along)) / (OFFSETS + 1)
+        planes += [(Plane(normal, low + (k + 1) * step), step) for k in range(OFFSETS)]
     return planes
 
 

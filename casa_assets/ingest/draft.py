@@ -9,6 +9,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from casa_assets.model.asset import Inertial
+from casa_assets.model.grasp import Grasp
 from casa_assets.model.issue import Issue, Severity
 from casa_assets.model.pose import Pose
 from casa_assets.model.provenance import Guess
@@ -33,6 +34,7 @@ class Draft(Record):
         guesses: decisions so far. notes: warnings so far.
         colliders: from `collide` on.
         inertial: from `mass` on; asset frame.
+        grasps: from `grasp` on.
     """
 
     parts: Annotated[tuple[RawPart, ...], Field(min_length=1)]
@@ -43,6 +45,7 @@ class Draft(Record):
     notes: tuple[Issue, ...] = ()
     colliders: tuple[Placed, ...] = ()
     inertial: Inertial | None = None
+    grasps: tuple[Grasp, ...] = ()
 
     def guessed(self, subject: str, value: str, confidence: float, because: str) -> tuple[Guess, ...]:
         """The guesses and one more; confidence is kept to two digits."""

@@ -1,4 +1,4 @@
-"""What it weighs and how that is spread: volume times density where that is believable, else the usual mass."""
+"""What it weighs and how that is spread: what was measured where other estimates bear it out, else all of them."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from casa_assets.geometry.measure import signed_volume, solid_moments
 from casa_assets.geometry.solid import closed_solid, union
 from casa_assets.geometry.tessellate import surface
 from casa_assets.geometry.topology import weld
-from casa_assets.geometry.voxel import voxelise
 from casa_assets.ingest.draft import Draft, warning
+from casa_assets.ingest.mass_estimates import estimates, judged
 from casa_assets.model.asset import Inertial
 from casa_assets.model.category import Build, Category
 from casa_assets.model.issue import Issue
@@ -21,34 +21,31 @@ Floats = npt.NDArray[np.float64]
 
 # Least over greatest mean square extent of a body whose inertia survives rounding to nine digits.
 THINNEST = 1e-7
+# How far apart a mesh and the closed part of it may end, as a part of the longest side, for that part to be the whole.
+SAME_REACH = 0.02
+# A mass less sure than this is remarked on.
+DOUBTFUL = 0.5
 
 
-def mass(draft: Draft, category: Category, substance: Substance, slack: float) -> Draft:
+def mass(draft: Draft, category: Category, substance: Substance, agree: float, decided_kg: float = 0.0) -> Draft:
     """Mass, centre and inertia of the whole, asset frame.
 
     Args:
         draft: metres, with colliders.
-        category: mass_kg is the prior, build says what the volume means.
+        category: mass_kg is the prior and the range, build says what the volume means.
         substance: density of what it is made of.
-        slack: how far outside the usual range a measured mass is still believed, ratio > 1.
+        agree: ratio up to which two estimates say the same, > 1.
+        decided_kg: as a person decided, 0 where nobody did.
     """
-    vertices, faces = draft.soup()
     volume, center, inertia, spread = _moments(draft, category)
-    matter, how = _matter(vertices, faces, volume, category)
-    measured = None if matter is None or category.build is Build.HOLLOW else matter * substance.density
-    longest = float(np.ptp(vertices, axis=0).max())
-    span = category.mass_kg
-    usual = float(np.clip(span.typical * (longest / category.longest_m.typical) ** 3, span.low, span.high))
     notes: tuple[Issue, ...] = ()
-    if measured is not None and matter is not None and span.low / slack <= measured <= span.high * slack:
-        kg, confidence = measured, 0.8
-        because = f"{matter * 1e6:.4g} cm^3 ({how}) of {substance.id} at {substance.density:g} kg/m^3"
+    if decided_kg > 0:
+        kg, confidence, because = decided_kg, 1.0, "a person decided"
     else:
-        kg, confidence = usual, 0.5
-        because = f"usual mass of a {category.id} of this size; {how}"
-        if measured is not None and category.id != "object":
-            because += f" would give {measured:.3g} kg"
-            notes = (warning("MSH021", "mass", because),)
+        found = judged(estimates(*draft.soup(), category, substance), category, agree)
+        kg, confidence, because = found.kg, found.confidence, found.says
+        if confidence < DOUBTFUL and category.id != "object":
+            notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {because}"),)
     kg = float(f"{kg:.6g}")
     tensor = _possible(inertia) * (kg / volume)
     inertial = Inertial(
@@ -70,9 +67,15 @@ def _moments(draft: Draft, category: Category) -> tuple[float, Floats, Floats, s
     surfaces = [surface(p.shape, p.pose) for p in draft.colliders]
     hulls = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
     solid = closed_solid(points, place[faces]) if category.build in (Build.SOLID, Build.VESSEL) else None
-    if solid is not None and signed_volume(*solid) > 0.02 * signed_volume(*hulls):
+    if solid is not None and signed_volume(*solid) > 0.02 * signed_volume(*hulls) and _spans(solid[0], points):
         return (*solid_moments(*solid), "the closed mesh")
     return (*solid_moments(*hulls), "the collision shapes")
+
+
+def _spans(solid: Floats, points: Floats) -> bool:
+    """Whether a solid reaches as far as the mesh: the handle of a knife whose blade is a sheet is not the knife."""
+    off = np.abs([solid.min(axis=0) - points.min(axis=0), solid.max(axis=0) - points.max(axis=0)])
+    return float(off.max()) <= SAME_REACH * float(np.ptp(points, axis=0).max())
 
 
 def _possible(inertia: Floats) -> Floats:
@@ -83,22 +86,6 @@ def _possible(inertia: Floats) -> Floats:
     covariance = (axes * np.maximum(spread, THINNEST * spread[2])) @ axes.T
     fixed: Floats = np.trace(covariance) * np.eye(3) - covariance
     return fixed
-
-
-def _matter(
-    vertices: Floats, faces: npt.NDArray[np.int64], shapes: float, category: Category
-) -> tuple[float | None, str]:
-    """Volume of matter, m^3, or None where it cannot be known, and how it was measured or why not."""
-    points, place = weld(vertices)
-    solid = closed_solid(points, place[faces])
-    if category.build is Build.VESSEL:
-        if solid is not None:
-            return min(signed_volume(*solid), shapes * 1.1), "volume of the closed mesh"
-        return None, "the mesh is not closed, which leaves its walls without a thickness"
-    if solid is not None and category.build is Build.SOLID:
-        return min(signed_volume(*solid), shapes * 1.1), "volume of the closed mesh"
-    grid = voxelise(points, place[faces], bridge=True)
-    return min(grid.volume, shapes * 1.1), "volume within the outline"
 
 
 def _vector(values: Floats) -> tuple[float, float, float]:

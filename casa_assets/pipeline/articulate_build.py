@@ -30,7 +30,7 @@ from casa_assets.model.provenance import Guess
 from casa_assets.model.record import Vec3
 from casa_assets.model.source import RawModel, Source, Up
 from casa_assets.pipeline.articulate_complete import completed
-from casa_assets.pipeline.articulate_kind import NAMED, Kind, kind_of
+from casa_assets.pipeline.articulate_kind import NAMED, Kind, kind_of, named_kind
 from casa_assets.pipeline.look import kind_seen, scorer
 
 NOTHING_MOVES = "ART001"
@@ -116,7 +116,7 @@ def build(wish: Wish) -> Built:
     soup = surface(model)
     frame = _frame(soup, model, wish)
     placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    found = infer(placed, frame)
+    found = infer(placed, frame, named_kind(one, wish.category or wish.decisions.category or ""))
     kind = _kind(one, wish, model, placed, found)
     category, sure, because = kind.category, kind.sure, kind.because
     longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale

@@ -54,6 +54,14 @@ def kind_of(one: Found, extent: Vec3, found: Articulation, ordered: str = "", se
     return Kind(known.fixtures.get(ordered) or known.category(ordered), 1.0, GIVEN)
 
 
+def named_kind(one: Found, ordered: str = "") -> str:
+    """The kind that somebody names: the user, or the name of the file; empty where nobody does."""
+    if ordered:
+        return ordered
+    named = kind_named([h for h in (one.source.category, *one.source.hints) if h])
+    return named.id if named is not None and named.confidence >= NAMED else ""
+
+
 def _guessed(one: Found, extent: Vec3, found: Articulation, seen: Seen | None) -> Kind:
     known = registry.load()
     look = NO_WEIGHTS

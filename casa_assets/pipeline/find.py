@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence, Set
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ def find(roots: Sequence[Path], library: Path) -> Iterator[Found | Refused]:
     for one in discover(roots):
         places = [one.root / one.main] if isinstance(one, Found) else [root / one.path for root in roots]
         if not any(_is_output(place, tops, own, seen) for place in places):
-            yield Found(one.root, one.main, _as_text(one.source)) if isinstance(one, Found) else one
+            yield replace(one, source=_as_text(one.source)) if isinstance(one, Found) else one
 
 
 def escaped(text: str) -> str:

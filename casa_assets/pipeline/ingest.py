@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.issue import Issue
+from casa_assets.model.ruling import NO_RULING, Ruling
+from casa_assets.model.source import Source
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline import unread
+from casa_assets.pipeline import look, review, unread
+from casa_assets.pipeline.alike import whole
+from casa_assets.pipeline.alike.twins import CODE as COPY
+from casa_assets.pipeline.alike.twins import Twins
 from casa_assets.pipeline.books import attribution, index
 from casa_assets.pipeline.find import find
 from casa_assets.pipeline.isolation.pool import Died, Limits, Pool
 from casa_assets.pipeline.job import Halt, Job, Outcome, refuse, writing
 from casa_assets.pipeline.known import verdict
-from casa_assets.pipeline.stage import recipe
+from casa_assets.pipeline.stage import recipe, ruled
 from casa_assets.pipeline.store import Store
 from casa_assets.pipeline.survey import Survey
 
@@ -36,6 +42,9 @@ class Options:
         library: output folder. category: id for all inputs, or empty.
         jobs: children at once; 0 for one per core.
         seconds: wall time for one input. memory_bytes: memory of one input. 0: what registry/limits.yaml says.
+        guards: limits on inputs that this run sets in place of those in registry/limits.yaml, by their names there.
+        weights: of CLIP, see pipeline.look.eye; empty: nobody looks at the pictures.
+        keep_duplicates: what has the form, size and colours of another asset stays too.
     """
 
     library: Path
@@ -43,6 +52,9 @@ class Options:
     jobs: int = 0
     seconds: float = 0.0
     memory_bytes: int = 0
+    guards: Mapping[str, float] = field(default_factory=dict)
+    weights: str = ""
+    keep_duplicates: bool = False
 
 
 @dataclass(frozen=True)
@@ -71,9 +83,22 @@ class _Run:
 
     library: disk.Library
     mark: str
+    limits: Mapping[str, float]
     found: Sequence[Found | Refused]
     todo: list[Job] = field(default_factory=list)
     unread: unread.Names = field(default_factory=unread.Names)
+    order: dict[str, Source] = field(default_factory=dict)
+    rulings: dict[str, Ruling] = field(default_factory=dict)
+
+    def ruling(self, survey: Survey) -> Ruling:
+        """What a person decided about an input."""
+        return self.rulings.get(survey.sha256, NO_RULING)
+
+    def heard(self, answer: Survey | Rejected | Died) -> Survey | Rejected | Died:
+        """An answer with the category that a person decided, where one did."""
+        if not isinstance(answer, Survey) or not (name := self.ruling(answer).category):
+            return answer
+        return replace(answer, category=name, confidence=1.0, because=f"a person decided, in {review.NAME}")
 
     def refuse(self, one: Found | Refused, code: str, says: str) -> Event:
         """Remember an input that never became a bundle."""
@@ -91,34 +116,41 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
     Raises:
         UnknownId: the ordered category does not exist.
         OutputError: the library cannot be written to, or another run holds it.
-        CasaError: this machine cannot make assets: no worker starts, or none can draw.
+        CasaError: this machine cannot make assets: no worker starts, or none can draw; or it lacks the weights of CLIP.
     """
     known = registry.load()
+    if options.weights:
+        look.there(options.weights)
     if options.category:
         known.category(options.category)
     library = disk.Library(options.library)
+    bounds = {**known.limits, **options.guards}
     seconds = options.seconds or known.limits["input_seconds"]
     limits = Limits(seconds, options.memory_bytes or int(known.limits["input_memory_bytes"]))
     workers = options.jobs or len(os.sched_getaffinity(0))
     with library.locked(), writing(options.library):
         library.sweep()
         Store(library.cache).sweep()
+        rulings = review.rulings(library)
         try:
             with Pool(workers, limits, "casa_assets.pipeline.survey:warm") as pool:
                 found = list(find(roots, options.library))
-                run = _Run(library, recipe(known.limits, known.digest), found)
-                yield from _survey(run, pool, options)
-                yield from _work(run, pool)
+                run = _Run(library, recipe(bounds, known.digest), bounds, found, rulings=rulings)
+                events = chain(_survey(run, pool, options), _work(run, pool))
+                twins = Twins(library, run.mark, known.limits["alike_form"], run.order)
+                yield from events if options.keep_duplicates else twins.apart(events)
             run.unread.tidy(library)
-            books(library)
+            books(library, options.weights)
         finally:
             library.sweep()
 
 
-def books(library: disk.Library) -> None:
-    """Rewrite what is derived from the entries: the index and the attribution file."""
+def books(library: disk.Library, weights: str = "") -> None:
+    """Rewrite what is derived from the entries: the index, the attribution file, and what is said of them together."""
     index.rebuild(library)
     attribution.write(library)
+    review.write(library)
+    whole.look_over(library, look.eye(weights) if weights else None)
 
 
 def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, None]:
@@ -127,10 +159,15 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
     for row in (f for f in run.found if isinstance(f, Refused)):
         yield run.refuse(row, row.code, row.says)
     answers: dict[int, Survey | Rejected | Died] = {}
-    for number, answer in pool.run("casa_assets.pipeline.survey:survey", [(f, options.category) for f in inputs]):
-        answers[number] = answer
+    for number, answer in pool.run(
+        "casa_assets.pipeline.survey:survey", [(f, options.category, run.limits) for f in inputs]
+    ):
+        answers[number] = run.heard(answer)
     first: dict[str, str] = {}
     older = run.library.by_input()
+    for number, one in enumerate(inputs):
+        if isinstance(answer := answers[number], Survey):
+            run.order.setdefault(_name(answer), one.source)
     for number, one in enumerate(inputs):
         answer = answers[number]
         if isinstance(answer, Died):
@@ -142,19 +179,26 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
         else:
             first[answer.sha256] = one.source.path
             run.unread.is_readable(one)
-            yield from _due(run, one, answer, older, options.library)
+            yield from _due(run, one, answer, older, options)
 
 
-def _due(run: _Run, one: Found, survey: Survey, older: dict[str, tuple[Path, ...]], root: Path) -> Iterator[Event]:
+def _due(
+    run: _Run, one: Found, survey: Survey, older: dict[str, tuple[Path, ...]], options: Options
+) -> Iterator[Event]:
     """An event where the verdict on these bytes is known; else one more job."""
-    asset_id = f"{survey.category}_{survey.sha256[:10]}"
+    asset_id = _name(survey)
     entries = older.get(survey.sha256[:10], ())
-    known = verdict(entries, asset_id, run.mark)
-    if known is None:
-        run.todo.append(Job(one, survey, asset_id, root, entries))
+    ruling = run.ruling(survey)
+    known = verdict(entries, asset_id, ruled(run.mark, ruling))
+    if known is None or (options.keep_duplicates and known.code == COPY):
+        run.todo.append(Job(one, survey, asset_id, options.library, run.limits, entries, ruling))
     else:
         kept = Event("kept", len(run.found), one.source.path, asset_id, known.code, known.says)
         yield Event(**{**vars(kept), "was_rejected": not known.accepted, "warnings": known.warnings})
+
+
+def _name(survey: Survey) -> str:
+    return f"{survey.category}_{survey.sha256[:10]}"
 
 
 def _work(run: _Run, pool: Pool) -> Iterator[Event]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,8 +12,9 @@ from casa_assets import registry
 from casa_assets.errors import OutputError, Rejected
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.issue import Issue, Report
+from casa_assets.model.ruling import NO_RULING, Ruling
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.stage import recipe
+from casa_assets.pipeline.stage import recipe, ruled
 from casa_assets.pipeline.survey import Survey
 
 # What is wrong with the disk and not with an input. EFBIG: a quota set with `ulimit -f`.
@@ -25,14 +26,23 @@ class Job:
     """One input to be worked on, once its id is known.
 
     Attributes:
+        limits: those of the registry, with what this run changes of them.
         replaces: folders of older entries made from the same bytes; they go when this one is done.
+        ruling: what a person decided about it.
     """
 
     found: Found
     survey: Survey
     asset_id: str
     library: Path
+    limits: Mapping[str, float]
     replaces: tuple[Path, ...] = ()
+    ruling: Ruling = NO_RULING
+
+    @property
+    def mark(self) -> str:
+        """The recipe that it is made by."""
+        return ruled(recipe(self.limits, registry.load().digest), self.ruling)
 
 
 @dataclass(frozen=True)
@@ -64,14 +74,13 @@ def refuse(
     library: disk.Library, job: Job, error: Rejected, report: Report | None = None, picture: bytes | None = None
 ) -> None:
     """Remember a rejected input under rejected/."""
-    known = registry.load()
     staged = library.stage(job.asset_id)
     refusal = disk.Refusal(
         id=job.asset_id,
         code=error.code,
         says=error.says,
         category=job.survey.category,
-        recipe=recipe(known.limits, known.digest),
+        recipe=job.mark,
         sha256=job.survey.sha256,
         source=job.found.source,
         report=report,

@@ -8,10 +8,11 @@ from pathlib import Path
 from casa_assets.errors import OutputError
 from casa_assets.model.issue import Severity
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.alike.twins import stands
 from casa_assets.pipeline.job import Outcome
 
 # Reasons that lie in a run (its limits, the machine, a bug) and not in the input: the next run tries again.
-PASSING = frozenset({"RUN001", "RUN002", "RUN003", "RUN004", "RUN005"})
+PASSING = frozenset({"RUN001", "RUN002", "RUN003", "RUN004", "RUN005", "SRC015"})
 
 
 def verdict(entries: Sequence[Path], asset_id: str, mark: str) -> Outcome | None:
@@ -39,5 +40,7 @@ def _accepted(folder: Path, mark: str) -> Outcome | None:
 def _refused(folder: Path, mark: str) -> Outcome | None:
     refusal = disk.read_refusal(folder)
     if refusal.recipe != mark or refusal.code in PASSING:
+        return None
+    if refusal.twin and not stands(folder.parent.parent, refusal):
         return None
     return Outcome(False, refusal.code, refusal.says)

@@ -3,7 +3,7 @@
 library/
   <category>/<id>/      model.xml scene.xml meshes/ textures/ usd/ preview.png asset.json
   rejected/<id>/        reject.json and, where one could be made, preview.png
-  index.sqlite  ATTRIBUTION.md  report.html
+  index.sqlite  library.json  ATTRIBUTION.md  report.html
   .casa/                cache/ (results by content) staging/ (half-written, swept at the start) lock
 """
 
@@ -26,6 +26,7 @@ from casa_assets.model.asset import Asset
 from casa_assets.model.files import Files
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
+from casa_assets.model.signature import Signature
 from casa_assets.model.source import Source
 from casa_assets.pipeline.manifest import asset_from_manifest, manifest_of
 
@@ -58,6 +59,7 @@ class Certificate(Record):
         report: every check that ran, with its number; warnings included.
         summary: numbers for tables.
         files: path -> sha256 of everything in the folder but asset.json.
+        signature: what it is compared with others by; None where nothing of it is seen.
     """
 
     schema_version: Literal[1] = 1
@@ -67,10 +69,15 @@ class Certificate(Record):
     report: Report
     summary: Summary
     files: dict[str, str]
+    signature: Signature | None = None
 
 
 class Refusal(Record):
-    """What reject.json holds: which input, why, and what was known of it."""
+    """What reject.json holds: which input, why, and what was known of it.
+
+    Attributes:
+        twin: folder, relative to the library, of the asset that it is a copy of; empty where it is none.
+    """
 
     schema_version: Literal[1] = 1
     id: str
@@ -81,6 +88,7 @@ class Refusal(Record):
     sha256: str
     source: Source
     report: Report | None = None
+    twin: str = ""
 
 
 class Library:

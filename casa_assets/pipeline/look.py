@@ -1,13 +1,18 @@
-"""Pictures of a thing and names for it -> how well each name fits, by CLIP; where its weights lie on this machine."""
+"""Pictures and words -> numbers that can be compared, by CLIP; no other module knows such models."""
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import io
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from PIL import Image
 
 from casa_assets.errors import CasaError
@@ -17,6 +22,7 @@ from casa_assets.pipeline import library as disk
 from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
 
+Floats = npt.NDArray[np.float64]
 # Pictures (PNG) and names -> a share for each name; they add up to 1.
 Scorer = Callable[[Sequence[bytes], Sequence[str]], tuple[float, ...]]
 
@@ -51,40 +57,129 @@ SURE = 0.4
 # Where the file name of the weights says no architecture that open_clip knows.
 USUAL = "ViT-B-32"
 NO_WEIGHTS = "no weights of CLIP were given"
+# Ends of the names of files with weights.
+FILES = (".pt", ".pth", ".bin", ".safetensors")
+# A folder of weights has this beside them: what open_clip writes and what its models are published with.
+CONFIG = "open_clip_config.json"
+# What repositories of the hub are called that open_clip loads from.
+HUB = "hf-hub:"
+# Sentences that are read at once.
+BATCH = 64
 
 
-def scorer(weights: Path) -> Scorer:
+@dataclass(frozen=True)
+class Eye:
+    """A model that compares pictures with words.
+
+    Attributes:
+        name: what is said of it in reports. mark: digest of its weights, 64 hex digits.
+        sharpness: that cosines are multiplied with before they become shares.
+        see: pictures (PNG) -> (N, D) of length 1. hear: sentences -> (N, D) of length 1.
+    """
+
+    name: str
+    mark: str
+    sharpness: float
+    see: Callable[[Sequence[bytes]], Floats]
+    hear: Callable[[Sequence[str]], Floats]
+
+
+def there(weights: str) -> None:
+    """Say early that weights cannot be had. Raises CasaError: nothing of that name, or open_clip is not installed."""
+    place = Path(weights)
+    if place.is_dir() and not (place / CONFIG).is_file():
+        raise CasaError(f"{place}: holds no weights of CLIP: a folder of them has {CONFIG} beside them")
+    if not place.exists() and (place.suffix in FILES or place.is_absolute()):
+        raise CasaError(f"{place}: there are no weights of CLIP")
+    if importlib.util.find_spec("open_clip") is None:
+        says = "CLIP needs the packages open_clip_torch and torch, which are not installed here"
+        raise CasaError(f"{says}; pip install 'casa-assets[clip]'")
+
+
+def eye(weights: str) -> Eye:
     """CLIP with these weights, on the processor.
 
     Args:
-        weights: checkpoint of open_clip, on this machine; its name begins with that of the architecture, such as
-            `ViT-B-32-laion2b.pt`.
+        weights: a checkpoint of open_clip on this machine, its name beginning with that of the architecture, such as
+            `ViT-B-32-laion2b.pt`; or a folder that holds one with `open_clip_config.json`; or, to be downloaded
+            where it is not in the cache yet, `ViT-B-32/laion2b_s34b_b79k` or `hf-hub:...` as open_clip names them.
     Raises:
-        CasaError: the file is not there, or open_clip is not installed.
+        CasaError: there are none of that name, they cannot be loaded, or open_clip is not installed.
     """
-    if not weights.is_file():
-        raise CasaError(f"{weights}: there are no weights of CLIP; leave out --clip to name things without them")
-    if importlib.util.find_spec("open_clip") is None:
-        raise CasaError("--clip needs the packages open_clip_torch and torch, which are not installed here")
+    there(weights)
     import open_clip
     import torch
 
-    known = sorted((n for n in open_clip.list_models() if weights.name.startswith(n)), key=lambda n: (-len(n), n))
-    name = known[0] if known else USUAL
+    architecture, pretrained = _named(Path(weights), weights, open_clip)
     torch.manual_seed(0)
-    model, _, prepare = open_clip.create_model_and_transforms(name, pretrained=str(weights))
+    try:
+        # This one refuses to go on with weights drawn at random where it finds none.
+        model, prepare = open_clip.create_model_from_pretrained(architecture, pretrained=pretrained)
+        tokens = open_clip.get_tokenizer(architecture)
+    except Exception as error:  # whatever a broken file or a network that is not there raises
+        raise CasaError(f"{weights}: these weights of CLIP cannot be loaded: {error}".split("\n")[0]) from error
     model.eval()
-    tokens = open_clip.get_tokenizer(name)
 
-    def scores(pictures: Sequence[bytes], names: Sequence[str]) -> tuple[float, ...]:
+    def see(pictures: Sequence[bytes]) -> Floats:
         with torch.no_grad():
             stack = torch.stack([prepare(Image.open(io.BytesIO(p)).convert("RGB")) for p in pictures])
-            seen = model.encode_image(stack)
-            said = model.encode_text(tokens([PROMPT.format(n) for n in names]))
-            seen = seen / seen.norm(dim=-1, keepdim=True)
-            said = said / said.norm(dim=-1, keepdim=True)
-            logits = model.logit_scale.exp() * (seen @ said.T)
-            return tuple(round(float(s), 4) for s in logits.mean(dim=0).softmax(dim=-1))
+            return _unit(model.encode_image(stack).numpy())
+
+    def hear(sentences: Sequence[str]) -> Floats:
+        with torch.no_grad():
+            parts = [sentences[i : i + BATCH] for i in range(0, len(sentences), BATCH)]
+            return _unit(np.concatenate([model.encode_text(tokens(list(part))).numpy() for part in parts]))
+
+    return Eye(Path(weights).name, _mark(Path(weights), weights), float(model.logit_scale.exp()), see, hear)
+
+
+def _named(place: Path, words: str, open_clip: Any) -> tuple[str, str | None]:
+    """Architecture and weights as open_clip asks for them."""
+    if place.is_dir():
+        return f"local-dir:{place.resolve()}", None
+    if place.is_file():
+        known = sorted((n for n in open_clip.list_models() if place.name.startswith(n)), key=lambda n: (-len(n), n))
+        return (known[0] if known else USUAL), str(place)
+    if words.startswith(HUB):
+        return words, None
+    architecture, _, tag = words.partition("/")
+    if (architecture, tag) not in open_clip.list_pretrained():
+        tags = ", ".join(sorted(t for a, t in open_clip.list_pretrained() if a == architecture)[:5])
+        says = f"open_clip has of {architecture}: {tags}" if tags else "such as ViT-B-32/laion2b_s34b_b79k"
+        raise CasaError(f"{words}: there are no weights of CLIP of that name, neither a file nor a folder; {says}")
+    return architecture, tag
+
+
+def _mark(place: Path, words: str) -> str:
+    """Digest of the weights where they lie here, else of their name."""
+    whole = hashlib.sha256(b"" if place.exists() else words.encode())
+    for path in sorted(p for p in place.rglob("*") if p.is_file()) if place.is_dir() else [place] * place.is_file():
+        with path.open("rb") as file:
+            whole.update(hashlib.file_digest(file, "sha256").digest())
+    return whole.hexdigest()
+
+
+def _unit(rows: npt.NDArray[Any]) -> Floats:
+    values = rows.astype(np.float64)
+    unit: Floats = values / np.linalg.norm(values, axis=1, keepdims=True)
+    return unit
+
+
+def shares(seen: Floats, said: Floats, sharpness: float) -> Floats:
+    """(C,) how well each of (C, D) sentences fits (N, D) pictures of one thing, as shares that add up to 1."""
+    logits = sharpness * (seen @ said.T).mean(axis=0)
+    powers: Floats = np.exp(logits - logits.max())
+    parts: Floats = powers / powers.sum()
+    return parts
+
+
+def scorer(weights: Path) -> Scorer:
+    """A scorer with these weights, see `eye`. Raises CasaError as that does."""
+    model = eye(str(weights))
+
+    def scores(pictures: Sequence[bytes], names: Sequence[str]) -> tuple[float, ...]:
+        said = model.hear([PROMPT.format(n) for n in names])
+        return tuple(round(float(s), 4) for s in shares(model.see(pictures), said, model.sharpness))
 
     return scores
 
@@ -96,12 +191,12 @@ def kind_seen(asset: Asset, score: Scorer) -> tuple[str, float, str]:
         asset: under any category; its front faces -y.
     """
     kinds = list(WORDS)
-    shares = score(pictures(asset), list(WORDS.values()))
-    best = max(range(len(kinds)), key=lambda i: (shares[i], -i))
+    found = score(pictures(asset), list(WORDS.values()))
+    best = max(range(len(kinds)), key=lambda i: (found[i], -i))
     says = f"CLIP says {WORDS[kinds[best]]}"
-    if kinds[best] == "other" or shares[best] < SURE:
-        return "", shares[best], f"{says} at {shares[best]:.0%}, which names nothing"
-    return kinds[best], shares[best], says
+    if kinds[best] == "other" or found[best] < SURE:
+        return "", found[best], f"{says} at {found[best]:.0%}, which names nothing"
+    return kinds[best], found[best], says
 
 
 def pictures(asset: Asset) -> list[bytes]:
@@ -112,5 +207,9 @@ def pictures(asset: Asset) -> list[bytes]:
     """
     with tempfile.TemporaryDirectory() as folder:
         disk.write_files(Path(folder), mjcf.write(asset))
-        model = Path(folder) / "model.xml"
-        return [render(model, View(azimuth_deg=a, elevation_deg=e, size_px=PICTURE_PX, passes=4)) for a, e in VIEWS]
+        return pictures_of(Path(folder) / "model.xml")
+
+
+def pictures_of(model: Path) -> list[bytes]:
+    """The same of a thing that stands on disk as a model.xml."""
+    return [render(model, View(azimuth_deg=a, elevation_deg=e, size_px=PICTURE_PX, passes=4)) for a, e in VIEWS]

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from importlib.metadata import version
 
 from casa_assets.ingest.assemble import assemble
+from casa_assets.ingest.backs import backs
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collide import CollideParams, collide
 from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.grasp import grasp
 from casa_assets.ingest.load import load
 from casa_assets.ingest.mass import mass
 from casa_assets.ingest.orient import orient
@@ -23,6 +25,7 @@ from casa_assets.model.category import Category
 from casa_assets.model.issue import Issue
 from casa_assets.model.material import Substance
 from casa_assets.model.record import Record
+from casa_assets.model.ruling import NO_RULING, Ruling
 from casa_assets.model.source import Bundle, RawModel, Source, SourceKind
 
 
@@ -33,6 +36,7 @@ class Brief(Record):
         asset_id: name of the result. sha256: of the bundle.
         source: the source's own words. category, classes, substance: what the registry says of its kind.
         limits: numbers of registry/limits.yaml that the stages read.
+        ruling: what a person decided about this input.
     """
 
     asset_id: str
@@ -42,6 +46,12 @@ class Brief(Record):
     classes: tuple[str, ...]
     substance: Substance
     limits: dict[str, float]
+    ruling: Ruling = NO_RULING
+
+    @property
+    def generated(self) -> bool:
+        """Whether a text-to-3D generator made it."""
+        return self.source.kind is SourceKind.TEXT_TO_3D
 
 
 @dataclass(frozen=True)
@@ -72,16 +82,37 @@ def _collide(draft: Draft, brief: Brief) -> Draft:
     return collide(draft, brief.category, params)
 
 
+def _scale(draft: Draft, brief: Brief) -> Draft:
+    texts = [t for t in (brief.source.title, brief.source.prompt) if t]
+    slack = brief.limits["size_slack"]
+    return scale(draft, brief.category, slack, texts, brief.generated, brief.ruling.size_m)
+
+
+# Ratio up to which two estimates of a mass say the same.
+MASSES_AGREE = 2.0
 STAGES: tuple[Stage, ...] = (
-    Stage("orient", 2, lambda d, b: orient(d, b.category, b.source.kind is SourceKind.TEXT_TO_3D), ("numpy", "scipy")),
-    Stage("scale", 1, lambda d, b: scale(d, b.category, b.limits["size_slack"])),
+    Stage("orient", 3, lambda d, b: orient(d, b.category, b.generated, b.ruling), ("numpy", "scipy")),
+    Stage("scale", 2, _scale),
     Stage("simplify", 2, lambda d, b: simplify(d, int(b.limits["visual_faces"])), ("meshoptimizer",)),
     Stage("texture", 2, lambda d, b: texture(d, int(b.limits["texture_px"]), b.substance), ("pillow",)),
-    Stage("collide", 6, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
-    Stage("mass", 2, lambda d, b: mass(d, b.category, b.substance, b.limits["mass_range_slack"]), ("manifold3d",)),
+    Stage("collide", 7, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
+    Stage("mass", 3, lambda d, b: mass(d, b.category, b.substance, MASSES_AGREE, b.ruling.mass_kg), ("manifold3d",)),
+    Stage("grasp", 1, lambda d, b: grasp(d, b.category, b.limits["gripper_m"]), ("scipy",)),
+    Stage("backs", 1, lambda d, b: backs(d, b.category, b.limits["missing_side"]), ("scipy",)),
 )
 # `load` and `clean` come before, `assemble` after: they change the type.
-ENDS: Mapping[str, int] = {"load": 1, "clean": 2, "assemble": 3, "mjcf": 1, "usd": 1, "preview": 2, "checks": 1}
+ENDS: Mapping[str, int] = {
+    "load": 1,
+    "clean": 3,
+    "assemble": 4,
+    "mjcf": 1,
+    "usd": 1,
+    "preview": 2,
+    "checks": 2,
+    "signature": 1,
+}
+# Limits that turn inputs away and change nothing about those that pass: raising one remakes nothing.
+GATES = frozenset({"input_bytes", "input_faces", "input_seconds", "input_memory_bytes"})
 END_TOOLS = ("pillow", "lxml", "usd-core", "mujoco", "simready-foundation-tier-core")
 
 
@@ -95,8 +126,13 @@ def versions() -> dict[str, str]:
 
 def recipe(limits: Mapping[str, float], registry_digest: str) -> str:
     """sha256 over stage and tool versions, limits and registry: what another recipe made is out of date."""
-    text = json.dumps([versions(), dict(sorted(limits.items())), registry_digest], sort_keys=True)
+    text = json.dumps([versions(), _deciding(limits), registry_digest], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def ruled(mark: str, ruling: Ruling) -> str:
+    """The recipe of an input about which a person decided something: another decision makes it anew."""
+    return mark if ruling.is_empty else hashlib.sha256(f"{mark} {ruling.digest}".encode()).hexdigest()
 
 
 def build(
@@ -117,7 +153,7 @@ def build(
             start, draft = i + 1, Draft.from_json(data)
             break
     if draft is None:
-        draft = clean(raw(bundle, brief.limits))
+        draft = clean(raw(bundle, brief.limits), brief.category)
     for i in range(start, len(STAGES)):
         draft = STAGES[i].function(draft, brief)
         if STAGES[i].keep:
@@ -131,9 +167,15 @@ def raw(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     return load(bundle, limits)
 
 
+def _deciding(limits: Mapping[str, float]) -> dict[str, float]:
+    """Limits that change what comes out, sorted."""
+    return {name: value for name, value in sorted(limits.items()) if name not in GATES}
+
+
 def _keys(brief: Brief) -> list[str]:
     """Key of each stage's result: everything that came before is in it."""
-    inputs = brief.replace(asset_id="", source=Source(kind=brief.source.kind, path=""))
+    source = Source(kind=brief.source.kind, path="", title=brief.source.title, prompt=brief.source.prompt)
+    inputs = brief.replace(asset_id="", source=source, limits=_deciding(brief.limits))
     key = hashlib.sha256(json.dumps([inputs.digest, ENDS["load"], ENDS["clean"]]).encode()).hexdigest()
     keys = []
     for stage in STAGES:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from casa_assets import registry
@@ -26,12 +27,11 @@ def warm() -> None:
     registry.load()
 
 
-def survey(job: tuple[Found, str]) -> Survey | Rejected:
-    """Survey of an input; the second of the pair is a category that the user ordered, or empty."""
-    found, ordered = job
-    known = registry.load()
+def survey(job: tuple[Found, str, Mapping[str, float]]) -> Survey | Rejected:
+    """Survey of an input; then come a category that the user ordered, or nothing, and the limits of the run."""
+    found, ordered, limits = job
     try:
-        bundle = collect(found, known.limits)
+        bundle = collect(found, limits)
     except Rejected as error:
         return error
     category, confidence, because = categorise(found, ordered)

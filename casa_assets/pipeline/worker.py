@@ -24,8 +24,10 @@ from casa_assets.model.provenance import Guess
 from casa_assets.model.shape import Hull
 from casa_assets.model.source import Bundle
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.alike.signature import signature
 from casa_assets.pipeline.job import Halt, Job, Outcome, publish, refuse, writing
-from casa_assets.pipeline.stage import Brief, build, raw, recipe, versions
+from casa_assets.pipeline.review import doubts
+from casa_assets.pipeline.stage import Brief, build, raw, versions
 from casa_assets.pipeline.store import Store
 from casa_assets.preview.camera import View
 from casa_assets.preview.raw import render_model
@@ -68,7 +70,7 @@ def _work(job: Job) -> Outcome:
     bundle: Bundle | None = None
     report: Report | None = None
     try:
-        bundle = collect(job.found, known.limits)
+        bundle = collect(job.found, job.limits)
         if bundle.sha256 != job.survey.sha256:
             raise Rejected("RUN005", "the file changed while it was being read; run again")
         asset, notes = _asset(job, bundle, category, Store(library.cache))
@@ -76,12 +78,12 @@ def _work(job: Job) -> Outcome:
         if not report.passed:
             worst = report.errors[0]
             raise Rejected(worst.code, f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says)
-        disk.write_certificate(staged, asset, certificate(asset, report, staged, recipe(known.limits, known.digest)))
+        disk.write_certificate(staged, asset, certificate(asset, report, staged, job.mark))
         _read_back(asset, staged)
         publish(library, job, staged, library.folder(category.id, job.asset_id))
         return Outcome(True, warnings=tuple(i for i in report.issues))
     except Rejected as error:
-        refuse(library, job, error, report, None if bundle is None else _picture(bundle, staged, known.limits))
+        refuse(library, job, error, report, None if bundle is None else _picture(bundle, staged, job.limits))
         return Outcome(False, error.code, error.says)
 
 
@@ -103,13 +105,15 @@ def _asset(job: Job, bundle: Bundle, category: Category, store: Store) -> tuple[
         category=category,
         classes=known.classes_of(category),
         substance=known.substances[category.substance],
-        limits=dict(known.limits),
+        limits=dict(job.limits),
+        ruling=job.ruling,
     )
     asset, notes = build(bundle, brief, store.get, store.put)
     survey = job.survey
     guess = Guess(subject="category", value=category.id, confidence=round(survey.confidence, 2), because=survey.because)
     provenance = asset.provenance
-    return asset.replace(provenance=provenance.replace(guesses=(guess, *provenance.guesses))), notes
+    guesses = (guess, *provenance.guesses)
+    return asset.replace(provenance=provenance.replace(guesses=guesses)), (*notes, *doubts(guesses))
 
 
 def _write_and_check(asset: Asset, category: Category, staged: Path, notes: tuple[Issue, ...]) -> Report:
@@ -151,6 +155,7 @@ def certificate(asset: Asset, report: Report, staged: Path, recipe_digest: str) 
             faces=sum(len(v.mesh.faces) for k in asset.links for v in k.visuals),
         ),
         files=disk.sums(staged),
+        signature=signature(asset),
     )
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import re
 import struct
+import zipfile
 from enum import StrEnum
 from pathlib import PurePosixPath
 
@@ -28,7 +30,6 @@ _FOREIGN: tuple[tuple[bytes, str], ...] = (
     (b"\x89PNG\r\n\x1a\n", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
     (b"\x1f\x8b", "a gzip archive; unpack it"),
-    (b"PK\x03\x04", "a zip archive; unpack it"),
     (b"PK\x05\x06", "an empty zip archive"),
     (b"7z\xbc\xaf'\x1c", "a 7z archive; unpack it"),
     (b"version https://git-lfs", "a git-LFS pointer; run `git lfs pull` to fetch the file itself"),
@@ -60,10 +61,25 @@ def sniff(data: bytes, name: str) -> Format:
         return Format.GLB
     if _is_binary_stl(data):
         return Format.STL
+    if data.startswith(b"PK\x03\x04"):
+        raise _zip(data, name)
     for magic, what in _FOREIGN:
         if data.startswith(magic) and not (magic == b"OFF" and suffix_of(name) == ".obj"):
             raise Rejected(codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh")
     return _sniff_text(data, name)
+
+
+def _zip(data: bytes, name: str) -> Rejected:
+    """Archives are never unpacked here; one that would write outside its folder is called what it is."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members = [m.replace("\\", "/") for m in archive.namelist()]
+    except (zipfile.BadZipFile, ValueError, OSError, EOFError, struct.error, NotImplementedError):
+        members = []  # damaged: all that is known of it are its first bytes
+    if any(m.startswith("/") or m[1:2] == ":" or ".." in m.split("/") for m in members):
+        says = f"{name}: a zip archive with members that leave the folder it is unpacked into; do not unpack it"
+        return Rejected(codes.PATH_TRAVERSAL, says)
+    return Rejected(codes.WRONG_TYPE, f"{name}: this is a zip archive; unpack it, not a mesh")
 
 
 def _sniff_text(data: bytes, name: str) -> Format:

@@ -79,6 +79,7 @@ def read_lines(data: bytes, notes: Notes) -> ObjLines:
     for line in data.split(b"\n"):
         words = line.split(None, 1)
         if len(words) < 2:
+            out.bad_faces += words == [b"f"]
             continue
         key, rest = words
         table = tables.get(key)

@@ -27,6 +27,8 @@ FAR_UV = 1e6
 SHORT_NORMAL = 1e-6
 # Scans have a handful of zero normals at slivers; more than this share says that the column is worthless.
 MOST_BAD_NORMALS = 0.1
+# Steps of single precision, as a part of the size, from which a surface is visibly torn.
+COARSE = 2e-3
 
 
 @dataclass
@@ -56,7 +58,7 @@ def check_face_count(count: int, limits: Mapping[str, float], name: str) -> None
     """Raises Rejected TOO_LARGE where a file has more triangles than `input_faces`."""
     most = limits["input_faces"]
     if count > most:
-        says = f"{name}: {count} triangles, more than {most:.0f}; simplify the mesh first or raise input_faces"
+        says = f"{name}: {count} triangles, more than {most:.0f}; simplify the mesh first or raise --max-faces"
         raise Rejected(codes.TOO_LARGE, says)
 
 
@@ -93,7 +95,21 @@ def finish(
         if vertices:
             raise Rejected(codes.NO_FACES, f"{name}: {vertices} vertices but no triangle; export a surface mesh")
         raise Rejected(codes.NO_GEOMETRY, f"{name}: holds no mesh; export the object itself")
+    _remark_coarse(parts, notes)
     return RawModel(parts=tuple(parts), metres_per_unit=metres_per_unit, up=up, format=found.value)
+
+
+def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
+    """Far from the origin single precision has coarse steps; what was stored so is told by its numbers."""
+    low = np.min([part.mesh.vertices.min(axis=0) for part in parts], axis=0)
+    high = np.max([part.mesh.vertices.max(axis=0) for part in parts], axis=0)
+    extent, reach = float((high - low).max()), float(max(np.abs(low).max(), np.abs(high).max()))
+    step = float(np.spacing(np.float32(reach)))
+    if not step > COARSE * extent > 0.0:
+        return
+    if all(np.array_equal(p.mesh.vertices, p.mesh.vertices.astype(np.float32)) for p in parts):
+        says = f"it lies {reach:.3g} units off the origin, where coordinates come in steps of {step / extent:.1%} of it"
+        notes.add(codes.PRECISION_LOST, "vertices", says)
 
 
 def _usable_faces(rough: Rough) -> npt.NDArray[np.bool_]:

@@ -40,7 +40,7 @@ def collect(found: Found, limits: Mapping[str, float]) -> Bundle:
     collector.add_all(references(kind, data, clean(main)), found.main)
     if kind is Format.OBJ:
         collector.add_materials()
-    return Bundle(main=main, files=collector.files, notes=collector.notes.issues)
+    return Bundle(main=main, files=collector.files, notes=(*found.notes, *collector.notes.issues))
 
 
 class _Collector:

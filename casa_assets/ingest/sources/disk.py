@@ -60,16 +60,21 @@ def read_file(path: str, root: Path, most_bytes: float) -> bytes:
         Rejected: as `check_file`, and TOO_LARGE before anything is read.
     """
     name = clean(Path(shown(path)).name)
-    size = check_file(path, root).st_size
+    looked_at = check_file(path, root)
+    size = looked_at.st_size
     if size > most_bytes:
-        says = f"{name}: {size} bytes, more than the {max(0, int(most_bytes))} left of input_bytes; simplify it first"
+        says = f"{name}: {size} bytes, more than the {max(0, int(most_bytes))} left of --max-size; simplify it first"
         raise Rejected(codes.TOO_LARGE, says)
     try:
         # never blocks: what was a file at the check may be a pipe by now
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with os.fdopen(handle, "rb") as stream:
-            if not stat.S_ISREG(os.fstat(handle).st_mode):
+            opened = os.fstat(handle)
+            if not stat.S_ISREG(opened.st_mode):
                 raise Rejected(codes.NOT_A_FILE, f"{name}: no longer a regular file")
+            # A link that was put in its place meanwhile would lead anywhere.
+            if (opened.st_dev, opened.st_ino) != (looked_at.st_dev, looked_at.st_ino):
+                raise Rejected(codes.UNREADABLE, f"{name}: was exchanged while it was being opened; run again")
             return stream.read(size)
     except OSError as error:
         raise Rejected(codes.UNREADABLE, f"{name}: cannot be read ({error.strerror}); check the disk") from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from casa_assets.model.issue import Issue
 from casa_assets.model.source import Source
 
 
@@ -16,11 +17,13 @@ class Found:
         root: absolute folder that its references may not leave (the package, or the folder that the user named).
         main: main file, POSIX, relative to `root`.
         source: what its source says about it; `source.path` is relative to the folder that the user named.
+        notes: warnings about what was said of it.
     """
 
     root: Path
     main: str
     source: Source
+    notes: tuple[Issue, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import codecs
 import json
+import math
 import posixpath
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
-from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.licence import spdx
 from casa_assets.ingest.sources.package import Package
 from casa_assets.ingest.sources.rows import hints, parse_json, safe_id, word, words
+from casa_assets.model.issue import Issue
 from casa_assets.model.source import Source, SourceKind
 
 # Names that announce a manifest, whatever the state of its content.
 NAMES = frozenset({"manifest.jsonl", "manifest.json"})
+# Every row ends as an entry or a refusal of its own; a file of nothing but line ends must not make millions of them.
+MOST_ROWS = 250_000
+MOST_BROKEN_ROWS = 1000
 
 
 def read_lines(package: Package, name: str, is_named: bool) -> Iterator[Found | Refused]:
@@ -35,11 +41,19 @@ def read_lines(package: Package, name: str, is_named: bool) -> Iterator[Found | 
         return
     if not (is_named or name.lower() in NAMES or b'"file"' in data):
         return
-    text = data.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace")
     reader = _Rows(package, name)
-    for number, line in enumerate(text.splitlines() if "\n" not in text else text.split("\n"), start=1):
-        if line.strip():
-            yield reader.line(number, line)
+    filled = ((n, line) for n, line in enumerate(_lines(data.removeprefix(codecs.BOM_UTF8)), start=1) if line.strip())
+    yield from reader.bounded(reader.line(number, line.decode("utf-8", "replace")) for number, line in filled)
+
+
+def _lines(data: bytes) -> Iterator[bytes]:
+    """Lines one by one: a list of all of them could be many times larger than the file."""
+    end, start = b"\n" if b"\n" in data else b"\r", 0
+    while start <= len(data):
+        stop = data.find(end, start)
+        stop = len(data) if stop < 0 else stop
+        yield data[start:stop]
+        start = stop + 1
 
 
 def read_list(package: Package, name: str, is_named: bool) -> Iterator[Found | Refused]:
@@ -61,8 +75,7 @@ def read_list(package: Package, name: str, is_named: bool) -> Iterator[Found | R
             yield package.refuse(name, Rejected(codes.BAD_MANIFEST, says))
         return
     reader = _Rows(package, name)
-    for number, row in enumerate(rows, start=1):
-        yield reader.row(f"{name} row {number}", row)
+    yield from reader.bounded(reader.row(f"{name} row {number}", row) for number, row in enumerate(rows, start=1))
 
 
 class _Rows:
@@ -71,6 +84,18 @@ class _Rows:
     def __init__(self, package: Package, name: str) -> None:
         self._package, self._name = package, name
         self._ids: dict[str, str] = {}
+
+    def bounded(self, rows: Iterator[Found | Refused]) -> Iterator[Found | Refused]:
+        """The rows, until there are more, or more broken ones, than any honest manifest has."""
+        broken = 0
+        for number, one in enumerate(rows, start=1):
+            broken += isinstance(one, Refused) and one.code == codes.BAD_ROW
+            if number > MOST_ROWS or broken > MOST_BROKEN_ROWS:
+                most = f"{MOST_ROWS} rows" if number > MOST_ROWS else f"{MOST_BROKEN_ROWS} broken rows"
+                says = f"{clean(self._name)}: more than {most}; what follows was not read, split or mend the file"
+                yield self._package.refuse(self._name, Rejected(codes.BAD_MANIFEST, says))
+                return
+            yield one
 
     def line(self, number: int, line: str) -> Found | Refused:
         """One line of a `.jsonl` manifest."""
@@ -91,7 +116,7 @@ class _Rows:
             self._check_types(row, place)
             main = self._package.file(row.get("file"), place)
             self._ids[uid] = place
-            return self._package.found(main, _source(uid, main, row))
+            return replace(self._package.found(main, _source(uid, main, row)), notes=_remarks(place, row))
         except Rejected as error:
             return self._package.refuse(self._name, error)
 
@@ -101,6 +126,15 @@ class _Rows:
             if value is not None and not isinstance(value, str):
                 says = f"{place}: {key} {clean(repr(value), 40)} is not text; mend it"
                 raise Rejected(codes.BAD_ROW, says)
+
+
+def _remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
+    """Numbers that are none; nothing here is read from a number, but whoever wrote it meant something."""
+    notes = Notes()
+    for key, value in row.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            notes.add(codes.NUMBER_IGNORED, place, f"{clean(key, 40)!r} is {value}, which is no number; ignored")
+    return notes.issues
 
 
 def _source(uid: str, main: str, row: Mapping[str, object]) -> Source:

@@ -16,7 +16,7 @@ from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.source import Source
 
 # The largest index in the wild (Objaverse 1.0 object paths) is 80 MB unpacked.
-MOST_INDEX_BYTES = 256 * 1024 * 1024
+MOST_INDEX_BYTES = 128 * 1024 * 1024
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,8 @@ from casa_assets.ingest import codes
 from casa_assets.ingest.load.notes import clean
 
 MOST_CHARACTERS = 2000
+# Three bytes of JSON can make an object of a hundred; 800,000 pairs, as Objaverse lists them, are the largest known.
+MOST_VALUES = 5_000_000
 MOST_HINTS = 40
 _SAFE_ID = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,127}")
 
@@ -19,8 +21,11 @@ def parse_json(text: bytes | str, place: str) -> object:
     """JSON value; NaN, infinities and endless integers are read as None.
 
     Raises:
-        Rejected: BAD_ROW where it is broken or nested too deep.
+        Rejected: BAD_ROW where it is broken, nested too deep, or holds more values than any index needs.
     """
+    raw = text if isinstance(text, bytes) else text.encode("utf-8", "replace")
+    if sum(raw.count(mark) for mark in (b",", b"[", b"{")) > MOST_VALUES:
+        raise Rejected(codes.BAD_ROW, f"{place}: more than {MOST_VALUES} values; split the file")
     try:
         return json.loads(text, parse_constant=lambda _: None, parse_int=_whole)
     except RecursionError as error:

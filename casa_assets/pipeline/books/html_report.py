@@ -40,6 +40,7 @@ class Entry:
         warnings: issues that did not keep it out.
         results: one per check that ran.
         guesses: what was decided without being stated.
+        looks: what its pictures look like to a model, a sentence; empty where nobody looked.
         preview_png: the picture, empty where there is none. preview_path: of its file, relative to the folder.
     """
 
@@ -61,6 +62,7 @@ class Entry:
     warnings: tuple[Issue, ...] = ()
     results: tuple[CheckResult, ...] = ()
     guesses: tuple[Guess, ...] = ()
+    looks: str = ""
     preview_png: bytes = b""
     preview_path: str = ""
 
@@ -91,7 +93,11 @@ class RejectEntry:
 
 
 def html(
-    entries: Sequence[Entry], rejects: Sequence[RejectEntry], title: str, why: Mapping[str, str] | None = None
+    entries: Sequence[Entry],
+    rejects: Sequence[RejectEntry],
+    title: str,
+    why: Mapping[str, str] | None = None,
+    whole: str = "",
 ) -> str:
     """The page: assets by id, rejected inputs by path; the same records give the same page.
 
@@ -100,6 +106,7 @@ def html(
         rejects: inputs that were turned away.
         title: heading, plain text.
         why: code of a check to one line that says what it is for.
+        whole: HTML of the section on all assets together, see whole_section.
     """
     entries = sorted(entries, key=lambda e: e.id)
     rejects = sorted(rejects, key=lambda r: (r.path, r.code))
@@ -114,6 +121,7 @@ def html(
     return Template(_part("report.html")).substitute(
         title=markup.escape(title),
         summary=_tiles(entries, rejects),
+        whole=whole,
         style=_part("report.css"),
         script=_part("report.js"),
         data=_embedded(data),
@@ -172,6 +180,7 @@ def _asset(entry: Entry, number: dict[tuple[str, str], int]) -> dict[str, Any]:
         "uri": entry.uri,
         "warnings": [[i.code, i.pointer, i.says] for i in entry.warnings],
         "results": [[number[r.code, r.unit], int(r.passed), _short(r.number), _short(r.limit)] for r in entry.results],
+        "looks": entry.looks,
         "guesses": [[g.subject, g.value, _short(g.confidence), g.because] for g in entry.guesses],
         "files": [[label, _link(entry.folder, path)] for label, path in entry.files],
         "large": _link(entry.folder, entry.preview_path) if entry.preview_path else "",

@@ -136,7 +136,7 @@ function detail(a) {
   [["Category", a.category], ["Size", size(a.size) + " cm"], ["Mass", mass(a.mass)],
     ["Colliders", a.colliders + (a.hull ? ", at most " + a.hull + " vertices each" : "")],
     ["Faces", show(a.faces)], ["Title", a.title], ["Author", a.author], ["Licence", a.licence],
-    ["Source", a.source + ": " + a.path], ["Address", a.uri]].forEach(function (pair) {
+    ["Source", a.source + ": " + a.path], ["Address", a.uri], ["By its pictures", a.looks]].forEach(function (pair) {
     if (pair[1]) { terms.append(make("dt", { text: pair[0] }), make("dd", { text: pair[1] })); }
   });
   const links = make("div", { "class": "links" }, ...a.files.map(function (file) {

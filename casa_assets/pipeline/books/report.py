@@ -6,12 +6,16 @@ import os
 from pathlib import Path
 
 from casa_assets import registry
+from casa_assets.checks.alike import in_words
 from casa_assets.checks.table import TABLE
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.books import html_report
+from casa_assets.pipeline.alike import whole
+from casa_assets.pipeline.books import html_report, whole_section
 from casa_assets.pipeline.books.entry import Entry, entries
 
 PICTURE = "preview.png"
+# What to do where a reason says nothing about it.
+LOOK = "Look at the picture and the numbers, and mend the mesh."
 
 
 def write(root: Path, target: Path) -> Path:
@@ -21,9 +25,12 @@ def write(root: Path, target: Path) -> Path:
         OutputError: an entry of the library is damaged.
     """
     rows = list(entries(disk.Library(root)))
-    accepted = [_accepted(e, root, target.parent) for e in rows if e.accepted]
+    told = whole.read(root)
+    accepted = [_accepted(e, root, target.parent, told) for e in rows if e.accepted]
     refused = [_refused(e, root) for e in rows if not e.accepted]
-    page = html_report.html(accepted, refused, root.resolve().name, {c.code: c.why for c in TABLE})
+    why = {c.code: c.why for c in TABLE}
+    on_all = whole_section.section(told.report, why, told.weights) if told else ""
+    page = html_report.html(accepted, refused, root.resolve().name, why, on_all)
     target.parent.mkdir(parents=True, exist_ok=True)
     fresh = target.with_name(f".{target.name}.{os.getpid()}")
     fresh.write_text(page, encoding="utf-8")
@@ -31,9 +38,10 @@ def write(root: Path, target: Path) -> Path:
     return target
 
 
-def _accepted(entry: Entry, root: Path, page: Path) -> html_report.Entry:
+def _accepted(entry: Entry, root: Path, page: Path, told: whole.Whole | None) -> html_report.Entry:
     assert entry.summary is not None, "accepted entries have one"
     folder = root / entry.path
+    seen = told.seen.get(entry.id) if told else None
     files = (
         ("MJCF", "model.xml"),
         ("scene", "scene.xml"),
@@ -59,6 +67,7 @@ def _accepted(entry: Entry, root: Path, page: Path) -> html_report.Entry:
         warnings=entry.warnings,
         results=entry.results,
         guesses=entry.guesses,
+        looks=in_words(whole.likeness(entry.id, seen)) if seen and seen.content == entry.digest else "",
         preview_png=(folder / PICTURE).read_bytes(),
         preview_path=PICTURE,
     )
@@ -67,14 +76,16 @@ def _accepted(entry: Entry, root: Path, page: Path) -> html_report.Entry:
 def _refused(entry: Entry, root: Path) -> html_report.RejectEntry:
     known = registry.load().rejections.get(entry.code)
     why = {c.code: c.why for c in TABLE}.get(entry.code, "")
+    # What a check says ends with what to do.
+    fault, _, mend = entry.says.partition("; ")
     picture = root / entry.path / PICTURE
     return html_report.RejectEntry(
         path=entry.source_path,
         source=entry.source,
         code=entry.code,
         meaning=known.meaning if known else why,
-        reason=entry.says,
-        mend=known.mend if known else "Look at the picture and the numbers, and mend the mesh.",
+        reason=entry.says if known or not mend else f"{fault}.",
+        mend=known.mend if known else f"{mend[:1].upper()}{mend[1:]}." if mend else LOOK,
         category=entry.category,
         results=entry.results,
         picture_png=picture.read_bytes() if picture.exists() else b"",

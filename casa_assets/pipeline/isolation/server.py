@@ -23,9 +23,14 @@ import traceback
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any, NoReturn
 
 MESSAGE_BYTES = 65536
+# Where all workers together want more than the machine has, the kernel is to end one of them and not the run.
+# Ref: proc(5), /proc/pid/oom_score_adj: 0 is usual, 1000 goes first.
+OOM_SCORE = 500
+OOM_FILE = Path("/proc/self/oom_score_adj")
 PR_SET_PDEATHSIG = 1  # Ref: prctl(2)
 
 
@@ -166,6 +171,8 @@ def _worker(channel: Connection, server: int) -> NoReturn:
 
 def _answer(function: str, job: Any, limits: Limits) -> Any:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    with suppress(OSError):
+        OOM_FILE.write_text(str(OOM_SCORE), encoding="ascii")
     # Address space would count what drivers and thread arenas merely reserve, which is much on a machine of many cores.
     resource.setrlimit(resource.RLIMIT_DATA, (limits.memory_bytes, limits.memory_bytes))
     try:

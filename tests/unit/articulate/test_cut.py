@@ -12,7 +12,7 @@ from casa_assets.articulate.cut import cut, find_shell
 from casa_assets.articulate.fragments import fragment_labels
 from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.infer import infer
-from casa_assets.articulate.plan import Articulation, Edge, PartKind
+from casa_assets.articulate.plan import Articulation, Edge, PartKind, PartPlan
 from casa_assets.articulate.shells import opened
 from casa_assets.articulate.soup import Soup, soup_of
 from casa_assets.model.joint import JointKind
@@ -72,6 +72,42 @@ def test_a_fused_oven_has_a_door_that_folds_down_and_a_knob() -> None:
     assert door.joint.kind is JointKind.HINGE
     assert door.joint.edge is Edge.BOTTOM
     assert len(door.grip)
+
+
+def test_a_drawer_over_two_doors_without_a_seam_ends_as_far_below_its_handle_as_it_begins_above() -> None:
+    bars = [((0.2, -0.075, 0.69), (0.4, -0.055, 0.71)), ((0.25, -0.075, 0.25), (0.27, -0.055, 0.4))]
+    bars += [((0.33, -0.075, 0.25), (0.35, -0.055, 0.4))]
+    feet = [
+        ((x - 0.006, -0.06, z - 0.006), (x + 0.006, -0.02, z + 0.006))
+        for x, z in ((0.22, 0.7), (0.38, 0.7), (0.26, 0.27), (0.26, 0.38), (0.34, 0.27), (0.34, 0.38))
+    ]
+    solids = [((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)), ((0.0, -0.03, 0.0), (0.6, 0.01, 0.8)), *bars, *feet]
+    placed, found = placed_of(fused(*(box(a, b) for a, b in solids)))
+    assert len(found.parts) == 3
+    unit = float(np.linalg.norm([0.6, 0.625, 0.8]))
+    drawer = max(found.parts, key=lambda p: float(placed.points[placed.faces[p.faces]][..., 2].mean()))
+    middles = placed.points[placed.faces[drawer.faces]].mean(axis=1)
+    assert float(middles[:, 2].min()) * unit + 0.4 == pytest.approx(0.6, abs=0.04)
+
+
+def knobbed(*places: tuple[float, float]) -> list[PartPlan]:
+    """What is found on a plain body with a plain front before it, and knobs at some places (x, z) of that."""
+    body = [box((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)), box((0.0, -0.03, 0.0), (0.6, 0.01, 0.8))]
+    placed, found = placed_of(fused(*body, *(disc((x, -0.06, z), 0.02, 0.04) for x, z in places)))
+    return sorted(found.parts, key=lambda p: float(np.mean(placed.points[placed.faces[p.faces]][..., 2])))
+
+
+def test_knobs_one_above_the_other_draw_fronts_without_a_seam() -> None:
+    parts = knobbed((0.3, 0.13), (0.3, 0.4), (0.3, 0.67))
+    assert [p.kind for p in parts] == [PartKind.DRAWER] * 3
+    assert all(len(p.grip) for p in parts)
+    sizes = np.array([len(p.faces) for p in parts])
+    assert sizes.min() > 0.7 * sizes.max()
+
+
+def test_knobs_in_a_row_are_controls_and_split_nothing() -> None:
+    parts = knobbed((0.15, 0.7), (0.3, 0.7), (0.45, 0.7))
+    assert not [p for p in parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
 
 
 def test_the_door_ends_at_the_gap_over_it() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from casa_assets.articulate import raster
 from casa_assets.articulate.pieces import BACK, FRONT, LEFT, SIDES, TOP
 from casa_assets.articulate.raster import draw
 from tests.unit.articulate.blocks import box, together
@@ -42,3 +43,13 @@ def test_two_triangles_cover_a_pixel_grid_once() -> None:
         picture = draw(vertices, np.array([[0, 1, 2], [0, 2, 3]]), SIDES[FRONT], 128)
         area = float((picture.face >= 0).sum()) * picture.pixel**2
         assert area == pytest.approx(4.0, rel=0.02)
+
+
+def test_the_picture_does_not_depend_on_how_much_is_written_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    vertices, faces, _ = together(box((0, 0, 0), (2, 1, 4)), box((0.3, -0.4, 1.1), (1.1, 0.2, 2.7)))
+    turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    whole = draw(vertices @ turn.T, faces, SIDES[FRONT], 64)
+    monkeypatch.setattr(raster, "CHUNK", 150)
+    parted = draw(vertices @ turn.T, faces, SIDES[FRONT], 64)
+    assert (whole.face == parted.face).all()
+    assert (whole.depth == parted.depth).all()

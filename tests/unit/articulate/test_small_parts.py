@@ -70,6 +70,18 @@ def test_the_lever_becomes_a_part_that_slides() -> None:
     assert set(owner[lever.faces].tolist()) == {5}
 
 
+def test_a_slot_that_falls_back_in_stairs_has_their_slope() -> None:
+    steps = 20
+    parts = [box((0.0, 0.06, 0.0), (0.3, 0.3, 0.3))]
+    for k in range(steps):
+        low, high, y = 0.3 * k / steps, 0.3 * (k + 1) / steps, 0.003 * k
+        parts += [box((0.0, y, low), (0.145, 0.06, high)), box((0.155, y, low), (0.3, 0.06, high))]
+    parts += [box((0.145, 0.0, 0.0), (0.155, 0.06, 0.06))]
+    levers, _ = levers_in([*parts, box((0.13, 0.01, 0.24), (0.17, 0.044, 0.25))])
+    lever = max(levers, key=lambda v: float(v.control.middle[1]))
+    assert lever.way[2] / lever.way[1] == pytest.approx(0.2, abs=0.05)
+
+
 def test_without_a_slot_it_is_no_lever() -> None:
     block = box((0.0, 0.0, 0.0), (0.3, 0.3, 0.25))
     assert levers_in([block, box((0.13, -0.03, 0.18), (0.17, -0.005, 0.19))])[0] == []
@@ -91,6 +103,27 @@ def test_a_knob_on_a_slope_turns_about_the_normal_of_its_cap() -> None:
     slope = np.radians(15.0)
     for part in found.parts:
         assert np.abs(np.array(part.joint.axis) @ [0, -np.cos(slope), -np.sin(slope)]) > 0.9999
+
+
+def test_a_cap_that_leans_away_from_its_ground_is_no_axis() -> None:
+    parts = [box((0, 0, 0), (0.5, 0.4, 0.3))]
+    parts += [turned(disc((x, -0.018, 0.15), 0.02, 0.03), 35.0, (x, 0.0, 0.15)) for x in (0.1, 0.25, 0.4)]
+    found, _ = found_in(parts)
+    assert len(found.parts) == 3
+    for part in found.parts:
+        assert np.abs(part.joint.axis) == pytest.approx((0, 1, 0))
+
+
+def test_one_of_a_row_of_knobs_need_not_be_round() -> None:
+    knobs = [disc((x, -0.02, 0.15), 0.02, 0.02) for x in (0.1, 0.2, 0.3, 0.4)]
+    found, _ = found_in([box((0, 0, 0), (0.6, 0.4, 0.3)), *knobs, box((0.48, -0.02, 0.13), (0.52, 0.0, 0.17))])
+    assert [p.kind for p in found.parts] == [PartKind.KNOB] * 5
+
+
+def test_a_round_one_in_a_row_of_keys_is_a_key() -> None:
+    keys = [box((x, -0.008, 0.14), (x + 0.03, 0.0, 0.164)) for x in (0.1, 0.2, 0.3, 0.4)]
+    found, _ = found_in([box((0, 0, 0), (0.6, 0.4, 0.3)), *keys, disc((0.5, -0.008, 0.152), 0.0135, 0.008)])
+    assert [p.kind for p in found.parts] == [PartKind.BUTTON] * 5
 
 
 def test_a_pin_is_pushed_and_a_knob_is_turned() -> None:

@@ -14,7 +14,7 @@ from casa_assets.articulate.pieces import BOTTOM, FRONT, LEFT, SIDES, TOP, Piece
 from casa_assets.articulate.sides import look
 from casa_assets.articulate.soup import soup_of
 from casa_assets.articulate.trial import TRIALS, axes_of, tried, turned
-from tests.unit.articulate.blocks import Part, box, drawers, microwave, together
+from tests.unit.articulate.blocks import Part, box, carcass, drawers, microwave, together
 
 PIXELS = 128
 
@@ -60,6 +60,36 @@ def test_a_candidate_upside_down_or_sideways_finds_less() -> None:
     assert right["nothing"] == 0.0
     assert aside["drawers"] == 0.0
     assert aside["nothing"] == 1.0
+
+
+def test_a_front_that_may_be_drawn_has_no_box_without_one() -> None:
+    parts = carcass(0.6, 0.5, 0.6)
+    for z in (0.0, 0.3):
+        parts += [box((0.0, -0.02, z), (0.6, 0.0, z + 0.295)), box((0.2, -0.05, z + 0.14), (0.4, -0.035, z + 0.155))]
+    bare = dict(zip(TRIALS, tried(pieces_of(*parts), FRONT, TOP), strict=True))
+    whole_ = dict(zip(TRIALS, tried(whole("drawers"), FRONT, TOP), strict=True))
+    assert bare["unboxed"] == pytest.approx(np.log1p(2))
+    assert bare["boxed"] == 0.0
+    assert whole_["unboxed"] == 0.0
+    assert whole_["boxed"] == pytest.approx(np.log1p(2))
+
+
+def test_another_material_in_the_same_plane_is_detail() -> None:
+    vertices, faces, _ = together(
+        box((0, 0, 0), (0.6, 0.4, 0.3)),
+        box((0.05, 0.0, 0.05), (0.3, 0.01, 0.25)),
+        box((0.4, 0.0, 0.05), (0.5, 0.01, 0.1)),
+    )
+    # The windows lie a hair before the box, so that they are what is seen.
+    vertices[8:, 1] -= 1e-4
+    details = []
+    for tint in (np.zeros(len(faces), dtype=np.int64), np.repeat(np.arange(3), 12)):
+        soup = soup_of(vertices, faces, tint)
+        frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
+        placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+        details.append(look(measure(placed, fragment_labels(placed), PIXELS), FRONT).detail)
+    assert details[0] == 0.0
+    assert details[1] > 0.02
 
 
 def test_what_stands_on_legs_does_so_on_its_bottom_alone() -> None:

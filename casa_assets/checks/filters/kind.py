@@ -1,0 +1,75 @@
+"""Filters of what a thing is said to be: its kind is known, its proportions and opening are those of its kind."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.checks.built import is_loose_mesh
+from casa_assets.checks.check import Measured
+from casa_assets.checks.filters.skin import skin
+from casa_assets.checks.package import Package
+from casa_assets.geometry.hull import hull_volume
+from casa_assets.geometry.voxel import voxelise
+from casa_assets.geometry.water import water
+from casa_assets.model.category import Affordance, Build, Category, Upright
+
+Floats = npt.NDArray[np.float64]
+
+# The category of what nobody could name.
+UNKNOWN = "object"
+# Cubes along the longest side in which it is looked for what an opening holds.
+CELLS = 64
+
+
+def is_of_known_kind(package: Package, limit: float | None) -> Measured:
+    """Somebody or something has said what it is, so that a size and a mass can be expected of it."""
+    if not is_loose_mesh(package.asset) or package.category.id != UNKNOWN:
+        return Measured()
+    says = "nobody says what it is, so that no size, pose or mass could be expected; name its category"
+    return Measured(None, (("labels/category", says),))
+
+
+def has_usual_proportions(package: Package, limit: float | None) -> Measured:
+    """The number is the least factor by which some side leaves the range of its category, whatever its scale."""
+    found = skin(package.asset)
+    if found is None or package.category.id == UNKNOWN:
+        return Measured()
+    size = np.ptp(found.seen.samples, axis=0)
+    number = misfit(size, package.category)
+    have = " x ".join(f"{v / size.max():.2g}" for v in size)
+    says = f"is {have} in proportion; none of the sizes of a {package.category.id} is like that: look at what it is"
+    return Measured(number, (("labels/category", says),) if number > _number(limit) else ())
+
+
+def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
+    """The number is the share of its hull in which a vessel, as it stands, holds water."""
+    found, category = skin(package.asset), package.category
+    if found is None or category.build is not Build.VESSEL or not category.can(Affordance.CONTAINER):
+        return Measured()
+    grid = voxelise(found.points, found.faces, CELLS)
+    held = int(water(grid.solid).sum()) * grid.cell**3
+    share = held / hull_volume(found.points)
+    says = f"holds nothing as it stands ({share:.1%} of its hull), though a {category.id} is open"
+    problem = (("links/object/visuals", f"{says}; look at its pose, and for a lid"),)
+    return Measured(share, problem if share < _number(limit) else ())
+
+
+def misfit(size: Floats, category: Category) -> float:
+    """The least factor by which a side of a thing of (3,) `size`, at its best scale, leaves its range; 1 within all.
+
+    Which of the two level sides is the longer one does not matter, nor, for what has no pose, which side is up.
+    """
+    spans = category.extents
+    low, high = np.array([s.low for s in spans]), np.array([s.high for s in spans])
+    rows = slice(0, 3 if category.upright is Upright.ANY else 2)
+    have, low, high = np.array(size, dtype=np.float64), low.copy(), high.copy()
+    for values in (have, low, high):
+        values[rows] = np.sort(values[rows])
+    have = np.maximum(have, 1e-9)
+    return float(np.exp(max(0.0, (np.log(low / have).max() - np.log(high / have).min()) / 2)))
+
+
+def _number(limit: float | None) -> float:
+    assert limit is not None, "the row of this check names a limit"
+    return limit

@@ -1,0 +1,52 @@
+"""Filter of a library: what is far larger or smaller than the others of its category."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.checks.check import Measured
+
+# With fewer of a kind there is no telling which one is odd.
+FEWEST = 5
+# What the sizes of a category scatter by at least, as a ratio: mugs of a set differ by as much.
+LEAST_SCATTER = 1.1
+# So many mean deviations of a normal distribution are one standard deviation.
+NORMAL = 1.4826
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How large the assets of a library are.
+
+    Attributes:
+        rows: (id, category, longest side in metres) of each.
+    """
+
+    rows: tuple[tuple[str, str, float], ...]
+
+
+def are_like_the_others(sizes: Sizes, limit: float | None) -> Measured:
+    """The number is how many robust deviations the longest side of the oddest one is from the median of its category.
+
+    Ref: Iglewicz and Hoaglin 1993, the modified z score, here of logarithms; they call outliers what is beyond 3.5.
+    """
+    assert limit is not None, "the row of this check names a limit"
+    of: dict[str, list[tuple[str, float]]] = {}
+    for name, category, longest in sizes.rows:
+        of.setdefault(category, []).append((name, longest))
+    worst: float | None = None
+    problems = []
+    for category, members in sorted(of.items()):
+        if len(members) < FEWEST:
+            continue
+        logs = np.log([longest for _, longest in members])
+        middle = float(np.median(logs))
+        scatter = max(NORMAL * float(np.median(np.abs(logs - middle))), float(np.log(LEAST_SCATTER)))
+        for (name, longest), off in zip(members, np.abs(logs - middle) / scatter, strict=True):
+            worst = max(float(off), worst or 0.0)
+            if off > limit:
+                says = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
+                problems.append((name, f"{says}; look at its unit and its category"))
+    return Measured(worst, tuple(problems))

@@ -1,0 +1,162 @@
+"""Filters of surfaces: see-through, a side missing, wound both ways, flat cards, parts that stand apart, a ground."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from casa_assets.checks.check import Measured
+from casa_assets.checks.filters.skin import Skin, skin
+from casa_assets.checks.package import Package
+from casa_assets.geometry.topology import edge_counts
+from casa_assets.model.asset import Asset
+from casa_assets.model.category import Build, Category, Upright
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+
+# A piece thinner than this part of its own width is flat.
+FLAT = 0.005
+# The share of a flat piece that is seen from both sides, from which on it is a card and no side of a box.
+TWO_SIDED = 0.3
+# Parts stand apart where no cube of this part of the longest side, nor a neighbour of it, joins them.
+APART = 0.03
+# What reaches over less than this part of the longest side is a crumb and no part.
+LARGE = 0.3
+# The lowest part of the height in which a ground lies, and where what stands on it begins.
+GROUND, ABOVE = 0.04, 0.12
+# So many times broader for its height than a usual one of its category a thing is that stands on a ground.
+BROADER = 1.5
+
+
+def is_opaque(asset: Asset, limit: float | None) -> Measured:
+    """The number is the share of what is seen from all around that shows backs of faces, which viewers leave out."""
+    found = skin(asset)
+    if found is None:
+        return Measured()
+    share = float(found.seen.behind.mean())
+    says = f"{share:.1%} of what is seen are backs of faces; close the holes, or give the walls a thickness"
+    return Measured(share, (("links/object/visuals", says),) if share > _number(limit) else ())
+
+
+def has_all_sides(package: Package, limit: float | None) -> Measured:
+    """The number is the share of the outline of a full thing that shows backs of faces from where it shows most."""
+    found = skin(package.asset)
+    if found is None or package.category.build not in (Build.SOLID, Build.FILLED):
+        return Measured()
+    worst = int(found.seen.behind.argmax())
+    share, sight = float(found.seen.behind[worst]), found.seen.away[worst]
+    says = f"seen from {_side(-sight)} {share:.0%} of it is an open hollow, and a {package.category.id} is full"
+    problem = (("links/object/visuals", f"{says}; close that side"),)
+    return Measured(share, problem if share > _number(limit) else ())
+
+
+def winds_one_way(asset: Asset, limit: float | None) -> Measured:
+    """The number is the share of the length of inner edges whose two faces wind against each other."""
+    found = skin(asset)
+    if found is None:
+        return Measured()
+    ends, uses, balance = edge_counts(found.faces)
+    length = np.linalg.norm(found.points[ends[:, 0]] - found.points[ends[:, 1]], axis=1)
+    inner = length[uses == 2].sum()
+    share = float(length[(uses == 2) & (balance != 0)].sum() / inner) if inner > 0 else 0.0
+    says = f"neighbours face opposite ways along {share:.1%} of the edges; make the winding consistent"
+    return Measured(share, (("links/object/visuals", says),) if share > _number(limit) else ())
+
+
+def is_no_card(asset: Asset, limit: float | None) -> Measured:
+    """The number is the share of what is seen that lies on flat cards: sheets that are seen from both sides."""
+    found = skin(asset)
+    if found is None:
+        return Measured()
+    seen = found.seen.front | found.seen.back
+    piece = found.piece[found.seen.face]
+    cards = [k for k in np.flatnonzero(_flat(found)) if _is_card(found, piece == k)]
+    share = float(np.isin(piece[seen], cards).mean()) if seen.any() else 0.0
+    says = f"{share:.0%} of what is seen are flat cards, which vanish from the side; model it in the round"
+    return Measured(share, (("links/object/visuals", says),) if share > _number(limit) else ())
+
+
+def hangs_together(asset: Asset, limit: float | None) -> Measured:
+    """The number is how many large parts stand apart from each other; a rigid thing is one."""
+    found = skin(asset)
+    if found is None:
+        return Measured()
+    count = _parts(found)
+    says = f"{count} large parts stand apart, though they move as one; give each object a file of its own, or join them"
+    return Measured(float(count), (("links/object/visuals", says),) if count > _number(limit) else ())
+
+
+def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
+    """The number is how many times wider its lowest layer is than all above it, both ways, where that is unusual."""
+    found = skin(package.asset)
+    if found is None or package.category.upright is not Upright.STANDS or package.category.fixed:
+        return Measured()
+    points = found.seen.samples
+    height = points[:, 2] - points[:, 2].min()
+    tall = float(height.max())
+    low, above = points[height <= GROUND * tall], points[height >= ABOVE * tall]
+    if not len(above) or not len(low) or _is_usually_so_wide(points, package.category):
+        return Measured()
+    wide = np.ptp(low[:, :2], axis=0) / np.maximum(np.ptp(above[:, :2], axis=0), 1e-9)
+    number = float(wide.min())
+    says = f"stands on a ground that is {number:.1f} times wider than itself; export it without"
+    return Measured(number, (("links/object/visuals", says),) if number > _number(limit) else ())
+
+
+def _number(limit: float | None) -> float:
+    assert limit is not None, "the row of this check names a limit"
+    return limit
+
+
+def _side(toward: Floats) -> str:
+    """Where one stands who sees it from there."""
+    names = ("the right", "behind", "above"), ("the left", "the front", "below")
+    axis = int(np.abs(toward).argmax())
+    return names[0 if toward[axis] > 0 else 1][axis]
+
+
+def _flat(found: Skin) -> Mask:
+    """(C,) which pieces are flat."""
+    count = int(found.piece.max()) + 1
+    flat = np.zeros(count, dtype=bool)
+    order = np.argsort(found.piece, kind="stable")
+    for k, rows in enumerate(np.split(order, np.cumsum(np.bincount(found.piece, minlength=count))[:-1])):
+        corners = found.points[found.faces[rows]].reshape(-1, 3)
+        _, axes = np.linalg.eigh(np.cov(corners.T))
+        thin, wide, _ = np.ptp(corners @ axes, axis=0)
+        flat[k] = thin <= FLAT * wide
+    return flat
+
+
+def _is_card(found: Skin, rows: Mask) -> bool:
+    """Whether a flat piece is seen from both sides, by its back or because it has faces to both."""
+    front, back = found.seen.front[rows], found.seen.back[rows]
+    if not (front | back).any():
+        return False
+    faces = found.faces[np.unique(found.seen.face[rows])]
+    corners = found.points[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    both_ways = bool((normals @ normals[int(np.linalg.norm(normals, axis=1).argmax())] < 0).any())
+    return float((front & back).mean()) > TWO_SIDED or (both_ways and float(front.mean()) > 2 * TWO_SIDED)
+
+
+def _parts(found: Skin) -> int:
+    """How many groups of cubes that the surface passes through reach far."""
+    samples = found.seen.samples
+    cell = APART * found.longest
+    at = np.floor((samples - samples.min(axis=0)) / cell).astype(np.int64)
+    cubes = np.zeros(at.max(axis=0) + 1, dtype=bool)
+    cubes[tuple(at.T)] = True
+    label, _ = ndimage.label(cubes, np.ones((3, 3, 3)))
+    boxes = ndimage.find_objects(label)
+    return sum(max(s.stop - s.start for s in box) * APART > LARGE for box in boxes)
+
+
+def _is_usually_so_wide(points: Floats, category: Category) -> bool:
+    """Whether a usual thing of the category is nearly as broad for its height as this one."""
+    size = np.ptp(points, axis=0)
+    x, y, z = (side.typical for side in category.extents)
+    return category.id != "object" and float(size[:2].max()) / float(size[2]) <= BROADER * max(x, y) / z

@@ -1,0 +1,95 @@
+"""Where a hand can take the thing: its body, its rim or its handle, each with the width that fingers open to."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.geometry.pinch import Pinch, pinches
+from casa_assets.geometry.topology import weld
+from casa_assets.ingest.draft import Draft
+from casa_assets.model.category import Build, Category, Front
+from casa_assets.model.grasp import Grasp, Hold
+
+Floats = npt.NDArray[np.float64]
+
+# A rim is no thicker than this and this near to the top, metres, and is taken from within so many degrees of above.
+RIM_THICK, RIM_DEEP = 0.015, 0.035
+FROM_ABOVE = 0.7
+# What fingers close on is a wall where they close no steeper than this.
+LEVEL = 0.5
+# A handle is no thicker than this, metres.
+HANDLE_THICK = 0.05
+# What is this near to the centre of mass, as a part of the longest level side, is the body.
+NEAR = 0.25
+# What is thin and this far from the centre of mass of a vessel with a handle is its handle.
+OFF_HANDLE = 0.45
+# Fingers on the body of a vessel reach over this part of its lesser level side at least.
+ACROSS = 0.5
+
+
+def grasp(draft: Draft, category: Category, opening: float) -> Draft:
+    """The best grasp of each kind that there is.
+
+    Args:
+        draft: metres, z up, as it rests, with its mass.
+        category: vessels have a rim; some categories have a handle.
+        opening: how far the gripper opens, metres.
+    """
+    assert draft.inertial is not None, "the mass stage ran"
+    if category.fixed:
+        return draft.replace(grasps=())
+    vertices, faces = draft.soup()
+    points, place = weld(vertices)
+    center = np.array(draft.inertial.center_of_mass)
+    sides, top = np.ptp(points, axis=0), float(points[:, 2].max())
+    best: dict[Hold, tuple[float, Pinch]] = {}
+    for pinch in pinches(points, place[faces], opening):
+        off = (pinch.center - center)[:2] / float(sides[:2].max())
+        aside = float(np.linalg.norm(off))
+        hold = _hold(pinch, aside, top, category)
+        is_part = hold is Hold.BODY and category.build is Build.VESSEL and pinch.width < ACROSS * sides[:2].min()
+        if hold is None or is_part:
+            continue
+        score = _score(pinch, hold, off)
+        if hold not in best or score > best[hold][0]:
+            best[hold] = (score, pinch)
+    if category.front is not Front.HANDLE and len(best) > 1:
+        best.pop(Hold.HANDLE, None)
+    return draft.replace(grasps=tuple(_record(hold, best[hold][1]) for hold in Hold if hold in best))
+
+
+def _hold(pinch: Pinch, aside: float, top: float, category: Category) -> Hold | None:
+    """What a pinch takes; None for the wall of a vessel elsewhere than at its rim."""
+    if category.build is Build.VESSEL and pinch.width <= RIM_THICK:
+        is_at_top = pinch.center[2] >= top - RIM_DEEP and -pinch.approach[2] >= FROM_ABOVE
+        if is_at_top and abs(pinch.closing[2]) < LEVEL and (category.front is not Front.HANDLE or aside < OFF_HANDLE):
+            return Hold.RIM
+        return Hold.HANDLE if category.front is Front.HANDLE and aside >= OFF_HANDLE else None
+    if aside <= NEAR:
+        return Hold.BODY
+    return Hold.HANDLE if pinch.width <= HANDLE_THICK else None
+
+
+def _score(pinch: Pinch, hold: Hold, off: Floats) -> float:
+    """Higher is better: from above; a body near its middle, a rim at its highest, a handle far out and to the right."""
+    steep, aside = -float(pinch.approach[2]), float(np.linalg.norm(off))
+    if hold is Hold.BODY:
+        return 0.5 * steep - 2 * aside
+    return 0.5 * steep + (aside + float(off[0]) if hold is Hold.HANDLE else 10 * float(pinch.center[2]))
+
+
+def _record(hold: Hold, pinch: Pinch) -> Grasp:
+    return Grasp(
+        hold=hold,
+        center=_rounded(pinch.center),
+        closing=_rounded(pinch.closing),
+        approach=_rounded(pinch.approach),
+        width=round(pinch.width, 5),
+    )
+
+
+def _rounded(vector: Floats) -> tuple[float, float, float]:
+    """Six digits after the point: samples say no more, and two machines agree on them."""
+    x, y, z = (round(float(v), 6) for v in vector)
+    return (x, y, z)

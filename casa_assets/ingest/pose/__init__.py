@@ -1,0 +1,1 @@
+"""How a thing rests and which way it looks: candidates, evidence, front."""

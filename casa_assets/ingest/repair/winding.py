@@ -1,0 +1,156 @@
+"""Every surface wound one way, and outwards unless it is the inner wall of another."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from casa_assets.geometry.exposure import exposure
+from casa_assets.geometry.measure import winding_number
+from casa_assets.geometry.topology import consistent_winding, edge_counts, face_components, is_closed
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+
+# So many pieces, the largest, are looked at for being within one another.
+MOST_HOLLOW = 64
+# Volume of the cones to its middle, over area and length, below which an open piece has no outside: leaves of a fruit
+# measure .02 to .03, a single-walled bowl .1.
+CURVED = 0.035
+# An open patch is turned where so many times more of it shows its back alone than its front alone, and that is at
+# least this share of it; of fewer points than these nothing can be said.
+PLAINLY = 4.0
+LEAST_SHARE = 0.3
+LEAST_SEEN = 8
+
+
+def outward(vertices: Floats, ids: Ints, faces: Ints, keep: Mask) -> tuple[Ints, Mask]:
+    """Turn faces so that each piece winds one way, and outwards unless it is the inner wall of another.
+
+    Args:
+        vertices: (V, 3). ids: (F, 3) welded points. faces: (F, 3) vertices. keep: (F,) faces that count.
+    Returns:
+        (F, 3) faces; (F,) which were turned.
+    """
+    index = np.flatnonzero(keep)
+    _, turned = consistent_winding(ids[index])
+    some = ids[index].copy()
+    some[turned] = some[turned][:, ::-1]
+    points = np.zeros((int(ids.max()) + 1, 3))
+    points[ids[index].ravel()] = vertices[faces[index].ravel()]
+    label = face_components(some, len(points))
+    open_ = _is_open(some, label)
+    wrong = _inside_out(points, some, label, turned, open_)[label]
+    turned ^= wrong
+    some[wrong] = some[wrong][:, ::-1]
+    turned ^= _back_to_front(points, some, label, open_)
+    out = faces.copy()
+    flip = np.zeros(len(faces), dtype=bool)
+    flip[index[turned]] = True
+    out[flip] = out[flip][:, ::-1]
+    return out, flip
+
+
+def _inside_out(points: Floats, ids: Ints, label: Ints, turned_so_far: Mask, open_: Mask) -> Mask:
+    """Which pieces have to be turned; what lies within another piece keeps its direction against that one's.
+
+    An open piece that is hardly curved (a leaf, a plate) has no outside: it keeps the direction that most of it had.
+    """
+    corners = points[ids]
+    count = int(label.max()) + 1
+    low, high, middle = np.full((count, 3), np.inf), np.full((count, 3), -np.inf), np.zeros((count, 3))
+    np.minimum.at(low, label, corners.min(axis=1))
+    np.maximum.at(high, label, corners.max(axis=1))
+    np.add.at(middle, label, corners.mean(axis=1))
+    middle /= np.bincount(label, minlength=count)[:, None]
+    # Cones to the piece's own middle: the volume of a closed piece, positive for an open one that faces away from it.
+    local = corners - middle[label][:, None]
+    cones = np.einsum("ij,ij->i", local[:, 0], np.cross(local[:, 1], local[:, 2]))
+    volume = np.bincount(label, weights=cones, minlength=count)
+    turned: Mask = volume < -1e-9 * (high - low).max(axis=1) ** 3
+    areas = np.bincount(label, weights=np.linalg.norm(_area_vectors(corners), axis=1) / 2, minlength=count)
+    hardly = np.zeros(count, dtype=bool)
+    hardly[label[open_]] = True
+    hardly &= np.abs(volume) / 6 < CURVED * areas * (high - low).max(axis=1)
+    turned[hardly] = (np.bincount(label, weights=turned_so_far) > np.bincount(label) / 2)[hardly]
+    if count == 1:
+        return turned
+    large = np.argsort(-(high - low).prod(axis=1), kind="stable")[:MOST_HOLLOW]
+    hosts = {
+        piece: [k for k in large[:rank] if (low[k] <= low[piece]).all() and (high[piece] <= high[k]).all()]
+        for rank, piece in enumerate(large)
+    }
+    named = {*(k for found in hosts.values() for k in found), *(piece for piece, found in hosts.items() if found)}
+    own = {k: ids[label == k] for k in named}
+    closed = {k: is_closed(own[k]) for k in named}
+    for piece, found in hosts.items():
+        for host in reversed(found):  # the smallest first
+            if closed[host]:
+                within = abs(winding_number(points, own[host], points[own[piece][0]].mean(axis=0))) > 0.5
+            else:  # of an open piece within the bounds of another one it is taken for granted
+                within = not closed[piece]
+            if within:
+                turned[piece] = turned[host]
+                break
+    return turned
+
+
+def _area_vectors(corners: Floats) -> Floats:
+    vectors: Floats = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return vectors
+
+
+def _back_to_front(points: Floats, ids: Ints, label: Ints, open_: Mask) -> Mask:
+    """(F,) faces of open patches that plainly show their back to the outside; where all is closed there are none.
+
+    A patch hangs together over edges of two faces: where more meet, the parity of turns says nothing about the rest.
+    """
+    none = np.zeros(len(ids), dtype=bool)
+    if not open_.any():
+        return none
+    patch = _patches(ids)
+    corners = points[ids]
+    count = int(label.max()) + 1
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, label, corners.min(axis=1))
+    np.maximum.at(high, label, corners.max(axis=1))
+    flat = (high - low).min(axis=1) <= 1e-6 * (high - low).max(axis=1)
+    found = exposure(points, ids)
+    size = int(patch.max()) + 1
+    strewn = np.bincount(patch[found.face], minlength=size)
+    front = np.bincount(patch[found.face], weights=found.front & ~found.back, minlength=size)
+    back = np.bincount(patch[found.face], weights=found.back & ~found.front, minlength=size)
+    turned = (back > PLAINLY * front) & (back >= LEAST_SHARE * strewn) & (back >= LEAST_SEEN)
+    wrong: Mask = turned[patch] & open_ & ~flat[label]
+    return wrong
+
+
+def _is_open(ids: Ints, label: Ints) -> Mask:
+    """(F,) faces of pieces that bound no volume."""
+    edges, uses, balance = edge_counts(ids)
+    torn = (uses != 2) | (balance != 0)
+    if not torn.any():
+        return np.zeros(len(ids), dtype=bool)
+    of_point = np.zeros(int(ids.max()) + 1, dtype=np.int64)
+    of_point[ids.ravel()] = np.repeat(label, 3)
+    open_pieces = np.zeros(int(label.max()) + 1, dtype=bool)
+    open_pieces[of_point[edges[torn, 0]]] = True
+    found: Mask = open_pieces[label]
+    return found
+
+
+def _patches(ids: Ints) -> Ints:
+    """(F,) patch of each face, joined over edges that two faces share."""
+    directed = np.sort(np.concatenate([ids[:, [0, 1]], ids[:, [1, 2]], ids[:, [2, 0]]]), axis=1)
+    owner = np.tile(np.arange(len(ids)), 3)
+    key = directed[:, 0] * (int(ids.max()) + 1) + directed[:, 1]
+    order = np.argsort(key, kind="stable")
+    key, owner = key[order], owner[order]
+    start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
+    pair = start[np.diff(np.r_[start, len(key)]) == 2]
+    links = coo_matrix((np.ones(len(pair), dtype=np.int8), (owner[pair], owner[pair + 1])), shape=(len(ids),) * 2)
+    patch: Ints = connected_components(links, directed=False)[1].astype(np.int64)
+    return patch

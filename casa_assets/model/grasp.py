@@ -1,0 +1,35 @@
+"""Where a hand with two fingers can take a thing as it rests."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+from pydantic import Field
+
+from casa_assets.model.record import Record, Vec3
+
+
+class Hold(StrEnum):
+    """What the fingers close on."""
+
+    BODY = "body"  # the thing itself, near its middle
+    RIM = "rim"  # the wall of a vessel, from above
+    HANDLE = "handle"  # what sticks out to be held
+
+
+class Grasp(Record):
+    """One way of holding a thing.
+
+    Attributes:
+        hold: what the fingers close on.
+        center: middle between the fingers, metres.
+        closing: unit vector along which they close. approach: unit vector along which the hand comes; at right angles.
+        width: distance between the fingers as they touch, metres.
+    """
+
+    hold: Hold
+    center: Vec3
+    closing: Vec3
+    approach: Vec3
+    width: Annotated[float, Field(gt=0)]

@@ -1,0 +1,46 @@
+"""What a person ruled about one input, in place of what would be guessed."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+from pydantic import Field
+
+from casa_assets.model.record import Record
+
+
+class Way(StrEnum):
+    """Axis of the file that points up."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+    MINUS_X = "minus_x"
+    MINUS_Y = "minus_y"
+    MINUS_Z = "minus_z"
+
+
+class Ruling(Record):
+    """Decisions about one input; what is left empty is guessed.
+
+    Attributes:
+        category: id, or empty.
+        up: axis of the file that points up.
+        turn_deg: turn about z, counter-clockwise from above, in place of the search for the front; degrees.
+        size_m: longest side, metres; 0: guessed. mass_kg: 0: guessed.
+    """
+
+    category: str = ""
+    up: Way | None = None
+    turn_deg: float | None = None
+    size_m: Annotated[float, Field(ge=0, le=100)] = 0.0
+    mass_kg: Annotated[float, Field(ge=0, le=10000)] = 0.0
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was ruled."""
+        return self == NO_RULING
+
+
+NO_RULING = Ruling()

@@ -1,0 +1,51 @@
+"""What two things are compared by, as numbers that are kept with them: the form of a surface, and its colours."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from casa_assets.model.record import Record, Vec3
+
+# Equal shares whose means are kept: of distances between two places, of distances from the middle, of each tone.
+PAIR_SHARES, REACH_SHARES, TONE_SHARES = 32, 16, 9
+# Tones of colour: lightness, red against green, yellow against blue, and the two diagonals between the last two.
+TONES = 5
+
+
+class Form(Record):
+    """A surface in numbers that no turn, no move and no triangulation changes; lengths are parts of `radius`.
+
+    Attributes:
+        radius: root mean square distance of the surface from its centre, metres.
+        pairs: means of equal shares of the distance between two places of the surface, ascending.
+        reach: means of equal shares of the distance of a place from the centre, ascending.
+        axes: root mean square spread along the three principal axes, the widest first.
+    """
+
+    radius: Annotated[float, Field(gt=0.0)]
+    pairs: Annotated[tuple[float, ...], Field(min_length=PAIR_SHARES, max_length=PAIR_SHARES)]
+    reach: Annotated[tuple[float, ...], Field(min_length=REACH_SHARES, max_length=REACH_SHARES)]
+    axes: Vec3
+
+
+class Tint(Record):
+    """The colours of a surface, by area.
+
+    Attributes:
+        tones: means of equal shares of each tone in turn, CIELAB units.
+        names: plain words for the colours with the share of the surface that each has, the largest first.
+        stated: whether somebody gave it a look; plain light grey and white all over is what readers fill in.
+    """
+
+    tones: Annotated[tuple[float, ...], Field(min_length=TONES * TONE_SHARES, max_length=TONES * TONE_SHARES)]
+    names: tuple[tuple[str, float], ...]
+    stated: bool
+
+
+class Signature(Record):
+    """Form and colours of one thing."""
+
+    form: Form
+    tint: Tint

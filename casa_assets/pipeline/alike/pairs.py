@@ -1,0 +1,84 @@
+"""Assets of a library whose surfaces have one form: found by their signatures, proven by laying one over the other."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from casa_assets.checks.alike import Alike
+from casa_assets.geometry.form import form_gap
+from casa_assets.geometry.overlay import Cloud, cloud, overlay
+from casa_assets.model.signature import PAIR_SHARES, Form
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.alike.rows import Row
+from casa_assets.pipeline.alike.signature import surface
+from casa_assets.pipeline.store import Store
+from casa_assets.preview.tint import tint_gap
+
+# Forms farther apart than this are not laid over each other, see benchmarks/ingest_duplicates.py.
+FORM_GAP = 0.035
+# Goes up with every change of what laying over finds.
+VERSION = 1
+
+
+def alike_in(rows: Sequence[Row], store: Store) -> Iterator[Alike]:
+    """Every pair of assets whose forms are near each other, measured, in the order of the rows.
+
+    Args:
+        store: keeps what was measured, by the contents of both.
+    """
+    signed = [row for row in rows if row.signature is not None]
+    for i, j in near([row.signature.form for row in signed if row.signature is not None]):
+        yield measured(signed[i], signed[j], store)
+
+
+def near(forms: Sequence[Form]) -> list[tuple[int, int]]:
+    """Indices of the pairs of forms that are near each other, in order."""
+    if len(forms) < 2:
+        return []
+    table = np.array([form.pairs for form in forms])
+    found = cKDTree(table).query_pairs(FORM_GAP * PAIR_SHARES, p=1)
+    return sorted((i, j) for i, j in found if form_gap(forms[i], forms[j]) <= FORM_GAP)
+
+
+def measured(one: Row, other: Row, store: Store) -> Alike:
+    """How alike two assets with signatures are. Raises OutputError where a file of theirs is damaged."""
+    assert one.signature is not None
+    assert other.signature is not None
+    most, every = _overlay(one, other, store)
+    tints = one.signature.tint, other.signature.tint
+    return Alike(
+        one=one.id,
+        other=other.id,
+        most=most,
+        every=every,
+        size=other.signature.form.radius / one.signature.form.radius,
+        # Where nobody gave either a look, there is none to tell them apart by.
+        colors=tint_gap(*tints) if tints[0].stated or tints[1].stated else 0.0,
+        same_category=one.category == other.category,
+    )
+
+
+def _overlay(one: Row, other: Row, store: Store) -> tuple[float, float]:
+    words = json.dumps(["overlay", VERSION, one.digest, other.digest])
+    key = hashlib.sha256(words.encode()).hexdigest()
+    kept = store.get(key)
+    if kept is not None:
+        most, every = json.loads(kept)
+        return float(most), float(every)
+    found = overlay(_cloud(one.folder), _cloud(other.folder))
+    with suppress(OSError):  # a library that may only be read
+        store.put(key, json.dumps([found.most, found.all]).encode())
+    return found.most, found.all
+
+
+@lru_cache(maxsize=32)
+def _cloud(folder: Path) -> Cloud:
+    return cloud(*surface(disk.read_asset(folder)))

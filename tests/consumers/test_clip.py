@@ -1,0 +1,100 @@
+"""CLIP with a tiny model that open_clip builds itself: search, agreement of categories, weights that are none."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.accepted import keep
+from tests.assets import ball, rigid_mug, textured_box
+from tests.libraries import BOXES, box_obj
+
+pytestmark = pytest.mark.consumers
+
+ROOT = Path(__file__).parents[2]
+PLACE = ROOT / os.environ.get("CASA_CLIP", ".venv-clip")
+
+
+def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """clip_run.py with our packages, and those that [clip] adds in front of them."""
+    (packages,) = PLACE.glob("lib/python3*/site-packages")
+    paths = os.pathsep.join([str(packages), str(ROOT)])
+    return subprocess.run(
+        [sys.executable, str(ROOT / "tests" / "consumers" / "clip_run.py"), *map(str, arguments)],
+        env={**os.environ, "PYTHONPATH": paths, "OMP_NUM_THREADS": "1", "HF_HUB_OFFLINE": "1", "COLUMNS": "200"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with `tiny`, a model; `bare`, one without weights; and a file of another architecture than it says."""
+    assert PLACE.is_dir(), f"{PLACE.name} is missing; ./dev consumers makes it"
+    folder = tmp_path_factory.mktemp("weights")
+    done = run("make", folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three assets."""
+    return keep(tmp_path_factory.mktemp("kept") / "library", [rigid_mug(), ball(), textured_box()])
+
+
+def test_words_find_by_pictures_and_twice_the_same(library: Path, weights: Path) -> None:
+    asked = ("casa", "find", "red mug", "--library", library, "--clip-weights", weights / "tiny", "--json")
+    first, again = run(*asked), run(*asked, "--most", 2)
+    assert first.returncode == 0, first.stderr
+    rows = [json.loads(line) for line in first.stdout.splitlines()]
+    assert {row["category"] for row in rows} == {"mug", "orange", textured_box().labels.category}
+    scores = [row["score"] for row in rows]
+    assert scores == sorted(scores, reverse=True)
+    assert all(-1 <= score <= 1 for score in scores)
+    assert len(set(scores)) == 3, "the pictures are looked at"
+    assert again.stdout.splitlines() == first.stdout.splitlines()[:2]
+
+
+def test_ingest_says_what_things_look_like(weights: Path, tmp_path: Path) -> None:
+    (tmp_path / "milk_carton.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    library = tmp_path / "library"
+    done = run("casa", "ingest", tmp_path / "milk_carton.obj", "--library", library, "--clip-weights", weights / "tiny")
+    assert done.returncode == 0, done.stdout + done.stderr
+    whole = json.loads((library / "library.json").read_text(encoding="utf-8"))
+    assert whole["weights"] == "tiny"
+    ((name, seen),) = whole["seen"].items()
+    assert name.startswith("milk_")
+    assert seen["category"] == "milk"
+    assert len(seen["others"]) == 3
+    assert "milk" not in dict(seen["others"])
+    assert 0 < seen["share"] < 1
+    results = {r["code"]: r for r in whole["report"]["results"]}
+    assert results["LIB003"]["number"] == seen["rank"] >= 1
+    assert "nobody looked" not in json.dumps(whole)
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("bare", "cannot be loaded"),
+        ("ViT-B-32-of-another-size.pt", "cannot be loaded"),
+        ("", "holds no weights of CLIP"),
+    ],
+)
+def test_weights_that_are_none_end_the_search(library: Path, weights: Path, name: str, says: str) -> None:
+    done = run("casa", "find", "mug", "--library", library, "--clip-weights", weights / name)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert says in done.stderr
+
+
+def test_names_that_open_clip_lacks_are_answered_with_those_it_has(library: Path, weights: Path) -> None:
+    done = run("casa", "find", "mug", "--library", library, "--clip-weights", "ViT-B-32/nobody")
+    assert done.returncode == 2
+    assert "open_clip has of ViT-B-32: " in done.stderr

@@ -1,0 +1,140 @@
+"""The shared set of defective and hostile inputs, row by row against its index, through the whole of `ingest`."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.hostile_rows import HostileSet, Said, disputed, told, verdict
+from tests.libraries import casa
+from tests.watching import Watch
+
+pytestmark = pytest.mark.consumers
+
+BAD = Path(os.environ.get("CASA_SHARED", "../shared")) / "data" / "bad"
+# What a worker may use here: a bomb that goes off dies of it and is told, with a code that no row expects.
+MEMORY_GB = 2
+OPTIONS = ("--memory", str(MEMORY_GB), "--timeout", "1200")
+PARENT_BYTES = 600_000_000
+SAFE = re.compile(r"[A-Za-z0-9_.-]+")
+NOT_A_NUMBER = re.compile(rb"(?<![\w.])[-+]?(nan|inf|infinity)(?![\w.])", re.IGNORECASE)
+
+
+@pytest.fixture(scope="module")
+def watch(tmp_path_factory: pytest.TempPathFactory) -> Watch:
+    return Watch(tmp_path_factory.mktemp("watch"))
+
+
+@pytest.fixture(scope="module")
+def hostile(tmp_path_factory: pytest.TempPathFactory, watch: Watch) -> HostileSet:
+    assert BAD.is_dir(), f"{BAD} is missing; set CASA_SHARED"
+    made = HostileSet(BAD, tmp_path_factory.mktemp("bad"), OPTIONS, watch.environment)
+    made.run()
+    return made
+
+
+@pytest.fixture(scope="module")
+def special(hostile: HostileSet) -> dict[str, Said]:
+    return {one.path: one for one in hostile.special()}
+
+
+def texts(hostile: HostileSet) -> Iterator[tuple[Path, bytes]]:
+    """All that was written for simulators and people to read."""
+    for library in hostile.libraries():
+        for path in sorted(library.rglob("*")):
+            if path.is_file() and path.suffix in (".xml", ".obj", ".usda", ".json", ".md", ".html"):
+                yield path, path.read_bytes()
+
+
+def test_every_row_ends_as_its_index_says(hostile: HostileSet) -> None:
+    assert len(hostile.rows) > 200
+    wrong = {}
+    for row in hostile.rows:
+        says = verdict(row, hostile.said.get(row.file, []))
+        if says and not disputed(row, says):
+            wrong[row.file] = f"wanted {' | '.join(row.wanted)}; {says}"
+    assert wrong == {}
+
+
+def test_the_control_faces_inwards_and_the_one_inside_out_does_not(hostile: HostileSet) -> None:
+    """What the dispute about `g_inside_out.glb` rests on."""
+    (control,), (inside_out,) = (hostile.said[f"files/{n}.glb"] for n in ("00_control_good_mug", "g_inside_out"))
+    assert "MSH011" in control.warnings
+    assert "MSH011" not in inside_out.warnings
+
+
+def test_special_files_are_refused_without_being_read(special: dict[str, Said]) -> None:
+    wanted = {
+        "s_pipe.obj": {"SRC019"},
+        "s_empty_dir.glb": {"SRC019"},
+        "s_dev_zero.stl": {"SRC018", "SRC019"},
+        "s_sparse_20g.glb": {"SRC015"},
+    }
+    for name, codes in wanted.items():
+        assert special[name].code in codes, told(special[name])
+    names = [name for name in special if name.startswith("s_bad_utf8")]
+    assert [special[name].code for name in names] in (["SRC028"], ["SRC004"])
+    assert not [name for name in special if name.startswith("s_loop_dir")]
+
+
+def test_nobody_goes_beyond_the_folders(hostile: HostileSet, special: object, watch: Watch) -> None:
+    assert watch.escapes([hostile.work], list(hostile.libraries())) == []
+
+
+def test_the_parent_stays_small(hostile: HostileSet, watch: Watch) -> None:
+    peaks = watch.peaks("casa_assets/cli/main.py")
+    assert len(peaks) >= len(hostile.codes)
+    assert max(peaks) < PARENT_BYTES
+
+
+def test_outputs_have_safe_names(hostile: HostileSet) -> None:
+    for library in hostile.libraries():
+        names = {part for path in library.rglob("*") for part in path.relative_to(library).parts}
+        assert not [name for name in names if not SAFE.fullmatch(name) or name.startswith("-")]
+    assert not list(hostile.work.rglob("PWNED"))
+
+
+def test_no_number_is_missing(hostile: HostileSet) -> None:
+    found = [path.name for path, data in texts(hostile) if path.suffix in (".xml", ".obj", ".usda")
+             and NOT_A_NUMBER.search(data)]  # fmt: skip
+    assert found == []
+
+
+def test_nothing_of_the_machine_is_in_the_output(hostile: HostileSet) -> None:
+    foreign = [Path("/etc/passwd").read_bytes().splitlines()[0]]
+    assert not [path for path, data in texts(hostile) if any(words in data for words in foreign)]
+
+
+def test_unit_and_axis_are_not_ignored_in_silence(hostile: HostileSet) -> None:
+    """Inches with x up: a cube of 2.5 m is no object of a kitchen, and that it was rescaled is told."""
+    found = dict(certificates(hostile))
+    sizes = {path.name: entry["certificate"]["summary"]["extents"] for path, entry in found.items()}
+    assert all(min(size) > 0 for size in sizes.values())
+    (said,) = hostile.said["files/x_inch_x_up.dae"]
+    (entry,) = [entry for path, entry in found.items() if path.name == said.asset_id]
+    because = {guess["subject"]: guess["because"] for guess in entry["asset"]["provenance"]["guesses"]}
+    assert "states x up" in because["up_axis"]
+    assert "MSH014" in said.warnings
+
+
+def certificates(hostile: HostileSet) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Folder and certificate of every accepted asset."""
+    for library in hostile.libraries():
+        for path in sorted(library.glob("*/*/asset.json")):
+            yield path.parent, json.loads(path.read_text(encoding="utf-8"))
+
+
+def test_two_million_faces_within_the_limits(tmp_path: Path, watch: Watch) -> None:
+    mesh = tmp_path / "mug_2m_faces.stl"
+    subprocess.run([sys.executable, str(BAD / "gen_2m_faces.py"), str(mesh)], check=True)
+    done = casa("ingest", mesh, "--library", tmp_path / "library", "--json", **watch.environment)
+    (said,) = [Said.of(json.loads(line)) for line in done.stdout.splitlines()]
+    assert (said.accepted and "MSH015" in said.warnings) or said.code == "SRC015", told(said)

@@ -1,0 +1,89 @@
+"""A short fuzz run of the same kind as `./dev bench fuzz_ingest`, and the readers under hypothesis, which shrinks."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from casa_assets.errors import Rejected
+from casa_assets.ingest.clean import clean
+from casa_assets.ingest.load import load
+from casa_assets.model.source import Bundle
+from tests.fuzz_jobs import case
+from tests.fuzzing import Plan, Result, fuzz
+from tests.mesh_files import LIMITS
+from tests.mutants import mutate
+from tests.specimens import specimens
+
+STOCK = specimens()
+
+
+@pytest.mark.parametrize("name", sorted(STOCK))
+def test_the_specimens_are_sound(name: str) -> None:
+    files = STOCK[name]
+    draft = clean(load(Bundle(main=next(iter(files)), files=files), LIMITS))
+    assert sum(len(part.mesh.faces) for part in draft.parts) == 12
+
+
+@pytest.mark.parametrize("name", sorted(STOCK))
+@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(rng=st.randoms(use_true_random=False))
+def test_a_mutant_is_read_or_rejected(name: str, rng: Random) -> None:
+    files = dict(STOCK[name])
+    victim = next(iter(files))
+    files[victim] = mutate(files[victim], victim.rpartition(".")[2], rng)
+    with suppress(Rejected):
+        model = load(Bundle(main=victim, files=files), LIMITS)
+        assert all(np.isfinite(part.mesh.vertices).all() for part in model.parts)
+
+
+def test_the_same_number_makes_the_same_case() -> None:
+    assert case(7, 11) == case(7, 11)
+    assert case(7, 11) != case(7, 12)
+    assert case(7, 11) != case(8, 11)
+
+
+@pytest.mark.slow
+def test_twelve_seconds_of_fuzzing_find_nothing(tmp_path: Path) -> None:
+    result = Result()
+    for result in fuzz(Plan(seed=20, seconds=12, folder=tmp_path, wholes=1)):
+        assert result.findings == []
+    assert result.cases >= 200
+    assert result.verdicts["sound"] > 0
+    assert result.peak_bytes < 1_000_000_000
+
+
+def test_a_finding_is_kept_with_its_seed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error in a reader, of our making, does not go unnoticed."""
+    hook = tmp_path / "run" / "work"
+    hook.mkdir(parents=True)
+    (hook / "sitecustomize.py").write_text(_BROKEN, encoding="ascii")
+    monkeypatch.setenv("PYTHONPATH", str(hook))
+    plan = Plan(seed=3, seconds=0.1, folder=tmp_path / "run")
+    (result,) = fuzz(plan)
+    assert {one.kind for one in result.findings} == {"error"}
+    one = result.findings[0]
+    folder = tmp_path / "run" / "findings" / f"error_3_{one.number}"
+    kept = json.loads((folder / "finding.json").read_text(encoding="utf-8"))
+    assert (kept["seed"], kept["number"]) == (3, one.number)
+    assert "broken on purpose" in kept["says"]
+    assert all((folder / name).read_bytes() == data for name, data in case(3, one.number)[1].items())
+
+
+_BROKEN = """
+import casa_assets.ingest.load.stl as stl
+
+
+def fail(*_):
+    raise ZeroDivisionError("broken on purpose")
+
+
+stl._text = fail
+"""

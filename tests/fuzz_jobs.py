@@ -1,0 +1,219 @@
+"""What a worker does in a fuzz run: makes mutants from a seed, reads them, and tells what no input may bring about."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import shutil
+import sys
+import time
+import traceback
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+
+from casa_assets import registry
+from casa_assets.errors import Rejected
+from casa_assets.ingest.clean import clean
+from casa_assets.ingest.load import load
+from casa_assets.ingest.sources import Found, Refused, collect, discover
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.job import Halt, Job, Outcome
+from casa_assets.pipeline.survey import Survey, survey
+from casa_assets.pipeline.worker import work
+from tests.mutants import mutate
+from tests.specimens import Files, specimens
+
+SLOW_S = 10.0  # processor seconds that reading a file of a few kilobytes may take
+LARGE_BYTES = 1_000_000_000
+_WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that should not be.
+
+    Attributes:
+        number: of the case; with the seed of the run it makes the same files again.
+        kind: error, slow, large, escape, crash, hang or memory. says: what happened, with its trace.
+    """
+
+    number: int
+    kind: str
+    says: str
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Some cases in a row.
+
+    Attributes:
+        seed: of the run. first, count: numbers of the cases. folder: for the files; `now` in it names the case.
+        seeds: folder of more files to start from, or empty.
+    """
+
+    seed: int
+    first: int
+    count: int
+    folder: Path
+    seeds: str = ""
+
+
+@dataclass
+class Tally:
+    """What became of a batch: verdicts, findings, and the cases that were read and make a mesh."""
+
+    verdicts: Counter[str] = field(default_factory=Counter)
+    findings: list[Finding] = field(default_factory=list)
+    sound: list[int] = field(default_factory=list)
+
+
+def warm() -> None:
+    """Load what every batch needs."""
+    registry.load()
+
+
+def case(seed: int, number: int, seeds: str = "") -> tuple[str, Files]:
+    """Name of the specimen, and the files of a case, its main file first."""
+    rng = Random(f"{seed}:{number}")
+    stock = _stock(seeds)
+    name = rng.choice(sorted(stock))
+    files = dict(stock[name])
+    victim = rng.choice([f for f in files if not f.endswith((".png", ".jpg"))])
+    others = tuple(data for other in ("glb_rich", "obj", "dae", "stl_binary") for data in specimens()[other].values())
+    files[victim] = mutate(files[victim], victim.rpartition(".")[2].lower(), rng, others)
+    return name, files
+
+
+_STOCKS: dict[str, dict[str, Files]] = {}
+
+
+def _stock(seeds: str) -> dict[str, Files]:
+    """Specimens, and the files of a folder that are small enough to be read thousands of times."""
+    if seeds not in _STOCKS:
+        stock = specimens()
+        for path in sorted(Path(seeds).rglob("*")) if seeds else ():
+            suffix = path.suffix.lower()
+            if suffix in (".glb", ".obj", ".ply", ".stl", ".dae") and path.is_file() and path.stat().st_size < 300_000:
+                stock[f"{path.stem}{suffix}"] = {f"a{suffix}": path.read_bytes()}
+        _STOCKS[seeds] = stock
+    return _STOCKS[seeds]
+
+
+def read_batch(batch: Batch) -> Tally:
+    """Find, collect, read and clean every case; the number of the one under way is on disk, for whoever survives us."""
+    tally = Tally()
+    escapes = _watch(batch.folder)
+    now = os.open(batch.folder / "now", os.O_WRONLY | os.O_CREAT, 0o600)
+    for number in range(batch.first, batch.first + batch.count):
+        os.pwrite(now, f"{number:>20}".encode(), 0)
+        _, files = case(batch.seed, number, batch.seeds)
+        begin = time.process_time()
+        try:
+            verdict = _read(batch.folder, files)
+        except Exception:  # noqa: BLE001  this is what is looked for
+            tally.findings.append(Finding(number, "error", traceback.format_exc()[-4000:]))
+            verdict = "error"
+        spent = time.process_time() - begin
+        tally.verdicts[verdict] += 1
+        if verdict == "sound":
+            tally.sound.append(number)
+        if spent > SLOW_S:
+            tally.findings.append(
+                Finding(number, "slow", f"{spent:.1f} s to read {sum(map(len, files.values()))} bytes")
+            )
+        if escapes:
+            tally.findings.append(Finding(number, "escape", "\n".join(escapes)))
+            escapes.clear()
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    if peak > LARGE_BYTES:
+        tally.findings.append(Finding(batch.first, "large", f"{peak} bytes in a batch of {batch.count} from here"))
+    return tally
+
+
+def _read(folder: Path, files: Mapping[str, bytes]) -> str:
+    place = folder / "in"
+    shutil.rmtree(place, ignore_errors=True)
+    place.mkdir()
+    for name, data in files.items():
+        (place / name).write_bytes(data)
+    (found,) = discover([place / next(iter(files))])
+    if isinstance(found, Refused):
+        return found.code
+    limits = registry.load().limits
+    try:
+        clean(load(collect(found, limits), limits))
+    except Rejected as error:
+        if error.code not in registry.load().rejections:
+            raise ValueError(f"nothing explains {error.code}") from error
+        return error.code
+    return "sound"
+
+
+def _watch(folder: Path) -> list[str]:
+    """From here on this process tells, in the list, what it does beyond reading and writing in a folder."""
+    own = os.path.realpath(folder)
+    known = (
+        own,
+        os.path.realpath(sys.prefix),
+        os.path.realpath(sys.base_prefix),
+        os.path.realpath(Path(__file__).parents[1]),
+    )
+    heard: list[str] = []
+
+    def hook(event: str, arguments: tuple[object, ...]) -> None:
+        if event == "open" and isinstance(arguments[0], str | bytes):
+            place = os.path.realpath(os.fsdecode(arguments[0]))
+            flags = arguments[2] if isinstance(arguments[2], int) else 0
+            roots = (own,) if flags & _WRITES & ~os.O_CLOEXEC else known
+            if not place.startswith(roots) and not place.startswith(("/dev/null", "/proc/self", "/sys", "/usr/share")):
+                heard.append(f"open {arguments!r}")
+        elif event in (
+            "socket.connect",
+            "socket.getaddrinfo",
+            "subprocess.Popen",
+            "os.system",
+            "os.posix_spawn",
+            "os.exec",
+        ):
+            heard.append(f"{event} {arguments!r}"[:500])
+
+    sys.addaudithook(hook)
+    return heard
+
+
+def whole(job: tuple[int, int, Path, str]) -> str:
+    """One case through all that `ingest` does to an input; `accepted` or a code.
+
+    Args:
+        job: seed, number, folder for files and library, folder of more specimens.
+    """
+    seed, number, folder, seeds = job
+    _, files = case(seed, number, seeds)
+    place = folder / "in"
+    shutil.rmtree(place, ignore_errors=True)
+    place.mkdir(parents=True)
+    for name, data in files.items():
+        (place / name).write_bytes(data)
+    (found,) = discover([place / next(iter(files))])
+    assert isinstance(found, Found)
+    limits = dict(registry.load().limits)
+    known = survey((found, "", limits))
+    assert isinstance(known, Survey)
+    library = disk.Library(folder / "library")
+    library.staging.mkdir(parents=True, exist_ok=True)
+    outcome = work(Job(found, known, f"object_{number}", library.root, limits))
+    assert not isinstance(outcome, Halt), outcome.says
+    assert isinstance(outcome, Outcome)
+    if outcome.accepted:
+        entry = next(library.root.glob(f"*/object_{number}/asset.json"))
+        json.loads(entry.read_text(encoding="utf-8"), parse_constant=_no_constant)
+    shutil.rmtree(library.root)
+    return "accepted" if outcome.accepted else outcome.code
+
+
+def _no_constant(word: str) -> None:
+    raise ValueError(f"{word} was written")

@@ -1,0 +1,154 @@
+"""Whatever befalls a batch half-way, no entry is half-written, the verdicts of the others stand, and it goes on later.
+
+Runs killed from outside are tests of determinism (`test_kill.py`); here it is the machine or an input that fails.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.libraries import BOXES, ROOT, box_obj, casa, command, differences, entries_of
+
+pytestmark = pytest.mark.slow
+
+# `sitecustomize` of the program and its workers: what happens when they come to one input or one file.
+KILLED = """
+import os, signal, sys
+
+if "-c" in sys.orig_argv:  # the server that forks the workers
+    import casa_assets.pipeline.worker as worker
+
+    collect = worker.collect
+
+    def deadly(found, limits):
+        if "milk" in found.main:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return collect(found, limits)
+
+    worker.collect = deadly
+"""
+HANGING = KILLED.replace("os.kill(os.getpid(), signal.SIGKILL)", "signal.pause()")
+FULL = """
+import errno, os, pathlib
+
+write = pathlib.Path.write_bytes
+
+
+def fill(path, data):
+    if "milk" in str(path) and path.suffix == ".usda":
+        write(path, data[: len(data) // 2])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+    return write(path, data)
+
+
+pathlib.Path.write_bytes = fill
+"""
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two boxes and a file that is cut; the box that something befalls comes second."""
+    folder = tmp_path_factory.mktemp("sources") / "in"
+    folder.mkdir()
+    for name in ("cereal_box", "milk_carton"):
+        (folder / f"{name}.obj").write_text(box_obj(BOXES[name]), encoding="ascii")
+    (folder / "broken.glb").write_bytes(b"glTF\x02\0\0\0\xff\0\0\0")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def undisturbed(inputs: Path) -> Path:
+    made = inputs.parent / "library"
+    assert casa("ingest", inputs, "--library", made, "--jobs", 1).returncode == 1
+    return made
+
+
+def hook(folder: Path, code: str) -> str:
+    """PYTHONPATH of a folder whose sitecustomize is the code."""
+    folder.mkdir()
+    (folder / "sitecustomize.py").write_text(code, encoding="ascii")
+    return str(folder)
+
+
+def is_tidy(library: Path) -> bool:
+    """Nothing half-written is left: every folder of an entry has its last file, and the staging folder is empty."""
+    folders = [p for p in library.glob("*/*") if p.is_dir() and not p.parent.name.startswith(".")]
+    whole = all((p / "asset.json").exists() or (p / "reject.json").exists() for p in folders)
+    return whole and list((library / ".casa" / "staging").iterdir()) == []
+
+
+def test_an_input_whose_worker_is_killed_twice(inputs: Path, undisturbed: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    path = hook(tmp_path / "hook", KILLED)
+    done = casa("ingest", inputs, "--library", library, "--jobs", 1, "--json", PYTHONPATH=path)
+    assert done.returncode == 1, done.stderr
+    said = {row["path"]: row for row in map(json.loads, done.stdout.splitlines())}
+    assert said["milk_carton.obj"]["code"] == "RUN003"
+    assert "SIGKILL" in said["milk_carton.obj"]["says"]
+    assert said["cereal_box.obj"]["status"] == "accepted"
+    assert is_tidy(library)
+    assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
+    assert differences(undisturbed, library) == []
+
+
+def test_ctrl_c_while_a_worker_hangs(inputs: Path, undisturbed: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    arguments = command("ingest", inputs, "--library", library, "--jobs", 2)
+    environment = {"PYTHONPATH": hook(tmp_path / "hook", HANGING), "PATH": "/usr/bin:/bin"}
+    run = subprocess.Popen(
+        arguments, cwd=ROOT, env=environment, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+    )
+    while not list(library.glob("cereal/*/asset.json")):  # the other one hangs meanwhile, or will
+        assert run.poll() is None
+        time.sleep(0.01)
+    begin = time.monotonic()
+    run.send_signal(signal.SIGINT)
+    _, says = run.communicate(timeout=240)
+    assert run.returncode == 130
+    assert time.monotonic() - begin < 120
+    assert says.splitlines() == ["stopped; the same command goes on from here"]
+    assert is_tidy(library)
+    assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
+    assert differences(undisturbed, library) == []
+
+
+def test_a_disk_that_fills_up(inputs: Path, undisturbed: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    done = casa("ingest", inputs, "--library", library, "--jobs", 1, PYTHONPATH=hook(tmp_path / "hook", FULL))
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "cannot be written to: No space left on device" in done.stderr.replace("\n", " ")
+    assert is_tidy(library)
+    assert not list(library.glob("milk/*"))
+    assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
+    assert differences(undisturbed, library) == []
+
+
+@pytest.mark.parametrize("place", ["/proc/library", "/dev/null/library", "/sys/library"])
+def test_a_folder_that_cannot_be_written_to(inputs: Path, place: str) -> None:
+    done = casa("ingest", inputs, "--library", place)
+    assert done.returncode == 2
+    assert "cannot be written to" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_reader_of_the_lines_that_goes_away(inputs: Path, undisturbed: Path, tmp_path: Path) -> None:
+    """`casa-assets ingest --json | head -1`: no bug is reported, nothing is half-written."""
+    library = tmp_path / "library"
+    arguments = command("ingest", inputs, "--library", library, "--jobs", 1, "--json")
+    run = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert run.stdout is not None
+    assert run.stderr is not None
+    json.loads(run.stdout.readline())
+    run.stdout.close()
+    says = run.stderr.read()
+    assert run.wait() in (0, 1, 2)
+    assert "Traceback" not in says
+    assert is_tidy(library)
+    assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
+    assert entries_of(library) == entries_of(undisturbed)

@@ -1,0 +1,184 @@
+"""Bombs are stopped by limits, each an option, and what a limit turned away is taken up once it is raised."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from casa_assets.errors import Rejected
+from casa_assets.ingest import codes
+from casa_assets.ingest.load import polygon
+from casa_assets.ingest.load.formats import sniff
+from casa_assets.ingest.sources import Found, Refused, collect, discover, disk
+from casa_assets.ingest.sources.manifest import MOST_BROKEN_ROWS
+from casa_assets.pipeline.ingest import Event, Options, ingest
+from tests.libraries import BOXES, box_obj, casa
+from tests.mesh_files import LIMITS, OBJ_TRIANGLE, Gltf, codes_of, load_bytes, png
+from tests.watching import Watch
+
+PICTURE = np.full((64, 64, 3), 90, dtype=np.uint8)
+PARENT_BYTES = 1_200_000_000
+
+
+def make_box(folder: Path) -> Path:
+    """A carton with a picture of 64 pixels."""
+    folder.mkdir(parents=True)
+    rows = box_obj(BOXES["milk_carton"]).splitlines()
+    faces = [" ".join(["f", *(f"{v}/{n}" for n, v in enumerate(r.split()[1:], 1))]) for r in rows if r[0] == "f"]
+    text = ["mtllib a.mtl", *(r for r in rows if r[0] == "v"), "vt 0 0", "vt 1 0", "vt 0 1", "usemtl m", *faces]
+    (folder / "milk_carton.obj").write_text("\n".join(text) + "\n", encoding="ascii")
+    (folder / "a.mtl").write_text("newmtl m\nmap_Kd a.png\n", encoding="ascii")
+    (folder / "a.png").write_bytes(png(PICTURE))
+    return folder
+
+
+def run(folder: Path, library: Path, guards: Mapping[str, float], **options: Any) -> Event:
+    """The event of the only input."""
+    (event,) = ingest([folder], Options(library, guards=guards, jobs=1, **options))
+    return event
+
+
+@pytest.mark.slow
+def test_a_limit_turns_away_and_raising_it_takes_up(tmp_path: Path) -> None:
+    folder, library = make_box(tmp_path / "in"), tmp_path / "library"
+    assert run(folder, library, {"input_bytes": 300}).code == codes.TOO_LARGE
+    assert run(folder, library, {"input_faces": 11}).code == codes.TOO_LARGE
+    assert run(folder, library, {}, memory_bytes=40_000_000).code in ("RUN002", "RUN004", "RUN003")
+    assert run(folder, library, {}, seconds=0.05).code == "RUN001"
+    small = run(folder, library, {"input_texture_px": 63})
+    assert small.kind == "accepted"
+    assert codes.IMAGE_REFUSED in {w.code for w in small.warnings}
+    whole = run(folder, library, {})
+    assert whole.kind == "accepted", "a picture that was left out is taken in once it may be"
+    assert codes.IMAGE_REFUSED not in {w.code for w in whole.warnings}
+    assert run(folder, library, {"input_faces": 1e9, "input_bytes": 1e9}).kind == "kept", "nothing would change"
+
+
+@pytest.mark.parametrize(
+    ("options", "code"),
+    [
+        (["--max-size", "0.0003"], "SRC015"),
+        (["--max-faces", "11"], "SRC015"),
+        (["--timeout", "0.05"], "RUN001"),
+    ],
+)
+def test_limits_are_options(tmp_path: Path, options: list[str], code: str) -> None:
+    folder = make_box(tmp_path / "in")
+    done = casa("ingest", folder, "--library", tmp_path / "library", "--json", *options)
+    assert done.returncode == 1, done.stderr
+    assert [json.loads(line)["code"] for line in done.stdout.splitlines()] == [code]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [["--max-texture", "63"], ["--max-pixels", "0.004"]])
+def test_limits_of_pictures_are_options(tmp_path: Path, options: list[str]) -> None:
+    folder = make_box(tmp_path / "in")
+    done = casa("ingest", folder, "--library", tmp_path / "library", "--json", *options)
+    (row,) = [json.loads(line) for line in done.stdout.splitlines()]
+    assert row["status"] == "accepted"
+    assert "SRC047" in {w["code"] for w in row["warnings"]}
+
+
+def bombs(folder: Path) -> None:
+    """Indices that would take gigabytes if they were believed."""
+    (folder / "values").mkdir(parents=True)
+    (folder / "values" / "manifest.json").write_bytes(b"[" + b"[]," * 30_000_000 + b"[]]")
+    (folder / "rows").mkdir()
+    (folder / "rows" / "manifest.jsonl").write_bytes(b"1\n" * 20_000_000)
+    (folder / "zipped" / "glbs").mkdir(parents=True)
+    (folder / "zipped" / "object-paths.json.gz").write_bytes(gzip.compress(b"[" * 300_000_000, 1))
+    (folder / "deep").mkdir()
+    (folder / "deep" / "manifest.jsonl").write_bytes(b'{"id": "a", "file": ' + b"[" * 4_000_000)
+    (folder / "huge").mkdir()
+    (folder / "huge" / "manifest.jsonl").touch()
+    with (folder / "huge" / "manifest.jsonl").open("r+b") as sparse:
+        sparse.truncate(20_000_000_000)
+
+
+@pytest.mark.slow
+def test_indices_cannot_fill_the_memory_of_the_parent(tmp_path: Path) -> None:
+    bombs(tmp_path / "in")
+    watch = Watch(tmp_path / "watch")
+    done = casa("ingest", tmp_path / "in", "--library", tmp_path / "library", "--json", **watch.environment)
+    assert done.returncode == 1, done.stderr
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    said: dict[str, set[str]] = {}
+    for row in rows:
+        said.setdefault(row["path"].split("/")[0], set()).add(row["code"])
+    assert said.keys() == {"values", "rows", "zipped", "deep", "huge"}
+    assert all(code.startswith("MAN") or code == "SRC015" for found in said.values() for code in found), said
+    assert len(rows) < MOST_BROKEN_ROWS + 10
+    (peak,) = watch.peaks("casa_assets/cli/main.py")
+    assert peak < PARENT_BYTES
+
+
+def test_broken_rows_are_told_up_to_a_number(tmp_path: Path) -> None:
+    (tmp_path / "manifest.jsonl").write_bytes(b"1\n" * (MOST_BROKEN_ROWS + 500))
+    found = list(discover([tmp_path]))
+    assert len(found) == MOST_BROKEN_ROWS + 1
+    last = found[-1]
+    assert isinstance(last, Refused)
+    assert last.code == codes.BAD_MANIFEST
+    assert str(MOST_BROKEN_ROWS) in last.says
+
+
+def test_a_zip_is_never_unpacked() -> None:
+    with pytest.raises(Rejected, match="zip archive") as error:
+        sniff(b"PK\x03\x04" + b"\0" * 100, "a.zip")
+    assert error.value.code == codes.WRONG_TYPE
+
+
+def test_numbers_of_a_row_that_are_none_are_told(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text(OBJ_TRIANGLE, encoding="ascii")
+    (tmp_path / "manifest.jsonl").write_text('{"id": "a", "file": "a.obj", "scale": 1e999}\n', encoding="ascii")
+    (one,) = discover([tmp_path])
+    assert isinstance(one, Found)
+    assert [note.code for note in collect(one, LIMITS).notes] == [codes.NUMBER_IGNORED]
+
+
+@pytest.mark.parametrize(("far", "is_told"), [(0.0, False), (100.0, False), (1e6, True)])
+def test_single_precision_far_from_the_origin_is_told(far: float, is_told: bool) -> None:
+    points = [(far, 0.0, 0.0), (far + 1.0, 0.0, 0.0), (far, 1.0, 0.0)]
+    model = load_bytes("a.glb", Gltf(points).glb())
+    assert (codes.PRECISION_LOST in codes_of(model)) == is_told
+
+
+def test_ear_clipping_has_a_budget() -> None:
+    """Stars of a thousand corners: the first are cut rightly, all are cut, and what was cut as a fan is counted."""
+    angles = np.linspace(0, 2 * np.pi, 1000, endpoint=False)
+    reach = np.where(np.arange(1000) % 2, 1.0, 0.5)
+    star = np.column_stack((reach * np.cos(angles), reach * np.sin(angles), np.zeros(1000)))
+    most, polygon.MOST_TESTS = polygon.MOST_TESTS, 5000
+    try:
+        triangles, _, fanned = polygon.triangulate(np.tile(star, (8, 1, 1)))
+    finally:
+        polygon.MOST_TESTS = most
+    assert len(triangles) == 8 * 998
+    assert 0 < fanned < 8
+
+
+def test_a_file_that_is_exchanged_while_it_is_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Looked at, then a link is put in its place: what the link leads to is not taken for it."""
+    folder, secret = tmp_path / "in", tmp_path / "secret"
+    folder.mkdir()
+    (folder / "a.obj").write_text(OBJ_TRIANGLE, encoding="ascii")
+    secret.write_text(OBJ_TRIANGLE, encoding="ascii")
+    look = disk.check_file
+
+    def slow_look(path: str, root: Path) -> os.stat_result:
+        found = look(path, root)
+        Path(path).unlink()
+        Path(path).symlink_to(secret)
+        return found
+
+    monkeypatch.setattr(disk, "check_file", slow_look)
+    with pytest.raises(Rejected, match="exchanged") as error:
+        disk.read_file(str(folder / "a.obj"), folder, 1e6)
+    assert error.value.code == codes.UNREADABLE

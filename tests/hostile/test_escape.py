@@ -1,0 +1,113 @@
+"""Nothing outside the input is read, nothing outside the library is written, nothing is run, nobody is called."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.baits import SECRET, listener, make_inputs, make_outside
+from tests.hostile_rows import Said
+from tests.libraries import casa, tree
+from tests.watching import Watch, untouched
+
+pytestmark = pytest.mark.slow
+
+
+@dataclass(frozen=True)
+class Raid:
+    """One run over all baits, and what its witnesses saw."""
+
+    said: dict[str, Said]
+    folder: Path
+    watch: Watch
+    touched: list[str]
+    called: list[str]
+    before: dict[str, bytes | None]
+    after: dict[str, bytes | None]
+    codes: list[int]
+
+
+@pytest.fixture(scope="module")
+def raid(tmp_path_factory: pytest.TempPathFactory) -> Raid:
+    folder = tmp_path_factory.mktemp("raid")
+    outside = make_outside(folder / "outside")
+    watch = Watch(folder / "watch")
+    with listener() as (port, called):
+        inputs = make_inputs(folder / "in", outside, port)
+        before = tree(outside)
+        pairs = ((inputs, folder / "library"), (inputs / "slip.zip", folder / "library_of_zip"))
+        options = ("--json", "--keep-duplicates")
+        with untouched(outside) as touched:
+            runs = [casa("ingest", source, "--library", made, *options, **watch.environment) for source, made in pairs]
+        after = tree(outside)
+    said: dict[str, Said] = {}
+    for run in runs:
+        assert run.returncode == 1, run.stderr
+        for line in run.stdout.splitlines():
+            one = Said.of(json.loads(line))
+            said[f"{one.path}:{one.code}" if one.path in said else one.path] = one
+    return Raid(said, folder, watch, touched, called, before, after, [r.returncode for r in runs])
+
+
+def test_the_witnesses_can_see(tmp_path: Path) -> None:
+    """The hook and the kernel tell of a run whose input is the canary itself; else their silence would mean nothing."""
+    outside = make_outside(tmp_path / "outside")
+    watch = Watch(tmp_path / "watch")
+    with untouched(outside) as touched:
+        casa("ingest", outside / "secret.txt", "--library", tmp_path / "library", "--json", **watch.environment)
+    assert any(name.endswith("secret.txt") for name in touched)
+    seen = {Path(event.target).name for event in watch.escapes([], [tmp_path / "library"])}
+    assert "secret.txt" in seen
+
+
+def test_nothing_outside_is_touched(raid: Raid) -> None:
+    assert raid.touched == []
+    assert raid.after == raid.before
+
+
+def test_nobody_is_called(raid: Raid) -> None:
+    assert raid.called == []
+
+
+def test_no_process_goes_beyond_its_folders(raid: Raid) -> None:
+    outputs = [raid.folder / "library", raid.folder / "library_of_zip"]
+    assert raid.watch.escapes([raid.folder / "in"], outputs) == []
+
+
+def test_no_secret_is_in_the_library(raid: Raid) -> None:
+    pictures = set()
+    for name in ("library", "library_of_zip"):
+        for path, data in tree(raid.folder / name).items():
+            assert data is None or SECRET.encode() not in data, path
+            if path.endswith(".png"):
+                pictures.add(Path(path).parent.name)
+    assert "textures" not in pictures, "all pictures of these inputs lie outside"
+
+
+def test_every_bait_has_its_verdict(raid: Raid) -> None:
+    assert not [one for one in raid.said.values() if one.code.startswith("RUN00") and one.code != "RUN006"]
+    refused = {path: one.code for path, one in raid.said.items() if not one.accepted}
+    for number in range(17):
+        assert refused[f"buffer_{number:02d}.gltf"] in ("SRC016", "SRC017", "SRC018", "SRC020"), number
+    for name in ("entity_file", "entity_parameter", "doctype_http", "doctype_file", "laughs"):
+        assert refused[f"{name}.dae"] == "SRC022"
+    for name in ("linked.obj", "link_secret.obj"):
+        assert refused[name] == "SRC018"
+    assert refused["slip.zip"] == "SRC016"
+    taken = {path for path, one in raid.said.items() if one.accepted}
+    assert {"libraries.obj", "pictures.obj", "images.gltf", "stylesheet.dae", "include.dae", "picture.ply"} <= taken
+
+
+def test_what_was_not_followed_is_told(raid: Raid) -> None:
+    for name in ("libraries.obj", "pictures.obj", "images.gltf", "picture.ply", "stylesheet.dae"):
+        assert {"SRC041", "SRC046"} & set(raid.said[name].warnings), name
+    assert "SRC055" in raid.said["libraries.obj"].warnings
+
+
+def test_bad_rows_of_the_manifest_are_refused(raid: Raid) -> None:
+    codes = sorted(one.code for one in raid.said.values() if one.path == "manifest.jsonl")
+    assert set(codes) <= {"MAN003", "SRC016", "SRC018", "SRC017", "SRC020"}
+    assert {"MAN003", "SRC016", "SRC018"} <= set(codes)

@@ -1,0 +1,150 @@
+"""What an input shows is what both of our files show: mirrors, moved textures, vertex colours, materials, glass."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image
+
+from casa_assets.model.source import RawModel, RawPart, Up
+from casa_assets.preview.camera import View
+from casa_assets.preview.raw import render_mesh
+from casa_assets.preview.still import render
+from tests.mesh_files import QUARTERS, Gltf, load_bytes, png
+from tests.packages import written
+from tests.raw_models import built
+
+Floats = npt.NDArray[np.float64]
+
+VIEW = View(size_px=192, passes=6)
+# Blocks that pictures are compared in, and what their colours, 0..255, may differ by in the mean and at worst.
+BLOCKS = 12
+SAME = (0.5, 3.0)
+# MuJoCo reads USD without a colour curve or opacity, so colours here are full or none and glass is a hue; a raw
+# mesh with vertex colours is drawn by hand, without floor and lamp.
+ALIKE = (16.0, 66.0)
+DRAWN_OTHERWISE = ("vertex colours", "glass")
+
+# A wedge: no mirror image of it is the thing itself. Corners in glTF axes, y up, front to +z.
+WEDGE = [(0, 0, 0), (2, 0, 0), (2, 0, 1), (0, 0, 1), (0, 1.6, 0), (2, 0.5, 0), (2, 0.5, 1), (0, 1.6, 1)]
+SIDES = [(3, 2, 6, 7), (1, 0, 4, 5), (0, 3, 7, 4), (2, 1, 5, 6), (7, 6, 5, 4), (0, 1, 2, 3)]
+CORNERS = [(0, 1), (1, 1), (1, 0), (0, 0)]
+
+
+def wedge() -> Gltf:
+    """A wedge of six sides, each with the whole picture."""
+    points = [WEDGE[k] for side in SIDES for k in side]
+    indices = [4 * i + k for i in range(6) for k in (0, 1, 2, 0, 2, 3)]
+    made = Gltf(points, indices)
+    made.attributes["TEXCOORD_0"] = made.add(np.array(CORNERS * 6, dtype="<f4"), "VEC2")
+    return made
+
+
+def pictured(**mapping: object) -> Gltf:
+    """The wedge with four colours in the corners of each side, texture moved as told."""
+    made = wedge()
+    made.paint(png(np.kron(QUARTERS, np.ones((16, 16, 1))).astype(np.uint8)))
+    info = {"index": 0, "extensions": {"KHR_texture_transform": mapping}} if mapping else {"index": 0}
+    made.document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": info, "metallicFactor": 0.0}}]
+    return made
+
+
+def mirrored() -> Gltf:
+    made = pictured()
+    made.document["nodes"] = [{"mesh": 0, "scale": [-1, 1, 1], "translation": [2, 0, 0], "name": "mirrored"}]
+    return made
+
+
+def colored() -> Gltf:
+    """Vertex colours: red below, blue above."""
+    made = wedge()
+    high = np.array([WEDGE[k][1] > 0 for side in SIDES for k in side])
+    made.attributes["COLOR_0"] = made.add(
+        np.where(high[:, None], [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]]).astype("<f4"), "VEC3"
+    )
+    return made
+
+
+def several() -> Gltf:
+    """A side of each material: red, green, blue, and the rest yellow."""
+    made = wedge()
+    corners = np.arange(24).reshape(6, 4)
+    primitives = []
+    for k, sides in enumerate(([0], [2], [4], [1, 3, 5])):
+        flat = [int(c) for s in sides for c in corners[s][[0, 1, 2, 0, 2, 3]]]
+        indices = made.add(np.array(flat, dtype="<u2"), "SCALAR")
+        primitives.append({"attributes": made.attributes, "indices": indices, "material": k})
+    made.document["meshes"] = [{"primitives": primitives}]
+    made.document["materials"] = [
+        {"pbrMetallicRoughness": {"baseColorFactor": [*c, 1.0], "metallicFactor": 0.0}}
+        for c in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0))
+    ]
+    return made
+
+
+def glass() -> Gltf:
+    """A blue pane all around a red wedge."""
+    made = several()
+    made.document["materials"] = [
+        {
+            "alphaMode": "BLEND",
+            "pbrMetallicRoughness": {"baseColorFactor": [0.0, 0.0, 1.0, 0.4], "metallicFactor": 0.0},
+        },
+        *({"pbrMetallicRoughness": {"baseColorFactor": [1.0, 0.0, 0.0, 1.0], "metallicFactor": 0.0}} for _ in range(3)),
+    ]
+    return made
+
+
+LOOKS = {
+    "picture": pictured(),
+    "moved": pictured(offset=[0.5, 0.0], scale=[0.5, 0.5]),
+    "turned": pictured(offset=[0.0, 1.0], rotation=np.pi / 2),
+    "mirrored": mirrored(),
+    "vertex colours": colored(),
+    "materials": several(),
+    "glass": glass(),
+}
+
+
+def blocks(picture: bytes) -> Floats:
+    """(BLOCKS, BLOCKS, 3) mean colours of a picture."""
+    with Image.open(io.BytesIO(picture)) as image:
+        small = image.convert("RGB").resize((BLOCKS, BLOCKS), Image.Resampling.BOX)
+        return np.asarray(small, dtype=np.float64)
+
+
+def apart(one: Floats, other: Floats) -> tuple[float, float]:
+    """Mean and largest difference of the colour of a block."""
+    gap = np.abs(one - other).mean(axis=2)
+    return float(gap.mean()), float(gap.max())
+
+
+def raw_picture(model: RawModel) -> Floats:
+    return blocks(render_mesh(model.parts, Up.Y, VIEW))
+
+
+@pytest.mark.parametrize("name", LOOKS)
+def test_both_files_show_what_the_input_shows(name: str, tmp_path: Path) -> None:
+    model = load_bytes("x.glb", LOOKS[name].glb())
+    asset, _ = built(model, "boxed_food")
+    package = written(asset, tmp_path)
+    before = raw_picture(model)
+    limits = ALIKE if name in DRAWN_OTHERWISE else SAME
+    for shown in (blocks(render(package.mjcf, VIEW)), blocks(render(package.usd, VIEW))):
+        mean, worst = apart(before, shown)
+        assert mean < limits[0]
+        assert worst < limits[1]
+
+
+def test_what_would_be_wrong_is_seen_to_be() -> None:
+    """The comparison tells a mirror image, a picture that was not moved, and colours that were lost."""
+    shown = {name: raw_picture(load_bytes("x.glb", made.glb())) for name, made in LOOKS.items()}
+    for one, other in (("picture", "mirrored"), ("picture", "moved"), ("picture", "turned"), ("materials", "glass")):
+        assert apart(shown[one], shown[other])[1] > ALIKE[1]
+    plain = load_bytes("x.glb", LOOKS["vertex colours"].glb())
+    bare = tuple(RawPart(name=p.name, mesh=p.mesh.replace(colors=None), material=p.material) for p in plain.parts)
+    assert apart(raw_picture(plain.replace(parts=bare)), shown["vertex colours"])[1] > ALIKE[1]

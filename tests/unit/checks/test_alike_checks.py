@@ -1,0 +1,95 @@
+"""Checks of a library as a whole: what is in it twice, what does not look like its kind, and that nobody looked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.checks.alike import Alike, Likeness, Shelf, in_words
+from casa_assets.checks.run import run
+from casa_assets.checks.table import TABLE
+
+LIMITS = registry.load().limits
+ROWS = {check.code: check for check in TABLE if check.subject is Shelf}
+Build = Callable[[], Shelf]
+
+
+def pair(most: float = 0.001, size: float = 1.0, colors: float = 0.0, kin: bool = True) -> Alike:
+    """A mug and another thing that lie this near to each other."""
+    return Alike("mug_one", "mug_two", most, 2 * most, size, colors, kin)
+
+
+def named(rank: int, share: float = 0.4) -> Likeness:
+    """A mug that comes at this place among what it looks like."""
+    return Likeness("mug_one", "mug", share, rank, (("cup", 0.3), ("bowl", 0.2), ("pot", 0.05)))
+
+
+def shelf(alike: float = 0.08, near: float = 0.95, rank: int = 1) -> Shelf:
+    """Two assets, as different as these numbers say."""
+    return Shelf(2, (pair(alike),), (("mug_one", "mug_two", near),), (named(rank),))
+
+
+# Code -> what it is silent on, and what trips it alone.
+EXAMPLES: dict[str, tuple[Build, Build]] = {
+    "LIB001": (shelf, lambda: shelf(alike=0.01)),
+    "LIB002": (shelf, lambda: shelf(near=0.999)),
+    "LIB003": (shelf, lambda: shelf(rank=17)),
+}
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_each_code_is_tripped_by_its_fault_alone(code: str) -> None:
+    good, bad = (run(make(), "library", LIMITS) for make in EXAMPLES[code])
+    assert good.issues == ()
+    assert [result.code for result in good.results] == sorted(ROWS)
+    assert [result.code for result in bad.results if not result.passed] == [code]
+    assert {issue.severity for issue in bad.issues} == {ROWS[code].severity}
+    assert bad.passed, "a library is not turned away"
+
+
+def test_numbers_are_those_that_were_measured() -> None:
+    found = {r.code: r.number for r in run(shelf(0.07, 0.93, 2), "library", LIMITS).results}
+    assert found == {"LIB001": 0.07, "LIB002": 0.93, "LIB003": 2.0}
+
+
+def test_where_nobody_looked_nothing_passes_in_silence() -> None:
+    blind = Shelf(2, unseen="no weights of CLIP were given")
+    report = run(blind, "library", LIMITS)
+    assert {r.code: r.passed for r in report.results} == {"LIB001": True, "LIB002": False, "LIB003": False}
+    assert [i.code for i in report.issues] == ["LIB002", "LIB003"]
+    assert all("no weights of CLIP were given" in i.says for i in report.issues)
+
+
+def test_what_has_no_category_is_not_held_against_one() -> None:
+    one = Likeness("object_one", "object", 0.0, 0, (("cup", 0.3),))
+    report = run(Shelf(1, seen=(one,)), "library", LIMITS)
+    assert [i.code for i in report.issues] == []
+    assert "cup (30%)" in in_words(one)
+
+
+def test_alternatives_are_named() -> None:
+    assert in_words(named(4)) == (
+        "is called mug (40%, number 4 of what it looks like); others: cup (30%), bowl (20%), pot (5%)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("found", "twins", "same_form"),
+    [
+        (pair(), True, True),
+        (pair(size=1.02), True, True),
+        (pair(size=0.8), False, True),  # a larger and a smaller one
+        (pair(size=0.8, kin=False), True, True),  # two names for one mesh give it two sizes
+        (pair(colors=12.0), False, True),  # the red and the blue one
+        (pair(most=0.05), False, False),
+    ],
+)
+def test_twins_agree_in_form_size_and_colours(found: Alike, twins: bool, same_form: bool) -> None:
+    assert found.twins(LIMITS["alike_form"]) is twins
+    assert found.same_form(LIMITS["alike_form"]) is same_form
+
+
+def test_a_missing_handle_is_seen_in_the_farthest_part() -> None:
+    assert not Alike("mug_one", "mug_two", 0.01, 0.4, 1.0, 0.0, True).same_form(LIMITS["alike_form"])

@@ -1,0 +1,55 @@
+"""Sheets that are seen from both sides get faces on both, and nothing else does."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.geometry.exposure import exposure
+from casa_assets.ingest.backs import backs
+from casa_assets.ingest.draft import Draft
+from casa_assets.model.category import Build
+from casa_assets.model.material import Material
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.source import RawPart
+from tests.meshes import lathe
+from tests.strangers import carton, kind_of, loose, without_side
+
+ROW = kind_of(loose(carton()))
+BOWL = lathe([(0.06, 0.05), (0.05, 0.02), (0.03, 0.0), (0.0, 0.0)], 32)
+MISSING = 0.5
+
+
+def after(mesh: Mesh, build: Build) -> Draft:
+    part = RawPart(name="part", mesh=mesh, material=Material(id="look"))
+    return backs(Draft(parts=(part,)), ROW.replace(build=build), MISSING)
+
+
+def behind(draft: Draft) -> float:
+    return float(exposure(*draft.soup()).behind.mean())
+
+
+def test_a_bowl_without_a_thickness_is_seen_from_within() -> None:
+    before = Draft(parts=(RawPart(name="part", mesh=BOWL, material=Material(id="look")),))
+    assert behind(before) > 0.2
+    made = after(BOWL, Build.VESSEL)
+    assert behind(made) < 0.01
+    assert [n.code for n in made.notes] == ["MSH060"]
+    mesh = made.parts[0].mesh
+    assert len(mesh.faces) == 2 * len(BOWL.faces)
+    assert mesh.uv is not None
+    assert mesh.normals is not None
+    corners = mesh.vertices[mesh.faces]
+    fronts = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (np.einsum("ij,ij->i", fronts, mesh.normals[mesh.faces[:, 0]]) > 0).all()
+
+
+def test_a_closed_thing_stays_as_it_is() -> None:
+    made = after(carton(), Build.VESSEL)
+    assert made.parts[0].mesh == carton()
+    assert made.notes == ()
+
+
+def test_a_full_thing_without_a_side_stays_open_to_be_found() -> None:
+    open_box = without_side(carton(), (0, 0, -1))
+    assert after(open_box, Build.FILLED).parts[0].mesh == open_box
+    assert after(open_box, Build.HOLLOW).parts[0].mesh != open_box

@@ -1,0 +1,91 @@
+"""Solids of surfaces that come in pieces: lids where there is matter behind, walls for sheets, and none in the air."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.geometry.topology import weld
+from casa_assets.geometry.voxel import Grid, voxelise
+from casa_assets.ingest.collide import CollideParams, collide
+from casa_assets.ingest.collide_matter import CELLS, matter
+from casa_assets.ingest.collide_pieces import SHEET_RATIO, Floats, Ints, assembled, stands_for
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.shape import Hull
+from tests.meshes import box_mesh
+from tests.raw_models import category, draft, flipped, joined, moved, turned
+
+BOX = box_mesh((0.1, 0.06, 0.04), (0.0, 0.0, 0.02), shared=True)
+SHEET = Mesh(vertices=[[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]], faces=[[0, 1, 2], [0, 2, 3]])
+# A can as kits model it: a wall without ends, and two ends that touch it and share no point with it.
+WALL = turned([(0.03, 0.1), (0.03, 0.0)], 24)
+
+
+def disc(height: float) -> Mesh:
+    around = (np.arange(36) + 0.5) * 2 * np.pi / 36
+    rim = np.stack([0.03 * np.cos(around), 0.03 * np.sin(around), np.full(36, height)], axis=1)
+    faces = [[36, k, (k + 1) % 36] for k in range(36)]
+    return Mesh(vertices=[*rim.tolist(), [0.0, 0.0, height]], faces=faces)
+
+
+def surface(*meshes: Mesh) -> tuple[Floats, Ints, Grid]:
+    mesh = joined(*meshes)
+    points, place = weld(mesh.vertices)
+    faces = place[mesh.faces].astype(np.int64)
+    return points, faces, voxelise(points, faces, CELLS)
+
+
+def test_a_wall_with_loose_ends_is_a_full_can() -> None:
+    points, faces, grid = surface(WALL, disc(0.1), flipped(disc(0.0)))
+    found = assembled(points, faces, grid)
+    assert found is not None
+    assert found.solid.volume() == pytest.approx(np.pi * 0.03**2 * 0.1, rel=0.05)
+    assert stands_for(found.solid, points, faces, grid)
+    assert "lids on 1" in found.done
+
+
+def test_a_wall_without_ends_gets_no_lids() -> None:
+    points, faces, grid = surface(WALL)
+    found = assembled(points, faces, grid)
+    assert found is not None
+    assert found.solid.volume() == pytest.approx(2 * np.pi * 0.03 * 0.1 * 0.001, rel=0.1)
+    assert found.lone == pytest.approx(1.0)
+
+
+def test_a_sheet_with_two_faces_has_a_thickness_beside_a_box() -> None:
+    double = joined(SHEET, flipped(SHEET))
+    points, faces, grid = surface(BOX, moved(double, (0.0, 0.1, 0.02)))
+    found = assembled(points, faces, grid)
+    assert found is not None
+    longest = float(np.ptp(points, axis=0).max())
+    thick = max(0.001, SHEET_RATIO * longest)
+    assert found.solid.volume() == pytest.approx(0.1 * 0.06 * 0.04 + 0.1 * 0.1 * thick, rel=0.02)
+
+
+def test_a_whisk_of_flat_wires_is_no_solid_lump() -> None:
+    handle = box_mesh((0.02, 0.02, 0.1), (0.0, 0.0, 0.05), shared=True)
+    wires = [moved(SHEET, (0.0, -0.002, 0.0), matrix=np.diag([0.4, 0.04, 1.0])) for _ in range(2)]
+    turned_ = [
+        moved(wire, (0.0, 0.0, 0.1 + 0.03 * k), matrix=np.array([[0, 0, 1.0], [0, 1.0, 0], [1.0, 0, 0]]))
+        for k, wire in enumerate(wires)
+    ]
+    out = collide(draft(handle, *(joined(w, flipped(w)) for w in turned_)), category("whisk"), CollideParams())
+    assert len(out.colliders) > 1
+    assert all(np.ptp(p.shape.mesh.vertices, axis=0).min() > 5e-4 for p in out.colliders if isinstance(p.shape, Hull))
+
+
+def test_the_closed_part_alone_does_not_stand_for_what_is_beside_it() -> None:
+    points, faces, _ = surface(BOX, moved(joined(SHEET, flipped(SHEET)), (0.0, 0.1, 0.02)))
+    alone, _, _ = surface(BOX)
+    found = matter(points, faces, full=False)
+    assert found is not None
+    assert np.asarray(found.solid.bounding_box())[4] == pytest.approx(float(points[:, 1].max()), abs=0.002)
+    assert float(alone[:, 1].max()) < 0.04
+
+
+def test_a_fridge_with_a_handle_is_one_hull_only_where_that_is_near() -> None:
+    body = box_mesh((0.6, 0.6, 1.8), (0.0, 0.0, 0.9), shared=True)
+    near = box_mesh((0.02, 0.04, 0.5), (0.2, -0.31, 1.0), shared=True)
+    far = box_mesh((0.02, 0.3, 0.5), (0.2, -0.4, 1.0), shared=True)
+    assert len(collide(draft(joined(body, near)), category("refrigerator"), CollideParams()).colliders) == 1
+    assert len(collide(draft(joined(body, far)), category("refrigerator"), CollideParams()).colliders) > 1

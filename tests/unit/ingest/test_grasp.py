@@ -1,0 +1,129 @@
+"""Where a hand can take a thing: body, rim and handle, and none where it is too wide."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.geometry.exposure import exposure
+from casa_assets.geometry.hull import convex_hull
+from casa_assets.geometry.pinch import pinches
+from casa_assets.ingest.assemble import assemble
+from casa_assets.ingest.draft import Draft, Placed
+from casa_assets.ingest.grasp import grasp
+from casa_assets.model.category import Build, Category, Front
+from casa_assets.model.grasp import Grasp, Hold
+from casa_assets.model.material import Material
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.record import Vec3
+from casa_assets.model.shape import Box
+from casa_assets.model.source import RawPart, Source, SourceKind
+from tests.matter import CARDBOARD, box_inertial
+from tests.meshes import box_mesh
+from tests.strangers import carton, cup, kind_of, loose, without_side
+
+OPENING = 0.08
+ROW = kind_of(loose(carton()))
+
+
+def draft(size: Vec3, *meshes: Mesh) -> Draft:
+    """Parts at rest on the ground with the mass of a box of that size."""
+    parts = tuple(RawPart(name=f"part_{i}", mesh=mesh, material=Material(id="look")) for i, mesh in enumerate(meshes))
+    inertial = box_inertial(0.2, size, (0.0, 0.0, size[2] / 2))
+    return Draft(parts=parts, inertial=inertial, colliders=(Placed(shape=Box(size=size)),))
+
+
+def found(size: Vec3, *meshes: Mesh, row: Category = ROW) -> dict[Hold, Grasp]:
+    return {g.hold: g for g in grasp(draft(size, *meshes), row, OPENING).grasps}
+
+
+def mug() -> tuple[Mesh, ...]:
+    """A cup with a bar beside it that two short ones join to it."""
+    bar = box_mesh((0.008, 0.012, 0.06), (0.07, 0.0, 0.045))
+    arms = [box_mesh((0.034, 0.012, 0.008), (0.052, 0.0, z)) for z in (0.019, 0.071)]
+    return cup(), bar, *arms
+
+
+class TestGrasp:
+    def test_a_box_is_taken_by_its_body_from_above(self) -> None:
+        taken = found((0.06, 0.06, 0.12), carton())
+        assert list(taken) == [Hold.BODY]
+        body = taken[Hold.BODY]
+        assert body.width == pytest.approx(0.06, abs=1e-4)
+        assert body.approach == pytest.approx((0, 0, -1), abs=0.02)
+        assert abs(body.closing[2]) < 0.02
+
+    def test_a_wide_box_is_not_taken(self) -> None:
+        assert found((0.12, 0.12, 0.12), carton((0.12, 0.12, 0.12))) == {}
+
+    def test_a_low_board_is_not_taken_from_above_where_it_is_wide(self) -> None:
+        """Its edges could be, were it not for the floor under them."""
+        assert found((0.3, 0.2, 0.01), carton((0.3, 0.2, 0.01))) == {}
+
+    def test_a_mug_has_a_rim_and_a_handle(self) -> None:
+        row = ROW.replace(build=Build.VESSEL, front=Front.HANDLE)
+        taken = found((0.08, 0.08, 0.09), *mug(), row=row)
+        assert taken[Hold.RIM].width == pytest.approx(0.006, abs=1e-3)
+        assert taken[Hold.RIM].center[2] > 0.055
+        assert taken[Hold.HANDLE].width == pytest.approx(0.012, abs=5e-3)
+        assert taken[Hold.HANDLE].center[0] > 0.05
+
+    def test_a_wide_vessel_is_taken_by_its_rim_alone(self) -> None:
+        profile = [(0.0, 0.006), (0.074, 0.006), (0.074, 0.09), (0.08, 0.09), (0.08, 0.0), (0.0, 0.0)]
+        wide = cup(profile)
+        assert list(found((0.16, 0.16, 0.09), wide, row=ROW.replace(build=Build.VESSEL))) == [Hold.RIM]
+
+    def test_what_is_built_in_is_not_taken(self) -> None:
+        assert found((0.06, 0.06, 0.12), carton(), row=ROW.replace(fixed=True)) == {}
+
+    def test_axes_are_at_right_angles(self) -> None:
+        for one in found((0.08, 0.08, 0.09), *mug(), row=ROW.replace(build=Build.VESSEL)).values():
+            closing, approach = np.array(one.closing), np.array(one.approach)
+            assert float(closing @ approach) == pytest.approx(0, abs=1e-5)
+            assert np.linalg.norm(closing) == pytest.approx(1, abs=1e-5)
+
+    def test_asset_shows_it_as_a_site(self) -> None:
+        made = grasp(draft((0.06, 0.06, 0.12), carton()), ROW, OPENING)
+        source = Source(kind=SourceKind.FOLDER, path="box.obj")
+        asset = assemble(made, "carton_0123456789", ROW, ("carton",), CARDBOARD, source, "0" * 64)
+        (site,) = asset.sites
+        assert (site.name, site.kind) == ("grasp_body", "box")
+        assert site.size is not None
+        assert site.size[0] == pytest.approx(0.06, abs=1e-4)
+        body = made.grasps[0]
+        assert site.pose.rotation @ [1, 0, 0] == pytest.approx(body.closing, abs=1e-5)
+        assert site.pose.rotation @ [0, 0, 1] == pytest.approx(body.approach, abs=1e-5)
+
+
+def test_fingers_need_room_behind_what_they_hold() -> None:
+    """Two boxes 4 mm apart: no finger goes between them."""
+    boxes = [box_mesh((0.03, 0.03, 0.1), (x, 0.0, 0.05), shared=True) for x in (-0.017, 0.017)]
+    points = np.concatenate([b.vertices for b in boxes])
+    faces = np.concatenate([b.faces + 8 * i for i, b in enumerate(boxes)]).astype(np.int64)
+    across = [p for p in pinches(points, faces, OPENING) if abs(p.closing[0]) > 0.9]
+    assert across
+    assert min(p.width for p in across) > 0.06
+
+
+class TestExposure:
+    def test_a_closed_surface_shows_no_back(self) -> None:
+        points, faces = convex_hull(carton().vertices)
+        seen = exposure(points, faces)
+        assert seen.behind.max() < 0.01
+        assert seen.front.mean() > 0.99
+        assert not seen.back.any() or seen.back.mean() < 0.01
+
+    def test_from_below_an_open_box_is_hollow(self) -> None:
+        open_box = without_side(carton(), (0, 0, -1))
+        seen = exposure(open_box.vertices, open_box.faces.astype(np.int64))
+        assert seen.away[int(seen.behind.argmax())][2] > 0.9
+        assert seen.behind.max() > 0.75
+
+    def test_a_thing_in_a_thing_is_not_seen(self) -> None:
+        outer, inner = carton(), box_mesh((0.02, 0.02, 0.02), (0.0, 0.0, 0.06))
+        points = np.concatenate([outer.vertices, inner.vertices])
+        faces = np.concatenate([outer.faces, inner.faces + len(outer.vertices)]).astype(np.int64)
+        seen = exposure(points, faces)
+        within = seen.face >= len(outer.faces)
+        assert within.any()
+        assert not (seen.front[within] | seen.back[within]).any()

@@ -1,0 +1,96 @@
+"""Estimates of a mass: each way by itself, and what is made of them together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets import registry
+from casa_assets.ingest.mass_estimates import WALLS, Estimate, Verdict, Way, estimates, judged
+from casa_assets.model.mesh import Mesh
+from tests.meshes import box_mesh
+from tests.raw_models import MUG, category, flipped, joined, moved, turned, volume
+
+CUP = turned(MUG, 64)
+
+
+def of(mesh: Mesh, name: str) -> dict[Way, float]:
+    kind = category(name)
+    substance = registry.load().substances[kind.substance]
+    return {e.way: e.kg for e in estimates(mesh.vertices, mesh.faces, kind, substance)}
+
+
+def verdict(mesh: Mesh, name: str) -> Verdict:
+    kind = category(name)
+    substance = registry.load().substances[kind.substance]
+    return judged(estimates(mesh.vertices, mesh.faces, kind, substance), kind, 2.0)
+
+
+def guess(name: str, **kilograms: float) -> Verdict:
+    found = [Estimate(Way(way), kg, 0.3, "") for way, kg in kilograms.items()]
+    return judged(found, category(name), 2.0)
+
+
+def test_a_vessel_is_weighed_by_its_walls() -> None:
+    found = of(CUP, "mug")
+    assert found[Way.MATTER] == pytest.approx(volume(CUP) * 2300, rel=1e-6)
+    inner, outer = 2 * np.pi * 0.036 * 0.089 + np.pi * 0.036**2, 2 * np.pi * 0.04 * 0.095 + np.pi * 0.04**2
+    assert found[Way.SHELL] == pytest.approx((inner + outer) / 2 * WALLS["ceramic"] * 2300, rel=0.05)
+    assert set(found) == set(Way)
+
+
+def test_a_lone_sheet_is_one_wall_and_no_matter() -> None:
+    sheet = Mesh(
+        vertices=CUP.vertices,
+        faces=CUP.faces[np.linalg.norm(CUP.vertices[CUP.faces][..., :2], axis=2).max(axis=1) > 0.0399],
+    )
+    found = of(sheet, "mug")
+    assert Way.MATTER not in found
+    skin = 2 * np.pi * 0.04 * 0.095 + np.pi * 0.04**2
+    assert found[Way.SHELL] == pytest.approx(skin * WALLS["ceramic"] * 2300, rel=0.15)
+
+
+def test_a_full_thing_has_matter_and_a_hull_but_no_wall() -> None:
+    block = box_mesh((0.07, 0.07, 0.07), (0, 0, 0), shared=True)
+    found = of(block, "apple")
+    assert found[Way.MATTER] == pytest.approx(0.07**3 * 950, rel=1e-6)
+    assert found[Way.HULL] == pytest.approx(0.9 * 0.07**3 * 950, rel=1e-6)
+    assert Way.SHELL not in found
+
+
+def test_a_double_wall_that_stands_for_a_full_thing_is_filled() -> None:
+    outer = box_mesh((0.07, 0.07, 0.07), (0, 0, 0), shared=True)
+    hollow = joined(outer, flipped(box_mesh((0.066, 0.066, 0.066), (0, 0, 0), shared=True)))
+    assert of(hollow, "apple")[Way.MATTER] == pytest.approx(0.07**3 * 950, rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["apple", "mug", "bottle", "microwave", "fork", "cheese"])
+@pytest.mark.parametrize("size", [0.2, 1.0, 5.0])
+def test_the_range_of_the_category_is_never_left(name: str, size: float) -> None:
+    kind = category(name)
+    a, b, c = (side.typical * size for side in kind.extents)
+    span = kind.mass_kg
+    assert span.low <= verdict(box_mesh((a, b, c), (0, 0, 0), shared=True), name).kg <= span.high
+
+
+def test_a_measured_mass_is_kept_where_others_bear_it_out() -> None:
+    assert guess("mug", matter=0.4, shell=0.3, usual=0.33).kg == 0.4
+    assert guess("mug", matter=0.4, shell=0.3, usual=0.33).confidence > 0.7
+
+
+def test_where_they_disagree_it_is_between_them_and_nobody_is_sure() -> None:
+    found = guess("mug", matter=0.48, shell=0.1, usual=0.34)
+    assert 0.25 < found.kg < 0.48
+    assert found.ratio > 3
+    assert found.confidence < 0.5
+
+
+def test_out_of_range_is_clipped_and_not_sure() -> None:
+    found = guess("mug", matter=5.0, shell=4.0, usual=0.5)
+    assert found.kg == 0.5
+    assert found.confidence < 0.5
+    assert "a mug weighs 0.25 to 0.5 kg" in found.says
+
+
+def test_of_what_nobody_knows_nothing_is_sure() -> None:
+    assert verdict(moved(CUP, scale=1.0), "object").confidence <= 0.2

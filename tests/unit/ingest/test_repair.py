@@ -1,0 +1,384 @@
+"""Repairs one by one: a fault is made, counted, mended and counted again; what has no fault stays bit for bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from casa_assets.geometry.topology import edge_counts, weld
+from casa_assets.ingest.clean import clean
+from casa_assets.ingest.collide_matter import Kind
+from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.repair.holes import rims
+from casa_assets.ingest.repair.solidity import Solidity, solidity
+from casa_assets.model.material import Material
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.source import RawModel, RawPart
+from tests.meshes import box_mesh, lathe, texture
+from tests.raw_models import MUG, category, codes, flipped, joined, moved, raw, turned, volume
+
+BOX = box_mesh((1.0, 0.6, 0.3), (0.2, 0.0, 5.0), shared=True)
+
+
+def sphere(steps: int = 24) -> Mesh:
+    """A closed ball of radius 0.05 m about the origin."""
+    angles = np.linspace(-np.pi / 2, np.pi / 2, steps // 2 + 1)
+    return turned([(0.05 * float(np.cos(a)) if abs(a) < 1.57 else 0.0, 0.05 * float(np.sin(a))) for a in angles], steps)
+
+
+def welded(mesh: Mesh) -> Mesh:
+    points, place = weld(mesh.vertices)
+    return Mesh(vertices=points, faces=place[mesh.faces])
+
+
+def open_edges(draft: Draft) -> int:
+    points, faces = draft.soup()
+    return int((edge_counts(weld(points)[1][faces])[1] == 1).sum())
+
+
+def without(mesh: Mesh, *rows: int) -> Mesh:
+    return mesh.replace(faces=np.delete(mesh.faces, rows, axis=0))
+
+
+def of(draft: Draft) -> str:
+    return next(g.value for g in draft.guesses if g.subject == "solidity")
+
+
+def measured(mesh: Mesh) -> Solidity:
+    points, place = weld(mesh.vertices)
+    return solidity(points, place[mesh.faces])
+
+
+class TestSoundMeshesStay:
+    @settings(max_examples=25, deadline=None)
+    @given(
+        st.lists(st.tuples(st.floats(0.01, 0.2), st.floats(0.005, 0.1)), min_size=2, max_size=6),
+        st.integers(5, 40),
+        st.integers(0, 2**32 - 1),
+    )
+    def test_bit_for_bit(self, rings: list[tuple[float, float]], steps: int, seed: int) -> None:
+        heights = np.cumsum([h for _, h in rings])
+        profile = [(0.0, 0.0), *((r, float(z)) for (r, _), z in zip(rings, heights, strict=True))]
+        mesh = welded(turned([*profile, (0.0, float(heights[-1]) + 0.02)], steps))
+        q, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+        mesh = moved(mesh, (0.3, -2.0, 0.7), matrix=q if np.linalg.det(q) > 0 else -q)
+        draft = clean(raw(mesh), category("mug"))
+        assert draft.parts[0].mesh.vertices.tobytes() == mesh.vertices.tobytes()
+        assert draft.parts[0].mesh.faces.tobytes() == mesh.faces.tobytes()
+        assert draft.notes == ()
+
+    @pytest.mark.parametrize(
+        "name", ["saucepan_lid", "candle_holder", "cake_stand", "teapot", "wine_glass", "pan", "stand_mixer"]
+    )
+    def test_a_knob_on_a_disc_and_a_rod_on_a_foot_stay(self, name: str) -> None:
+        disc = moved(turned([(0.0, 0.0), (0.1, 0.0), (0.1, 0.01), (0.0, 0.01)]))
+        knob = moved(turned([(0.0, 0.0), (0.015, 0.0), (0.02, 0.02), (0.0, 0.025)]), (0, 0, 0.01))
+        assert len(clean(raw(disc, knob), category(name)).parts) == 2
+        if name == "candle_holder":
+            rod = moved(turned([(0.0, 0.0), (0.01, 0.0), (0.01, 0.3), (0.0, 0.3)]), (0, 0, 0.01))
+            assert len(clean(raw(disc, rod), category(name)).parts) == 2
+
+
+class TestCracks:
+    @pytest.mark.parametrize("shift", [1e-5, 1e-4, 3e-4])
+    def test_between_all_faces_are_closed(self, shift: float) -> None:
+        ball = sphere(16)
+        soup = Mesh(vertices=ball.vertices[ball.faces.ravel()], faces=np.arange(3 * len(ball.faces)).reshape(-1, 3))
+        noise = np.random.default_rng(0).uniform(-shift / 2, shift / 2, soup.vertices.shape)
+        cracked = soup.with_vertices(soup.vertices + noise)
+        before = int((edge_counts(weld(cracked.vertices)[1][cracked.faces])[1] == 1).sum())
+        assert before > 600
+        draft = clean(raw(cracked))
+        assert open_edges(draft) == 0
+        assert codes(draft.notes) == ["MSH040"]
+        assert volume(draft.parts[0].mesh) == pytest.approx(volume(ball), rel=0.03)
+
+    def test_between_two_halves_of_other_materials(self) -> None:
+        ball = welded(sphere())
+        upper = ball.vertices[ball.faces].mean(axis=1)[:, 2] > 0
+        one, other = (ball.replace(faces=ball.faces[some]) for some in (upper, ~upper))
+        draft = clean(raw(one, moved(other, (0, 0, -1e-4))))
+        assert len(draft.parts) == 2
+        assert open_edges(draft) == 0
+
+    def test_wide_gaps_and_lone_sheets_stay(self) -> None:
+        bowl = turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)])
+        draft = clean(raw(bowl))
+        assert np.array_equal(draft.parts[0].mesh.vertices, bowl.vertices)
+        assert codes(draft.notes) == ["MSH022"]
+        halves = [without(BOX, 0, 1), without(moved(BOX, (1.05, 0, 0)), 2, 3)]
+        assert "MSH040" not in codes(clean(raw(*halves)).notes)
+
+
+class TestHoles:
+    def test_a_missing_face_is_closed_and_looks_like_its_surroundings(self) -> None:
+        ball = lathe([(0.05 * float(np.sin(a)), -0.05 * float(np.cos(a))) for a in np.linspace(0, np.pi, 65)], 128)
+        ball = Mesh(
+            vertices=ball.vertices,
+            faces=ball.faces if volume(welded(ball)) > 0 else ball.faces[:, ::-1],
+            uv=ball.uv,
+            colors=np.full((len(ball.vertices), 4), 77, dtype=np.uint8),
+        )
+        whole = clean(raw(ball))
+        gap = len(ball.faces) // 2
+        torn = without(ball, gap, gap + 1)
+        draft = clean(raw(torn))
+        assert codes(whole.notes) == ["MSH010"]
+        assert codes(draft.notes) == ["MSH010", "MSH041"]
+        assert open_edges(draft) == 0
+        mesh = draft.parts[0].mesh
+        assert mesh.uv is not None
+        assert mesh.colors is not None
+        assert (mesh.colors[-1] == 77).all()
+        fan = mesh.faces[mesh.faces.max(axis=1) == len(mesh.vertices) - 1]
+        corners = fan[fan != len(mesh.vertices) - 1]
+        assert (mesh.uv[corners].min(axis=0) <= mesh.uv[-1]).all()
+        assert (mesh.uv[-1] <= mesh.uv[corners].max(axis=0)).all()
+        assert volume(welded(mesh)) == pytest.approx(volume(welded(ball)), rel=1e-3)
+
+    def test_large_openings_and_drilled_holes_stay(self) -> None:
+        assert "MSH041" not in codes(clean(raw(turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)]))).notes)
+        ball = welded(sphere(64))
+        pole = int(np.argmax(ball.vertices[:, 2]))
+        drilled = ball.replace(faces=ball.faces[~(ball.faces == pole).any(axis=1)])
+        draft = clean(raw(drilled))
+        assert codes(draft.notes) == ["MSH022"]
+        assert open_edges(draft) == 64
+
+    def test_over_a_border_of_materials_stays_one_surface(self) -> None:
+        ball = welded(sphere(256))
+        mids = ball.vertices[ball.faces].mean(axis=1)
+        upper = mids[:, 2] > 0
+        ends = np.unique(ball.faces[~upper])
+        above = int(np.flatnonzero(upper & (np.isin(ball.faces, ends).sum(axis=1) == 2))[0])
+        edge = ball.faces[above][np.isin(ball.faces[above], ends)]
+        below = int(np.flatnonzero(~upper & (np.isin(ball.faces, edge).sum(axis=1) == 2))[0])
+        keep = np.ones(len(upper), dtype=bool)
+        keep[[above, below]] = False
+        parts = [ball.replace(faces=ball.faces[some & keep]) for some in (upper, ~upper)]
+        draft = clean(raw(*parts))
+        assert len(draft.parts) == 2
+        assert codes(draft.notes) == ["MSH041"]
+        assert open_edges(draft) == 0
+
+    def test_ways_that_branch_are_no_rims(self) -> None:
+        two = np.array([[0, 1, 2], [0, 3, 4]])
+        assert rims(two, np.arange(5)) == []
+        assert [len(r) for r in rims(two[:1], np.arange(5))] == [3]
+
+
+class TestExtras:
+    def test_a_bent_backdrop_goes_and_a_bent_shell_stays(self) -> None:
+        profile = [(-1.0, 0.0), (0.5, 0.0), (0.8, 0.1), (1.0, 0.4), (1.0, 1.5)]
+        points = [(x, y, z) for x, z in profile for y in (-1.0, 1.0)]
+        sheet = Mesh(
+            vertices=points,
+            faces=[f for k in range(0, 8, 2) for f in ((k, k + 2, k + 1), (k + 1, k + 2, k + 3))],
+        )
+        mug = moved(turned(MUG), (0, 0, 0.001), 5.0)
+        draft = clean(raw(sheet, mug))
+        assert [p.name for p in draft.parts] == ["part_1"]
+        assert codes(draft.notes) == ["MSH012"]
+        tube = lathe([(0.7, -0.5), (0.7, 1.5)], 24)
+        assert len(clean(raw(tube, mug)).parts) == 2
+        bowl = turned([(0.0, -0.05), (0.6, -0.05), (1.2, 0.6)])
+        assert len(clean(raw(bowl, mug)).parts) == 2
+
+    def test_a_room_of_flat_sheets_goes_and_a_shelf_stays(self) -> None:
+        def square(side: float, matrix: np.ndarray) -> Mesh:
+            points = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]]) * side / 2
+            return Mesh(vertices=points @ matrix.T, faces=[[0, 1, 2], [0, 2, 3]])
+
+        turns = [np.eye(3), np.roll(np.eye(3), 1, axis=0), np.roll(np.eye(3), 2, axis=0)]
+        mug = moved(turned(MUG), (0, 0, -0.5))
+        for gap in (0.0, 0.02):  # the walls of a room hang together, or they do not
+            walls = [moved(square(1.0, t), (0, -gap * k, gap * k)) for k, t in enumerate(turns)]
+            draft = clean(raw(*walls, mug))
+            assert [p.name for p in draft.parts] == ["part_3"]
+        shelf = [square(0.2, t) for t in turns]
+        assert len(clean(raw(*shelf, moved(turned(MUG), (0, 0, -0.1)))).parts) == 4
+
+    def test_a_stand_goes_where_the_rest_is_what_it_is_said_to_be(self) -> None:
+        slab = box_mesh((0.4, 0.4, 0.03), (0.0, 0.0, -0.015), shared=True)
+        bottle = turned([(0.0, 0.0), (0.035, 0.0), (0.035, 0.2), (0.013, 0.25), (0.0, 0.25)])
+        draft = clean(raw(slab, bottle), category("bottled_water"))
+        assert [p.name for p in draft.parts] == ["part_1"]
+        assert "MSH012" in codes(draft.notes)
+        assert len(clean(raw(slab, bottle)).parts) == 2
+
+    def test_specks_go_chains_and_sprinkles_stay(self) -> None:
+        ball = sphere()
+        far = [moved(ball, (0.09 + 0.005 * k, 0.02 * k, 0.0), 0.01) for k in range(3)]
+        near = moved(ball, (0.051, 0.0, 0.0), 0.01)
+        chain = [moved(ball, (0.0, 0.0, 0.0505 + 0.001 * k), 0.0101) for k in range(12)]
+        draft = clean(raw(ball, *far, near, *chain))
+        assert [n.says[:2] for n in draft.notes] == ["3 "]
+        assert codes(draft.notes) == ["MSH013"]
+        assert len(draft.parts) == 14
+
+
+class TestHidden:
+    def test_what_is_sealed_up_goes_and_rooms_are_remarked_on(self) -> None:
+        inner = moved(BOX, (0.1, 0.0, 2.5), 0.5)
+        draft = clean(raw(BOX, inner))
+        assert [p.name for p in draft.parts] == ["part_0"]
+        assert draft.parts[0].mesh == BOX
+        assert codes(draft.notes) == ["MSH042"]
+        draft = clean(raw(BOX, flipped(inner)))
+        assert len(draft.parts) == 2
+        assert codes(draft.notes) == ["MSH043"]
+
+    def test_scraps_within_go(self) -> None:
+        scrap = Mesh(vertices=[[0, 0, 5.0], [0.3, 0, 5.0], [0.3, 0.1, 5.05]], faces=[[0, 1, 2]])
+        draft = clean(raw(BOX, scrap))
+        assert draft.parts[0].mesh == BOX
+        assert codes(draft.notes) == ["MSH042"]
+
+    @pytest.mark.parametrize("how", ["alpha", "picture", "colours"])
+    def test_what_is_seen_through_glass_stays(self, how: str) -> None:
+        pixels = np.full((2, 2, 4), 90, dtype=np.uint8)
+        material = {
+            "alpha": Material(id="glass", base_color=(1, 1, 1, 0.3)),
+            "picture": Material(id="glass", base_color_texture=texture("glass", pixels)),
+            "colours": Material(id="glass"),
+        }[how]
+        colors = np.full((8, 4), 90, dtype=np.uint8) if how == "colours" else None
+        glass = Mesh(vertices=BOX.vertices, faces=BOX.faces, uv=np.zeros((8, 2)), colors=colors)
+        inner = moved(BOX, (0.1, 0.0, 2.5), 0.5)
+        model = RawModel(
+            parts=(
+                RawPart(name="jar", mesh=glass, material=material),
+                RawPart(name="jam", mesh=inner, material=Material(id="jam")),
+            ),
+            format="glb",
+        )
+        assert len(clean(model).parts) == 2
+
+    def test_what_stands_in_an_open_vessel_stays(self) -> None:
+        fruit = moved(BOX, (-0.004, 0.0, -0.05), 0.02)
+        assert len(clean(raw(turned(MUG), fruit)).parts) == 2
+
+
+class TestWinding:
+    def test_an_open_patch_that_shows_its_back_is_turned(self) -> None:
+        """Patches that meet at an edge of three faces: parity says nothing of one by the other."""
+        ball = welded(sphere(24))
+        mids = ball.vertices[ball.faces].mean(axis=1)
+        upper = mids[:, 2] > 0
+        ring = np.unique(ball.faces[upper].ravel()[np.isin(ball.faces[upper].ravel(), ball.faces[~upper].ravel())])
+        fin = ball.vertices[ring] * 1.2
+        order = ring[np.argsort(np.arctan2(ball.vertices[ring][:, 1], ball.vertices[ring][:, 0]))]
+        start = len(ball.vertices)
+        where = {int(p): start + k for k, p in enumerate(ring)}
+        fins = [
+            f
+            for a, b in zip(order, np.roll(order, -1), strict=True)
+            for f in ((a, b, where[int(b)]), (a, where[int(b)], where[int(a)]))
+        ]
+        faces = np.concatenate([ball.faces[upper][:, ::-1], ball.faces[~upper], np.array(fins)])
+        draft = clean(raw(Mesh(vertices=np.vstack([ball.vertices, fin]), faces=faces)))
+        mesh = draft.parts[0].mesh
+        corners = mesh.vertices[mesh.faces[: len(ball.faces)]]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        assert (np.einsum("ij,ij->i", normals, corners.mean(axis=1)) > 0).all()
+
+    def test_a_leaf_keeps_the_side_that_it_had(self) -> None:
+        stem = turned([(0.0, 0.0), (0.01, 0.0), (0.01, 0.1), (0.0, 0.1)], 8)
+        leaf = [(0.02, y, 0.11 - 20 * (y * y + 0.02 * x)) for x in (0.0, 0.01) for y in np.linspace(-0.03, 0.03, 5)]
+        points = np.array(leaf) + np.array([[0.0, 0, 0]] * 5 + [[0.03, 0, 0]] * 5)
+        faces = np.array([f for k in range(4) for f in ((k, k + 5, k + 6), (k, k + 6, k + 1))])
+        for side in (faces, faces[:, ::-1], np.vstack([faces[:1, ::-1], faces[1:]])):
+            out = clean(raw(stem, Mesh(vertices=points, faces=side))).parts[1].mesh
+            corners = out.vertices[out.faces]
+            up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+            was = np.cross(points[side[1:, 1]] - points[side[1:, 0]], points[side[1:, 2]] - points[side[1:, 0]])[:, 2]
+            assert (np.sign(up) == np.sign(was[0])).all()
+
+
+class TestSolidity:
+    def test_kinds(self) -> None:
+        assert measured(sphere()).kind is Kind.SOLID
+        assert measured(turned(MUG)).kind is Kind.WALLED
+        assert measured(turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)])).kind is Kind.SHEET
+        double = joined(sphere(), flipped(moved(sphere(), scale=0.95)))
+        found = measured(double)
+        assert found.kind is Kind.DOUBLE
+        assert found.sealed == pytest.approx(0.95**3, abs=0.01)
+        assert found.fills == pytest.approx(1 - 0.95**3, abs=0.01)
+        # Twice the volume over area and length of two spheres.
+        assert found.wall == pytest.approx(0.025, abs=0.001)
+        assert found.seen == pytest.approx(1 / (1 + 0.95**2), abs=0.05)
+
+    def test_a_torn_double_wall_is_one_still(self) -> None:
+        """A crack through both walls joins them: nothing is sealed, half of it is out of sight."""
+        outer, inner = welded(sphere(48)), flipped(moved(welded(sphere(48)), scale=0.95))
+        both = joined(without(outer, 100, 101), inner)
+        found = measured(both)
+        assert not found.closed
+        assert found.seen < 0.75
+
+    def test_is_in_the_report(self) -> None:
+        draft = clean(raw(turned(MUG)))
+        assert of(draft) == "walled"
+        says = next(g.because for g in draft.guesses if g.subject == "solidity")
+        assert "of its hull" in says
+        assert "is seen" in says
+
+
+class TestTees:
+    def test_a_corner_on_the_middle_of_an_edge(self) -> None:
+        """A box, one side of which is cut in two at a corner that its neighbour does not have."""
+        box = box_mesh((0.2, 0.2, 0.2), (0.0, 0.0, 0.0), shared=True)
+        face = box.faces[0]
+        middle = box.vertices[face[:2]].mean(axis=0)
+        two = [(face[0], 8, face[2]), (8, face[1], face[2])]
+        mesh = Mesh(
+            vertices=np.vstack([box.vertices, middle]),
+            faces=np.vstack([box.faces[1:], np.array(two)]),
+            uv=np.vstack([box.vertices, middle])[:, :2],
+        )
+        assert int((edge_counts(mesh.faces.astype(np.int64))[1] == 1).sum()) == 3
+        draft = clean(raw(mesh))
+        assert codes(draft.notes) == ["MSH044"]
+        assert open_edges(draft) == 0
+        out = draft.parts[0].mesh
+        assert volume(out) == pytest.approx(0.008)
+        assert out.uv is not None
+        assert np.allclose(out.uv, out.vertices[:, :2])
+
+    def test_a_sliver_that_stitches_may_go(self) -> None:
+        """What held edges together was a face without area."""
+        box = box_mesh((0.2, 0.2, 0.2), (0.0, 0.0, 0.0), shared=True)
+        face = box.faces[0]
+        points = np.vstack([box.vertices, box.vertices[face[:2]].mean(axis=0)])
+        rest = [(face[0], 8, face[2]), (8, face[1], face[2]), (face[0], face[1], 8)]
+        draft = clean(raw(Mesh(vertices=points, faces=np.vstack([box.faces[1:], np.array(rest)]))))
+        assert codes(draft.notes) == ["MSH010", "MSH044"]
+        assert open_edges(draft) == 0
+
+    def test_an_edge_that_is_met_in_part_stays(self) -> None:
+        bowl = turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)], 8)
+        lone = Mesh(vertices=[[0.08, 0.0, 0.06], [0.09, 0.0, 0.08], [0.07, 0.03, 0.06]], faces=[[0, 1, 2]])
+        assert "MSH044" not in codes(clean(raw(joined(bowl, lone))).notes)
+
+
+class TestTangles:
+    def test_a_fin_on_a_scan_is_cut_out(self) -> None:
+        ball = welded(sphere(128))
+        face = ball.faces[len(ball.faces) // 2]
+        tip = ball.vertices[face[:2]].mean(axis=0) * 1.02
+        finned = Mesh(
+            vertices=np.vstack([ball.vertices, tip]),
+            faces=np.vstack([ball.faces, [face[0], face[1], len(ball.vertices)]]),
+        )
+        draft = clean(raw(finned))
+        assert codes(draft.notes) == ["MSH045"]
+        points, faces = draft.soup()
+        assert (edge_counts(weld(points)[1][faces])[1] == 2).all()
+        assert volume(welded(draft.parts[0].mesh)) == pytest.approx(volume(ball), rel=2e-3)
+
+    def test_what_was_built_of_fins_stays(self) -> None:
+        fin = Mesh(vertices=np.vstack([BOX.vertices, [2, 2, 7]]), faces=np.vstack([BOX.faces, [0, 1, 8]]))
+        assert len(clean(raw(fin)).parts[0].mesh.faces) == 13

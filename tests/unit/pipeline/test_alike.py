@@ -1,0 +1,215 @@
+"""Copies in a library: which one stays, who is told, what is said of all assets together, and search by words."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image
+
+from casa_assets import registry
+from casa_assets.model.asset import Asset
+from casa_assets.model.material import Material
+from casa_assets.model.pose import Pose
+from casa_assets.model.source import Source, SourceKind
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.alike import whole
+from casa_assets.pipeline.alike.pairs import alike_in
+from casa_assets.pipeline.alike.rows import rows
+from casa_assets.pipeline.alike.search import by_look, by_words, tokens
+from casa_assets.pipeline.alike.seen import pictures_in_numbers
+from casa_assets.pipeline.alike.signature import signature
+from casa_assets.pipeline.alike.twins import CODE, Twins
+from casa_assets.pipeline.ingest import Event
+from casa_assets.pipeline.known import verdict
+from casa_assets.pipeline.look import VIEWS, Eye
+from casa_assets.pipeline.store import Store
+from tests.accepted import keep
+from tests.assets import ball, rigid_mug
+
+LIMIT = registry.load().limits["alike_form"]
+MARK = "0" * 64
+COLORS = {"red": (1.0, 0.1, 0.1), "blue": (0.1, 0.1, 1.0)}
+BLUE, RED = (0.02, 0.05, 0.6, 1.0), (0.6, 0.05, 0.02, 1.0)
+
+
+def mug(name: str, color: tuple[float, float, float, float] = RED, factor: float = 1.0, turn: float = 0.0) -> Asset:
+    """The mug of the tests under a name of its own, painted, scaled, turned about z."""
+    asset = rigid_mug()
+    pose = Pose(position=(0.0, 0.0, 0.0), quaternion=(float(np.cos(turn / 2)), 0.0, 0.0, float(np.sin(turn / 2))))
+    (link,) = asset.links
+    visuals = tuple(v.replace(mesh=v.mesh.with_vertices(pose.apply(v.mesh.vertices) * factor)) for v in link.visuals)
+    looks = tuple(Material(id=m.id, base_color=color) for m in asset.materials)
+    digest = name.rpartition("_")[2] + "0" * 54
+    origin = asset.provenance.replace(path=f"{name}.glb", sha256=digest)
+    return asset.replace(id=name, links=(link.replace(visuals=visuals),), materials=looks, provenance=origin)
+
+
+FIRST, COPY = mug("mug_aaaaaaaaaa"), mug("mug_bbbbbbbbbb", turn=0.9)
+OTHER, LARGE = mug("mug_cccccccccc", BLUE), mug("mug_dddddddddd", factor=1.4)
+
+
+def library(root: Path, *assets: Asset) -> disk.Library:
+    """A library that holds these."""
+    return disk.Library(keep(root / "library", assets))
+
+
+def told(place: disk.Library, order: Sequence[Asset], arrived: Sequence[Asset]) -> list[tuple[str, str, str]]:
+    """Kind, id and code of the events of a run whose inputs are done with in some order."""
+    sources = {a.id: Source(kind=SourceKind.FOLDER, path=f"{a.id}.glb") for a in order}
+    twins = Twins(place, MARK, LIMIT, sources)
+    events = [Event("accepted", len(order), f"{a.id}.glb", a.id) for a in arrived]
+    with place.locked():
+        return [(e.kind, e.asset_id, e.code) for e in twins.apart(events)]
+
+
+@pytest.mark.parametrize("arrived", [(FIRST, COPY, OTHER), (OTHER, COPY, FIRST), (COPY, FIRST, OTHER)])
+def test_the_first_of_the_inputs_stays_whoever_is_done_first(tmp_path: Path, arrived: tuple[Asset, ...]) -> None:
+    place = library(tmp_path, FIRST, COPY, OTHER)
+    assert told(place, (FIRST, COPY, OTHER), arrived) == [
+        ("accepted", FIRST.id, ""),
+        ("rejected", COPY.id, CODE),
+        ("accepted", OTHER.id, ""),
+    ]
+    assert [f.name for f in place.accepted()] == [FIRST.id, OTHER.id]
+    (folder,) = place.refused()
+    refusal = disk.read_refusal(folder)
+    assert (refusal.code, refusal.twin) == (CODE, f"mug/{FIRST.id}")
+    assert refusal.says.startswith(f"duplicate of {FIRST.id}.glb ({FIRST.id}): 95 % of the surface within")
+    assert refusal.report is not None
+    assert (folder / "preview.png").is_file()
+
+
+def test_what_the_library_had_comes_first(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, COPY)
+    assert told(place, (FIRST,), (FIRST,)) == [("rejected", FIRST.id, CODE)]
+    assert [f.name for f in place.accepted()] == [COPY.id]
+
+
+def test_another_size_or_colour_is_no_copy(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, OTHER, LARGE)
+    events = told(place, (FIRST, OTHER, LARGE), (LARGE, OTHER, FIRST))
+    assert [kind for kind, _, _ in events] == ["accepted"] * 3
+
+
+def test_a_refusal_holds_as_long_as_its_twin_stands(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, COPY)
+    told(place, (FIRST, COPY), (FIRST, COPY))
+    (folder,) = place.refused()
+    known = verdict([folder], COPY.id, MARK)
+    assert known is not None
+    assert known.code == CODE
+    with place.locked():
+        place.forget(place.folder("mug", FIRST.id))
+    assert verdict([folder], COPY.id, MARK) is None, "it is due again"
+
+
+def test_pairs_are_found_whatever_size_and_colour_and_measured_once(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, COPY, OTHER, LARGE, ball())
+    store = Store(tmp_path / "store")
+    found = list(alike_in(list(rows(place)), store))
+    mugs = [FIRST.id, COPY.id, OTHER.id, LARGE.id]
+    assert [(p.one, p.other) for p in found] == [(a, b) for i, a in enumerate(mugs) for b in mugs[i + 1 :]]
+    assert all(p.same_form(LIMIT) for p in found)
+    assert {(p.one, p.other) for p in found if p.twins(LIMIT)} == {(FIRST.id, COPY.id)}
+    assert found[2].size == pytest.approx(1.4, rel=1e-3)
+    for folder in place.accepted():
+        (folder / "model.xml").unlink()
+        for mesh in (folder / "meshes").iterdir():
+            mesh.unlink()
+    assert list(alike_in(list(rows(place)), store)) == found
+
+
+def test_the_signature_hangs_on_nothing_but_form_and_look() -> None:
+    assert signature(FIRST) == signature(mug("mug_eeeeeeeeee"))
+    one, other = signature(FIRST), signature(OTHER)
+    assert one is not None
+    assert other is not None
+    assert one.form == other.form
+    assert one.tint.names[0][0] == "red"
+    assert other.tint.names[0][0] == "blue"
+
+
+class Painter:
+    """Stands in for a model: a picture is its mean colour, and so is every word that names one."""
+
+    def __init__(self) -> None:
+        self.shown = 0
+
+    def see(self, pictures: Sequence[bytes]) -> npt.NDArray[np.float64]:
+        """Redder pictures lie nearer to red."""
+        self.shown += len(pictures)
+        found = []
+        for png in pictures:
+            with Image.open(io.BytesIO(png)) as image:
+                pixels = np.asarray(image.convert("RGB"), dtype=np.float64).reshape(-1, 3)
+            vivid = pixels[np.ptp(pixels, axis=1) > 60]
+            found.append(vivid.mean(axis=0) if len(vivid) else np.ones(3))
+        rows = np.array(found)
+        return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+    def hear(self, sentences: Sequence[str]) -> npt.NDArray[np.float64]:
+        """The colour that a sentence names, else grey."""
+        named = [[COLORS[w] for w in COLORS if w in s] for s in sentences]
+        rows = np.array([n[0] if n else (0.3, 1.0, 0.3) for n in named])
+        return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+    def eye(self, mark: str = "f" * 64) -> Eye:
+        """As the rest of the program knows it."""
+        return Eye("painter.pt", mark, 10.0, self.see, self.hear)
+
+
+def test_pictures_are_looked_at_once_for_each_content_and_weights(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, OTHER)
+    painter = Painter()
+    hits = by_look("red mug", place, painter.eye(), 5)
+    assert [hit.id for hit in hits] == [FIRST.id, OTHER.id]
+    assert hits[0].score > hits[1].score + 0.2
+    assert painter.shown == 2 * len(VIEWS)
+    assert [hit.id for hit in by_look("blue mug", place, painter.eye(), 1)] == [OTHER.id]
+    assert painter.shown == 2 * len(VIEWS), "kept beside the library"
+    store = Store(place.cache)
+    numbers = pictures_in_numbers(next(rows(place)), painter.eye("e" * 64), store)
+    assert painter.shown == 3 * len(VIEWS), "other weights look anew"
+    assert numbers.shape == (len(VIEWS), 3)
+
+
+def test_the_whole_says_when_nobody_looked_and_remembers_who_did(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, COPY, OTHER)
+    blind = whole.look_over(place)
+    assert [i.code for i in blind.report.issues] == ["LIB001"] * 3 + ["LIB002", "LIB003"]
+    assert "no weights of CLIP were given (--clip-weights)" in blind.report.issues[-1].says
+    assert (blind.weights, blind.seen, blind.looks) == ("", {}, ())
+    seen = whole.look_over(place, Painter().eye())
+    assert seen.weights == "painter.pt"
+    assert seen.seen[FIRST.id].category == "mug"
+    assert len(seen.seen[FIRST.id].others) == 3
+    assert seen.looks[0][:2] == (FIRST.id, COPY.id)
+    assert [i.pointer for i in seen.report.issues if i.code == "LIB002"] == [COPY.id]
+    assert whole.look_over(place) == seen, "what is still the same is not forgotten"
+    assert whole.read(place.root) == seen
+    with place.locked():
+        place.forget(place.folder("mug", COPY.id))
+    keep(place.root, [LARGE])
+    later = whole.look_over(place)
+    assert "1 of 3 assets were not there when somebody looked" in later.report.issues[-1].says
+    assert set(later.seen) == {FIRST.id, OTHER.id}
+    (place.root / whole.NAME).write_text("{", encoding="utf-8")
+    assert whole.read(place.root) is None
+    assert json.loads((whole.look_over(place), (place.root / whole.NAME).read_text())[1])["schema_version"] == 1
+
+
+def test_words_alone_find_by_category_and_colour(tmp_path: Path) -> None:
+    place = library(tmp_path, FIRST, OTHER, ball())
+    hits = by_words("a red mug", place, 5)
+    assert [hit.id for hit in hits[:2]] == [FIRST.id, OTHER.id]
+    assert hits[0].because == "100% red, 'mug' is its category"
+    assert by_words("blue mugs", place, 5)[0].id == OTHER.id
+    assert [hit.id for hit in by_words("fruit", place, 5)] == [ball().id]
+    assert by_words("bicycle", place, 5) == []
+    assert tokens("Glasses, 2 red MUGS") == ["glasse", "2", "red", "mug"]

@@ -1,0 +1,66 @@
+"""The page of rejected inputs says of each why, in words, and what to do about it."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from casa_assets.model.source import Source, SourceKind
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.books import report
+
+CASES = [
+    ("FLT005", "links/object/visuals: 2 large parts stand apart; give each object a file of its own, or join them"),
+    ("FLT010", "materials: is black"),
+    ("MSH002", "all faces lie in one plane; a thing that is handled needs a thickness"),
+]
+
+
+def refused(root: Path, code: str, says: str) -> None:
+    folder = disk.Library(root).refusal_folder(f"mug_{code.lower()}0000")
+    folder.mkdir(parents=True)
+    source = Source(kind=SourceKind.FOLDER, path=f"{code}.glb")
+    refusal = disk.Refusal(
+        id=folder.name, code=code, says=says, category="mug", recipe="0" * 64, sha256="0" * 64, source=source
+    )
+    disk.write_refusal(folder, refusal)
+    picture = io.BytesIO()
+    Image.new("RGB", (32, 32), (200, 30, 30)).save(picture, "PNG")
+    (folder / report.PICTURE).write_bytes(picture.getvalue())
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
+    root = tmp_path_factory.mktemp("library")
+    for code, says in CASES:
+        refused(root, code, says)
+    text = report.write(root, root / "report.html").read_text(encoding="utf-8")
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    assert found is not None
+    return {row["code"]: row for row in json.loads(found.group(1))["rejects"]}
+
+
+def test_every_reject_has_a_picture_a_reason_and_what_to_do(page: dict[str, dict[str, Any]]) -> None:
+    assert page.keys() == {code for code, _ in CASES}
+    for row in page.values():
+        assert row["thumb"].startswith("data:image/webp")
+        assert row["meaning"]
+        assert row["reason"]
+        assert row["mend"].endswith(".")
+
+
+def test_what_a_check_says_is_parted_into_fault_and_remedy(page: dict[str, dict[str, Any]]) -> None:
+    assert page["FLT005"]["reason"] == "links/object/visuals: 2 large parts stand apart."
+    assert page["FLT005"]["mend"] == "Give each object a file of its own, or join them."
+    assert page["FLT010"]["mend"] == report.LOOK
+
+
+def test_a_stage_has_its_own_words(page: dict[str, dict[str, Any]]) -> None:
+    assert page["MSH002"]["reason"] == CASES[2][1]
+    assert page["MSH002"]["mend"].startswith("Give the model a thickness")

@@ -1,0 +1,125 @@
+"""The list of doubtful guesses: what comes onto it, what a person's word does, and words that mean nothing."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from casa_assets.errors import OutputError
+from casa_assets.model.provenance import Guess
+from casa_assets.model.ruling import NO_RULING, Ruling, Way
+from casa_assets.pipeline.books.entry import Entry, entries
+from casa_assets.pipeline.ingest import Event, Options, ingest
+from casa_assets.pipeline.library import Library
+from casa_assets.pipeline.review import NAME, doubts, rulings, write
+from casa_assets.pipeline.stage import ruled
+from tests.libraries import BOXES, box_obj
+
+
+def run(folder: Path) -> list[Event]:
+    return list(ingest([folder / "in"], Options(folder / "library")))
+
+
+def rows(folder: Path) -> list[dict[str, str]]:
+    with (folder / "library" / NAME).open(encoding="utf-8", newline="") as handle:
+        return list(csv.DictReader(handle))
+
+
+def say(folder: Path, **words: str) -> None:
+    """Fill in the first row as a person would."""
+    lines = rows(folder)
+    lines[0].update({f"set_{name}": value for name, value in words.items()})
+    with (folder / "library" / NAME).open("w", encoding="utf-8", newline="") as handle:
+        writer = csv.DictWriter(handle, list(lines[0]))
+        writer.writeheader()
+        writer.writerows(lines)
+
+
+def only(folder: Path) -> Entry:
+    (entry,) = entries(Library(folder / "library"))
+    return entry
+
+
+@pytest.fixture(scope="module")
+def unknown(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with `in`, a box of which nobody says what it is, and `library`, made of it."""
+    folder = tmp_path_factory.mktemp("unknown")
+    (folder / "in").mkdir()
+    (folder / "in" / "qwxz.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    assert [e.kind for e in run(folder)] == ["accepted"]
+    return folder
+
+
+def test_what_nobody_names_is_on_the_list_with_its_reasons(unknown: Path) -> None:
+    (row,) = rows(unknown)
+    assert row["category"] == "object"
+    assert {"category", "up_axis", "mass"} <= set(row["look_at"].split())
+    assert float(row["size_m"]) == pytest.approx(max(only(unknown).summary.extents), rel=1e-3)  # type: ignore[union-attr]
+    assert {w.pointer for w in only(unknown).warnings if w.code == "REV001"} == set(row["look_at"].split())
+    assert rulings(Library(unknown / "library")) == {}
+
+
+def test_a_persons_word_is_obeyed_kept_and_not_asked_for_again(unknown: Path) -> None:
+    say(unknown, category="milk", size_m="0.25", mass_kg="1,05", up="z", turn_deg="90")
+    assert [e.kind for e in run(unknown)] == ["accepted"]
+    entry = only(unknown)
+    assert entry.category == "milk"
+    assert entry.summary is not None
+    assert max(entry.summary.extents) == pytest.approx(0.25)
+    assert entry.summary.mass == pytest.approx(1.05)
+    sure = {g.subject: g.confidence for g in entry.guesses}
+    assert [sure[s] for s in ("category", "up_axis", "scale", "mass", "front")] == [1.0] * 5
+    (row,) = rows(unknown)
+    assert row["set_category"] == "milk"
+    assert row["look_at"] == ""
+    assert [e.kind for e in run(unknown)] == ["kept"]
+    say(unknown, mass_kg="0.9")
+    assert [e.kind for e in run(unknown)] == ["accepted"]
+    assert only(unknown).summary.mass == pytest.approx(0.9)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("category", "no_such_thing"), ("size_m", "long"), ("size_m", "-1"), ("up", "north"), ("mass_kg", "nan")],
+)
+def test_a_word_that_means_nothing_is_said_with_its_row(tmp_path: Path, name: str, value: str) -> None:
+    (tmp_path / NAME).write_text(f"sha256,set_{name}\nabc,{value}\n", encoding="utf-8")
+    with pytest.raises(OutputError, match="row 2"):
+        rulings(Library(tmp_path))
+
+
+@pytest.mark.parametrize("text", ["input,set_up\na.obj,y\n", "sha256,set_up\n,y\n"])
+def test_rows_are_told_apart_by_their_digest(tmp_path: Path, text: str) -> None:
+    (tmp_path / NAME).write_text(text, encoding="utf-8")
+    with pytest.raises(OutputError, match="sha256"):
+        rulings(Library(tmp_path))
+
+
+def test_a_list_without_rows_is_taken_away(tmp_path: Path) -> None:
+    library = Library(tmp_path)
+    library.staging.mkdir(parents=True)
+    (tmp_path / NAME).write_text("sha256,set_up\nabc,\n", encoding="utf-8")
+    assert write(library) == 0
+    assert not (tmp_path / NAME).exists()
+
+
+def test_a_ruling_on_what_is_not_there_any_more_is_kept(tmp_path: Path) -> None:
+    library = Library(tmp_path)
+    library.staging.mkdir(parents=True)
+    (tmp_path / NAME).write_text("sha256,set_up\nabc,minus_y\n", encoding="utf-8")
+    assert write(library) == 1
+    assert rulings(library) == {"abc": Ruling(up=Way.MINUS_Y)}
+
+
+def test_only_what_a_person_can_decide_is_doubted() -> None:
+    guesses = [Guess(subject=s, value="v", confidence=0.2, because="b") for s in ("scale", "front", "collision")]
+    sure = Guess(subject="mass", value="v", confidence=0.5, because="b")
+    assert [issue.pointer for issue in doubts([*guesses, sure])] == ["scale"]
+
+
+def test_a_ruling_makes_another_recipe() -> None:
+    assert ruled("mark", NO_RULING) == "mark"
+    marks = {ruled("mark", Ruling(size_m=size)) for size in (0.1, 0.2)} | {"mark"}
+    assert len(marks) == 3
