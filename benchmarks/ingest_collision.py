@@ -11,6 +11,7 @@ that one shape is enough, making open meshes solid and measuring what was made.
 from __future__ import annotations
 
 import argparse
+import json
 import multiprocessing
 import os
 import resource
@@ -155,11 +156,17 @@ def main() -> None:
     parser.add_argument("--cpu", type=int, default=120, help="CPU seconds for a peer on one input")
     parser.add_argument("--drop", type=int, default=0, help="drop so many on a table, ours and V-HACD's; 0: none")
     parser.add_argument("--out", type=Path, default=Path("out/bench"), help="where results go")
+    parser.add_argument("--again", type=Path, help="no run: the page of an earlier one, from its ingest_collision.json")
     given = parser.parse_args()
+    if given.again:
+        old = json.loads(given.again.read_text(encoding="utf-8"))
+        pace = [stepping.Pace(**p) for p in old["pace"]]
+        print(_write(given.out, [Row(**r) for r in old["rows"]], given.folder, pace))
+        return
     most = dict(_counted(word) for word in given.peers)
     rows: list[Row] = []
     made: dict[str, list[list[Placed]]] = {}
-    pace: list[stepping.Pace] = []
+    pace = []
     for number, item in enumerate(prepared(given.folder, given.every, given.only, ROUNDS)):
         for row, shapes in apart(item, ["ours", *(n for n, count in most.items() if number < count)], given.cpu):
             rows.append(row)

@@ -147,7 +147,7 @@ def main() -> None:
     table = truths(given.folder)
     rows, drawn = [], []
     for one, category, draft, told in inputs(given.folder, given.every, given.only):
-        path = (one.root / one.main).relative_to(given.folder).as_posix()
+        path = (one.root / one.main).resolve().relative_to(given.folder.resolve()).as_posix()
         try:
             row, done = measured(path, category, draft, told, table.get(path, {}), given.copies)
         except CasaError as error:

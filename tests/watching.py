@@ -56,7 +56,11 @@ _CHANGES = (
     *("shutil.copyfile", "shutil.copytree", "shutil.chown", "shutil.copymode", "shutil.copystat"),
     *("shutil.make_archive", "shutil.unpack_archive"),
 )
-_SYSTEM = ("/usr", "/lib", "/lib64", "/proc", "/sys", "/etc/ld.so.cache", "/etc/localtime", "/etc/mime.types")
+# The last two are where native packages look for libraries on other systems when they are imported.
+_SYSTEM = (
+    *("/usr", "/lib", "/lib64", "/proc", "/sys", "/etc/ld.so.cache", "/etc/localtime", "/etc/mime.types"),
+    *("/opt/homebrew/lib", "/run/current-system/sw/lib"),
+)
 _LOOKS = frozenset({"os.listdir", "os.scandir", "os.walk", "os.getxattr", "os.listxattr"})
 _NETWORK = frozenset({"socket.connect", "socket.getaddrinfo", "socket.gethostbyname", "socket.sendto", "socket.bind"})
 _STARTS = frozenset({"subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.startfile"})
@@ -113,13 +117,7 @@ class Watch:
         Args:
             inputs: folders that may be read. outputs: folders that may be read and written.
         """
-        made_of = [
-            ROOT,
-            Path(sys.prefix),
-            Path(sys.base_prefix),
-            *map(Path, ("/usr", "/lib", "/lib64", "/proc", "/sys")),
-        ]
-        made_of += [self._log.parent, Path("/etc/ld.so.cache"), Path("/etc/localtime"), Path("/etc/mime.types")]
+        made_of = [ROOT, Path(sys.prefix), Path(sys.base_prefix), self._log.parent, *map(Path, _SYSTEM)]
         readable = [os.path.realpath(p) for p in (*inputs, *outputs, *made_of)]
         writable = [os.path.realpath(p) for p in (*outputs, self._log.parent / "tmp")]
         return [event for event in self.events() if not _is_allowed(event, readable, writable)]
@@ -162,13 +160,15 @@ def _is_allowed(event: Event, readable: Sequence[str], writable: Sequence[str]) 
 
 
 _IN_ACCESS, _IN_MODIFY, _IN_ATTRIB, _IN_OPEN, _IN_MOVES, _IN_CREATE, _IN_DELETE = 1, 2, 4, 0x20, 0xC0, 0x100, 0x200
+_IN_ISDIR = 0x40000000
 
 
 @contextmanager
 def untouched(*folders: Path) -> Iterator[list[str]]:
-    """Names of what is opened, read, listed, changed, made or removed in folders meanwhile, by any process at all.
+    """Names of what is opened, read, changed, made or removed in folders meanwhile, by any process at all.
 
-    The list is filled when the context ends. Ref: inotify(7).
+    Folders that are merely listed are left out: the audit hook tells of ours, and other programs look around on a
+    machine. The list is filled when the context ends. Ref: inotify(7).
     """
     libc = ctypes.CDLL(None, use_errno=True)
     handle = libc.inotify_init1(os.O_NONBLOCK | os.O_CLOEXEC)
@@ -189,9 +189,10 @@ def untouched(*folders: Path) -> Iterator[list[str]]:
             data = b""
         at = 0
         while at < len(data):
-            number, _, _, length = struct.unpack_from("iIII", data, at)
+            number, what, _, length = struct.unpack_from("iIII", data, at)
             name = data[at + 16 : at + 16 + length].rstrip(b"\0").decode("utf-8", "replace")
-            heard.append(f"{names.get(number, '?')}/{name}")
             at += 16 + length
+            if not (what & _IN_ISDIR and what & (_IN_OPEN | _IN_ACCESS)):
+                heard.append(f"{names.get(number, '?')}/{name}")
     finally:
         os.close(handle)

@@ -14,7 +14,6 @@ MEDIAN_S, P95_S, MEMORY_MB, CLOSE, VERTICES, KEPT, MUG_IOU = 4.0, 20.0, 1024, 0.
 PACE, STEPS = 5.0, 3.0
 # Categories that have to be one shape, and of which kind; empty: any.
 ONE_SHAPE = {"apple": "", "can": "cylinder", "boxed_food": "box"}
-MUGS = ("mug", "cup", "teacup")
 AS_GOOD = 0.005  # IoU that is equal but for sampling
 
 
@@ -76,11 +75,11 @@ def _kinds(mine: Sequence[Row]) -> list[Line]:
         if rows:
             short = "" if len(good) == len(rows) else f"{len(rows) - len(good)} of {len(rows)} not"
             lines.append((f"{category}: one {kind or 'shape'}", f"{len(good)} of {len(rows)}", category, short))
-    mugs = [r.iou for r in mine if r.category in MUGS and r.iou is not None]
+    mugs = [r.iou for r in mine if r.category == "mug" and r.iou is not None]
     if mugs:
         words = f"{sum(v >= MUG_IOU for v in mugs)} of {len(mugs)}, median {statistics.median(mugs):.2f}"
         short = "" if min(mugs) >= MUG_IOU else f"least {min(mugs):.2f}, {MUG_IOU - min(mugs):.2f} short"
-        lines.append((f"IoU of each closed mug and cup >= {MUG_IOU:.2f}", words, "mugs", short))
+        lines.append((f"IoU of each closed mug >= {MUG_IOU:.2f}", words, "mugs", short))
     return lines
 
 

@@ -29,7 +29,7 @@ class Soundness:
 
     Attributes:
         faces: their number. closed: every edge has two faces, once each way. open_edges, fins: edges with one face, and
-            with more than two. broken: faces without area or named twice.
+            with more than two. broken: faces without area, or named twice the same way round.
         agree: share of the edges of two faces that run both ways. front: share of what shows only one of its sides that
             shows its front.
         pieces, floating: connected pieces, and small ones that touch nothing. longest: side of the box around it.
@@ -55,7 +55,8 @@ def soundness(surface: Surface) -> Soundness:
     _, areas = face_normals(points, ids)
     longest = float(np.ptp(vertices[faces].reshape(-1, 3), axis=0).max())
     whole = areas > (1e-7 * longest) ** 2
-    doubled = len(ids) - len(np.unique(np.sort(ids, axis=1), axis=0))
+    turn = (np.argmin(ids, axis=1)[:, None] + np.arange(3)) % 3
+    doubled = len(ids) - len(np.unique(np.take_along_axis(ids, turn, axis=1), axis=0))
     ids = ids[whole]
     _, uses, balance = edge_counts(ids)
     two = uses == 2
@@ -69,7 +70,7 @@ def soundness(surface: Surface) -> Soundness:
         fins=int((uses > 2).sum()),
         broken=int((~whole).sum()) + doubled,
         agree=float((balance[two] == 0).mean()) if two.any() else 1.0,
-        front=float((found.front & ~found.back).sum() / max(1, int(shown.sum()))),
+        front=float((found.front & ~found.back).sum() / shown.sum()) if shown.any() else 1.0,
         pieces=int(label.max()) + 1,
         floating=_floating(points, ids, label),
         longest=longest,

@@ -13,6 +13,7 @@ import manifold3d
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.articulate.air import is_air
 from casa_assets.articulate.shapes import box_cloud
 from casa_assets.geometry.hull import hull_volume
 
@@ -27,12 +28,10 @@ GAP_M = 0.0004
 # Shares of the range at which a part is looked at; close to shut it matters most.
 SHARES = (0.02, 0.05, 0.09, 0.14, 0.2, 0.28, 0.38, 0.5, 0.62, 0.75, 0.88, 1.0)
 # Shapes that are smaller than this are not worth one.
-LEAST_M3, LEAST_M = 1e-8, 0.0015
+LEAST_M3, LEAST_M = 1e-8, 0.001
 MOST_CUTS = 3
 HIDDEN = 2.5
 CROSSING = 0.6
-# What is seen of a link lies so near to the border of what is empty, metres.
-SKIN_M = 0.003
 # A notch takes at most this part of an edge's width, and one way no more than the second.
 NOTCH, SHALLOW = 0.5, 0.2
 # A shape that would lose more than the rest of this is what it seems: it is not cut.
@@ -85,21 +84,13 @@ def clear(solids: Sequence[Solid]) -> None:
             # What is shallow in one pose and deep in the next is a part on its way into another.
             shallow = all(float((b[1] - b[0]).min()) <= most for b in boxes)
             still = pair in at_rest
-            air = still and _is_air(solids, pair, boxes)
+            air = still and pair[0] == 0 and is_air(solids[0].skin, boxes)
             if air or (shallow and (still or pair not in crossed)):
                 real |= set() if air else {pair[:2]}
                 cuts.setdefault(pair[:2], []).extend(boxes)
         for (link, index), boxes in sorted(cuts.items(), reverse=True):
             least = LEAST_LEFT if (link, index) in real else 0.0
             solids[link].clouds[index : index + 1] = _without(solids[link].clouds[index], boxes, least)
-
-
-def _is_air(solids: Sequence[Solid], pair: Pair, boxes: list[Floats]) -> bool:
-    """Whether a shape is there without anything to be seen, and another part is in the same place: it is too coarse."""
-    skin = solids[pair[0]].skin
-    if skin is None:
-        return False
-    return all(not ((skin > b[0] + SKIN_M) & (skin < b[1] - SKIN_M)).all(axis=1).any() for b in boxes)
 
 
 def _meet(

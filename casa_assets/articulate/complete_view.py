@@ -26,6 +26,8 @@ INSIDE_OUT = 0.5
 WALL_SHOWS = 0.5
 # So much of the depth behind the mouth is free of shelves.
 RIM = 0.04
+# How far from its border the back of a leaf is looked for, by its narrower side; a rim is no thicker, diagonals.
+RIMS, THICKEST = (0.05, 0.008), 0.06
 # A room is at least this part of its front; what is found to be less is a board.
 SLIVER = 0.25
 COUNT, LINES_DOWN = 7, 9
@@ -100,7 +102,7 @@ class View:
             seen = last[np.isfinite(last)]
             # A box behind it reaches far back at some places only.
             backs += [float(np.percentile(seen, 30))] if len(seen) else []
-        return max(backs, default=float(high[1]))
+        return max([*backs[:1], *(b for b in backs[1:] if b <= float(low[1]) + THICKEST)], default=float(high[1]))
 
     def mouth(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
         """Depth at which the body begins round a front, at the back of that or behind it."""

@@ -202,7 +202,8 @@ def _thickness(soup: Soup, inside: Bools, behind: Floats, deep: float) -> float:
     most = min(THICKEST, THICK_OF_DEPTH * deep)
     facing = soup.normals @ SIDES[FRONT][2] > 0.8
     rows = np.flatnonzero(inside & facing & (behind > 0.004) & (behind < most))
-    if float(soup.areas[rows].sum()) < BACK_SHOWN * float(soup.areas[inside & (behind < most)].sum()):
+    least = BACK_SHOWN * float(soup.areas[inside & (behind < most)].sum())
+    if not len(rows) or float(soup.areas[rows].sum()) < least:
         return min(THICK, most)
     order = rows[np.argsort(behind[rows], kind="stable")]
     reach = np.cumsum(soup.areas[order])

@@ -23,6 +23,8 @@ BROAD, RAILS = 0.36, 2
 # Boards that are too slim for panels are at least so wide and long, and seen on this part of their rectangle.
 SLIMMEST, SHORTEST, SEEN = 0.006, 0.025, 0.5
 MOST_SLATS = 80
+# It is flat, or square in section as rails of thin fronts are.
+SQUARE = 1.1
 # What a leaf frames lies a little deeper than its stiles, and meets them: the door in a frame of the body does neither.
 DEEPER, MEETS = 0.0004, 0.0012
 
@@ -61,7 +63,7 @@ def find_slats(pieces: Pieces, side: int, panels: list[Panel]) -> list[Panel]:
     size = high - low
     foot = size[:, 0] * size[:, 1]
     slim = (size[:, :2].min(axis=1) >= SLIMMEST) & (size[:, :2].max(axis=1) >= SHORTEST) & (size[:, 2] < THIN)
-    slim &= (size[:, 2] < size[:, :2].min(axis=1)) & (pieces.seen[:, side] >= SEEN * foot)
+    slim &= (size[:, 2] <= SQUARE * size[:, :2].min(axis=1)) & (pieces.seen[:, side] >= SEEN * foot)
     slim[[f for p in panels for f in p.members]] = False
     rows = np.flatnonzero(slim)
     order = rows[np.lexsort((rows, -foot[rows]))][:MOST_SLATS].tolist()

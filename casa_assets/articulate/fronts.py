@@ -36,6 +36,8 @@ SHELF_GAP = 0.1
 TIGHT = 0.002
 # A front without a handle has room behind so much of it.
 HOLLOW = 0.4
+# A small panel with so many knobs or keys on it is one of controls, though a lever stands out of it like a handle.
+PANEL_OF, CONTROL_PANEL = 2, 0.4
 # A panel narrower than this part of the side, and without a handle, is a strip of the body.
 STRIP = 0.13
 
@@ -265,6 +267,8 @@ def which_open(pieces: Pieces, side: int, panels: list[Panel]) -> list[tuple[Pan
     for p in panels:
         foot = p.width * p.height
         if p.far and not p.grips:
+            continue
+        if p.grips and p.controls >= PANEL_OF and foot < CONTROL_PANEL * whole[0] * whole[1]:
             continue
         strip = p.height < STRIP * whole[1] or p.width < STRIP * whole[0]
         if p.grips and p.controls <= 3:

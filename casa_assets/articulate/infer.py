@@ -14,7 +14,7 @@ from casa_assets.articulate.fragments import fragment_labels
 from casa_assets.articulate.frames import bridged, find_slats, joined
 from casa_assets.articulate.fronts import box_depth, dress, handle_spots, which_open
 from casa_assets.articulate.inside import Tray, find_trays
-from casa_assets.articulate.keys import key_joint, sole_key
+from casa_assets.articulate.keys import key_joint, sole_key, without_burners
 from casa_assets.articulate.levers import Lever, find_levers
 from casa_assets.articulate.lids import Lid, find_lids
 from casa_assets.articulate.panels import Panel, find_panels
@@ -90,7 +90,8 @@ def found_in(pieces: Pieces, frame: Frame, category: str = "") -> Articulation:
         levers += find_levers(pieces, FRONT, blocks)[0]
         _levers(found, FRONT, levers)
         panels = [p for p in panels if found.taken.isdisjoint(p.members)]
-        over = [c for c in find_controls(pieces, TOP, sorted(found.taken)) if c.round and _stands_free(pieces, c)]
+        top = find_controls(pieces, TOP, sorted(found.taken))
+        over = without_burners([c for c in top if c.round and _stands_free(pieces, c)], top, controls)
         controls = _better_here(controls, over)
         if len(over) == 1 and _tops_off(pieces, over[0]):
             over = []

@@ -58,11 +58,23 @@ def find_trays(pieces: Pieces, side: int, door: Panel, edge: Edge | None, taken:
                 found.append(Tray(tuple(group), False, True, 0.7, "a tub behind a front"))
                 gone |= set(group)
     rows &= pieces.seen.sum(axis=1) <= surface
-    for group in heaps(low, high, [i for i in np.flatnonzero(rows).tolist() if i not in gone]):
-        tray = _rack(pieces, side, group, edge, door) if _fills(low, high, group, door, LEAST_DISC) else None
+    rows[sorted(gone)] = False
+    for heap in heaps(low, high, np.flatnonzero(rows).tolist()):
+        if not _fills(low, high, heap, door, LEAST_DISC):
+            continue
+        group = _with_what_it_holds(low, high, heap, rows)
+        tray = _rack(pieces, side, group, edge, door)
         if tray is not None:
             found.append(tray)
+            rows[group] = False
     return found
+
+
+def _with_what_it_holds(low: Floats, high: Floats, group: list[int], free: Bools) -> list[int]:
+    """A heap with all that lies whole within its box: tines of a basket need not touch its wires."""
+    a, b = low[group].min(axis=0) - TOUCH, high[group].max(axis=0) + TOUCH
+    within = free & (low >= a).all(axis=1) & (high <= b).all(axis=1)
+    return sorted({*group, *np.flatnonzero(within).tolist()})
 
 
 def _fills(low: Floats, high: Floats, group: list[int], door: Panel, share: float) -> bool:

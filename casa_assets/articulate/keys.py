@@ -1,6 +1,10 @@
-"""The one key of what somebody calls an appliance and of which nothing else moves: round, alone on its front."""
+"""Round things that are keys, or are not: the one on the front of an appliance, and the caps of burners on its top."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
 
 from casa_assets.articulate.controls import Control, find_controls, is_round
 from casa_assets.articulate.panels import find_panels
@@ -11,6 +15,38 @@ from casa_assets.model.joint import JointKind
 # It is no wider than this, diagonals: a ring round a key is wider than keys are. It stands out so far at least, and by
 # its width at most.
 WIDEST, LEAST_OUT, MOST_OUT = 0.22, 0.004, 0.6
+
+# Round a burner stand arms that bear pans: so many, so slim, and so near to its rim by its width. The knobs of a thing
+# are alike: where so many are on its front, what differs in width by so much is none.
+ARMS, SLIM, RIM, KNOBS, ALIKE = 3, 4.0, 0.5, 2, 0.25
+
+
+def without_burners(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
+    """Round things on the top without the caps of burners.
+
+    Args:
+        over: round things that may be knobs. top, front: all controls of those sides.
+    """
+    knobs = [float(c.across.max()) for c in front if c.round and c.stands >= LEAST_OUT]
+    usual = float(np.median(knobs)) if len(knobs) >= KNOBS else 0.0
+    alike = [c for c in over if not usual or abs(float(c.across.max()) - usual) <= ALIKE * usual]
+    return [c for c in alike if len({_way(c, a) for a in top if _is_arm(c, a)}) < ARMS]
+
+
+def _is_arm(cap: Control, bar: Control) -> bool:
+    """Whether something slim begins at the rim of a cap, or nearly."""
+    if bar.long < SLIM:
+        return False
+    middle = cap.middle
+    nearest = np.clip(middle, bar.low[:2], bar.high[:2])
+    away = float(np.linalg.norm(nearest - middle)) / float(cap.across.max())
+    return 0.0 < away <= 0.5 + RIM
+
+
+def _way(cap: Control, bar: Control) -> int:
+    """The side of a cap on which something is: right, up, left, down."""
+    x, y = (float(v) for v in bar.middle - cap.middle)
+    return int(np.round(np.arctan2(y, x) / (np.pi / 2))) % 4
 
 
 def sole_key(pieces: Pieces) -> Control | None:

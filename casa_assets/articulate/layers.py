@@ -10,6 +10,8 @@ from casa_assets.articulate.raster import draw
 
 # What hangs on the back of a door, or is a layer of it, is so shallow; what hangs keeps so far from its edges.
 SHALLOW, INSET = 0.14, 0.008
+# What begins at least so far inside a leaf, by its thickness, is a bin, and may be so deep by the whole.
+INTO, BIN = 0.25, 0.3
 # Layers of a door have one outline, touch, and are no frames that one looks through: so much of the outline is filled.
 OUTLINE, FILLS, MOST_LAYERS = 0.006, 0.8, 3
 
@@ -46,7 +48,10 @@ def hung(pieces: Pieces, side: int, panel: Panel, taken: set[int]) -> list[int]:
     hidden = pieces.seen.sum(axis=1) <= 0.02 * np.maximum(pieces.area, 1e-12)
     inset = (low[:, :2] >= panel.low[:2] + INSET).all(axis=1) & (high[:, :2] <= panel.high[:2] - INSET).all(axis=1)
     whole = float(high[:, 2].max() - low[:, 2].min())
-    fits = inset & hidden & (low[:, 2] >= panel.low[2]) & (size[:, 2] <= SHALLOW * whole)
+    # A bin that reaches into the leaf hangs on it, though it is deep.
+    into = low[:, 2] <= panel.high[2] - INTO * (panel.high[2] - panel.low[2])
+    most = np.where(into, BIN, SHALLOW) * whole
+    fits = inset & hidden & (low[:, 2] >= panel.low[2]) & (size[:, 2] <= most)
     found: list[int] = []
     edge = float(panel.high[2])
     rows = [i for i in np.flatnonzero(fits).tolist() if i not in taken]
@@ -56,7 +61,7 @@ def hung(pieces: Pieces, side: int, panel: Panel, taken: set[int]) -> list[int]:
             i
             for i in rows
             if i not in found
-            and high[i, 2] <= edge + SHALLOW * whole
+            and high[i, 2] <= edge + most[i]
             and any((low[i] <= b + 0.003).all() and (high[i] >= a - 0.003).all() for a, b in hosts)
         ]
         if not more:

@@ -32,6 +32,8 @@ ROW = 0.04
 # Pulls are so many at most, on a rectangle of this part of the width of the side, as large as each other within this
 # part; so many in a row are controls.
 MOST_PULLS, WIDE, ALIKE, CONTROLS = 10, 0.45, 0.3, 3
+# A pull is so near to a side of its front, by its width, or so near to the middle.
+AT_SIDE, CENTRED = 0.25, 0.12
 # The frame round what is sunk is this quantile of the depth of a rectangle; what is sunk is so large and no deeper than
 # this, diagonals, and fills so much of its own rectangle.
 FRAME, LEAST_SUNK, DEEPEST, FILLED = 0.15, 0.04, 0.05, 0.85
@@ -155,8 +157,9 @@ def _held(side: Relief, leaf: Leaf, drawn: bool = False) -> list[Leaf]:
             return [m for part in parts for m in _held(side, part)]
     if not bars and len(inside) >= 2 and (drawn or _are_pulls(side, leaf, inside)):
         parts = _apart(leaf, inside, _sunk(side, leaf))
-        if parts:
-            return [m for part in parts for m in _held(side, part, True)]
+        leaves = [m for part in parts for m in _held(side, part, True)]
+        if leaves and (drawn or all(_is_drawn(side, m, leaves) for m in leaves)):
+            return leaves
     return [leaf]
 
 
@@ -172,6 +175,18 @@ def _are_pulls(side: Relief, leaf: Leaf, inside: list[Blob]) -> bool:
     out = all(b.long < BAR_LONG and BAR_STANDS <= b.stands <= FARTHEST for b in inside)
     row = max(int((np.abs(middle[:, 1] - v) < ROW / 2).sum()) for v in middle[:, 1])
     return alike and out and row < CONTROLS
+
+
+def _is_drawn(side: Relief, leaf: Leaf, leaves: list[Leaf]) -> bool:
+    """Whether a rectangle has its pull at one side, as doors do, or in the middle and is framed, stacked or wide."""
+    (pull,) = _inside(side, leaf)[:1]
+    place = (sum(pull.columns) / 2 - leaf.columns[0]) / (leaf.columns[1] - leaf.columns[0])
+    if min(place, 1 - place) <= AT_SIDE:
+        return True
+    # None beside it: what lies above or below it lies within its columns.
+    stacked = all(m is leaf or m.rows[1] <= leaf.rows[0] or m.rows[0] >= leaf.rows[1] for m in leaves)
+    stacked |= any(m is not leaf and m.columns == leaf.columns for m in leaves)
+    return abs(place - 0.5) <= CENTRED and (stacked or bool(_sunk(side, leaf)))
 
 
 def _sunk(side: Relief, leaf: Leaf) -> list[tuple[tuple[int, int], tuple[int, int]]]:

@@ -175,7 +175,7 @@ def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[Blob, 
 
 
 def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
-    """Deep narrow grooves, as those of a toaster: half their number, at most 2."""
+    """Deep narrow grooves that end before the border, as those of a toaster: half their number, at most 2."""
     window = max(3, int(SLOT_WINDOW / pixel) | 1)
     narrow = ndimage.minimum_filter(depth, window, mode="nearest")
     lid = ndimage.maximum_filter(narrow, window, mode="nearest")
@@ -184,7 +184,10 @@ def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
     for i, box in enumerate(ndimage.find_objects(label)):
         mask = label[box] == i + 1
         short, long = sorted(s * pixel for s in mask.shape)
-        count += long > max(SLOT_LONG, 3.5 * short) and short > SLOT_WIDE and float(mask.mean()) > 0.6
+        # A groove that runs out at the border is the gap between a door and its body.
+        closed = all(k.start > 0 and k.stop < n for k, n in zip(box, depth.shape, strict=True))
+        slot = long > max(SLOT_LONG, 3.5 * short) and short > SLOT_WIDE and float(mask.mean()) > 0.6
+        count += closed and slot
     return min(count, 4) / 2.0
 
 

@@ -23,6 +23,8 @@ TRIALS = (
 MOST = 8
 # A drawer that reaches back over more than this part of the depth, and so many diagonals, has a box.
 BOXED, BOX_DEEP = 0.3, 0.1
+# Fronts that cover less than this part of the side count for less.
+LITTLE = 0.25
 
 
 def axes_of(front: int, top: int) -> Floats:
@@ -80,10 +82,13 @@ def told(found: Articulation, pieces: Pieces) -> Floats:
     doors = [p for p in fronts if p.kind is PartKind.DOOR]
     trays = [p for p in found.parts if p.kind is PartKind.TRAY]
     hinged = max(len(doors), 1)
+    covered = _covered(fronts, pieces)
+    # How sure it is of fronts says little where they are a small part of what is seen.
+    much = min(1.0, covered / LITTLE)
     boxed = sum(p.kind is PartKind.DRAWER and _reaches(p, pieces) for p in fronts)
     return np.array(
         [
-            _covered(fronts, pieces),
+            covered,
             _log(len(doors)),
             _log(len(fronts) - len(doors)),
             _log(boxed),
@@ -94,9 +99,9 @@ def told(found: Articulation, pieces: Pieces) -> Floats:
             _log(sum(p.kind is PartKind.LID for p in found.parts)),
             _log(sum(p.joint.kind is JointKind.SLIDE for p in trays)),
             _log(sum(p.joint.kind is JointKind.HINGE for p in trays)),
-            float(np.mean([p.confidence for p in fronts])) if fronts else 0.0,
-            float(np.mean([p.joint.confidence for p in fronts])) if fronts else 0.0,
-            sum(len(p.grip) > 0 for p in fronts) / max(len(fronts), 1),
+            much * float(np.mean([p.confidence for p in fronts])) if fronts else 0.0,
+            much * float(np.mean([p.joint.confidence for p in fronts])) if fronts else 0.0,
+            much * sum(len(p.grip) > 0 for p in fronts) / max(len(fronts), 1),
             sum(p.joint.edge in (Edge.LEFT, Edge.RIGHT) for p in doors) / hinged,
             sum(p.joint.edge is Edge.BOTTOM for p in doors) / hinged,
             sum(p.joint.edge is Edge.TOP for p in doors) / hinged,

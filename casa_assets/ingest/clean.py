@@ -18,7 +18,7 @@ from casa_assets.ingest.repair.sound import sound_faces
 from casa_assets.ingest.repair.tangles import untangled
 from casa_assets.ingest.repair.tees import split_tees
 from casa_assets.ingest.repair.winding import outward
-from casa_assets.model.category import Category
+from casa_assets.model.category import Build, Category
 from casa_assets.model.issue import Issue
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.source import RawModel, RawPart
@@ -32,7 +32,8 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     """Repair what can be repaired without changing what the thing looks like; a sound mesh stays as it is.
 
     Args:
-        category: whose proportions tell the stand under a thing from its foot; None where that is not known.
+        category: whose proportions tell the stand under a thing from its foot, and whose build whether it is full; None
+            where that is not known.
     Raises:
         Rejected: nothing is left (MSH001), or what is left is flat (MSH002).
     """
@@ -64,7 +65,8 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     notes += found
     parts, found = untangled(parts)
     notes += found
-    return _measured(draft, parts, notes)
+    full = category is not None and category.build in (Build.SOLID, Build.FILLED)
+    return _measured(draft, parts, notes, full)
 
 
 def _turned(draft: Draft) -> tuple[tuple[RawPart, ...], list[Issue]]:
@@ -81,14 +83,14 @@ def _turned(draft: Draft) -> tuple[tuple[RawPart, ...], list[Issue]]:
     return _parts(draft, vertices, faces, keep, turned), notes + found
 
 
-def _measured(draft: Draft, parts: tuple[RawPart, ...], notes: list[Issue]) -> Draft:
+def _measured(draft: Draft, parts: tuple[RawPart, ...], notes: list[Issue], full: bool) -> Draft:
     """The draft of the mended parts, with what is left to say of them."""
     _refuse_flat(parts)
     out = draft.replace(parts=parts)
     vertices, faces = out.soup()
     points, place = weld(vertices)
     ids = place[faces]
-    what = solidity(points, ids)
+    what = solidity(points, ids, full)
     guesses = out.guessed("solidity", what.kind.value, what.sure, what.says)
     return out.replace(guesses=guesses, notes=out.noted(*notes, *_unsound(ids), *crossing(points, ids)))
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from casa_assets.errors import DegenerateShape, Rejected
+from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.topology import weld
-from casa_assets.ingest.collide_judge import Verdict, in_words, verdict, yardstick
+from casa_assets.ingest.collide_judge import SAMPLES, Verdict, in_words, verdict, yardstick
 from casa_assets.ingest.collide_matter import matter
 from casa_assets.ingest.collide_ways import WAYS, Decomposer, Floats, Task, clouds_of, one_shape, whole_shape
 from casa_assets.ingest.collide_ways import CollideParams as CollideParams
@@ -54,13 +55,16 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     made = None if is_one else matter(points, ids, full)
     shapes: tuple[Placed, ...]
     if is_one:
-        shapes, how, sure = (whole_shape(whole.points, full, params),), "one shape: the mesh fills its hull", 1.0
+        samples = surface_samples(points, ids, SAMPLES)
+        one = whole_shape(whole.points, category.build is Build.FILLED, params, samples)
+        shapes, how, sure = (one,), "one shape: the mesh fills its hull", 1.0
     elif made is None:
         shapes, how, sure = (_last_resort(whole.points, params, notes),), "one hull", 0.5
     else:
         by = yardstick(points, ids, made.solid, not full)
         rolls = category.upright is Upright.ANY
-        best = _best(Task(points, ids, full, whole.fill, rolls, made, by, params, decomposer), notes)
+        packed = category.build is Build.FILLED
+        best = _best(Task(points, ids, full, whole.fill, rolls, packed, made, by, params, decomposer), notes)
         if best is None:
             shapes, how, sure = (_last_resort(whole.points, params, notes),), "one hull", 0.5
         else:

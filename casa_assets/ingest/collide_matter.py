@@ -83,6 +83,7 @@ def matter(points: Floats, faces: Ints, full: bool) -> Matter | None:
         solid = None if found is None else without_voids(found.solid)
         if found is not None and solid is not None and stands_for(solid, points, faces, grid if told else None):
             raw = None if found.lone > LONE else found.solid
+            solid = _within(solid, points[np.unique(faces)]) if found.lone > 0 else solid
             return _classified(solid, raw, area, longest, list(found.done), exact=True)
     gridded = solid_of(*isosurface(matter_field(points, faces, grid), grid.origin, grid.cell))
     if gridded is None:

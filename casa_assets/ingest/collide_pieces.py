@@ -25,8 +25,8 @@ MOST_SHEETS = 600
 # Thickness of what a sheet becomes: at least this, metres, and this share of the longest side.
 SHEET_M = 0.001
 SHEET_RATIO = 0.008
-# A lid is one where the grid has matter at this share of the solid's surface.
-CLOSED_SHARE = 0.97
+# Lids are put on where the grid has matter at this share of them.
+CLOSED_SHARE = 0.9
 # A solid whose mean wall is thinner than this share of the longest side is a sheet with two faces.
 FLAT = 1e-3
 # Share of what the grid encloses, if it is more than a few cubes, that has to lie in the solid.
@@ -115,7 +115,7 @@ def _closed(points: Floats, faces: Ints, grid: Grid, longest: float) -> tuple[So
     if whole is None:
         return None
     solid = _either_way(*whole, longest)
-    return (solid, True) if solid is not None and _is_matter(solid, grid) else None
+    return (solid, True) if solid is not None and _is_matter(whole[0], _new(whole[1], single), grid) else None
 
 
 def _either_way(points: Floats, faces: Ints, longest: float) -> Solid | None:
@@ -131,9 +131,18 @@ def _is_flat(solid: Solid, longest: float) -> bool:
     return 2 * float(solid.volume()) < FLAT * longest * float(solid.surface_area())
 
 
-def _is_matter(solid: Solid, grid: Grid) -> bool:
-    """The grid has matter wherever the surface of a solid is."""
-    samples = surface_samples(*surface_of(solid), SAMPLES)
+def _new(faces: Ints, old: Ints) -> Ints:
+    """Faces that are none of some others."""
+    base = int(max(faces.max(), old.max())) + 1
+    keys = [(np.sort(f, axis=1) * np.array([base * base, base, 1])).sum(axis=1) for f in (faces, old)]
+    return faces[~np.isin(*keys)]
+
+
+def _is_matter(points: Floats, lids: Ints, grid: Grid) -> bool:
+    """The grid has matter wherever a lid is."""
+    if not len(lids):
+        return True
+    samples = surface_samples(points, lids, SAMPLES)
     at = np.clip(np.round((samples - grid.origin) / grid.cell).astype(int), 0, np.array(grid.solid.shape) - 1)
     return float(grid.solid[tuple(at.T)].mean()) >= CLOSED_SHARE
 

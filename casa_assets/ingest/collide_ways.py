@@ -25,7 +25,7 @@ from casa_assets.ingest.draft import Placed
 from casa_assets.ingest.pieces import any_nested, split, thickness
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.record import Record
-from casa_assets.model.shape import Hull
+from casa_assets.model.shape import Box, Cylinder, Hull
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -50,8 +50,10 @@ WHOLE_PRIMITIVE = 0.89
 # A part is the primitive that its hull fills so far, if that is within the bound.
 PART_PRIMITIVE = 0.92
 NEVER = 2.0
+# Cosine to the ground of the side that a box stands on.
+LOOKS_DOWN = 0.9
 # A general decomposition is tried where the best so far is so many times beyond the bound.
-POOR = 2.0
+POOR = 2.5
 BAD = 3.0
 # Hollow under a floor, as a part of the longest side, that may be filled.
 FOOT = 0.04
@@ -78,7 +80,7 @@ class Task:
     Attributes:
         points, faces: (P, 3) welded, metres, and (F, 3).
         full: matter all through, so that holes in the surface are closed. fill: of the hull, 0..1.
-        rolls: it has no pose of its own.
+        rolls: it has no pose of its own. packed: it is goods in a can, a box and the like.
         made: the solid that the surface stands for. by: what shapes are held against.
         params: limits. decomposer: runs CoACD or V-HACD out of process.
     """
@@ -88,6 +90,7 @@ class Task:
     full: bool
     fill: float
     rolls: bool
+    packed: bool
     made: Matter
     by: Yardstick
     params: CollideParams
@@ -119,6 +122,11 @@ def _by_one(task: Task) -> tuple[list[Placed], str]:
         placed = Placed(shape=fit.shape, pose=fit.pose)
         if verdict(clouds_of((placed,)), task.by, task.params.error_m).strain <= 1:
             return [placed], f"one {fit.shape.kind}"
+        # A can is one cylinder and a carton one box, whatever rims and lids they have.
+        if task.packed and fit.ratio >= WHOLE_PRIMITIVE and isinstance(fit.shape, Box | Cylinder):
+            return [
+                whole_shape(shell, True, task.params, task.by.samples)
+            ], f"one {fit.shape.kind}, rims and lids aside"
     points, faces = small_hull(shell, task.params.hull_vertices)
     found = verdict([points], task.by, task.params.error_m)
     if found.strain <= 1:
@@ -128,7 +136,7 @@ def _by_one(task: Task) -> tuple[list[Placed], str]:
     rolls = task.rolls and task.fill >= ROLLING
     stalk = off.added_p95 <= bound.p95 and off.added_worst <= STALK * bound.worst
     near = task.full and (rolls or stalk)
-    return ([whole_shape(shell, task.full, task.params)], "one shape") if near else ([], "")
+    return ([whole_shape(shell, task.packed, task.params, task.by.samples)], "one shape") if near else ([], "")
 
 
 def _by_pieces(task: Task) -> tuple[list[Placed], str]:
@@ -238,10 +246,33 @@ def _shape_or_none(cloud: Floats, task: Task) -> Placed | None:
     return one_shape(cloud, task.params.replace(primitive_ratio=NEVER))
 
 
-def whole_shape(cloud: Floats, full: bool, params: CollideParams) -> Placed:
-    """The one shape around everything."""
-    least = min(params.primitive_ratio, WHOLE_PRIMITIVE) if full else params.primitive_ratio
-    return one_shape(cloud, params.replace(primitive_ratio=least))
+def whole_shape(cloud: Floats, packed: bool, params: CollideParams, samples: Floats) -> Placed:
+    """The one shape around everything; goods in a box get a box between its bulges and its edges.
+
+    Args:
+        samples: (N, 3) points spread over the surface, metres.
+    """
+    least = min(params.primitive_ratio, WHOLE_PRIMITIVE) if packed else params.primitive_ratio
+    found = one_shape(cloud, params.replace(primitive_ratio=least))
+    return _between(found, found.shape, samples) if packed and isinstance(found.shape, Box) else found
+
+
+def _between(placed: Placed, box: Box, samples: Floats) -> Placed:
+    """A box with its sides moved in until they are as far before the surface as behind it; it stands as it did."""
+    local = (samples - np.array(placed.pose.position)) @ placed.pose.rotation
+    half = np.array(box.size) / 2
+    gaps = np.concatenate([half - local, half + local], axis=1)  # to the sides ahead, then to those behind
+    side = np.argmin(gaps.round(9), axis=1)
+    inwards = np.zeros(6)
+    for k in range(6):
+        up = float(placed.pose.rotation[2, k % 3]) * (1 if k < 3 else -1)
+        if (side == k).any() and up > -LOOKS_DOWN:
+            inwards[k] = float(np.percentile(gaps[side == k, k], 90)) / 2
+    size = np.array(box.size) - inwards[:3] - inwards[3:]
+    center = np.array(placed.pose.position) + placed.pose.rotation @ ((inwards[3:] - inwards[:3]) / 2)
+    shape = Box(size=(float(size[0]), float(size[1]), float(size[2])))
+    at = (float(center[0]), float(center[1]), float(center[2]))
+    return Placed(shape=shape, pose=placed.pose.replace(position=at))
 
 
 def one_shape(cloud: Floats, params: CollideParams) -> Placed:

@@ -11,7 +11,7 @@ from casa_assets.ingest.pose.cloud import Cloud, cloud_of
 from casa_assets.ingest.pose.evidence import score, stance
 from casa_assets.ingest.pose.front import Facing, facing, straightened
 from casa_assets.ingest.pose.ups import UPS, candidates, priors
-from casa_assets.model.category import Category, Upright
+from casa_assets.model.category import Build, Category, Upright
 from casa_assets.model.ruling import NO_RULING, Ruling
 from casa_assets.model.source import RawPart
 
@@ -21,8 +21,9 @@ Floats = npt.NDArray[np.float64]
 UNKNOWN_SURE = 0.45
 # How sure one is that the pose will do where the category has none.
 ANY_SURE = 0.9
-# Candidates that the outline alone puts so far behind the best one are not looked at further, nats.
-HOPELESS = 8.0
+# Candidates that are so far behind the best one before it rains are not looked at further, nats; for vessels the rain
+# decides.
+HOPELESS, HOPELESS_VESSEL = 8.0, 16.0
 
 
 def orient(draft: Draft, category: Category, generated: bool = False, ruling: Ruling = NO_RULING) -> Draft:
@@ -66,7 +67,7 @@ def _best(cloud: Cloud, category: Category, key: str) -> tuple[str, Floats, floa
         log = np.array([p + score(stance(cloud, t, False), category) for p, (_, t) in zip(log, ways, strict=True)])
     else:
         quick = np.array([p + score(stance(cloud, t, False), category) for p, (_, t) in zip(log, ways, strict=True)])
-        hopeful = quick > quick.max() - HOPELESS
+        hopeful = quick > quick.max() - (HOPELESS_VESSEL if category.build is Build.VESSEL else HOPELESS)
         log = np.array(
             [
                 p + score(stance(cloud, turn, True), category) if hope else -np.inf

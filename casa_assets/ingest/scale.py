@@ -34,6 +34,8 @@ NORMAL = (0.5, 1.0, 2.0, 10.0, 100.0)
 NEAR = 1.25
 # A size that the category alone gives is never surer than this: there are odd ones everywhere.
 MOST_SURE = 0.85
+# Nor is any unit where nobody knows what the thing is.
+UNKNOWN_SURE = 0.6
 # Spread of a stated length about the side that it names, and of a stated volume about the size that it makes; log.
 LENGTH_SPREAD, VOLUME_SPREAD = 0.06, 0.12
 # What it holds over the volume of its hull.
@@ -154,7 +156,7 @@ def _decide(
         if normal:
             sure = min(sure, 0.45)
         if category.id == "object":
-            sure = min(sure, 0.6)
+            sure = min(sure, UNKNOWN_SURE)
         return Decision(stated, "as_stated", sure, f"the file's unit gives {longest * stated:.3g} m; {usual}")
     table = GENERATED if generated else SILENT if stated is None else WRONG
     # A model that is exactly one unit long was normalised: its size says nothing.
@@ -172,11 +174,13 @@ def _decide(
         plural = "inches" if name == "inch" else f"{name}s"
         says = f"{longest:.4g} units read as {plural} are {size:.3g} m; {usual}"
         # Where it was no unit after all, the usual size is what would have been guessed: right as often as that is.
-        return Decision(UNITS[name], name, min(0.97, odds[name] / total), says)
+        most = UNKNOWN_SURE if category.id == "object" else 0.97
+        return Decision(UNITS[name], name, min(most, odds[name] / total), says)
     factor = float(np.clip(np.exp(belief.middle), span.low / longest, span.high / longest))
     sure = erf(log(NEAR) / (sqrt(2) * belief.spread)) * (free / total)
     why = "normalised to one unit" if normal else f"no unit fits {longest:.4g} units"
-    return Decision(factor, "usual_size", min(sure, MOST_SURE), f"{why}; set to {factor * longest:.3g} m by {belief.says}")
+    says = f"{why}; set to {factor * longest:.3g} m by {belief.says}"
+    return Decision(factor, "usual_size", min(sure, MOST_SURE), says)
 
 
 def _density(value: float, belief: Belief) -> float:

@@ -35,7 +35,6 @@ _SHIFTS = {
     "demitasse": -1.2,
     "large": 0.8,
     "big": 0.8,
-    "tall": 0.5,
     "family": 0.8,
     "jumbo": 1.3,
     "giant": 1.5,
@@ -61,7 +60,9 @@ class Told:
 
 def told(texts: Sequence[str]) -> Told:
     """Read titles and prompts, such as `Frypan 8"` or `a large 1.5 l pitcher`."""
-    lengths, volumes, words = [], [], []
+    lengths: list[float] = []
+    volumes: list[float] = []
+    words: list[str] = []
     shift = 0.0
     for text in texts:
         low = text.lower()

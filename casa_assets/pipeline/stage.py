@@ -102,7 +102,7 @@ STAGES: tuple[Stage, ...] = (
 )
 # `load` and `clean` come before, `assemble` after: they change the type.
 ENDS: Mapping[str, int] = {
-    "load": 1,
+    "load": 2,
     "clean": 3,
     "assemble": 4,
     "mjcf": 1,

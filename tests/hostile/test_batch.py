@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow
 KILLED = """
 import os, signal, sys
 
-if "-c" in sys.orig_argv:  # the server that forks the workers
+if any("isolation.server" in word for word in sys.orig_argv):  # the one that forks the workers
     import casa_assets.pipeline.worker as worker
 
     collect = worker.collect

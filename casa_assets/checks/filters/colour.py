@@ -32,6 +32,8 @@ POINTS = 8000
 PICTURED = 0.2
 # Pictures are looked at no larger than this along a side, pixels.
 LARGEST = 1024
+# What takes this part of a picture to change is a gradient, and meant to be soft.
+GRADIENT = 0.3
 # Painted here from vertex colours, as sharp as those were.
 PAINTED = "painted"
 
@@ -124,7 +126,8 @@ def _part(visual: Visual, look: Material, count: int) -> tuple[Floats, Floats, F
     shown = _sampled(picture, np.einsum("nk,nkd->nd", weights, uv[visual.mesh.faces[face]]))
     texels = _texels(visual, image)[face]
     # What was painted here has one patch to a triangle, however sharp the vertex colours were.
-    own = texels if image.name != PAINTED else np.zeros(count)
+    soft = edge > GRADIENT * max(image.width_px, image.height_px)
+    own = texels if image.name != PAINTED and not soft else np.zeros(count)
     return base * _linear(shown), texels, own / edge
 
 

@@ -23,8 +23,12 @@ from casa_assets.model.category import Affordance, Upright
 Floats = npt.NDArray[np.float64]
 
 RATE_HZ = 240
-# How long a thing that was put down may take to settle, and how long it is then watched, seconds.
+# How long a thing that was put down may take to settle, and how long it is then watched, seconds; what moves more than
+# this, metres, is watched again, up to so many times: what stood on an edge falls late, and lies still after that.
 SETTLE_S, WATCH_S = 4.0, 3.0
+QUIET_M, TIMES = 1e-3, 3
+# Metres that stand for any way that is longer, for reports hold numbers alone.
+FAR = 1e3
 # How far above the lower one the upper one is let go, metres, and how long both are left, seconds.
 GAP_M, STACK_S = 0.005, 3.0
 # How far the upper one may tilt.
@@ -38,7 +42,7 @@ class Rest:
 
     Attributes:
         tilt_deg: angle between its up axis as it was put and at the end.
-        wander_m: farthest that a corner of its box goes while it is watched.
+        wander_m: farthest that a corner of its box goes while it is watched; the least where it was watched again.
     """
 
     tilt_deg: float
@@ -104,12 +108,21 @@ def _left_alone(shared: mujoco.MjModel, box: tuple[float, ...]) -> Rest:
     upright = data.xmat[body].reshape(3, 3).copy()
     corners = np.array([[x, y, z] for x in box[::3] for y in box[1::3] for z in box[2::3]])
     mujoco.mj_step(model, data, nstep=int(SETTLE_S * RATE_HZ))
-    start = _placed(data, body, corners)
-    wander = 0.0
+    wander = FAR
+    for _ in range(TIMES):
+        wander = min(wander, _watched(model, data, body, corners))
+        if wander <= QUIET_M:
+            break
+    return Rest(_tilt_deg(data.xmat[body].reshape(3, 3) @ upright.T), wander)
+
+
+def _watched(model: mujoco.MjModel, data: mujoco.MjData, body: int, corners: Floats) -> float:
+    """Farthest that a corner goes in the time that it is watched, metres; `FAR` where that cannot be told."""
+    start, wander = _placed(data, body, corners), 0.0
     for _ in range(int(WATCH_S * RATE_HZ / 8)):
         mujoco.mj_step(model, data, nstep=8)
         wander = max(wander, float(np.linalg.norm(_placed(data, body, corners) - start, axis=1).max()))
-    return Rest(_tilt_deg(data.xmat[body].reshape(3, 3) @ upright.T), wander)
+    return min(wander, FAR) if np.isfinite(data.qpos).all() else FAR
 
 
 def _placed(data: mujoco.MjData, body: int, corners: Floats) -> Floats:
@@ -136,6 +149,6 @@ def _stacked(mjcf: Path, size: tuple[float, ...]) -> tuple[float, float]:
     mujoco.mj_step(model, data, nstep=int(STACK_S * RATE_HZ))
     upper, lower = data.body(f"{UPPER}object"), data.body(f"{LOWER}object")
     beside = np.linalg.norm((upper.xpos - lower.xpos)[:2]) / max(size[:2])
-    # What lies on the floor beside the other one, or under it, is not on it.
-    below = float(upper.xpos[2]) <= float(lower.xpos[2])
-    return float("inf") if below else float(beside), _tilt_deg(upper.xmat.reshape(3, 3))
+    # What lies on the floor beside the other one, or under it, is not on it: it counts as a width farther off.
+    below = 1.0 if float(upper.xpos[2]) <= float(lower.xpos[2]) else 0.0
+    return min(float(np.nan_to_num(beside, nan=FAR)), FAR) + below, _tilt_deg(upper.xmat.reshape(3, 3))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import ConvexHull
 
 from casa_assets.ingest.pose.cloud import plan_axes
 from casa_assets.ingest.pose.evidence import FOOT
@@ -18,8 +19,12 @@ STRAIGHT = np.radians(3.0)
 # A handle reaches so much farther from the axis than the body does, at least.
 HANDLE_REACH = 1.15
 SECTORS = 36
+# What fills this share of the rectangle around it is square in plan.
+BOXY = 0.87
+# Sides of a box around something round differ by no more than this.
+ROUND = 0.85
 # A handle points along a side of the outline where it is so close to one, radians.
-SQUARE = np.radians(25.0)
+SQUARE = np.radians(20.0)
 # Prior of the side that a face is on, as the file lies: -y, +x, +y, -x. glTF says that the front looks along its +z,
 # which is our -y; other formats say nothing.
 STATED_FACE = (0.80, 0.06, 0.08, 0.06)
@@ -76,10 +81,13 @@ def _axis(samples: Floats) -> tuple[Floats, float]:
     """Middle of the body in plan, and its radius: from the foot, and from what lies close around it."""
     height = max(float(np.ptp(samples[:, 2])), 1e-9)
     level = (samples[:, 2] - samples[:, 2].min()) / height
-    foot = samples[level < max(FOOT, 0.06)][:, :2]
+    foot = samples[level < max(FOOT, 0.06, 0.035 / height)][:, :2]  # scans of flat things tilt a little
     low, high = foot.min(axis=0), foot.max(axis=0)
     middle = (low + high) / 2
-    for _ in range(6):  # the circle that the lower half of what is seen lies on
+    a, b = sorted(np.maximum(high - low, 1e-9))
+    whole = float(np.ptp(samples[:, :2], axis=0).min())
+    rounds = 0 if a > ROUND * b and a > 0.4 * whole else 6  # a round foot that is wide enough is the body's own
+    for _ in range(rounds):  # else the circle that the lower half of what is seen lies on
         lower = samples[level < 0.6][:, :2] - middle
         reach = np.linalg.norm(lower, axis=1)
         radius = float(np.quantile(reach, 0.7))
@@ -112,8 +120,8 @@ def _handle(samples: Floats) -> Facing:
     far = np.abs((grid - grid[first] + np.pi) % (2 * np.pi) - np.pi) > np.pi / 3
     second = float(around[far].max()) / float(around[first])
     share = float(out.mean())
-    # Two handles across from each other have no first: either of them may point to +x.
-    sure = float(np.clip(0.95 - 0.35 * second, 0.4, 0.95)) if share > 0.02 else 0.55
+    # Two handles across from each other have no first, and a spout may be larger than the handle.
+    sure = float(np.clip(0.95 - 0.9 * second, 0.4, 0.95)) if share > 0.02 else 0.55
     says = f"{share:.0%} of the surface sticks out of the body, the next side {second:.0%} as much"
     period = np.pi if second > 0.85 else 2 * np.pi
     return Facing(_small(-_along(samples, float(mean)), period), "handle to x", sure, says)
@@ -121,9 +129,11 @@ def _handle(samples: Floats) -> Facing:
 
 def _along(samples: Floats, direction: float) -> float:
     """A direction in plan, or that of the side of the outline that is close to it: a square pot stays square."""
-    side, _, _ = plan_axes(samples[:, :2])
+    side, long, wide = plan_axes(samples[:, :2])
     off = (direction - side + np.pi / 4) % (np.pi / 2) - np.pi / 4
-    return direction - off if abs(off) < SQUARE else direction
+    # Corners of what is square stick out of the circle that a body is taken for.
+    square = float(ConvexHull(samples[:, :2]).volume) > BOXY * long * wide
+    return direction - off if square or abs(off) < SQUARE else direction
 
 
 def _face(samples: Floats, category: Category, stated: bool) -> Facing:

@@ -40,7 +40,7 @@ PRIOR: dict[str, dict[str, float]] = {
 # Directions closer than this are one, radians.
 SAME = np.radians(6.0)
 # So many faces of the hull, the largest, are tried as feet.
-MOST_FEET = 8
+MOST_FEET = 6
 # Prior weight of a direction that is no axis, relative to that of an axis that nobody speaks for: modellers work along
 # axes, scans and simulations that somebody let fall do not.
 ASKEW = 0.4
@@ -69,7 +69,8 @@ def candidates(cloud: Cloud) -> list[tuple[str, Floats]]:
 
 
 def _feet(cloud: Cloud) -> list[Floats]:
-    """Directions up when the hull stands on one of its larger sides, largest side first."""
+    """Directions up when the hull stands on one of its larger sides, largest first, and when that is its top: a bowl's
+    largest side is its rim."""
     corners = cloud.shell[cloud.triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(cross, axis=1)
@@ -87,7 +88,7 @@ def _feet(cloud: Cloud) -> list[Floats]:
         if len(sides) >= 4 * MOST_FEET:
             break
     sides.sort(key=lambda side: -side[0])
-    return [up for _, up in sides[:MOST_FEET]]
+    return [way for _, up in sides[:MOST_FEET] for way in (up, -up)]
 
 
 def upright(up: Floats) -> Floats:

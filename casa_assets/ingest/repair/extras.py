@@ -53,6 +53,8 @@ STAND_FLAT = 0.15
 STAND_FULL = 0.9
 STAND_WIDTH = 1.2
 STAND_GAP = 0.05
+# The category of what nobody could name, which has no proportions.
+UNKNOWN = "object"
 # What is left without it has to be so much nearer to the usual proportions of the category, and that near: logarithms.
 BETTER = 0.2
 NEAR = 0.7
@@ -83,7 +85,7 @@ def extras(found: Pieces, category: Category | None) -> tuple[Mask, list[Issue]]
     if sky is not None:
         out[sky] = True
         notes.append(warning("MSH012", "sky", "a shell far around the object was taken away"))
-    stand = None if category is None else _stand(found, out, category)
+    stand = None if category is None or category.id == UNKNOWN else _stand(found, out, category)
     if stand is not None:
         out[stand] = True
         notes.append(warning("MSH012", "stand", "a slab that the object stands on was taken away"))

@@ -24,6 +24,8 @@ DRILLED_EDGES = 6
 DRILLED_ROUND = 0.1
 # What was cut out just before was surface, and may be so many times wider.
 CUT_WIDER = 3
+# It is closed however bent its rim is, where that has no more edges than these.
+FEW_EDGES = 8
 # Of the width of a hole, what two places may differ by and be the same.
 SAME = 1e-3
 # Least cosine between a face of the fan and their mean: a fan that folds is no surface.
@@ -104,6 +106,8 @@ def _is_torn(rim: Floats, widest: float, cut: cKDTree | None) -> bool:
         return False
     middle = rim.mean(axis=0)
     off = np.linalg.norm(rim - middle, axis=1)
+    if is_ours and len(rim) <= FEW_EDGES:
+        return True
     if not is_ours and len(rim) >= DRILLED_EDGES and off.std() < DRILLED_ROUND * off.mean():
         return False
     count = len(rim)

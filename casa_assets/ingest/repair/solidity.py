@@ -17,7 +17,7 @@ from casa_assets.ingest.collide_matter import LOOSE, SEALED, THIN, Kind
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-# Share of the area of an open surface that must not be seen from outside for its walls to be double.
+# Share of the area of an open surface, or of a full thing, that must be out of sight for its walls to be double.
 UNSEEN = 0.25
 # Where that is measured, it is to so many points.
 STREWN = 30_000
@@ -55,11 +55,12 @@ class Solidity:
         return (0.9 if self.closed else 0.6) - (0.2 if near else 0.0)
 
 
-def solidity(points: Floats, faces: Ints) -> Solidity:
+def solidity(points: Floats, faces: Ints, full: bool = False) -> Solidity:
     """Measure a surface.
 
     Args:
         points: (P, 3) welded, any unit. faces: (F, 3), outward where it is closed.
+        full: known to be matter all through, so that a wall inside is none of its own.
     """
     used, local = np.unique(faces, return_inverse=True)
     points, faces = points[used], local.reshape(-1, 3)
@@ -72,7 +73,7 @@ def solidity(points: Floats, faces: Ints) -> Solidity:
     volume = outer - rooms if closed else voxelise(points, faces).volume
     sealed = rooms / outer if closed else 0.0
     fills, wall = min(1.0, volume / hull), 2 * volume / (area * longest)
-    return Solidity(_kind(fills, wall, seen, sealed, closed), fills, wall, seen, sealed, closed)
+    return Solidity(_kind(fills, wall, seen, sealed, closed, full), fills, wall, seen, sealed, closed)
 
 
 def _volumes(points: Floats, faces: Ints) -> tuple[float, float]:
@@ -84,8 +85,10 @@ def _volumes(points: Floats, faces: Ints) -> tuple[float, float]:
     return float(volumes[volumes > 0].sum()), float(-volumes[volumes < 0].sum())
 
 
-def _kind(fills: float, wall: float, seen: float, sealed: float, closed: bool) -> Kind:
-    if sealed > SEALED or (not closed and wall < THIN and seen < 1 - UNSEEN):
+def _kind(fills: float, wall: float, seen: float, sealed: float, closed: bool, full: bool) -> Kind:
+    unseen = wall < THIN and seen < 1 - UNSEEN
+    # The inner wall of a closed vessel is out of sight, too; that of a thing that is full is a mistake.
+    if sealed > SEALED or (unseen and (full or not closed)):
         return Kind.DOUBLE
     if not closed:
         return Kind.SHEET if wall < THIN else Kind.SOLID

@@ -67,9 +67,10 @@ def _is_rare(ids: Ints) -> bool:
 
 
 def _touching(ids: Ints) -> npt.NDArray[np.bool_]:
-    """(F,) faces at the ends of edges of more than two, so that what is left has a plain rim."""
+    """(F,) faces at the ends of edges of more than two, and where rims meet, so that what is left has a plain rim."""
     edges, uses, _ = edge_counts(ids)
-    ends = np.zeros(int(ids.max()) + 1, dtype=bool)
+    count = int(ids.max()) + 1
+    ends: npt.NDArray[np.bool_] = np.bincount(edges[uses == 1].ravel(), minlength=count) > 2
     ends[edges[uses > 2].ravel()] = True
     found: npt.NDArray[np.bool_] = np.any(ends[ids], axis=1)
     return found

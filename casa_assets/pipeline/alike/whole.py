@@ -80,7 +80,7 @@ def look_over(library: disk.Library, eye: Eye | None = None) -> Whole:
     there = {row.id for row in found}
     looks = tuple(pair for pair in looks if {pair[0], pair[1]} <= there)
     shelf = Shelf(shelf.count, shelf.alike, looks, seen, unseen)
-    name, limits = library.root.resolve().name, registry.load().limits
+    name, limits = "library", registry.load().limits
     report = run(shelf, name, limits, table=TABLE) + run(_sizes(found), name, limits, table=TABLE)
     digests = {row.id: row.digest for row in found}
     whole = Whole(

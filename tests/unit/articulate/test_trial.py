@@ -74,6 +74,14 @@ def test_a_front_that_may_be_drawn_has_no_box_without_one() -> None:
     assert whole_["boxed"] == pytest.approx(np.log1p(2))
 
 
+def test_a_slot_ends_before_the_border() -> None:
+    floor = box((0.0, 0.0, 0.0), (0.4, 0.3, 0.15))
+    long = [box((0.0, 0.0, 0.15), (0.4, 0.135, 0.25)), box((0.0, 0.165, 0.15), (0.4, 0.3, 0.25))]
+    ends = [box((0.0, 0.135, 0.15), (0.07, 0.165, 0.25)), box((0.33, 0.135, 0.15), (0.4, 0.165, 0.25))]
+    assert look(pieces_of(floor, *long, *ends), TOP).slots == 0.5
+    assert look(pieces_of(floor, *long), TOP).slots == 0.0
+
+
 def test_another_material_in_the_same_plane_is_detail() -> None:
     vertices, faces, _ = together(
         box((0, 0, 0), (0.6, 0.4, 0.3)),

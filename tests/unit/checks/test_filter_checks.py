@@ -112,7 +112,7 @@ def walking(speed: float) -> Made:
     """The good one rests; the bad one is told apart by the scene that it is put into, see `told`."""
     size = (0.12, 0.12, 0.06)
     asset = loose(carton(size), boxes=((size, (0.0, 0.0, 0.03)),), kind="walker" if speed else "carton")
-    return asset, kind_of(asset, size)
+    return asset, kind_of(asset, size, upright=Upright.LIES)
 
 
 def large() -> Made:
@@ -121,7 +121,7 @@ def large() -> Made:
 
 # Code -> what it is silent on, and what trips it.
 EXAMPLES: dict[str, tuple[Build_, Build_]] = {
-    "FLT001": (lambda: usual(loose(carton())), lambda: usual(loose(with_hole(0.05)))),
+    "FLT001": (lambda: usual(loose(carton())), lambda: usual(loose(with_hole(0.04)))),
     "FLT002": (lambda: usual(loose(carton())), lambda: usual(loose(without_side(carton(), (0, 0, -1))))),
     "FLT003": (lambda: usual(loose(carton())), lambda: usual(loose(mixed()))),
     "FLT004": (lambda: usual(loose(carton())), lambda: usual(loose(*crossed_cards()))),

@@ -11,6 +11,8 @@ from casa_assets.ingest.collide import CollideParams, collide
 from casa_assets.ingest.collide_slabs import table
 from casa_assets.ingest.decompose import Budget, Floats, Ints
 from casa_assets.ingest.draft import Draft
+from casa_assets.model.mesh import Mesh
+from casa_assets.model.shape import Box, Cylinder
 from tests.raw_models import category, draft, turned
 
 PARAMS = CollideParams()
@@ -38,8 +40,8 @@ def sure(state: Draft) -> float:
 
 
 def seen(inner: list[float]) -> Walls:
-    radii = np.repeat(np.array(inner)[:, None], RAYS, axis=1)
-    heights = 0.01 * np.arange(len(inner))
+    radii: Floats = np.repeat(np.array(inner, dtype=np.float64)[:, None], RAYS, axis=1)
+    heights: Floats = 0.01 * np.arange(len(inner), dtype=np.float64)
     return Walls(np.zeros(2), heights, 0.01, radii, radii + 0.005)
 
 
@@ -73,3 +75,40 @@ def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:
     assert len(out.colliders) <= 32
     low = min(float(surface(p.shape, p.pose)[0][:, 2].min()) for p in out.colliders)
     assert low > -1e-6
+
+
+def test_a_can_with_a_deep_lid_and_a_narrow_neck_is_one_cylinder() -> None:
+    profile = [(0.0, 0.112), (0.025, 0.112), (0.027, 0.122), (0.033, 0.108), (0.033, 0.006), (0.026, 0.0), (0.0, 0.008)]
+    [placed] = collide(draft(turned(profile, 64)), category("can"), PARAMS, never).colliders
+    assert isinstance(placed.shape, Cylinder)
+    assert placed.shape.radius == pytest.approx(0.033, rel=5e-3)
+
+
+def test_a_carton_that_bulges_is_one_box_between_its_bulges_and_its_edges() -> None:
+    flat = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+    around = [(x, -1.0) for x in flat[:-1]] + [(1.0, y) for y in flat[:-1]]
+    around += [(x, 1.0) for x in flat[:0:-1]] + [(-1.0, y) for y in flat[:0:-1]]
+    rings = []
+    for z in flat:
+        bulge = 0.004 * (1 - z * z)
+        rings += [
+            (0.05 * x + bulge * (abs(x) == 1) * x, 0.03 * y + bulge * (abs(y) == 1) * y, 0.08 * z) for x, y in around
+        ]
+    count = len(around)
+    sides = [
+        face
+        for k in range(4)
+        for i in range(count)
+        for a, b in [(k * count + i, k * count + (i + 1) % count)]
+        for face in ((a, b, b + count), (a, b + count, a + count))
+    ]
+    ends = [(5 * count, (i + 1) % count, i) for i in range(count)]
+    ends += [(5 * count + 1, 4 * count + i, 4 * count + (i + 1) % count) for i in range(count)]
+    mesh = Mesh(vertices=[*rings, (0.0, 0.0, -0.08), (0.0, 0.0, 0.08)], faces=[*sides, *ends])
+    [placed] = collide(draft(mesh), category("boxed_food"), PARAMS, never).colliders
+    assert isinstance(placed.shape, Box)
+    x, y, z = sorted(placed.shape.size)
+    assert 0.06 < x < 0.0675
+    assert 0.1 < y < 0.1075
+    assert z == pytest.approx(0.16, abs=1e-3)
+    assert float(surface(placed.shape, placed.pose)[0][:, 2].min()) == pytest.approx(-0.08, abs=1e-6)

@@ -23,7 +23,9 @@ Floats = npt.NDArray[np.float64]
 
 HANDLE = box_mesh((0.03, 0.01, 0.06), (0.055, 0.0, 0.05), shared=True)
 CUP = joined(turned(MUG), HANDLE)
-THINGS = {"mug": CUP, "bottle": turned(BOTTLE), "plate": turned(PLATE)}
+# Its rim is far wider than its foot.
+BOWL = [(0.0, 0.006), (0.02, 0.006), (0.072, 0.07), (0.075, 0.07), (0.022, 0.0), (0.0, 0.0)]
+THINGS = {"mug": CUP, "bottle": turned(BOTTLE), "plate": turned(PLATE), "bowl": turned(BOWL)}
 
 
 def spin(axis: int, degrees: float) -> Floats:
@@ -54,7 +56,7 @@ def test_what_lies_or_stands_on_its_head_is_righted_against_the_files_word(name:
     assert up_of(THINGS[name], out) == pytest.approx([0, 0, 1], abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["mug", "bottle", "plate"])
+@pytest.mark.parametrize("name", list(THINGS))
 def test_what_somebody_let_fall_is_righted(name: str) -> None:
     turn = spin(0, 37) @ spin(2, 52) @ spin(1, 20)
     out = posed(THINGS[name], turn, name, up=None)

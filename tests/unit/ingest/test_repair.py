@@ -207,6 +207,7 @@ class TestExtras:
         assert [p.name for p in draft.parts] == ["part_1"]
         assert "MSH012" in codes(draft.notes)
         assert len(clean(raw(slab, bottle)).parts) == 2
+        assert len(clean(raw(slab, moved(BOX, (-0.04, 0.0, -0.97), 0.2)), category("object")).parts) == 2
 
     def test_specks_go_chains_and_sprinkles_stay(self) -> None:
         ball = sphere()
@@ -286,7 +287,7 @@ class TestWinding:
 
     def test_a_leaf_keeps_the_side_that_it_had(self) -> None:
         stem = turned([(0.0, 0.0), (0.01, 0.0), (0.01, 0.1), (0.0, 0.1)], 8)
-        leaf = [(0.02, y, 0.11 - 20 * (y * y + 0.02 * x)) for x in (0.0, 0.01) for y in np.linspace(-0.03, 0.03, 5)]
+        leaf = [(0.02, y, 0.11 - 5 * (y * y + 0.02 * x)) for x in (0.0, 0.01) for y in np.linspace(-0.03, 0.03, 5)]
         points = np.array(leaf) + np.array([[0.0, 0, 0]] * 5 + [[0.03, 0, 0]] * 5)
         faces = np.array([f for k in range(4) for f in ((k, k + 5, k + 6), (k, k + 6, k + 1))])
         for side in (faces, faces[:, ::-1], np.vstack([faces[:1, ::-1], faces[1:]])):
@@ -318,6 +319,16 @@ class TestSolidity:
         found = measured(both)
         assert not found.closed
         assert found.seen < 0.75
+
+    def test_a_thin_shell_of_a_full_thing_has_two_walls(self) -> None:
+        """As generators deliver a glue stick: a skin of which the inner side shows through a small opening."""
+        arc = np.linspace(-np.pi / 2, 1.3, 20)
+        outer = [(0.05 * float(np.cos(a)) if a > -1.57 else 0.0, 0.05 * float(np.sin(a))) for a in arc]
+        inner = [(0.96 * r, 0.96 * z) for r, z in outer]
+        shell = turned([*outer, *inner[::-1]], 32)
+        assert measured(shell).kind is Kind.WALLED
+        assert of(clean(raw(shell), category("bottled_water"))) == "double walled"
+        assert of(clean(raw(shell), category("mug"))) == "walled"
 
     def test_is_in_the_report(self) -> None:
         draft = clean(raw(turned(MUG)))

@@ -92,7 +92,7 @@ def test_no_size_is_refused(mesh: Mesh) -> None:
         ("a large 1.5 l pitcher", (), (0.0015,), 0.8),
         ("cola 330ml", (), (0.00033,), 0.0),
         ("a tiny or maybe big cup", (), (), -1.5),
-        ("mug v2 in blue, 3 inches tall", (0.0762,), (), 0.5),
+        ("mug v2 in blue, 3 inches tall", (0.0762,), (), 0.0),
         ("model 2in1, 500 polygons, 12 lions", (), (), 0.0),
     ],
 )

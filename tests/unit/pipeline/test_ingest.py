@@ -165,3 +165,22 @@ def test_what_the_disk_refuses_is_said_of_the_library(tmp_path: Path) -> None:
         (tmp_path / "library" / "gone" / "file").write_text("x", encoding="ascii")
     with pytest.raises(FileNotFoundError), writing(tmp_path / "library"):
         (tmp_path / "elsewhere").read_text(encoding="ascii")
+
+
+def test_a_copy_in_other_units_is_turned_away_unless_it_is_wanted(tmp_path: Path) -> None:
+    source = write_box(tmp_path / "in")
+    wide, tall, deep = (100 * side for side in BOXES["milk_carton"])
+    (source / "milk_copy.obj").write_text(box_obj((wide, tall, deep)), encoding="ascii")
+    library = tmp_path / "library"
+    events = run(source, library)
+    assert [(e.path, e.kind, e.code) for e in events] == [
+        ("milk_carton.obj", "accepted", ""),
+        ("milk_copy.obj", "rejected", "RUN007"),
+    ]
+    assert events[1].says.startswith(f"duplicate of milk_carton.obj ({events[0].asset_id})")
+    assert kinds(run(source, library)) == ["kept", "kept"]
+    wanted = run(source, library, keep_duplicates=True)
+    assert [(e.path, e.kind) for e in wanted] == [("milk_carton.obj", "kept"), ("milk_copy.obj", "accepted")]
+    assert len(entries_of(library)) == 2
+    issues = json.loads((library / "library.json").read_text(encoding="utf-8"))["report"]["issues"]
+    assert [(i["code"], i["pointer"]) for i in issues if i["pointer"]] == [("LIB001", wanted[1].asset_id)]

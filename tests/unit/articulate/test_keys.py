@@ -1,0 +1,105 @@
+"""Round things: which are keys, which are caps of burners; and where a cup stands under a machine without a tray."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.articulate.burners import _discs
+from casa_assets.articulate.controls import Control
+from casa_assets.articulate.creases import Blob
+from casa_assets.articulate.fragments import fragment_labels
+from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.infer import infer
+from casa_assets.articulate.keys import sole_key, without_burners
+from casa_assets.articulate.pieces import measure
+from casa_assets.articulate.plan import PartKind
+from casa_assets.articulate.rectangles import is_bar
+from casa_assets.articulate.soup import Soup, soup_of
+from casa_assets.model.mesh import Mesh
+from tests.unit.articulate.blocks import Part, box, disc, together
+
+
+def placed(*parts: Part) -> Soup:
+    points, faces, _ = together(*parts)
+    soup = soup_of(points, faces)
+    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
+    return soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+
+
+def control(x: float, y: float, wide: float, high: float, round_: bool = True, stands: float = 0.02) -> Control:
+    half = np.array([wide, high]) / 2
+    low, high_ = np.append(np.array([x, y]) - half, 0.0), np.append(np.array([x, y]) + half, stands)
+    return Control([0], low, high_, stands, round_)
+
+
+def machine(*more: Part) -> tuple[Part, ...]:
+    return box((0, 0.1, 0), (0.2, 0.3, 0.25)), box((0, 0, 0.25), (0.2, 0.3, 0.38)), *more
+
+
+def test_the_one_round_thing_on_a_front_is_a_key_of_what_somebody_calls_a_machine() -> None:
+    soup = placed(*machine(disc((0.1, -0.015, 0.31), 0.035, 0.015)))
+    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
+    (part,) = infer(soup, frame, "coffee_machine").parts
+    assert part.kind is PartKind.BUTTON
+    assert part.joint.axis[1] > 0.99
+    assert part.confidence < 0.5
+
+
+def test_two_of_them_are_not_the_one_key() -> None:
+    pair = [disc((x, -0.015, 0.31), 0.02, 0.015) for x in (0.05, 0.15)]
+    soup = placed(*machine(*pair))
+    assert sole_key(measure(soup, fragment_labels(soup), 256)) is None
+
+
+def test_what_arms_stand_round_is_a_burner_and_no_knob() -> None:
+    cap, knob = control(0.1, 0.1, 0.06, 0.06), control(0.1, -0.2, 0.05, 0.05)
+    arms = [
+        control(0.1 + x, 0.1 + y, *size, False)
+        for x, y, size in (
+            (0.05, 0, (0.05, 0.005)),
+            (-0.05, 0, (0.05, 0.005)),
+            (0, 0.05, (0.005, 0.05)),
+            (0, -0.05, (0.005, 0.05)),
+        )
+    ]
+    left = without_burners([cap, knob], [cap, knob, *arms], [])
+    assert len(left) == 1
+    assert left[0] is knob
+
+
+def test_what_differs_from_the_knobs_of_the_front_is_no_knob_on_the_top() -> None:
+    front = [control(x, 0.3, 0.04, 0.04) for x in (-0.1, 0.0, 0.1)]
+    cap, alike = control(0.1, 0.1, 0.07, 0.07), control(-0.1, 0.1, 0.042, 0.042)
+    left = without_burners([cap, alike], [cap, alike], front)
+    assert len(left) == 1
+    assert left[0] is alike
+
+
+def test_a_burner_of_six_sides_is_round_and_a_square_is_not() -> None:
+    def lying(sides: int) -> Mesh:
+        points, faces = disc((0, 0, 0), 0.09, 0.02, sides)
+        up = points[:, [0, 2, 1]] * np.array([1.0, 1.0, -1.0])
+        return Mesh(vertices=up, faces=faces.astype(np.int32))
+
+    assert len(_discs(lying(6))) == 1
+    assert len(_discs(lying(24))) == 1
+    assert _discs(lying(4)) == []
+
+
+def test_a_bar_is_long_and_stands_out() -> None:
+    low, high = np.zeros(2), np.array([0.2, 0.02])
+    assert is_bar(Blob((0, 10), (0, 100), low, high, 0.03, 0.004))
+    assert not is_bar(Blob((0, 10), (0, 100), low, high, 0.004, 0.004))
+
+
+def test_a_small_panel_with_knobs_and_a_lever_is_no_door() -> None:
+    parts = [
+        box((0, 0, 0), (0.2, 0.15, 0.2)),
+        box((0, 0.15, 0), (0.2, 0.3, 0.2)),
+        box((0.06, -0.006, 0.05), (0.14, 0, 0.15)),
+    ]
+    parts += [box((0.08, -0.03, 0.13), (0.12, -0.006, 0.14))]
+    parts += [disc((x, -0.016, 0.07), 0.008, 0.01) for x in (0.08, 0.12)]
+    soup = placed(*parts)
+    found = infer(soup, given_frame(soup, (0, 0, 1), (0, -1, 0)))
+    assert [p.kind for p in found.parts] == [PartKind.KNOB, PartKind.KNOB]
