@@ -47,7 +47,7 @@ def ingest(
     timeout: Annotated[float, typer.Option(min=0, help="Wall seconds for one input; 0: 300.")] = 0.0,
     memory: Annotated[float, typer.Option(min=0, help="Gigabytes of memory for one input; 0: 8.")] = 0.0,
     max_size: Annotated[float, typer.Option(min=0, help="Megabytes of one input with its files; 0: 512.")] = 0.0,
-    max_faces: Annotated[int, typer.Option(min=0, help="Faces of one input; 0: 2 million.")] = 0,
+    max_faces: Annotated[int, typer.Option(min=0, help="Faces of one input; 0: 2.5 million.")] = 0,
     max_texture: Annotated[int, typer.Option(min=0, help="Pixels along a side of a picture; 0: 16384.")] = 0,
     max_pixels: Annotated[float, typer.Option(min=0, help="Million pixels of a picture; 0: 67.2.")] = 0.0,
     clip_weights: Annotated[

@@ -16,6 +16,7 @@ from casa_assets.geometry.measure import solid_moments
 from casa_assets.geometry.primitive import best_primitive
 from casa_assets.geometry.solid import simplified_solid
 from casa_assets.geometry.tessellate import surface
+from casa_assets.geometry.topology import face_components
 from casa_assets.ingest.collide_judge import Yardstick, verdict
 from casa_assets.ingest.collide_matter import Matter
 from casa_assets.ingest.collide_rings import cut_vessel
@@ -189,9 +190,9 @@ def _by_cuts(task: Task) -> tuple[list[Placed], str]:
 
 
 def _by_coacd(task: Task) -> tuple[list[Placed], str]:
-    """CoACD of a closed manifold."""
+    """CoACD of a closed manifold that hangs together enough: it gives every loose piece a hull of its own at least."""
     solid = simplified_solid(*surface_of(task.made.solid), COACD_FACES)
-    if solid is None:
+    if solid is None or len(np.unique(face_components(solid[1], len(solid[0])))) > task.params.hull_count:
         return [], ""
     # CoACD's surface error is about half the threshold times the longest side.
     threshold = min(max(2 * task.params.error_m / task.by.of.longest, 0.03), 0.2)
