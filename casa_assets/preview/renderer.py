@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import sys
@@ -102,7 +103,8 @@ def _context(pid: int) -> Any:
     """The process's one context; `pid` is the key because a context does not survive a fork.
 
     mujoco picks its own backend once, from MUJOCO_GL, while it is imported, which is too early for a process that was
-    forked from a server. So its backends are opened here by name and the variable is only read as a wish.
+    forked from a server. So its backends are opened here by name and the variable is only read as a wish. A limit on
+    memory that leaves no room for a driver is no lack of one.
     """
     if _opened:
         # The drivers' locks and threads were copied half: the next call would wait for ever.
@@ -115,6 +117,8 @@ def _context(pid: int) -> Any:
         try:
             made = _open(name)
         except _FAILURES as error:
+            if isinstance(error, OSError) and error.errno == errno.ENOMEM:
+                raise MemoryError(f"{name} cannot be loaded: no memory is left") from error
             tried[name] = f"{type(error).__name__}: {error}".splitlines()[0][:200]
         else:
             _opened.append(pid)

@@ -65,13 +65,17 @@ def run_until(moment: Moment, inputs: Path, library: Path) -> Iterator[tuple[sub
 
 
 def has_begun(library: Path) -> bool:
-    """A worker has begun with an asset."""
-    return any((library / ".casa" / "staging").glob("[!u]*/*"))
+    """A worker has begun with an asset; a folder may go while it is looked into."""
+    with suppress(FileNotFoundError):
+        return any((library / ".casa" / "staging").glob("[!u]*/*"))
+    return False
 
 
 def is_half_written(library: Path) -> bool:
-    """An asset is on disk in part."""
-    return any((library / ".casa" / "staging").glob("*/*/model.xml"))
+    """An asset is on disk in part; a folder may go while it is looked into."""
+    with suppress(FileNotFoundError):
+        return any((library / ".casa" / "staging").glob("*/*/model.xml"))
+    return False
 
 
 def has_published(library: Path) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
 import time
 from contextlib import suppress
@@ -101,7 +102,9 @@ def test_two_runs_at_once(inputs: Path, tmp_path: Path) -> None:
     while not at_work(library):
         assert first.poll() is None
         time.sleep(0.01)
+    first.send_signal(signal.SIGSTOP)  # it holds the library however long the other one takes to start
     second = casa("ingest", inputs, "--library", library)
+    first.send_signal(signal.SIGCONT)
     assert second.returncode == 2
     assert "another run is writing to this library" in second.stderr
     assert first.wait() == 1
