@@ -52,7 +52,7 @@ class Part:
     @property
     def weight(self) -> float:
         """What makes a part the next to be cut: it has to fit badly, and large ones come first."""
-        return self.strain * self.hull ** (1 / 3) if self.strain > 1 else 0.0
+        return self.strain * max(self.hull, 0.0) ** (1 / 3) if self.strain > 1 else 0.0
 
 
 def split_up(solids: Sequence[Solid], of: Ruler, bound: Bound, most: int) -> list[Solid]:
