@@ -11,6 +11,9 @@ from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.category import Category
 
+# How sure a name can make of a category where the source states another one: for a person to look at.
+CONTRADICTED = 0.4
+
 
 @dataclass(frozen=True)
 class Survey:
@@ -49,6 +52,9 @@ def categorise(found: Found, ordered: str) -> tuple[Category, float, str]:
         if match is not None:
             return match[0], min(0.99, match[1]), f"the source says {source.category!r}"
     match = known.find_category([*source.hints, source.title, source.prompt])
+    if match is not None and source.category:
+        because = f"{match[2]}; the source says {source.category!r}, which the registry does not know"
+        return match[0], min(CONTRADICTED, match[1] * 0.9), because
     if match is not None:
         return match[0], match[1] * 0.9, match[2]
     return known.category(registry.FALLBACK), 0.1, "nothing names a category that the registry knows"
