@@ -69,6 +69,24 @@ def face_components(faces: Ints, count: int) -> Ints:
     return place
 
 
+def patches(ids: Ints) -> Ints:
+    """(F,) patch of each face, joined over edges that two faces share and no third.
+
+    Args:
+        ids: (F, 3) indices of welded points, at least one face.
+    """
+    directed = np.sort(np.concatenate([ids[:, [0, 1]], ids[:, [1, 2]], ids[:, [2, 0]]]), axis=1)
+    owner = np.tile(np.arange(len(ids)), 3)
+    key = directed[:, 0] * (int(ids.max()) + 1) + directed[:, 1]
+    order = np.argsort(key, kind="stable")
+    key, owner = key[order], owner[order]
+    start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
+    pair = start[np.diff(np.r_[start, len(key)]) == 2]
+    links = coo_matrix((np.ones(len(pair), dtype=np.int8), (owner[pair], owner[pair + 1])), shape=(len(ids),) * 2)
+    patch: Ints = connected_components(links, directed=False)[1].astype(np.int64)
+    return patch
+
+
 def edge_counts(faces: Ints) -> tuple[Ints, Ints, Ints]:
     """Undirected edges of a face set.
 

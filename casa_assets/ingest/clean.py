@@ -10,6 +10,7 @@ from casa_assets.geometry.topology import edge_counts, weld
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.repair.crossing import crossing
 from casa_assets.ingest.repair.extras import extras, several
+from casa_assets.ingest.repair.fins import fins
 from casa_assets.ingest.repair.hidden import clear_parts, hidden
 from casa_assets.ingest.repair.pieces import pieces_of
 from casa_assets.ingest.repair.seams import joined
@@ -123,7 +124,10 @@ def _without_extras(
     extra, notes = extras(found, category)
     out = keep.copy()
     out[index[extra[found.label]]] = False
-    return out, notes + several(found, extra)
+    rest = np.flatnonzero(out)
+    stray, told = fins(place[faces[rest]])
+    out[rest[stray]] = False
+    return out, notes + several(found, extra) + told
 
 
 def _without_hidden(draft: Draft, vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Mask, list[Issue]]:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from casa_assets.geometry.exposure import exposure
 from casa_assets.geometry.measure import winding_number
-from casa_assets.geometry.topology import consistent_winding, edge_counts, face_components, is_closed
+from casa_assets.geometry.topology import consistent_winding, edge_counts, face_components, is_closed, patches
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -111,7 +109,7 @@ def _back_to_front(points: Floats, ids: Ints, label: Ints, open_: Mask) -> Mask:
     none = np.zeros(len(ids), dtype=bool)
     if not open_.any():
         return none
-    patch = _patches(ids)
+    patch = patches(ids)
     corners = points[ids]
     count = int(label.max()) + 1
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
@@ -140,17 +138,3 @@ def _is_open(ids: Ints, label: Ints) -> Mask:
     open_pieces[of_point[edges[torn, 0]]] = True
     found: Mask = open_pieces[label]
     return found
-
-
-def _patches(ids: Ints) -> Ints:
-    """(F,) patch of each face, joined over edges that two faces share."""
-    directed = np.sort(np.concatenate([ids[:, [0, 1]], ids[:, [1, 2]], ids[:, [2, 0]]]), axis=1)
-    owner = np.tile(np.arange(len(ids)), 3)
-    key = directed[:, 0] * (int(ids.max()) + 1) + directed[:, 1]
-    order = np.argsort(key, kind="stable")
-    key, owner = key[order], owner[order]
-    start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
-    pair = start[np.diff(np.r_[start, len(key)]) == 2]
-    links = coo_matrix((np.ones(len(pair), dtype=np.int8), (owner[pair], owner[pair + 1])), shape=(len(ids),) * 2)
-    patch: Ints = connected_components(links, directed=False)[1].astype(np.int64)
-    return patch

@@ -181,9 +181,10 @@ class TestWinding:
 
 
 class TestNotes:
-    def test_a_fin_is_no_manifold(self) -> None:
-        points = np.concatenate([BOX.vertices, [[2, 2, 7]]])
-        draft = clean(raw(Mesh(vertices=points, faces=np.concatenate([BOX.faces, [[0, 1, 8]]]))))
+    def test_a_strap_on_an_edge_is_no_manifold(self) -> None:
+        points = np.concatenate([BOX.vertices, [[2, 2, 7], [2, 2, 8], [3, 2, 8]]])
+        strap = [[0, 1, 8], [8, 1, 9], [8, 9, 10]]
+        draft = clean(raw(Mesh(vertices=points, faces=np.concatenate([BOX.faces, strap]))))
         assert codes(draft.notes) == ["MSH022", "MSH023"]
 
 

@@ -379,10 +379,10 @@ class TestTangles:
     def test_a_fin_on_a_scan_is_cut_out(self) -> None:
         ball = welded(sphere(128))
         face = ball.faces[len(ball.faces) // 2]
-        tip = ball.vertices[face[:2]].mean(axis=0) * 1.02
+        foot, new = ball.vertices[face[:2]], len(ball.vertices)
         finned = Mesh(
-            vertices=np.vstack([ball.vertices, tip]),
-            faces=np.vstack([ball.faces, [face[0], face[1], len(ball.vertices)]]),
+            vertices=np.vstack([ball.vertices, foot * 1.02, foot.mean(axis=0) * 1.04]),
+            faces=np.vstack([ball.faces, [[face[0], face[1], new], [face[1], new + 1, new], [new, new + 1, new + 2]]]),
         )
         draft = clean(raw(finned))
         assert codes(draft.notes) == ["MSH045"]
@@ -390,6 +390,24 @@ class TestTangles:
         assert (edge_counts(weld(points)[1][faces])[1] == 2).all()
         assert volume(welded(draft.parts[0].mesh)) == pytest.approx(volume(ball), rel=2e-3)
 
-    def test_what_was_built_of_fins_stays(self) -> None:
-        fin = Mesh(vertices=np.vstack([BOX.vertices, [2, 2, 7]]), faces=np.vstack([BOX.faces, [0, 1, 8]]))
-        assert len(clean(raw(fin)).parts[0].mesh.faces) == 13
+
+def finned_box(*fin: list[int]) -> Mesh:
+    """A box with faces on points 0 to 7 of its own and 8 to 10 of theirs."""
+    return Mesh(vertices=np.vstack([BOX.vertices, [2, 2, 7], [2, 2, 8], [3, 2, 8]]), faces=np.vstack([BOX.faces, *fin]))
+
+
+class TestFins:
+    @pytest.mark.parametrize("fin", [[[0, 1, 8]], [[0, 1, 8], [8, 1, 9]]])
+    def test_a_face_or_two_that_stand_off_are_taken_away(self, fin: list[list[int]]) -> None:
+        draft = clean(raw(finned_box(*fin)))
+        assert codes(draft.notes) == ["MSH046"]
+        mesh = draft.parts[0].mesh
+        assert (mesh.vertices.tobytes(), mesh.faces.tobytes()) == (BOX.vertices.tobytes(), BOX.faces.tobytes())
+
+    def test_a_strap_of_more_faces_stays(self) -> None:
+        mesh = finned_box([0, 1, 8], [8, 1, 9], [8, 9, 10])
+        assert len(clean(raw(mesh)).parts[0].mesh.faces) == 15
+
+    def test_a_face_on_a_surface_that_is_open_stays(self) -> None:
+        mesh = without(finned_box([0, 1, 8]), 5, 6)
+        assert "MSH046" not in codes(clean(raw(mesh)).notes)
