@@ -42,5 +42,5 @@ def _has(ids: Ints, edges: Ints) -> Mask:
     """(F,) faces with one of some edges. edges: (E, 2) with ascending ends."""
     base = int(ids.max()) + 1
     sides = np.sort(np.stack([ids[:, [0, 1]], ids[:, [1, 2]], ids[:, [2, 0]]]), axis=2)
-    found: Mask = np.isin(sides[:, :, 0] * base + sides[:, :, 1], edges[:, 0] * base + edges[:, 1]).any(axis=0)
+    found: Mask = np.any(np.isin(sides[:, :, 0] * base + sides[:, :, 1], edges[:, 0] * base + edges[:, 1]), axis=0)
     return found
