@@ -243,14 +243,24 @@ class HostileSet:
         self._runs = 0
 
     def run(self) -> None:
-        """All rows: those that a folder holds together at once, the others one by one."""
+        """All rows: those that a folder holds together at once, manifests and the like one by one.
+
+        What was taken for a copy of another row's mesh goes in again without that one, until each had its own verdict.
+        """
         alone = [row for row in self.rows if self._is_alone(row)]
         copies = [row for row in self.rows if row.kind == "duplicate"]
         self._together("together", [r for r in self.rows if r not in alone and r not in copies], "--keep-duplicates")
         self._together("copies", copies)
-        for row in self.rows:
-            if self._is_alone(row) or self._is_overshadowed(row):
-                self.said[row.file] = self._ingest(self.root / row.file)
+        for row in alone:
+            self.said[row.file] = self._ingest(self.root / row.file)
+        left, turn = len(self.rows), 0
+        while again := [row for row in self.rows if row not in alone and self._is_overshadowed(row)]:
+            if len(again) == left:
+                break  # each of these is a copy of what it holds itself
+            left, turn = len(again), turn + 1
+            for row in again:
+                del self.said[row.file]
+            self._together(f"again_{turn}", again, "--keep-duplicates")
 
     def special(self) -> list[Said]:
         """The folder of pipes, devices, loops of links and a sparse file."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import manifold3d
 import numpy as np
 import numpy.typing as npt
 
@@ -136,7 +137,8 @@ def _without_handles(solid: Solid, seen: Walls, gap: float) -> tuple[Solid, list
     body = solid
     for handle in handles:
         body = body - handle
-    return body, handles
+    # What is left of a handle, be it a film or inside out, would draw the hull of the wall out to it.
+    return manifold3d.Manifold.compose(parts(body, least)), handles
 
 
 def _reach(solid: Solid) -> float:
