@@ -91,11 +91,11 @@ def _scale(draft: Draft, brief: Brief) -> Draft:
 # Ratio up to which two estimates of a mass say the same.
 MASSES_AGREE = 2.0
 STAGES: tuple[Stage, ...] = (
-    Stage("orient", 3, lambda d, b: orient(d, b.category, b.generated, b.ruling), ("numpy", "scipy")),
+    Stage("orient", 4, lambda d, b: orient(d, b.category, b.generated, b.ruling), ("numpy", "scipy")),
     Stage("scale", 2, _scale),
     Stage("simplify", 2, lambda d, b: simplify(d, int(b.limits["visual_faces"])), ("meshoptimizer",)),
     Stage("texture", 2, lambda d, b: texture(d, int(b.limits["texture_px"]), b.substance), ("pillow",)),
-    Stage("collide", 8, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
+    Stage("collide", 9, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
     Stage("mass", 3, lambda d, b: mass(d, b.category, b.substance, MASSES_AGREE, b.ruling.mass_kg), ("manifold3d",)),
     Stage("grasp", 1, lambda d, b: grasp(d, b.category, b.limits["gripper_m"]), ("scipy",)),
     Stage("backs", 1, lambda d, b: backs(d, b.category, b.limits["missing_side"]), ("scipy",)),
@@ -103,12 +103,12 @@ STAGES: tuple[Stage, ...] = (
 # `load` and `clean` come before, `assemble` after: they change the type.
 ENDS: Mapping[str, int] = {
     "load": 2,
-    "clean": 3,
+    "clean": 4,
     "assemble": 4,
     "mjcf": 1,
     "usd": 1,
     "preview": 2,
-    "checks": 2,
+    "checks": 3,
     "signature": 1,
 }
 # Limits that turn inputs away and change nothing about those that pass: raising one remakes nothing.

@@ -136,22 +136,24 @@ def score(one: Stance, category: Category) -> float:
     above, below = _share(one.holds), _share(one.hides)
     room = above - below
     ends = float(np.clip(np.log((one.foot + 0.03) / (one.crown + 0.03)), -1.5, 1.5))
-    foot = float(np.log(np.clip(one.foot, 0.05, 1.0)))
+    # Nothing rests on a hundredth of its outline, however it lies along the axes of its file.
+    foot = float(np.log(np.clip(one.foot, 0.01, 1.0)))
     taper = float(np.clip(one.taper, -1.2, 1.2))
     if category.upright is Upright.LIES:  # bent and pointed things rest on little, and tip a bit
         total -= 0.0 if one.stable else 0.7
-        return total + (5.0 if category.build is Build.VESSEL else 3.0) * room + 0.8 * ends + 3.0 * one.sink
+        room *= 5.0 if category.build is Build.VESSEL else 3.0
+        return total + room + 0.8 * ends + 3.0 * one.sink + 1.3 * foot
     total -= 0.0 if one.stable else 2.0
     if category.build is Build.VESSEL:  # where there is no room, a lid is on it
         shut = 1 - max(above, below)
         neck = min(max(taper, -0.6), 0.6)
-        return total + 6.0 * room + 0.3 * foot + shut * (1.5 * neck + 4.0 * one.sink + 0.5 * ends)
+        return total + 6.0 * room + 1.3 * foot + shut * (1.5 * neck + 4.0 * one.sink + 0.5 * ends)
     if category.build is Build.FILLED:  # cans and bottles have a dent below
         dent = float(np.clip((one.hides - one.holds) / 0.02, -1, 1))
         return total + 3.5 * taper + 6.0 * one.sink + 0.8 * ends + 1.0 * foot + 1.0 * dent
     if category.build is Build.HOLLOW:
-        return total + 1.2 * taper + 4.0 * one.sink + 0.5 * ends + 0.7 * foot + 0.8 * room
-    return total + 0.5 * taper + 4.0 * one.sink + 1.0 * ends + 0.7 * foot + 1.0 * room
+        return total + 1.2 * taper + 4.0 * one.sink + 0.5 * ends + 1.0 * foot + 0.8 * room
+    return total + 0.5 * taper + 4.0 * one.sink + 1.0 * ends + 1.0 * foot + 1.0 * room
 
 
 def _share(room: float) -> float:

@@ -34,7 +34,11 @@ def fins(ids: Ints) -> tuple[Mask, list[Issue]]:
     found = small & stands & hangs
     if not found.any() or found.all() or (edge_counts(ids[~found])[1] != 2).any():
         return none, []
-    says = f"{int(found.sum())} faces that stood off a closed surface like fins were taken away"
+    count = int(found.sum())
+    what = "1 face that stood off a closed surface like a fin was"
+    if count != 1:
+        what = f"{count} faces that stood off a closed surface like fins were"
+    says = f"{what} taken away"
     return found, [warning("MSH046", "faces", says)]
 
 
