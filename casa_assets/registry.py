@@ -124,10 +124,10 @@ def read_document(path: Path) -> Document:
             root = yaml.compose(text, Loader=yaml.SafeLoader)
         value = plain(root, ()) if root else {}
     except OSError as error:
-        raise RegistryError(path.name, 1, "", "a readable file", str(error)) from None
+        raise RegistryError(path.name, 1, "", "a readable file", error.strerror or str(error)) from None
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise RegistryError(path.name, line, "", "YAML", str(error.problem)) from None
+        raise RegistryError(path.name, line, "", "YAML", f"what it cannot read: {error.problem}") from None
     except (yaml.YAMLError, ValueError) as error:
         raise RegistryError(path.name, 1, "", "YAML in UTF-8", str(error)) from None
     return Document(path.name, value, MappingProxyType(lines))
@@ -149,7 +149,7 @@ def read_record(kind: type[R], row: Any, document: Document, path: Path_, **give
             got = str(first["loc"][-1])
             raise document.fault(at, expected_one_of(fields_at(kind, first["loc"][:-1]), got), repr(got)) from None
         got = "nothing" if first["type"] == "missing" else repr(first["input"])[:80]
-        raise document.fault(at, first["msg"], got) from None
+        raise document.fault(at, first["msg"].removeprefix("Input should be "), got) from None
 
 
 def read_table(kind: type[R], document: Document, key: str = "id") -> dict[str, R]:

@@ -90,10 +90,10 @@ def find_controls(pieces: Pieces, side: int, taken: Sequence[int]) -> list[Contr
         across = (box[1] - box[0])[:2]
         if seen < 0.35 * float(np.prod(across)) or across.max() < SMALLEST or across.max() > LARGEST:
             continue
-        around, sits = _around(pieces.pictures[side], *box)
+        ground, sits = around(pieces.pictures[side], *box)
         if sits < SITS:
             continue
-        stands = around - float(box[0][2] - low[:, 2].min())
+        stands = ground - float(box[0][2] - low[:, 2].min())
         found.append(Control(sorted(group), *box, stands, is_round(pieces, side, group, across)))
     found.sort(key=lambda c: (-round(float(c.middle[1]), 3), round(float(c.middle[0]), 3)))
     return found
@@ -187,7 +187,7 @@ def _nested(low: Floats, high: Floats, rows: list[int], foot: Floats) -> list[li
     return groups
 
 
-def _around(picture: Picture, low: Floats, high: Floats) -> tuple[float, float]:
+def around(picture: Picture, low: Floats, high: Floats) -> tuple[float, float]:
     """Depth of what is seen round a rectangle, from the nearest corner of the thing, and on how much of the way."""
     depth = picture.depth[_ring(picture, low, high)]
     seen = depth[np.isfinite(depth)]

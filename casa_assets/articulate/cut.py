@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from casa_assets.articulate.bulges import without_stairs
 from casa_assets.articulate.creases import FAR, Relief, relief, widened
 from casa_assets.articulate.knife import Knife
 from casa_assets.articulate.pieces import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
@@ -96,7 +97,7 @@ def find_shell(soup: Soup, label: Ints) -> Shell | None:
     shown[seen] = True
     flat, deep = _seen_from(soup, FRONT)
     fronts = []
-    filled = [leaf for leaf in find_leaves(front) if _may_open(soup, front, leaf, deep)]
+    filled = [leaf for leaf in without_stairs(front, find_leaves(front)) if _may_open(soup, front, leaf, deep)]
     marked = len(filled) >= PLAIN or any(is_set(front, b, FAR_AWAY) for b in front.blobs)
     for leaf in filled:
         beside = marked and any(_beside(front, leaf, o) for o in filled) and _pixels(leaf) < WHOLE * len(seen)

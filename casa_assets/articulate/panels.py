@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from casa_assets.articulate.controls import around
 from casa_assets.articulate.hollow import from_above
 from casa_assets.articulate.pieces import BACK, BOTTOM, LEFT, RIGHT, TOP, Pieces, face_on
 from casa_assets.articulate.soup import Bools, Floats
@@ -21,10 +22,12 @@ LEAST_LONG, LARGE_SHARE = 0.12, 0.06
 THICK, THICK_OF_DEPTH = 0.7, 0.34
 # It begins no deeper than this part of the depth; one with a handle, in a niche, no deeper than the second.
 DEEPEST, DEEPEST_HELD = 0.35, 0.75
-# A bar is so many times longer than wide, and stands off by so much, diagonals.
-BAR, STANDS_OFF = 4.0, 0.008
-# A bar that touches its host is so narrow and stands out so far: rails of framed doors reach 0.013.
-SLIM, STANDS_OUT = 0.06, 0.015
+# A bar is so many times longer than wide, and stands off by so much, diagonals; one that touches may be as stout as the
+# second: that of a shell of cubes is thickened.
+BAR, STOUT, STANDS_OFF = 4.0, 3.0, 0.008
+# A bar that touches its host is so narrow and stands out so far, with this part of its depth: rails of framed doors
+# reach 0.013, and a bulging front falls back beside its middle.
+SLIM, STANDS_OUT, OUTSIDE = 0.075, 0.015, 0.5
 # Pieces within this much of a rectangle lie inside it.
 SLACK = 0.006
 
@@ -100,7 +103,7 @@ def find_panels(pieces: Pieces, side: int) -> list[Panel]:
     groups: list[list[int]] = []
     for i in order.tolist():
         host = next((g for g in groups if _inside(low, high, i, g[0]) and _touch(low, high, i, g)), None)
-        if host is not None and _is_bar(low, high, i, host[0]):
+        if host is not None and _is_bar(pieces, side, low, high, i, host[0]):
             continue
         if host is None:
             groups.append([i])
@@ -139,12 +142,17 @@ def _inside(low: Floats, high: Floats, inner: int, outer: int) -> bool:
     return bool((b > a).all() and float(np.prod(b - a)) >= 0.9 * foot)
 
 
-def _is_bar(low: Floats, high: Floats, i: int, host: int) -> bool:
+def _is_bar(pieces: Pieces, side: int, low: Floats, high: Floats, i: int, host: int) -> bool:
     """Whether a piece is a bar that stands off from its host, or far out of it: a handle, and no part of the leaf."""
     size = (high - low)[i, :2]
-    off = high[i, 2] <= low[host, 2] - STANDS_OFF
-    out = size.min() <= SLIM and low[i, 2] <= low[host, 2] - STANDS_OUT and high[i, 2] <= low[host, 2] + SLACK
-    return bool(size.max() >= BAR * size.min() and (off or out))
+    if size.max() < STOUT * size.min():
+        return False
+    if size.max() >= BAR * size.min() and high[i, 2] <= low[host, 2] - STANDS_OFF:
+        return True
+    # A bulging host falls back beside its middle.
+    ground = around(pieces.pictures[side], low[i], high[i])[0] + float(low[:, 2].min())
+    stands = max(float(low[host, 2]), min(ground, float(high[host, 2]))) - float(low[i, 2])
+    return bool(size.min() <= SLIM and stands >= max(STANDS_OUT, OUTSIDE * float(high[i, 2] - low[i, 2])))
 
 
 def _touch(low: Floats, high: Floats, i: int, group: list[int]) -> bool:

@@ -124,12 +124,24 @@ def _edges(pieces: Pieces, picture: Picture, seen: Bools, depth: Floats) -> Bool
         a[axis], b[axis] = slice(None, -1), slice(1, None)
         here, there = tuple(a), tuple(b)
         bend = np.abs((normals[here] * normals[there]).sum(axis=2)) < BEND
-        step = np.abs(depth[here] - depth[there]) > STEP
-        piece = (label[here] != label[there]) & (bend | step | (np.abs(depth[here] - depth[there]) > STEP / 8))
+        off = np.where(bend, np.abs(np.diff(depth, axis=axis)), _off_slope(depth, axis))
+        step = off > STEP
+        piece = (label[here] != label[there]) & (bend | step | (off > STEP / 8))
         # A window or a keypad may be no more than another material in the same plane.
         paint = (tint[here] != tint[there]) & seen[here] & seen[there]
         out[here] |= (bend | step | piece | paint) & (seen[here] | seen[there])
     return out
+
+
+def _off_slope(depth: Floats, axis: int) -> Floats:
+    """Steps in depth from each pixel to the next, less those of a slope that goes on before or after: no edge."""
+    fall = np.diff(depth, axis=axis)
+    bends = np.abs(np.diff(fall, axis=axis))
+    wide = [(0, 0), (0, 0)]
+    wide[axis] = (1, 1)
+    bends = np.pad(bends, wide, constant_values=np.inf)
+    before, after = np.delete(bends, -1, axis=axis), np.delete(bends, 0, axis=axis)
+    return np.minimum(np.abs(fall), np.minimum(before, after))
 
 
 def _alike(depth: Floats, edges: Bools, axis: int) -> float:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from casa_assets.cli.words import plain
+from casa_assets.cli.words import counted, plain
 
 if TYPE_CHECKING:
     from casa_assets.model.record import Vec3
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 def articulate(
     meshes: Annotated[
         list[Path],
-        typer.Argument(metavar="MESH...", help="OBJ, GLB, glTF, PLY, STL or DAE, each of one thing.", exists=True),
+        typer.Argument(
+            metavar="MESH...", help="OBJ, GLB, glTF, PLY, STL or DAE, each of one thing.", exists=True, dir_okay=False
+        ),
     ],
     out: Annotated[Path, typer.Option(help="Library to write to, made where it is missing.")] = Path("out/articulated"),
     category: Annotated[str, typer.Option(help="What it is, such as microwave; else its name, then its shape.")] = "",
@@ -28,7 +30,8 @@ def articulate(
     front: Annotated[str, typer.Option(help="Axis of the file that the front faces, such as -y.")] = "",
     size: Annotated[float, typer.Option(min=0, help="Longest side in metres; 0: by unit and category.")] = 0.0,
     decisions: Annotated[
-        Path | None, typer.Option(help="The decisions.yaml of an earlier run, mended by hand.", exists=True)
+        Path | None,
+        typer.Option(help="The decisions.yaml of an earlier run, mended by hand.", exists=True, dir_okay=False),
     ] = None,
     preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, coloured, apart, open.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Print every part with confidence and runner-up.")] = False,
@@ -56,7 +59,7 @@ def articulate(
     if decisions is not None and len(meshes) > 1:
         raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
     said = Decisions() if decisions is None else read(decisions)
-    axes = _axis(up), _axis(front)
+    axes = _axis(up, "--up"), _axis(front, "--front")
     wishes = [Wish(m, out, category, *axes, size, said, preview or review, clip, complete) for m in meshes]
     console = Console()
     every = []
@@ -73,14 +76,14 @@ def articulate(
         raise typer.Exit(1)
 
 
-def _axis(word: str) -> Vec3 | None:
+def _axis(word: str, option: str) -> Vec3 | None:
     """A direction from such words as `+z`, `-y`, `x`. Raises typer.BadParameter."""
     from casa_assets.articulate.decisions import direction
 
     try:
         return direction(word) if word else None
     except ValueError as error:
-        raise typer.BadParameter(str(error)) from None
+        raise typer.BadParameter(str(error), param_hint=option) from None
 
 
 def _tell(done: Done, console: Console) -> None:
@@ -92,10 +95,12 @@ def _tell(done: Done, console: Console) -> None:
     count = sum(not p.added for p in done.found.parts)
     whole = sum(t.whole for t in done.travels.values())
     rooms = sum(r.built for r in done.found.rooms)
-    added = f", {rooms} interior{'s' * (rooms != 1)} added" if rooms else ""
-    says = f"{count} moving part{'s' * (count != 1)}, {whole} of {len(done.travels)} go all their way{added}"
+    added = f", {counted(rooms, 'interior')} added" if rooms else ""
+    way = "goes all its way" if len(done.travels) == 1 else "go all their way"
+    says = f"{counted(count, 'moving part')}, {whole} of {len(done.travels)} {way}{added}"
     mark = "[green]accepted[/]" if done.accepted else f"[red]{done.code}[/] {escape(plain(done.says))};"
-    console.print(f"{mark} {name}: {says}: {done.folder}", highlight=False)
+    console.print(f"{mark} {name}: {says}", highlight=False)
+    console.print(f"  {escape(plain(str(done.folder)))}", highlight=False, soft_wrap=True)
     if done.contract:
         console.print(f"  holds the contract {done.contract}", highlight=False)
     elif done.lacking:

@@ -15,7 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
-from casa_assets.cli.words import plain
+from casa_assets.cli.words import counted, plain
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.robocasa import Done
@@ -87,4 +87,5 @@ def _tell(done: list[Done], out: Path, most: int = 40) -> None:
             line = f"[yellow]left out[/] {escape(plain(one.id))}: {escape(plain(one.says))}"
             console.print(line, highlight=False, soft_wrap=True)
     place = escape(plain(str(out)))
-    console.print(f"{len(written)} objects in {len(kinds)} categories; read {place}/README.md for how to add them")
+    says = f"{counted(len(written), 'object')} in {counted(len(kinds), 'category')}"
+    console.print(f"{says}; read {place}/README.md for how to add them", highlight=False, soft_wrap=True)

@@ -13,6 +13,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
+from casa_assets.cli.words import counted
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.families import Built
@@ -47,7 +48,7 @@ def list_families(
             table.add_row(member.name, group, member.title, ", ".join(member.presets))
     console = Console()
     console.print(table)
-    console.print(f"{sum(map(len, GROUPS.values()))} families")
+    console.print(counted(sum(map(len, GROUPS.values())), "family"), highlight=False)
 
 
 @app.command()
@@ -64,21 +65,25 @@ def show(
 
     Example:  casa-assets families show microwave --preset steel --out /tmp/look
     """
-    from casa_assets.pipeline.families import Wish, build_one, wishes
+    from casa_assets.pipeline.families import Wish, build_one, params_of, wishes
+    from casa_assets.pipeline.job import writing
     from casa_assets.pipeline.showcase import pictures
 
     console = Console()
     wanted = wishes(names, samples, seed, presets=not samples)
     if preset:
         wanted = [Wish(name, preset=p) for name in names for p in preset]
+        for wish in wanted:
+            params_of(wish)  # raises UnknownId before anything is made
     bad = 0
-    for wish in wanted:
-        done = build_one(wish, out, checked=check, drawn=False)
-        bad += not done.passed
-        _tell(done, console)
-        if done.folder:
-            for path in pictures(Path(done.folder), out, wish.title.replace("/", "_").replace("#", "n"), size):
-                console.print(f"  {path}", highlight=False)
+    with writing(out):
+        for wish in wanted:
+            done = build_one(wish, out, checked=check, drawn=False)
+            bad += not done.passed
+            _tell(done, console)
+            if done.folder:
+                for path in pictures(Path(done.folder), out, wish.title.replace("/", "_").replace("#", "n"), size):
+                    console.print(f"  {path}", highlight=False, soft_wrap=True)
     if bad:
         raise typer.Exit(1)
 
@@ -132,14 +137,17 @@ def catalogue(
     Example:  casa-assets families catalogue --out out/catalogue
     """
     from casa_assets.pipeline.books.catalogue import make
+    from casa_assets.pipeline.job import writing
 
     console = Console()
     done = ""
-    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console) as progress:
+    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
+    with Progress(*columns, console=console, disable=not console.is_interactive) as progress:
         task = progress.add_task("drawing", total=None)
-        for done in make(out, jobs, names or [], textures):
-            progress.update(task, description=escape(done))
-    console.print(f"Catalogue: {done}", highlight=False)
+        with writing(out):
+            for done in make(out, jobs, names or [], textures):
+                progress.update(task, description=escape(done))
+    console.print(f"Catalogue: {done}", highlight=False, soft_wrap=True)
 
 
 def _row(done: Built) -> dict[str, object]:

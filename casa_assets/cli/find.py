@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from casa_assets.cli.place import library_at
 from casa_assets.cli.words import plain
 from casa_assets.errors import CasaError
 
@@ -43,12 +44,11 @@ def find(
       casa-assets find "red mug" --words
     """
     from casa_assets.pipeline.alike.search import by_look, by_words
-    from casa_assets.pipeline.library import Library
     from casa_assets.pipeline.look import eye
 
     if not query.strip():
         raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
-    place = Library(library)
+    place = library_at(library)
     if words:
         hits = by_words(query, place, most)
     elif clip_weights:
@@ -60,17 +60,21 @@ def find(
             row = {"id": hit.id, "category": hit.category, "folder": str(hit.folder), "score": hit.score}
             typer.echo(json.dumps({**row, "because": hit.because}, sort_keys=True))
     elif hits:
-        Console().print(_table(hits))
+        console = Console()
+        console.print(_table(hits, library))
+        console.print(f"Folders are those under {escape(plain(str(library)))}/", highlight=False, soft_wrap=True)
     else:
         Console().print("nothing fits")
     if not hits:
         raise typer.Exit(1)
 
 
-def _table(hits: list[Hit]) -> Table:
+def _table(hits: list[Hit], library: Path) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in ("asset", "score", "why", "folder"):
-        table.add_column(name, no_wrap=name == "asset", overflow="fold")
-    for hit in hits:
-        table.add_row(hit.id, f"{hit.score:.3f}", escape(plain(hit.because)), escape(plain(str(hit.folder))))
+    folders = [hit.folder.relative_to(library).as_posix() for hit in hits]
+    table.add_column("folder", overflow="fold", min_width=min(60, max(map(len, folders))))
+    table.add_column("score", no_wrap=True, justify="right")
+    table.add_column("why", overflow="fold")
+    for hit, folder in zip(hits, folders, strict=True):
+        table.add_row(escape(plain(folder)), f"{hit.score:.3f}", escape(plain(hit.because)))
     return table

@@ -8,6 +8,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from casa_assets.cli.place import library_at
+from casa_assets.cli.words import counted
+
 
 def index(
     library: Annotated[Path, typer.Option(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
@@ -21,12 +24,12 @@ def index(
     """
     from casa_assets.pipeline.books import index as books
     from casa_assets.pipeline.job import writing
-    from casa_assets.pipeline.library import Library
 
-    place = Library(library)
+    place = library_at(library)
     with place.locked(), writing(library):
         count = books.rebuild(place)
-    Console().print(f"{count} rows in {library / books.NAME}")
+    console = Console(soft_wrap=True, highlight=False)
+    console.print(f"{counted(count, 'row')} in {library / books.NAME}")
     if parquet is not None:
         books.export_parquet(place, parquet)
-        Console().print(f"{count} rows in {parquet}")
+        console.print(f"{counted(count, 'row')} in {parquet}")

@@ -6,7 +6,7 @@ import json
 from collections import Counter
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich import box
@@ -15,7 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
-from casa_assets.cli.words import plain
+from casa_assets.cli.words import counted, plain
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.books.entry import Entry
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 EXAMPLES = """
 Examples:
 
-  casa-assets ingest ~/meshes                         every mesh under a folder, into out/library
+  casa-assets ingest ~/meshes                      every mesh of a folder
 
-  casa-assets ingest mug.glb --category mug           one file of a known kind
+  casa-assets ingest mug.glb --category mug        one file of a known kind
 
   casa-assets ingest objaverse/ t3d/manifest.jsonl --library lib --jobs 8
 
-  casa-assets ingest ~/meshes --json > run.jsonl      one JSON object per input
+  casa-assets ingest ~/meshes --json > run.jsonl   one JSON object per input
 """
 
 
@@ -43,19 +43,27 @@ def ingest(
     ],
     library: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/library"),
     category: Annotated[str, typer.Option(help="Category of every input; else the sources and names decide.")] = "",
-    jobs: Annotated[int, typer.Option(min=0, help="Inputs worked on at once; 0: one per core.")] = 0,
-    timeout: Annotated[float, typer.Option(min=0, help="Wall seconds for one input; 0: 300.")] = 0.0,
-    memory: Annotated[float, typer.Option(min=0, help="Gigabytes of memory for one input; 0: 8.")] = 0.0,
-    max_size: Annotated[float, typer.Option(min=0, help="Megabytes of one input with its files; 0: 512.")] = 0.0,
-    max_faces: Annotated[int, typer.Option(min=0, help="Faces of one input; 0: 2.5 million.")] = 0,
-    max_texture: Annotated[int, typer.Option(min=0, help="Pixels along a side of a picture; 0: 16384.")] = 0,
-    max_pixels: Annotated[float, typer.Option(min=0, help="Million pixels of a picture; 0: 67.2.")] = 0.0,
+    jobs: Annotated[int, typer.Option(min=0, help="Inputs worked on at once.", show_default="one per core")] = 0,
+    timeout: Annotated[float, typer.Option(min=0, help="Wall seconds for one input.", show_default="300")] = 0.0,
+    memory: Annotated[float, typer.Option(min=0, help="Gigabytes of memory for one input.", show_default="8")] = 0.0,
+    max_size: Annotated[
+        float, typer.Option(min=0, help="Megabytes of one input with its files.", show_default="512")
+    ] = 0.0,
+    max_faces: Annotated[int, typer.Option(min=0, help="Faces of one input.", show_default="2500000")] = 0,
+    max_texture: Annotated[
+        int, typer.Option(min=0, help="Pixels along a side of a picture.", show_default="16384")
+    ] = 0,
+    max_pixels: Annotated[float, typer.Option(min=0, help="Million pixels of a picture.", show_default="67.2")] = 0.0,
     clip_weights: Annotated[
         str, typer.Option(help="Weights of CLIP that look at the pictures: a file, a folder or a name of open_clip's.")
     ] = "",
-    keep_duplicates: Annotated[bool, typer.Option(help="Keep what has form, size and colours of another.")] = False,
+    keep_duplicates: Annotated[
+        bool, typer.Option("--keep-duplicates", help="Keep what has form, size and colours of another.")
+    ] = False,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per input on standard output.")] = False,
-    explain: Annotated[bool, typer.Option(help="Print every guess, with its confidence and reason.")] = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Print every guess, with its confidence and reason.")
+    ] = False,
 ) -> None:
     """Turn meshes into simulation-ready assets; exit 0 when all were accepted, 1 when some were not, 2 on misuse."""
     from casa_assets.pipeline.ingest import Options
@@ -82,7 +90,9 @@ def ingest(
                 progress.update(task, total=event.total, completed=len(events), description=words)
                 _tell(event, progress.console, json_)
     if not events:
-        console.print("[red]no mesh found[/] (.glb .gltf .obj .ply .stl .dae, manifest.jsonl, Objaverse folders)")
+        places = ", ".join(_safe(str(source)) for source in sources)
+        kinds = ".glb, .gltf, .obj, .ply, .stl, .dae, a manifest .jsonl or an Objaverse folder"
+        console.print(f"[red]no mesh found[/] in {places}; name {kinds}", highlight=False, soft_wrap=True)
         raise typer.Exit(2)
     if not json_ or explain:
         _conclude(events, library, console, explain)
@@ -107,7 +117,9 @@ def _tell(event: Event, console: Console, as_json: bool) -> None:
         typer.echo(json.dumps(row, sort_keys=True))
     elif event.kind == "rejected":
         console.print(
-            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.says)}", highlight=False
+            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.says)}",
+            highlight=False,
+            soft_wrap=True,
         )
 
 
@@ -139,10 +151,13 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
             _explain(entry, console)
     _on_all(library, console)
     good = len(events) - counts["refused"]
-    kept = f" ({counts['kept']} were there already)" if counts["kept"] else ""
-    console.print(f"{len(events)} inputs: [green]{good} accepted[/], [red]{counts['refused']} rejected[/]{kept}")
+    was = "was" if counts["kept"] == 1 else "were"
+    kept = f" ({counts['kept']} {was} there already)" if counts["kept"] else ""
+    says = f"[green]{good} accepted[/], [red]{counts['refused']} rejected[/]{kept}"
+    console.print(f"{counted(len(events), 'input')}: {says}", highlight=False)
     place = _safe(str(library))
-    console.print(f"Library: {place}/   Index: {place}/index.sqlite   Next: casa-assets report --library {place}")
+    lines = f"Library: {place}/", f"Index:   {place}/index.sqlite", f"Next:    casa-assets report --library {place}"
+    console.print("\n".join(lines), highlight=False, soft_wrap=True)
 
 
 def _on_all(library: Path, console: Console, most: int = 6) -> None:
@@ -155,31 +170,32 @@ def _on_all(library: Path, console: Console, most: int = 6) -> None:
         place = f"{issue.pointer} " if issue.pointer else ""
         console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.says)}", highlight=False)
     if len(issues) > most:
-        console.print(f"... and {len(issues) - most} more about the library as a whole, see the report")
+        console.print(f"... and {len(issues) - most} more about the library as a whole, see the report", soft_wrap=True)
 
 
 def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
     table = Table(title="Accepted", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("asset", no_wrap=True, min_width=max((len(e.id) for e in accepted[:most]), default=5))
-    table.add_column("size (cm)", no_wrap=True)
-    for name in ("mass", "shapes", "warn"):
-        table.add_column(name, no_wrap=True, justify="right")
-    table.add_column("source", no_wrap=True, overflow="ellipsis")
-    for entry in accepted[:most]:
-        assert entry.summary is not None
-        size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
-        mass = f"{entry.summary.mass:.3g} kg" if entry.summary.mass >= 1 else f"{1000 * entry.summary.mass:.3g} g"
-        table.add_row(
-            entry.id,
-            size,
-            mass,
-            str(entry.summary.colliders),
-            str(len(entry.warnings)),
-            _safe(entry.source_path),
-        )
+    rows = [_cells(entry) for entry in accepted[:most]]
+    names = "asset", "size (cm)", "mass", "shapes", "warn"
+    for i, name in enumerate(names):
+        wide = max((len(row[i]) for row in rows), default=0)
+        # A column that may shrink is cut before the last one folds.
+        justify: Literal["left", "right"] = "left" if i < 2 else "right"
+        table.add_column(name, no_wrap=True, min_width=max(wide, len(name)), justify=justify)
+    table.add_column("source", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
     if len(accepted) > most:
         table.add_row(f"... and {len(accepted) - most} more", "", "", "", "", "")
     return table
+
+
+def _cells(entry: Entry) -> tuple[str, ...]:
+    """Id, size, mass, collision shapes, warnings and source of an accepted asset."""
+    assert entry.summary is not None
+    size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
+    mass = f"{entry.summary.mass:.3g} kg" if entry.summary.mass >= 1 else f"{1000 * entry.summary.mass:.3g} g"
+    return entry.id, size, mass, str(entry.summary.colliders), str(len(entry.warnings)), _safe(entry.source_path)
 
 
 def _explain(entry: Entry, console: Console) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -32,6 +33,11 @@ from casa_assets.cli.words import plain
 from casa_assets.errors import CasaError
 
 MISUSE, CRASH, SIGNALLED = 2, 3, 128
+# What a file, a folder or a disk refuses, and no fault of the program: rights, room, or a name that cannot be.
+REFUSED = frozenset(
+    {errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EMFILE, errno.ENFILE}
+    | {errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG}
+)
 
 app = typer.Typer(
     name="casa-assets",
@@ -84,10 +90,20 @@ def main() -> None:
     except Stopped as stop:
         _say("stopped;", "the same command goes on from here")
         sys.exit(SIGNALLED + int(stop.args[0]))
+    except OSError as error:
+        if error.errno not in REFUSED:
+            _crash()
+        place = f"{error.filename}: " if error.filename else ""
+        _say("error:", f"{place}{error.strerror}; look at rights and at the room on the disk, or name another place")
+        sys.exit(MISUSE)
     except Exception:  # noqa: BLE001  exit code 1 would say that inputs were rejected
-        traceback.print_exc()
-        _say("bug:", "this is a fault of the program; please report it with the lines above")
-        sys.exit(CRASH)
+        _crash()
+
+
+def _crash() -> NoReturn:
+    traceback.print_exc()
+    _say("bug:", "this is a fault of the program; please report it with the lines above")
+    sys.exit(CRASH)
 
 
 def _stop(number: int, _: FrameType | None) -> NoReturn:

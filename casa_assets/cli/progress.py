@@ -7,7 +7,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn
 
 
 def bar(console: Console) -> Progress:
-    """What is done, how many of how many, and for how long; gone when it is over."""
+    """What is done, how many of how many, and for how long; gone when it is over. Nothing where no person watches."""
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -15,4 +15,4 @@ def bar(console: Console) -> Progress:
         MofNCompleteColumn(),
         TimeElapsedColumn(),
     )
-    return Progress(*columns, console=console, transient=True)
+    return Progress(*columns, console=console, transient=True, disable=not console.is_interactive)

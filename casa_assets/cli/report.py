@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from casa_assets.cli.place import library_at
+
 
 def report(
     library: Annotated[Path, typer.Option(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
@@ -25,11 +27,11 @@ def report(
     from casa_assets.pipeline.alike import whole
     from casa_assets.pipeline.books.report import write
     from casa_assets.pipeline.job import writing
-    from casa_assets.pipeline.library import Library
     from casa_assets.pipeline.look import eye
 
+    place = library_at(library)
     if clip_weights or whole.read(library) is None:
-        place, model = Library(library), eye(clip_weights) if clip_weights else None
+        model = eye(clip_weights) if clip_weights else None
         with place.locked(), writing(library):
             whole.look_over(place, model)
     path = write(library, output or library / "report.html")

@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
+from casa_assets.cli.words import counted
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.scenes import SceneBuilt
@@ -50,7 +51,8 @@ def close(results: list[SceneBuilt], out: Path, console: Console) -> None:
     page, picture = write_book(out)
     made = sum(r.passed for r in results)
     kept = sum(r.kept for r in results)
-    console.print(f"{made} of {len(results)} scenes in {out} ({kept} unchanged)", highlight=False, soft_wrap=True)
+    says = f"{made} of {counted(len(results), 'scene')} in {out}"
+    console.print(f"{says} ({kept} unchanged)", highlight=False, soft_wrap=True)
     for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchen_summary.PAGE)):
         console.print(f"{name + ':':9} {path}", highlight=False, soft_wrap=True)
 

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from casa_assets.cli import scene_news
+from casa_assets.cli.words import counted
 from casa_assets.model.surface import Surface
 
 if TYPE_CHECKING:
@@ -146,7 +147,7 @@ def sample(
         scene_news.tabulate(results, out, console)
     scene_news.close(results, out, console)
     passed = sum(r.passed for r in results)
-    rate = f"{passed} of {len(results)} draws passed ({passed / len(results):.0%})"
+    rate = f"{passed} of {counted(len(results), 'draw')} passed ({passed / len(results):.0%})"
     console.print(f"{rate}; why the others did not: {path}", highlight=False, soft_wrap=True)
     if not passed:
         raise typer.Exit(1)
@@ -165,13 +166,16 @@ def preview(
 
     Example:  casa-assets scenes preview l_small__coastal --camera at_stove --pose open
     """
-    from casa_assets.errors import UnknownId
-    from casa_assets.pipeline.scenes import draw
+    from casa_assets.errors import OutputError, UnknownId
+    from casa_assets.pipeline.scenes import all_recipes, draw
     from casa_assets.preview.room import Frame
 
     folder = out / scene
     if not folder.is_dir():
-        raise UnknownId("built scene", scene, [p.name for p in out.glob("*__*")])
+        built, known = [p.name for p in out.glob("*__*")], [r.scene_id for r in all_recipes()]
+        if scene not in known:
+            raise UnknownId("scene", scene, [*built, *known])
+        raise OutputError(str(folder), f"is not built; casa-assets scenes build {scene} --out {out}")
     for path in draw(folder, camera or (), Frame(size, size * 3 // 4, passes), pose):
         typer.echo(str(path))
 
@@ -194,7 +198,7 @@ def diff(
     else:
         for line in found:
             typer.echo(line)
-        typer.echo(f"{len(found)} differences" if found else "the same, byte for byte")
+        typer.echo(counted(len(found), "difference") if found else "the same, byte for byte")
     if found:
         raise typer.Exit(1)
 
@@ -233,7 +237,7 @@ def _pairs(text: str) -> list[tuple[Surface, str]]:
         surface, _, name = part.partition("=")
         if surface not in list(Surface) or not name:
             raise typer.BadParameter(
-                f"{part!r}: write wall=ID, floor=ID, counter=ID or cabinet=ID", param_hint="textures"
+                f"{part!r}: write wall=ID, floor=ID, counter=ID or cabinet=ID", param_hint="--textures"
             )
         pairs.append((Surface(surface), name))
     return pairs

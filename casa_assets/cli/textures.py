@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
+from casa_assets.cli.words import counted
 from casa_assets.model.surface import Surface
 
 app = typer.Typer(
@@ -45,7 +46,7 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
         table.add_row(r.surface.value, r.id, r.kind, f"{r.tile_m[0]:g} x {r.tile_m[1]:g}", r.substance)
     console = Console()
     console.print(table)
-    console.print(f"{len(found)} recipes")
+    console.print(counted(len(found), "recipe"), highlight=False)
 
 
 @app.command()
@@ -64,19 +65,20 @@ def make(
 
       casa-assets textures make --set wall -o walls
     """
+    from casa_assets.pipeline.job import writing
     from casa_assets.pipeline.texture_check import chosen
     from casa_assets.pipeline.texture_sheet import write_finish
 
     wanted = chosen(names or [], surfaces or [])
     console = Console(stderr=json_)
-    with bar(console) as progress:
+    with bar(console) as progress, writing(out):
         task = progress.add_task("painting", total=len(wanted))
         for one in wanted:
             paths = write_finish(one, out / one.surface.value, _cache(out), size)
             progress.advance(task)
             if json_:
                 typer.echo(json.dumps({"id": one.id, "files": [str(p) for p in paths]}))
-    console.print(f"{len(wanted)} recipes under {escape(str(out))}", highlight=False)
+    console.print(f"{counted(len(wanted), 'recipe')} under {escape(str(out))}", highlight=False, soft_wrap=True)
 
 
 @app.command()
@@ -91,16 +93,17 @@ def sheet(
 
     Example:  casa-assets textures sheet --set floor --side 2
     """
+    from casa_assets.pipeline.job import writing
     from casa_assets.pipeline.texture_check import chosen
     from casa_assets.pipeline.texture_sheet import pages, shots
 
     console = Console()
-    out.mkdir(parents=True, exist_ok=True)
     wanted = chosen(names or [], surfaces or [])
     groups = (
         {s.value: [r for r in wanted if r.surface is s] for s in Surface} if not names else {"chosen": list(wanted)}
     )
-    with bar(console) as progress:
+    with bar(console) as progress, writing(out):
+        out.mkdir(parents=True, exist_ok=True)
         task = progress.add_task("painting", total=len(wanted))
         for title, rows in groups.items():
             cells = []
@@ -112,7 +115,7 @@ def sheet(
             for number, png in enumerate(pages(cells, f"{title}: {len(rows)} textures, {side:g} m a swatch", size), 1):
                 path = out / (f"sheet_{title}.png" if number == 1 else f"sheet_{title}_{number}.png")
                 path.write_bytes(png)
-                console.print(str(path), highlight=False)
+                console.print(str(path), highlight=False, soft_wrap=True)
 
 
 @app.command()
@@ -129,12 +132,13 @@ def check(
 
     Example:  casa-assets textures check --set wall
     """
+    from casa_assets.pipeline.job import writing
     from casa_assets.pipeline.texture_check import Checked, check_recipes, check_sets, chosen
 
     wanted = chosen(names or [], surfaces or [])
     console = Console(stderr=json_)
     done: list[Checked] = []
-    with bar(console) as progress:
+    with bar(console) as progress, writing(out):
         task = progress.add_task("checking", total=len(wanted))
         for one in check_recipes(wanted, _cache(out), jobs):
             done.append(one)
@@ -149,14 +153,17 @@ def check(
     if table.row_count:
         console.print(table)
     bad = sum(not r.passed for r in reports)
-    console.print(f"{len(done)} textures and {len(reports) - len(done)} sets checked, {bad} with faults")
+    sets = counted(len(reports) - len(done), "set")
+    console.print(f"{counted(len(done), 'texture')} and {sets} checked, {bad} with faults", highlight=False)
     if bad:
         raise typer.Exit(1)
 
 
 @app.command()
 def ingest(
-    folder: Annotated[Path, typer.Argument(help="Folder of pictures, with a pack.yaml if there is one.", exists=True)],
+    folder: Annotated[
+        Path, typer.Argument(help="Folder of pictures, with a pack.yaml if there is one.", exists=True, file_okay=False)
+    ],
     library: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/library"),
     pack: Annotated[str | None, typer.Option(help="Name of the pack; else that of the folder.")] = None,
     surface: Annotated[Surface | None, typer.Option(help="What the pictures are for.")] = None,
@@ -174,6 +181,7 @@ def ingest(
     """
     from pydantic import ValidationError
 
+    from casa_assets.pipeline.job import writing
     from casa_assets.pipeline.texture_packs import PackOptions, ingest_pack
     from casa_assets.textures.packs.entry import Described
 
@@ -181,8 +189,10 @@ def ingest(
         said = Described(surface=surface, tile_m=tile, licence=licence, generator=generator, substance=substance)
     except ValidationError as error:
         first = error.errors()[0]
-        raise typer.BadParameter(f"{first['loc'][0]}: {first['msg']}") from None
-    report = ingest_pack(folder, PackOptions(library=library, pack=pack, flags=said))
+        option = "--" + str(first["loc"][0]).removesuffix("_m")
+        raise typer.BadParameter(first["msg"].removeprefix("Input "), param_hint=option) from None
+    with writing(library):
+        report = ingest_pack(folder, PackOptions(library=library, pack=pack, flags=said))
     console = Console(stderr=json_)
     if json_:
         typer.echo(json.dumps(report.pack.model_dump(mode="json"), indent=1))
@@ -192,7 +202,8 @@ def ingest(
     if table.row_count:
         console.print(table)
     taken, state = len(report.pack.pictures), "written" if report.changed else "unchanged"
-    console.print(f"{taken} pictures taken, {len(report.pack.refused)} left out; {escape(str(report.folder))} {state}")
+    says = f"{counted(taken, 'picture')} taken, {len(report.pack.refused)} left out"
+    console.print(f"{says}; {escape(str(report.folder))} {state}", highlight=False, soft_wrap=True)
     if report.pack.refused:
         raise typer.Exit(1)
 

@@ -1,4 +1,4 @@
-"""Words of strangers, made fit for a terminal."""
+"""Words for a terminal: those of strangers made fit for it, and numbers of things."""
 
 from __future__ import annotations
 
@@ -6,3 +6,12 @@ from __future__ import annotations
 def plain(text: str) -> str:
     """The text on one line, without what a terminal would act on: such characters become backslash escapes."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def counted(number: int, thing: str) -> str:
+    """`1 input`, `2 inputs`, `3 categories`, `0 boxes`."""
+    if number == 1:
+        return f"1 {thing}"
+    if thing.endswith("y"):
+        return f"{number} {thing[:-1]}ies"
+    return f"{number} {thing}{'es' if thing.endswith(('s', 'x', 'ch', 'sh')) else 's'}"

@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import Brief, assemble
-from casa_assets.articulate.decisions import GIVEN, Decisions, applied, direction
+from casa_assets.articulate.decisions import GIVEN, Decisions, applied, direction, word_of
 from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.infer import infer
 from casa_assets.articulate.naming import named
@@ -184,7 +184,8 @@ def _frame(soup: Soup, model: RawModel, wish: Wish) -> Frame:
     stated = None if model.up is None else _TOPS[model.up]
     if up is not None and front is not None:
         if abs(float(np.dot(up, front))) > 1e-3:
-            raise CasaError(f"{wish.mesh.name}: the front {front} does not stand upright on up {up}")
+            says = f"the front {word_of(front)} is not at a right angle to up {word_of(up)}"
+            raise CasaError(f"{wish.mesh.name}: {says}; give another --front or --up")
         given = guess_frame(soup, up, front, stated)
         guess = guess_frame(soup, stated=stated)
         return guess if np.allclose(guess.rotation, given.rotation, atol=1e-4) else given

@@ -16,7 +16,7 @@ from typing import Any
 from casa_assets import registry
 from casa_assets.checks.package import Package
 from casa_assets.checks.run import run as run_checks
-from casa_assets.errors import CasaError
+from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
 from casa_assets.families.catalog import FAMILIES, family
@@ -102,6 +102,8 @@ def params_of(wish: Wish) -> Params:
     """The numbers of a wish. Raises UnknownId."""
     found = family(wish.family)
     if wish.preset:
+        if wish.preset not in found.presets:
+            raise UnknownId(f"preset of {wish.family}", wish.preset, found.presets)
         chosen: Params = found.presets[wish.preset]
         return chosen
     drawn: Params = found.sample(rng_for(wish.seed, f"families/{wish.family}/{wish.index}"), stock())

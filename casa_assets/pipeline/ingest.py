@@ -112,6 +112,7 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
     """Bring every mesh under `roots` into the library, or record why not.
 
     Yields an Event for each input, as it is done with. Killed at any moment and run again, it does what is missing.
+    Where there is no input, nothing is written.
 
     Raises:
         UnknownId: the ordered category does not exist.
@@ -123,6 +124,9 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
         look.there(options.weights)
     if options.category:
         known.category(options.category)
+    found = list(find(roots, options.library))
+    if not found:
+        return
     library = disk.Library(options.library)
     bounds = {**known.limits, **options.guards}
     seconds = options.seconds or known.limits["input_seconds"]
@@ -134,7 +138,6 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
         rulings = review.rulings(library)
         try:
             with Pool(workers, limits, "casa_assets.pipeline.survey:warm") as pool:
-                found = list(find(roots, options.library))
                 run = _Run(library, recipe(bounds, known.digest), bounds, found, rulings=rulings)
                 events = chain(_survey(run, pool, options), _work(run, pool))
                 twins = Twins(library, run.mark, known.limits["alike_form"], run.order)

@@ -6,7 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from casa_assets.errors import OutputError
 from casa_assets.pipeline.books.entry import entries
+from casa_assets.pipeline.job import writing
 from casa_assets.pipeline.library import Library
 from casa_assets.preview import turntable as turning
 from casa_assets.preview.camera import View
@@ -33,32 +35,36 @@ def draw(
         size_px: width and height. colliders: show the collision shapes.
         turntable: also an animated picture of each.
     Raises:
-        CannotDraw, NoRenderer: see preview.still.
+        OutputError: a picture cannot be written, or a file is no MJCF. CannotDraw, NoRenderer: see preview.still.
     """
     shots: list[Shot] = []
     for model in models(targets):
         name = model.parent.name
         png = render(model, View(size_px=size_px), collision=colliders)
-        output.mkdir(parents=True, exist_ok=True)
-        path = output / f"{name}{'_colliders' if colliders else ''}.png"
-        path.write_bytes(png)
+        path = _put(output / f"{name}{'_colliders' if colliders else ''}.png", png)
         shots.append(Shot(name, model.parent.parent.name, png))
         yield Picture(path, name)
         if turntable:
-            moving = output / f"{name}.webp"
-            moving.write_bytes(turning.render(model))
-            yield Picture(moving, name)
+            yield Picture(_put(output / f"{name}.webp", turning.render(model)), name)
     if len(shots) > 1:
         for i, page in enumerate(sheets(shots, f"{len(shots)} assets")):
-            path = output / f"sheet_{i + 1:02d}.png"
-            path.write_bytes(page)
-            yield Picture(path, f"sheet {i + 1}")
+            yield Picture(_put(output / f"sheet_{i + 1:02d}.png", page), f"sheet {i + 1}")
+
+
+def _put(path: Path, data: bytes) -> Path:
+    """The path, once the bytes stand there."""
+    with writing(path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    return path
 
 
 def models(targets: Sequence[Path]) -> Iterator[Path]:
-    """Every model.xml that the targets name, in their order, libraries sorted by id."""
+    """Every model.xml that the targets name, in their order, libraries sorted by id. OutputError for another file."""
     for target in targets:
         if target.is_file():
+            if target.suffix.lower() != ".xml":
+                raise OutputError(str(target), "is no MJCF; name a model.xml, or a folder that holds one")
             yield target
         elif (target / "model.xml").is_file():
             yield target / "model.xml"

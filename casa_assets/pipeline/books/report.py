@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from casa_assets import registry
@@ -12,6 +13,7 @@ from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike import whole
 from casa_assets.pipeline.books import html_report, whole_section
 from casa_assets.pipeline.books.entry import Entry, entries
+from casa_assets.pipeline.job import writing
 
 PICTURE = "preview.png"
 # What to do where a reason says nothing about it.
@@ -22,7 +24,7 @@ def write(root: Path, target: Path) -> Path:
     """Write the page for the library at `root` to `target`, by one rename; returns the target.
 
     Raises:
-        OutputError: an entry of the library is damaged.
+        OutputError: an entry of the library is damaged, or the page cannot be written.
     """
     rows = list(entries(disk.Library(root)))
     told = whole.read(root)
@@ -31,10 +33,15 @@ def write(root: Path, target: Path) -> Path:
     why = {c.code: c.why for c in TABLE}
     on_all = whole_section.section(told.report, why, told.weights) if told else ""
     page = html_report.html(accepted, refused, root.resolve().name, why, on_all)
-    target.parent.mkdir(parents=True, exist_ok=True)
     fresh = target.with_name(f".{target.name}.{os.getpid()}")
-    fresh.write_text(page, encoding="utf-8")
-    fresh.replace(target)
+    with writing(target.parent):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            fresh.write_text(page, encoding="utf-8")
+            fresh.replace(target)
+        finally:
+            with suppress(OSError):
+                fresh.unlink(missing_ok=True)
     return target
 
 

@@ -37,7 +37,7 @@ MEND = {
     Fault.BLANK: "Generate it again; one colour from edge to edge is no texture.",
     Fault.DUPLICATE: "Remove one of both files.",
     Fault.SEAM: "Generate it with a tiling option, or choose a picture with an even pattern.",
-    Fault.NOT_DESCRIBED: "Say it in pack.yaml, or for all pictures by --surface, --tile-m and --licence.",
+    Fault.NOT_DESCRIBED: "Say it in pack.yaml, or for all pictures by --surface, --tile and --licence.",
     Fault.BAD_ROW: "Mend that row of pack.yaml.",
     Fault.MISSING: "Add the file, or remove its row from pack.yaml.",
 }

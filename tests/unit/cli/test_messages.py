@@ -1,0 +1,96 @@
+"""What a user stumbles over: places that cannot be written to, folders that are none, tables in a narrow window."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from casa_assets.cli import ingest as ingesting
+from casa_assets.cli.progress import bar
+from casa_assets.cli.words import counted
+from casa_assets.errors import UnknownId
+from casa_assets.pipeline.books.entry import Entry
+from casa_assets.pipeline.library import Summary
+from tests.libraries import casa
+
+# Paths below a file that is no folder are refused for root as well.
+NO_PLACE = "/dev/null/place"
+
+
+@pytest.mark.parametrize(
+    ("number", "thing", "says"),
+    [(0, "input", "0 inputs"), (1, "input", "1 input"), (2, "category", "2 categories"), (3, "box", "3 boxes")],
+)
+def test_plurals(number: int, thing: str, says: str) -> None:
+    assert counted(number, thing) == says
+
+
+def test_a_name_like_no_other_is_told_what_there_is() -> None:
+    assert str(UnknownId("plan", "zzz", ["galley", "l_small"])) == "unknown plan 'zzz'; there are galley, l_small"
+    assert str(UnknownId("plan", "galey", ["galley"])).endswith("did you mean galley?")
+    assert str(UnknownId("plan", "zzz", [])).endswith("there are none")
+    assert str(UnknownId("plan", "zzz", map(str, range(100, 109)))).endswith("and 3 more")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["textures", "make", "oak_natural_plank", "-o", NO_PLACE, "--size", "64"], "cannot be written to"),
+        (["textures", "list", "--set", "wal"], "'wall'"),
+        (["families", "show", "microwave", "--preset", "stel", "--out", NO_PLACE], "did you mean steel?"),
+        (["report", "--library", "{empty}"], "is no library"),
+        (["find", "mug", "--words", "--library", "{empty}"], "is no library"),
+        (["index", "--library", "{empty}"], "is no library"),
+        (["preview", "{file}"], "is no MJCF"),
+        (["articulate", "{empty}"], "is a directory"),
+        (["articulate", "{file}", "--up", "sideways"], "--up"),
+        (["articulate", "{file}", "--decisions", "{empty}"], "--decisions"),
+        (["scenes", "preview", "l_small__coastal", "--out", "{empty}"], "casa-assets scenes build l_small__coastal"),
+        (["scene", "new", "galley", "--style", "rustik"], "did you mean rustic"),
+    ],
+)
+def test_misuse_is_told_in_a_line_and_leaves_nothing(arguments: list[str], says: str, tmp_path: Path) -> None:
+    empty, file = tmp_path / "empty", tmp_path / "box.obj"
+    empty.mkdir()
+    file.write_text("v 0 0 0\n", encoding="ascii")
+    done = casa(*(a.format(empty=empty, file=file) for a in arguments))
+    assert done.returncode == 2, done.stderr
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(empty.iterdir()) == []
+
+
+def test_a_folder_without_meshes_makes_no_library(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    done = casa("ingest", tmp_path / "empty", "--library", tmp_path / "out" / "library")
+    assert done.returncode == 2
+    assert "no mesh found in" in done.stdout
+    assert not (tmp_path / "out").exists()
+
+
+def entry(name: str, source: str) -> Entry:
+    known = {field.name: "" for field in fields(Entry)}
+    summary = Summary(extents=(0.122, 0.0827, 0.0968), mass=0.2922, colliders=21, hull_vertices=54, faces=3068)
+    told = {"id": name, "source_path": source, "accepted": True, "summary": summary}
+    return Entry(**{**known, "warnings": (), "results": (), "guesses": (), **told})  # type: ignore[arg-type]
+
+
+def test_eighty_columns_keep_every_number_and_name() -> None:
+    console = Console(width=80, record=True, color_system=None)
+    rows = [entry("mug_fb61aea070", "some/rather/long/folder/g_nonmanifold_fin_of_a_mug.glb")]
+    with console.capture() as taken:
+        console.print(ingesting._accepted_table(rows))
+    text = taken.get()
+    for words in ("mug_fb61aea070", "12.2 x 8.27 x 9.68", "292 g", "shapes", "warn"):
+        assert words in text
+    assert "…" not in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
+def test_a_bar_that_nobody_watches_prints_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    with bar(Console(force_terminal=False)) as progress:
+        progress.advance(progress.add_task("looking", total=1))
+    assert capsys.readouterr().out == ""
