@@ -24,6 +24,8 @@ SITS = 0.6
 ROUND_IT, HEMMED = 0.3, 0.08
 # A pin is so many times longer than wide. Ref: knobs of appliances reach 1.1, push pins start at 1.4.
 PIN = 1.3
+# What stands out by so many times its width is no pin that is pushed: a finger would bend it.
+STICK = 4.0
 # A cap faces within 45 degrees of the side that shows it; its faces agree within 2 degrees; it is so much of the front.
 TILT, FLAT, CAP = 0.707, 0.9994, 0.4
 # It faces within 20 degrees of what it sits on: cones and bumpy shells have caps that do not.
@@ -136,6 +138,8 @@ def what_it_is(control: Control, others: Sequence[Control]) -> tuple[PartKind | 
         for c in others
     )
     round_ = _is_round(control, others)
+    if control.is_pin and control.stands > STICK * across:
+        return None, 0.0, ""
     if control.is_pin and control.round and across <= 0.09 and control.stands >= 0.0005:
         return PartKind.BUTTON, 0.7, "a round pin"
     if round_ and control.stands >= 0.22 * across and across >= 0.015:

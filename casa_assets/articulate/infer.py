@@ -22,6 +22,7 @@ from casa_assets.articulate.pieces import FRONT, SIDES, TOP, Pieces, face_on, me
 from casa_assets.articulate.plan import Articulation, Edge, Frame, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.slides import slide_way
 from casa_assets.articulate.soup import Floats, Soup
+from casa_assets.articulate.taps import find_taps
 from casa_assets.model.joint import JointKind
 from casa_assets.model.record import Vec3
 
@@ -106,6 +107,7 @@ def found_in(pieces: Pieces, frame: Frame, category: str = "") -> Articulation:
         for _, panel, edge in list(found.fronts):
             for tray in find_trays(pieces, FRONT, panel, edge, sorted(found.taken)):
                 _tray(found, panel, tray)
+        _taps(found)
         for lid in find_lids(pieces, found.taken):
             if lid.far > 0.0:
                 _lid(found, lid)
@@ -244,6 +246,12 @@ def _levers(found: _Found, side: int, levers: list[Lever]) -> None:
         )
         fragments = lever.control.fragments
         found.add(PartKind.LEVER, fragments, fragments, joint, "", (0.8, because))
+
+
+def _taps(found: _Found) -> None:
+    """Sticks that turn, and a spout."""
+    for kind, fragments, joint in find_taps(found.pieces, found.taken):
+        found.add(kind, fragments, [], joint, "", (joint.confidence, joint.because))
 
 
 def _tray(found: _Found, door: Panel, tray: Tray) -> None:

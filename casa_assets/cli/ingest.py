@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.books.entry import Entry
     from casa_assets.pipeline.ingest import Event
 
+KINDS = ".glb, .gltf, .obj, .ply, .stl, .dae, a manifest .jsonl or an Objaverse folder"
 EXAMPLES = """
 Examples:
 
@@ -69,38 +71,48 @@ def ingest(
     from casa_assets.pipeline.ingest import Options
     from casa_assets.pipeline.ingest import ingest as run
 
-    guards = {
-        "input_bytes": max_size * 1e6,
-        "input_faces": max_faces,
-        "input_texture_px": max_texture,
-        "input_texture_pixels": max_pixels * 1e6,
-    }
-    changed = {name: value for name, value in guards.items() if value}
-    options = Options(library, category, jobs, timeout, int(memory * 1e9), changed, clip_weights, keep_duplicates)
+    guards = _guards(max_size, max_faces, max_texture, max_pixels)
+    options = Options(library, category, jobs, timeout, int(memory * 1e9), guards, clip_weights, keep_duplicates)
     console = Console(stderr=json_)
-    events: list[Event] = []
-    bad = 0
-    with bar(console) as progress:
-        task = progress.add_task("looking", total=None)
-        with closing(run(sources, options)) as running:
-            for event in running:
-                events.append(event)
-                bad += event.was_rejected
-                words = f"[green]{len(events) - bad} accepted[/], [red]{bad} rejected[/]"
-                progress.update(task, total=event.total, completed=len(events), description=words)
-                _tell(event, progress.console, json_)
+    with closing(run(sources, options)) as running:
+        events = _follow(running, console, json_)
     if not events:
         places = ", ".join(_safe(str(source)) for source in sources)
-        kinds = ".glb, .gltf, .obj, .ply, .stl, .dae, a manifest .jsonl or an Objaverse folder"
-        console.print(f"[red]no mesh found[/] in {places}; name {kinds}", highlight=False, soft_wrap=True)
+        console.print(f"[red]no mesh found[/] in {places}; name {KINDS}", highlight=False, soft_wrap=True)
         raise typer.Exit(2)
     if not json_ or explain:
         _conclude(events, library, console, explain)
-    if bad:
+    if any(event.was_rejected for event in events):
         raise typer.Exit(1)
 
 
 ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
+
+
+def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) -> dict[str, float]:
+    """Limits of the registry that this run changes; what is 0 stays as it is."""
+    said = {
+        "input_bytes": megabytes * 1e6,
+        "input_faces": faces,
+        "input_texture_px": pixels,
+        "input_texture_pixels": million_pixels * 1e6,
+    }
+    return {name: value for name, value in said.items() if value}
+
+
+def _follow(running: Iterable[Event], console: Console, as_json: bool) -> list[Event]:
+    """Tell of each input as it is done with; returns all of them."""
+    events: list[Event] = []
+    bad = 0
+    with bar(console) as progress:
+        task = progress.add_task("looking", total=None)
+        for event in running:
+            events.append(event)
+            bad += event.was_rejected
+            words = f"[green]{len(events) - bad} accepted[/], [red]{bad} rejected[/]"
+            progress.update(task, total=event.total, completed=len(events), description=words)
+            _tell(event, progress.console, as_json)
+    return events
 
 
 def _tell(event: Event, console: Console, as_json: bool) -> None:

@@ -88,7 +88,9 @@ def prepare(scene_xml: Path, pose: str = "start", frame: Frame = _STANDARD) -> S
     data = mujoco.MjData(model)
     key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose)
     if key < 0:
-        raise CannotDraw(f"{scene_xml}: it has no keyframe {pose!r}")
+        raise CannotDraw(
+            f"{scene_xml}: it has no keyframe {pose!r}; there are {', '.join(k.name for k in spec.keys) or 'none'}"
+        )
     mujoco.mj_resetDataKeyframe(model, data, key)
     mujoco.mj_forward(model, data)
     return Set(model, data)

@@ -75,7 +75,8 @@ def stage(
     if pose:
         key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose)
         if key < 0:
-            raise CannotDraw(f"{model_xml.name}: it has no keyframe {pose!r}")
+            known = ", ".join(k.name for k in spec.keys) or "none"
+            raise CannotDraw(f"{model_xml.name}: it has no keyframe {pose!r}; there are {known}")
         mujoco.mj_resetDataKeyframe(model, data, key)
     mujoco.mj_forward(model, data)
     return model, data, studio.stand(model, data)
