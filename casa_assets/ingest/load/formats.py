@@ -113,8 +113,8 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
     if suffix == ".stl" and not is_text and len(data) >= 15:
         return Format.STL
     if suffix == ".glb":
-        head = data[:4].decode("ascii", "backslashreplace")
-        says = f"{name}: a GLB starts with 'glTF', this starts with {head!r}; fetch it again"
+        start = data[:4].decode("ascii", "backslashreplace")
+        says = f"{name}: a GLB starts with 'glTF', this starts with {start!r}; fetch it again"
         raise Rejected(codes.BAD_MAGIC, says)
     raise Rejected(codes.WRONG_TYPE, f"{name}: the content is none of GLB, glTF, OBJ, PLY, STL, DAE")
 
