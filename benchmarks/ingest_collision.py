@@ -15,7 +15,7 @@ import json
 import multiprocessing
 import os
 import resource
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -78,11 +78,10 @@ def _placed(clouds: Sequence[Floats]) -> list[Placed]:
     return [Placed.model_construct(shape=shape, pose=Pose()) for shape in shapes]
 
 
-def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, list[Placed]]]:
-    """Every tool on an input, and what it made."""
+def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[tuple[Row, list[Placed]]]:
+    """Every tool on an input, and what it made, as each is done: a process's peak of memory never goes down again."""
     full = item.category.build in (Build.SOLID, Build.FILLED)
     of = truth(item.mesh, full)
-    found = []
     for name in names:
         title, tool = TOOLS[name]
         before = _cpu()
@@ -92,8 +91,7 @@ def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, 
             shapes, says = [], str(error)
         seconds = _cpu() - before
         base = Row(item.path, item.category.id, item.category.build.value, title, round(seconds, 2))
-        found.append((_row(base, shapes, of, says), shapes))
-    return found
+        yield _row(base, shapes, of, says), shapes
 
 
 def _row(base: Row, shapes: list[Placed], of: Truth, says: str) -> Row:
