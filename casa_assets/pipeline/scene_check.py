@@ -42,7 +42,7 @@ from casa_assets.preview import room
 REPORT, PAGE, MAP = "report.json", "report.html", "floor_map.png"
 # Enough to see whether a camera shows something: the mean of two drawings leaves the shade of an island black that full
 # previews show brown, that of four is within a hundredth of them.
-SMALL = room.Frame(240, 180, 4)
+SMALL = room.Frame(240, 180, passes=4, shadow_px=512)
 
 
 def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = False, drawn: bool = True) -> SceneBuilt:

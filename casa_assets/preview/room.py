@@ -42,11 +42,12 @@ _LIGHTS = 1 + _DOMES + _BOUNCES
 
 @dataclass(frozen=True)
 class Frame:
-    """Size of a picture in pixels, and how many drawings it is the mean of."""
+    """Size of a picture in pixels, how many drawings it is the mean of, and the side of the map of their shadows."""
 
     width_px: int = 960
     height_px: int = 720
     passes: int = 40
+    shadow_px: int = 2048
 
 
 _STANDARD = Frame()
@@ -81,7 +82,7 @@ def prepare(scene_xml: Path, pose: str = "start", frame: Frame = _STANDARD) -> S
             light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
         spec.visual.headlight.active = 0
         spec.visual.global_.offwidth, spec.visual.global_.offheight = frame.width_px, frame.height_px
-        spec.visual.quality.offsamples, spec.visual.quality.shadowsize = 0, 2048
+        spec.visual.quality.offsamples, spec.visual.quality.shadowsize = 0, frame.shadow_px
         model = spec.compile()
     except ValueError as error:
         raise CannotDraw(f"{scene_xml}: {error}".replace("\n", " ")) from error
