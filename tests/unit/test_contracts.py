@@ -141,7 +141,7 @@ def copy(tmp_path: Path) -> Path:
     [
         ("title: Microwave oven", "title: Microwave oven\ntitel: x", 3, "titel", "one of"),
         ("  - {name: door, depth: 1}", "  - {name: door, depht: 1}", 5, "links.0.depht", "one of"),
-        ("axis: +z", "axis: up", 8, "joints.0.axis", "Input should be"),
+        ("axis: +z", "axis: up", 8, "joints.0.axis", "or '-z'"),
         ("share: 0.9}", "share: 1.9}", 23, "thresholds.1.share", "less than or equal to 1"),
         ("{name: start_button, label", "{name: '(start', label", 10, "colliders.0.name", "no pattern"),
     ],

@@ -75,7 +75,7 @@ def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) ->
     assert (done.code, done.folder, done.accepted) == ("ART001", None, False)
     said = work(Wish(mesh, tmp_path / "lib", up=(0.0, 0.0, 1.0), front=(0.0, 0.0, 1.0)))
     assert isinstance(said, Halt)
-    assert "stand upright" in said.says
+    assert "not at a right angle" in said.says
 
 
 def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
