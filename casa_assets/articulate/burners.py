@@ -49,16 +49,19 @@ def find_burners(asset: Asset) -> tuple[Burner, ...]:
         return ()
     top = float(np.median([z for _, _, z, _ in found]))
     found = [f for f in found if abs(f[2] - top) <= BELOW_M]
+    if not found:
+        return ()
     widest = max(r for _, _, _, r in found)
     found = sorted(f for f in found if f[3] >= ALIKE * widest)
     points = np.concatenate([v.mesh.vertices for v in asset.root.visuals])
     burners = []
     columns, rows = _thirds([f[0] for f in found]), _thirds([f[1] for f in found])
-    for (x, y, _, r), column, row in zip(found, columns, rows, strict=True):
+    for (x, y, z, r), column, row in zip(found, columns, rows, strict=True):
         words = [w for w in (("front", "", "rear")[row], ("left", "center", "right")[column]) if w]
         near = np.linalg.norm(points[:, :2] - (x, y), axis=1) <= 0.9 * r
         high = points[near & (points[:, 2] <= top + BELOW_M), 2]
-        burners.append(Burner("_".join(words), (_mm(x), _mm(y), _mm(float(high.max()))), _mm(r)))
+        level = float(high.max()) if len(high) else z  # of a mere ring the rim
+        burners.append(Burner("_".join(words), (_mm(x), _mm(y), _mm(level)), _mm(r)))
     names = [b.loc for b in burners]
     if len(burners) < 2 or len(set(names)) < len(names) or not set(names) <= PLACES:
         return ()

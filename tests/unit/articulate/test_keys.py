@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.burners import _discs
+from casa_assets.articulate.burners import _discs, find_burners
 from casa_assets.articulate.controls import Control
 from casa_assets.articulate.creases import Blob
 from casa_assets.articulate.fragments import fragment_labels
@@ -16,6 +16,7 @@ from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.rectangles import is_bar
 from casa_assets.articulate.soup import Soup, soup_of
 from casa_assets.model.mesh import Mesh
+from tests.assets import textured_box
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 
@@ -103,3 +104,18 @@ def test_a_small_panel_with_knobs_and_a_lever_is_no_door() -> None:
     soup = placed(*parts)
     found = infer(soup, given_frame(soup, (0, 0, 1), (0, -1, 0)))
     assert [p.kind for p in found.parts] == [PartKind.KNOB, PartKind.KNOB]
+
+
+def test_rings_with_nothing_inside_are_burners_at_the_height_of_their_rim() -> None:
+    asset = textured_box()
+    around = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    ring = np.stack([np.cos(around), np.sin(around)], axis=1)
+    rings = []
+    for x, y in ((-0.15, -0.1), (0.15, -0.1), (-0.15, 0.1), (0.15, 0.1)):
+        flat = np.concatenate([ring * 0.08, ring * 0.075]) + np.array([x, y])
+        points = np.column_stack([flat, np.full(48, 0.9)])
+        faces = [f for k in range(24) for f in ((k, (k + 1) % 24, 24 + k), ((k + 1) % 24, 24 + (k + 1) % 24, 24 + k))]
+        rings.append(asset.root.visuals[0].replace(mesh=Mesh(vertices=points, faces=faces), name=f"ring_{len(rings)}"))
+    found = find_burners(asset.replace(links=(asset.root.replace(visuals=tuple(rings)),)))
+    assert [b.loc for b in found] == ["front_left", "rear_left", "front_right", "rear_right"]
+    assert {b.middle[2] for b in found} == {0.9}
