@@ -35,6 +35,8 @@ def opened(model: RawModel, placed: Soup, found: Articulation) -> tuple[RawModel
     owner = _owner(found, len(placed.faces))
     zone = zones(shell, placed, np.arange(len(owner)))
     part_of = _parts_of_zones(placed, zone, owner, shell)
+    if not len(part_of):
+        return model, placed, found  # controls stand on the shell, and nothing is cut out of it
     blades = knives(shell, placed, np.flatnonzero(part_of >= 0).tolist())
     model, parent = _cut(model, found.frame, blades)
     soup = _in_frame(model, found.frame)
