@@ -172,3 +172,15 @@ def test_nothing_is_invented_on_a_plain_body() -> None:
 def test_the_same_shell_is_cut_the_same_way() -> None:
     one, two = placed_of(oven()), placed_of(oven())
     assert one[1].to_json() == two[1].to_json()
+
+
+def test_a_shell_with_nothing_to_cut_out_of_it_stays_whole() -> None:
+    """What moves may stand on it as it is: the stick of a tap."""
+    plain = fused(box((0, 0, 0), (0.6, 0.5, 0.8)))
+    placed, found = placed_of(plain)
+    shell = find_shell(placed, fragment_labels(placed))
+    assert shell is not None
+    assert not (*shell.fronts, *shell.front.blobs, *shell.top.blobs)
+    stick = placed_of(oven())[1].parts[0].replace(faces=np.array([0, 1]))
+    model = model_of(plain)
+    assert opened(model, placed, found.replace(parts=(stick,)))[0] is model
