@@ -177,7 +177,9 @@ def _shared_out(piece: Solid, task: Task) -> Floats:
     length = float(np.hypot(away[0], away[1]))
     if length <= 0:
         return cloud
-    moved: Floats = cloud + np.array([away[0], away[1], 0.0]) / length * error / 2
+    # Never so far that a hand would feel a wall where none is seen.
+    shift = min(error / 2, max(task.params.error_m, task.aim.p95))
+    moved: Floats = cloud + np.array([away[0], away[1], 0.0]) / length * shift
     return moved if strain(moved, task.by.of, task.aim) < strain(cloud, task.by.of, task.aim) else cloud
 
 

@@ -95,7 +95,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("scale", 2, _scale),
     Stage("simplify", 2, lambda d, b: simplify(d, int(b.limits["visual_faces"])), ("meshoptimizer",)),
     Stage("texture", 2, lambda d, b: texture(d, int(b.limits["texture_px"]), b.substance), ("pillow",)),
-    Stage("collide", 9, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
+    Stage("collide", 10, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
     Stage("mass", 3, lambda d, b: mass(d, b.category, b.substance, MASSES_AGREE, b.ruling.mass_kg), ("manifold3d",)),
     Stage("grasp", 1, lambda d, b: grasp(d, b.category, b.limits["gripper_m"]), ("scipy",)),
     Stage("backs", 1, lambda d, b: backs(d, b.category, b.limits["missing_side"]), ("scipy",)),
