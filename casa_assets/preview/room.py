@@ -21,7 +21,7 @@ from PIL import Image
 from casa_assets.preview import darkroom, renderer
 from casa_assets.preview.camera import Floats
 from casa_assets.preview.darkroom import Pixels
-from casa_assets.preview.still import CannotDraw, finish
+from casa_assets.preview.still import CannotDraw, finish, put_into
 
 SEEN, CEILING, _HIDDEN = 1, 2, 5  # groups of geoms
 _WALL = "wall_"  # names of walls begin with it
@@ -87,12 +87,7 @@ def prepare(scene_xml: Path, pose: str = "start", frame: Frame = _STANDARD) -> S
     except ValueError as error:
         raise CannotDraw(f"{scene_xml}: {error}".replace("\n", " ")) from error
     data = mujoco.MjData(model)
-    key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose)
-    if key < 0:
-        raise CannotDraw(
-            f"{scene_xml}: it has no keyframe {pose!r}; there are {', '.join(k.name for k in spec.keys) or 'none'}"
-        )
-    mujoco.mj_resetDataKeyframe(model, data, key)
+    put_into(model, data, pose, str(scene_xml))
     mujoco.mj_forward(model, data)
     return Set(model, data)
 

@@ -73,13 +73,18 @@ def stage(
         raise CannotDraw(f"{model_xml.name}: {error}".replace("\n", " ")) from error
     data = mujoco.MjData(model)
     if pose:
-        key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose)
-        if key < 0:
-            known = ", ".join(k.name for k in spec.keys) or "none"
-            raise CannotDraw(f"{model_xml.name}: it has no keyframe {pose!r}; there are {known}")
-        mujoco.mj_resetDataKeyframe(model, data, key)
+        put_into(model, data, pose, model_xml.name)
     mujoco.mj_forward(model, data)
     return model, data, studio.stand(model, data)
+
+
+def put_into(model: Any, data: Any, pose: str, name: str) -> None:
+    """Set the data to a keyframe. Raises CannotDraw where the model, here called `name`, has none such."""
+    key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose)
+    if key < 0:
+        known = ", ".join(model.key(i).name for i in range(model.nkey)) or "none"
+        raise CannotDraw(f"{name}: it has no keyframe {pose!r}; there are {known}")
+    mujoco.mj_resetDataKeyframe(model, data, key)
 
 
 def poses(model_xml: Path) -> tuple[str, ...]:
