@@ -72,7 +72,7 @@ REMARKS: Mapping[str, tuple[str, ...] | None] = {
     "mesh not in the scene used": ("SRC057",),
     "name sanitised": SILENT,
     "near duplicate": ("RUN007",),
-    "non-manifold": ("MSH023", "MSH046"),
+    "non-manifold": ("MSH023",),
     "normals recomputed": ("SRC054",),
     "not watertight": ("MSH022",),
     "NaN uv set to 0, with warning": ("SRC050",),
