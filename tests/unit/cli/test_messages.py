@@ -6,9 +6,12 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
+import typer
 from rich.console import Console
 
+from casa_assets import registry
 from casa_assets.cli import ingest as ingesting
+from casa_assets.cli.main import app
 from casa_assets.cli.progress import bar
 from casa_assets.cli.words import counted
 from casa_assets.errors import UnknownId
@@ -94,3 +97,20 @@ def test_a_bar_that_nobody_watches_prints_nothing(capsys: pytest.CaptureFixture[
     with bar(Console(force_terminal=False)) as progress:
         progress.advance(progress.add_task("looking", total=1))
     assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    ("option", "limit", "unit"),
+    [
+        ("timeout", "input_seconds", 1),
+        ("memory", "input_memory_bytes", 1e9),
+        ("max_size", "input_bytes", 1e6),
+        ("max_faces", "input_faces", 1),
+        ("max_texture", "input_texture_px", 1),
+        ("max_pixels", "input_texture_pixels", 1e6),
+    ],
+)
+def test_the_help_of_ingest_shows_the_limits_of_the_registry(option: str, limit: str, unit: float) -> None:
+    command = typer.main.get_command(app).commands["ingest"]  # type: ignore[attr-defined]
+    shown = next(p.show_default for p in command.params if p.name == option)
+    assert float(shown) == registry.load().limits[limit] / unit
