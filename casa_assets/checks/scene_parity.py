@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import mujoco
-from pxr import Tf
+from pxr import Tf, Usd
 
 from casa_assets.checks import parity
 from casa_assets.checks.agreement import Difference, number, turned, word, words
@@ -19,6 +19,7 @@ from casa_assets.checks.scene_facts import CameraFacts, LightFacts, PlacementFac
 # Where a fault is, and what it is.
 Fault = tuple[str, str]
 Standing = PlacementFacts | CameraFacts
+Read = TypeVar("Read")
 Row = TypeVar("Row", PlacementFacts, CameraFacts, LightFacts)
 
 # Ratios, unit vectors, radians, masses relative to those of the body: USD holds them as float32.
@@ -45,7 +46,10 @@ def scene_parity(mjcf: Path, usd: Path, relative: float = RELATIVE, length: floa
     expected, why = _read(lambda: scene_mjcf.facts_of(model))
     if expected is None:
         return [(mjcf.name, why)]
-    return [(usd.name, refused), *_parsed(expected, usd, relative, length)]
+    stage, why = _read(lambda: usd_facts.opened(usd))
+    if stage is None:
+        return [(usd.name, refused), (usd.name, why)]
+    return [(usd.name, refused), *_parsed(expected, stage, usd.name, relative, length)]
 
 
 def parity_of(
@@ -61,17 +65,20 @@ def parity_of(
         return [("scene.xml", why)]
     rows = parity.parameters(model, imported)
     faults = [(r.pointer, r.says) for r in rows if r.size is None or not r.size <= relative]
-    found, why = _read(lambda: scene_usd.facts_of_import(imported, usd_facts.opened(usd)))
+    stage, why = _read(lambda: usd_facts.opened(usd))
+    if stage is None:
+        return [*faults, (usd.name, why)]
+    found, why = _read(lambda: scene_usd.facts_of_import(imported, stage))
     faults += [(usd.name, why)] if found is None else compare(expected, found, relative, length)
-    faults += _parsed(expected, usd, relative, length)
+    faults += _parsed(expected, stage, usd.name, relative, length)
     # What both readers of the USD say is said once.
     return list(dict.fromkeys(faults))
 
 
-def _parsed(expected: SceneFacts, usd: Path, relative: float, length: float) -> list[Fault]:
+def _parsed(expected: SceneFacts, stage: Usd.Stage, name: str, relative: float, length: float) -> list[Fault]:
     """What UsdPhysics reads differently."""
-    found, why = _read(lambda: scene_usd.pxr_facts(usd))
-    return [(usd.name, why)] if found is None else compare(expected, found, relative, length)
+    found, why = _read(lambda: scene_usd.pxr_facts(stage))
+    return [(name, why)] if found is None else compare(expected, found, relative, length)
 
 
 def compare(
@@ -136,8 +143,8 @@ def _model(load: Callable[[Path], Loaded], path: Path) -> tuple[mujoco.MjModel |
     return loaded.model, f"does not load: {loaded.error}"
 
 
-def _read(reader: Callable[[], SceneFacts]) -> tuple[SceneFacts | None, str]:
-    """The table, or why there is none."""
+def _read(reader: Callable[[], Read]) -> tuple[Read | None, str]:
+    """What was read, or why nothing was."""
     with quiet():
         try:
             return reader(), ""

@@ -14,6 +14,7 @@ from PIL import Image
 from pxr import Tf, Usd, UsdShade, UsdUtils, UsdValidation
 from simready.validate.api import features_summary_passed
 
+from casa_assets.checks import coincident
 from casa_assets.checks.check import Measured
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers.quiet import quiet
@@ -107,6 +108,7 @@ def load_rules() -> None:
     """Register the rules of SimReady, once per process (0.2 s)."""
     with quiet():
         simready.validate.initialize([], [], [])
+        coincident.make_swift()
 
 
 class Complaints:

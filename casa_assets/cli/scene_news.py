@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.scenes import SceneBuilt
 
 LONG = 40  # characters of a name that are kept on one line
-WIDE = 132  # characters that the whole table takes
+WIDE = 140  # characters that the whole table takes
 NARROW = 5  # columns of numbers where there is less room
 
 

@@ -53,12 +53,16 @@ class Canvas:
     def __init__(self, model: Any, data: Any, option: Any, width_px: int, height_px: int) -> None:
         self._rect = mujoco.MjrRect(0, 0, width_px, height_px)
         self._pixels = np.empty((height_px, width_px, 3), dtype=np.uint8)
+        self._shown = (model, data, option)
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self.scene = mujoco.MjvScene(model, maxgeom=model.ngeom + 8)
-        camera = mujoco.MjvCamera()
-        category = mujoco.mjtCatBit.mjCAT_ALL
-        mujoco.mjv_updateScene(model, data, option, None, camera, category, self.scene)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Takes over what was changed in the model, in the data or in the option since."""
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        camera, category = mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(*self._shown, None, camera, category, self.scene)
 
     def draw(self) -> Pixels:
         """(height, width, 3) pixels, first row at the top; valid until the next call."""

@@ -21,13 +21,14 @@ from PIL import Image
 from casa_assets.preview import darkroom, renderer
 from casa_assets.preview.camera import Floats
 from casa_assets.preview.darkroom import Pixels
-from casa_assets.preview.still import CannotDraw, finish, put_into
+from casa_assets.preview.still import CannotDraw, polish, put_into
 
 SEEN, CEILING, _HIDDEN = 1, 2, 5  # groups of geoms
 _WALL = "wall_"  # names of walls begin with it
 _ON_WALL = 0.12  # metres from the middle of a wall within which something hangs on it
 # Fractions of white, by eye: a white wall keeps its shading, a black front its form.
 _AMBIENT, _SUN, _SKY, _BOUNCE = 0.3, 0.24, 0.6, 0.55
+_SKY_SEEN = 0.5  # of a place in the room, on average
 _SHINE = 0.8
 _DOMES, _BOUNCES = 2, 3
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
@@ -42,12 +43,19 @@ _LIGHTS = 1 + _DOMES + _BOUNCES
 
 @dataclass(frozen=True)
 class Frame:
-    """Size of a picture in pixels, how many drawings it is the mean of, and the side of the map of their shadows."""
+    """Size of a picture in pixels, how many drawings it is the mean of, and what they spend on shadows.
+
+    Attributes:
+        shadow_px: side of the map of a lamp's shadows.
+        sky_casts: whether the sky casts shadows. Where it does not, every place sees half of it, and a picture takes
+            half of the time.
+    """
 
     width_px: int = 960
     height_px: int = 720
     passes: int = 40
     shadow_px: int = 2048
+    sky_casts: bool = True
 
 
 _STANDARD = Frame()
@@ -73,21 +81,24 @@ def prepare(scene_xml: Path, pose: str = "start", frame: Frame = _STANDARD) -> S
         CannotDraw: MuJoCo cannot read it, or it has no such keyframe.
     """
     try:
-        spec = mujoco.MjSpec.from_file(str(scene_xml))
-        finish(spec)
-        for light in list(spec.lights):
-            spec.delete(light)
-        for _ in range(_LIGHTS):
-            light = spec.worldbody.add_light()
-            light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-        spec.visual.headlight.active = 0
-        spec.visual.global_.offwidth, spec.visual.global_.offheight = frame.width_px, frame.height_px
-        spec.visual.quality.offsamples, spec.visual.quality.shadowsize = 0, frame.shadow_px
-        model = spec.compile()
+        model = mujoco.MjModel.from_xml_path(str(scene_xml))
     except ValueError as error:
         raise CannotDraw(f"{scene_xml}: {error}".replace("\n", " ")) from error
+    return staged(model, str(scene_xml), pose, frame)
+
+
+def staged(model: Any, name: str, pose: str = "start", frame: Frame = _STANDARD) -> Set:
+    """A scene that MuJoCo has read, put into a keyframe; the MjModel is changed.
+
+    Raises:
+        CannotDraw: it has no such keyframe; it is called `name` then.
+    """
+    polish(model)
+    model.vis.headlight.active = 0
+    model.vis.global_.offwidth, model.vis.global_.offheight = frame.width_px, frame.height_px
+    model.vis.quality.offsamples, model.vis.quality.shadowsize = 0, frame.shadow_px
     data = mujoco.MjData(model)
-    put_into(model, data, pose, str(scene_xml))
+    put_into(model, data, pose, name)
     mujoco.mj_forward(model, data)
     return Set(model, data)
 
@@ -105,20 +116,24 @@ def photograph(made: Set, cameras: Sequence[str], frame: Frame = _STANDARD) -> I
     option = mujoco.MjvOption()
     option.geomgroup[:] = [0, 1, 0, 0, 0, 0]
     option.sitegroup[:] = 0
-    for name in cameras:
-        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name)
+    numbers = {name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name) for name in cameras}
+    for name, number in numbers.items():
         if number < 0:
             raise CannotDraw(f"there is no camera {name!r}; there are {', '.join(made.cameras)}")
-        with (
-            _looked_through(model, data, data.cam_xpos[number]),
-            renderer.canvas(model, data, option, frame.width_px, frame.height_px) as canvas,
-        ):
+    if not numbers:
+        return
+    # The driver is handed meshes and pictures once for all cameras.
+    with renderer.canvas(model, data, option, frame.width_px, frame.height_px) as canvas:
+        for name, number in numbers.items():
+            with _looked_through(model, data, data.cam_xpos[number]):
+                canvas.refresh()
+            _hang_lamps(canvas.scene)
             back = data.cam_xmat[number].reshape(3, 3)[:, 2]
             behind = math.atan2(back[1], back[0]) if np.hypot(back[0], back[1]) > 0.1 else -math.pi / 2
             total = np.zeros((frame.height_px, frame.width_px, 3))
             for i in range(frame.passes):
                 _aim(canvas.scene, data, model, number, frame, i, radius)
-                _light(canvas.scene, i, frame.passes, behind)
+                _light(canvas.scene, i, frame, behind)
                 for light in canvas.scene.lights[: canvas.scene.nlight]:
                     light.pos = center - np.array(light.dir) * _LIGHT_AT * radius
                 total += canvas.draw()
@@ -186,13 +201,21 @@ def _aim(scene: Any, data: Any, model: Any, camera: int, frame: Frame, i: int, r
         eye.frustum_bottom, eye.frustum_top = up - half, up + half
 
 
-def _light(scene: Any, i: int, passes: int, behind: float) -> None:
+def _hang_lamps(scene: Any) -> None:
+    """Lamps of our own in place of the scene's, which `_light` turns on."""
+    scene.nlight = _LIGHTS
+    for light in scene.lights[:_LIGHTS]:
+        light.type, light.headlight, light.texid = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, 0, -1
+        light.attenuation, light.cutoff, light.exponent = [0.0] * 3, 0.0, 0.0
+
+
+def _light(scene: Any, i: int, frame: Frame, behind: float) -> None:
     """The lights of drawing `i`: the sun within a soft box, some of the sky, and what floor and walls throw back.
 
     Args:
         behind: direction that the viewer comes from, radians to the left of the x axis.
     """
-    lights = scene.lights[: scene.nlight]
+    lights, passes = scene.lights[: scene.nlight], frame.passes
     sun, domes, bounces = lights[0], lights[1 : 1 + _DOMES], lights[1 + _DOMES :]
     spread = 0.16 * math.sqrt((i + 0.5) / passes)
     turn = 2.0 * math.pi * _GOLDEN * i
@@ -204,9 +227,10 @@ def _light(scene: Any, i: int, passes: int, behind: float) -> None:
         True,
     )
     sun.ambient = [_AMBIENT] * 3
+    sky = _SKY if frame.sky_casts else _SKY_SEEN * _SKY
     for n, light in enumerate(domes, start=i * _DOMES):
         rise = math.asin(0.42 + 0.58 * ((n + 0.5) / (passes * _DOMES)))
-        _set(light, 2.0 * math.pi * _GOLDEN * n, rise, _SKY / _DOMES, True)
+        _set(light, 2.0 * math.pi * _GOLDEN * n, rise, sky / _DOMES, frame.sky_casts)
     for n, light in enumerate(bounces, start=i * _BOUNCES):
         rise = 0.15 - 0.7 * ((n / _PLASTIC) % 1.0)
         _set(light, 2.0 * math.pi * _GOLDEN * n, rise, _BOUNCE / _BOUNCES, False)

@@ -95,16 +95,36 @@ def poses(model_xml: Path) -> tuple[str, ...]:
 def finish(spec: Any) -> None:
     """Gives materials the highlights that MuJoCo's classic renderer lacks for metallic and roughness."""
     for material in spec.materials:
-        # A negative value means that the file says nothing.
-        metallic = max(0.0, material.metallic)
-        smooth = 1.0 - (material.roughness if material.roughness >= 0.0 else 0.5)
-        # Metal mirrors in its own colour: a black one shines less than chrome.
-        bright = max(material.rgba[:3]) if not any(material.textures) else 1.0
-        material.specular = (1.0 - metallic) * (0.08 + 0.2 * smooth) + metallic * 0.9 * bright
-        material.shininess = 0.05 + 0.45 * smooth**2
+        color = list(material.rgba)
+        gleam = _gleam(material.metallic, material.roughness, color, material.textures)
+        material.specular, material.shininess, dim = gleam
         material.reflectance = 0.0
-        dim = 1.0 - metallic * (0.14 + 0.42 * smooth)
-        material.rgba = [*(dim * c for c in material.rgba[:3]), material.rgba[3]]
+        material.rgba = [*(dim * c for c in color[:3]), color[3]]
+
+
+def polish(model: Any) -> None:
+    """The same of a compiled model."""
+    for i in range(model.nmat):
+        metallic, roughness = float(model.mat_metallic[i]), float(model.mat_roughness[i])
+        gleam = _gleam(metallic, roughness, model.mat_rgba[i], model.mat_texid[i] >= 0)
+        model.mat_specular[i], model.mat_shininess[i], dim = gleam
+        model.mat_reflectance[i] = 0.0
+        model.mat_rgba[i, :3] *= dim
+
+
+def _gleam(metallic: float, roughness: float, rgba: Any, pictures: Any) -> tuple[float, float, float]:
+    """Specular, shininess and what to multiply its colour by, of a material.
+
+    Args:
+        metallic, roughness: a negative value means that the file says nothing.
+        pictures: of which none is true where it has none.
+    """
+    metallic = max(0.0, metallic)
+    smooth = 1.0 - (roughness if roughness >= 0.0 else 0.5)
+    # Metal mirrors in its own colour: a black one shines less than chrome.
+    bright = max(rgba[:3]) if not any(pictures) else 1.0
+    specular = (1.0 - metallic) * (0.08 + 0.2 * smooth) + metallic * 0.9 * bright
+    return specular, 0.05 + 0.45 * smooth**2, 1.0 - metallic * (0.14 + 0.42 * smooth)
 
 
 def _choose(spec: Any, group: int, paint: tuple[float, ...] | None) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.checks.readers import scene_mjcf, scene_usd
+from casa_assets.checks.readers import scene_mjcf, scene_usd, usd_facts
 from casa_assets.checks.scene_facts import SceneFacts
 from casa_assets.checks.scene_parity import compare, scene_parity
 from casa_assets.geometry.fitted import beside
@@ -38,7 +38,7 @@ def _exclusions(scene: Scene) -> list[tuple[Placement, Exclusion]]:
 READERS: list[tuple[str, Callable[[Path], SceneFacts]]] = [
     ("scene.xml", scene_mjcf.facts),
     ("scene.usda", scene_usd.mujoco_facts),
-    ("scene.usda", scene_usd.pxr_facts),
+    ("scene.usda", lambda path: scene_usd.pxr_facts(usd_facts.opened(path))),
 ]
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 from casa_assets.checks.check import Measured
 from casa_assets.checks.design import access, frontage, seating, triangle
@@ -115,8 +116,9 @@ ACCESS: tuple[Rule, ...] = (
 COMPACT = frozenset({"N3b_short", "N11_short", "N12", "N17_short", "N24", "N25"})
 
 
+@lru_cache(maxsize=1)
 def grade(subject: DesignSubject) -> Grade:
-    """Every advisory rule and the access profile, measured."""
+    """Every advisory rule and the access profile, measured once."""
     design = tuple(_find(rule, subject, subject.facts.compact and rule.id in COMPACT) for rule in DESIGN)
     profile = tuple(_find(rule, subject, False) for rule in ACCESS)
     return Grade(score=_score(design), access_score=_score(profile), design=design, access=profile)

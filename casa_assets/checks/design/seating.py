@@ -29,9 +29,9 @@ def _free_behind(facts: Facts, seat: Fixture) -> float:
     free = FAR
     for outline in obstacles(facts.replace(fixtures=())):
         step = 0.05
-        for k in range(int(FAR / step)):
+        for k in range(math.ceil(free / step - 1e-9)):
             a, b = row.at(u, -(start + k * step)), row.at(u, -(start + (k + 1) * step))
-            if k * step < free and within(outline, a, b) > 0:
+            if within(outline, a, b) > 0:
                 free = k * step
                 break
     return free

@@ -47,9 +47,8 @@ def facts_of_import(model: mujoco.MjModel, stage: Usd.Stage) -> SceneFacts:
     )
 
 
-def pxr_facts(path: Path) -> SceneFacts:
-    """The table of a scene.usda as UsdPhysics parses it. Raises ValueError where it does not open."""
-    stage = usd_facts.opened(path)
+def pxr_facts(stage: Usd.Stage) -> SceneFacts:
+    """The table of a scene.usda as UsdPhysics parses it. Raises ValueError where it holds what no scene has."""
     things, welded = usd_facts.facts_of_stage(stage)
     cache = UsdGeom.XformCache()
     stand = {

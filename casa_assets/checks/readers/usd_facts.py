@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import numpy.typing as npt
-from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from casa_assets.checks.facts import BodyFacts, Facts, JointFacts, Words
 from casa_assets.checks.readers import usd_looks, usd_words
@@ -32,12 +32,35 @@ def imported(path: Path) -> Loaded:
     # Without a listener MuJoCo prints, and writes a log into the working folder.
     mujoco.set_mju_user_warning(said.append)
     try:
-        model, error = mujoco.MjSpec.from_file(str(path)).compile(), ""
+        spec = mujoco.MjSpec.from_file(str(path))
+        _share_pictures(spec)
+        model, error = spec.compile(), ""
     except ValueError as refusal:
         model, error = None, str(refusal)
     finally:
         mujoco.set_mju_user_warning(before)
     return Loaded(model, error, tuple(dict.fromkeys(" ".join(s.split()) for s in said)))
+
+
+def _share_pictures(spec: mujoco.MjSpec) -> None:
+    """Each picture is decoded once: the reader makes a texture for every material that names it, 114 of 18 files.
+
+    The others become a pixel of nothing, for deleting them would take as long as reading them.
+    """
+    first: dict[tuple[object, ...], str] = {}
+    renamed: dict[str, str] = {}
+    for texture in spec.textures:
+        if not texture.file:
+            continue
+        name = first.setdefault((texture.file, texture.type, texture.nchannel, texture.colorspace), texture.name)
+        if name != texture.name:
+            renamed[texture.name] = name
+            texture.file, texture.builtin = "", mujoco.mjtBuiltin.mjBUILTIN_FLAT
+            texture.width = texture.height = 1
+    for material in spec.materials:
+        names = list(material.textures)
+        if any(name in renamed for name in names):
+            material.textures = [renamed.get(name, name) for name in names]
 
 
 def mujoco_facts(path: Path) -> Facts:
@@ -89,7 +112,13 @@ def facts_of_stage(stage: Usd.Stage) -> tuple[Facts, dict[str, Pose]]:
     movers = {d.body1: d for kind in (kinds.RevoluteJoint, kinds.PrismaticJoint) for d in _found(parsed, kind)}
     if _found(parsed, kinds.SphericalJoint, kinds.DistanceJoint, kinds.D6Joint, kinds.CustomJoint):
         raise ValueError("a joint is neither fixed, revolute nor prismatic")
-    bodies = [_body(stage, d, {**mounts, **movers}, movers.get(path), shapes) for path, d in links.items()]
+    cache, joints = UsdGeom.XformCache(), {**mounts, **movers}
+    below: dict[Sdf.Path, list[Usd.Prim]] = {path: [] for path in links}
+    for shape in shapes:
+        for path in shape.GetPath().GetPrefixes():
+            if path in below:
+                below[path].append(shape)
+    bodies = [_body(stage, d, joints, movers.get(path), below[path], cache) for path, d in links.items()]
     filtered = [(short_name(str(p)), short_name(str(o))) for p, d in links.items() for o in d.filteredCollisions]
     welded = {short_name(str(b)): _demanded(d) for b, d in mounts.items() if d.body0.isEmpty and b in links}
     table = Facts(
@@ -121,14 +150,14 @@ def _body(
     body: UsdPhysics.RigidBodyDesc,
     joints: dict[object, UsdPhysics.JointDesc],
     mover: UsdPhysics.JointDesc | None,
-    colliders: list[Usd.Prim],
+    shapes: list[Usd.Prim],
+    cache: UsdGeom.XformCache,
 ) -> BodyFacts:
     prim = stage.GetPrimAtPath(body.primPath)
     mass = UsdPhysics.MassAPI(prim)
     axes = _pose(Gf.Vec3f(0), mass.GetPrincipalAxesAttr().Get()).rotation
     tensor = axes @ np.diag(_numbers(mass.GetDiagonalInertiaAttr().Get())) @ axes.T
-    shapes = [shape for shape in colliders if shape.GetPath().HasPrefix(body.primPath)]
-    bounds = [_bounds(shape, prim) for shape in shapes]
+    bounds = [_bounds(shape, prim, cache) for shape in shapes]
     pose = _world_from_body(body.primPath, joints)
     up = joints.get(body.primPath)
     return BodyFacts(
@@ -204,9 +233,8 @@ def _friction(shape: Usd.Prim) -> Vec3:
     return sliding, torsional, rolling
 
 
-def _bounds(shape: Usd.Prim, body: Usd.Prim) -> Array:
+def _bounds(shape: Usd.Prim, body: Usd.Prim, cache: UsdGeom.XformCache) -> Array:
     """(2, 3) corners of a collider, body frame, metres; exact for every shape."""
-    cache = UsdGeom.XformCache()
     rows = cache.GetLocalToWorldTransform(shape) * cache.GetLocalToWorldTransform(body).GetInverse()
     matrix = np.array(rows).T  # USD multiplies row vectors
     linear, centre = matrix[:3, :3], matrix[:3, 3]

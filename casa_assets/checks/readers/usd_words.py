@@ -47,7 +47,8 @@ def places(stage: Usd.Stage) -> tuple[PlaceFacts, ...]:
     Raises:
         ValueError: one is neither sphere, cube nor cylinder about z.
     """
-    found = [_place(prim) for prim in stage.Traverse() if SITE in prim.GetAppliedSchemas()]
+    cache = UsdGeom.XformCache()
+    found = [_place(prim, cache) for prim in stage.Traverse() if SITE in prim.GetAppliedSchemas()]
     return tuple(sorted((place for place in found if own_name(place.name) != OUTER), key=lambda place: place.name))
 
 
@@ -108,9 +109,8 @@ def _states(joint: Usd.Prim) -> list[StateFacts]:
     ]
 
 
-def _place(prim: Usd.Prim) -> PlaceFacts:
+def _place(prim: Usd.Prim, cache: UsdGeom.XformCache) -> PlaceFacts:
     body = prim.GetParent().GetParent()
-    cache = UsdGeom.XformCache()
     matrix = cache.GetLocalToWorldTransform(prim) * cache.GetLocalToWorldTransform(body).GetInverse()
     scale = [Gf.Vec3d(*(matrix[i][k] for k in range(3))).GetLength() for i in range(3)]
     pose = rigid(matrix)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 import mujoco
+
+from casa_assets.errors import CasaError
 
 STEPS = 200
 START = "start"
@@ -17,10 +20,18 @@ def in_a_fresh_process(scene_xml: Path) -> tuple[float, float, float]:
     """Seconds to compile a file, steps per second and seconds per step, where nothing of it was compiled before.
 
     MuJoCo keeps what it has made of meshes and pictures for as long as a process lives, so that a second load tells
-    little of the first. The file has to load.
+    little of the first.
+
+    Raises:
+        CasaError: the process ended with an error, as where the file does not load.
     """
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        return pool.submit(timed, scene_xml).result()
+    # Not by multiprocessing, whose children first import the program that they were started from, for seconds.
+    command = [sys.executable, "-m", __name__, str(scene_xml)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    if done.returncode:
+        raise CasaError(f"{scene_xml}: it cannot be timed: {done.stderr.strip()[-400:]}")
+    load_s, steps_per_s, timestep_s = json.loads(done.stdout.splitlines()[-1])
+    return float(load_s), float(steps_per_s), float(timestep_s)
 
 
 def timed(scene_xml: Path) -> tuple[float, float, float]:
@@ -37,3 +48,7 @@ def timed(scene_xml: Path) -> tuple[float, float, float]:
     mujoco.mj_step(model, data, nstep=STEPS)
     seconds = max(time.perf_counter() - start, 1e-9)
     return loaded - begin, STEPS / seconds, float(model.opt.timestep)
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(timed(Path(sys.argv[1]))))

@@ -27,7 +27,7 @@ class Row:
     Attributes:
         id, plan, style: names. passed: verdict. errors: code -> how often.
         joints: that were swept through their range. design, access: scores, of 100. tasks: afforded, of 25.
-        load_ms, real_time_factor: on the machine of the check.
+        load_ms, real_time_factor: on the machine of the check. check_s: seconds that the check took there.
         bodies, geoms, nv, texture_mb: what the model holds.
     """
 
@@ -42,6 +42,7 @@ class Row:
     tasks: int | None = None
     load_ms: float | None = None
     real_time_factor: float | None = None
+    check_s: float | None = None
     bodies: int | None = None
     geoms: int | None = None
     nv: int | None = None
@@ -63,6 +64,7 @@ COLUMNS: tuple[tuple[str, str, str], ...] = (
     ("NKBA", "design", ".0f"),
     ("load ms", "load_ms", ".0f"),
     ("x real", "real_time_factor", ".1f"),
+    ("check s", "check_s", ".1f"),
     ("geoms", "geoms", "d"),
     ("bodies", "bodies", "d"),
     ("nv", "nv", "d"),
@@ -101,6 +103,7 @@ def _row(folder: Path) -> Row:
         tasks=sum(not t["wants"] for t in report["tasks"]),
         load_ms=speed.get("load_ms"),
         real_time_factor=speed.get("real_time_factor"),
+        check_s=speed.get("check_s"),
         bodies=holds.get("bodies"),
         geoms=holds.get("geoms"),
         nv=holds.get("nv"),
@@ -122,7 +125,8 @@ def totals(found: Sequence[Row]) -> dict[str, float]:
         "passed": sum(bool(r.passed) for r in found),
         "joints": sum(r.joints or 0 for r in found),
     }
-    for field, worst in (("design", min), ("load_ms", max), ("real_time_factor", min), ("texture_mb", max)):
+    kept = {"design": min, "load_ms": max, "real_time_factor": min, "check_s": max, "texture_mb": max}
+    for field, worst in kept.items():
         values = [v for r in found if (v := getattr(r, field)) is not None]
         if values:
             told[f"{field}_mean"] = round(sum(values) / len(values), 2)
@@ -136,6 +140,8 @@ def sentence(found: Sequence[Row]) -> str:
     says = f"{t['passed']:.0f} of {t['checked']:.0f} checked scenes passed, {t['joints']:.0f} joints swept"
     if "design_mean" in t:
         says += f"; NKBA {t['design_mean']:.0f} on average, {t['design_worst']:.0f} at worst"
+    if "check_s_mean" in t:
+        says += f"; check {t['check_s_mean']:.1f} s, {t['check_s_worst']:.1f} at worst"
     if "load_ms_mean" in t:
         says += f"; load {t['load_ms_mean']:.0f} ms, {t['load_ms_worst']:.0f} at worst"
         says += f"; {t['real_time_factor_mean']:.1f} x real time, {t['real_time_factor_worst']:.1f} at worst"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -15,6 +16,7 @@ from casa_assets.checks.scene.files import SceneFiles
 from casa_assets.checks.scene.layer import OF_SINGLE_PROPS
 from casa_assets.checks.scene.views import Pictures
 from casa_assets.checks.table import TABLE
+from casa_assets.errors import CasaError
 from casa_assets.model.asset import Base
 from casa_assets.model.issue import Report
 from casa_assets.model.scene import Scene
@@ -165,6 +167,24 @@ class TestPictures:
         assert run(Pictures({"overview": blue}), "room", LIMITS).issues == ()
 
 
+class TestImport:
+    def test_a_picture_that_many_materials_name_is_read_once(self, tmp_path: Path) -> None:
+        """MuJoCo's reader of USD has a texture for each; a carton of 16 x 16 px is there twice."""
+        print_and_twin = textured_box().replace(id="carton_9876543210")
+        scene = room((textured_box(), at(0.0, 0.0, 0.0)), (print_and_twin, at(0.5, 0.0, 0.0)))
+        loaded = in_all_forms(scene, tmp_path).imported
+        model = loaded.model
+        assert model is not None, loaded.error
+        assert loaded.warnings == ()
+        shown = {int(i) for i in model.mat_texid[:, mujoco.mjtTextureRole.mjTEXROLE_RGB] if i >= 0}
+        pictured = [m for m in range(model.nmat) if model.mat_texid[m, mujoco.mjtTextureRole.mjTEXROLE_RGB] >= 0]
+        assert len(pictured) == 2
+        (one,) = shown
+        assert (model.tex_width[one], model.tex_height[one]) == (16, 16)
+        assert model.ntex > 2
+        assert sorted(model.tex_width[model.tex_width > 1].tolist()) == [8, 16]
+
+
 class TestSpeed:
     def test_pace_is_simulated_seconds_per_second(self) -> None:
         assert Speed(1.0, 4000.0, 0.002).pace == pytest.approx(8.0)
@@ -175,6 +195,18 @@ class TestSpeed:
         assert timestep_s == 0.002
         assert 0.0 < load_s < 60.0
         assert steps_per_s > 100.0
+
+    def test_stopwatch_asks_a_fresh_process(self, tmp_path: Path) -> None:
+        found = subject(things(), tmp_path)
+        load_s, steps_per_s, timestep_s = stopwatch.in_a_fresh_process(found.mjcf)
+        assert timestep_s == 0.002
+        assert 0.0 < load_s < 60.0
+        assert steps_per_s > 100.0
+
+    def test_stopwatch_names_the_file_that_does_not_load(self, tmp_path: Path) -> None:
+        (tmp_path / "scene.xml").write_text("<mujoco><worldbody><geom/></worldbody></mujoco>")
+        with pytest.raises(CasaError, match=r"scene\.xml: it cannot be timed: .*"):
+            stopwatch.in_a_fresh_process(tmp_path / "scene.xml")
 
     def test_holdings_are_those_of_the_model(self, tmp_path: Path) -> None:
         held = holdings(subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path))

@@ -81,6 +81,7 @@ class TestVerdict:
         assert holds["colliders"] < holds["geoms"]
         assert 0.0 < holds["texture_mb"] < 256.0
         assert speed["load_ms"] > 0.0
+        assert speed["check_s"] > 0.0
         assert speed["real_time_factor"] == pytest.approx(speed["steps_per_s"] * 0.002, rel=0.01)
 
     def test_page_and_map_are_beside_it(self, checked_kitchen: Checked) -> None:
