@@ -12,7 +12,7 @@ in, after a second in which they settle, by the seconds of the process. Awake, e
 work, MuJoCo 4 may let sleep what is at rest while two doors and one loose thing are pushed; asleep, nothing is. `bare`
 leaves out what a kitchen of ours itself has standing loose on its worktops, for the peer's are empty; it is what the
 targets of ten loose things are held against. `clash`: joints that run more than 5 mm into another object when each is
-opened alone; of the full form.
+opened alone; of the full form. The last row of ours has the ten things alone, on a floor.
 """
 
 from __future__ import annotations
@@ -65,6 +65,13 @@ HEADS = (
     "awake steps/s",
     "clash",
 )
+# What the ten loose things cost by themselves, which no kitchen around them can be faster than.
+FLOOR = """
+<mujoco><option timestep="0.002" integrator="implicitfast"/><worldbody>
+<geom type="box" size="1 1 .1" pos="-1 -1 -.1"/><geom type="box" size="1 1 .1" pos="1 -1 -.1"/>
+<geom type="box" size="1 1 .1" pos="-1 1 -.1"/><geom type="box" size="1 1 .1" pos="1 1 -.1"/>
+</worldbody></mujoco>
+"""
 LOAD = """
 import sys, time
 import mujoco
@@ -84,7 +91,7 @@ def main() -> int:
     parser.add_argument("--no-peer", action="store_true")
     options = parser.parse_args()
     SCENES.mkdir(parents=True, exist_ok=True)
-    rows = [row for scene in options.scenes for row in ours(scene)]
+    rows = [row for scene in options.scenes for row in ours(scene)] + [empty_floor()]
     if not options.no_peer:
         python = peer_python()
         rows += [peer(python, name, seed) for name in options.templates for seed in range(options.seeds)]
@@ -126,6 +133,14 @@ def ours(scene: str) -> list[Row]:
         bare = run(measure(sys.executable, path, "--bare"))
         rows.append({**base, "kitchen": f"{scene}, {weight}, bare", **bare, **loads})
     return rows
+
+
+def empty_floor() -> Row:
+    """The loose things on a floor without a kitchen."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "floor.xml"
+        path.write_text(FLOOR, encoding="utf-8")
+        return {"kitchen": "none, an empty floor", **run(measure(sys.executable, path))}
 
 
 def load_seconds(python: str | Path, path: Path) -> float | None:
@@ -183,11 +198,7 @@ def _cells(row: Row) -> list[str]:
     awake, swept = row["awake"], row.get("clashes")
     return [
         row["kitchen"],
-        f"{row['make_s']:.2f}",
-        f"{row['write_s']:.2f}",
-        f"{row['check_s']:.1f}" if "check_s" in row else "",
-        f"{row['load_s']:.2f}",
-        "" if row["load_old_s"] is None else f"{row['load_old_s']:.2f}",
+        *(_seconds(row, name) for name in ("make_s", "write_s", "check_s", "load_s", "load_old_s")),
         *(f"{row[name]}" for name in ("bodies", "joints", "geoms")),
         *(f"{row[how]['real_time']:.1f}" if row[how] else "" for how in ("awake", "stirred", "asleep")),
         f"{awake['steps_per_s']:,.0f}",
@@ -195,10 +206,14 @@ def _cells(row: Row) -> list[str]:
     ]
 
 
+def _seconds(row: Row, name: str) -> str:
+    """A duration as text; nothing where there is none."""
+    return "" if row.get(name) is None else f"{row[name]:.2f}"
+
+
 def _held(rows: Sequence[Row]) -> list[tuple[str, float, list[float]]]:
     """What we hold ourselves to, its bound, and the values of ours; not what could not be measured."""
-    ours = [r for r in rows if not r["kitchen"].startswith("peer")]
-    full, light = ([r for r in ours if r["kitchen"].endswith(f", {weight}, bare")] for weight in ("full", "light"))
+    full, light = ([r for r in rows if r["kitchen"].endswith(f", {weight}, bare")] for weight in ("full", "light"))
     values = {
         "make + write": [r["make_s"] + r["write_s"] for r in full],
         "check": [r["check_s"] for r in full],

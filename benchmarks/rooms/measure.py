@@ -90,7 +90,7 @@ def places(model: mujoco.MjModel, data: mujoco.MjData, count: int) -> list[np.nd
             tops.append(spot)
         elif abs(spot[2]) < 0.02:
             floor.append(spot)
-    half = count // 2 if len(floor) >= count - count // 2 else count
+    half = min(len(tops), count // 2 if len(floor) >= count - count // 2 else count)
     return tops[:half] + floor[: count - half]
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -35,20 +37,31 @@ def load(path: Path) -> Loaded:
 
 def load_asset_file(path: Path) -> Loaded:
     """Compiles any file that MuJoCo reads, without remembering it."""
+    with listening() as said:
+        try:
+            model, error = mujoco.MjModel.from_xml_path(str(path)), ""
+        except ValueError as problem:
+            model, error = None, " ".join(str(problem).split())
+    return Loaded(model, error, tuple(dict.fromkeys(said)))
+
+
+@contextmanager
+def listening() -> Iterator[list[str]]:
+    """What MuJoCo warns of inside, gathered once the block has ended.
+
+    Without a listener it prints its warnings, and writes a log into the working folder.
+    """
     said: list[str] = []
     before = mujoco.get_mju_user_warning()
-    # MuJoCo says some warnings through its own callback and others through Python's warnings.
+    # It says some warnings through its own callback and others through Python's warnings.
     mujoco.set_mju_user_warning(said.append)
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            model, error = mujoco.MjModel.from_xml_path(str(path)), ""
-    except ValueError as problem:
-        model, error = None, " ".join(str(problem).split())
+            yield said
     finally:
         mujoco.set_mju_user_warning(before)
-    said += [str(w.message) for w in caught]
-    return Loaded(model, error, tuple(dict.fromkeys(" ".join(s.split()) for s in said)))
+        said[:] = [" ".join(s.split()) for s in (*said, *(str(w.message) for w in caught))]
 
 
 @lru_cache(maxsize=KEPT)

@@ -13,7 +13,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 from casa_assets.checks.facts import BodyFacts, Facts, JointFacts, Words
 from casa_assets.checks.readers import usd_looks, usd_words
 from casa_assets.checks.readers.mujoco_facts import facts_of_model, has_free_joint, short_name, tensor_entries
-from casa_assets.checks.readers.mujoco_load import Loaded
+from casa_assets.checks.readers.mujoco_load import Loaded, listening
 from casa_assets.model.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
@@ -27,19 +27,14 @@ COLUMNS = {"X": (1, 2, 0), "Y": (2, 0, 1), "Z": (0, 1, 2)}
 
 def imported(path: Path) -> Loaded:
     """The file compiled by way of MuJoCo's USD reader, which its XML loader does not call, with its warnings."""
-    said: list[str] = []
-    before = mujoco.get_mju_user_warning()
-    # Without a listener MuJoCo prints, and writes a log into the working folder.
-    mujoco.set_mju_user_warning(said.append)
-    try:
-        spec = mujoco.MjSpec.from_file(str(path))
-        _share_pictures(spec)
-        model, error = spec.compile(), ""
-    except ValueError as refusal:
-        model, error = None, str(refusal)
-    finally:
-        mujoco.set_mju_user_warning(before)
-    return Loaded(model, error, tuple(dict.fromkeys(" ".join(s.split()) for s in said)))
+    with listening() as said:
+        try:
+            spec = mujoco.MjSpec.from_file(str(path))
+            _share_pictures(spec)
+            model, error = spec.compile(), ""
+        except ValueError as refusal:
+            model, error = None, str(refusal)
+    return Loaded(model, error, tuple(dict.fromkeys(said)))
 
 
 def _share_pictures(spec: mujoco.MjSpec) -> None:

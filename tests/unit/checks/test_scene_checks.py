@@ -211,3 +211,14 @@ class TestWalls:
         screen = block("screen", (2.0, 0.05, 2.4), kind="pantry")
         more = room((scene.assets[-1], at(0.0, 1.9, 0.0)), (screen, at(-1.0, 0.5, 0.0))).replace(cameras=scene.cameras)
         assert walls_seen(subject(more, tmp_path / "more"))["thing_0"] == pytest.approx(bare / 2, rel=0.1)
+
+
+def test_what_mujoco_warns_of_leaves_no_log_in_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    report = judged(lying(), tmp_path, ("<statistic ", '<statistic meaninertia="1" '))
+    assert "SCN001" in {issue.code for issue in report.issues}
+    assert list(here.iterdir()) == []
