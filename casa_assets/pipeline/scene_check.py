@@ -43,7 +43,7 @@ from casa_assets.preview import room
 REPORT, PAGE, MAP = "report.json", "report.html", "floor_map.png"
 # Enough to see whether a camera shows something: shares of black and white are within two hundredths of those of full
 # previews. With shadows of the sky it takes twice the time and is no nearer to them.
-SMALL = room.Frame(240, 180, passes=4, shadow_px=512, sky_casts=False)
+SMALL = room.Frame(240, 180, passes=2, shadow_px=512, sky_casts=False)
 
 
 def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = False, drawn: bool = True) -> SceneBuilt:
