@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import mujoco
@@ -129,6 +130,22 @@ class TestPulling:
         for name, (share, met) in found.items():
             assert share == pytest.approx(alone[name.replace(name.split("__")[0], "thing_0")][0], abs=0.06)
             assert met == ""
+
+    @pytest.mark.parametrize("blocked", [False, True])
+    def test_what_sleeps_meanwhile_changes_nothing(
+        self, blocked: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        things = [(cupboard(), at(0.0, 0.0, 0.0)), (post(base=Base.FREE), at(1.0, 0.0, 0.0))]
+        if blocked:
+            things.append((post((0.6, 0.05, 0.7), base=Base.FREE), at(0.0, -0.4, 0.0)))
+        found = subject(room(*things), tmp_path)
+        before = found.model.opt.enableflags
+        dozing = pulling.pull_all(found, 0.95)
+        assert found.model.opt.enableflags == before
+        monkeypatch.setattr(pulling, "_dozing", lambda model: nullcontext())
+        for name, (share, met) in pulling.pull_all(found, 0.95).items():
+            assert dozing[name][0] == pytest.approx(share, rel=1e-4)
+            assert dozing[name][1] == met
 
     def test_names_what_is_in_the_way(self, tmp_path: Path) -> None:
         scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post((0.6, 0.05, 0.7)), at(0.0, -0.4, 0.0)))
