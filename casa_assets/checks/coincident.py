@@ -27,14 +27,12 @@ def make_swift() -> None:
     requirement = rules.find_requirement(REQUIREMENT)
     theirs = rules.get_validator(requirement)
 
-    class CoincidentMeshes(theirs):  # type: ignore[misc, valid-type]
-        """Their rule, where there is anything that it could find."""
+    def check_stage(rule: usd_validation_nvidia.BaseRuleChecker, stage: Usd.Stage) -> None:
+        if could_coincide(stage):
+            theirs.CheckStage(rule, stage)
 
-        def CheckStage(self, stage: Usd.Stage) -> None:  # noqa: N802  the name is theirs
-            if could_coincide(stage):
-                super().CheckStage(stage)
-
-    usd_validation_nvidia.register_requirements(requirement, override=True)(CoincidentMeshes)
+    swift = type("CoincidentMeshes", (theirs,), {"CheckStage": check_stage})
+    usd_validation_nvidia.register_requirements(requirement, override=True)(swift)
 
 
 def could_coincide(stage: Usd.Stage) -> bool:

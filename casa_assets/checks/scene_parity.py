@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import mujoco
-from pxr import Tf, Usd
+from pxr import Tf
 
 from casa_assets.checks import parity
 from casa_assets.checks.agreement import Difference, number, turned, word, words
@@ -41,44 +41,40 @@ def scene_parity(mjcf: Path, usd: Path, relative: float = RELATIVE, length: floa
     if model is None:
         return [(mjcf.name, refused)]
     imported, refused = _model(usd_facts.imported, usd)
-    if imported is not None:
-        return parity_of(model, imported, usd, relative, length)
-    expected, why = _read(lambda: scene_mjcf.facts_of(model))
-    if expected is None:
-        return [(mjcf.name, why)]
-    stage, why = _read(lambda: usd_facts.opened(usd))
-    if stage is None:
-        return [(usd.name, refused), (usd.name, why)]
-    return [(usd.name, refused), *_parsed(expected, stage, usd.name, relative, length)]
+    faults = [(usd.name, refused)] if imported is None else []
+    return faults + parity_of(model, imported, usd, relative, length)
 
 
 def parity_of(
-    model: mujoco.MjModel, imported: mujoco.MjModel, usd: Path, relative: float = RELATIVE, length: float = LENGTH_M
+    model: mujoco.MjModel,
+    imported: mujoco.MjModel | None,
+    usd: Path,
+    relative: float = RELATIVE,
+    length: float = LENGTH_M,
 ) -> list[Fault]:
     """The same of files that MuJoCo has read.
 
     Args:
-        model: of scene.xml. imported: of scene.usda, which lies at `usd`.
+        model: of scene.xml. imported: of scene.usda, which lies at `usd`; None leaves what UsdPhysics reads.
     """
     expected, why = _read(lambda: scene_mjcf.facts_of(model))
     if expected is None:
         return [("scene.xml", why)]
-    rows = parity.parameters(model, imported)
-    faults = [(r.pointer, r.says) for r in rows if r.size is None or not r.size <= relative]
+    faults = []
+    if imported is not None:
+        rows = parity.parameters(model, imported)
+        faults += [(r.pointer, r.says) for r in rows if r.size is None or not r.size <= relative]
     stage, why = _read(lambda: usd_facts.opened(usd))
     if stage is None:
         return [*faults, (usd.name, why)]
-    found, why = _read(lambda: scene_usd.facts_of_import(imported, stage))
-    faults += [(usd.name, why)] if found is None else compare(expected, found, relative, length)
-    faults += _parsed(expected, stage, usd.name, relative, length)
+    readers = [lambda: scene_usd.pxr_facts(stage)]
+    if imported is not None:
+        readers.insert(0, lambda: scene_usd.facts_of_import(imported, stage))
+    for reader in readers:
+        found, why = _read(reader)
+        faults += [(usd.name, why)] if found is None else compare(expected, found, relative, length)
     # What both readers of the USD say is said once.
     return list(dict.fromkeys(faults))
-
-
-def _parsed(expected: SceneFacts, stage: Usd.Stage, name: str, relative: float, length: float) -> list[Fault]:
-    """What UsdPhysics reads differently."""
-    found, why = _read(lambda: scene_usd.pxr_facts(stage))
-    return [(name, why)] if found is None else compare(expected, found, relative, length)
 
 
 def compare(

@@ -46,22 +46,29 @@ def load_asset_file(path: Path) -> Loaded:
 
 
 @contextmanager
-def listening() -> Iterator[list[str]]:
-    """What MuJoCo warns of inside, gathered once the block has ended.
+def heard() -> Iterator[list[str]]:
+    """What MuJoCo warns of inside, through its own callback, as it comes.
 
     Without a listener it prints its warnings, and writes a log into the working folder.
     """
     said: list[str] = []
     before = mujoco.get_mju_user_warning()
-    # It says some warnings through its own callback and others through Python's warnings.
     mujoco.set_mju_user_warning(said.append)
     try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            yield said
+        yield said
     finally:
         mujoco.set_mju_user_warning(before)
-        said[:] = [" ".join(s.split()) for s in (*said, *(str(w.message) for w in caught))]
+
+
+@contextmanager
+def listening() -> Iterator[list[str]]:
+    """The same and what it warns of through Python's warnings, a line each, gathered once the block has ended."""
+    with heard() as said, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            yield said
+        finally:
+            said[:] = [" ".join(s.split()) for s in (*said, *(str(w.message) for w in caught))]
 
 
 @lru_cache(maxsize=KEPT)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import mujoco
 
+from casa_assets.checks.readers.mujoco_load import heard
 from casa_assets.errors import CasaError
 
 STEPS = 200
@@ -51,4 +52,6 @@ def timed(scene_xml: Path) -> tuple[float, float, float]:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(json.dumps(timed(Path(sys.argv[1]))))
+    with heard():
+        told = timed(Path(sys.argv[1]))
+    sys.stdout.write(json.dumps(told))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.checks.motion import far, opened
-from casa_assets.checks.readers.mujoco_load import Loaded, listening, load_asset_file
+from casa_assets.checks.readers.mujoco_load import Loaded, heard, load_asset_file
 from casa_assets.model.asset import Asset, Base, Joint
 from casa_assets.model.scene import Placement, Scene
 
@@ -193,7 +193,7 @@ def bare(path: Path) -> mujoco.MjModel:
         compiler = etree.SubElement(root, "compiler")
     compiler.set("meshdir", str(path.parent.resolve()))
     # What it warns of is told of the whole file.
-    with listening():
+    with heard():
         return mujoco.MjModel.from_xml_string(etree.tostring(root, encoding="unicode"))
 
 

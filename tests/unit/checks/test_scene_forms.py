@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from casa_assets.checks.readers.mujoco_load import heard
 from casa_assets.checks.run import run
 from casa_assets.checks.scene import stopwatch
 from casa_assets.checks.scene.budget import Speed, holdings
@@ -189,19 +190,20 @@ class TestSpeed:
     def test_pace_is_simulated_seconds_per_second(self) -> None:
         assert Speed(1.0, 4000.0, 0.002).pace == pytest.approx(8.0)
 
-    def test_stopwatch_tells_the_step_of_the_model(self, tmp_path: Path) -> None:
-        found = subject(things(), tmp_path)
-        load_s, steps_per_s, timestep_s = stopwatch.timed(found.mjcf)
+    @pytest.mark.parametrize("watch", [stopwatch.timed, stopwatch.in_a_fresh_process])
+    def test_stopwatch_tells_the_step_of_the_model_and_leaves_no_log(
+        self, watch: Callable[[Path], tuple[float, float, float]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        found = subject(things(), tmp_path, ("<statistic ", '<statistic meaninertia="1" '))
+        here = tmp_path / "here"
+        here.mkdir()
+        monkeypatch.chdir(here)
+        with heard():
+            load_s, steps_per_s, timestep_s = watch(found.mjcf)
         assert timestep_s == 0.002
         assert 0.0 < load_s < 60.0
         assert steps_per_s > 100.0
-
-    def test_stopwatch_asks_a_fresh_process(self, tmp_path: Path) -> None:
-        found = subject(things(), tmp_path)
-        load_s, steps_per_s, timestep_s = stopwatch.in_a_fresh_process(found.mjcf)
-        assert timestep_s == 0.002
-        assert 0.0 < load_s < 60.0
-        assert steps_per_s > 100.0
+        assert list(here.iterdir()) == []
 
     def test_stopwatch_names_the_file_that_does_not_load(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text("<mujoco><worldbody><geom/></worldbody></mujoco>")
