@@ -1,5 +1,7 @@
-"""Things that teach the frame guess: members of the own families as others might have left them, and plain tables and
-boxes of buttons. Each is one mesh that stands upright (z up) and whose front faces -y.
+"""Things that teach the frame guess.
+
+Members of the own families as others might have left them, and plain tables and boxes of buttons. Each is one mesh that
+stands upright (z up) and whose front faces -y.
 
 Used by `benchmarks/train_frame.py`.
 """

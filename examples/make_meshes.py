@@ -1,5 +1,6 @@
-"""Writes examples/meshes: samples of what arrives in practice, all but one with
-something wrong, and a manifest that states their licence.
+"""Writes examples/meshes: samples of what arrives in practice, and a manifest that states their licence.
+
+All but one have something wrong.
 
     python examples/make_meshes.py [folder]
 

@@ -173,8 +173,10 @@ def drawer_unit() -> Asset:
 
 
 def grill() -> Asset:
-    """The microwave with all that a stateful fixture may have: a handle that the door carries, a rack behind the door,
-    a turned knob, glow, labels, grips, coloured sites of each kind, named poses, a state machine and a contract.
+    """The microwave with all that a stateful fixture may have.
+
+    A handle that the door carries, a rack behind the door, a turned knob, glow, labels, grips, coloured sites of each
+    kind, named poses, a state machine and a contract.
     """
     plain = microwave()
     door = plain.link("door")

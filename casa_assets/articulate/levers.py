@@ -98,8 +98,10 @@ def _slot(pieces: Pieces, side: int, control: Control, along: int, sign: float, 
 
 
 def _slope(depth: Floats) -> float:
-    """How much a surface falls back from one step to the next: between its first and its last third, for a shell of
-    cubes goes down in stairs."""
+    """How much a surface falls back from one step to the next.
+
+    Measured between its first and its last third, for a shell of cubes goes down in stairs.
+    """
     third = max(1, len(depth) // 3)
     steps = len(depth) - third
     return float(np.median(depth[-third:]) - np.median(depth[:third])) / max(steps, 1)

@@ -1,5 +1,6 @@
-"""A style: which fronts, finishes and models a kitchen of any plan has. Names of finishes and presets, no numbers of
-rooms.
+"""A style: which fronts, finishes and models a kitchen of any plan has.
+
+Names of finishes and presets, no numbers of rooms.
 """
 
 from __future__ import annotations

@@ -132,7 +132,7 @@ def acceptance(zones: Sequence[Zone], size: Size, count: int, rng: np.random.Gen
     # Samplers look for a place that is large enough before they draw.
     zones = [z for z in zones if z.middles or min(z.span.x1 - z.span.x0, z.span.y1 - z.span.y0) >= size.low]
     areas = np.array([z.span.area for z in zones])
-    if not len(zones) or areas.sum() <= 0:
+    if not zones or areas.sum() <= 0:
         return 0.0
     which = rng.choice(len(zones), size=count, p=areas / areas.sum())
     wide, deep = rng.uniform(size.low, size.high, (2, count))

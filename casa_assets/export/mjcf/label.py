@@ -18,7 +18,9 @@ def add_all(root: etree._Element, asset: Asset) -> None:
 
 
 def texts(asset: Asset, prefix: str = "") -> dict[str, str]:
-    """`base`, `class` (from the category upwards), `qcode`, and as far as there are any: `contract`, `state__<name>`,
+    """Texts that a model carries, by name.
+
+    Always `base`, `class` (from the category upwards) and `qcode`; as far as there are any `contract`, `state__<name>`,
     `label__<label>` (names of geoms), `grip__<joint>` (name of a geom), `behind__<joint>` (name of a joint) and
     `behavior` (JSON).
 

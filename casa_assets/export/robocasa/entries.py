@@ -56,8 +56,11 @@ def names(registry: str) -> dict[str, Split | None]:
 def tables(
     instances: Sequence[Instance], categories: Mapping[str, Category], registry: str
 ) -> dict[Generation, dict[str, Any]]:
-    """For each generation: category -> entry, sorted. Registries in which a category has no instance are left out of
-    its entry, since the runtime cannot draw from an empty one."""
+    """For each generation: category -> entry, sorted.
+
+    Registries in which a category has no instance are left out of its entry, since the runtime cannot draw from an
+    empty one.
+    """
     return {
         generation: {
             name: _entry(categories[name], [i for i in instances if i.category == name], registry, generation)

@@ -69,8 +69,10 @@ def candidates(cloud: Cloud) -> list[tuple[str, Floats]]:
 
 
 def _feet(cloud: Cloud) -> list[Floats]:
-    """Directions up when the hull stands on one of its larger sides, largest first, and when that is its top: a bowl's
-    largest side is its rim."""
+    """Directions up when the hull stands on one of its larger sides, largest first, or hangs from it.
+
+    Both, because a bowl's largest side is its rim.
+    """
     corners = cloud.shell[cloud.triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(cross, axis=1)

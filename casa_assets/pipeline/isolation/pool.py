@@ -185,7 +185,7 @@ class Pool:
             raise _ServerDied from error
         if not data:
             raise _ServerDied
-        word, what, *more = pickle.loads(data)
+        word, what, *more = pickle.loads(data)  # noqa: S301  our own server wrote it
         if word == "failed":
             raise CasaError(f"worker processes cannot be started; see `casa-assets doctor`\n{more[0]}")
         if word == "ready":
@@ -240,7 +240,7 @@ class Pool:
 def _read(one: _Running) -> None:
     """Take the answer, or note that none will come."""
     try:
-        one.answer = (pickle.loads(one.channel.recv_bytes()),)
+        one.answer = (pickle.loads(one.channel.recv_bytes()),)  # noqa: S301  a child of ours wrote it
     except (EOFError, OSError):
         one.is_drained = True
     except Exception as error:  # noqa: BLE001  whatever a broken answer does when it is unpacked
