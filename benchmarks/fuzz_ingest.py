@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.fuzzing import Plan, Result, fuzz  # noqa: E402
+from tests.fuzz_run import Plan, Result, fuzz  # noqa: E402
 
 
 def main() -> int:

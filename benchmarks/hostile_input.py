@@ -21,9 +21,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.hostile_rows import HostileSet, Said, disputed, told, verdict  # noqa: E402
+from tests.access_audit import Watch  # noqa: E402
+from tests.hostile_set import HostileSet, Said, disputed, told, verdict  # noqa: E402
 from tests.libraries import casa  # noqa: E402
-from tests.watching import Watch  # noqa: E402
 
 
 def main() -> int:

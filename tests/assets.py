@@ -13,8 +13,8 @@ from casa_assets.model.files import Files
 from casa_assets.model.material import ColorSpace, Material
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, Sphere
-from tests.articulated import drawer_unit, microwave
-from tests.matter import CARDBOARD, CERAMIC, FRUIT, PROVENANCE, STEEL, box_inertial, labels
+from tests.articulated_assets import drawer_unit, microwave
+from tests.asset_parts import CARDBOARD, CERAMIC, FRUIT, PROVENANCE, STEEL, box_inertial, labels
 from tests.meshes import box_mesh, lathe, texture, wall
 
 __all__ = [

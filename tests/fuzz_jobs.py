@@ -24,8 +24,8 @@ from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.job import Halt, Job, Outcome
 from casa_assets.pipeline.survey import Survey, survey
 from casa_assets.pipeline.worker import work
-from tests.mutants import mutate
-from tests.specimens import Files, specimens
+from tests.fuzz_corpus import Files, specimens
+from tests.fuzz_mutations import mutate
 
 SLOW_S = 10.0  # processor seconds that reading a file of a few kilobytes may take
 LARGE_BYTES = 1_000_000_000

@@ -19,7 +19,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.scene import Layer, Placement, Scene
 from casa_assets.model.shape import Box, Shape
-from tests.matter import CARDBOARD, PROVENANCE, box_inertial, labels
+from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.meshes import box_mesh
 from tests.packages import tamper
 from tests.scenes import put

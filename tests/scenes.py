@@ -13,7 +13,7 @@ from casa_assets.model.asset import Base, JointValue, Keyframe
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
 from casa_assets.model.scene import Camera, Layer, Light, LightKind, Placement, Scene
-from tests.articulated import drawer_unit, grill, microwave
+from tests.articulated_assets import drawer_unit, grill, microwave
 from tests.assets import ball, rigid_mug, textured_box, write_to
 
 QUARTER = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))

@@ -54,7 +54,7 @@ def lint(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
-    """A folder with a copy of the package that may be spoilt."""
+    """A folder with a copy of the package that may be changed."""
     shutil.copytree(ROOT / "casa_assets", tmp_path / "casa_assets", ignore=shutil.ignore_patterns("__pycache__"))
     return tmp_path
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.accepted import keep
 from tests.assets import ball, rigid_mug, textured_box
+from tests.built_libraries import keep
 from tests.libraries import BOXES, box_obj
 
 pytestmark = pytest.mark.consumers

@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-from tests.hostile_rows import HostileSet, Said, disputed, told, verdict
+from tests.access_audit import Watch
+from tests.hostile_set import HostileSet, Said, disputed, told, verdict
 from tests.libraries import casa
-from tests.watching import Watch
 
 pytestmark = pytest.mark.consumers
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from casa_assets.pipeline.robocasa import export
-from tests.accepted import keep, loose_and_fixed
+from tests.built_libraries import keep, loose_and_fixed
 from tests.libraries import BOXES, box_obj, casa
 
 ROOT = Path(__file__).parents[2]

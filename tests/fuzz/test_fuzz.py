@@ -16,11 +16,11 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.load import load
 from casa_assets.model.source import Bundle
+from tests.fuzz_corpus import specimens
 from tests.fuzz_jobs import case
-from tests.fuzzing import Plan, Result, fuzz
+from tests.fuzz_mutations import mutate
+from tests.fuzz_run import Plan, Result, fuzz
 from tests.mesh_files import LIMITS
-from tests.mutants import mutate
-from tests.specimens import specimens
 
 STOCK = specimens()
 

@@ -19,9 +19,9 @@ from casa_assets.ingest.load.formats import sniff
 from casa_assets.ingest.sources import Found, Refused, collect, discover, disk
 from casa_assets.ingest.sources.manifest import MOST_BROKEN_ROWS
 from casa_assets.pipeline.ingest import Event, Options, ingest
+from tests.access_audit import Watch
 from tests.libraries import BOXES, box_obj, casa
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, Gltf, codes_of, load_bytes, png
-from tests.watching import Watch
 
 PICTURE = np.full((64, 64, 3), 90, dtype=np.uint8)
 PARENT_BYTES = 1_200_000_000

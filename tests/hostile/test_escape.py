@@ -8,17 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from tests.baits import SECRET, listener, make_inputs, make_outside
-from tests.hostile_rows import Said
+from tests.access_audit import Watch, untouched
+from tests.exfiltration_inputs import SECRET, listener, make_inputs, make_outside
+from tests.hostile_set import Said
 from tests.libraries import casa, tree
-from tests.watching import Watch, untouched
 
 pytestmark = pytest.mark.slow
 
 
 @dataclass(frozen=True)
-class Raid:
-    """One run over all baits, and what its witnesses saw."""
+class EscapeRun:
+    """One run over all inputs of `exfiltration_inputs`, and what was seen to be touched."""
 
     said: dict[str, Said]
     folder: Path
@@ -31,8 +31,8 @@ class Raid:
 
 
 @pytest.fixture(scope="module")
-def raid(tmp_path_factory: pytest.TempPathFactory) -> Raid:
-    folder = tmp_path_factory.mktemp("raid")
+def escape_run(tmp_path_factory: pytest.TempPathFactory) -> EscapeRun:
+    folder = tmp_path_factory.mktemp("escape_run")
     outside = make_outside(folder / "outside")
     watch = Watch(folder / "watch")
     with listener() as (port, called):
@@ -49,7 +49,7 @@ def raid(tmp_path_factory: pytest.TempPathFactory) -> Raid:
         for line in run.stdout.splitlines():
             one = Said.of(json.loads(line))
             said[f"{one.path}:{one.code}" if one.path in said else one.path] = one
-    return Raid(said, folder, watch, touched, called, before, after, [r.returncode for r in runs])
+    return EscapeRun(said, folder, watch, touched, called, before, after, [r.returncode for r in runs])
 
 
 def test_the_witnesses_can_see(tmp_path: Path) -> None:
@@ -63,33 +63,33 @@ def test_the_witnesses_can_see(tmp_path: Path) -> None:
     assert "secret.txt" in seen
 
 
-def test_nothing_outside_is_touched(raid: Raid) -> None:
-    assert raid.touched == []
-    assert raid.after == raid.before
+def test_nothing_outside_is_touched(escape_run: EscapeRun) -> None:
+    assert escape_run.touched == []
+    assert escape_run.after == escape_run.before
 
 
-def test_nobody_is_called(raid: Raid) -> None:
-    assert raid.called == []
+def test_nobody_is_called(escape_run: EscapeRun) -> None:
+    assert escape_run.called == []
 
 
-def test_no_process_goes_beyond_its_folders(raid: Raid) -> None:
-    outputs = [raid.folder / "library", raid.folder / "library_of_zip"]
-    assert raid.watch.escapes([raid.folder / "in"], outputs) == []
+def test_no_process_goes_beyond_its_folders(escape_run: EscapeRun) -> None:
+    outputs = [escape_run.folder / "library", escape_run.folder / "library_of_zip"]
+    assert escape_run.watch.escapes([escape_run.folder / "in"], outputs) == []
 
 
-def test_no_secret_is_in_the_library(raid: Raid) -> None:
+def test_no_secret_is_in_the_library(escape_run: EscapeRun) -> None:
     pictures = set()
     for name in ("library", "library_of_zip"):
-        for path, data in tree(raid.folder / name).items():
+        for path, data in tree(escape_run.folder / name).items():
             assert data is None or SECRET.encode() not in data, path
             if path.endswith(".png"):
                 pictures.add(Path(path).parent.name)
     assert "textures" not in pictures, "all pictures of these inputs lie outside"
 
 
-def test_every_bait_has_its_verdict(raid: Raid) -> None:
-    assert not [one for one in raid.said.values() if one.code.startswith("RUN00") and one.code != "RUN006"]
-    refused = {path: one.code for path, one in raid.said.items() if not one.accepted}
+def test_every_input_has_its_verdict(escape_run: EscapeRun) -> None:
+    assert not [one for one in escape_run.said.values() if one.code.startswith("RUN00") and one.code != "RUN006"]
+    refused = {path: one.code for path, one in escape_run.said.items() if not one.accepted}
     for number in range(17):
         assert refused[f"buffer_{number:02d}.gltf"] in ("SRC016", "SRC017", "SRC018", "SRC020"), number
     for name in ("entity_file", "entity_parameter", "doctype_http", "doctype_file", "laughs"):
@@ -97,17 +97,17 @@ def test_every_bait_has_its_verdict(raid: Raid) -> None:
     for name in ("linked.obj", "link_secret.obj"):
         assert refused[name] == "SRC018"
     assert refused["slip.zip"] == "SRC016"
-    taken = {path for path, one in raid.said.items() if one.accepted}
+    taken = {path for path, one in escape_run.said.items() if one.accepted}
     assert {"libraries.obj", "pictures.obj", "images.gltf", "stylesheet.dae", "include.dae", "picture.ply"} <= taken
 
 
-def test_what_was_not_followed_is_told(raid: Raid) -> None:
+def test_what_was_not_followed_is_told(escape_run: EscapeRun) -> None:
     for name in ("libraries.obj", "pictures.obj", "images.gltf", "picture.ply", "stylesheet.dae"):
-        assert {"SRC041", "SRC046"} & set(raid.said[name].warnings), name
-    assert "SRC055" in raid.said["libraries.obj"].warnings
+        assert {"SRC041", "SRC046"} & set(escape_run.said[name].warnings), name
+    assert "SRC055" in escape_run.said["libraries.obj"].warnings
 
 
-def test_bad_rows_of_the_manifest_are_refused(raid: Raid) -> None:
-    codes = sorted(one.code for one in raid.said.values() if one.path == "manifest.jsonl")
+def test_bad_rows_of_the_manifest_are_refused(escape_run: EscapeRun) -> None:
+    codes = sorted(one.code for one in escape_run.said.values() if one.path == "manifest.jsonl")
     assert set(codes) <= {"MAN003", "SRC016", "SRC018", "SRC017", "SRC020"}
     assert {"MAN003", "SRC016", "SRC018"} <= set(codes)

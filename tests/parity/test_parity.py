@@ -15,7 +15,7 @@ from casa_assets.checks.facts import Facts
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import asset_facts, mjcf_facts, usd_facts
 from casa_assets.model.asset import Asset, Base
-from tests.articulated import grill
+from tests.articulated_assets import grill
 from tests.assets import EVERY, drawer_unit, microwave, rigid_mug, textured_box
 from tests.packages import Tampering, tamper, tripped, written
 
@@ -52,7 +52,7 @@ BAD: dict[str, Tampering] = {
 }
 
 # Code -> what it is silent on, and what is done to the package of it.
-EXAMPLES = {code: (drawer_unit, spoil) for code, spoil in BAD.items()}
+EXAMPLES = {code: (drawer_unit, corrupt) for code, corrupt in BAD.items()}
 
 
 @pytest.mark.parametrize("code", BAD)

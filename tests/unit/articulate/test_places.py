@@ -15,8 +15,8 @@ from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box
-from tests.articulated import microwave
-from tests.matter import box_inertial
+from tests.articulated_assets import microwave
+from tests.asset_parts import box_inertial
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 Boards = dict[str, tuple[Vec3, Vec3]]

@@ -11,8 +11,8 @@ from casa_assets.checks.machine import Machine, Stimulus, start, step
 from casa_assets.model.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.record import Vec2
 from casa_assets.model.shape import Box
-from tests.articulated import microwave
-from tests.matter import box_inertial
+from tests.articulated_assets import microwave
+from tests.asset_parts import box_inertial
 
 SMALL = (0.02, 0.02, 0.02)
 

@@ -16,12 +16,12 @@ from casa_assets.checks.table import TABLE
 from casa_assets.model.asset import Asset, Collider, State
 from casa_assets.model.issue import Report
 from casa_assets.model.shape import Sphere
+from tests.asset_parts import box_inertial
 from tests.assets import ball, category, microwave, textured_box
-from tests.crates import (
+from tests.box_assets import (
     as_dense_as,
     balanced_at,
     cornered,
-    crate,
     dented,
     finer_ball,
     gapped,
@@ -32,6 +32,7 @@ from tests.crates import (
     opened,
     opening,
     pictured,
+    plain_box,
     short_by,
     shown,
     side,
@@ -42,7 +43,6 @@ from tests.crates import (
     with_fin,
     with_sliver,
 )
-from tests.matter import box_inertial
 from tests.packages import written
 
 ROWS = {check.code: check for check in TABLE if check.code.startswith(("AST", "VIS"))}
@@ -51,8 +51,8 @@ Build = Callable[[], Asset]
 
 # Code -> what it is silent on, and what trips it alone.
 EXAMPLES: dict[str, tuple[Build, Build]] = {
-    "AST001": (lambda: crate((4.9, 1.0, 1.0)), lambda: crate((5.1, 1.0, 1.0))),
-    "AST002": (lambda: crate((0.2, 0.1, 0.0006)), lambda: crate((0.2, 0.1, 0.0004))),
+    "AST001": (lambda: plain_box((4.9, 1.0, 1.0)), lambda: plain_box((5.1, 1.0, 1.0))),
+    "AST002": (lambda: plain_box((0.2, 0.1, 0.0006)), lambda: plain_box((0.2, 0.1, 0.0004))),
     "AST003": (lambda: as_dense_as(19.0), lambda: as_dense_as(21.0)),
     "AST004": (lambda: as_dense_as(0.06), lambda: as_dense_as(0.04)),
     "AST005": (lambda: sliced(32), lambda: sliced(33)),
@@ -60,11 +60,11 @@ EXAMPLES: dict[str, tuple[Build, Build]] = {
     "AST007": (lambda: dented(0.0), lambda: dented(2e-5)),
     "AST008": (lambda: balanced_at(0.099), lambda: balanced_at(0.101)),
     "AST009": (lambda: short_by(0.0039), lambda: short_by(0.0041)),
-    "AST010": (lambda: crate(up=0.0009), lambda: crate(up=0.0011)),
+    "AST010": (lambda: plain_box(up=0.0009), lambda: plain_box(up=0.0011)),
     "AST011": (lambda: licensed("CC0-1.0"), lambda: licensed("unknown")),
-    "AST012": (crate, touched),
-    "AST013": (lambda: crate((0.3, 0.3, 0.3), 60.0), lambda: crate((0.3, 0.3, 0.3), 80.0)),
-    "AST014": (lambda: crate((1.1, 0.3, 0.3), 20.0), lambda: crate((1.3, 0.3, 0.3), 20.0)),
+    "AST012": (plain_box, touched),
+    "AST013": (lambda: plain_box((0.3, 0.3, 0.3), 60.0), lambda: plain_box((0.3, 0.3, 0.3), 80.0)),
+    "AST014": (lambda: plain_box((1.1, 0.3, 0.3), 20.0), lambda: plain_box((1.3, 0.3, 0.3), 20.0)),
     "AST015": (lambda: opening(0.0, 1.5, True), lambda: opening(-1.5, 1.5, True)),
     "AST016": (lambda: gapped(0.002), lambda: gapped(0.1)),
     "VIS001": (textured_box, with_sliver),
@@ -157,7 +157,7 @@ def test_right_though_odd(make: Build) -> None:
 
 
 def test_overlapping_shapes_are_weighed_once() -> None:
-    whole = crate().root.colliders[0]
+    whole = plain_box().root.colliders[0]
     twice = touched(whole, whole.replace(name="again"))
     assert {r.code: r.number for r in judged(twice).results}["AST003"] == pytest.approx(0.3)
 

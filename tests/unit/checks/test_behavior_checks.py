@@ -18,7 +18,7 @@ from casa_assets.checks.table import TABLE
 from casa_assets.model.asset import Asset
 from casa_assets.model.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.contract import Contract
-from tests.contracted import HIGH, LOW, block, burning, hob, oven, packed
+from tests.contract_fixtures import HIGH, LOW, block, burning, hob, oven, packed
 from tests.unit.checks.test_contract_checks import codes
 
 KNOWN = registry.load()

@@ -16,7 +16,9 @@ from casa_assets.checks.table import TABLE
 from casa_assets.model.asset import Asset, Drive, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box
-from tests.articulated import drawer_unit, microwave
+from tests.articulated_assets import drawer_unit, microwave
+from tests.asset_parts import box_inertial
+from tests.check_reports import LIMITS, codes, judged, number, packed
 from tests.cupboard import (
     ball_of,
     caught_by,
@@ -31,8 +33,6 @@ from tests.cupboard import (
     with_shapes,
     with_trim,
 )
-from tests.judged import LIMITS, codes, judged, number, packed
-from tests.matter import box_inertial
 from tests.meshes import box_mesh
 from tests.packages import written
 

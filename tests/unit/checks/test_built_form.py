@@ -14,8 +14,8 @@ from casa_assets.checks import flicker, force
 from casa_assets.checks.run import run
 from casa_assets.model.asset import Asset
 from casa_assets.model.pose import Pose
+from tests.check_reports import LIMITS, codes, judged, number
 from tests.cupboard import cupboard, filled_to, link_changed, pictured_at, shape, with_shapes, with_trim
-from tests.judged import LIMITS, codes, judged, number
 from tests.meshes import texture
 
 Build = Callable[[], Asset]

@@ -17,7 +17,7 @@ from casa_assets.model.asset import Asset, JointKind, Keyframe, Region
 from casa_assets.model.contract import Choice, Contract, Generation, Needs, Opens, RegionRule, Threshold
 from casa_assets.model.pose import Pose
 from tests.assets import microwave, rigid_mug
-from tests.contracted import hob, oven, packed
+from tests.contract_fixtures import hob, oven, packed
 
 ROWS = [check for check in TABLE if check.code.startswith(("CON", "BEH"))]
 KNOWN = registry.load()

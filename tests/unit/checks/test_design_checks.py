@@ -11,7 +11,7 @@ from casa_assets.checks.design.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.table import TABLE
 from casa_assets.model.floor import AisleKind, Facts, Fixture, Foot, Leaf, Role
-from tests.worked import (
+from tests.reference_kitchen import (
     DOOR,
     LIMITS,
     WINDOW,
@@ -24,7 +24,7 @@ from tests.worked import (
     with_more,
     with_unit,
 )
-from tests.worked_parts import box, flap
+from tests.reference_kitchen_parts import box, flap
 
 ROWS = {check.code: check for check in TABLE if check.subject is DesignSubject}
 Build = Callable[[], Facts]

@@ -19,7 +19,7 @@ from casa_assets.model.chance import rng_for
 from casa_assets.model.floor import Facts, Role, Side, Stance
 from casa_assets.model.plan import OpeningKind
 from casa_assets.model.record import Vec2
-from tests.worked import DOOR, WALLS, changed, kitchen, thing, with_more
+from tests.reference_kitchen import DOOR, WALLS, changed, kitchen, thing, with_more
 
 SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 

@@ -17,7 +17,7 @@ from casa_assets.model.floor import APPLIANCES, Facts, Role
 from casa_assets.model.plan import OpeningKind
 from casa_assets.model.scene import Scene
 from casa_assets.pipeline.kitchens import Recipe, build_scene
-from tests.worked import LIMITS
+from tests.reference_kitchen import LIMITS
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Each FLT code: silent on what is right, and speaking where one thing is wrong with a stranger's mesh."""
+"""Each FLT code: silent on what is right, and speaking where one thing is wrong with a mesh of an unknown author."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from casa_assets.model.asset import Asset, Inertial
 from casa_assets.model.category import Affordance, Build, Category, Upright
 from casa_assets.model.issue import Report
 from casa_assets.model.material import Material
+from tests.asset_parts import box_inertial
 from tests.assets import write_to
-from tests.crates import crate
-from tests.matter import box_inertial
-from tests.strangers import (
+from tests.box_assets import plain_box
+from tests.untrusted_inputs import (
     BROWN,
     SIZE,
     blurred,
@@ -198,7 +198,7 @@ def test_all_codes_have_examples() -> None:
 
 
 def test_what_was_built_here_is_not_filtered(tmp_path: Path) -> None:
-    asset = crate()
+    asset = plain_box()
     found = told((asset, kind_of(asset)), tmp_path)
     assert found.issues == ()
     assert {r.number for r in found.results} == {None}

@@ -18,7 +18,7 @@ from casa_assets.model.asset import Asset, Base
 from casa_assets.model.issue import Report
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box
-from tests.articulated import grill
+from tests.articulated_assets import grill
 from tests.assets import EVERY, ball, box_inertial, category, drawer_unit, microwave, rigid_mug, textured_box, write_to
 
 ROWS = [check for check in TABLE if check.code.startswith("MJC")]

@@ -43,7 +43,7 @@ def forms(folder: Path) -> SceneFiles:
     return in_all_forms(things(), folder)
 
 
-def spoiled(name: str, old: str, new: str) -> Make:
+def tampered(name: str, old: str, new: str) -> Make:
     """The same with a text of one file replaced; `name`: of the file, or the beginning of an asset's."""
 
     def make(folder: Path) -> SceneFiles:
@@ -72,20 +72,20 @@ def speed(load_ms: float = 900.0, steps_per_s: float = 5000.0) -> Make:
 
 # Code -> what it is silent on, and what trips it alone.
 EXAMPLES: dict[str, tuple[Make, Make]] = {
-    "SCN017": (forms, spoiled("scene.xml", 'data="wall_cabinet object"', 'data="drawer object"')),
+    "SCN017": (forms, tampered("scene.xml", 'data="wall_cabinet object"', 'data="drawer object"')),
     "SCN018": (
         forms,
-        spoiled("crate", "float physics:static", "float physics:restitution = 0.5\n            float physics:static"),
+        tampered("crate", "float physics:static", "float physics:restitution = 0.5\n            float physics:static"),
     ),
-    "SCN019": (forms, spoiled("carton", "inputs:bias = (-1, -1, -1, 0)", "inputs:bias = (0, 0, 0, 0)")),
-    "SCN020": (forms, spoiled("scene.usda", "metersPerUnit = 1", "metersPerUnit = 0.01")),
-    "SCN021": (forms, spoiled("scene_light.xml", 'pos="0 0 0.1" mass="1"', 'pos="0 0 0.1" mass="2"')),
-    "SCN022": (forms, spoiled("scene_light.xml", LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", "0 0 0.098"))),
+    "SCN019": (forms, tampered("carton", "inputs:bias = (-1, -1, -1, 0)", "inputs:bias = (0, 0, 0, 0)")),
+    "SCN020": (forms, tampered("scene.usda", "metersPerUnit = 1", "metersPerUnit = 0.01")),
+    "SCN021": (forms, tampered("scene_light.xml", 'pos="0 0 0.1" mass="1"', 'pos="0 0 0.1" mass="2"')),
+    "SCN022": (forms, tampered("scene_light.xml", LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", "0 0 0.098"))),
     "SCN024": (picture(black=0.04), picture(black=0.06)),
     "SCN025": (picture(white=0.04), picture(white=0.06)),
     "SCN026": (speed(load_ms=4900.0), speed(load_ms=5100.0)),
     "SCN027": (speed(steps_per_s=520.0), speed(steps_per_s=480.0)),
-    "SCN028": (forms, spoiled("scene_light.xml", LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", "0 0 0.106"))),
+    "SCN028": (forms, tampered("scene_light.xml", LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", "0 0 0.106"))),
 }
 
 

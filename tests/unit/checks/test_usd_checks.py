@@ -16,7 +16,7 @@ from casa_assets.checks import usd
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.model.asset import Asset
-from tests.articulated import grill
+from tests.articulated_assets import grill
 from tests.assets import EVERY, microwave, rigid_mug, textured_box
 from tests.packages import Tampering, tamper, thumbnail, tripped, written
 
@@ -43,7 +43,7 @@ def bounce(package: Package) -> None:
     )
 
 
-def spoil_normal_map(package: Package) -> None:
+def corrupt_normal_map(package: Package) -> None:
     (picture,) = package.usd.parent.glob("textures/print_normal_*.png")
     out = io.BytesIO()
     Image.open(picture).convert("RGB").save(out, "JPEG")
@@ -55,11 +55,11 @@ BAD: dict[str, Tampering] = {
     "USD002": name_nobody,
     "USD003": turn_bumps_over,
     "USD004": bounce,
-    "USD005": spoil_normal_map,
+    "USD005": corrupt_normal_map,
 }
 
 # Code -> what it is silent on, and what is done to the package of it.
-EXAMPLES = {code: (textured_box, spoil) for code, spoil in BAD.items()}
+EXAMPLES = {code: (textured_box, corrupt) for code, corrupt in BAD.items()}
 
 
 @pytest.mark.parametrize("make", [*EVERY, grill])
@@ -95,17 +95,17 @@ def test_each_failed_requirement_is_one_problem(tmp_path: Path) -> None:
     assert "com.nvidia.simready.SR.004" in pointers
 
 
-@pytest.mark.parametrize("spoil", [None, name_nobody], ids=["good", "bad"])
-def test_verdict_is_that_of_the_command_line(spoil: Tampering | None, tmp_path: Path) -> None:
+@pytest.mark.parametrize("corrupt", [None, name_nobody], ids=["good", "bad"])
+def test_verdict_is_that_of_the_command_line(corrupt: Tampering | None, tmp_path: Path) -> None:
     package = written(microwave(), tmp_path)
-    if spoil:
-        spoil(package)
+    if corrupt:
+        corrupt(package)
     command = [str(Path(sys.executable).with_name("simready-validate")), "--profile", usd.PROFILE]
     command += ["--version", usd.PROFILE_VERSION, str(package.usd)]
     done = subprocess.run(command, capture_output=True, check=False, cwd=tmp_path)
     assert done.returncode in (0, 1)
     passes = usd.is_simready(package, None).problems == ()
-    assert passes == (done.returncode == 0) == (spoil is None)
+    assert passes == (done.returncode == 0) == (corrupt is None)
 
 
 def test_checks_say_nothing_in_the_terminal(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.accepted import keep, loose_and_fixed
+from tests.built_libraries import keep, loose_and_fixed
 from tests.libraries import casa
 
 

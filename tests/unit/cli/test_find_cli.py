@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.accepted import keep
 from tests.assets import ball, rigid_mug
+from tests.built_libraries import keep
 from tests.libraries import casa
 
 

@@ -17,7 +17,7 @@ from casa_assets.model.asset import Asset, Collider
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box, Cylinder, Hull, MeshShape
-from tests.articulated import drawer_unit, grill
+from tests.articulated_assets import drawer_unit, grill
 from tests.assets import rigid_mug
 from tests.meshes import box_mesh
 

@@ -21,8 +21,8 @@ from casa_assets.model.category import Affordance
 from casa_assets.model.contract import Generation
 from casa_assets.model.pose import Pose
 from casa_assets.model.provenance import Split
-from tests.accepted import SLICE_SIZE, slice_of_bread
 from tests.assets import ball, rigid_mug, textured_box, write_to
+from tests.built_libraries import SLICE_SIZE, slice_of_bread
 from tests.meshes import box_mesh
 
 EVERY = (rigid_mug, ball, textured_box, slice_of_bread)

@@ -19,7 +19,7 @@ from casa_assets.export.usd.keyframe import joint_motion
 from casa_assets.model.asset import Asset, Base, Region
 from casa_assets.model.behavior import Behavior
 from casa_assets.model.pose import Pose
-from tests.articulated import grill
+from tests.articulated_assets import grill
 from tests.assets import drawer_unit, microwave, rigid_mug
 
 

@@ -22,7 +22,7 @@ from casa_assets.geometry.topology import is_closed
 from casa_assets.model.asset import Asset
 from casa_assets.model.finish import Finish
 from casa_assets.model.material import Material, Substance
-from tests.matter import labels
+from tests.asset_parts import labels
 
 WOOD = Substance(id="wood", density=600.0, static_friction=0.5, dynamic_friction=0.4)
 TILED = Finish(id="tiled", material=Material(id="tiled", tile_m=(0.5, 0.8)), substance=WOOD)

@@ -12,7 +12,7 @@ from casa_assets.model.material import Material
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.source import RawPart
 from tests.meshes import lathe
-from tests.strangers import carton, kind_of, loose, without_side
+from tests.untrusted_inputs import carton, kind_of, loose, without_side
 
 ROW = kind_of(loose(carton()))
 BOWL = lathe([(0.06, 0.05), (0.05, 0.02), (0.03, 0.0), (0.0, 0.0)], 32)

@@ -18,9 +18,9 @@ from casa_assets.model.mesh import Mesh
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box
 from casa_assets.model.source import RawPart, Source, SourceKind
-from tests.matter import CARDBOARD, box_inertial
+from tests.asset_parts import CARDBOARD, box_inertial
 from tests.meshes import box_mesh
-from tests.strangers import carton, cup, kind_of, loose, without_side
+from tests.untrusted_inputs import carton, cup, kind_of, loose, without_side
 
 OPENING = 0.08
 ROW = kind_of(loose(carton()))

@@ -121,10 +121,12 @@ class TestRefused:
             with pytest.raises(Rejected):
                 decompressed(Node(packed(data, 12, "ATTRIBUTES", 100), "x"), data[:cut], 10**8)
         for _ in range(300):  # whatever comes out, it has the size that was claimed, or is refused
-            spoilt = bytearray(data)
-            spoilt[int(draw.integers(len(data)))] = int(draw.integers(256))
+            corrupted = bytearray(data)
+            corrupted[int(draw.integers(len(data)))] = int(draw.integers(256))
             with suppress(Rejected):
-                assert len(decompressed(Node(packed(data, 12, "ATTRIBUTES", 100), "x"), bytes(spoilt), 10**8)) == 1200
+                assert (
+                    len(decompressed(Node(packed(data, 12, "ATTRIBUTES", 100), "x"), bytes(corrupted), 10**8)) == 1200
+                )
 
     def test_a_view_that_claims_more_than_is_packed(self) -> None:
         mug = turned(MUG)

@@ -8,8 +8,8 @@ import pytest
 
 from casa_assets.layouts.aisles import find_aisles
 from casa_assets.model.floor import Aisle, AisleKind, Row, RunEnd, Side
-from tests.worked import OUTLINE, WALLS
-from tests.worked_parts import unit
+from tests.reference_kitchen import OUTLINE, WALLS
+from tests.reference_kitchen_parts import unit
 
 UNITS = (unit("a", "doors", 0.0, 1.0), unit("b", "doors", 1.0, 2.0))
 CLOSED = tuple(w.replace(open=False) for w in WALLS)

@@ -17,7 +17,19 @@ from casa_assets.model.plan import OpeningKind
 from casa_assets.model.units import TALL, BaseKind, UpperKind
 from casa_assets.pipeline.kitchens import offers
 from casa_assets.registry_kitchens import load_plan, plan_names, style_names
-from tests.floors import PLAY, Rect, boxes, draws, extremes, floor_row, made, passages, rect, slot_rect, walls_free
+from tests.plan_geometry import (
+    PLAY,
+    Rect,
+    boxes,
+    draws,
+    extremes,
+    floor_row,
+    made,
+    passages,
+    rect,
+    slot_rect,
+    walls_free,
+)
 
 PLANS = plan_names()
 COOKERS = (BaseKind.RANGE, BaseKind.HOB)

@@ -16,7 +16,7 @@ from casa_assets.layouts.runs import CornerPart, EndKind
 from casa_assets.model.units import BaseKind
 from casa_assets.pipeline.kitchens import located, offers
 from casa_assets.registry_kitchens import load_style, read_plan
-from tests.floors import STYLE, floor_row
+from tests.plan_geometry import STYLE, floor_row
 
 PLAN = """\
 title: Tiny

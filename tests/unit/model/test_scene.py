@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from casa_assets.model.pose import Pose
 from casa_assets.model.scene import Camera, Layer, Light, Placement, Scene, Sky
-from tests.articulated import microwave
+from tests.articulated_assets import microwave
 from tests.assets import rigid_mug
 from tests.scenes import corner
 

@@ -29,8 +29,8 @@ from casa_assets.pipeline.ingest import Event
 from casa_assets.pipeline.known import verdict
 from casa_assets.pipeline.look import VIEWS, Eye
 from casa_assets.pipeline.store import Store
-from tests.accepted import keep
 from tests.assets import ball, rigid_mug
+from tests.built_libraries import keep
 
 LIMIT = registry.load().limits["alike_form"]
 MARK = "0" * 64

@@ -8,8 +8,8 @@ from casa_assets import registry
 from casa_assets.model.asset import Asset
 from casa_assets.pipeline.articulate_contract import KEPT, lacking, without
 from tests.assets import category
-from tests.contracted import hob, oven
-from tests.judged import packed
+from tests.check_reports import packed
+from tests.contract_fixtures import hob, oven
 
 KNOWN = registry.load()
 

@@ -1,4 +1,4 @@
-"""The page: well formed, its numbers right, no text of a stranger becomes markup, nothing is fetched."""
+"""The page: well formed, its numbers right, no text from an input becomes markup, nothing is fetched."""
 
 from __future__ import annotations
 

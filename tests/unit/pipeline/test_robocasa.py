@@ -12,7 +12,7 @@ from casa_assets.errors import OutputError
 from casa_assets.model.provenance import Split, split_of
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.robocasa import Done, export
-from tests.accepted import TEST, TRAIN, keep, loose_and_fixed, slice_of_bread
+from tests.built_libraries import TEST, TRAIN, keep, loose_and_fixed, slice_of_bread
 from tests.libraries import differences, tree
 
 SLICES = [f"sandwich_bread_{digest[:10]}" for digest in (TRAIN, TEST)]
@@ -102,7 +102,7 @@ def test_splits_follow_the_digest_alone() -> None:
     assert split_of(TEST) is Split.TEST
 
 
-def spoil(folder: Path, how: str) -> str:
+def corrupt(folder: Path, how: str) -> str:
     """Damage an entry; returns what the error has to name."""
     if how == "gone":
         (folder / "model.xml").unlink()
@@ -125,7 +125,7 @@ def test_a_damaged_entry_is_named_and_nothing_is_written(library: Path, tmp_path
     out = tmp_path / "out"
     run(library, out)
     before = tree(out)
-    named = spoil(library / "mug" / "mug_0123456789", how)
+    named = corrupt(library / "mug" / "mug_0123456789", how)
     with pytest.raises(OutputError, match=named):
         run(library, out)
     assert tree(out) == before

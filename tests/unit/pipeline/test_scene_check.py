@@ -33,7 +33,7 @@ LABEL = '<text name="main_fridge__class" data="'
 
 @pytest.fixture
 def copy(checked_kitchen: Checked, tmp_path: Path) -> Path:
-    """A folder of scenes of one's own to spoil; what is shared is linked."""
+    """A folder of scenes of its own that a test may damage; what is shared is linked."""
     out, _ = checked_kitchen
     shutil.copytree(out / RECIPE.scene_id, tmp_path / RECIPE.scene_id)
     (tmp_path / "assets").symlink_to(out / "assets")

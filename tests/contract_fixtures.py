@@ -27,9 +27,9 @@ from casa_assets.model.material import Material
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box, Cylinder
-from tests.articulated import microwave
+from tests.articulated_assets import microwave
+from tests.asset_parts import PROVENANCE, STEEL, box_inertial, labels
 from tests.assets import category, write_to
-from tests.matter import PROVENANCE, STEEL, box_inertial, labels
 from tests.meshes import box_mesh
 
 LOW, HIGH = 0.35, math.radians(80)

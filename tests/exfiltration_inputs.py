@@ -1,4 +1,4 @@
-"""Inputs that try to make the program read, write, run or fetch what is none of its business, and their targets."""
+"""Inputs that try to make the program read, write, run or fetch what lies outside their folder, and their targets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A kitchen of plain facts, without a mesh, that keeps every rule, and pieces to change it with."""
+"""A reference kitchen, as facts without a mesh, that keeps every rule of design, and pieces to change it with."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from casa_assets.model.issue import Report
 from casa_assets.model.joint import JointKind
 from casa_assets.model.plan import OpeningKind
 from casa_assets.model.record import Vec2
-from tests.worked_parts import door, flap, foot_in, unit, volume
+from tests.reference_kitchen_parts import door, flap, foot_in, unit, volume
 
 LIMITS = registry.load().limits
 TOP = 0.92

@@ -1,4 +1,4 @@
-"""Witnesses of what a run touches: an audit hook in every Python process of it, and the kernel's word on a folder."""
+"""Records what a run touches: an audit hook in every Python process of it, and inotify(7) on folders."""
 
 from __future__ import annotations
 

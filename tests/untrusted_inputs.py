@@ -1,4 +1,4 @@
-"""Loose meshes as strangers deliver them, and one thing about each that a filter has to find."""
+"""Loose meshes as they come from unknown authors, each with one defect that a filter has to find."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.provenance import Provenance
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box
+from tests.asset_parts import CARDBOARD, box_inertial, labels
 from tests.assets import category as row_of
-from tests.matter import CARDBOARD, box_inertial, labels
 from tests.meshes import box_mesh, lathe, texture
 
-STRANGER = Provenance(source="folder", path="tests", sha256="0" * 64, title="Test", author="Casa", licence="CC0-1.0")
+UNTRUSTED = Provenance(source="folder", path="tests", sha256="0" * 64, title="Test", author="Casa", licence="CC0-1.0")
 SIZE: Vec3 = (0.06, 0.06, 0.12)
 BROWN = (0.3, 0.15, 0.05, 1.0)
 CUP = [(0.0, 0.006), (0.034, 0.006), (0.034, 0.09), (0.04, 0.09), (0.04, 0.0), (0.0, 0.0)]
@@ -52,7 +52,7 @@ def loose(
         materials=(material,),
         substances=(CARDBOARD,),
         labels=labels(kind, (kind, "packaging"), "Q838692"),
-        provenance=STRANGER,
+        provenance=UNTRUSTED,
     )
 
 

@@ -1,4 +1,4 @@
-"""Small sound files of every format and dialect, made in code: what mutations start from."""
+"""The seed corpus of fuzzing: small sound files of every format and dialect, made in code."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import struct
 
 import numpy as np
 
-from tests.baits import dae_of_box
+from tests.exfiltration_inputs import dae_of_box
 from tests.mesh_files import QUARTERS, Gltf, png
 from tests.meshes import box_mesh
 

@@ -18,8 +18,8 @@ from casa_assets.model.provenance import split_of
 from casa_assets.model.shape import Box
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.worker import certificate
+from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.assets import ball, microwave, rigid_mug, textured_box
-from tests.matter import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.meshes import box_mesh, texture
 
 SLICE_SIZE = (0.12, 0.11, 0.014)

@@ -13,14 +13,14 @@ from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box, Hull
+from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.assets import ball, microwave
-from tests.matter import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.meshes import box_mesh, lathe, texture
 
 SIZE: Vec3 = (0.2, 0.06, 0.12)
 
 
-def crate(size: Vec3 = SIZE, mass: float | None = None, up: float = 0.0) -> Asset:
+def plain_box(size: Vec3 = SIZE, mass: float | None = None, up: float = 0.0) -> Asset:
     """A plain box of full `size` standing on the origin, `up` above the ground; 300 kg/m^3 unless it has a mass."""
     center: Vec3 = (0.0, 0.0, size[2] / 2 + up)
     link = Link(
@@ -40,7 +40,7 @@ def crate(size: Vec3 = SIZE, mass: float | None = None, up: float = 0.0) -> Asse
 
 
 def as_dense_as(water: float) -> Asset:
-    return crate(mass=1000 * water * math.prod(SIZE))
+    return plain_box(mass=1000 * water * math.prod(SIZE))
 
 
 def sliced(count: int) -> Asset:
@@ -59,8 +59,8 @@ def touched(*colliders: Collider) -> Asset:
 
 
 def linked(**changes: object) -> Asset:
-    """A crate with fields of its link replaced."""
-    return crate().replace(links=(crate().root.replace(**changes),))
+    """A plain_box with fields of its link replaced."""
+    return plain_box().replace(links=(plain_box().root.replace(**changes),))
 
 
 def cornered(corners: int) -> Asset:
@@ -121,7 +121,7 @@ def gapped(gap: float) -> Asset:
 
 def short_by(gap: float, size: Vec3 = SIZE) -> Asset:
     """Its collision shape ends `gap` below its top."""
-    whole = crate(size)
+    whole = plain_box(size)
     x, y, z = size
     low = Box(size=(x, y, z - gap))
     collider = Collider(name="low", shape=low, substance="cardboard", pose=Pose(position=(0.0, 0.0, (z - gap) / 2)))
@@ -129,7 +129,7 @@ def short_by(gap: float, size: Vec3 = SIZE) -> Asset:
 
 
 def licensed(licence: str) -> Asset:
-    return crate().replace(provenance=PROVENANCE.replace(licence=licence))
+    return plain_box().replace(provenance=PROVENANCE.replace(licence=licence))
 
 
 def opening(low: float, high: float, stated: bool) -> Asset:
@@ -139,12 +139,12 @@ def opening(low: float, high: float, stated: bool) -> Asset:
 
 
 def shown(*meshes: Mesh, material: str = "print") -> Asset:
-    """A crate that is seen as these meshes."""
+    """A plain_box that is seen as these meshes."""
     return linked(visuals=tuple(Visual(name=f"look_{i}", mesh=m, material=material) for i, m in enumerate(meshes)))
 
 
 def side(i: int = 0, size: Vec3 = SIZE) -> Mesh:
-    """A box of the crate's size, or one of its halves in x, 2 mm apart: 1 or 2."""
+    """A box of the plain_box's size, or one of its halves in x, 2 mm apart: 1 or 2."""
     width = SIZE[0] / 2 - 0.001
     x = 0.0 if i == 0 else (2 * i - 3) * (SIZE[0] - width) / 2
     return box_mesh(size if i == 0 else (width, *SIZE[1:]), (x, 0.0, SIZE[2] / 2))
@@ -187,7 +187,7 @@ def pictured(width_px: int, stated_px: int | None = None, unwrapped: bool = True
 
 
 def with_fin(corners: int) -> Asset:
-    """A crate with a loose piece of so many corners inside."""
+    """A plain_box with a loose piece of so many corners inside."""
     points = np.array([(0.0, 0.0, 0.01), (0.01, 0.0, 0.01), (0.0, 0.01, 0.01), (0.0, 0.0, 0.02)])[:corners]
     faces = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])[: 1 if corners == 3 else 4]
     return shown(side(), Mesh(vertices=points, faces=faces))

@@ -26,7 +26,7 @@ from casa_assets.model.material import Material
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box, Cylinder, Hull
-from tests.matter import CARDBOARD, PROVENANCE, STEEL, box_inertial, labels
+from tests.asset_parts import CARDBOARD, PROVENANCE, STEEL, box_inertial, labels
 from tests.meshes import box_mesh
 
 
