@@ -21,7 +21,7 @@ from casa_assets.ingest.clean import clean
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.job import Halt, Job, Outcome
+from casa_assets.pipeline.job import Job, Outcome, RunAborted
 from casa_assets.pipeline.survey import Survey, survey
 from casa_assets.pipeline.worker import work
 from tests.fuzz_corpus import Files, specimens
@@ -206,7 +206,7 @@ def whole(job: tuple[int, int, Path, str]) -> str:
     library = disk.Library(folder / "library")
     library.staging.mkdir(parents=True, exist_ok=True)
     outcome = work(Job(found, known, f"object_{number}", library.root, limits))
-    assert not isinstance(outcome, Halt), outcome.says
+    assert not isinstance(outcome, RunAborted), outcome.message
     assert isinstance(outcome, Outcome)
     if outcome.accepted:
         entry = next(library.root.glob(f"*/object_{number}/asset.json"))

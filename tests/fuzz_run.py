@@ -12,13 +12,20 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from casa_assets.pipeline.isolation.pool import Died, Limits, Pool
+from casa_assets.pipeline.isolation.pool import Limits, Pool, WorkerFailure
 from tests.fuzz_jobs import Batch, Finding, Tally, case
 
 BATCH = 200
-READ_LIMITS = Limits(seconds=120, memory_bytes=2_000_000_000)
-WHOLE_LIMITS = Limits(seconds=300, memory_bytes=4_000_000_000)
-KINDS = {"timeout": "hang", "memory": "memory", "signal": "crash", "error": "error"}
+READ_LIMITS = Limits(cpu_s=120, memory_bytes=2_000_000_000)
+WHOLE_LIMITS = Limits(cpu_s=300, memory_bytes=4_000_000_000)
+KINDS = {
+    "timeout": "hang",
+    "stuck": "hang",
+    "memory": "memory",
+    "signal": "crash",
+    "killed": "crash",
+    "error": "error",
+}
 
 
 @dataclass(frozen=True)
@@ -82,11 +89,11 @@ def _batch(pool: Pool, plan: Plan, first: int, count: int) -> Tally:
             total.findings += answer.findings
             total.sound += answer.sound
             return total
-        assert isinstance(answer, Died), answer
+        assert isinstance(answer, WorkerFailure), answer
         died_at = first
         with suppress(OSError, ValueError):
             died_at = int((plan.folder / "work" / "now").read_text(encoding="ascii"))
-        total.findings.append(Finding(died_at, KINDS[answer.reason], f"{answer.says}\n{answer.trace}"))
+        total.findings.append(Finding(died_at, KINDS[answer.reason], f"{answer.message}\n{answer.trace}"))
         count -= died_at + 1 - first
         first = died_at + 1
     return total
@@ -97,8 +104,8 @@ def _whole(pool: Pool, plan: Plan, number: int, result: Result) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     ((_, answer),) = pool.run("tests.fuzz_jobs:whole", [(plan.seed, number, folder, plan.seeds)])
     result.wholes += 1
-    if isinstance(answer, Died):
-        found = Finding(number, f"whole_{KINDS[answer.reason]}", f"{answer.says}\n{answer.trace}")
+    if isinstance(answer, WorkerFailure):
+        found = Finding(number, f"whole_{KINDS[answer.reason]}", f"{answer.message}\n{answer.trace}")
         _add(result, [found], plan)
         answer = found.kind
     result.verdicts[f"whole {answer}"] += 1

@@ -82,6 +82,26 @@ def _eat(value: str) -> int:
     return int(np.ones(400_000_000, dtype=np.uint64).sum())
 
 
+def _take(value: str) -> str:
+    np.ones(int(float(value) * 1e9 / 8), dtype=np.uint64).sum()
+    return value
+
+
+def _burn(value: str) -> str:
+    """So many seconds of processor time."""
+    while time.process_time() < float(value):
+        pass
+    return "burnt"
+
+
+def _burn_in_children(value: str) -> str:
+    """The same, in processes of a tenth of a second each, so that no single one is over a limit."""
+    code = "import time\nwhile time.process_time() < 0.1: pass"
+    for _ in range(int(float(value) * 10)):
+        subprocess.run([sys.executable, "-c", code], check=True, start_new_session=True)
+    return "burnt"
+
+
 def _raise(value: str) -> None:
     raise ValueError(value)
 

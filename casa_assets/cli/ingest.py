@@ -46,7 +46,9 @@ def ingest(
     library: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/library"),
     category: Annotated[str, typer.Option(help="Category of every input; else the sources and names decide.")] = "",
     jobs: Annotated[int, typer.Option(min=0, help="Inputs worked on at once.", show_default="one per core")] = 0,
-    timeout: Annotated[float, typer.Option(min=0, help="Wall seconds for one input.", show_default="300")] = 0.0,
+    timeout: Annotated[
+        float, typer.Option(min=0, help="Seconds of processor time for one input.", show_default="300")
+    ] = 0.0,
     memory: Annotated[float, typer.Option(min=0, help="Gigabytes of memory for one input.", show_default="8")] = 0.0,
     max_size: Annotated[
         float, typer.Option(min=0, help="Megabytes of one input with its files.", show_default="512")

@@ -24,9 +24,10 @@ from casa_assets.pipeline import articulate_sidecar as sidecar
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.articulate_build import Built, Wish, build
 from casa_assets.pipeline.articulate_contract import lacking, without
-from casa_assets.pipeline.ingest import DEATH_CODES
-from casa_assets.pipeline.isolation.pool import Died, Limits, Pool
-from casa_assets.pipeline.job import Halt, writing
+from casa_assets.pipeline.ingest import FAILURE_CODES
+from casa_assets.pipeline.isolation.limits import Limits, WorkerFailure
+from casa_assets.pipeline.isolation.pool import Pool
+from casa_assets.pipeline.job import RunAborted, writing
 from casa_assets.pipeline.stage import recipe
 from casa_assets.pipeline.worker import PREVIEW_PX, certificate, thumbnail
 from casa_assets.preview.camera import View
@@ -86,11 +87,10 @@ def articulate(wishes: Sequence[Wish], jobs: int = 1) -> Iterator[Done]:
         try:
             with Pool(jobs, bounds, "casa_assets.pipeline.worker:warm") as pool:
                 for number, answer in pool.run("casa_assets.pipeline.articulate:work", list(wishes)):
-                    if isinstance(answer, Died):
-                        says = f"{answer.says}\n{answer.trace}" if answer.trace else answer.says
-                        yield Done(wishes[number].mesh, code=DEATH_CODES[answer.reason], says=says)
-                    elif isinstance(answer, Halt):
-                        raise CasaError(answer.says)
+                    if isinstance(answer, WorkerFailure):
+                        yield Done(wishes[number].mesh, code=FAILURE_CODES[answer.reason], says=answer.text)
+                    elif isinstance(answer, RunAborted):
+                        raise CasaError(answer.message)
                     else:
                         assert isinstance(answer, Done)
                         yield answer
@@ -98,15 +98,15 @@ def articulate(wishes: Sequence[Wish], jobs: int = 1) -> Iterator[Done]:
             library.sweep()
 
 
-def work(wish: Wish) -> Done | Halt:
-    """Read, take apart, write, look and check; runs in the child. A Halt where the user has to change the command."""
+def work(wish: Wish) -> Done | RunAborted:
+    """Read, take apart, write, look and check; runs in the child. RunAborted: the user has to change the command."""
     try:
         with writing(wish.out):
             return _entry(wish, build(wish))
     except Rejected as error:
         return Done(wish.mesh, code=error.code, says=error.says)
     except (CasaError, NoRenderer) as error:
-        return Halt(str(error))
+        return RunAborted(str(error))
 
 
 def _entry(wish: Wish, built: Built) -> Done:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -22,15 +21,24 @@ from casa_assets.pipeline.alike.twins import CODE as COPY
 from casa_assets.pipeline.alike.twins import Twins
 from casa_assets.pipeline.books import attribution, index
 from casa_assets.pipeline.find import find
-from casa_assets.pipeline.isolation.pool import Died, Limits, Pool
-from casa_assets.pipeline.job import Halt, Job, Outcome, refuse, writing
+from casa_assets.pipeline.isolation.limits import Limits, WorkerFailure
+from casa_assets.pipeline.isolation.pool import Pool
+from casa_assets.pipeline.job import Job, Outcome, RunAborted, refuse, writing
 from casa_assets.pipeline.known import verdict
 from casa_assets.pipeline.stage import recipe, ruled
 from casa_assets.pipeline.store import Store
 from casa_assets.pipeline.survey import Survey
 
 # What the pool's own verdicts are called in registry/rejections.yaml.
-DEATH_CODES = {"timeout": "RUN001", "memory": "RUN002", "signal": "RUN003", "error": "RUN004"}
+FAULT = "RUN004"  # of the program, not of the input
+FAILURE_CODES = {
+    "timeout": "RUN001",
+    "memory": "RUN002",
+    "signal": "RUN003",
+    "killed": "RUN003",
+    "error": FAULT,
+    "stuck": "RUN008",
+}
 TWIN = "RUN006"
 
 
@@ -41,7 +49,8 @@ class Options:
     Attributes:
         library: output folder. category: id for all inputs, or empty.
         jobs: children at once; 0 for one per core.
-        seconds: wall time for one input. memory_bytes: memory of one input. 0: what registry/limits.yaml says.
+        seconds: processor time for one input, with all that is started for it; 0: what registry/limits.yaml says.
+        memory_bytes: memory of one input; 0: the same.
         guards: limits on inputs that this run sets in place of those in registry/limits.yaml, by their names there.
         weights: of CLIP, see pipeline.look.eye; empty: nobody looks at the pictures.
         keep_duplicates: what has the form, size and colours of another asset stays too.
@@ -94,7 +103,7 @@ class _Run:
         """What a person decided about an input."""
         return self.rulings.get(survey.sha256, NO_RULING)
 
-    def heard(self, answer: Survey | Rejected | Died) -> Survey | Rejected | Died:
+    def heard(self, answer: Survey | Rejected | WorkerFailure) -> Survey | Rejected | WorkerFailure:
         """An answer with the category that a person decided, where one did."""
         if not isinstance(answer, Survey) or not (name := self.ruling(answer).category):
             return answer
@@ -131,13 +140,12 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
     bounds = {**known.limits, **options.guards}
     seconds = options.seconds or known.limits["input_seconds"]
     limits = Limits(seconds, options.memory_bytes or int(known.limits["input_memory_bytes"]))
-    workers = options.jobs or len(os.sched_getaffinity(0))
     with library.locked(), writing(options.library):
         library.sweep()
         Store(library.cache).sweep()
         rulings = review.rulings(library)
         try:
-            with Pool(workers, limits, "casa_assets.pipeline.survey:warm") as pool:
+            with Pool(options.jobs, limits, "casa_assets.pipeline.survey:warm") as pool:
                 run = _Run(library, recipe(bounds, known.digest), bounds, found, rulings=rulings)
                 events = chain(_survey(run, pool, options), _work(run, pool))
                 twins = Twins(library, run.mark, known.limits["alike_form"], run.order)
@@ -161,7 +169,7 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
     inputs = [f for f in run.found if isinstance(f, Found)]
     for row in (f for f in run.found if isinstance(f, Refused)):
         yield run.refuse(row, row.code, row.says)
-    answers: dict[int, Survey | Rejected | Died] = {}
+    answers: dict[int, Survey | Rejected | WorkerFailure] = {}
     for number, answer in pool.run(
         "casa_assets.pipeline.survey:survey", [(f, options.category, run.limits) for f in inputs]
     ):
@@ -173,8 +181,8 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
             run.order.setdefault(_name(answer), one.source)
     for number, one in enumerate(inputs):
         answer = answers[number]
-        if isinstance(answer, Died):
-            answer = Rejected(DEATH_CODES[answer.reason], answer.says)
+        if isinstance(answer, WorkerFailure):
+            answer = Rejected(FAILURE_CODES[answer.reason], answer.text)
         if isinstance(answer, Rejected):
             yield run.refuse(one, answer.code, answer.says)
         elif answer.sha256 in first:
@@ -209,17 +217,16 @@ def _work(run: _Run, pool: Pool) -> Iterator[Event]:
         return
     pool.prepare("casa_assets.pipeline.worker:warm")
     for _, answer in pool.run("casa_assets.pipeline.worker:probe", [None]):
-        _halt(answer)
+        _check_aborted(answer)
     total = len(run.found)
     for number, answer in pool.run("casa_assets.pipeline.worker:work", run.todo):
-        _halt(answer)
+        _check_aborted(answer)
         job = run.todo[number]
         path = job.found.source.path
-        if isinstance(answer, Died):
-            code = DEATH_CODES[answer.reason]
-            refuse(run.library, job, Rejected(code, answer.says))
-            says = f"{answer.says}\n{answer.trace}" if answer.trace else answer.says
-            yield Event("rejected", total, path, job.asset_id, code, says, was_rejected=True)
+        if isinstance(answer, WorkerFailure):
+            code = FAILURE_CODES[answer.reason]
+            refuse(run.library, job, Rejected(code, answer.message))
+            yield Event("rejected", total, path, job.asset_id, code, answer.text, was_rejected=True)
             continue
         assert isinstance(answer, Outcome)
         kind = "accepted" if answer.accepted else "rejected"
@@ -227,9 +234,9 @@ def _work(run: _Run, pool: Pool) -> Iterator[Event]:
         yield Event(kind, total, path, job.asset_id, answer.code, answer.says, refused, answer.warnings)
 
 
-def _halt(answer: object) -> None:
-    if isinstance(answer, Halt):
-        raise CasaError(answer.says)
+def _check_aborted(answer: object) -> None:
+    if isinstance(answer, RunAborted):
+        raise CasaError(answer.message)
 
 
 def tally(events: Sequence[Event]) -> Counter[str]:

@@ -56,10 +56,10 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Halt:
+class RunAborted:
     """No input can be worked on, for a reason that has nothing to do with it: the run has to end."""
 
-    says: str
+    message: str
 
 
 def publish(library: disk.Library, job: Job, staged: Path, target: Path) -> None:

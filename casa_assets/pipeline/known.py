@@ -12,7 +12,7 @@ from casa_assets.pipeline.alike.twins import stands
 from casa_assets.pipeline.job import Outcome
 
 # Reasons that lie in a run (its limits, the machine, a bug) and not in the input: the next run tries again.
-PASSING = frozenset({"RUN001", "RUN002", "RUN003", "RUN004", "RUN005", "SRC015"})
+PASSING = frozenset({"RUN001", "RUN002", "RUN003", "RUN004", "RUN005", "RUN008", "SRC015"})
 
 
 def verdict(entries: Sequence[Path], asset_id: str, mark: str) -> Outcome | None:

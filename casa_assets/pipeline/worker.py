@@ -25,7 +25,7 @@ from casa_assets.model.shape import Hull
 from casa_assets.model.source import Bundle
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike.signature import signature
-from casa_assets.pipeline.job import Halt, Job, Outcome, publish, refuse, writing
+from casa_assets.pipeline.job import Job, Outcome, RunAborted, publish, refuse, writing
 from casa_assets.pipeline.review import doubts
 from casa_assets.pipeline.stage import Brief, build, raw, versions
 from casa_assets.pipeline.store import Store
@@ -44,22 +44,22 @@ def warm() -> None:
     usd.load_rules()
 
 
-def probe(_: None) -> Halt | None:
+def probe(_: None) -> RunAborted | None:
     """Whether a worker can draw at all; a process that has drawn cannot be forked, so the pool asks a worker."""
     try:
         backend()
     except NoRenderer as error:
-        return Halt(str(error))
+        return RunAborted(str(error))
     return None
 
 
-def work(job: Job) -> Outcome | Halt:
+def work(job: Job) -> Outcome | RunAborted:
     """Build, write, look at and check one asset; the library has it, or the reason why not, when this returns."""
     try:
         with writing(job.library):
             return _work(job)
     except (OutputError, RegistryError, NoRenderer) as error:
-        return Halt(str(error))
+        return RunAborted(str(error))
 
 
 def _work(job: Job) -> Outcome:

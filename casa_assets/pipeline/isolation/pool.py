@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import pickle
 import socket
 import struct
 import subprocess
 import sys
-import time
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
-from signal import Signals
+from signal import SIGKILL, SIGXCPU, Signals
 from types import TracebackType
 from typing import Any, Self
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.isolation.server import MESSAGE_BYTES, Died, Limits
+from casa_assets.pipeline.isolation import memory
+from casa_assets.pipeline.isolation.limits import Limits, WorkerFailure
+from casa_assets.pipeline.isolation.server import MESSAGE_BYTES, OUT_OF_MEMORY
 
-__all__ = ["Died", "Limits", "Pool"]
+__all__ = ["Limits", "Pool", "WorkerFailure"]
+
+LOG = logging.getLogger(__name__)
 
 TRIES = 2  # a job whose process was ended from outside is not to blame for it
 SERVER_TRIES = 4
@@ -39,29 +43,47 @@ class _ServerDied(Exception):
 
 @dataclass
 class _Running:
-    """A job in a worker. `until` is None before the worker has started."""
+    """A job in a worker, with its limits there. `has_started`: the worker has."""
 
     job: int
     channel: Connection
-    until: float | None = None
-    is_late: bool = False
+    limits: Limits
+    has_started: bool = False
     is_drained: bool = False
     answer: tuple[Any] | None = None
+
+
+@dataclass
+class _Queue:
+    """Jobs that are still to be done: those for now, and those that run at the end, each alone with all memory."""
+
+    waiting: deque[int]
+    alone: deque[int]
+    tries: dict[int, int]
+    was_alone: set[int]
 
 
 class Pool:
     """Workers for one run; a context manager, at whose end no process is left.
 
+    Fewer run at once, or each with less memory, where they would not fit into the memory of the machine together. A job
+    that runs out of memory then, or is killed, is tried once more alone.
+
     Args:
-        workers: jobs at once.
+        workers: jobs at once; 0: one per core.
         limits: of each job.
         warm: `module:name` of a function that the server calls before it forks, so that what it loads is there for all.
+            It may not draw: a process that has drawn cannot be forked.
+        least_bytes: memory that a job needs at least; see memory.share.
     Raises:
         CasaError: no worker can be started; from `run` and `prepare`.
     """
 
-    def __init__(self, workers: int, limits: Limits, warm: str) -> None:
-        self._workers, self._limits = workers, limits
+    def __init__(self, workers: int, limits: Limits, warm: str, least_bytes: int = memory.LEAST_BYTES) -> None:
+        wanted = workers or len(os.sched_getaffinity(0))
+        self._share = memory.share(wanted, limits.memory_bytes, least_bytes)
+        self._workers, self._limits = self._share.workers, replace(limits, memory_bytes=self._share.memory_bytes)
+        self._limits_alone = replace(limits, memory_bytes=self._share.alone_bytes)
         self._warm = [warm]
         self._server: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
@@ -84,30 +106,55 @@ class Pool:
                 self._control.send(pickle.dumps(("call", warm)))
 
     def run(self, function: str, jobs: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-        """Yield (number of the job, answer or Died) as they finish.
+        """Yield (number of the job, answer or WorkerFailure) as they finish.
 
         Args:
             function: `module:name` of a function of one argument; it answers with something picklable.
             jobs: picklable.
         """
-        waiting = deque(range(len(jobs)))
-        tries = [0] * len(jobs)
-        while waiting or self._running:
+        if len(jobs) > self._workers and self._share.message:
+            LOG.warning("%s", self._share.message)
+            self._share = replace(self._share, message="")
+        queue = _Queue(deque(range(len(jobs))), deque(), dict.fromkeys(range(len(jobs)), 0), set())
+        while queue.waiting or queue.alone or self._running:
             try:
-                while waiting and len(self._running) < self._workers:
+                for number in self._due(queue):
                     control = self._control or self._start_server()
-                    number = waiting.popleft()
-                    self._start(control, number, (function, jobs[number], self._limits))
+                    limits = self._limits_alone if number in queue.was_alone else self._limits
+                    self._start(control, number, (function, jobs[number]), limits)
                 finished = list(self._finished())
             except _ServerDied:
                 finished = list(self._salvaged())
             for number, answer in finished:
-                if isinstance(answer, Died) and answer.reason in ("signal", "unstarted"):
-                    tries[number] += answer.reason == "signal"
-                    if tries[number] < TRIES:
-                        waiting.appendleft(number)
-                        continue
-                yield number, answer
+                if not (isinstance(answer, WorkerFailure) and self._is_to_be_tried_again(number, answer, queue)):
+                    yield number, answer
+
+    def _due(self, queue: _Queue) -> Iterator[int]:
+        """Jobs to be started now."""
+        while queue.waiting and len(self._running) < self._workers:
+            yield queue.waiting.popleft()
+        if queue.alone and not self._running:
+            number = queue.alone.popleft()
+            queue.was_alone.add(number)
+            yield number
+
+    def _is_to_be_tried_again(self, number: int, failure: WorkerFailure, queue: _Queue) -> bool:
+        """Whether a job may not be to blame for its end; if so it is in the queue again."""
+        if failure.reason == "unstarted":
+            queue.waiting.appendleft(number)
+            return True
+        if number in queue.was_alone:
+            return False
+        if failure.reason == "memory":
+            # With others beside it, it had less than it may use.
+            again = self._limits.memory_bytes < self._limits_alone.memory_bytes
+        else:
+            queue.tries[number] += failure.reason in ("signal", "killed")
+            again = 0 < queue.tries[number] < TRIES
+        if again:
+            # The system kills where memory runs out.
+            (queue.waiting if failure.reason == "signal" else queue.alone).appendleft(number)
+        return again
 
     def close(self) -> None:
         """End the server and all workers."""
@@ -127,16 +174,16 @@ class Pool:
         self._running.clear()
         self._server = self._control = None
 
-    def _start(self, control: socket.socket, job: int, task: tuple[str, Any, Limits]) -> None:
+    def _start(self, control: socket.socket, job: int, task: tuple[str, Any], limits: Limits) -> None:
         here, there = socket.socketpair()
         # A worker that was stopped half-way through its answer must not hold up the others.
         for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
             here.setsockopt(socket.SOL_SOCKET, option, struct.pack("ll", int(STUCK_S), 0))
         self._ticket += 1
-        one = self._running[self._ticket] = _Running(job, Connection(here.detach()))
+        one = self._running[self._ticket] = _Running(job, Connection(here.detach()), limits)
         with there:
             try:
-                socket.send_fds(control, [pickle.dumps(("fork", self._ticket))], [there.fileno()])
+                socket.send_fds(control, [pickle.dumps(("fork", self._ticket, limits))], [there.fileno()])
             except OSError as error:
                 raise _ServerDied from error
         with suppress(OSError):  # where it died already, the server says so
@@ -168,15 +215,12 @@ class Pool:
         """Wait for something to happen and yield what has finished."""
         assert self._control is not None
         open_ends = [one.channel for one in self._running.values() if not one.is_drained]
-        deadlines = [one.until for one in self._running.values() if one.until is not None]
-        soonest = min(deadlines, default=time.monotonic() + 1.0) - time.monotonic()
-        ready = wait([self._control, *open_ends], timeout=max(0.0, min(soonest, 1.0)))
+        ready = wait([self._control, *open_ends])
         for one in self._running.values():
             if one.channel in ready:
                 _read(one)
         if self._control in ready:
             yield from self._hear(self._control)
-        yield from self._late()
 
     def _hear(self, control: socket.socket) -> Iterator[tuple[int, Any]]:
         try:
@@ -188,41 +232,25 @@ class Pool:
         word, what, *more = pickle.loads(data)  # noqa: S301  our own server wrote it
         if word == "failed":
             raise CasaError(f"worker processes cannot be started; see `casa-assets doctor`\n{more[0]}")
-        if word == "ready":
-            self._deaths = 0
-        elif word == "started" and what in self._running:
-            self._running[what].until = time.monotonic() + self._limits.seconds
+        if word == "started" and what in self._running:
+            self._running[what].has_started = True
         elif word == "ended" and what in self._running:
+            self._deaths = 0
             one = self._running.pop(what)
-            yield one.job, self._verdict(one, more[0])
+            yield one.job, self._verdict(one, *more)
 
-    def _late(self) -> Iterator[tuple[int, Any]]:
-        """Have the late ones killed; yield those that not even that ended."""
-        assert self._control is not None
-        for ticket, one in list(self._running.items()):
-            if one.until is None or time.monotonic() < one.until:
-                continue
-            if one.is_late:
-                del self._running[ticket]
-                yield one.job, self._verdict(one, 0)
-            else:
-                one.is_late, one.until = True, time.monotonic() + STUCK_S
-                with suppress(OSError):
-                    self._control.send(pickle.dumps(("kill", ticket)))
-
-    def _verdict(self, one: _Running, code: int) -> Any:
+    def _verdict(self, one: _Running, code: int, reason: str = "") -> Any:
+        """The answer of a job whose process is gone, or why there is none."""
         while not one.is_drained and one.channel.poll(0):
             _read(one)
         one.channel.close()
-        if one.answer is not None:
+        if one.answer is not None and one.answer[0] != OUT_OF_MEMORY:
             return one.answer[0]
-        if one.until is None:
-            return Died("unstarted", "no process was there for it")
-        if one.is_late:
-            return Died("timeout", f"still running after {self._limits.seconds:g} s and was stopped")
-        if code < 0:
-            return Died("signal", f"the process was ended by {Signals(-code).name}, twice")
-        return Died("signal", f"the process ended with exit code {code} and without an answer, twice")
+        if one.answer is not None:
+            reason = "memory"
+        if not one.has_started:
+            return WorkerFailure("unstarted", "no process was there for it")
+        return _failure(one.limits, code, reason)
 
     def _salvaged(self) -> Iterator[tuple[int, Any]]:
         """The server is gone: wait until its workers are, keep what they had answered, and make way for another."""
@@ -232,7 +260,7 @@ class Pool:
         for one in running.values():
             while not one.is_drained and one.channel.poll(STUCK_S):
                 _read(one)
-            yield one.job, self._verdict(one, -9)
+            yield one.job, self._verdict(one, -SIGKILL, "server")
         self._deaths += 1
         self.close()
 
@@ -244,4 +272,24 @@ def _read(one: _Running) -> None:
     except (EOFError, OSError):
         one.is_drained = True
     except Exception as error:  # noqa: BLE001  whatever a broken answer does when it is unpacked
-        one.answer = (Died("error", f"{type(error).__name__}: {error}"),)
+        one.answer = (WorkerFailure("error", f"{type(error).__name__}: {error}"),)
+
+
+def _failure(limits: Limits, code: int, reason: str) -> WorkerFailure:
+    """What is told of a process that ended without an answer.
+
+    Args:
+        code: its exit code, or less than 0: the signal that ended it. reason: why the server ended it, or empty.
+    """
+    if reason == "timeout" or code == -SIGXCPU:
+        return WorkerFailure("timeout", f"used more than {limits.cpu_s:g} s of processor time and was stopped")
+    if reason == "memory":
+        return WorkerFailure("memory", f"needs more than {limits.memory_bytes / 1e9:.3g} GB of memory")
+    if reason == "stuck":
+        message = f"made no progress for {limits.idle_s:g} s, or took over {limits.wall_s:g} s, and was stopped"
+        return WorkerFailure("stuck", message)
+    if code == -SIGKILL:
+        return WorkerFailure("signal" if reason else "killed", "the process was ended by SIGKILL, twice")
+    if code < 0:
+        return WorkerFailure("signal", f"the process was ended by {Signals(-code).name}, twice")
+    return WorkerFailure("signal", f"the process ended with exit code {code} and without an answer, twice")

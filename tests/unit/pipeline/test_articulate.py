@@ -17,7 +17,7 @@ from casa_assets.pipeline import articulate_review
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.articulate import STRIP, Done, settled, work
 from casa_assets.pipeline.articulate_build import Wish, build
-from casa_assets.pipeline.job import Halt
+from casa_assets.pipeline.job import RunAborted
 from casa_assets.preview.strip import CELL_PX
 from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
 from tests.unit.articulate.test_assemble import obj
@@ -74,8 +74,8 @@ def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) ->
     assert isinstance(done, Done)
     assert (done.code, done.folder, done.accepted) == ("ART001", None, False)
     said = work(Wish(mesh, tmp_path / "lib", up=(0.0, 0.0, 1.0), front=(0.0, 0.0, 1.0)))
-    assert isinstance(said, Halt)
-    assert "not at a right angle" in said.says
+    assert isinstance(said, RunAborted)
+    assert "not at a right angle" in said.message
 
 
 def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,12 +13,15 @@ from typing import Any
 import pytest
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.isolation.pool import Died, Limits, Pool
+from casa_assets.pipeline.isolation import memory
+from casa_assets.pipeline.isolation.limits import Limits, WorkerFailure
+from casa_assets.pipeline.isolation.memory import Share, available, share
+from casa_assets.pipeline.isolation.pool import Pool
 from casa_assets.pipeline.isolation.server import OOM_SCORE
 
 DO = "tests.pool_jobs:do"
 WARM = "tests.pool_jobs:nothing"
-LIMITS = Limits(seconds=60, memory_bytes=2_000_000_000)
+LIMITS = Limits(cpu_s=60, memory_bytes=2_000_000_000)
 
 
 @pytest.fixture
@@ -75,9 +81,9 @@ def test_an_answer_may_be_none_or_large(pool: Pool) -> None:
 def test_a_job_that_fails_leaves_the_others_alone(pool: Pool, what: str, reason: str, says: str) -> None:
     before, died, after = run(pool, ("answer", "a"), (what, "7"), ("answer", "b"))
     assert (before, after) == ("A", "B")
-    assert isinstance(died, Died)
+    assert isinstance(died, WorkerFailure)
     assert died.reason == reason
-    assert says in died.says
+    assert says in died.message
 
 
 def test_a_python_error_comes_with_its_place(pool: Pool) -> None:
@@ -91,20 +97,50 @@ def test_what_a_job_prints_goes_nowhere(pool: Pool, capfd: pytest.CaptureFixture
 
 
 def test_a_job_that_hangs_is_stopped() -> None:
-    with Pool(2, Limits(1.0, LIMITS.memory_bytes), WARM) as pool:
+    with Pool(2, Limits(60.0, LIMITS.memory_bytes, idle_s=1.0), WARM) as pool:
         died, *others = run(pool, ("hang", ""), *(("answer", "a") for _ in range(5)))
     assert others == ["A"] * 5
-    assert died == Died("timeout", "still running after 1 s and was stopped")
+    assert isinstance(died, WorkerFailure)
+    assert died.reason == "stuck"
+    assert "made no progress for 1 s" in died.message
+
+
+@pytest.mark.parametrize("what", ["burn", "burn_in_children"])
+def test_processor_time_of_a_job_and_of_what_it_starts_is_limited(what: str) -> None:
+    with Pool(2, Limits(0.5, LIMITS.memory_bytes), WARM) as pool:
+        died, other = run(pool, (what, "60"), ("answer", "a"))
+    assert other == "A"
+    assert died == WorkerFailure("timeout", "used more than 0.5 s of processor time and was stopped")
+
+
+def test_a_busy_machine_changes_no_verdict() -> None:
+    """Half of the limit is used by one job, all of it by another; with ten times as much to do for each core too."""
+    jobs = [("burn", "0.4"), ("burn", "60")]
+    with Pool(2, Limits(0.9, LIMITS.memory_bytes), WARM) as pool:
+        idle = run(pool, *jobs)
+        hogs = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(5 * (os.cpu_count() or 1))]
+        begin = time.monotonic()
+        try:
+            busy = run(pool, *jobs)
+            took = time.monotonic() - begin
+        finally:
+            for hog in hogs:
+                hog.kill()
+                hog.wait()
+    assert took > 0.9, "the machine was not busy"
+    assert busy == idle
+    assert idle[0] == "burnt"
+    assert idle[1].reason == "timeout"
 
 
 @pytest.mark.parametrize("what", ["grandchild", "die_with_grandchild", "hang_with_grandchild"])
 def test_what_a_job_started_ends_with_it(what: str, tmp_path: Path) -> None:
     note = tmp_path / "pid"
-    with Pool(1, Limits(2.0, LIMITS.memory_bytes), WARM) as pool:
+    with Pool(1, Limits(60.0, LIMITS.memory_bytes, idle_s=2.0), WARM) as pool:
         first, second = run(pool, (what, str(note)), ("answer", "a"))
         wait_until_gone(int(note.read_text(encoding="ascii")))
     assert second == "A"
-    assert first == "answered" or isinstance(first, Died)
+    assert first == "answered" or isinstance(first, WorkerFailure)
 
 
 @pytest.mark.parametrize("what", ["die_once", "kill_server_once"])
@@ -144,3 +180,67 @@ def test_the_kernel_ends_workers_before_the_run(pool: Pool) -> None:
 
 def test_workers_have_one_thread_each(pool: Pool) -> None:
     assert run(pool, ("threads", "")) == ["1"]
+
+
+GB = 1_000_000_000
+
+
+def test_what_does_not_fit_gets_less_memory_first_and_fewer_workers_then() -> None:
+    assert share(2, 8 * GB, free_bytes=100 * GB) == Share(2, 8 * GB, 8 * GB)
+    assert share(8, 8 * GB, free_bytes=40 * GB) == Share(8, 4_500_000_000, 8 * GB)
+    few = share(64, 8 * GB, free_bytes=20 * GB)
+    assert (few.workers, few.memory_bytes, few.alone_bytes) == (9, 2 * GB, 8 * GB)
+    assert few.message == "9 instead of 64 at once (--jobs): 20 GB of memory are free, and each may need 2 GB"
+    tiny = share(2, 8 * GB, free_bytes=1 * GB)
+    assert (tiny.workers, tiny.memory_bytes, tiny.alone_bytes) == (1, 900_000_000, 900_000_000)
+
+
+@pytest.mark.parametrize(
+    ("files", "free"),
+    [
+        ({}, 8 * 1024),
+        ({"group/memory.max": "max"}, 8 * 1024),
+        ({"group/memory.max": "6144", "group/memory.current": "4096"}, 2048),
+        ({"memory.max": "5120", "memory.current": "4096", "memory.stat": "anon 1\ninactive_file 512"}, 1536),
+        ({"memory/a/memory.limit_in_bytes": "4096", "memory/a/memory.usage_in_bytes": "96"}, 4000),
+        ({"memory/memory.limit_in_bytes": "4096", "memory/memory.usage_in_bytes": "9999"}, 0),
+    ],
+)
+def test_free_memory_is_that_of_the_machine_and_of_its_groups(files: dict[str, str], free: int, tmp_path: Path) -> None:
+    (tmp_path / "proc" / "self").mkdir(parents=True)
+    (tmp_path / "proc" / "meminfo").write_text("MemTotal: 16 kB\nMemAvailable:   8 kB\n", encoding="ascii")
+    groups = "4:cpu:/a\n3:memory:/a\n0::/group\n"
+    (tmp_path / "proc" / "self" / "cgroup").write_text(groups, encoding="ascii")
+    for name, text in files.items():
+        path = tmp_path / "groups" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text + "\n", encoding="ascii")
+    assert available(tmp_path / "proc", tmp_path / "groups") == free
+
+
+def test_this_machine_tells_its_free_memory() -> None:
+    free = available()
+    assert free is not None
+    assert 0 < free <= os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def test_fewer_workers_than_asked_for_are_told_once(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(memory, "available", lambda: 3 * GB)
+    with Pool(4, LIMITS, WARM) as pool:
+        assert run(pool, ("answer", "a")) == ["A"]
+        assert caplog.messages == [], "one job needs one worker"
+        assert run(pool, *(("answer", "a") for _ in range(3))) == ["A"] * 3
+        assert run(pool, *(("answer", "a") for _ in range(3))) == ["A"] * 3
+    assert caplog.messages == ["1 instead of 4 at once (--jobs): 3 GB of memory are free, and each may need 2 GB"]
+
+
+def test_a_job_that_had_less_memory_beside_others_is_tried_again_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three workers with 1.2 GB each: one job needs 1.6 GB, which it may use, and one 3.2 GB, which it may not."""
+    monkeypatch.setattr(memory, "available", lambda: 4 * GB)
+    with Pool(3, LIMITS, WARM, least_bytes=GB) as pool:
+        first, second, third = run(pool, ("take", "1.6"), ("eat", ""), ("answer", "a"))
+    assert first == "1.6"
+    assert second == WorkerFailure("memory", "needs more than 2 GB of memory")
+    assert third == "A"

@@ -1,0 +1,68 @@
+"""What one job in a worker process may use, and how a job without an answer is told."""
+
+from __future__ import annotations
+
+import math
+import resource
+from dataclasses import dataclass
+
+# A process that is starved by others still gets some time: only one that hangs gets less than this part of a core.
+IDLE_SHARE = 0.001
+WALL_FACTOR, WALL_LEAST_S = 20.0, 1800.0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one job may use, with all processes that it starts.
+
+    Attributes:
+        cpu_s: processor seconds. The clock decides nothing: on a busy machine a job takes longer and ends the same.
+        memory_bytes: memory of its own (of its data, not of libraries mapped).
+        idle_s: a job that uses no processor time for so many seconds of the clock hangs, and is ended.
+    """
+
+    cpu_s: float
+    memory_bytes: int
+    idle_s: float = 300.0
+
+    @property
+    def wall_s(self) -> float:
+        """Seconds of the clock after which a job is given up, however busy the machine is."""
+        return max(WALL_FACTOR * self.cpu_s, WALL_LEAST_S)
+
+
+@dataclass(frozen=True)
+class WorkerFailure:
+    """A job that did not answer.
+
+    Attributes:
+        reason: `timeout` (of processor time), `stuck` (no progress: another run may end otherwise), `memory`, `killed`
+            (by the system or a person, twice), `signal` (a crash of native code, twice), `error` (of Python), and
+            within the pool `unstarted`.
+        message: for a person. trace: of a Python error, or empty.
+    """
+
+    reason: str
+    message: str
+    trace: str = ""
+
+    @property
+    def text(self) -> str:
+        """The message, and the trace where there is one."""
+        return f"{self.message}\n{self.trace}" if self.trace else self.message
+
+
+def restrict(limits: Limits) -> None:
+    """Put the limits on this process, as far as the kernel can hold them; the server holds the rest."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    # A second more than the server allows, which counts all processes of the job: this is for when it cannot.
+    _lower(resource.RLIMIT_CPU, math.ceil(limits.cpu_s) + 1, math.ceil(limits.cpu_s) + 5)
+    # Address space would count what drivers and thread arenas merely reserve, which is much on a machine of many cores.
+    _lower(resource.RLIMIT_DATA, limits.memory_bytes, limits.memory_bytes)
+
+
+def _lower(kind: int, soft: int, hard: int) -> None:
+    """Set a limit of this process; one that already stands lower stays."""
+    stands = resource.getrlimit(kind)[1]
+    ceiling = hard if stands == resource.RLIM_INFINITY else min(hard, stands)
+    resource.setrlimit(kind, (min(soft, ceiling), ceiling))
