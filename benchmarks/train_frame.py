@@ -27,8 +27,8 @@ from casa_assets.articulate.frame import PRIOR_UP, TRIED
 from casa_assets.articulate.pieces import FRONT, SIDES, TOP, Pieces
 from casa_assets.articulate.sides import look
 from casa_assets.articulate.trial import TRIALS, tried
-from casa_assets.families.catalog import family
 from casa_assets.pipeline.families import Wish, build_asset, params_of
+from casa_assets.registry_families import family
 
 Limit = tuple[float | None, float | None]
 Wanted = list[tuple[float, float, Limit]]

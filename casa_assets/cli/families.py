@@ -34,21 +34,22 @@ def list_families(
 
     Example:  casa-assets families list
     """
-    from casa_assets.families.catalog import GROUPS
+    from casa_assets.registry_families import family_groups
 
+    groups = family_groups()
     if json_:
         rows = {
-            f.name: {"group": g, "title": f.title, "presets": list(f.presets)} for g, fs in GROUPS.items() for f in fs
+            f.name: {"group": g, "title": f.title, "presets": list(f.presets)} for g, fs in groups.items() for f in fs
         }
         typer.echo(json.dumps(rows, indent=1))
         return
     table = Table("family", "group", "what", "presets")
-    for group, members in GROUPS.items():
+    for group, members in groups.items():
         for member in members:
             table.add_row(member.name, group, member.title, ", ".join(member.presets))
     console = Console()
     console.print(table)
-    console.print(counted(sum(map(len, GROUPS.values())), "family"), highlight=False)
+    console.print(counted(sum(map(len, groups.values())), "family"), highlight=False)
 
 
 @app.command()

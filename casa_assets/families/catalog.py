@@ -1,27 +1,19 @@
-"""Every family by name."""
+"""The code of every family, by name. Their presets are data: `casa_assets.registry_families` joins the two."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.errors import UnknownId
-from casa_assets.families.family import Family
+from casa_assets.families.family import ParametricModel
 from casa_assets.families.fixtures import cabinets, cold, cooking, counters, decor, room, small
 
-GROUPS: dict[str, tuple[Family[Any], ...]] = {
-    "cabinets": cabinets.FAMILIES,
-    "counters": counters.FAMILIES,
-    "cooking": cooking.FAMILIES,
-    "cold": cold.FAMILIES,
-    "small": small.FAMILIES,
-    "decor": decor.FAMILIES,
-    "room": room.FAMILIES,
+GROUPS: dict[str, tuple[ParametricModel[Any], ...]] = {
+    "cabinets": cabinets.MODELS,
+    "counters": counters.MODELS,
+    "cooking": cooking.MODELS,
+    "cold": cold.MODELS,
+    "small": small.MODELS,
+    "decor": decor.MODELS,
+    "room": room.MODELS,
 }
-FAMILIES: dict[str, Family[Any]] = {family.name: family for group in GROUPS.values() for family in group}
-
-
-def family(name: str) -> Family[Any]:
-    """The family of that name. Raises UnknownId with the nearest names."""
-    if name not in FAMILIES:
-        raise UnknownId("family", name, FAMILIES)
-    return FAMILIES[name]
+MODELS: dict[str, ParametricModel[Any]] = {model.name: model for models in GROUPS.values() for model in models}

@@ -1,4 +1,4 @@
-"""What a family is: a name, a record of its numbers, how they are drawn, and how an asset is built of them."""
+"""What a family is: a name, a record of its numbers, how they are drawn, and how an asset is built from them."""
 
 from __future__ import annotations
 
@@ -90,26 +90,37 @@ class Supplies:
 
 
 @dataclass(frozen=True)
-class Family(Generic[P]):
-    """One kind of thing that is built from numbers.
+class ParametricModel(Generic[P]):
+    """The code of a family: how members are described, drawn and built.
 
     Attributes:
-        name: such as `microwave`.
-        title: what a person calls it, one line.
-        category: id in registry/fixtures.yaml.
+        name: such as `microwave`; registry/families/<name>.yaml holds its title, category and presets.
         params: the type of its numbers.
-        presets: named members, each visibly different.
         sample: draws a member; every number within the bounds of its type.
         build: numbers and finishes into an asset; no randomness.
     """
 
     name: str
-    title: str
-    category: str
     params: type[P]
-    presets: Mapping[str, P]
     sample: Callable[[np.random.Generator, Stock], P]
     build: Callable[[P, Supplies], Asset]
+
+
+@dataclass(frozen=True)
+class Family(ParametricModel[P]):
+    """One kind of thing that is built from numbers: its code, and what the registry says about it.
+
+    Attributes:
+        title: what a person calls it, one line.
+        category: id in registry/fixtures.yaml.
+        description: what members there are, one sentence.
+        presets: named members, each visibly different.
+    """
+
+    title: str
+    category: str
+    description: str
+    presets: Mapping[str, P]
 
 
 def pick(rng: np.random.Generator, options: tuple[Any, ...] | list[Any]) -> Any:

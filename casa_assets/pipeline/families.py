@@ -19,7 +19,6 @@ from casa_assets.checks.run import run as run_checks
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
-from casa_assets.families.catalog import FAMILIES, family
 from casa_assets.families.family import Family, Params, Supplies
 from casa_assets.model.asset import Asset
 from casa_assets.model.chance import rng_for
@@ -31,6 +30,7 @@ from casa_assets.pipeline.stage import recipe
 from casa_assets.pipeline.worker import PREVIEW_PX, THUMBNAIL_PX, certificate, thumbnail
 from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
+from casa_assets.registry_families import family, family_names
 
 # A picture for the thumbnail alone.
 QUICK = View(size_px=THUMBNAIL_PX, passes=8)
@@ -90,7 +90,7 @@ class Built:
 def wishes(names: Sequence[str], samples: int, seed: int, presets: bool) -> list[Wish]:
     """All presets and the first draws of each family. Raises UnknownId."""
     out: list[Wish] = []
-    for name in names or list(FAMILIES):
+    for name in names or family_names():
         found = family(name)
         if presets:
             out += [Wish(name, preset=p) for p in found.presets]

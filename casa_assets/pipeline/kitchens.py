@@ -13,7 +13,6 @@ from pydantic import ValidationError
 
 from casa_assets import registry_kitchens
 from casa_assets.errors import CasaError, Misfit, RegistryError, UnknownId
-from casa_assets.families.catalog import FAMILIES, family
 from casa_assets.families.family import Params
 from casa_assets.layouts.compose import compose
 from casa_assets.layouts.dress import dress
@@ -27,6 +26,7 @@ from casa_assets.model.style import Choice
 from casa_assets.model.surface import Surface
 from casa_assets.pipeline.asset_store import AssetStore
 from casa_assets.pipeline.palette import stock
+from casa_assets.registry_families import families, family
 
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
 DRAWS = 20
@@ -37,7 +37,7 @@ def offers() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
     """Numbers of all presets of all families."""
     return {
         name: {preset: params.model_dump(mode="json") for preset, params in made.presets.items()}
-        for name, made in FAMILIES.items()
+        for name, made in families().items()
     }
 
 

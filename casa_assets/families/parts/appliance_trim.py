@@ -10,16 +10,16 @@ from casa_assets.families.parts.appliance_look import Form, Look
 PANEL_HIGH = 1.45  # metres above the floor
 
 
-def adorn(bench: Bench, leaf: Leaf, look: Look, main: bool) -> None:
-    """A badge near the upper edge; on the main leaf a touch panel at eye height where the look has one."""
+def adorn(bench: Bench, leaf: Leaf, look: Look) -> None:
+    """A badge near the upper edge of a leaf, and a touch panel at eye height where the look has one."""
     w, h = leaf.width, leaf.height
     if look.form is Form.PANEL:
         return
-    if look.badge and main:
+    if look.badge:
         size = (0.11, 0.004, 0.022) if look.form is Form.ROUND else (0.07, 0.0022, 0.012)
         plate = box(size, (w / 2, -size[1] / 2 + 0.0004, h - 0.075), 0.45 * size[1], 2)
         leaf.put(bench, plate, look.metal, "badge")
-    if look.display and main:
+    if look.display:
         z = min(max(PANEL_HIGH - leaf.low[1], 0.2), h - 0.2)
         glass = box((0.036, 0.0014, 0.2), (w / 2, -0.0006, z), 0.0005)
         leaf.put(bench, glass, "display_dark", "display", density=0.0)

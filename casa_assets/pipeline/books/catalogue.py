@@ -16,7 +16,6 @@ from pathlib import Path
 from PIL import Image
 
 from casa_assets.export import mjcf
-from casa_assets.families.catalog import GROUPS, family
 from casa_assets.model.finish import Surface
 from casa_assets.pipeline.families import Wish, build_asset, params_of
 from casa_assets.pipeline.library import write_files
@@ -24,6 +23,7 @@ from casa_assets.pipeline.texture_sheet import shots
 from casa_assets.pipeline.textures import recipes
 from casa_assets.preview.camera import View
 from casa_assets.preview.still import poses, render
+from casa_assets.registry_families import families, family
 
 PICTURE_PX, SWATCH_PX = 320, 160
 SWATCH_M = 0.6  # metres of surface that a swatch shows
@@ -61,7 +61,7 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
     Raises:
         UnknownId: there is no such family.
     """
-    wishes = [Wish(f.name, preset=p) for group in GROUPS.values() for f in group for p in f.presets]
+    wishes = [Wish(f.name, preset=p) for f in families().values() for p in f.presets]
     wishes = [w for w in wishes if not names or w.family in names]
     for name in names:
         family(name)

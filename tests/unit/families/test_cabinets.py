@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
 from pathlib import Path
 
 import mujoco
@@ -11,10 +10,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets import registry
 from casa_assets.export import mjcf
-from casa_assets.families.family import Family, Params, Stock, Supplies
-from casa_assets.families.fixtures.cabinets import FAMILIES
+from casa_assets.families.family import Params
 from casa_assets.families.fixtures.cabinets.base_cabinet import BaseCabinet
 from casa_assets.families.fixtures.cabinets.drawer_stack import DrawerStack
 from casa_assets.families.fixtures.cabinets.island_base import IslandBase, stiles
@@ -24,53 +21,20 @@ from casa_assets.families.parts.fronts_doors import SWING
 from casa_assets.families.parts.fronts_look import Look
 from casa_assets.families.parts.handles import HandleKind
 from casa_assets.model.asset import Asset, JointKind
-from casa_assets.model.finish import Finish, Surface
 from casa_assets.model.joint import Joint
-from casa_assets.model.material import Material
-from casa_assets.model.provenance import Labels
 from casa_assets.model.shape import Box, Capsule
+from casa_assets.registry_families import family_groups
+from tests.family_members import MANY, known, preset, stock, supplies
 
-BY_NAME = {f.name: f for f in FAMILIES}
-PRESETS = [(f.name, p) for f in FAMILIES for p in f.presets]
+BY_NAME = {f.name: f for f in family_groups()["cabinets"]}
+PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
 # Ref: RoboCasa v1.0, HingeCabinet, SingleCabinet and Drawer; a word in front tells several apart.
 NAMES = re.compile("([a-z0-9]+_)*((left|right)?doorhinge|slidejoint)")
-WOODS = ("cherry", "oak_natural", "paint_navy", "walnut_natural")
-
-
-@lru_cache(maxsize=1)
-def known() -> registry.Registry:
-    return registry.load()
-
-
-def supplies(family: Family[Params], params: Params) -> Supplies:
-    """Plain looks under the ids that the numbers name: what is built does not hang on pictures."""
-    found = known()
-    category = found.fixtures[family.category]
-    names = (*found.materials, *params.finishes)
-    finishes = {}
-    for name in names:
-        row = found.materials.get(name)
-        substance = found.substances[row.substance if row else "wood"]
-        material = Material(id=name, tile_m=None if row else (0.9, 1.8))
-        finishes[name] = Finish(id=name, material=material, substance=substance)
-    labels = Labels(category=category.id, classes=found.classes_of(category), qcode=category.qcode)
-    return Supplies(finishes, labels)
-
-
-def stock() -> Stock:
-    return Stock(surfaces=dict.fromkeys(Surface, WOODS), plain=tuple(sorted(known().materials)))
-
-
-@lru_cache(maxsize=64)
-def preset(family: str, name: str) -> Asset:
-    found = BY_NAME[family]
-    params = found.presets[name]
-    return found.build(params, supplies(found, params))
 
 
 def drawn(family: str, seed: int) -> tuple[Params, Asset]:
     found = BY_NAME[family]
-    params = found.sample(np.random.default_rng(seed), stock())
+    params = found.sample(np.random.default_rng(seed), stock(MANY))
     return params, found.build(params, supplies(found, params))
 
 

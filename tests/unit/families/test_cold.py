@@ -3,55 +3,15 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
 
-import numpy as np
 import pytest
 
-from casa_assets import registry
-from casa_assets.checks import contract_names as names
-from casa_assets.families.family import Family, Params, Stock, Supplies
-from casa_assets.families.fixtures.cold import FAMILIES
 from casa_assets.model.asset import Asset, Joint, JointKind
-from casa_assets.model.finish import Finish, Surface
-from casa_assets.model.material import Material
-from casa_assets.model.provenance import Labels
+from casa_assets.registry_families import family_groups
+from tests.family_members import drawn, known, made, preset, unmet
 
-BY_NAME = {f.name: f for f in FAMILIES}
-PRESETS = [(f.name, p) for f in FAMILIES for p in f.presets]
-LOOKS = (names.links_and_joints, names.sites, names.shapes, names.regions, names.variables)
-
-
-@lru_cache(maxsize=1)
-def known() -> registry.Registry:
-    return registry.load()
-
-
-def made(family: Family[Params], params: Params) -> Asset:
-    """Built with plain looks under the ids that the numbers name."""
-    found = known()
-    category = found.fixtures[family.category]
-    finishes = {}
-    for name in (*found.materials, *params.finishes):
-        row = found.materials.get(name)
-        substance = found.substances[row.substance if row else "wood"]
-        material = Material(id=name, tile_m=None if row else (0.9, 1.8))
-        finishes[name] = Finish(id=name, material=material, substance=substance)
-    labels = Labels(category=category.id, classes=found.classes_of(category), qcode=category.qcode)
-    return family.build(params, Supplies(finishes, labels))
-
-
-@lru_cache(maxsize=100)
-def preset(family: str, name: str) -> Asset:
-    return made(BY_NAME[family], BY_NAME[family].presets[name])
-
-
-def drawn(family: str, seed: int) -> Params:
-    stock = Stock(
-        surfaces=dict.fromkeys(Surface, ("oak_natural", "walnut_natural")), plain=tuple(sorted(known().materials))
-    )
-    params: Params = BY_NAME[family].sample(np.random.default_rng(seed), stock)
-    return params
+BY_NAME = {f.name: f for f in family_groups()["cold"]}
+PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
 
 
 def way(joint: Joint) -> float:
@@ -75,8 +35,7 @@ def holds(family: str, asset: Asset) -> None:
     """What everything here keeps: the names of its contract, grips, few shapes, a usual mass."""
     category = known().fixtures[BY_NAME[family].category]
     contract = known().contracts[str(asset.contract)]
-    for look in LOOKS:
-        assert names.wanting(asset, contract, look) == []
+    assert unmet(asset, contract) == []
     for joint in asset.joints:
         assert joint.range[0] == 0 or joint.range[1] == 0
         if joint.grip is not None:
@@ -99,7 +58,7 @@ def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
     params = drawn(family, seed)
-    holds(family, made(BY_NAME[family], params))
+    holds(family, made(family, params))
     assert drawn(family, seed) == params
     assert type(params).from_json(params.to_json()) == params
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from itertools import combinations, product
 from pathlib import Path
 
@@ -10,11 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets import registry
-from casa_assets.checks import contract_names as names
 from casa_assets.export import mjcf
-from casa_assets.families.family import Family, Params, Stock, Supplies
-from casa_assets.families.fixtures.cooking import FAMILIES
 from casa_assets.families.fixtures.cooking.microwave_models import Controls, Microwave, Pull, Stand
 from casa_assets.families.fixtures.cooking.range import WIDE
 from casa_assets.families.fixtures.cooking.range_models import Range
@@ -26,51 +21,17 @@ from casa_assets.families.parts.grates import cells
 from casa_assets.families.parts.knobs import KnobStyle
 from casa_assets.families.parts.readout import BARS, Sign, figures, sign
 from casa_assets.model.asset import Asset
-from casa_assets.model.finish import Finish, Surface
-from casa_assets.model.material import Material
-from casa_assets.model.provenance import Labels
+from casa_assets.registry_families import family_groups
+from tests.family_members import drawn, known, made, preset, unmet
 
-BY_NAME = {f.name: f for f in FAMILIES}
-PRESETS = [(f.name, p) for f in FAMILIES for p in f.presets]
-WOODS = ("oak_natural", "walnut_natural")
-LOOKS = (names.links_and_joints, names.sites, names.shapes, names.regions, names.variables)
-
-
-@lru_cache(maxsize=1)
-def known() -> registry.Registry:
-    return registry.load()
-
-
-def made(family: Family[Params], params: Params) -> Asset:
-    """Built with plain looks under the ids that the numbers name: what is built does not hang on pictures."""
-    found = known()
-    category = found.fixtures[family.category]
-    finishes = {}
-    for name in (*found.materials, *params.finishes):
-        row = found.materials.get(name)
-        substance = found.substances[row.substance if row else "wood"]
-        material = Material(id=name, tile_m=None if row else (0.9, 1.8))
-        finishes[name] = Finish(id=name, material=material, substance=substance)
-    labels = Labels(category=category.id, classes=found.classes_of(category), qcode=category.qcode)
-    return family.build(params, Supplies(finishes, labels))
-
-
-@lru_cache(maxsize=80)
-def preset(family: str, name: str) -> Asset:
-    return made(BY_NAME[family], BY_NAME[family].presets[name])
-
-
-def drawn(family: str, seed: int) -> Params:
-    stock = Stock(surfaces=dict.fromkeys(Surface, WOODS), plain=tuple(sorted(known().materials)))
-    params: Params = BY_NAME[family].sample(np.random.default_rng(seed), stock)
-    return params
+BY_NAME = {f.name: f for f in family_groups()["cooking"]}
+PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
 
 
 def holds(family: str, asset: Asset) -> None:
     """What everything here keeps: the names of its contract, grips, few shapes and faces, a usual mass."""
     contract = known().contracts[str(asset.contract)]
-    for look in LOOKS:
-        assert names.wanting(asset, contract, look) == []
+    assert unmet(asset, contract) == []
     for joint in asset.joints:
         grip = next(c for c in asset.link(joint.child).colliders if c.name == joint.grip)
         assert grip.label in ("handle", "knob", "button", "rack", "tray")
@@ -91,11 +52,11 @@ def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
     params = drawn(family, seed)
-    asset = made(BY_NAME[family], params)
+    asset = made(family, params)
     holds(family, asset)
     again = drawn(family, seed)
     assert again == params
-    assert made(BY_NAME[family], again).digest == asset.digest
+    assert made(family, again).digest == asset.digest
     assert type(params).from_json(params.to_json()) == params
 
 
@@ -233,7 +194,7 @@ def test_signs_lie_flat_and_fit_their_size(kind: Sign) -> None:
 
 @pytest.mark.parametrize(("stand", "pull", "controls"), list(product(Stand, Pull, Controls)))
 def test_every_microwave_has_its_keys_and_handle(stand: Stand, pull: Pull, controls: Controls) -> None:
-    asset = made(BY_NAME["microwave"], Microwave(stand=stand, pull=pull, controls=controls))
+    asset = made("microwave", Microwave(stand=stand, pull=pull, controls=controls))
     holds("microwave", asset)
     turned = [j.name for j in asset.joints if j.name.startswith("knob_")]
     assert len(turned) == (2 if controls is Controls.KNOBS else 0)
@@ -241,7 +202,7 @@ def test_every_microwave_has_its_keys_and_handle(stand: Stand, pull: Pull, contr
 
 @pytest.mark.parametrize(("place", "tray"), list(product(PanelPlace, (False, True))))
 def test_a_toaster_oven_has_a_rack_or_a_tray(place: PanelPlace, tray: bool) -> None:
-    asset = made(BY_NAME["toaster_oven"], ToasterOven(panel=place, tray=tray, height=0.29))
+    asset = made("toaster_oven", ToasterOven(panel=place, tray=tray, height=0.29))
     holds("toaster_oven", asset)
     inside = "tray0" if tray else "rack0"
     joint = next(j for j in asset.joints if j.name == f"{inside}_joint")
@@ -252,8 +213,7 @@ def test_a_toaster_oven_has_a_rack_or_a_tray(place: PanelPlace, tray: bool) -> N
 
 
 def test_a_wide_range_has_two_ovens() -> None:
-    family = BY_NAME["range"]
-    narrow, wide = (made(family, Range(width=w, burners=6)) for w in (0.91, WIDE + 0.1))
+    narrow, wide = (made("range", Range(width=w, burners=6)) for w in (0.91, WIDE + 0.1))
     assert [j.name for j in narrow.joints if "door" in j.name] == ["door_joint"]
     assert [j.name for j in wide.joints if "door" in j.name] == ["door_joint", "right_door_joint"]
     behind = {j.name: j.behind for j in wide.joints if j.name.startswith("rack")}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from itertools import combinations, pairwise
 from typing import Any
 
@@ -13,11 +12,9 @@ import numpy.typing as npt
 import pytest
 from pydantic import ValidationError
 
-from casa_assets import registry
-from casa_assets.families.family import Params, Stock, Supplies
-from casa_assets.families.fixtures.room import FAMILIES
+from casa_assets.families.family import Params
 from casa_assets.families.fixtures.room.room_ceiling import Beams, Ceiling, Coving
-from casa_assets.families.fixtures.room.room_floor import L_ROOM, T_ROOM, U_ROOM, Floor
+from casa_assets.families.fixtures.room.room_floor import Floor
 from casa_assets.families.fixtures.room.room_wall import DENSITY, Opening, Structure, Wall
 from casa_assets.families.fixtures.room.skirting import End, Profile, Skirting, section
 from casa_assets.families.fixtures.room.wall_panelling import Panelling, Panels
@@ -27,40 +24,15 @@ from casa_assets.families.parts.room_outline import Lay, Outline, inside, spans
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.topology import is_closed, weld
 from casa_assets.model.asset import Asset, Visual
-from casa_assets.model.finish import Finish, Surface
-from casa_assets.model.material import Material
-from casa_assets.model.provenance import Labels
 from casa_assets.model.shape import Box
+from casa_assets.registry_families import family_groups
+from tests.family_members import MANY, TILE_M, known, made, stock
 
 Floats = npt.NDArray[np.float64]
-BY_NAME = {f.name: f for f in FAMILIES}
-PRESETS = [(f.name, p) for f in FAMILIES for p in f.presets]
-TILE = (0.9, 1.8)
-SURFACES = ("cherry", "oak_natural", "paint_navy", "walnut_natural")
+BY_NAME = {f.name: f for f in family_groups()["room"]}
+PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
 BAY = Opening(left=1.0, bottom=0.9, width=1.2, height=1.1)
 DOOR = Opening(left=2.6, width=0.9, height=2.1)
-
-
-@lru_cache(maxsize=1)
-def known() -> registry.Registry:
-    return registry.load()
-
-
-def made(family: str, params: Params) -> Asset:
-    """Built with plain looks: what is built does not hang on pictures."""
-    found = BY_NAME[family]
-    category = known().fixtures[found.category]
-    finishes = {}
-    for name in (*known().materials, *params.finishes):
-        row = known().materials.get(name)
-        substance = known().substances[row.substance if row else "wood"]
-        finishes[name] = Finish(id=name, material=Material(id=name, tile_m=None if row else TILE), substance=substance)
-    labels = Labels(category=category.id, classes=known().classes_of(category), qcode=category.qcode)
-    return found.build(params, Supplies(finishes, labels))
-
-
-def stock() -> Stock:
-    return Stock(surfaces=dict.fromkeys(Surface, SURFACES), plain=tuple(sorted(known().materials)))
 
 
 def visual(asset: Asset, name: str) -> Visual:
@@ -111,8 +83,8 @@ def hits(visuals: Sequence[Visual], points: Floats, axes: tuple[int, int], norma
 def phase_error(shown: Visual, expected: Floats) -> float:
     """How far pictures are off (V, 2) metres from their corner, whole pictures left out, metres."""
     assert shown.mesh.uv is not None
-    off = shown.mesh.uv - expected / np.array(TILE)
-    return float(np.abs(off - np.round(off)).max() * max(TILE))
+    off = shown.mesh.uv - expected / np.array(TILE_M)
+    return float(np.abs(off - np.round(off)).max() * max(TILE_M))
 
 
 # Every family ---------------------------------------------------------------------------------------------------------
@@ -130,8 +102,8 @@ def test_every_preset_is_built_and_weighs_what_such_things_do(family: str, name:
 
 
 def test_presets_differ_and_are_enough() -> None:
-    counts = {f.name: len({p.digest for p in f.presets.values()}) for f in FAMILIES}
-    assert counts == {f.name: len(f.presets) for f in FAMILIES}
+    counts = {f.name: len({p.digest for p in f.presets.values()}) for f in BY_NAME.values()}
+    assert counts == {f.name: len(f.presets) for f in BY_NAME.values()}
     assert counts["room_wall"] >= 8
     assert min(counts.values()) >= 6
 
@@ -141,7 +113,7 @@ def test_draws_are_built_and_the_same_draw_is_the_same_thing(family: str) -> Non
     found = BY_NAME[family]
     longest = known().limits["max_extent_m"]
     for seed in range(8):
-        one, two = (found.sample(np.random.default_rng(seed), stock()) for _ in range(2))
+        one, two = (found.sample(np.random.default_rng(seed), stock(MANY)) for _ in range(2))
         assert one == two
         asset = made(family, one)
         assert np.ptp(asset.bounds, axis=0).max() <= longest
@@ -246,7 +218,7 @@ def test_pictures_begin_at_the_left_corner_on_the_floor_of_every_wall(length: fl
         chosen = np.unique(shown.mesh.faces[inwards])
         mesh = shown.mesh
         assert mesh.uv is not None
-        off = mesh.uv[chosen] - (mesh.vertices[chosen][:, [0, 2]] - low[[0, 2]] - (0.0, start)) / np.array(TILE)
+        off = mesh.uv[chosen] - (mesh.vertices[chosen][:, [0, 2]] - low[[0, 2]] - (0.0, start)) / np.array(TILE_M)
         assert np.abs(off - np.round(off)).max() < 1e-5
 
 
@@ -301,6 +273,10 @@ def turned(outline: Outline, quarters: int, mirrored: bool) -> Outline:
     return tuple(out[quarters:] + out[:quarters])
 
 
+# Outlines of rooms, metres.
+L_ROOM: Outline = ((0.0, 0.0), (4.2, 0.0), (4.2, -2.2), (2.4, -2.2), (2.4, -3.8), (0.0, -3.8))
+U_ROOM: Outline = ((0.0, 0.0), (1.2, 0.0), (1.2, -0.8), (3.2, -0.8), (3.2, 0.0), (4.4, 0.0), (4.4, -3.4), (0.0, -3.4))
+T_ROOM: Outline = ((0.0, 0.0), (4.4, 0.0), (4.4, -1.8), (3.2, -1.8), (3.2, -4.0), (1.2, -4.0), (1.2, -1.8), (0.0, -1.8))
 SHAPES = {"l": L_ROOM, "t": T_ROOM, "u": U_ROOM}
 # Of rectangles. One more than there are inner corners; in a T one cut serves two of them.
 FEWEST = {"l": 2, "t": 2, "u": 3}

@@ -8,7 +8,6 @@ import pytest
 
 from casa_assets import registry_kitchens
 from casa_assets.errors import CasaError, Misfit, UnknownId
-from casa_assets.families.catalog import FAMILIES, family
 from casa_assets.layouts.models import Models
 from casa_assets.layouts.request import Kitchen, request
 from casa_assets.layouts.trim import LONG, OUT, UNDER, find_rows
@@ -17,6 +16,7 @@ from casa_assets.model.units import UpperKind
 from casa_assets.pipeline.kitchens import offers, params_of
 from casa_assets.pipeline.palette import plain
 from casa_assets.pipeline.textures import recipes
+from casa_assets.registry_families import family, family_names
 
 TWELVE = (
     "coastal",
@@ -112,7 +112,7 @@ def test_every_role_has_a_member_of_its_family(style: Style) -> None:
 
 def test_members_exist_and_their_numbers_go_together(style: Style) -> None:
     for role, choice in [*style.models.items(), *(("prop", c) for c in style.props)]:
-        assert choice.family in FAMILIES, role
+        assert choice.family in family_names(), role
         assert choice.name in family(choice.family).presets, (role, choice.preset)
         # An override that changes nothing is a slip of the pen.
         assert not choice.params or params_of(choice) != family(choice.family).presets[choice.name], (role, choice)

@@ -16,17 +16,15 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.families.catalog import FAMILIES, family
 from casa_assets.families.family import Family, Params, Supplies
 from casa_assets.geometry.light import lighten
 from casa_assets.model.asset import Asset
-from casa_assets.model.finish import Finish
-from casa_assets.model.material import Material
-from casa_assets.model.provenance import Labels
 from casa_assets.pipeline import asset_store, source_key
 from casa_assets.pipeline.asset_bytes import DAMAGE, DIGEST_BYTES, KINDS, TREE, pack, unpack
 from casa_assets.pipeline.asset_store import AssetStore, sweep, trim
+from casa_assets.registry_families import family, family_names
 from tests.assets import rigid_mug, textured_box
+from tests.family_members import preset
 
 KETTLE = family("kettle")
 NUMBERS = KETTLE.presets["jug_steel"]
@@ -58,23 +56,9 @@ def entries(cache: Path, kind: str = "built") -> list[Path]:
     return sorted(p for p in cache.glob(f"assets/*/{kind}/*/*"))
 
 
-def built_with_plain_finishes(name: str) -> Asset:
-    found, known = FAMILIES[name], registry.load()
-    params = next(iter(found.presets.values()))
-    category = known.fixtures[found.category]
-    substance = known.substances["wood"]
-    finishes = {
-        finish: Finish(id=finish, material=Material(id=finish, substance="wood"), substance=substance)
-        for finish in (*known.materials, *params.finishes)
-    }
-    labels = Labels(category=category.id, classes=known.classes_of(category), qcode=category.qcode)
-    made: Asset = found.build(params, Supplies(finishes, labels))
-    return made
-
-
-@pytest.mark.parametrize("name", list(FAMILIES))
+@pytest.mark.parametrize("name", family_names())
 def test_an_asset_of_each_family_reads_back_the_same(name: str) -> None:
-    asset = built_with_plain_finishes(name)
+    asset = preset(name, next(iter(family(name).presets)))
     data, pictures = pack(asset.model_dump(), "key")
     again = unpack(data, "key", pictures.__getitem__)
     assert (again.id, again.digest) == (asset.id, asset.digest)
@@ -186,7 +170,7 @@ def test_an_entry_of_another_key_is_refused() -> None:
 
 class TestLightForms:
     def test_are_made_once(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        asset = built_with_plain_finishes("fruit_bowl")
+        asset = preset("fruit_bowl", next(iter(family("fruit_bowl").presets)))
         wanted = lighten(asset)
         assert wanted.digest != asset.digest
         assert AssetStore(tmp_path).lightened(asset).digest == wanted.digest
@@ -198,7 +182,7 @@ class TestLightForms:
         assert AssetStore(tmp_path).lightened(asset).digest == wanted.digest
 
     def test_of_a_changed_asset_with_the_same_id_are_its_own(self, tmp_path: Path) -> None:
-        store, bowl = AssetStore(tmp_path), built_with_plain_finishes("fruit_bowl")
+        store, bowl = AssetStore(tmp_path), preset("fruit_bowl", next(iter(family("fruit_bowl").presets)))
         store.lightened(bowl)
         root = bowl.root.replace(colliders=bowl.root.colliders[:1])
         changed = bowl.replace(links=(root, *bowl.links[1:]), joints=bowl.joints, behavior=None)

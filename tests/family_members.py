@@ -1,0 +1,80 @@
+"""Members of families for tests: presets and seeded draws, built with plain finishes instead of pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from casa_assets import registry
+from casa_assets.checks import contract_names
+from casa_assets.families.family import Family, Params, Stock, Supplies
+from casa_assets.model.asset import Asset
+from casa_assets.model.contract import Contract
+from casa_assets.model.finish import Finish, Surface
+from casa_assets.model.material import Material
+from casa_assets.model.provenance import Labels
+from casa_assets.registry_families import family
+
+WOODS = ("oak_natural", "walnut_natural")
+MANY = ("cherry", "oak_natural", "paint_navy", "walnut_natural")
+TILE_M = (0.9, 1.8)  # size of the picture that a finish of a recipe would have, metres
+_NAMES = (
+    contract_names.links_and_joints,
+    contract_names.sites,
+    contract_names.shapes,
+    contract_names.regions,
+    contract_names.variables,
+)
+
+
+@lru_cache(maxsize=1)
+def known() -> registry.Registry:
+    """The registry, read once."""
+    return registry.load()
+
+
+def supplies(found: Family[Any], params: Params) -> Supplies:
+    """Finishes without pictures under the ids that the numbers name; those of recipes are of wood."""
+    category = known().fixtures[found.category]
+    finishes = {}
+    for name in (*known().materials, *params.finishes):
+        row = known().materials.get(name)
+        substance = known().substances[row.substance if row else "wood"]
+        material = Material(id=name, tile_m=None if row else TILE_M)
+        finishes[name] = Finish(id=name, material=material, substance=substance)
+    labels = Labels(category=category.id, classes=known().classes_of(category), qcode=category.qcode)
+    return Supplies(finishes, labels)
+
+
+def made(name: str, params: Params) -> Asset:
+    """The asset of a family's numbers."""
+    found = family(name)
+    asset: Asset = found.build(params, supplies(found, params))
+    return asset
+
+
+@lru_cache(maxsize=300)
+def preset(name: str, which: str) -> Asset:
+    """A preset of a family, built once."""
+    return made(name, family(name).presets[which])
+
+
+def stock(surfaces: Sequence[str] = WOODS) -> Stock:
+    """All plain finishes, and the same few recipes for every surface."""
+    return Stock(surfaces=dict.fromkeys(Surface, tuple(surfaces)), plain=tuple(sorted(known().materials)))
+
+
+def drawn(name: str, seed: int, surfaces: Sequence[str] = WOODS) -> Params:
+    """The numbers of a seeded draw."""
+    params: Params = family(name).sample(np.random.default_rng(seed), stock(surfaces))
+    return params
+
+
+def unmet(asset: Asset, contract: Contract) -> list[str]:
+    """What the names of an asset's parts lack of its contract."""
+    return [
+        f"{look.__name__}: {wanting}" for look in _NAMES for wanting in contract_names.wanting(asset, contract, look)
+    ]

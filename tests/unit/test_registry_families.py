@@ -1,0 +1,112 @@
+"""Presets and looks in registry/: joined to the code of their families, wrong ones told with file and line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from casa_assets import registry_families
+from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.families.catalog import MODELS
+from casa_assets.families.family import Family, Params
+from casa_assets.registry import data_root, read_document
+from casa_assets.registry_families import families, family, family_groups, family_names, looks, read_family
+
+GOOD = """\
+title: Vase
+category: vase
+description: Vases.
+presets:
+  plain: {}
+  tall: {height: 0.28, shape: bottle}
+"""
+
+
+def read(tmp_path: Path, text: str, name: str = "vase") -> Family[Params]:
+    path = tmp_path / f"{name}.yaml"
+    path.write_text(text, encoding="utf-8")
+    return read_family(MODELS[name], read_document(path))
+
+
+def test_every_family_has_a_file_and_every_file_a_family() -> None:
+    files = {p.stem for p in (data_root() / "families").glob("*.yaml")}
+    assert files == set(MODELS) == set(families()) == set(family_names())
+    assert {f.name for group in family_groups().values() for f in group} == files
+
+
+def test_presets_of_a_family_differ() -> None:
+    for found in families().values():
+        assert found.presets, found.name
+        assert len({p.digest for p in found.presets.values()}) == len(found.presets), found.name
+
+
+def test_a_preset_states_nothing_that_is_the_default_already() -> None:
+    for name, found in families().items():
+        rows = read_document(data_root() / "families" / f"{name}.yaml").value["presets"]
+        plain = {key for key, field in found.params.model_fields.items() if not field.is_required()}
+        default = {key: found.params.model_fields[key].get_default() for key in plain}
+        for preset, row in rows.items():
+            made = found.presets[preset]
+            same = [key for key in row if key in plain and getattr(made, key) == default[key]]
+            assert not same, (name, preset, same)
+
+
+def test_a_preset_is_the_defaults_and_what_its_row_states(tmp_path: Path) -> None:
+    found = read(tmp_path, GOOD)
+    assert (found.title, found.category, found.description) == ("Vase", "vase", "Vases.")
+    assert found.presets["plain"] == found.params()
+    assert found.presets["tall"] == found.params.model_validate({"height": 0.28, "shape": "bottle"})
+
+
+def test_a_look_is_named_or_written_out(tmp_path: Path) -> None:
+    page = GOOD.replace("vase", "base_cabinet").split("  plain")[0]
+    text = (
+        page + "  named: {look: navy_cups}\n  written: {look: {handle: cup, face: paint_navy, metal: brass_brushed}}\n"
+    )
+    found = read(tmp_path, text, "base_cabinet")
+    assert found.presets["named"] == found.presets["written"]
+    assert found.presets["named"].model_dump()["look"] == looks()["navy_cups"].model_dump()
+
+
+@pytest.mark.parametrize(
+    ("change", "line", "pointer", "expected"),
+    [
+        (("height: 0.28", "hight: 0.28"), 6, "presets.tall.hight", "'height', or another one of"),
+        (("height: 0.28", "height: 28"), 6, "presets.tall.height", "less than or equal to 0.3"),
+        (("shape: bottle", "shape: botle"), 6, "presets.tall.shape", "'bottle'"),
+        (("plain: {}", "plain: 3"), 5, "presets.plain", "a mapping"),
+        (("category: vase", "category: vace"), 2, "category", "'vase', or another one of"),
+        (("title: Vase\n", ""), 1, "title", "Field required"),
+        (("presets:", "preset:"), 4, "preset", "'presets', or another one of"),
+        (("  tall:", "  plain:"), 6, "presets.plain", "each key once"),
+    ],
+)
+def test_a_fault_is_told_with_file_line_pointer_and_what_was_expected(
+    tmp_path: Path, change: tuple[str, str], line: int, pointer: str, expected: str
+) -> None:
+    with pytest.raises(RegistryError) as caught:
+        read(tmp_path, GOOD.replace(*change))
+    assert (caught.value.file, caught.value.line, caught.value.pointer) == ("vase.yaml", line, pointer)
+    assert expected in caught.value.expected
+
+
+def test_an_unknown_look_is_told_with_the_nearest(tmp_path: Path) -> None:
+    page = GOOD.replace("vase", "base_cabinet").split("  plain")[0]
+    with pytest.raises(RegistryError, match="'navy_cups', or another one of") as caught:
+        read(tmp_path, page + "  blue: {look: navy_cup}\n", "base_cabinet")
+    assert (caught.value.line, caught.value.pointer) == (5, "presets.blue.look")
+
+
+def test_an_unknown_family_is_told_with_the_nearest() -> None:
+    with pytest.raises(UnknownId, match="microwave"):
+        family("micro_wave")
+
+
+def test_a_file_of_no_family_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "families").mkdir()
+    (tmp_path / "families" / "vasse.yaml").write_text(GOOD, encoding="utf-8")
+    monkeypatch.setattr(registry_families, "data_root", lambda: tmp_path)
+    with pytest.raises(RegistryError, match="'vase', or another one of") as caught:
+        families()
+    assert caught.value.file == "families/vasse.yaml"
