@@ -209,7 +209,8 @@ def whole(job: tuple[int, int, Path, str]) -> str:
     assert not isinstance(outcome, RunAborted), outcome.message
     assert isinstance(outcome, Outcome)
     if outcome.accepted:
-        entry = next(library.root.glob(f"*/object_{number}/asset.json"))
+        assert outcome.staged is not None
+        entry = outcome.staged / "asset.json"
         json.loads(entry.read_text(encoding="utf-8"), parse_constant=_no_constant)
     shutil.rmtree(library.root)
     return "accepted" if outcome.accepted else outcome.code

@@ -20,7 +20,7 @@ from casa_assets.cli.words import counted, plain
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.books.entry import Entry
-    from casa_assets.pipeline.ingest import Event
+    from casa_assets.pipeline.job import Event
 
 KINDS = ".glb, .gltf, .obj, .ply, .stl, .dae, a manifest .jsonl or an Objaverse folder"
 EXAMPLES = """

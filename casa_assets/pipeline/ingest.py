@@ -1,30 +1,30 @@
-"""Sources into a library: find, survey, leave out twins, work on what is missing, keep the books."""
+"""Sources into a library: discover, survey, leave out copies, work on what is missing, write the reports."""
 
 from __future__ import annotations
 
+import shutil
 from collections import Counter
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
 from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.model.issue import Issue
+from casa_assets.model.issue import Report
 from casa_assets.model.ruling import NO_RULING, Ruling
-from casa_assets.model.source import Source
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline import look, review, unread
+from casa_assets.pipeline import look, review, unreadable_inputs
 from casa_assets.pipeline.alike import whole
-from casa_assets.pipeline.alike.twins import CODE as COPY
-from casa_assets.pipeline.alike.twins import Twins
+from casa_assets.pipeline.alike.dedup import CODE as COPY
+from casa_assets.pipeline.alike.dedup import Deduplicator
 from casa_assets.pipeline.books import attribution, index
-from casa_assets.pipeline.find import find
+from casa_assets.pipeline.discover_inputs import discover_inputs
+from casa_assets.pipeline.entry_files import picture_of
 from casa_assets.pipeline.isolation.limits import Limits, WorkerFailure
 from casa_assets.pipeline.isolation.pool import Pool
-from casa_assets.pipeline.job import Job, Outcome, RunAborted, refuse, writing
-from casa_assets.pipeline.known import verdict
+from casa_assets.pipeline.job import Event, Job, Outcome, Result, RunAborted, publish, stage_refusal, writing
+from casa_assets.pipeline.resume import cached_outcome
 from casa_assets.pipeline.stage import recipe, ruled
 from casa_assets.pipeline.store import Store
 from casa_assets.pipeline.survey import Survey
@@ -66,37 +66,20 @@ class Options:
     keep_duplicates: bool = False
 
 
-@dataclass(frozen=True)
-class Event:
-    """One input is done with.
-
-    Attributes:
-        kind: accepted, rejected, or kept (was there already). total: inputs of the run.
-        path: of the input. asset_id: its name in the library.
-        code, says: of a rejection. warnings: of an accepted one.
-    """
-
-    kind: str
-    total: int
-    path: str
-    asset_id: str = ""
-    code: str = ""
-    says: str = ""
-    was_rejected: bool = False
-    warnings: tuple[Issue, ...] = ()
-
-
 @dataclass
 class _Run:
-    """What one run knows: its inputs, what is to be done, and the refusals that have no bytes."""
+    """What one run knows: its inputs, what is to be done, and the refusals that have no bytes.
+
+    Attributes:
+        steps: inputs that could be read, in their order: what is to be done, or an accepted asset that is there.
+    """
 
     library: disk.Library
     mark: str
     limits: Mapping[str, float]
     found: Sequence[Found | Refused]
-    todo: list[Job] = field(default_factory=list)
-    unread: unread.Names = field(default_factory=unread.Names)
-    order: dict[str, Source] = field(default_factory=dict)
+    steps: list[Job | Result] = field(default_factory=list)
+    unreadable: unreadable_inputs.Names = field(default_factory=unreadable_inputs.Names)
     rulings: dict[str, Ruling] = field(default_factory=dict)
 
     def ruling(self, survey: Survey) -> Ruling:
@@ -111,8 +94,8 @@ class _Run:
 
     def refuse(self, one: Found | Refused, code: str, says: str) -> Event:
         """Remember an input that never became a bundle."""
-        refusal = self.unread.refusal(one, code, says, self.mark)
-        is_new = unread.remember(self.library, refusal)
+        refusal = self.unreadable.refusal(one, code, says, self.mark)
+        is_new = unreadable_inputs.remember(self.library, refusal)
         kind = "rejected" if is_new else "kept"
         return Event(kind, len(self.found), refusal.source.path, refusal.id, code, says, was_rejected=True)
 
@@ -133,7 +116,7 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
         look.there(options.weights)
     if options.category:
         known.category(options.category)
-    found = list(find(roots, options.library))
+    found = list(discover_inputs(roots, options.library))
     if not found:
         return
     library = disk.Library(options.library)
@@ -147,10 +130,14 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
         try:
             with Pool(options.jobs, limits, "casa_assets.pipeline.survey:warm") as pool:
                 run = _Run(library, recipe(bounds, known.digest), bounds, found, rulings=rulings)
-                events = chain(_survey(run, pool, options), _work(run, pool))
-                twins = Twins(library, run.mark, known.limits["alike_form"], run.order)
-                yield from events if options.keep_duplicates else twins.apart(events)
-            run.unread.tidy(library)
+                yield from _survey(run, pool, options)
+                results: Iterable[Result] = _results(run, pool)
+                if not options.keep_duplicates:
+                    own = frozenset(_job(step).survey.sha256 for step in run.steps)
+                    results = Deduplicator(library, known.limits["alike_form"], own).filter(results)
+                for result in results:
+                    yield _settled(run, result)
+            run.unreadable.prune(library)
             books(library, options.weights)
         finally:
             library.sweep()
@@ -165,7 +152,7 @@ def books(library: disk.Library, weights: str = "") -> None:
 
 
 def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, None]:
-    """Digest every input, decide twins, and yield an event for all that need no work."""
+    """Digest every input, tell the same bytes, and yield an event for all that are rejected before any work."""
     inputs = [f for f in run.found if isinstance(f, Found)]
     for row in (f for f in run.found if isinstance(f, Refused)):
         yield run.refuse(row, row.code, row.says)
@@ -177,9 +164,6 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
     first: dict[str, str] = {}
     older = run.library.by_input()
     for number, one in enumerate(inputs):
-        if isinstance(answer := answers[number], Survey):
-            run.order.setdefault(_name(answer), one.source)
-    for number, one in enumerate(inputs):
         answer = answers[number]
         if isinstance(answer, WorkerFailure):
             answer = Rejected(FAILURE_CODES[answer.reason], answer.text)
@@ -189,54 +173,87 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
             yield run.refuse(one, TWIN, f"same bytes as {first[answer.sha256]}; remove one of them")
         else:
             first[answer.sha256] = one.source.path
-            run.unread.is_readable(one)
+            run.unreadable.is_readable(one)
             yield from _due(run, one, answer, older, options)
 
 
 def _due(
     run: _Run, one: Found, survey: Survey, older: dict[str, tuple[Path, ...]], options: Options
 ) -> Iterator[Event]:
-    """An event where the verdict on these bytes is known; else one more job."""
-    asset_id = _name(survey)
+    """An event where an earlier run rejected these bytes; else one more step."""
+    asset_id = f"{survey.category}_{survey.sha256[:10]}"
     entries = older.get(survey.sha256[:10], ())
     ruling = run.ruling(survey)
-    known = verdict(entries, asset_id, ruled(run.mark, ruling))
+    known = cached_outcome(entries, asset_id, ruled(run.mark, ruling))
+    job = Job(one, survey, asset_id, options.library, run.limits, entries, ruling)
     if known is None or (options.keep_duplicates and known.code == COPY):
-        run.todo.append(Job(one, survey, asset_id, options.library, run.limits, entries, ruling))
+        run.steps.append(job)
+    elif known.accepted:
+        run.steps.append(Result(len(run.steps), job, known, entries[0], is_kept=True))
     else:
-        kept = Event("kept", len(run.found), one.source.path, asset_id, known.code, known.says)
-        yield Event(**{**vars(kept), "was_rejected": not known.accepted, "warnings": known.warnings})
+        yield _event(run, Result(0, job, known, is_kept=True))
 
 
-def _name(survey: Survey) -> str:
-    return f"{survey.category}_{survey.sha256[:10]}"
+def _job(step: Job | Result) -> Job:
+    return step if isinstance(step, Job) else step.job
 
 
-def _work(run: _Run, pool: Pool) -> Iterator[Event]:
-    if not run.todo:
+def _results(run: _Run, pool: Pool) -> Iterator[Result]:
+    """What is known of every step: what was kept first, then the others as workers are done with them."""
+    yield from (step for step in run.steps if isinstance(step, Result))
+    due = {number: step for number, step in enumerate(run.steps) if isinstance(step, Job)}
+    if not due:
         return
     pool.prepare("casa_assets.pipeline.worker:warm")
     for _, answer in pool.run("casa_assets.pipeline.worker:probe", [None]):
-        _check_aborted(answer)
-    total = len(run.found)
-    for number, answer in pool.run("casa_assets.pipeline.worker:work", run.todo):
-        _check_aborted(answer)
-        job = run.todo[number]
-        path = job.found.source.path
-        if isinstance(answer, WorkerFailure):
-            code = FAILURE_CODES[answer.reason]
-            refuse(run.library, job, Rejected(code, answer.message))
-            yield Event("rejected", total, path, job.asset_id, code, answer.text, was_rejected=True)
-            continue
-        assert isinstance(answer, Outcome)
-        kind = "accepted" if answer.accepted else "rejected"
-        refused = not answer.accepted
-        yield Event(kind, total, path, job.asset_id, answer.code, answer.says, refused, answer.warnings)
+        _outcome(answer)
+    numbers, jobs = list(due), list(due.values())
+    for place, answer in pool.run("casa_assets.pipeline.worker:work", jobs):
+        outcome = _outcome(answer)
+        yield Result(numbers[place], jobs[place], outcome, outcome.staged if outcome.accepted else None)
 
 
-def _check_aborted(answer: object) -> None:
+def _outcome(answer: object) -> Outcome:
+    """The outcome that a worker gives or leaves behind. Raises CasaError where the machine is at fault."""
     if isinstance(answer, RunAborted):
         raise CasaError(answer.message)
+    if isinstance(answer, WorkerFailure):
+        return Outcome(False, FAILURE_CODES[answer.reason], answer.message, trace=answer.trace)
+    if not isinstance(answer, Outcome):
+        return Outcome(False, FAILURE_CODES["error"], f"a worker answered with {type(answer).__name__}")
+    return answer
+
+
+def _settled(run: _Run, result: Result) -> Event:
+    """Publish what was decided about an input, and tell of it."""
+    job, outcome, library = result.job, result.outcome, run.library
+    if outcome.accepted and outcome.staged is not None:
+        publish(library, job, outcome.staged, library.folder(job.survey.category, job.asset_id))
+    elif not outcome.accepted:
+        staged = outcome.staged or _refusal(library, result)
+        publish(library, job, staged, library.refusal_folder(job.asset_id))
+    return _event(run, result)
+
+
+def _refusal(library: disk.Library, result: Result) -> Path:
+    """The staged entry of an input that its worker did not refuse: the worker died, or the asset is a copy."""
+    outcome, folder = result.outcome, result.folder
+    report: Report | None = None
+    picture: bytes | None = None
+    if folder is not None:
+        report = disk.read_certificate(folder).report
+        picture = picture_of(folder) or None
+        if folder.is_relative_to(library.staging):
+            shutil.rmtree(folder.parent)
+    return stage_refusal(library, result.job, Rejected(outcome.code, outcome.says), report, picture, result.copy_of)
+
+
+def _event(run: _Run, result: Result) -> Event:
+    job, outcome = result.job, result.outcome
+    kind = "kept" if result.is_kept else "accepted" if outcome.accepted else "rejected"
+    path, refused = job.found.source.path, not outcome.accepted
+    says = f"{outcome.says}\n{outcome.trace}" if outcome.trace else outcome.says
+    return Event(kind, len(run.found), path, job.asset_id, outcome.code, says, refused, outcome.warnings)
 
 
 def tally(events: Sequence[Event]) -> Counter[str]:

@@ -1,4 +1,4 @@
-"""One input on its way through a worker: what goes in, what comes out, and how a refusal is remembered."""
+"""One input on its way through a worker: what goes in, what comes out, and how it gets its place in the library."""
 
 from __future__ import annotations
 
@@ -47,12 +47,20 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of an input: accepted or rejected, with code and reason, and the warnings."""
+    """What became of an input.
+
+    Attributes:
+        accepted: or rejected, and then code and says. warnings: of an accepted one.
+        staged: the finished entry in the staging folder, for the parent to publish; None where there is none.
+        trace: where a fault of ours lies; told once, not kept.
+    """
 
     accepted: bool
     code: str = ""
     says: str = ""
     warnings: tuple[Issue, ...] = ()
+    staged: Path | None = None
+    trace: str = ""
 
 
 @dataclass(frozen=True)
@@ -60,6 +68,46 @@ class RunAborted:
     """No input can be worked on, for a reason that has nothing to do with it: the run has to end."""
 
     message: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """One input is done with.
+
+    Attributes:
+        kind: accepted, rejected, or kept (was there already). total: inputs of the run.
+        path: of the input. asset_id: its name in the library.
+        code, says: of a rejection. warnings: of an accepted one.
+    """
+
+    kind: str
+    total: int
+    path: str
+    asset_id: str = ""
+    code: str = ""
+    says: str = ""
+    was_rejected: bool = False
+    warnings: tuple[Issue, ...] = ()
+
+
+@dataclass(frozen=True)
+class Result:
+    """What is known of one input before its entry is published.
+
+    Attributes:
+        number: its place among the inputs of the run that could be read.
+        job: the input. outcome: what a worker, or an earlier run, says of it.
+        folder: of an accepted asset: in the staging folder, or, where it was kept, in the library.
+        is_kept: the library holds this outcome already.
+        copy_of: folder, relative to the library, of the asset that it is a copy of; empty where it is none.
+    """
+
+    number: int
+    job: Job
+    outcome: Outcome
+    folder: Path | None = None
+    is_kept: bool = False
+    copy_of: str = ""
 
 
 def publish(library: disk.Library, job: Job, staged: Path, target: Path) -> None:
@@ -70,10 +118,20 @@ def publish(library: disk.Library, job: Job, staged: Path, target: Path) -> None
     library.publish(staged, target)
 
 
-def refuse(
-    library: disk.Library, job: Job, error: Rejected, report: Report | None = None, picture: bytes | None = None
-) -> None:
-    """Remember a rejected input under rejected/."""
+def stage_refusal(
+    library: disk.Library,
+    job: Job,
+    error: Rejected,
+    report: Report | None = None,
+    picture: bytes | None = None,
+    copy_of: str = "",
+) -> Path:
+    """The finished entry of a rejected input, in the staging folder.
+
+    Args:
+        report: of the checks, as far as they ran. picture: PNG of the input, where there is one.
+        copy_of: folder, relative to the library, of the asset that it is a copy of.
+    """
     staged = library.stage(job.asset_id)
     refusal = disk.Refusal(
         id=job.asset_id,
@@ -84,11 +142,12 @@ def refuse(
         sha256=job.survey.sha256,
         source=job.found.source,
         report=report,
+        twin=copy_of,
     )
     if picture is not None:
         (staged / "preview.png").write_bytes(picture)
     disk.write_refusal(staged, refusal)
-    publish(library, job, staged, library.refusal_folder(job.asset_id))
+    return staged
 
 
 @contextmanager

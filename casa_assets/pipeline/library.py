@@ -28,6 +28,7 @@ from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
 from casa_assets.model.signature import Signature
 from casa_assets.model.source import Source
+from casa_assets.pipeline.entry_files import file_inside
 from casa_assets.pipeline.manifest import asset_from_manifest, manifest_of
 
 REJECTED = "rejected"
@@ -244,6 +245,7 @@ def _write_json(path: Path, data: dict[str, Any]) -> None:
 
 
 def _json(path: Path) -> dict[str, Any]:
+    file_inside(path.parent, path.name, path, "the file itself")
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:

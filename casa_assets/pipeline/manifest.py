@@ -12,6 +12,7 @@ from casa_assets.errors import OutputError
 from casa_assets.export.mjcf import mesh
 from casa_assets.model.asset import Asset
 from casa_assets.model.mesh import Mesh
+from casa_assets.pipeline.entry_files import file_inside
 
 # The USD package holds every image; the MJCF has only those that MuJoCo draws.
 IMAGES = "usd/textures"
@@ -54,32 +55,47 @@ def asset_from_manifest(data: dict[str, Any], folder: Path) -> Asset:
     """The asset that `manifest_of` described, its files read from `folder`.
 
     Raises:
-        OutputError: a file is missing or does not hold what it should.
+        OutputError: a file lies outside of the folder, is missing, or does not hold what it should.
     """
     try:
         links = [
             {
                 **link,
-                "visuals": [{**v, "mesh": read_obj(folder / v["mesh"]["obj"])} for v in link["visuals"]],
-                "colliders": [_collider(c, folder) for c in link["colliders"]],
+                "visuals": [
+                    {**v, "mesh": _mesh(v["mesh"], folder, f"links/{i}/visuals/{j}/mesh")}
+                    for j, v in enumerate(link["visuals"])
+                ],
+                "colliders": [
+                    _collider(c, folder, f"links/{i}/colliders/{j}/shape/mesh") for j, c in enumerate(link["colliders"])
+                ],
             }
-            for link in data["links"]
+            for i, link in enumerate(data["links"])
         ]
-        looks = [{**look, **{s: _image(look[s], folder) for s in SLOTS}} for look in data["materials"]]
+        looks = [
+            {**look, **{s: _image(look[s], folder, f"materials/{i}/{s}") for s in SLOTS}}
+            for i, look in enumerate(data["materials"])
+        ]
         return Asset.model_validate({**data, "links": links, "materials": looks})
     except (OSError, KeyError, TypeError, ValueError, ValidationError) as error:
         raise OutputError(str(folder), f"asset.json or a file that it names is damaged: {error}") from error
 
 
-def _collider(row: dict[str, Any], folder: Path) -> dict[str, Any]:
+def _collider(row: dict[str, Any], folder: Path, pointer: str) -> dict[str, Any]:
     shape = row["shape"]
     if "mesh" in shape:
-        shape = {**shape, "mesh": read_obj(folder / shape["mesh"]["obj"])}
+        shape = {**shape, "mesh": _mesh(shape["mesh"], folder, pointer)}
     return {**row, "shape": shape}
 
 
-def _image(row: dict[str, Any] | None, folder: Path) -> dict[str, Any] | None:
-    return None if row is None else {**row, "png": (folder / row["png"]).read_bytes()}
+def _mesh(row: dict[str, Any], folder: Path, pointer: str) -> Mesh:
+    return read_obj(file_inside(folder, row["obj"], folder / "asset.json", f"asset/{pointer}/obj"))
+
+
+def _image(row: dict[str, Any] | None, folder: Path, pointer: str) -> dict[str, Any] | None:
+    if row is None:
+        return None
+    path = file_inside(folder, row["png"], folder / "asset.json", f"asset/{pointer}/png")
+    return {**row, "png": path.read_bytes()}
 
 
 def read_obj(path: Path) -> Mesh:

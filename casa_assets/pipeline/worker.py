@@ -1,4 +1,4 @@
-"""One input from its bytes to a folder in the library; runs in a child process of its own."""
+"""One input from its bytes to a finished entry in the staging folder; runs in a child process of its own."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from casa_assets.model.shape import Hull
 from casa_assets.model.source import Bundle
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike.signature import signature
-from casa_assets.pipeline.job import Job, Outcome, RunAborted, publish, refuse, writing
+from casa_assets.pipeline.job import Job, Outcome, RunAborted, stage_refusal, writing
 from casa_assets.pipeline.review import doubts
 from casa_assets.pipeline.stage import Brief, build, raw, versions
 from casa_assets.pipeline.store import Store
@@ -54,7 +54,7 @@ def probe(_: None) -> RunAborted | None:
 
 
 def work(job: Job) -> Outcome | RunAborted:
-    """Build, write, look at and check one asset; the library has it, or the reason why not, when this returns."""
+    """Build, write, look at and check one asset; the entry, or the reason why not, is staged when this returns."""
     try:
         with writing(job.library):
             return _work(job)
@@ -80,11 +80,11 @@ def _work(job: Job) -> Outcome:
             raise Rejected(worst.code, f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says)
         disk.write_certificate(staged, asset, certificate(asset, report, staged, job.mark))
         _read_back(asset, staged)
-        publish(library, job, staged, library.folder(category.id, job.asset_id))
-        return Outcome(True, warnings=tuple(i for i in report.issues))
+        return Outcome(True, warnings=report.issues, staged=staged)
     except Rejected as error:
-        refuse(library, job, error, report, None if bundle is None else _picture(bundle, staged, job.limits))
-        return Outcome(False, error.code, error.says)
+        picture = None if bundle is None else _picture(bundle, staged, job.limits)
+        refused = stage_refusal(library, job, error, report, picture)
+        return Outcome(False, error.code, error.says, staged=refused)
 
 
 def _read_back(asset: Asset, staged: Path) -> None:

@@ -73,12 +73,13 @@ def _overlay(one: Row, other: Row, store: Store) -> tuple[float, float]:
     if kept is not None:
         most, every = json.loads(kept)
         return float(most), float(every)
-    found = overlay(_cloud(one.folder), _cloud(other.folder))
+    found = overlay(_cloud(one.folder, one.digest), _cloud(other.folder, other.digest))
     with suppress(OSError):  # a library that may only be read
         store.put(key, json.dumps([found.most, found.all]).encode())
     return found.most, found.all
 
 
 @lru_cache(maxsize=32)
-def _cloud(folder: Path) -> Cloud:
+def _cloud(folder: Path, digest: str) -> Cloud:
+    """The surface of the asset in a folder; the digest tells what stood there before from what stands there now."""
     return cloud(*surface(disk.read_asset(folder)))

@@ -15,7 +15,7 @@ class Row:
     """One accepted asset.
 
     Attributes:
-        id, category: of the asset. folder: where it stands. path: of its source.
+        id, category: of the asset. folder: where it stands. path, sha256: of its source.
         digest: of the asset with its meshes and pictures. longest: side of the box around it, metres.
         signature: None where it has none.
     """
@@ -24,6 +24,7 @@ class Row:
     category: str
     folder: Path
     path: str
+    sha256: str
     digest: str
     longest: float
     signature: Signature | None
@@ -39,6 +40,14 @@ def row(folder: Path) -> Row:
     """The asset that stands in a folder. Raises OutputError where it is damaged."""
     certificate = disk.read_certificate(folder)
     asset = disk.part(folder, "asset")
-    path = str(asset.get("provenance", {}).get("path", ""))
-    longest = max(certificate.summary.extents)
-    return Row(folder.name, folder.parent.name, folder, path, certificate.asset_digest, longest, certificate.signature)
+    origin = asset.get("provenance", {})
+    return Row(
+        id=folder.name,
+        category=folder.parent.name,
+        folder=folder,
+        path=str(origin.get("path", "")),
+        sha256=str(origin.get("sha256", "")),
+        digest=certificate.asset_digest,
+        longest=max(certificate.summary.extents),
+        signature=certificate.signature,
+    )

@@ -15,6 +15,7 @@ from casa_assets import registry
 from casa_assets.checks.alike import NAMED, Likeness
 from casa_assets.model.category import Category, sentences
 from casa_assets.pipeline.alike.rows import Row
+from casa_assets.pipeline.entry_files import checked_model
 from casa_assets.pipeline.look import VIEWS, Eye, pictures_of, shares
 from casa_assets.pipeline.store import Store
 
@@ -31,7 +32,7 @@ def pictures_in_numbers(row: Row, eye: Eye, store: Store) -> Floats:
         CannotDraw, NoRenderer: see preview.still.
     """
     words = ["pictures", eye.mark, row.digest, *VIEWS]
-    return _kept(store, words, lambda: eye.see(pictures_of(row.folder / "model.xml")))
+    return _kept(store, words, lambda: eye.see(pictures_of(checked_model(row.folder / "model.xml"))))
 
 
 def words_in_numbers(phrases: Sequence[str], eye: Eye, store: Store) -> Floats:

@@ -97,6 +97,8 @@ def _accepted(folder: Path, root: Path) -> Entry:
 
 def _refused(folder: Path, root: Path) -> Entry:
     refusal = disk.read_refusal(folder)
+    if refusal.id != folder.name:
+        raise OutputError(str(folder / disk.REFUSAL), f"is that of {refusal.id!r}; move it to a folder of that name")
     source = refusal.source
     return Entry(
         id=refusal.id,

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.books.entry import entries
+from casa_assets.pipeline.entry_files import checked_model, picture_of
 from casa_assets.pipeline.job import writing
 from casa_assets.pipeline.library import Library
 from casa_assets.preview import turntable as turning
@@ -67,16 +68,16 @@ def models(targets: Sequence[Path]) -> Iterator[Path]:
                 raise OutputError(str(target), "is no MJCF; name a model.xml, or a folder that holds one")
             yield target
         elif (target / "model.xml").is_file():
-            yield target / "model.xml"
+            yield checked_model(target / "model.xml")
         else:
-            yield from sorted(p / "model.xml" for p in Library(target).accepted())
+            yield from sorted(checked_model(p / "model.xml") for p in Library(target).accepted())
 
 
 def library_sheet(library: Path) -> list[bytes]:
     """Contact sheet pages of a library, from the pictures that stand in it: accepted assets, then rejected inputs."""
     shots = []
     for entry in sorted(entries(Library(library)), key=lambda e: (not e.accepted, e.category, e.id)):
-        picture = library / entry.path / "preview.png"
+        picture = picture_of(library / entry.path)
         size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents) + " cm" if entry.summary else entry.code
-        shots.append(Shot(entry.id, size, picture.read_bytes() if picture.exists() else b""))
+        shots.append(Shot(entry.id, size, picture))
     return list(sheets(shots, f"{library.name}: {len(shots)} inputs"))

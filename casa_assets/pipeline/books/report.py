@@ -13,9 +13,9 @@ from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike import whole
 from casa_assets.pipeline.books import html_report, whole_section
 from casa_assets.pipeline.books.entry import Entry, entries
+from casa_assets.pipeline.entry_files import PICTURE, picture_of
 from casa_assets.pipeline.job import writing
 
-PICTURE = "preview.png"
 # What to do where a reason says nothing about it.
 LOOK = "Look at the picture and the numbers, and mend the mesh."
 
@@ -75,7 +75,7 @@ def _accepted(entry: Entry, root: Path, page: Path, told: whole.Whole | None) ->
         results=entry.results,
         guesses=entry.guesses,
         looks=in_words(whole.likeness(entry.id, seen)) if seen and seen.content == entry.digest else "",
-        preview_png=(folder / PICTURE).read_bytes(),
+        preview_png=picture_of(folder),
         preview_path=PICTURE,
     )
 
@@ -85,7 +85,6 @@ def _refused(entry: Entry, root: Path) -> html_report.RejectEntry:
     why = {c.code: c.why for c in TABLE}.get(entry.code, "")
     # What a check says ends with what to do.
     fault, _, mend = entry.says.partition("; ")
-    picture = root / entry.path / PICTURE
     return html_report.RejectEntry(
         path=entry.source_path,
         source=entry.source,
@@ -95,5 +94,5 @@ def _refused(entry: Entry, root: Path) -> html_report.RejectEntry:
         mend=known.mend if known else f"{mend[:1].upper()}{mend[1:]}." if mend else LOOK,
         category=entry.category,
         results=entry.results,
-        picture_png=picture.read_bytes() if picture.exists() else b"",
+        picture_png=picture_of(root / entry.path),
     )

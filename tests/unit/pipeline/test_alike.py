@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,27 +14,29 @@ import pytest
 from PIL import Image
 
 from casa_assets import registry
+from casa_assets.errors import Rejected
+from casa_assets.ingest.sources.found import Found
 from casa_assets.model.asset import Asset
 from casa_assets.model.material import Material
 from casa_assets.model.pose import Pose
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike import whole
+from casa_assets.pipeline.alike.dedup import CODE, Deduplicator
 from casa_assets.pipeline.alike.pairs import alike_in
 from casa_assets.pipeline.alike.rows import rows
 from casa_assets.pipeline.alike.search import by_look, by_words, tokens
 from casa_assets.pipeline.alike.seen import pictures_in_numbers
 from casa_assets.pipeline.alike.signature import signature
-from casa_assets.pipeline.alike.twins import CODE, Twins
-from casa_assets.pipeline.ingest import Event
-from casa_assets.pipeline.known import verdict
+from casa_assets.pipeline.job import Job, Outcome, Result, publish, stage_refusal
 from casa_assets.pipeline.look import VIEWS, Eye
+from casa_assets.pipeline.resume import cached_outcome
 from casa_assets.pipeline.store import Store
+from casa_assets.pipeline.survey import Survey
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
 
 LIMIT = registry.load().limits["alike_form"]
-MARK = "0" * 64
 COLORS = {"red": (1.0, 0.1, 0.1), "blue": (0.1, 0.1, 1.0)}
 BLUE, RED = (0.02, 0.05, 0.6, 1.0), (0.6, 0.05, 0.02, 1.0)
 
@@ -60,17 +63,46 @@ def library(root: Path, *assets: Asset) -> disk.Library:
 
 
 def told(place: disk.Library, order: Sequence[Asset], arrived: Sequence[Asset]) -> list[tuple[str, str, str]]:
-    """Kind, id and code of the events of a run whose inputs are done with in some order."""
-    sources = {a.id: Source(kind=SourceKind.FOLDER, path=f"{a.id}.glb") for a in order}
-    twins = Twins(place, MARK, LIMIT, sources)
-    events = [Event("accepted", len(order), f"{a.id}.glb", a.id) for a in arrived]
+    """Kind, id and code of a run whose inputs are done with in some order, each published as the run would.
+
+    Args:
+        place: a library; what it has of the inputs was kept from an earlier run, the others come from workers.
+    """
+    standing = {folder.name: folder for folder in place.accepted()}
+    made = disk.Library(keep(place.root.parent / "made", arrived))
+    found = []
     with place.locked():
-        return [(e.kind, e.asset_id, e.code) for e in twins.apart(events)]
+        results = []
+        for asset in arrived:
+            old = standing.get(asset.id)
+            folder = old or shutil.copytree(made.folder("mug", asset.id), place.stage(asset.id), dirs_exist_ok=True)
+            outcome = Outcome(True, staged=None if old else folder)
+            number = [one.id for one in order].index(asset.id)
+            results.append(Result(number, job_of(place, asset, old), outcome, folder, is_kept=old is not None))
+        digests = frozenset(asset.provenance.sha256 for asset in order)
+        for result in Deduplicator(place, LIMIT, digests).filter(results):
+            done, job = result.outcome, result.job
+            if done.accepted and done.staged:
+                publish(place, job, done.staged, place.folder("mug", job.asset_id))
+            elif not done.accepted:
+                staged = stage_refusal(place, job, Rejected(done.code, done.says), copy_of=result.copy_of)
+                publish(place, job, staged, place.refusal_folder(job.asset_id))
+            found.append(("accepted" if done.accepted else "rejected", job.asset_id, done.code))
+        place.sweep()
+    return found
+
+
+def job_of(place: disk.Library, asset: Asset, old: Path | None = None) -> Job:
+    """The input that an asset would have come from."""
+    source = Source(kind=SourceKind.FOLDER, path=f"{asset.id}.glb")
+    survey = Survey(asset.provenance.sha256, "mug", 1.0, "")
+    replaces = (old,) if old else ()
+    return Job(Found(place.root, source.path, source), survey, asset.id, place.root, {}, replaces)
 
 
 @pytest.mark.parametrize("arrived", [(FIRST, COPY, OTHER), (OTHER, COPY, FIRST), (COPY, FIRST, OTHER)])
 def test_the_first_of_the_inputs_stays_whoever_is_done_first(tmp_path: Path, arrived: tuple[Asset, ...]) -> None:
-    place = library(tmp_path, FIRST, COPY, OTHER)
+    place = library(tmp_path)
     assert told(place, (FIRST, COPY, OTHER), arrived) == [
         ("accepted", FIRST.id, ""),
         ("rejected", COPY.id, CODE),
@@ -81,8 +113,40 @@ def test_the_first_of_the_inputs_stays_whoever_is_done_first(tmp_path: Path, arr
     refusal = disk.read_refusal(folder)
     assert (refusal.code, refusal.twin) == (CODE, f"mug/{FIRST.id}")
     assert refusal.says.startswith(f"duplicate of {FIRST.id}.glb ({FIRST.id}): 95 % of the surface within")
-    assert refusal.report is not None
-    assert (folder / "preview.png").is_file()
+
+
+def test_a_copy_is_never_published(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Judged first: the library never holds a copy, not even for a moment."""
+    place, seen = library(tmp_path), []
+    put = disk.Library.publish
+
+    def watched(self: disk.Library, staged: Path, target: Path) -> None:
+        seen.append(target.relative_to(self.root).as_posix())
+        put(self, staged, target)
+
+    monkeypatch.setattr(disk.Library, "publish", watched)
+    told(place, (FIRST, COPY), (COPY, FIRST))
+    assert [one for one in seen if not one.startswith("..")][-2:] == [f"mug/{FIRST.id}", f"rejected/{COPY.id}"]
+
+
+def test_what_stands_there_gives_way_to_an_earlier_input(tmp_path: Path) -> None:
+    place = library(tmp_path, COPY)
+    assert told(place, (FIRST, COPY), (COPY, FIRST)) == [("accepted", FIRST.id, ""), ("rejected", COPY.id, CODE)]
+    assert [f.name for f in place.accepted()] == [FIRST.id]
+    assert [f.name for f in place.refused()] == [COPY.id]
+
+
+def test_an_input_of_which_nothing_is_heard_holds_nobody_up(tmp_path: Path) -> None:
+    """The number 0 never comes: the others are judged all the same, in their order."""
+    place = library(tmp_path, FIRST, COPY, OTHER)
+    folders = {one.id: place.folder("mug", one.id) for one in (FIRST, COPY, OTHER)}
+    results = [
+        Result(number, job_of(place, one), Outcome(True), folders[one.id], is_kept=True)
+        for number, one in ((3, OTHER), (2, COPY), (1, FIRST))
+    ]
+    digests = frozenset(one.provenance.sha256 for one in (FIRST, COPY, OTHER))
+    judged = Deduplicator(place, LIMIT, digests).filter(results)
+    assert [(one.job.asset_id, one.outcome.code) for one in judged] == [(FIRST.id, ""), (COPY.id, CODE), (OTHER.id, "")]
 
 
 def test_what_the_library_had_comes_first(tmp_path: Path) -> None:
@@ -101,12 +165,13 @@ def test_a_refusal_holds_as_long_as_its_twin_stands(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, COPY)
     told(place, (FIRST, COPY), (FIRST, COPY))
     (folder,) = place.refused()
-    known = verdict([folder], COPY.id, MARK)
+    mark = disk.read_refusal(folder).recipe
+    known = cached_outcome([folder], COPY.id, mark)
     assert known is not None
     assert known.code == CODE
     with place.locked():
         place.forget(place.folder("mug", FIRST.id))
-    assert verdict([folder], COPY.id, MARK) is None, "it is due again"
+    assert cached_outcome([folder], COPY.id, mark) is None, "it is due again"
 
 
 def test_pairs_are_found_whatever_size_and_colour_and_measured_once(tmp_path: Path) -> None:

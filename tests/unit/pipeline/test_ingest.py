@@ -13,7 +13,7 @@ import pytest
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.sources.found import Found
 from casa_assets.pipeline.books.entry import entries
-from casa_assets.pipeline.find import find
+from casa_assets.pipeline.discover_inputs import discover_inputs
 from casa_assets.pipeline.ingest import Event, Options, ingest
 from casa_assets.pipeline.job import writing
 from casa_assets.pipeline.library import Library
@@ -110,8 +110,10 @@ def test_the_library_may_lie_in_the_source(tmp_path: Path) -> None:
     library = source / "out" / "library"
     assert kinds(run(source, library)) == ["accepted"]
     assert kinds(run(source, library)) == ["kept"]
-    assert [f.main for f in find([source], source / "another") if isinstance(f, Found)] == ["milk_carton.obj"]
-    inner = [f for f in find([library], source / "another") if isinstance(f, Found)]
+    assert [f.main for f in discover_inputs([source], source / "another") if isinstance(f, Found)] == [
+        "milk_carton.obj"
+    ]
+    inner = [f for f in discover_inputs([library], source / "another") if isinstance(f, Found)]
     assert inner, "a library that is named is a source like any other"
 
 
@@ -120,6 +122,20 @@ def test_the_same_bytes_under_two_roots_are_made_once(tmp_path: Path) -> None:
     events = list(ingest(roots, Options(tmp_path / "library")))
     assert sorted(kinds(events)) == ["accepted", "rejected"]
     assert [event.code for event in events if event.was_rejected] == ["RUN006"]
+
+
+def test_the_same_bytes_called_two_kinds_end_the_run_like_any_other(tmp_path: Path) -> None:
+    """A row of a manifest calls cereal what the name of another file with the same bytes calls milk."""
+    source = write_box(tmp_path / "in")
+    write_box(tmp_path / "in", "another.obj")
+    (source / "one.jsonl").write_text('{"id": "a", "file": "another.obj", "category": "cereal"}\n', encoding="ascii")
+    (source / "board.obj").write_text(box_obj(BOXES["cutting_board"]), encoding="ascii")
+    events = {event.path: event for event in run(source, tmp_path / "library")}
+    assert {path: event.code for path, event in events.items()} == {
+        "another.obj": "",
+        "milk_carton.obj": "RUN006",
+        "board.obj": "",
+    }
 
 
 def test_bad_rows_of_a_manifest_are_kept_apart(tmp_path: Path) -> None:

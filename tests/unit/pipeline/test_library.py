@@ -8,10 +8,10 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.model.source import Source, SourceKind
-from casa_assets.pipeline import unread
+from casa_assets.pipeline import unreadable_inputs
 from casa_assets.pipeline.books import index
 from casa_assets.pipeline.books.entry import entries
-from casa_assets.pipeline.find import escaped
+from casa_assets.pipeline.discover_inputs import escaped
 from casa_assets.pipeline.library import Library, Refusal, read_refusal, write_refusal
 
 HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
@@ -97,7 +97,7 @@ def test_bytes_that_are_no_text_are_escaped() -> None:
 
 
 def test_a_refusal_that_stands_already_is_not_written_again(library: Library) -> None:
-    assert unread.remember(library, refusal("unread_0123456789"))
-    assert not unread.remember(library, refusal("unread_0123456789"))
-    assert unread.remember(library, refusal("unread_0123456789", says="for another reason"))
+    assert unreadable_inputs.remember(library, refusal("unread_0123456789"))
+    assert not unreadable_inputs.remember(library, refusal("unread_0123456789"))
+    assert unreadable_inputs.remember(library, refusal("unread_0123456789", says="for another reason"))
     assert list(library.staging.iterdir()) == []

@@ -39,7 +39,7 @@ class Names:
         """Nothing is wrong with reading it now: what was said of its place before no longer holds."""
         self._places.add(_place(one.source))
 
-    def tidy(self, library: disk.Library) -> None:
+    def prune(self, library: disk.Library) -> None:
         """Take away refusals of places that this run looked at and has nothing to say against."""
         for folder in list(library.refused()):
             if folder.name.startswith(PREFIX) and folder.name not in self._ids:

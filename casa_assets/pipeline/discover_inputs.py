@@ -13,7 +13,7 @@ from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.source import Source
 
 
-def find(roots: Sequence[Path], library: Path) -> Iterator[Found | Refused]:
+def discover_inputs(roots: Sequence[Path], library: Path) -> Iterator[Found | Refused]:
     """Inputs under the roots, in an order that no machine changes.
 
     Args:
