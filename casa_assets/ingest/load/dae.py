@@ -69,7 +69,13 @@ class _Reader:
         if geometry is None or mesh is None:
             return
         if mesh not in self._pieces:
-            self._pieces[mesh] = pieces_of(self.document, mesh, self.notes)
+            so_far = self.faces
+            self._pieces[mesh] = pieces_of(
+                self.document,
+                mesh,
+                self.notes,
+                lambda count: check_face_count(so_far + count, self.limits, self.name),
+            )
         bound = {b.get("symbol", ""): b for b in kids(kid(instance, "bind_material", "technique_common"))}
         name = label or geometry.get("name") or geometry.get("id") or "part"
         for piece in self._pieces[mesh]:

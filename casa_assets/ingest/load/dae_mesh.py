@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,14 +48,18 @@ class _Input:
     number: int
 
 
-def pieces_of(document: Document, mesh: Element, notes: Notes) -> list[Piece]:
+def pieces_of(document: Document, mesh: Element, notes: Notes, check_count: Callable[[int], None]) -> list[Piece]:
     """Every surface primitive of a <mesh>.
 
+    Args:
+        check_count: is given the number of triangles so far before more are made, and raises where they are too many.
     Raises:
-        Rejected: OUT_OF_BOUNDS where an index is past its source.
+        Rejected: OUT_OF_BOUNDS where an index is past its source; what `check_count` raises.
     """
-    out = []
+    out, count = [], 0
     for primitive in kids(mesh, *SURFACES):
+        count += _triangle_count(primitive)
+        check_count(count)
         piece = _piece(document, primitive, notes)
         if piece is not None:
             out.append(piece)
@@ -66,6 +70,20 @@ def vertex_count(document: Document, mesh: Element) -> int:
     """Number of positions of a <mesh>, whether a face uses them or not."""
     place = next((i for i in kids(kid(mesh, "vertices"), "input") if i.get("semantic") == "POSITION"), None)
     return 0 if place is None else len(_table(document.target(place.get("source"))))
+
+
+def _triangle_count(primitive: Element) -> int:
+    """How many triangles a primitive comes to at most, from its own numbers."""
+    kind = tag(primitive)
+    if kind == "polylist":
+        return int(np.maximum(whole_of(kid(primitive, "vcount")) - 2, 0).sum())
+    stride = (
+        max(count_of(i, "offset", 0) for i in kids(primitive, "input")) + 1
+        if kid(primitive, "input") is not None
+        else 1
+    )
+    corners = [len(whole_of(p)) // stride for p in kids(primitive, "p")]
+    return sum(corners) // 3 if kind == "triangles" else sum(max(0, n - 2) for n in corners)
 
 
 def _piece(document: Document, primitive: Element, notes: Notes) -> Piece | None:

@@ -50,7 +50,7 @@ def read_obj(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     lines = read_lines(plain(bundle.files[bundle.main], name), notes)
     if not lines.v and not lines.face_count:
         raise Rejected(codes.EMPTY_FILE, f"{name}: holds neither vertices nor faces; fetch or export it again")
-    check_face_count(lines.face_count, limits, name)
+    check_face_count(sum(len(b.text) * (b.corners - 2) for b in lines.faces.values()), limits, name)
     vertices = numbers(lines.v, 3, 7, "v")
     uvs = numbers(lines.vt, 1, 2, "vt")
     normals = numbers(lines.vn, 3, 3, "vn")

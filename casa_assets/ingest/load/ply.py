@@ -46,6 +46,7 @@ def read_ply(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     if vertex is None or not {"x", "y", "z"} <= vertex.scalars.keys():
         raise Rejected(codes.NO_GEOMETRY, f"{name}: the PLY has no vertices with x, y, z; export it again")
     vertices = _columns(vertex, ("x", "y", "z"))
+    check_face_count(_triangle_count(tables.get("face")), limits, name)
     corners, polygons, fanned = _faces(tables.get("face"), vertices, name, notes)
     check_face_count(len(corners), limits, name)
     if fanned:
@@ -64,10 +65,21 @@ def _columns(table: Table, names: tuple[str, ...]) -> Floats:
     return np.column_stack([table.scalars[n].astype(np.float64) for n in names])
 
 
+def _corner_column(face: Table | None) -> str | None:
+    """Name of the list that holds the corners of faces."""
+    return next((n for n in ("vertex_indices", "vertex_index") if face and n in face.lists), None)
+
+
+def _triangle_count(face: Table | None) -> int:
+    """How many triangles the faces come to, before any is made."""
+    column = _corner_column(face)
+    return 0 if face is None or column is None else int(np.maximum(face.lists[column][1] - 2, 0).sum())
+
+
 def _faces(face: Table | None, vertices: Floats, name: str, notes: Notes) -> tuple[Ints, Ints, int]:
     """(T, 3) vertices, (T, 4) face and its three corner numbers, and the count of faces cut as fans."""
     none = np.zeros((0, 3), dtype=np.int64), np.zeros((0, 4), dtype=np.int64), 0
-    column = next((n for n in ("vertex_indices", "vertex_index") if face and n in face.lists), None)
+    column = _corner_column(face)
     if face is None or column is None:
         return none
     flat, lengths = face.lists[column][0].astype(np.int64), face.lists[column][1]

@@ -21,6 +21,8 @@ WIDEST = 7e-3
 OF_EDGE = 0.2
 # Points that are moved together in vain are let go, and the rest tried again, so many times.
 ROUNDS = 4
+# More pairs of near points than this, each counted twice, are not looked at: they would take gigabytes.
+MOST_PAIRS = 40_000_000
 
 
 def joined(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Floats, Ints, list[Issue]]:
@@ -72,11 +74,32 @@ def _close_pairs(points: Floats, ids: Ints, edges: Ints, uses: Ints) -> Ints:
         np.minimum.at(shortest, edges[:, k], length)
     used = points[np.unique(ids)]
     reach = np.minimum(WIDEST * float(np.ptp(used, axis=0).max()), OF_EDGE * shortest[ends])
-    found = cKDTree(points[ends]).query_pairs(float(reach.max()), output_type="ndarray")
-    apart = np.linalg.norm(points[ends[found[:, 0]]] - points[ends[found[:, 1]]], axis=1)
-    near = found[apart <= np.minimum(reach[found[:, 0]], reach[found[:, 1]])]
+    near = _within(points[ends], reach)
     ordered: Ints = ends[near[np.lexsort((near[:, 1], near[:, 0]))]].astype(np.int64)
     return ordered
+
+
+def _within(points: Floats, reach: Floats) -> Ints:
+    """(N, 2) pairs of points that lie within the reach of both.
+
+    One search with the longest reach would pair every point of a finely cut rim with thousands of its neighbours. So
+    points of like reach are searched together, with all whose reach is longer.
+
+    Args:
+        points: (P, 3). reach: (P,) of each, in the same unit.
+    """
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    level = np.floor(np.log2(np.maximum(reach, np.finfo(np.float64).tiny))).astype(np.int64)
+    for one in np.unique(level):
+        mine = np.flatnonzero(level >= one)
+        tree, radius = cKDTree(points[mine]), float(reach[level == one].max())
+        if len(mine) ** 2 > MOST_PAIRS and tree.count_neighbors(tree, radius) > MOST_PAIRS:
+            continue  # a cloud of loose faces that no crack runs through
+        pairs = mine[tree.query_pairs(radius, output_type="ndarray")]
+        pairs = pairs[level[pairs].min(axis=1) == one]
+        apart = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
+        found.append(pairs[apart <= reach[pairs].min(axis=1)])
+    return np.concatenate(found)
 
 
 def _clusters(pairs: Ints, count: int) -> Ints:
