@@ -20,13 +20,14 @@ from casa_assets.model.decided import Class, Limit, Rejection, Waiver, Words
 from casa_assets.model.document import Document, Path_
 from casa_assets.model.fields import expected_one_of, fields_at
 from casa_assets.model.finish import Plain
-from casa_assets.model.material import Substance
+from casa_assets.model.material import Density, Substance
 from casa_assets.model.record import Record
 from casa_assets.model.vocabulary import Vocabulary
 
 FILES = (
     "categories",
     "classes",
+    "densities",
     "fixtures",
     "limits",
     "materials",
@@ -47,6 +48,7 @@ class Registry:
     Attributes:
         categories, fixtures, materials, substances, classes, rejections: by id (rejections by code). Fixtures are the
             categories of what families build; free words never find them.
+        densities: name -> kg/m^3, of the substances and of parts that are drawn solid and are not.
         contracts: what runtimes expect of fixtures, by id; one file each in contracts/.
         limits, limit_units: numbers and their units by key.
         waivers: in file order.
@@ -58,6 +60,7 @@ class Registry:
     fixtures: Mapping[str, Category]
     materials: Mapping[str, Plain]
     substances: Mapping[str, Substance]
+    densities: Mapping[str, float]
     classes: Mapping[str, Class]
     limits: Mapping[str, float]
     limit_units: Mapping[str, str]
@@ -231,6 +234,19 @@ def read_materials(document: Document, substances: Mapping[str, Substance]) -> d
     return materials
 
 
+def read_densities(document: Document, substances: Mapping[str, Substance]) -> dict[str, float]:
+    """kg/m^3 by name: of every substance, and of every row of the document."""
+    found = {name: substance.density for name, substance in substances.items()}
+    for name, row in read_table(Density, document).items():
+        if name in substances:
+            raise document.fault((name,), "a name that no substance has", repr(name))
+        if row.substance is not None and row.substance not in substances:
+            expected = expected_one_of(tuple(substances), row.substance)
+            raise document.fault((name, "substance"), expected, repr(row.substance))
+        found[name] = substances[row.substance].density * row.fill if row.substance else float(row.kg_m3 or 0.0)
+    return found
+
+
 def read_contracts(pages: Sequence[Path]) -> dict[str, Contract]:
     """The contracts, one file each; the stem of a file is the id of its contract."""
     contracts: dict[str, Contract] = {}
@@ -286,6 +302,7 @@ def load(root: Path | None = None) -> Registry:
         fixtures=MappingProxyType(read_categories(documents["fixtures"], classes, substances)),
         materials=MappingProxyType(read_materials(documents["materials"], substances)),
         substances=MappingProxyType(substances),
+        densities=MappingProxyType(read_densities(documents["densities"], substances)),
         classes=MappingProxyType(classes),
         limits=MappingProxyType({name: limit.value for name, limit in limits.items()}),
         limit_units=MappingProxyType({name: limit.unit for name, limit in limits.items()}),

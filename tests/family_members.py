@@ -46,7 +46,7 @@ def supplies(found: Family[Any], params: Params) -> Supplies:
         material = Material(id=name, tile_m=None if row else TILE_M)
         finishes[name] = Finish(id=name, material=material, substance=substance)
     labels = Labels(category=category.id, classes=known().classes_of(category), qcode=category.qcode)
-    return Supplies(finishes, labels)
+    return Supplies(finishes, labels, known().densities)
 
 
 def made(name: str, params: Params) -> Asset:

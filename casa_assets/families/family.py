@@ -77,16 +77,24 @@ class Supplies:
     Attributes:
         finishes: id -> finish: all plain ones, and those that the Params name.
         labels: of the family's category.
+        densities: name -> kg/m^3: rows of registry/densities.yaml, and substances.
     """
 
     finishes: Mapping[str, Finish]
     labels: Labels
+    densities: Mapping[str, float]
 
     def finish(self, name: str) -> Finish:
         """The finish of that id. Raises UnknownId with the nearest names."""
         if name not in self.finishes:
             raise UnknownId("finish", name, self.finishes)
         return self.finishes[name]
+
+    def density(self, name: str) -> float:
+        """kg/m^3 of that name. Raises UnknownId with the nearest names."""
+        if name not in self.densities:
+            raise UnknownId("density", name, self.densities)
+        return self.densities[name]
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 from enum import StrEnum
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from casa_assets.model.record import Id, Record, Vec4
 
@@ -90,6 +90,31 @@ class Material(Record):
         """Every image of the material, in a fixed order."""
         slots = (self.base_color_texture, self.metallic_roughness_texture, self.normal_texture)
         return tuple(t for t in slots if t is not None)
+
+
+class Density(Record):
+    """Mean density of a part that is drawn solid and is not: hollow, thin, porous, or full of other things.
+
+    Attributes:
+        id: such as `hood_body`.
+        kg_m3: of the drawn volume; None where a substance and its share of that volume are given.
+        substance, fill: id of a substance, and the share of the drawn volume that it takes, 0..1.
+        why: what is really there, and the source of the number where one is known.
+    """
+
+    id: Id
+    kg_m3: Positive | None = None
+    substance: Id | None = None
+    fill: Annotated[float, Field(gt=0, le=1)] = 1.0
+    why: str
+
+    @model_validator(mode="after")
+    def _is_one_of_both(self) -> Self:
+        if (self.kg_m3 is None) == (self.substance is None):
+            raise ValueError("either kg_m3 or a substance")
+        if self.substance is None and "fill" in self.model_fields_set:
+            raise ValueError("fill is the share of a substance")
+        return self
 
 
 class Substance(Record):

@@ -86,9 +86,11 @@ def completed(
     holes = [hole for r in wanted if r.cut is not None for hole in (r.cut, *r.fronts)]
     model, placed, found = carved(model, placed, found, holes)
     metres = found.frame.metres or 1.0
-    kind = registry.load().category(registry.FALLBACK)
+    known = registry.load()
+    kind = known.category(registry.FALLBACK)
     labels = Labels(category=kind.id, classes=(kind.id,), qcode=kind.qcode)
-    work = _Work(Bench(Supplies(finishes=palette.plain(), labels=labels)), metres)
+    supplies = Supplies(finishes=palette.plain(), labels=labels, densities=known.densities)
+    work = _Work(Bench(supplies), metres)
     work.trays = sum(p.name.startswith("tray_") for p in found.parts)
     for room in wanted:
         found = _built(work, room, found, placed)

@@ -115,7 +115,7 @@ def build_asset(found: Family[Any], params: Params, cache: Path) -> Asset:
     known = registry.load()
     category = known.fixtures[found.category]
     labels = Labels(category=category.id, classes=known.classes_of(category), qcode=category.qcode)
-    return found.build(params, Supplies(finishes(params.finishes, cache), labels))
+    return found.build(params, Supplies(finishes(params.finishes, cache), labels, known.densities))
 
 
 def build_one(wish: Wish, library: Path, checked: bool = True, drawn: bool = True) -> Built:

@@ -36,6 +36,7 @@ BUILDING_TOOLS = ("numpy", "scipy", "manifold3d", "pillow")
 MATTER = (
     "categories.yaml",
     "classes.yaml",
+    "densities.yaml",
     "fixtures.yaml",
     "materials.yaml",
     "substances.yaml",

@@ -94,6 +94,7 @@ SOUND: dict[str, str | None] = {
     "limits": 'hull_count: {value: 32, unit: "", why: "Cost."}\n',
     "materials": "",
     "rejections": "GEO001: {name: degenerate_shape, meaning: m, mend: n}\n",
+    "densities": 'hollow_clay: {kg_m3: 700, why: "A pot."}\n',
     "substances": "ceramic: {density: 2300, static_friction: 0.5, dynamic_friction: 0.4}\n",
     "waivers": "- {code: AST001, subject: mug_1, reason: measured}\n",
     "words": "weak: [can]\nbreaks: [with]\n",

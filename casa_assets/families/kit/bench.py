@@ -107,7 +107,7 @@ class Bench:
         grain: Vec3 = (0.0, 0.0, 1.0),
         *,
         touch: str | bool = True,
-        density: float | None = None,
+        density: float | str | None = None,
         seen: bool = True,
     ) -> None:
         """Put a solid on a link.
@@ -119,16 +119,20 @@ class Bench:
             name: of its mesh; a named part is drawn as a mesh of its own called `<name>_visual`.
             grain: direction that the grain of its finish runs along, link frame.
             touch: False: not touched; a name: of its (first) collider; True: touched under a made-up name.
-            density: kg/m^3 instead of the substance's, for what is hollow or filled with air; 0 weighs nothing.
+            density: instead of the substance's, for what is drawn solid and is not: a name in the supplies, or kg/m^3
+                where it is worked out; 0 weighs nothing.
             seen: False for what is touched and weighs but is hidden.
         """
         piece = self.pieces[link]
         found = self.supplies.finish(finish)
         if seen:
             piece.parts.append(Part(solid, finish, label, name, grain))
-        mass = found.substance.density if density is None else density
-        if mass > 0:
-            piece.weights.append(weight_of(solid, mass))
+        if density is None:
+            density = found.substance.density
+        elif isinstance(density, str):
+            density = self.supplies.density(density)
+        if density > 0:
+            piece.weights.append(weight_of(solid, density))
         if touch is not False:
             base = touch if isinstance(touch, str) else name
             self._touch(piece, solid if solid.shapes else solid.hulled(), found.substance.id, label, base)

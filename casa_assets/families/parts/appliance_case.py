@@ -17,8 +17,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 from casa_assets.model.shape import Hull
 
-# Plastic or sheet of 2 to 3 mm with works and air inside, as a density of the whole case. By weighing such things.
-WORKS = 330.0
 FLAT_BAND = 0.0015  # metres
 
 

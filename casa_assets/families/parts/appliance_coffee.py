@@ -11,8 +11,6 @@ from casa_assets.families.kit.sweep import tube
 from casa_assets.families.parts.appliance_case import tapered
 from casa_assets.model.record import Vec3
 
-CAST = 2600.0  # kg/m^3 of a brass casting with holes and a chromed shell
-
 
 def tray(bench: Bench, low: Vec3, high: Vec3, metal: str) -> None:
     """A dark tray with a grid on top; high[2] is where a cup stands. Its frame, slats and shape are put on the root."""
@@ -38,11 +36,11 @@ def group(bench: Bench, at: Vec3, ceiling: float, metal: str, grip: str) -> None
     """A brewing group under a ceiling with a portafilter whose two spouts end at `at`, its handle to the front."""
     x, y, z = at
     head = rod(0.036, ceiling - z - 0.034, 0.003).at(x, y, (ceiling + z + 0.034) / 2)
-    bench.add(ROOT, head, metal, label="group", touch="group_head", density=CAST)
+    bench.add(ROOT, head, metal, label="group", touch="group_head", density="brewing_casting")
     ring = rod(0.041, 0.01, 0.002).at(x, y, z + 0.0392)
-    bench.add(ROOT, ring, metal, label="portafilter", touch=False, density=CAST)
+    bench.add(ROOT, ring, metal, label="portafilter", touch=False, density="brewing_casting")
     basket = lathe([(0.02, z + 0.016), (0.034, z + 0.0215), (0.0352, z + 0.034)], 28).at(x, y)
-    bench.add(ROOT, basket.boxed(), metal, label="portafilter", touch="portafilter_basket", density=CAST)
+    bench.add(ROOT, basket.boxed(), metal, label="portafilter", touch="portafilter_basket", density="brewing_casting")
     for s in (-1, 1):
         spout = tube([(x, y, z + 0.014), (x + s * 0.012, y, z + 0.011), (x + s * 0.012, y, z)], 0.0048, 0.006)
         bench.add(ROOT, spout, metal, label="portafilter", touch=False)
@@ -58,7 +56,7 @@ def spout(bench: Bench, at: Vec3, ceiling: float, finish: str, twin: bool) -> No
     x, y, z = at
     wide = 0.06 if twin else 0.034
     block = board((x - wide / 2, y - 0.022, z + 0.008), (x + wide / 2, y + 0.022, ceiling), 0.005, 3)
-    bench.add(ROOT, block, finish, label="spout", touch="spout", density=900.0)
+    bench.add(ROOT, block, finish, label="spout", touch="spout", density="hollow_moulding")
     for dx in (-0.014, 0.014) if twin else (0.0,):
         tip = lathe([(0.0042, z), (0.0062, z + 0.0085)], 16).at(x + dx, y)
         bench.add(ROOT, tip, "plastic_black", label="spout", touch=False)
@@ -71,7 +69,7 @@ def wand(bench: Bench, at: Vec3, low: float, metal: str) -> None:
     ball_ = rod(0.011, 0.018, 0.004).at(x, y, z - 0.004)
     bench.add(ROOT, ball_, metal, label="wand", touch=False)
     pipe = tube([(x, y, z), (x, y, z - 0.03), (x + out * 0.02, y - 0.015, low)], 0.0042, 0.012)
-    bench.add(ROOT, pipe, metal, label="wand", density=4000.0)
+    bench.add(ROOT, pipe, metal, label="wand", density="steam_wand")
     sleeve = tube(
         [(x + out * 0.0095, y - 0.007, low + (z - low) * 0.5), (x + out * 0.0155, y - 0.0117, low + (z - low) * 0.22)],
         0.0066,
@@ -83,13 +81,13 @@ def hopper(bench: Bench, x: float, y: float, z: float, size: float, tall: float)
     """A see-through funnel for beans with a lid; z is the top that it stands on."""
     steps = [(0.022, z), (0.0, z + 0.5 * tall), (0.0, z + tall - 0.012)]
     body = tapered(size, size, steps, 0.03).at(x, y)
-    bench.add(ROOT, body.hulled(), "plastic_smoked", label="hopper", density=220.0)
+    bench.add(ROOT, body.hulled(), "plastic_smoked", label="hopper", density="bean_hopper")
     beans = tapered(size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * tall)], 0.028).at(x, y)
-    bench.add(ROOT, beans, "coffee_dark", label="hopper", touch=False, density=350.0)
+    bench.add(ROOT, beans, "coffee_dark", label="hopper", touch=False, density="coffee_beans")
     lid = tapered(
         size + 0.004, size + 0.004, [(0.0, z + tall - 0.0118), (0.0, z + tall - 0.003), (0.003, z + tall)], 0.031
     ).at(x, y)
-    bench.add(ROOT, lid.hulled(), "plastic_black", label="hopper", density=500.0)
+    bench.add(ROOT, lid.hulled(), "plastic_black", label="hopper", density="hopper_lid")
     knob = rod(0.011, 0.012, 0.003).at(x, y, z + tall + 0.006)
     bench.add(ROOT, knob, "plastic_black", label="hopper")
 

@@ -14,11 +14,9 @@ from casa_assets.families.parts.appliance_handles import LATCH_LENGTH, Pull, pul
 from casa_assets.families.parts.appliance_look import Form, Look
 from casa_assets.families.parts.appliance_shell import GAP, LINER, Room
 from casa_assets.families.parts.fronts import FrontKind
-from casa_assets.families.parts.gasket import DENSITY, gasket
+from casa_assets.families.parts.gasket import gasket
 from casa_assets.model.record import Vec2, Vec3
 
-# Steel sheet in front, a liner behind, foam between: 8 to 15 kg a door. By weighing.
-LEAF = 210.0
 SWING = math.pi / 2
 REACH = 0.1  # metres that bins reach into the case
 HAND = 1.08  # height of the middle of a hand that stands before it, metres
@@ -81,7 +79,7 @@ class Leaf:
         name: str | None = None,
         *,
         touch: str | bool = False,
-        density: float | None = None,
+        density: float | str | None = None,
         seen: bool = True,
         grain: Vec3 = (0.0, 0.0, 1.0),
     ) -> None:
@@ -109,14 +107,14 @@ def hang(bench: Bench, leaf: Leaf, look: Look, rows: int, above: float, niche: b
         gasket((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + GAP - 3e-4),
         "gasket_grey",
         "gasket",
-        density=DENSITY,
+        density="magnetic_gasket",
     )
     r = leaf.room
     a, b = sorted((leaf.inwards(r.low[0]), leaf.inwards(r.high[0])))
     c, d = r.low[2] - leaf.low[1], r.high[2] - leaf.low[1]
     a, b = max(a, 0.03) + 0.01, min(b, w - 0.03) - 0.014
     plug = board((a, t - 0.0002, c + 0.012), (b, t + 0.012, d - 0.012), 0.004, 2)
-    leaf.put(bench, plug, LINER, "liner", touch=f"{leaf.link}_liner", density=60.0)
+    leaf.put(bench, plug, LINER, "liner", touch=f"{leaf.link}_liner", density="liner_plug")
     if rows:
         _bins(bench, leaf, look, rows, max(above - leaf.low[1], c + 0.02), d - 0.015)
     grip(bench, leaf, look)
@@ -132,11 +130,9 @@ def face(bench: Bench, leaf: Leaf, look: Look, hole: tuple[Vec2, Vec2] | None = 
         parts = fronts.front(look.front, w, h)
         for k, part in enumerate(parts):
             finish = "glass_clear" if part.pane else leaf.face
-            leaf.put(
-                bench, part.solid, finish, "door", None if k else name, density=fronts.BOARD_DENSITY, grain=part.grain
-            )
+            leaf.put(bench, part.solid, finish, "door", None if k else name, density="board", grain=part.grain)
         core = board((0.004, fronts.THICK + 2e-4, 0.004), (w - 0.004, t, h - 0.004), 0.002)
-        leaf.put(bench, core, LINER, "door", density=120.0)
+        leaf.put(bench, core, LINER, "door", density="foamed_door_core")
         whole = board((0.0, 0.0, 0.0), (w, t, h), 0.0)
         leaf.put(bench, whole, LINER, "door", touch=name, density=0.0, seen=False)
         return
@@ -155,11 +151,11 @@ def face(bench: Bench, leaf: Leaf, look: Look, hole: tuple[Vec2, Vec2] | None = 
         "door",
         name,
         touch=name,
-        density=LEAF,
+        density="foamed_door",
     )
     if look.form is Form.GLASS:
         pane = board((0.001, 0.0, 0.001), (w - 0.001, 0.004, h - 0.001), 0.0012)
-        leaf.put(bench, cut(pane, _opening(hole)) if hole else pane, leaf.face, "door", density=2500.0)
+        leaf.put(bench, cut(pane, _opening(hole)) if hole else pane, leaf.face, "door", density="glass")
     if look.form is Form.ROUND and h > 0.6:
         band = board((0.05, -0.0022, 0.0), (w - 0.05, 0.003, 0.012), 0.0018, 2)
         leaf.put(bench, band.at(z=0.09), look.metal, "trim")
@@ -204,13 +200,13 @@ def _dispenser(bench: Bench, leaf: Leaf, hole: tuple[Vec2, Vec2]) -> None:
         board((x0 + e, 0.0003, z1 - e), (x1 - e, back, z1), 0.0),
         board((x0 + e, back - e, z0 + e), (x1 - e, back, z1 - e), 0.0),
     ):
-        leaf.put(bench, sheet, dark, "dispenser", density=1000.0)
+        leaf.put(bench, sheet, dark, "dispenser", density="dispenser_lining")
     rim = 0.009
     ring = cut(
         board((x0 - rim, -0.0018, z0 - rim), (x1 + rim, 0.0, z1 + rim + 0.062), 0.0006),
         board((x0, -0.1, z0), (x1, 0.1, z1), 0.0),
     )
-    leaf.put(bench, ring, dark, "dispenser", density=1000.0)
+    leaf.put(bench, ring, dark, "dispenser", density="dispenser_lining")
     for k, x in enumerate((-0.055, -0.018, 0.018, 0.055)):
         key = box((0.014, 0.0006, 0.014), (middle + x, -0.00215, z1 + 0.034), 0.0)
         leaf.put(bench, key, "display_blue" if k == 1 else "plastic_grey_light", "display", density=0.0)

@@ -7,13 +7,11 @@ from casa_assets.families.kit.blocks import board, box
 from casa_assets.families.parts.appliance_door import Leaf, face, grip
 from casa_assets.families.parts.appliance_look import Look
 from casa_assets.families.parts.appliance_shell import GAP, SHEET
-from casa_assets.families.parts.gasket import DENSITY, gasket
+from casa_assets.families.parts.gasket import gasket
 from casa_assets.model.record import Vec3
 
 WALL = 0.0035  # metres; injection moulded
 LIP = 0.024  # how far the lip of a crisper stands out before its front
-# Polystyrene with ribs: walls of 2 mm drawn as 3.5 mm.
-PLASTIC = 700.0
 SLACK = 0.006  # metres at each side of what slides
 
 
@@ -38,19 +36,19 @@ def crisper(
         (board((-half, e + 0.002, e), (-half + e, d - e, h - rim), 0.001), "left"),
         (board((half - e, e + 0.002, e), (half, d - e, h - rim), 0.001), "right"),
     ):
-        bench.add(name, solid, finish, label="drawer", touch=f"{name}_{part}", density=PLASTIC)
+        bench.add(name, solid, finish, label="drawer", touch=f"{name}_{part}", density="ribbed_plastic")
     for solid in (
         board((-half - 0.002, -0.003, h - 0.03), (half + 0.002, e + 0.003, h), 0.002, 2),
         board((-half - 0.002, e + 0.0032, h - rim), (-half + e + 0.002, d, h), 0.001),
         board((half - e - 0.002, e + 0.0032, h - rim), (half + 0.002, d, h), 0.001),
     ):
-        bench.add(name, solid, look.trim, label="drawer", touch=False, density=PLASTIC)
+        bench.add(name, solid, look.trim, label="drawer", touch=False, density="ribbed_plastic")
     wide = min(0.3, 0.7 * w)
     lip = box((wide, LIP - 0.0034, 0.007), (0.0, -0.0032 - (LIP - 0.0034) / 2, h - 0.0065), 0.002, 2)
     hook = box((wide, 0.006, 0.014), (0.0, -LIP + 0.003, h - 0.014), 0.002)
     touch = board((-wide / 2, -LIP, h - 0.021), (wide / 2, -0.003, h - 0.003), 0.0)
     for solid in (lip, hook):
-        bench.add(name, solid, look.trim, label="handle", touch=False, density=PLASTIC)
+        bench.add(name, solid, look.trim, label="handle", touch=False, density="ribbed_plastic")
     bench.add(name, touch, look.trim, "handle", touch=f"{name}_handle_main", density=0.0, seen=False)
     way = round(0.72 * d, 3)
     bench.slide(f"{name}_joint", name, (0.0, 1.0, 0.0), (-way, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind)
@@ -63,7 +61,7 @@ def pull_out(bench: Bench, leaf: Leaf, look: Look, region: str) -> None:
     bench.link(leaf.link, at=(leaf.low[0], -GAP - t, leaf.low[1]))
     face(bench, leaf, look)
     seal = gasket((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + GAP - 3e-4)
-    bench.add(leaf.link, seal, "gasket_grey", "gasket", touch=False, density=DENSITY)
+    bench.add(leaf.link, seal, "gasket_grey", "gasket", touch=False, density="magnetic_gasket")
     grip(bench, leaf, look)
     x0, x1 = r.low[0] + SHEET + SLACK + 0.012 - leaf.low[0], r.high[0] - SHEET - SLACK - 0.012 - leaf.low[0]
     z0 = max(r.low[2] + 0.012 - leaf.low[1], 0.03)
@@ -77,10 +75,12 @@ def pull_out(bench: Bench, leaf: Leaf, look: Look, region: str) -> None:
         (board((x0, y0 + 0.01, z0 + e), (x0 + e, y1 - e, z1), 0.001), "left"),
         (board((x1 - e, y0 + 0.01, z0 + e), (x1, y1 - e, z1), 0.001), "right"),
     ):
-        bench.add(leaf.link, solid, "plastic_white", "drawer", touch=f"{leaf.name}_basket_{part}", density=PLASTIC)
+        bench.add(
+            leaf.link, solid, "plastic_white", "drawer", touch=f"{leaf.name}_basket_{part}", density="ribbed_plastic"
+        )
     for x in (x0 - 0.0105, x1 + 0.0005):
         rail = board((x, y0 + 0.012, z0 + 0.03), (x + 0.01, y1 - 0.06, z0 + 0.05), 0.001)
-        bench.add(leaf.link, rail, "steel_galvanised", "rail", touch=False, density=2500.0)
+        bench.add(leaf.link, rail, "steel_galvanised", "rail", touch=False, density="drawer_runner")
     way = round(0.82 * (y1 - y0), 3)
     grip_name = f"{leaf.link}_handle_main"
     bench.slide(leaf.joint, leaf.link, (0.0, 1.0, 0.0), (-way, 0.0), grip_name, start_n=11.0)

@@ -9,8 +9,6 @@ from casa_assets.families.kit.sweep import circle, tube
 from casa_assets.model.record import Vec3
 
 WIRE, RIM = 0.0016, 0.0026  # metres; radius with its coat
-# Steel of 2.4 mm in a coat of nylon.
-COATED = 5200.0
 TINE = 0.05
 TINES_APART = 0.095  # metres; closer rows hold no plates
 
@@ -35,7 +33,7 @@ def rack(
     bench.link(name, at=((x0 + x1) / 2, y0, z0))
     rows = min(tines, int(2 * half / TINES_APART))
     wires = [*_floor(half, deep), *_sides(half, deep, tall), *_tines(half, deep, rows)]
-    bench.add(name, joined(wires), finish, label="rack", touch=False, density=COATED)
+    bench.add(name, joined(wires), finish, label="rack", touch=False, density="coated_wire")
     t = 0.007
     for solid, part in (
         (board((-half, 0.0, -RIM), (half, deep, 2 * RIM), 0.0), "main"),

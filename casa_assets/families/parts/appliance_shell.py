@@ -17,9 +17,6 @@ SIDE, BACK, FLOOR, TOP, BETWEEN = 0.046, 0.056, 0.06, 0.05, 0.056  # metres of f
 GAP = 0.004  # between a door and the case; the gasket fills it
 HINGE = 0.014  # height of a hinge's cover above the case
 SHEET = 0.001  # of the liner
-# Steel of 0.6 mm, liner of 2 mm, polyurethane foam of 35 kg/m^3 between: as a density of the whole wall.
-FOAM = 150.0
-GLASS = 2500.0
 LINER = "plastic_white"
 
 
@@ -51,13 +48,13 @@ def shell(bench: Bench, width: float, depth: float, top: float, foot: float, roo
     body = board((0.0, 0.0, foot), (width, depth, top), ease, steps)
     holes = [board((r.low[0], -0.05, r.low[2]), r.high, 0.0) for r in rooms]
     shapes = _walls(width, depth, top, foot, rooms)
-    bench.add(ROOT, cut(body, *holes, shapes=shapes), look.body, label="case", density=FOAM)
+    bench.add(ROOT, cut(body, *holes, shapes=shapes), look.body, label="case", density="foamed_wall")
     for r in rooms:
         _line(bench, r)
     bench.ballast(ROOT, 9.0, (width / 2, depth - 0.12, foot + 0.09), (0.3, 0.16, 0.16))  # compressor and pan
     for k in range(2):
         coil = board((0.06, depth, foot + 0.25 + 0.012 * k), (width - 0.06, depth + 0.004, foot + 0.256 + 0.012 * k))
-        bench.add(ROOT, coil, "black_matt", label="case", touch=False, density=1000.0)
+        bench.add(ROOT, coil, "black_matt", label="case", touch=False, density="condenser")
 
 
 def _walls(width: float, depth: float, top: float, foot: float, rooms: Sequence[Room]) -> list[Placed]:
@@ -91,7 +88,7 @@ def _line(bench: Bench, r: Room) -> None:
         board((x0 + e, y0, z1 - e), (x1 - e, y1 - e, z1), 0.0),
         board((x0 + e, y1 - e, z0 + e), (x1 - e, y1, z1 - e), 0.0),
     ):
-        bench.add(ROOT, sheet, LINER, label="liner", touch=False, density=1050.0)
+        bench.add(ROOT, sheet, LINER, label="liner", touch=False, density="liner_sheet")
     middle, tall = (x0 + x1) / 2, z1 - z0
     wide = min(0.16, 0.4 * (x1 - x0))
     duct = board((middle - wide / 2, y1 - 0.007, z0 + 0.04), (middle + wide / 2, y1 - e - 3e-4, z1 - 0.04), 0.002)
@@ -118,7 +115,7 @@ def stand(bench: Bench, width: float, depth: float, foot: float, look: Look) -> 
     board_ = board((0.012, set_back, 0.003), (width - 0.012, depth - 0.05, foot - 3e-4), 0.002)
     finish = "plastic_grey_dark" if look.kick is Kick.GRILLE else "black_matt"
     # Rollers, pan and air behind it.
-    bench.add(ROOT, board_, finish, label="plinth", density=60.0)
+    bench.add(ROOT, board_, finish, label="plinth", density="appliance_plinth")
     for x in (0.08, width - 0.08):
         for y in (0.1, depth - 0.12):
             bench.add(ROOT, rod(0.018, 0.003).at(x, y, 0.0015), "rubber_black", label="foot", touch=False)
@@ -137,7 +134,7 @@ def cover(bench: Bench, x: float, top: float, thick: float, look: Look) -> None:
     length = 0.1 + thick
     lid = box((0.055, length, HINGE - 0.002), (x, 0.1 - length / 2 - 0.01, top + HINGE / 2 + 3e-4), 0.004, 2)
     finish = look.metal if look.form is Form.ROUND else "plastic_grey_dark"
-    bench.add(ROOT, lid, finish, label="hinge", density=900.0)
+    bench.add(ROOT, lid, finish, label="hinge", density="hinge_cover")
 
 
 def shelf(bench: Bench, name: str, r: Room, z: float, front: float, look: Look) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import board
 from casa_assets.families.kit.solid import Solid
-from casa_assets.families.parts.fronts import BOARD_DENSITY, THICK
+from casa_assets.families.parts.fronts import THICK
 from casa_assets.families.parts.fronts_look import Look
 from casa_assets.families.parts.handles import HandleKind
 from casa_assets.model.record import Vec3
@@ -96,7 +96,7 @@ def raise_carcass(bench: Bench, c: Carcass) -> None:
 
 
 def _put(bench: Bench, solid: Solid, finish: str, label: str, grain: Vec3) -> None:
-    bench.add(ROOT, solid, finish, label=label, grain=grain, density=BOARD_DENSITY)
+    bench.add(ROOT, solid, finish, label=label, grain=grain, density="board")
 
 
 def layered(bench: Bench, c: Carcass, low: Vec3, high: Vec3, axis: int, outer: bool, skinned: bool) -> None:
@@ -110,7 +110,7 @@ def layered(bench: Bench, c: Carcass, low: Vec3, high: Vec3, axis: int, outer: b
     whole = board(low, high)
     if axis != 1:  # the edge towards the front is banded like the fronts
         band = board(low, (high[0], low[1] + BAND, high[2]), 0.0004)
-        bench.add(ROOT, band, c.look.face, label="carcass", grain=grain, density=BOARD_DENSITY, touch=False)
+        bench.add(ROOT, band, c.look.face, label="carcass", grain=grain, density="board", touch=False)
         low = (low[0], low[1] + BAND, low[2])
     inner_low, inner_high, skin_low, skin_high = list(low), list(high), list(low), list(high)
     if skinned:
@@ -118,9 +118,9 @@ def layered(bench: Bench, c: Carcass, low: Vec3, high: Vec3, axis: int, outer: b
         (inner_high if outer else inner_low)[axis] = at
         (skin_low if outer else skin_high)[axis] = at
         skin = board(_corner(skin_low), _corner(skin_high), 0.0004)
-        bench.add(ROOT, skin, c.look.face, label="carcass", grain=grain, density=BOARD_DENSITY, touch=False)
+        bench.add(ROOT, skin, c.look.face, label="carcass", grain=grain, density="board", touch=False)
     inner = board(_corner(inner_low), _corner(inner_high), 0.0004)
-    bench.add(ROOT, inner.touched_as(whole), c.look.inside, label="carcass", grain=grain, density=BOARD_DENSITY)
+    bench.add(ROOT, inner.touched_as(whole), c.look.inside, label="carcass", grain=grain, density="board")
 
 
 def _corner(values: list[float]) -> Vec3:
@@ -173,7 +173,7 @@ def _plinth(bench: Bench, c: Carcass) -> None:
     y = c.front + KICK_SET_BACK
     x0, x1 = c.x + 0.001, c.x + c.width - 0.001
     kick = board((x0, y, 0.0), (x1, y + 0.016, c.plinth), 0.001)
-    bench.add(ROOT, kick, c.look.face, label="toe_kick", grain=ACROSS, density=BOARD_DENSITY)
+    bench.add(ROOT, kick, c.look.face, label="toe_kick", grain=ACROSS, density="board")
     for x in (x0, x1 - 0.016):
         strip = board((x, y + 0.016, 0.0), (x + 0.016, c.depth - 0.001, c.plinth), 0.001)
         _put(bench, strip, c.look.face, "toe_kick", ALONG)
@@ -196,7 +196,7 @@ def shelve(bench: Bench, c: Carcass, low: float, high: float, count: int, first:
         z += clear
         if k < count:
             shelf = board((c.left + gap, y0, z), (c.right - gap, c.back - gap, z + WALL))
-            bench.add(ROOT, shelf, c.look.inside, label="shelf", grain=ACROSS, density=BOARD_DENSITY)
+            bench.add(ROOT, shelf, c.look.inside, label="shelf", grain=ACROSS, density="board")
             z += WALL
     return first + count + 1
 

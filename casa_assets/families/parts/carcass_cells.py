@@ -20,7 +20,7 @@ from casa_assets.families.parts.carcass import (
     shelve,
     shelves_for,
 )
-from casa_assets.families.parts.fronts import BOARD_DENSITY, THICK
+from casa_assets.families.parts.fronts import THICK
 from casa_assets.families.parts.fronts_doors import Leaf, Reach, Side, hang
 from casa_assets.families.parts.fronts_drawers import Drawer
 from casa_assets.families.parts.handles import HandleKind
@@ -148,7 +148,7 @@ def _channel(bench: Bench, c: Carcass, top: float, low: float) -> None:
     web = board((c.left, y1, low), (c.right, y1 + SHEET, top), 0.0004)
     foot = board((c.left, y0, low), (c.right, y1 - 1e-4, low + SHEET), 0.0004)
     for solid, touched in ((web, True), (foot, False)):
-        bench.add(ROOT, solid, c.look.metal, label="channel", grain=ACROSS, density=2700.0, touch=touched)
+        bench.add(ROOT, solid, c.look.metal, label="channel", grain=ACROSS, density="metal_rod", touch=touched)
 
 
 def _doors(bench: Bench, c: Carcass, cell: Cell, z: float, top: float, last: bool) -> None:
@@ -200,4 +200,4 @@ def _false_front(bench: Bench, c: Carcass, cell: Cell, z: float, top: float) -> 
     upper = top - CHANNEL_HIGH - 0.004 if _grooved(c, cell) else high - 0.01
     for x in (c.left, c.right - 0.03):
         block = board((x, THICK, low + 0.01), (x + 0.03, c.front + 0.03, upper), 0.0)
-        bench.add(ROOT, block, c.look.inside, label="carcass", touch=False, density=BOARD_DENSITY)
+        bench.add(ROOT, block, c.look.inside, label="carcass", touch=False, density="board")

@@ -13,7 +13,6 @@ from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import board
 from casa_assets.families.parts.carcass import Carcass
 from casa_assets.families.parts.carcass_cells import Cell, CellKind, build_column, finish
-from casa_assets.families.parts.fronts import BOARD_DENSITY
 from casa_assets.families.parts.fronts_doors import Reach, Side
 from casa_assets.families.parts.fronts_drawers import least_height
 from casa_assets.families.parts.fronts_look import Look
@@ -89,7 +88,7 @@ def build_housing(family: str, p: Housing, supplies: Supplies, panelled: bool = 
     if on_floor:
         # What stands in the niche stands on a thin board, which keeps drips off the floor of the room.
         sheet = board((body.left, body.front, 0.0), (body.right, p.depth, body.floor), 0.001)
-        bench.add(ROOT, sheet, look.inside, label="floor", density=BOARD_DENSITY)
+        bench.add(ROOT, sheet, look.inside, label="floor", density="board")
     cells.append(Cell(CellKind.NICHE, p.niche, name="int"))
     cells += _cells(p.over, p.height - top, p.hinge, Reach.LOW, "upper_", look)
     build_column(bench, body, tuple(cells))

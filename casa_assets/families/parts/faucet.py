@@ -22,8 +22,6 @@ from casa_assets.model.record import Vec3
 FLOWS_FROM, FLOW_RANGE = 0.40, 1.0
 TEMPERATURE_RANGE = 0.785
 SPOUT_RANGE = 1.57
-# Brass with a bore: share of the solid that is metal, times brass.
-HOLLOW = 8500 * 0.45
 WATER = (0.45, 0.62, 0.75, 0.0)
 
 
@@ -74,11 +72,11 @@ def fit(bench: Bench, p: Faucet, at: Vec3, fall: float) -> None:
     wide = p.form in (Form.BRIDGE, Form.VICTORIAN)
     body, swivel = _body(p, wide)
     for solid in body:
-        bench.add(ROOT, solid.at(x, y, z), p.finish, label="faucet", density=HOLLOW)
+        bench.add(ROOT, solid.at(x, y, z), p.finish, label="faucet", density="tap_body")
     bench.link("spout", at=(x, y, z + swivel))
     spout = _spout(p, p.height - swivel)
     for i, solid in enumerate(spout.solids):
-        bench.add("spout", solid, p.finish, label="spout", touch="spout_main" if i == 0 else True, density=HOLLOW)
+        bench.add("spout", solid, p.finish, label="spout", touch="spout_main" if i == 0 else True, density="tap_body")
     bench.hinge("spout_joint", "spout", (0.0, 0.0, 1.0), (-SPOUT_RANGE, SPOUT_RANGE), "spout_main", start_n=5.0)
     mx, my, mz = spout.mouth
     stream = z + swivel + mz - fall
@@ -218,12 +216,12 @@ def _levers(bench: Bench, p: Faucet, at: Vec3, wide: bool) -> None:
     if not wide:
         for sign in (-1, 1):
             stem = rod(0.0125, 0.028, axis="x").at(x + sign * 0.034, y, z + high)
-            bench.add(ROOT, stem, p.finish, label="faucet", density=HOLLOW)
+            bench.add(ROOT, stem, p.finish, label="faucet", density="tap_body")
     # Flow: a hinge about x; at rest the lever stands up, and tips forward.
     bench.link("handle", at=(x + side + (0.0 if wide else 0.0075), y, z + high + (0.014 if wide else 0.0)))
     hub = ball(0.0125) if wide else rod(0.0135, 0.014, axis="x")
     _lever(bench, "handle", p, "handle_main")
-    bench.add("handle", hub, p.finish, label="handle", density=HOLLOW)
+    bench.add("handle", hub, p.finish, label="handle", density="tap_body")
     flow = dynamics.feel(2e-4, 0.07, FLOW_RANGE, 5.5)
     bench.hinge("handle_joint", "handle", (1.0, 0.0, 0.0), (0.0, FLOW_RANGE), "handle_main", feel=flow)
     # Temperature: a hinge about z; at rest the lever points to the left.
@@ -231,8 +229,8 @@ def _levers(bench: Bench, p: Faucet, at: Vec3, wide: bool) -> None:
     bench.link("handle_temp", at=(x + left, y, z + high + (0.008 if wide else 0.0)))
     cap = rod(0.0125, 0.012) if wide else rod(0.0135, 0.026)
     arm = tube([(-0.008, 0.0, 0.002), (-0.066, 0.0, 0.008)], 0.0058)
-    bench.add("handle_temp", arm, p.finish, label="handle", name="handle_temp_main", density=HOLLOW)
-    bench.add("handle_temp", cap, p.finish, label="handle", density=HOLLOW)
+    bench.add("handle_temp", arm, p.finish, label="handle", name="handle_temp_main", density="tap_body")
+    bench.add("handle_temp", cap, p.finish, label="handle", density="tap_body")
     warm = dynamics.feel(1.5e-4, 0.04, 2 * TEMPERATURE_RANGE, 5.5)
     span = (-TEMPERATURE_RANGE, TEMPERATURE_RANGE)
     bench.hinge("handle_temp_joint", "handle_temp", (0.0, 0.0, 1.0), span, "handle_temp_main", feel=warm)
@@ -241,15 +239,17 @@ def _levers(bench: Bench, p: Faucet, at: Vec3, wide: bool) -> None:
 def _lever(bench: Bench, link: str, p: Faucet, name: str) -> None:
     if p.form is Form.VICTORIAN:
         parts = [tube([(0.0, 0.0, 0.008), (0.0, 0.0, 0.05)], 0.005), ball(0.0095).at(z=0.058)]
-        bench.add(link, parts[0], p.finish, label="handle", density=HOLLOW)
+        bench.add(link, parts[0], p.finish, label="handle", density="tap_body")
         bench.add(link, parts[1], "ceramic_white", label="handle", name=name)
     elif p.form is Form.SQUARE:
-        bench.add(link, box((0.011, 0.02, 0.085), (0.0, 0.0, 0.052), 0.0015), p.finish, "handle", name, density=HOLLOW)
+        bench.add(
+            link, box((0.011, 0.02, 0.085), (0.0, 0.0, 0.052), 0.0015), p.finish, "handle", name, density="tap_body"
+        )
     else:
         blade = tube([(0.0, 0.0, 0.01), (0.0, 0.0, 0.098)], rectangle(0.011, 0.016, 0.0045, 4), up=(0.0, 1.0, 0.0))
         low, high = blade.bounds
         blade = Solid(blade.points, blade.faces, (box_shape(low, high),), blade.spread, 50.0)
-        bench.add(link, blade, p.finish, "handle", name, density=HOLLOW)
+        bench.add(link, blade, p.finish, "handle", name, density="tap_body")
 
 
 def behavior() -> Behavior:

@@ -18,9 +18,6 @@ from casa_assets.families.parts.front_panels import ACROSS, UPRIGHT, Opening
 from casa_assets.model.record import Vec3
 
 THICK = 0.02  # metres; fronts are 19 to 22 mm
-# Solid wood and medium-density fibreboard, kg/m^3. Ref: wood handbooks, trade tables of panels.
-BOARD_DENSITY = 690.0
-GLASS_DENSITY = 2500.0
 EASE = 0.0012
 LIP, GROOVE = 0.007, 0.03  # thickness of the lip in front of a finger groove, and how far the groove reaches in
 
@@ -145,9 +142,9 @@ def lay(
     for part in parts:
         solid = part.solid.at(*at)
         if part.pane:
-            bench.add(link, solid, glass, label="glass", touch=False, density=GLASS_DENSITY)
+            bench.add(link, solid, glass, label="glass", touch=False, density="glass")
         else:
-            bench.add(link, solid, finish, label, name, part.grain, touch=False, density=BOARD_DENSITY)
+            bench.add(link, solid, finish, label, name, part.grain, touch=False, density="board")
     low, high = [0.0, 0.0, 0.0], list(size)
     if groove in (Edge.TOP, Edge.RIGHT):
         high[2 if groove is Edge.TOP else 0] -= GROOVE

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import board
 from casa_assets.families.parts import fronts, handles
-from casa_assets.families.parts.fronts import BOARD_DENSITY, THICK, Edge
+from casa_assets.families.parts.fronts import THICK, Edge
 from casa_assets.families.parts.fronts_doors import PLATE, edge_pull
 from casa_assets.families.parts.fronts_look import Look
 from casa_assets.families.parts.handles import HandleKind
@@ -96,17 +96,17 @@ def _box(bench: Bench, look: Look, d: Drawer) -> float:
     across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     for x in (x0, x1 - SIDE):
         side = board((x, y0 + SIDE, low), (x + SIDE, y1, high))
-        bench.add(d.link, side, look.tray, label="drawer", grain=along, density=BOARD_DENSITY)
+        bench.add(d.link, side, look.tray, label="drawer", grain=along, density="board")
     for y, top in ((y0, high - 0.0015), (y1 - SIDE, high - 0.0015)):
         inner = (x0 + SIDE, x1 - SIDE) if y > y0 else (x0, x1)
         end = board((inner[0], y, low), (inner[1], y + SIDE, top))
-        bench.add(d.link, end, look.tray, label="drawer", grain=across, density=BOARD_DENSITY)
+        bench.add(d.link, end, look.tray, label="drawer", grain=across, density="board")
     base = low + RAISED + BASE
     floor = board((x0 + SIDE, y0 + SIDE, low + RAISED), (x1 - SIDE, y1 - SIDE, base), 0.0)
-    bench.add(d.link, floor, look.tray, label="drawer", name=f"{d.link}_base", density=BOARD_DENSITY)
+    bench.add(d.link, floor, look.tray, label="drawer", name=f"{d.link}_base", density="board")
     bench.region(d.region, (x0 + SIDE, y0 + SIDE, base), (x1 - SIDE, y1 - SIDE, high), link=d.link)
     for x in (d.left, d.right - RUNNER):
         z = d.z + low + 0.02
         runner = board((x, d.front + 0.004, z), (x + RUNNER, y1 - 0.01, z + 0.035), 0.0008)
-        bench.add(ROOT, runner, "steel_galvanised", label="runner", touch=False, density=2500.0)
+        bench.add(ROOT, runner, "steel_galvanised", label="runner", touch=False, density="drawer_runner")
     return y1 - y0

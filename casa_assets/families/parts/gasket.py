@@ -6,9 +6,6 @@ from casa_assets.families.kit.solid import Solid
 from casa_assets.families.kit.sweep import prism, rectangle
 from casa_assets.model.record import Vec2
 
-# Flexible PVC profile, half of it air. By weighing.
-DENSITY = 500.0
-
 
 def gasket(low: Vec2, high: Vec2, y0: float, y1: float, wide: float = 0.014) -> Solid:
     """A frame of rubber between two planes.

@@ -197,5 +197,5 @@ def griddle(bench: Bench, low: tuple[float, float], high: tuple[float, float], t
     tray = board((x0, y0, z), (x1, y1, z + 0.03), 0.003, 2)
     hollow = board((x0 + 0.012, y0 + 0.012, z + 0.018), (x1 - 0.012, y1 - 0.012, z + 1.0), 0.0)
     plate = board((x0 + 0.0125, y0 + 0.05, z + 0.0182), (x1 - 0.0125, y1 - 0.0125, z + 0.025), 0.001)
-    bench.add(ROOT, cut(tray, hollow, shapes=tray.shapes), "stainless_brushed", label="grate", density=5000.0)
+    bench.add(ROOT, cut(tray, hollow, shapes=tray.shapes), "stainless_brushed", label="grate", density="griddle_plate")
     bench.add(ROOT, plate, "stainless_polished", label="grate", touch=False)

@@ -18,9 +18,6 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Capsule
 
 LEATHER = "leather_tan"
-# A hollow zinc casting: share of the solid that is metal, times zinc. By weighing handles of the trade.
-CAST = 4000.0
-HIDE_DENSITY = 900.0
 EDGE_REACH = 0.024  # metres
 
 
@@ -99,9 +96,9 @@ def handle(kind: HandleKind, length: float) -> Handle:
 def fix(bench: Bench, link: str, made: Handle, metal: str, name: str, label: str = "handle") -> None:
     """Put a handle on a link; its grip's collider is called `name`, its mesh `<name>_visual`."""
     for solid in made.metal:
-        bench.add(link, solid, metal, label=label, name=name, touch=False, density=CAST)
+        bench.add(link, solid, metal, label=label, name=name, touch=False, density="handle_casting")
     for solid in made.hide:
-        bench.add(link, solid, LEATHER, label=label, name=f"{name}_hide", touch=False, density=HIDE_DENSITY)
+        bench.add(link, solid, LEATHER, label=label, name=f"{name}_hide", touch=False, density="leather")
     first = (*made.metal, *made.hide)[0]
     touched = Solid(first.points, first.faces, made.shapes)
     bench.add(link, touched, metal, label=label, name=name, density=0.0, seen=False)

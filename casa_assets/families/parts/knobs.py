@@ -60,9 +60,9 @@ def knob(
         crease_deg=body.crease_deg,
     )
     face = Pose() if up else Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
-    bench.add(link, shaped.posed(face), finish, label="knob", touch=collider, density=1500.0)
+    bench.add(link, shaped.posed(face), finish, label="knob", touch=collider, density="control_knob")
     for solid in extra:
-        bench.add(link, solid.posed(face), finish, label="knob", touch=False, density=1500.0)
+        bench.add(link, solid.posed(face), finish, label="knob", touch=False, density="control_knob")
     pointer = _pointer(style, radius, depth)
     bench.add(link, pointer.posed(face), mark, label="knob", touch=False, density=0.0)
     axis = (0.0, 0.0, 1.0) if up else (0.0, -1.0, 0.0)

@@ -21,9 +21,6 @@ WALL = 0.045  # metres of insulation between liner and shell
 GAP = 0.003
 THICK = 0.045  # of a door: two panes and air
 FOLD = 1.48  # rad
-WOOL = 260.0  # kg/m^3 of a wall: sheet on both sides, mineral wool between
-DOOR = 480.0  # kg/m^3 of a door's frame
-PIPE, CAST = 2050.0, 2700.0  # kg/m^3 of a handle: steel pipe of 2 mm with what is in it; posts of cast aluminium
 SPAN = 0.26  # metres that a rack comes out
 
 
@@ -83,7 +80,7 @@ def cavity(
         board((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t), 0.0),
     )
     for wall in walls:
-        bench.add(ROOT, wall, looks.shell, label="case", touch=touched, density=WOOL)
+        bench.add(ROOT, wall, looks.shell, label="case", touch=touched, density="oven_wall")
     (a0, b0, c0), (a1, b1, c1) = inner
     liners = (
         board((a0, b0 + 0.001, c0), (a0 + e, b1, c1), 0.0),
@@ -93,12 +90,12 @@ def cavity(
         board((a0 + e, b1 - e, c0 + e), (a1 - e, b1, c1 - e), 0.0),
     )
     for sheet in liners:
-        bench.add(ROOT, sheet, looks.liner, label="liner", touch=False, density=7850.0)
+        bench.add(ROOT, sheet, looks.liner, label="liner", touch=False, density="steel")
     seal = cut(
         board((a0 - 0.014, y0 - 0.0013, c0 - 0.014), (a1 + 0.014, y0 - 0.0003, c1 + 0.014), 0.0),
         board((a0 - 0.004, y0 - 0.01, c0 - 0.004), (a1 + 0.004, y0 + 0.01, c1 + 0.004), 0.0),
     )
-    bench.add(ROOT, seal, "gasket_grey", label="gasket", touch=False, density=300.0)
+    bench.add(ROOT, seal, "gasket_grey", label="gasket", touch=False, density="soft_gasket")
     furnish(bench, (a0, b0, c0), (a1, b1, c1), f"lamp{first}")
     height = c1 - c0
     for k in range(racks):
@@ -129,13 +126,13 @@ def furnish(bench: Bench, low: Vec3, high: Vec3, lamp: str) -> None:
     r = min(0.085, 0.33 * (c1 - low[2]), 0.3 * (a1 - a0))
     face = b1 - 0.0008  # the liner's front
     cover = lathe([(r, 0.0), (r, 0.004), (0.9 * r, 0.009), (0.0, 0.009)]).turned("x", math.pi / 2)
-    bench.add(ROOT, cover.at(x, face, z), "enamel_charcoal", label="fan", touch=False, density=1200.0)
+    bench.add(ROOT, cover.at(x, face, z), "enamel_charcoal", label="fan", touch=False, density="oven_fan")
     slots = [box((0.0035, 0.0008, 0.5 * r), (0.0, -0.0098, 0.52 * r), 0.0) for _ in range(12)]
     ring = joined([s.turned("y", 2 * math.pi * k / 12) for k, s in enumerate(slots)])
     bench.add(ROOT, ring.at(x, face, z), "rubber_black", label="fan", touch=False, density=0.0)
     bulb = lathe([(0.026, 0.0), (0.026, 0.003), (0.021, 0.005), (0.017, 0.011), (0.0, 0.014)]).turned("x", math.pi / 2)
     at = (a1 - 0.055, face, c1 - 0.05)
-    bench.add(ROOT, bulb.at(*at), "glass_opal", label="lamp", name=lamp, touch=False, density=1500.0)
+    bench.add(ROOT, bulb.at(*at), "glass_opal", label="lamp", name=lamp, touch=False, density="oven_lamp")
 
 
 def rack(bench: Bench, name: str, low: Vec3, high: Vec3, looks: Looks, door: str) -> None:
@@ -180,7 +177,7 @@ def door(
     pane_low, pane_high = (m, h * (0.5 - looks.window / 2) * 0.8), (w - m, h * (0.5 + looks.window / 2) * 0.96)
     hole = board((pane_low[0], -0.01, pane_low[1]), (pane_high[0], THICK + 0.01, pane_high[1]), 0.0)
     frame = cut(slab, hole, shapes=(box_shape((0, 0, 0), (w, THICK, h)),))
-    bench.add(link, frame, looks.face, label="door", name=f"{link}_main", density=DOOR)
+    bench.add(link, frame, looks.face, label="door", name=f"{link}_main", density="oven_door")
     if looks.border:
         rim = cut(
             board(
@@ -199,7 +196,7 @@ def door(
         board((0.012, THICK - 0.0002, 0.012), (w - 0.012, THICK + 0.0012, h - 0.012), 0.0),
         board((pane_low[0] + 0.002, 0.0, pane_low[1] + 0.002), (pane_high[0] - 0.002, 1.0, pane_high[1] - 0.002), 0.0),
     )
-    bench.add(link, inner, looks.liner, label="door", touch=False, density=2000.0)
+    bench.add(link, inner, looks.liner, label="door", touch=False, density="oven_door_liner")
     _handle(bench, link, w, h, looks)
     return fold(bench, link)
 
@@ -209,15 +206,15 @@ def _handle(bench: Bench, link: str, w: float, h: float, looks: Looks) -> None:
     if looks.grip is Grip.PRO:
         for x in (inset, w - inset):
             post = box((0.03, reach, 0.034), (x, -reach / 2, z), 0.005, 2)
-            bench.add(link, post, looks.metal, label="handle", density=CAST)
+            bench.add(link, post, looks.metal, label="handle", density="metal_rod")
         grip = tube([(inset - 0.035, -reach - 0.002, z), (w - inset + 0.035, -reach - 0.002, z)], 0.0145)
-        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density=PIPE)
+        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
     elif looks.grip is Grip.FLAT:
         for x in (inset, w - inset):
             post = box((0.02, reach - 0.01, 0.016), (x, -(reach - 0.01) / 2, z), 0.002)
-            bench.add(link, post, looks.metal, label="handle", density=CAST)
+            bench.add(link, post, looks.metal, label="handle", density="metal_rod")
         flat = box((w - 2 * inset + 0.05, 0.012, 0.026), (w / 2, -reach + 0.004, z), 0.003, 2)
-        bench.add(link, flat, looks.metal, label="handle", name=f"{link}_handle_main", density=PIPE)
+        bench.add(link, flat, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
     elif looks.grip is Grip.CURVED:
         steps = np.linspace(-1, 1, 13)
         path = [
@@ -235,13 +232,13 @@ def _handle(bench: Bench, link: str, w: float, h: float, looks: Looks) -> None:
             for x in (inset + 0.012, w - inset - 0.012)
         ]
         body = Solid(grip.points, grip.faces, (whole, *ends), grip.spread, 50.0)
-        bench.add(link, body, looks.metal, label="handle", name=f"{link}_handle_main", density=PIPE)
+        bench.add(link, body, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
     else:
         for x in (inset, w - inset):
             post = box((0.018, reach, 0.018), (x, -reach / 2, z), 0.004, 2)
-            bench.add(link, post, looks.metal, label="handle", density=CAST)
+            bench.add(link, post, looks.metal, label="handle", density="metal_rod")
         grip = tube([(inset - 0.02, -reach, z), (w - inset + 0.02, -reach, z)], 0.0105)
-        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density=PIPE)
+        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
 
 
 def fold(bench: Bench, link: str) -> str:

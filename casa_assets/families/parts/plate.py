@@ -25,7 +25,7 @@ def plate(bench: Bench, width: float, height: float, radius: float, finish: str,
         (box_shape((-width / 2, -THICK, -height / 2), (width / 2, 0.0, height / 2)),),
         crease_deg=50.0,
     )
-    bench.add(ROOT, body, finish, label="plate", name="plate", density=1080.0)
+    bench.add(ROOT, body, finish, label="plate", name="plate", density="hard_plastic")
     if screws and height > 0.1:
         for z in (-0.0485, 0.0485):
             head = rod(0.0032, 0.0012, 0.0004, "y").at(0.0, -THICK - 0.0003, z)

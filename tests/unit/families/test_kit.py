@@ -27,7 +27,9 @@ from tests.asset_parts import labels
 WOOD = Substance(id="wood", density=600.0, static_friction=0.5, dynamic_friction=0.4)
 TILED = Finish(id="tiled", material=Material(id="tiled", tile_m=(0.5, 0.8)), substance=WOOD)
 PLAIN = Finish(id="plain", material=Material(id="plain"), substance=WOOD)
-SUPPLIES = Supplies({"tiled": TILED, "plain": PLAIN}, labels("cabinet", ("cabinet", "furniture"), "Q1049754"))
+SUPPLIES = Supplies(
+    {"tiled": TILED, "plain": PLAIN}, labels("cabinet", ("cabinet", "furniture"), "Q1049754"), {"foam": 100.0}
+)
 
 SOLIDS: dict[str, tuple[Solid, float]] = {
     "sharp box": (box((0.2, 0.3, 0.4), ease=0.0), 0.024),

@@ -235,7 +235,7 @@ def test_what_closes_a_corner_stays_out_of_main() -> None:
 @pytest.mark.parametrize("structure", list(Structure))
 def test_a_wall_weighs_what_it_is_built_of(structure: Structure) -> None:
     asset = made("room_wall", Wall(length=2.0, height=2.5, thickness=0.1, structure=structure))
-    assert asset.mass == pytest.approx(0.5 * DENSITY[structure], rel=1e-5)
+    assert asset.mass == pytest.approx(0.5 * known().densities[DENSITY[structure]], rel=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,78 @@
+"""Densities of parts are named rows of registry/densities.yaml; no family has one of its own."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import casa_assets.families
+from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.families.kit.bench import ROOT, Bench
+from casa_assets.families.kit.blocks import box
+from casa_assets.registry import data_root, read_densities, read_document
+from casa_assets.registry_families import family
+from tests.family_members import known, supplies
+
+SOURCES = sorted(Path(casa_assets.families.__path__[0]).rglob("*.py"))
+ROWS = read_document(data_root() / "densities.yaml").value
+
+
+def stated(tree: ast.AST) -> Iterator[ast.Constant]:
+    """Constants that are given as densities: arguments, and defaults of parameters, called `density`."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.keyword) and node.arg == "density":
+            yield from (n for n in ast.walk(node.value) if isinstance(n, ast.Constant))
+        if isinstance(node, ast.Assign) and any(isinstance(t, ast.Name) and t.id == "density" for t in node.targets):
+            yield from (n for n in ast.walk(node.value) if isinstance(n, ast.Constant) and isinstance(n.value, float))
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.stem)
+def test_no_family_states_a_density_in_numbers(path: Path) -> None:
+    for constant in stated(ast.parse(path.read_text(encoding="utf-8"))):
+        assert constant.value in (None, 0.0) or isinstance(constant.value, str), (path.name, constant.lineno)
+
+
+def test_every_row_is_used_by_a_family() -> None:
+    words = {n.value for p in SOURCES for n in ast.walk(ast.parse(p.read_text())) if isinstance(n, ast.Constant)}
+    assert set(ROWS) <= words
+
+
+def test_a_row_is_a_number_or_a_share_of_a_substance() -> None:
+    densities, substances = known().densities, known().substances
+    assert densities["hood_body"] == ROWS["hood_body"]["kg_m3"]
+    assert densities["tap_body"] == substances["brass"].density * ROWS["tap_body"]["fill"]
+    assert densities["glass"] == substances["glass"].density
+
+
+def test_a_part_weighs_its_volume_times_the_density_of_that_name() -> None:
+    vase = family("vase")
+    bench = Bench(supplies(vase, vase.presets["white_tulips"]))
+    bench.add(ROOT, box((0.1, 0.2, 0.3), ease=0.0), "chrome", density="hood_body")
+    assert bench.pieces[ROOT].weights[0].mass == pytest.approx(0.006 * known().densities["hood_body"])
+    with pytest.raises(UnknownId, match="hood_body"):
+        bench.add(ROOT, box((0.1, 0.2, 0.3), ease=0.0), "chrome", density="hood_bodi")
+
+
+@pytest.mark.parametrize(
+    ("row", "pointer", "expected"),
+    [
+        ("a: {kg_m3: 0, why: x}", "a.kg_m3", "greater than 0"),
+        ("a: {why: x}", "a", "either kg_m3 or a substance"),
+        ("a: {kg_m3: 5, substance: steel, why: x}", "a", "either kg_m3 or a substance"),
+        ("a: {kg_m3: 5, fill: 0.5, why: x}", "a", "fill is the share of a substance"),
+        ("a: {substance: steel, fill: 1.5, why: x}", "a.fill", "less than or equal to 1"),
+        ("a: {substance: stel, why: x}", "a.substance", "'steel', or another one of"),
+        ("steel: {kg_m3: 5, why: x}", "steel", "a name that no substance has"),
+        ("a: {kg_m3: 5}", "a.why", "Field required"),
+    ],
+)
+def test_a_faulty_row_is_told_with_line_and_pointer(tmp_path: Path, row: str, pointer: str, expected: str) -> None:
+    path = tmp_path / "densities.yaml"
+    path.write_text(f"# one row\n{row}\n", encoding="utf-8")
+    with pytest.raises(RegistryError) as caught:
+        read_densities(read_document(path), known().substances)
+    assert (caught.value.file, caught.value.line, caught.value.pointer) == ("densities.yaml", 2, pointer)
+    assert expected in caught.value.expected
