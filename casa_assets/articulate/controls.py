@@ -13,7 +13,8 @@ from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.raster import Picture
 from casa_assets.articulate.soup import Bools, Floats
 
-# Sizes in diagonals of the thing. Ref: ranges of knobs and buttons over 350 labelled ones, widened.
+# Sizes in diagonals of the thing. Ref: the articulation bench (docs/articulate.md, The sets), which also scores this:
+# the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is 0.258 long.
 SMALLEST, LARGEST = 0.006, 0.14
 # A disc fills pi/4 of its square; a hull that fills this much of that, either way, is round.
 ROUND = 0.09

@@ -11,9 +11,10 @@ from casa_assets.articulate.panels import Panel
 from casa_assets.articulate.plan import Edge
 from casa_assets.articulate.soup import Floats
 
-# Ref: hinge lines of 170 labelled doors lie at this part of the door's depth from its back (median).
+# Part of the door's depth from its back at which its hinge line lies. Ref: the articulation bench (docs/articulate.md,
+# The sets), which also scores this: its 67 hinged doors have a median of 0.13 and quartiles of 0.00 and 0.34.
 HINGE_DEPTH = 0.15
-# Ref: labelled drawers open by this part of their own depth (median).
+# Part of its own depth by which a drawer opens. Ref: the 57 drawers of the same bench have a median of 0.82.
 DRAWER_WAY = 0.81
 DOOR_RANGE = math.pi / 2
 # A door hinges at its top or bottom only where it is this much wider than high.

@@ -25,6 +25,8 @@ def index(
     from casa_assets.pipeline.books import index as books
     from casa_assets.pipeline.job import writing
 
+    if parquet is not None:
+        books.require_parquet()
     place = library_at(library)
     with place.locked(), writing(library):
         count = books.rebuild(place)

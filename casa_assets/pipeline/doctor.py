@@ -10,13 +10,12 @@ import re
 import shutil
 import subprocess
 import sys
-import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from casa_assets.model.record import Record
+from casa_assets.pipeline.extras import DISTRIBUTION, extras, install_command, requirements
 
-DISTRIBUTION = "casa-assets"
 SYSTEM_PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
 RENDERERS = ("egl", "osmesa")
 CHILD_LIMIT_S = 90.0
@@ -138,18 +137,21 @@ def _python() -> Finding:
 
 
 def _packages() -> tuple[Finding, ...]:
-    pinned, needed, optional = _pinned(), _requirements(), ("objaverse",)
-    found = [_package(name, pinned.get(name), needed=True) for name in needed]
-    return (*found, *(_package(name, pinned.get(name), needed=False) for name in optional))
+    pinned, needed = _pinned(), _requirements()
+    found = [_package(name, pinned.get(name)) for name in needed]
+    optional = {_name(line): extra for extra, lines in extras().items() for line in lines}
+    return (*found, *(_package(name, pinned.get(name), extra) for name, extra in optional.items()))
 
 
-def _package(name: str, pinned: str | None, *, needed: bool) -> Finding:
-    subject = f"package {name}"
+def _package(name: str, pinned: str | None, extra: str | None = None) -> Finding:
+    """Whether a distribution is installed, in the pinned version; with an extra it is an optional one."""
+    subject, needed = f"package {name}", extra is None
     try:
         version = importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
-        mend = _mend_packages() if needed else f"{sys.executable} -m pip install '{DISTRIBUTION}[{name}]'"
-        return Finding(subject=subject, ok=False, needed=needed, says="not installed", mend=mend)
+        says = "not installed" if extra is None else f"not installed, optional: the extra '{extra}' brings it"
+        mend = _mend_packages() if extra is None else install_command(extra)
+        return Finding(subject=subject, ok=False, needed=needed, says=says, mend=mend)
     if pinned is not None and version != pinned:
         # Another version may well work, so this is said and not held against the machine.
         says = f"{version}, tested with {pinned}"
@@ -158,13 +160,8 @@ def _package(name: str, pinned: str | None, *, needed: bool) -> Finding:
 
 
 def _requirements() -> tuple[str, ...]:
-    """Normalised names of the distributions that ours needs, sorted; from pyproject.toml where it is not installed."""
-    try:
-        lines = importlib.metadata.requires(DISTRIBUTION) or []
-    except importlib.metadata.PackageNotFoundError:
-        project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
-        lines = project["project"]["dependencies"]
-    return tuple(sorted({_name(line) for line in lines if "extra ==" not in line}))
+    """Normalised names of the distributions that ours needs, sorted."""
+    return tuple(sorted({_name(line) for line in requirements()}))
 
 
 def _pinned() -> dict[str, str]:
@@ -181,16 +178,31 @@ def _name(requirement: str) -> str:
     return re.sub(r"[-_.]+", "-", word).lower()
 
 
+def _native_modules() -> dict[str, str]:
+    """Those of NATIVE_MODULES that ought to load here: all but optional ones that are not installed."""
+    optional = {_name(line) for lines in extras().values() for line in lines}
+    return {module: name for module, name in NATIVE_MODULES.items() if name not in optional or _is_installed(name)}
+
+
+def _is_installed(name: str) -> bool:
+    try:
+        importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return False
+    return True
+
+
 def _native() -> Finding:
-    ran, answer = _child(_IMPORT, *NATIVE_MODULES)
+    modules = _native_modules()
+    ran, answer = _child(_IMPORT, *modules)
     subject = "native modules"
     if not ran:
         return Finding(subject=subject, ok=False, says=f"importing them failed: {answer}", mend=_mend_packages())
     bad: dict[str, str] = json.loads(answer)
     if bad:
-        says = "; ".join(f"{NATIVE_MODULES[name]}: {why}" for name, why in bad.items())
+        says = "; ".join(f"{modules[name]}: {why}" for name, why in bad.items())
         return Finding(subject=subject, ok=False, says=says, mend=_mend_packages())
-    return Finding(subject=subject, ok=True, says=f"{len(NATIVE_MODULES)} load, SimReady validation among them")
+    return Finding(subject=subject, ok=True, says=f"{len(modules)} load, SimReady validation among them")
 
 
 def _renderers(drawn: tuple[tuple[str, bool, str], ...]) -> tuple[Finding, ...]:

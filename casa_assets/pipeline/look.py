@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import io
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -19,6 +18,7 @@ from casa_assets.errors import CasaError
 from casa_assets.export import mjcf
 from casa_assets.model.asset import Asset
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.extras import require
 from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
 
@@ -91,9 +91,7 @@ def there(weights: str) -> None:
         raise CasaError(f"{place}: holds no weights of CLIP: a folder of them has {CONFIG} beside them")
     if not place.exists() and (place.suffix in FILES or place.is_absolute()):
         raise CasaError(f"{place}: there are no weights of CLIP")
-    if importlib.util.find_spec("open_clip") is None:
-        says = "CLIP needs the packages open_clip_torch and torch, which are not installed here"
-        raise CasaError(f"{says}; pip install 'casa-assets[clip]'")
+    require("open_clip", "clip", "CLIP")
 
 
 def eye(weights: str) -> Eye:

@@ -11,6 +11,7 @@ from pathlib import Path
 from casa_assets.errors import OutputError
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.books.entry import Entry, entries
+from casa_assets.pipeline.extras import require
 
 NAME = "index.sqlite"
 COLUMNS: dict[str, str] = {
@@ -73,12 +74,19 @@ def rebuild(library: disk.Library) -> int:
     return len(rows)
 
 
+def require_parquet() -> None:
+    """Say early that Parquet cannot be written here. Raises CasaError, which names the extra to install."""
+    require("pyarrow", "parquet", "Parquet")
+
+
 def export_parquet(library: disk.Library, target: Path) -> int:
     """Write the rows of the index as one Parquet file; returns their number.
 
     Raises:
+        CasaError: pyarrow is not installed.
         OutputError: an entry is damaged, or the file cannot be written.
     """
+    require_parquet()
     import pyarrow
     import pyarrow.parquet
 
