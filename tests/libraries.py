@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from casa_assets.model.record import Vec3
+from casa_assets.pipeline import entry_table
 from tests.meshes import box_mesh
 
 ROOT = Path(__file__).parents[1]
@@ -58,10 +59,14 @@ def casa(*arguments: object, **environment: str) -> subprocess.CompletedProcess[
 
 
 def tree(root: Path) -> dict[str, bytes | None]:
-    """Relative path -> bytes of every file below a folder; None for a folder."""
+    """Relative path -> bytes of every file below a folder; None for a folder.
+
+    The table of entries in the cache is left out: it tells when files were written, and is no output.
+    """
     return {
         path.relative_to(root).as_posix(): None if path.is_dir() else path.read_bytes()
         for path in sorted(root.rglob("*"))
+        if path.name != entry_table.NAME
     }
 
 

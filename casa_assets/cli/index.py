@@ -23,13 +23,14 @@ def index(
       casa-assets index --library out/library --parquet assets.parquet
     """
     from casa_assets.pipeline.books import index as books
+    from casa_assets.pipeline.entry_table import EntryTable
     from casa_assets.pipeline.job import writing
 
     if parquet is not None:
         books.require_parquet()
     place = library_at(library)
     with place.locked(), writing(library):
-        count = books.rebuild(place)
+        count = books.rebuild(place, EntryTable(place, anew=True).entries)
     console = Console(soft_wrap=True, highlight=False)
     console.print(f"{counted(count, 'row')} in {library / books.NAME}")
     if parquet is not None:

@@ -140,14 +140,14 @@ def _tell(event: Event, console: Console, as_json: bool) -> None:
 def _conclude(events: list[Event], library: Path, console: Console, explain: bool) -> None:
     from casa_assets import registry
     from casa_assets.checks.table import TABLE
-    from casa_assets.pipeline.books.entry import entries
+    from casa_assets.pipeline.entry_table import EntryTable
     from casa_assets.pipeline.ingest import tally
     from casa_assets.pipeline.library import Library
 
     counts = tally(events)
     known = registry.load().rejections
     touched = {e.asset_id for e in events}
-    rows = {e.id: e for e in entries(Library(library)) if e.id in touched}
+    rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched}
     console.print(_accepted_table([e for e in rows.values() if e.accepted]))
     codes = Counter(e.code for e in events if e.code)
     if codes:

@@ -26,6 +26,7 @@ def report(
     """
     from casa_assets.pipeline.alike import whole
     from casa_assets.pipeline.books.report import write
+    from casa_assets.pipeline.entry_table import EntryTable
     from casa_assets.pipeline.job import writing
     from casa_assets.pipeline.look import eye
 
@@ -33,6 +34,6 @@ def report(
     if clip_weights or whole.read(library) is None:
         model = eye(clip_weights) if clip_weights else None
         with place.locked(), writing(library):
-            whole.look_over(place, model)
+            whole.look_over(place, EntryTable(place), model)
     path = write(library, output or library / "report.html")
     Console().print(f"Report: {path}", highlight=False, soft_wrap=True)

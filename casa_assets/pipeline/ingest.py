@@ -21,6 +21,7 @@ from casa_assets.pipeline.alike.dedup import Deduplicator
 from casa_assets.pipeline.books import attribution, index
 from casa_assets.pipeline.discover_inputs import discover_inputs
 from casa_assets.pipeline.entry_files import picture_of
+from casa_assets.pipeline.entry_table import EntryTable
 from casa_assets.pipeline.isolation.limits import Limits, WorkerFailure
 from casa_assets.pipeline.isolation.pool import Pool
 from casa_assets.pipeline.job import Event, Job, Outcome, Result, RunAborted, publish, stage_refusal, writing
@@ -145,10 +146,11 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
 
 def books(library: disk.Library, weights: str = "") -> None:
     """Rewrite what is derived from the entries: the index, the attribution file, and what is said of them together."""
-    index.rebuild(library)
-    attribution.write(library)
-    review.write(library)
-    whole.look_over(library, look.eye(weights) if weights else None)
+    table = EntryTable(library)
+    index.rebuild(library, table.entries)
+    attribution.write(library, table.entries)
+    review.write(library, table.entries)
+    whole.look_over(library, table, look.eye(weights) if weights else None)
 
 
 def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, None]:

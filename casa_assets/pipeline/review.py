@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +22,7 @@ from casa_assets.model.issue import Issue, Severity
 from casa_assets.model.provenance import Guess
 from casa_assets.model.ruling import Ruling
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.books.entry import Entry, entries
+from casa_assets.pipeline.books.entry import Entry
 
 NAME = "review.csv"
 CODE = "REV001"
@@ -63,11 +63,15 @@ def rulings(library: disk.Library) -> dict[str, Ruling]:
     return {digest: row.ruling for digest, row in _read(library).items() if not row.ruling.is_empty}
 
 
-def write(library: disk.Library) -> int:
-    """Write the list anew, in place by one rename; it is taken away with its last row. Returns the number of rows."""
+def write(library: disk.Library, found: Iterable[Entry]) -> int:
+    """Write the list anew, in place by one rename; it is taken away with its last row. Returns the number of rows.
+
+    Args:
+        found: the entries of the library.
+    """
     ruled = {digest: row for digest, row in _read(library).items() if not row.ruling.is_empty}
     rows: dict[str, Mapping[str, str]] = {digest: row.cells for digest, row in ruled.items()}
-    for entry in entries(library):
+    for entry in found:
         subjects = _open(entry)
         if entry.sha256 in ruled:
             rows[entry.sha256] = {**ruled[entry.sha256].cells, **_about(entry, subjects)}

@@ -8,15 +8,14 @@ are done.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Set
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 
 from casa_assets.checks.alike import SAME_SIZE, Alike
 from casa_assets.errors import OutputError
-from casa_assets.geometry.form import form_gap
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.alike.pairs import FORM_GAP, measured
+from casa_assets.pipeline.alike.pairs import Forms, measured
 from casa_assets.pipeline.alike.rows import Row, row
+from casa_assets.pipeline.entry_table import EntryTable
 from casa_assets.pipeline.job import Outcome, Result
 from casa_assets.pipeline.store import Store
 
@@ -36,6 +35,7 @@ class Deduplicator:
     limit: float
     own: Set[str] = frozenset()
     _known: list[Row] | None = None
+    _forms: Forms = field(default_factory=Forms)
 
     def filter(self, results: Iterable[Result]) -> Iterator[Result]:
         """The results, rejections at once and accepted ones in the order of their inputs, copies made rejections.
@@ -69,7 +69,9 @@ class Deduplicator:
         own = replace(row(result.folder), category=job.survey.category, path=job.found.source.path)
         found = self._original(own)
         if found is None:
-            self._others().append(replace(own, folder=self.library.folder(own.category, own.id)))
+            if own.signature is not None:
+                self._others().append(replace(own, folder=self.library.folder(own.category, own.id)))
+                self._forms.add(own.signature.form)
             return result
         original, pair = found
         outcome = Outcome(False, CODE, _says(original, pair))
@@ -81,9 +83,9 @@ class Deduplicator:
         if own.signature is None:
             return None
         store = Store(self.library.cache)
-        for other in self._others():
-            if other.signature is None or form_gap(own.signature.form, other.signature.form) > FORM_GAP:
-                continue
+        others = self._others()
+        for place in self._forms.near(own.signature.form):
+            other = others[place]
             try:
                 pair = measured(other, own, store)
             except OutputError:
@@ -95,16 +97,10 @@ class Deduplicator:
     def _others(self) -> list[Row]:
         """What later inputs may be copies of: at first all that the library has from inputs not of this run."""
         if self._known is None:
-            found = (_read(folder) for folder in self.library.accepted())
-            self._known = [one for one in found if one is not None and one.sha256 not in self.own]
+            found = [one for one in EntryTable(self.library, skip_damaged=True).rows if one.sha256 not in self.own]
+            signed = [(one, one.signature.form) for one in found if one.signature is not None]
+            self._known, self._forms = [one for one, _ in signed], Forms(form for _, form in signed)
         return self._known
-
-
-def _read(folder: Path) -> Row | None:
-    try:
-        return row(folder)
-    except OutputError:
-        return None
 
 
 def _says(original: Row, pair: Alike) -> str:

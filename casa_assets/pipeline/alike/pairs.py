@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from casa_assets.checks.alike import Alike
 from casa_assets.geometry.form import form_gap
 from casa_assets.geometry.overlay import Cloud, cloud, overlay
-from casa_assets.model.signature import PAIR_SHARES, Form
+from casa_assets.model.signature import PAIR_SHARES, REACH_SHARES, Form
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike.rows import Row
 from casa_assets.pipeline.alike.signature import surface
@@ -37,6 +37,36 @@ def alike_in(rows: Sequence[Row], store: Store) -> Iterator[Alike]:
     signed = [row for row in rows if row.signature is not None]
     for i, j in near([row.signature.form for row in signed if row.signature is not None]):
         yield measured(signed[i], signed[j], store)
+
+
+class Forms:
+    """Forms as arrays, so that the few near one of them are found among very many at once."""
+
+    def __init__(self, forms: Iterable[Form] = ()) -> None:
+        self._forms = list(forms)
+        self._table = np.array([_flat(form) for form in self._forms]).reshape(-1, PAIR_SHARES + REACH_SHARES + 3)
+
+    def add(self, form: Form) -> None:
+        """One more form; its place is the number of those before it."""
+        count = len(self._forms)
+        if count == len(self._table):
+            room = np.zeros((max(64, count), self._table.shape[1]))
+            self._table = np.concatenate((self._table, room))
+        self._table[count] = _flat(form)
+        self._forms.append(form)
+
+    def near(self, form: Form) -> list[int]:
+        """Places of the forms that are near a form, ascending."""
+        apart = np.abs(self._table[: len(self._forms)] - np.array(_flat(form)))
+        pairs, reach = apart[:, :PAIR_SHARES].mean(axis=1), apart[:, PAIR_SHARES:-3].mean(axis=1)
+        gap = np.maximum(np.maximum(pairs, reach), apart[:, -3:].max(axis=1))
+        # Sums of another order may differ in their last digits: who is near is for `form_gap` to say.
+        likely = np.flatnonzero(gap <= FORM_GAP * (1 + 1e-9)).tolist()
+        return [i for i in likely if form_gap(form, self._forms[i]) <= FORM_GAP]
+
+
+def _flat(form: Form) -> tuple[float, ...]:
+    return (*form.pairs, *form.reach, *form.axes)
 
 
 def near(forms: Sequence[Form]) -> list[tuple[int, int]]:

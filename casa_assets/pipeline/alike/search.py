@@ -12,9 +12,9 @@ import numpy as np
 from casa_assets import registry
 from casa_assets.model.category import PICTURES
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.alike.rows import rows
 from casa_assets.pipeline.alike.seen import pictures_in_numbers, words_in_numbers
-from casa_assets.pipeline.books.entry import Entry, entries
+from casa_assets.pipeline.books.entry import Entry
+from casa_assets.pipeline.entry_table import EntryTable
 from casa_assets.pipeline.look import Eye
 from casa_assets.pipeline.store import Store
 
@@ -51,7 +51,7 @@ def by_look(query: str, library: disk.Library, eye: Eye, most: int) -> list[Hit]
     store = Store(library.cache)
     asked = words_in_numbers([picture.format(query) for picture in PICTURES], eye, store)
     hits = []
-    for row in rows(library):
+    for row in EntryTable(library).rows:
         near = pictures_in_numbers(row, eye, store) @ asked
         best = int(np.argmax(near))
         hits.append(Hit(row.id, row.category, row.folder, round(float(near.mean()), 4), f"best in view {best + 1}"))
@@ -65,9 +65,10 @@ def by_words(query: str, library: disk.Library, most: int) -> list[Hit]:
         OutputError: an entry is damaged.
     """
     asked = [COLORS.get(word, word) for word in tokens(query) if word not in IDLE]
-    signatures = {row.id: row.signature for row in rows(library)}
+    table = EntryTable(library)
+    signatures = {row.id: row.signature for row in table.rows}
     hits = []
-    for entry in entries(library):
+    for entry in table.entries:
         if not entry.accepted:
             continue
         own = signatures[entry.id]

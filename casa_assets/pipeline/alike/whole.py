@@ -18,9 +18,9 @@ from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.alike.pairs import alike_in
-from casa_assets.pipeline.alike.rows import Row, rows
+from casa_assets.pipeline.alike.rows import Row
 from casa_assets.pipeline.alike.seen import likenesses, looks_alike, pictures_in_numbers
+from casa_assets.pipeline.entry_table import EntryTable
 from casa_assets.pipeline.look import NO_WEIGHTS, Eye
 from casa_assets.pipeline.store import Store
 
@@ -56,18 +56,19 @@ class Whole(Record):
     looks: tuple[tuple[str, str, float], ...] = ()
 
 
-def look_over(library: disk.Library, eye: Eye | None = None) -> Whole:
+def look_over(library: disk.Library, table: EntryTable, eye: Eye | None = None) -> Whole:
     """Compare all accepted assets with each other and write library.json, by one rename.
 
     Args:
+        table: the entries of the library.
         eye: looks at the pictures. Without one, what an earlier run saw of assets that are still the same is kept.
     Raises:
         OutputError: an entry is damaged. CannotDraw, NoRenderer: with an eye, where pictures cannot be made.
     """
-    found = list(rows(library))
+    found = table.rows
     store = Store(library.cache)
     before = read(library.root)
-    shelf = Shelf(len(found), tuple(alike_in(found, store)))
+    shelf = Shelf(len(found), tuple(table.alike(store)))
     weights, looks = (before.weights, before.looks) if before else ("", ())
     if eye is not None:
         numbers = {row.id: pictures_in_numbers(row, eye, store) for row in found}

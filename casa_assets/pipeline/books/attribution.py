@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import re
 from collections import defaultdict
+from collections.abc import Iterable
 
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.books.entry import Entry, entries
+from casa_assets.pipeline.books.entry import Entry
 
 NAME = "ATTRIBUTION.md"
 # Of one field; what is longer is no name of a thing, a person or a licence.
@@ -15,11 +16,11 @@ MOST_CHARACTERS = 300
 _WEB_ADDRESS = re.compile(r"https?://[A-Za-z0-9.-]+(:[0-9]+)?(/[A-Za-z0-9._~/%?=+,;:@-]*)?")
 
 
-def write(library: disk.Library) -> None:
-    """Write the file anew, in place by one rename."""
+def write(library: disk.Library, found: Iterable[Entry]) -> None:
+    """Write the file anew from the entries, in place by one rename."""
     target = library.root / NAME
     fresh = library.private / f"{NAME}.{os.getpid()}"
-    fresh.write_text(text([e for e in entries(library) if e.accepted]), encoding="utf-8")
+    fresh.write_text(text([e for e in found if e.accepted]), encoding="utf-8")
     fresh.replace(target)
 
 

@@ -22,6 +22,7 @@ class Entry:
         id, category: of the asset. path: its folder, relative to the library.
         accepted: and if not, code and says.
         summary, warnings, results, guesses: of an accepted one (what is known of a rejected one).
+        checks: how many ran; the results are left out where only their number is of use.
         source, source_path, sha256, title, author, licence, uri, prompt, generator: provenance.
         split: train or test, as the asset says; empty where it says none.
         digest: of the asset, empty for rejected ones. recipe: of the run that made it.
@@ -49,14 +50,18 @@ class Entry:
     split: str
     digest: str
     recipe: str
+    checks: int = 0
 
 
 def entries(library: disk.Library) -> Iterator[Entry]:
     """All entries, accepted first. Raises OutputError where one is damaged."""
-    for folder in library.accepted():
-        yield _accepted(folder, library.root)
-    for folder in library.refused():
-        yield _refused(folder, library.root)
+    for folder in (*library.accepted(), *library.refused()):
+        yield entry_at(folder, library.root)
+
+
+def entry_at(folder: Path, root: Path) -> Entry:
+    """The entry in one folder of the library at `root`. Raises OutputError where it is damaged."""
+    return _refused(folder, root) if folder.parent.name == disk.REJECTED else _accepted(folder, root)
 
 
 def _accepted(folder: Path, root: Path) -> Entry:
@@ -92,6 +97,7 @@ def _accepted(folder: Path, root: Path) -> Entry:
         split=str(data["labels"].get("split") or ""),
         digest=certificate.asset_digest,
         recipe=certificate.recipe,
+        checks=len(certificate.report.results),
     )
 
 
@@ -123,4 +129,5 @@ def _refused(folder: Path, root: Path) -> Entry:
         split="",
         digest="",
         recipe=refusal.recipe,
+        checks=len(refusal.report.results) if refusal.report else 0,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
+from collections.abc import Iterable
 from contextlib import closing, suppress
 from itertools import pairwise
 from pathlib import Path
@@ -43,9 +44,11 @@ COLUMNS: dict[str, str] = {
 ARROW_TYPES = {"TEXT": "string", "REAL": "float64", "INTEGER": "int64"}
 
 
-def rebuild(library: disk.Library) -> int:
-    """Write the index anew from the entries, in the order of their ids, and put it in place by one rename.
+def rebuild(library: disk.Library, found: Iterable[Entry] | None = None) -> int:
+    """Write the index anew, in the order of ids, and put it in place by one rename.
 
+    Args:
+        found: the entries; where they are not given, every one is read from its own file.
     Returns:
         Number of rows. Raises OutputError where an entry is damaged.
     """
@@ -53,7 +56,7 @@ def rebuild(library: disk.Library) -> int:
     fresh = library.private / f"{NAME}.{os.getpid()}"
     for left in library.private.glob(f"{NAME}.*"):
         left.unlink()
-    rows = [_row(e) for e in sorted(entries(library), key=lambda e: e.id)]
+    rows = [_row(e) for e in sorted(entries(library) if found is None else found, key=lambda e: e.id)]
     try:
         with closing(sqlite3.connect(fresh)) as base:
             base.execute("PRAGMA journal_mode=WAL")
@@ -120,7 +123,7 @@ def _row(entry: Entry) -> tuple[str | float | int | None, ...]:
         entry.summary.hull_vertices if entry.summary else None,
         entry.summary.faces if entry.summary else None,
         len(entry.warnings),
-        len(entry.results),
+        entry.checks,
         entry.source,
         entry.source_path,
         entry.sha256,

@@ -28,6 +28,7 @@ from casa_assets.pipeline.alike.rows import rows
 from casa_assets.pipeline.alike.search import by_look, by_words, tokens
 from casa_assets.pipeline.alike.seen import pictures_in_numbers
 from casa_assets.pipeline.alike.signature import signature
+from casa_assets.pipeline.entry_table import EntryTable
 from casa_assets.pipeline.job import Job, Outcome, Result, publish, stage_refusal
 from casa_assets.pipeline.look import VIEWS, Eye
 from casa_assets.pipeline.resume import cached_outcome
@@ -246,27 +247,32 @@ def test_pictures_are_looked_at_once_for_each_content_and_weights(tmp_path: Path
 
 def test_the_whole_says_when_nobody_looked_and_remembers_who_did(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, COPY, OTHER)
-    blind = whole.look_over(place)
+    blind = whole.look_over(place, EntryTable(place))
     assert [i.code for i in blind.report.issues] == ["LIB001"] * 3 + ["LIB002", "LIB003"]
     assert "no weights of CLIP were given (--clip-weights)" in blind.report.issues[-1].says
     assert (blind.weights, blind.seen, blind.looks) == ("", {}, ())
-    seen = whole.look_over(place, Painter().eye())
+    seen = whole.look_over(place, EntryTable(place), Painter().eye())
     assert seen.weights == "painter.pt"
     assert seen.seen[FIRST.id].category == "mug"
     assert len(seen.seen[FIRST.id].others) == 3
     assert seen.looks[0][:2] == (FIRST.id, COPY.id)
     assert [i.pointer for i in seen.report.issues if i.code == "LIB002"] == [COPY.id]
-    assert whole.look_over(place) == seen, "what is still the same is not forgotten"
+    assert whole.look_over(place, EntryTable(place)) == seen, "what is still the same is not forgotten"
     assert whole.read(place.root) == seen
     with place.locked():
         place.forget(place.folder("mug", COPY.id))
     keep(place.root, [LARGE])
-    later = whole.look_over(place)
+    later = whole.look_over(place, EntryTable(place))
     assert "1 of 3 assets were not there when somebody looked" in later.report.issues[-1].says
     assert set(later.seen) == {FIRST.id, OTHER.id}
     (place.root / whole.NAME).write_text("{", encoding="utf-8")
     assert whole.read(place.root) is None
-    assert json.loads((whole.look_over(place), (place.root / whole.NAME).read_text())[1])["schema_version"] == 1
+    assert (
+        json.loads((whole.look_over(place, EntryTable(place)), (place.root / whole.NAME).read_text())[1])[
+            "schema_version"
+        ]
+        == 1
+    )
 
 
 def test_words_alone_find_by_category_and_colour(tmp_path: Path) -> None:

@@ -1,0 +1,104 @@
+"""Seconds that a run of ten new inputs takes in a library that holds very many assets already.
+
+    ./dev bench library_growth [--count 20000] [--new 10] [--out out/bench]
+
+Ingests one box, then copies its entry under other ids, each with a signature, a digest and a source of its own: the
+numbers of its form are moved at random, so far that most have no neighbour and some have a few, as in a library of many
+things. Meshes and pictures are hard links. Then it times: the first run on that library, whose table of entries has to
+be built; a run with `--new` more boxes; one more run with nothing new. Exit 1 where the second takes a minute or more.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tests.libraries import box_obj, casa  # noqa: E402
+
+MOST_S = 60.0
+
+
+def main() -> int:
+    """Make the library and print the seconds."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=20_000)
+    parser.add_argument("--new", type=int, default=10)
+    parser.add_argument("--out", type=Path, default=ROOT / "out" / "bench")
+    asked = parser.parse_args()
+    asked.out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=asked.out) as place:
+        work = Path(place)
+        library = work / "library"
+        _inputs(work / "first", 1, 0)
+        _timed(work / "first", library)
+        begin = time.monotonic()
+        _grow(library, asked.count)
+        print(f"{asked.count} entries made in {time.monotonic() - begin:.0f} s")
+        _inputs(work / "warm", 1, 1)
+        print(f"first run on it, one new input: {_timed(work / 'warm', library):.1f} s")
+        _inputs(work / "new", asked.new, 2)
+        seconds = _timed(work / "new", library)
+        print(f"{asked.new} new inputs: {seconds:.1f} s (target below {MOST_S:.0f})")
+        print(f"nothing new: {_timed(work / 'new', library):.1f} s")
+        found = json.loads((library / "library.json").read_text(encoding="utf-8"))["report"]["issues"]
+        print(f"{sum(issue['code'] == 'LIB001' for issue in found)} pairs of one form among them")
+    return 0 if seconds < MOST_S else 1
+
+
+def _inputs(folder: Path, count: int, lot: int) -> None:
+    """Boxes of different proportions."""
+    folder.mkdir()
+    for i in range(count):
+        size = (0.05 + 0.011 * i + 0.003 * lot, 0.2 + 0.013 * i, 0.06 + 0.002 * i)
+        (folder / f"box_{lot}_{i}.obj").write_text(box_obj(size), encoding="ascii")
+
+
+def _timed(folder: Path, library: Path) -> float:
+    begin = time.monotonic()
+    done = casa("ingest", folder, "--library", library, "--category", "cereal", "--jobs", 2)
+    if done.returncode not in (0, 1):
+        raise subprocess.CalledProcessError(done.returncode, "casa-assets ingest", done.stdout, done.stderr)
+    return time.monotonic() - begin
+
+
+def _grow(library: Path, count: int) -> None:
+    """Copies of the only entry; of each, asset.json alone is a file of its own."""
+    (source,) = library.glob("*/*/asset.json")
+    text = source.read_text(encoding="utf-8")
+    rng = np.random.default_rng(0)
+    for number in range(count):
+        data = json.loads(text)
+        digest = hashlib.sha256(f"entry {number}".encode()).hexdigest()
+        name = f"{data['asset']['id'].rpartition('_')[0]}_{digest[:10]}"
+        folder = source.parent.parent / name
+        folder.mkdir()
+        data["asset"]["id"] = name
+        data["asset"]["provenance"].update(path=f"other_{number}.obj", sha256=digest)
+        data["certificate"]["asset_digest"] = hashlib.sha256(digest.encode()).hexdigest()
+        form = data["certificate"]["signature"]["form"]
+        stretch = rng.uniform(-0.5, 0.5, 3)
+        for field, shift in zip(("pairs", "reach", "axes"), stretch, strict=True):
+            bent = np.array(form[field]) * (1 + shift * np.linspace(0.0, 1.0, len(form[field])))
+            form[field] = [round(float(v), 4) for v in bent + rng.normal(0.0, 0.05, len(bent))]
+        (folder / "asset.json").write_text(json.dumps(data), encoding="utf-8")
+        for path in source.parent.rglob("*"):
+            if path.is_file() and path.name != "asset.json":
+                target = folder / path.relative_to(source.parent)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                os.link(path, target)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

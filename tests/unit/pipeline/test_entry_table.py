@@ -1,0 +1,141 @@
+"""The books of a library open the certificates of what is new, and say what they would say of all of them."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets.errors import OutputError
+from casa_assets.geometry.form import form_gap
+from casa_assets.model.signature import Form
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.alike.pairs import FORM_GAP, Forms, alike_in, near
+from casa_assets.pipeline.alike.rows import rows
+from casa_assets.pipeline.books.entry import entries
+from casa_assets.pipeline.entry_table import NAME, EntryTable
+from casa_assets.pipeline.ingest import books
+from casa_assets.pipeline.store import Store
+from tests.built_libraries import keep
+from tests.unit.pipeline.test_alike import COPY, FIRST, LARGE, OTHER
+
+BOOKS = ("index.sqlite", "library.json", "ATTRIBUTION.md")
+
+
+@pytest.fixture
+def library(tmp_path: Path) -> disk.Library:
+    return disk.Library(keep(tmp_path / "library", [FIRST, OTHER, LARGE]))
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the entries whose files were opened, one for each time."""
+    names: list[str] = []
+    read: Callable[[Path], dict[str, object]] = disk._json
+
+    def counted(path: Path) -> dict[str, object]:
+        names.append(path.parent.name)
+        return read(path)
+
+    monkeypatch.setattr(disk, "_json", counted)
+    return names
+
+
+def test_only_what_is_new_is_opened(library: disk.Library, opened: list[str]) -> None:
+    books(library)
+    assert {FIRST.id, OTHER.id, LARGE.id} <= set(opened)
+    opened.clear()
+    books(library)
+    assert opened == []
+    keep(library.root, [COPY])
+    opened.clear()
+    books(library)
+    certificates = [name for name in opened if name != COPY.id]
+    # The new one is laid over those of near form, whose surfaces are read for that; nothing else is.
+    assert len(certificates) <= 3
+    opened.clear()
+    books(library)
+    assert opened == []
+
+
+def test_the_books_are_those_of_a_library_made_at_once(library: disk.Library, tmp_path: Path) -> None:
+    books(library)
+    keep(library.root, [COPY])
+    shutil.rmtree(library.folder("mug", OTHER.id))
+    books(library)
+    at_once = disk.Library(keep(tmp_path / "at_once", [FIRST, LARGE, COPY]))
+    books(at_once)
+    for name in BOOKS:
+        assert (library.root / name).read_bytes() == (at_once.root / name).read_bytes(), name
+
+
+def test_the_table_says_what_the_certificates_say(library: disk.Library, tmp_path: Path) -> None:
+    keep(library.root, [COPY])
+    for _ in range(2):
+        table = EntryTable(library)
+        assert list(table.rows) == list(rows(library))
+        assert [(e.id, e.checks, e.guesses) for e in table.entries] == [
+            (e.id, len(e.results), e.guesses) for e in entries(library)
+        ]
+        assert table.alike(Store(library.cache)) == list(alike_in(list(rows(library)), Store(tmp_path / "other")))
+
+
+def test_what_was_written_anew_is_read_anew(library: disk.Library) -> None:
+    EntryTable(library)
+    path = library.folder("mug", FIRST.id) / disk.CERTIFICATE
+    data = json.loads(path.read_text(encoding="utf-8"))
+    stamp = path.stat()
+    data["asset"]["provenance"]["title"] = "Another"
+    path.write_text(json.dumps(data), encoding="utf-8")
+    os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    assert {e.id: e.title for e in EntryTable(library).entries}[FIRST.id] == "Another"
+
+
+def test_a_damaged_entry_is_told_or_left_out(library: disk.Library) -> None:
+    (library.folder("mug", FIRST.id) / disk.CERTIFICATE).write_text("{", encoding="utf-8")
+    with pytest.raises(OutputError, match=FIRST.id):
+        EntryTable(library)
+    assert FIRST.id not in {row.id for row in EntryTable(library, skip_damaged=True).rows}
+
+
+@pytest.mark.parametrize("damage", [b"", b"no table", None])
+def test_a_table_that_is_none_is_made_anew(library: disk.Library, damage: bytes | None) -> None:
+    before = EntryTable(library)
+    path = library.cache / NAME
+    if damage is None:
+        with sqlite3.connect(path) as base:
+            base.execute("UPDATE entries SET entry = 'x'")
+    else:
+        path.write_bytes(damage)
+    assert EntryTable(library).entries == before.entries
+    assert EntryTable(library).rows == before.rows
+
+
+def test_near_forms_by_arrays_are_those_by_pairs() -> None:
+    rng = np.random.default_rng(5)
+
+    def form(near_to: Form | None = None) -> Form:
+        scatter = rng.normal(0.0, 0.02, 51)
+        base = (
+            rng.uniform(0.2, 2.0, 51) if near_to is None else np.array((*near_to.pairs, *near_to.reach, *near_to.axes))
+        )
+        values = [round(float(v), 4) for v in base + (0 if near_to is None else scatter)]
+        return Form(
+            radius=0.1, pairs=tuple(values[:32]), reach=tuple(values[32:48]), axes=(values[48], values[49], values[50])
+        )
+
+    forms = [form() for _ in range(40)]
+    forms += [form(one) for one in forms]
+    table = Forms()
+    for one in forms:
+        table.add(one)
+    slow = [[j for j, other in enumerate(forms) if form_gap(one, other) <= FORM_GAP] for one in forms]
+    assert [table.near(one) for one in forms] == slow
+    assert [(i, j) for i, row in enumerate(slow) for j in row if i < j] == near(forms)
+    assert any(len(row) > 1 for row in slow)
