@@ -17,7 +17,7 @@ from tests.access_audit import Watch
 from tests.hostile_set import HostileSet, Said, disputed, told, verdict
 from tests.libraries import casa
 
-pytestmark = pytest.mark.consumers
+pytestmark = pytest.mark.certify
 
 BAD = Path(os.environ.get("CASA_SHARED", "../shared")) / "data" / "bad"
 # What a worker may use here: a bomb that goes off dies of it and is told, with a code that no row expects.

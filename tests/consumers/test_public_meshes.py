@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-pytestmark = pytest.mark.consumers
+pytestmark = pytest.mark.certify
 
 SHARED = Path(os.environ.get("CASA_SHARED", "../shared"))
 OLD_PYTHON = Path(os.environ.get("CASA_MUJOCO337", ".venv-mujoco337/bin/python"))
