@@ -1,24 +1,111 @@
 """Raw meshes, appliance models and declarative kitchens into simulation-ready MJCF and USD.
 
-import casa_assets
-model = casa_assets.load_scene("l_small__coastal", textures={"wall": "brick_red_running"})
+import casa_assets as casa
+model = casa.kitchen("l_small", "coastal", seed=7).to_mjmodel()
 """
 
 from __future__ import annotations
 
+import sys
+from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
-__all__ = ["__version__", "load_scene"]
-
 if TYPE_CHECKING:
-    from casa_assets.pipeline.scene_loader import load_scene
+    from casa_assets.api.assets import build, check, read_asset, sample, write
+    from casa_assets.api.catalogue import (
+        Bounds,
+        FamilyInfo,
+        PlanInfo,
+        StyleInfo,
+        families,
+        plans,
+        styles,
+        surfaces,
+    )
+    from casa_assets.api.kitchen import Kitchen, kitchen, load_scene
+    from casa_assets.api.library import Articulated, Ingested, Library, Rejection, articulate, ingest
+    from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
+    from casa_assets.model.asset import Asset
+    from casa_assets.model.issue import Issue, Report
+    from casa_assets.pipeline.cache_folder import cache_dir
+
+__version__ = "0.1.0"
+__all__ = [
+    "__version__",
+    "plans",
+    "styles",
+    "families",
+    "surfaces",
+    "kitchen",
+    "load_scene",
+    "ingest",
+    "articulate",
+    "build",
+    "sample",
+    "check",
+    "write",
+    "read_asset",
+    "Library",
+    "cache_dir",
+    "Kitchen",
+    "Asset",
+    "Report",
+    "Issue",
+    "Ingested",
+    "Articulated",
+    "Rejection",
+    "PlanInfo",
+    "StyleInfo",
+    "FamilyInfo",
+    "Bounds",
+    "CasaError",
+    "UnknownId",
+    "RegistryError",
+    "OutputError",
+    "Rejected",
+]
+# Name -> module that it is imported from when it is first asked for, so that the command line starts without numpy.
+_SOURCES = {
+    **dict.fromkeys(("build", "check", "read_asset", "sample", "write"), "casa_assets.api.assets"),
+    **dict.fromkeys(("plans", "styles", "families", "surfaces"), "casa_assets.api.catalogue"),
+    **dict.fromkeys(("PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"), "casa_assets.api.catalogue"),
+    **dict.fromkeys(("Kitchen", "kitchen", "load_scene"), "casa_assets.api.kitchen"),
+    **dict.fromkeys(("Library", "ingest", "articulate"), "casa_assets.api.library"),
+    **dict.fromkeys(("Ingested", "Articulated", "Rejection"), "casa_assets.api.library"),
+    **dict.fromkeys(("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"), "casa_assets.errors"),
+    "Asset": "casa_assets.model.asset",
+    **dict.fromkeys(("Issue", "Report"), "casa_assets.model.issue"),
+    "cache_dir": "casa_assets.pipeline.cache_folder",
+}
 
 
-def __getattr__(name: str) -> Any:
-    """What the package offers is imported when it is asked for: the command line starts without numpy."""
-    if name == "load_scene":
-        from casa_assets.pipeline.scene_loader import load_scene
+class _Package(ModuleType):
+    """The type of this package: `casa_assets.ingest` is the function, though there is a folder of that name too.
 
-        return load_scene
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    Importing `casa_assets.ingest.load` makes Python set the folder as an attribute of the package; that is passed over
+    where the package offers a function of the same name. `import casa_assets.ingest.load` and `from casa_assets.ingest
+    import load` find folders by sys.modules and work as ever.
+    """
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _SOURCES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
+
+
+if not TYPE_CHECKING:  # else type checkers would take every misspelt name for one that is there
+
+    def __getattr__(name: str) -> Any:
+        """What the package offers is imported when it is first asked for."""
+        if name not in _SOURCES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(_SOURCES[name]), name)
+        setattr(sys.modules[__name__], name, value)
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -13,7 +13,7 @@ def fetch(
     uids: Annotated[list[str] | None, typer.Argument(help="Objaverse uids.")] = None,
     category: Annotated[str, typer.Option(help="LVIS category to take objects of, such as Mug.")] = "",
     most: Annotated[int, typer.Option(min=1, help="How many objects at most.")] = 20,
-    into: Annotated[Path, typer.Option(help="Folder for the download.")] = Path("out/objaverse"),
+    into: Annotated[Path, typer.Option("--out", "--into", help="Folder for the download.")] = Path("out/objaverse"),
 ) -> None:
     """Download objects of Objaverse with the `objaverse` package, which needs a network.
 

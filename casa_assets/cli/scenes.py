@@ -190,15 +190,16 @@ def diff(
 
     Example:  casa-assets scenes diff out/scenes/l_small__coastal /mnt/other/l_small__coastal
     """
-    from casa_assets.pipeline.scene_diff import compare
+    from casa_assets.pipeline.scene_diff import compare, is_one_maker
 
     found = compare(first, second)
+    same = "the same, byte for byte" if is_one_maker(first, second) else "the same, made by other versions or tools"
     if json_:
         typer.echo(json.dumps(found, indent=1))
     else:
         for line in found:
             typer.echo(line)
-        typer.echo(counted(len(found), "difference") if found else "the same, byte for byte")
+        typer.echo(counted(len(found), "difference") if found else same)
     if found:
         raise typer.Exit(1)
 

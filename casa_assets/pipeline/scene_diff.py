@@ -10,11 +10,16 @@ from typing import Any
 
 from casa_assets.errors import OutputError
 
-FILES = ("scene.xml", "scene_light.xml", "scene.usda", "scene.json")
+FILES = ("scene.xml", "scene_light.xml", "scene.usda")
+# What scene.json says of who made it and not of what was made.
+MAKER = frozenset({"key", "generator"})
 
 
 def compare(first: Path, second: Path) -> list[str]:
-    """One line for each difference; none where the files are the same byte for byte.
+    """One line for each difference; none where the files are the same byte for byte, but for the key in scene.json.
+
+    The key says which sources and tools made a scene, and nothing of what is in it: two machines with other versions
+    of numpy make the same kitchen under two keys.
 
     Raises:
         OutputError: one of the folders holds no scene.
@@ -24,9 +29,13 @@ def compare(first: Path, second: Path) -> list[str]:
         a, b = _bytes(first / name), _bytes(second / name)
         if a != b:
             lines.append(f"{name}: {hashlib.sha256(a).hexdigest()[:12]} and {hashlib.sha256(b).hexdigest()[:12]}")
-    if lines:
-        lines += list(_values("", _facts(first), _facts(second)))
-    return lines
+    return [*lines, *_values("", _facts(first), _facts(second))]
+
+
+def is_one_maker(first: Path, second: Path) -> bool:
+    """Whether the same sources, tools and version of this package made both. Raises OutputError as `compare`."""
+    one, other = (_read(folder) for folder in (first, second))
+    return all(one.get(name) == other.get(name) for name in MAKER)
 
 
 def _bytes(path: Path) -> bytes:
@@ -36,11 +45,18 @@ def _bytes(path: Path) -> bytes:
         raise OutputError(str(path), f"cannot be read: {error.strerror}; name the folder of a built scene") from None
 
 
-def _facts(folder: Path) -> Any:
+def _facts(folder: Path) -> dict[str, Any]:
+    return {name: value for name, value in _read(folder).items() if name not in MAKER}
+
+
+def _read(folder: Path) -> dict[str, Any]:
     try:
-        return json.loads(_bytes(folder / "scene.json"))
+        told = json.loads(_bytes(folder / "scene.json"))
     except ValueError as error:
         raise OutputError(str(folder / "scene.json"), f"is damaged: {error}") from None
+    if not isinstance(told, dict):
+        raise OutputError(str(folder / "scene.json"), "is damaged: it is not a JSON object")
+    return told
 
 
 def _values(at: str, a: Any, b: Any) -> Iterator[str]:

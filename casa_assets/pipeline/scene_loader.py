@@ -1,10 +1,9 @@
-"""A scene on disk into MuJoCo, and other pictures on its surfaces without compiling its geometry again."""
+"""Files of a scene, on disk or in memory, into MuJoCo; other pictures on its surfaces without compiling it again."""
 
 from __future__ import annotations
 
 import io
-import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,75 +12,58 @@ import numpy as np
 from PIL import Image
 
 from casa_assets.errors import CasaError, UnknownId
+from casa_assets.export.mjcf.kitchen import FILE
+from casa_assets.model.files import Files
 from casa_assets.model.surface import Surface
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.kitchens import Recipe, chosen
-from casa_assets.pipeline.scenes import FACTS, LIGHT_FILE, SceneBuilt, build_all
+from casa_assets.pipeline.kitchens import chosen
+from casa_assets.pipeline.scenes import LIGHT_FILE
 from casa_assets.pipeline.textures import finish_of, recipe
-from casa_assets.registry_kitchens import plan_names, style_names
 
-FILES = {"full": "scene.xml", "light": LIGHT_FILE}
+FILES = {"full": FILE, "light": LIGHT_FILE}
 
 
-def load_scene(
-    scene: str | Path,
-    textures: Mapping[str, str] | None = None,
-    weight: str = "full",
-    out: Path | str = "out/scenes",
-    as_spec: bool = False,
-    sleep: bool = False,
-) -> Any:
-    """A kitchen as a MuJoCo model; it is built first where it is not there yet.
+def model_of(source: Path | Files, sleep: bool = False) -> mujoco.MjModel:
+    """A compiled model of a scene file, or of the files of a scene in memory, in which `scene.xml` names the others.
 
     Args:
-        scene: id such as `l_small__coastal`, or the folder of a built scene.
-        textures: pictures that differ from the scene's, by surface: wall, floor, counter, cabinet. Not for specs.
-        weight: `full`, or `light`: primitive shapes in plain colours, for many simulations at once.
-        out: folder of the scenes.
-        as_spec: an MjSpec to add a robot and objects to, instead of a compiled MjModel.
-        sleep: let MuJoCo leave out what is at rest until something moves it, which is some times as fast. Never in the
-            files: MuJoCo 3.3 does not know it.
-    Returns:
-        mujoco.MjModel or mujoco.MjSpec. Keyframes: start, closed, open.
-    Raises:
-        UnknownId: no such scene, weight, surface or texture. CasaError: the scene cannot be built.
+        sleep: let MuJoCo leave out what is at rest until something moves it, which is some times as fast. It is never
+            in the files: MuJoCo 3.3 does not know it.
     """
-    if weight not in FILES:
-        raise UnknownId("weight", weight, FILES)
-    folder = scene if isinstance(scene, Path) else _built(scene, Path(out))
-    path = str(folder / FILES[weight])
-    flags = int(mujoco.mjtEnableBit.mjENBL_SLEEP) if sleep else 0
-    if as_spec:
-        spec = mujoco.MjSpec.from_file(path)
-        spec.option.enableflags |= flags
-        return spec
-    model = mujoco.MjModel.from_xml_path(path)
-    model.opt.enableflags |= flags
-    if textures:
-        swap_textures(model, folder, textures, disk.Library(folder.parent).cache)
+    if isinstance(source, Path):
+        model = mujoco.MjModel.from_xml_path(str(source))
+    else:
+        model = mujoco.MjModel.from_xml_string(*_in_memory(source))
+    model.opt.enableflags |= _flags(sleep)
     return model
 
 
-def _built(scene: str, out: Path) -> Path:
-    folder = out / scene
-    if (folder / FACTS).is_file():
-        return folder
-    plan, _, style = scene.partition("__")
-    if plan not in plan_names() or style not in style_names():
-        raise UnknownId("scene", scene, [f"{p}__{s}" for p in plan_names() for s in style_names()])
-    made: list[SceneBuilt] = list(build_all([Recipe(plan, style)], out, 1, drawn=False))
-    if not made[0].folder:
-        raise CasaError(made[0].says)
-    return folder
+def spec_of(source: Path | Files, sleep: bool = False) -> mujoco.MjSpec:
+    """The same as an MjSpec that is not compiled yet, to add a robot and objects to."""
+    if isinstance(source, Path):
+        spec = mujoco.MjSpec.from_file(str(source))
+    else:
+        text, rest = _in_memory(source)
+        spec = mujoco.MjSpec.from_string(text, assets=rest)
+    spec.option.enableflags |= _flags(sleep)
+    return spec
 
 
-def swap_textures(model: Any, folder: Path, textures: Mapping[str, str], cache: Path) -> None:
+def _in_memory(files: Files) -> tuple[str, dict[str, bytes]]:
+    return files.entries[FILE].decode(), {path: data for path, data in files.entries.items() if path != FILE}
+
+
+def _flags(sleep: bool) -> int:
+    return int(mujoco.mjtEnableBit.mjENBL_SLEEP) if sleep else 0
+
+
+def swap_textures(model: Any, covers: Mapping[str, Sequence[str]], textures: Mapping[str, str], cache: Path) -> None:
     """Put other pictures on surfaces of a compiled model, at their true size; nothing is compiled again.
 
     A renderer that has drawn the model before has to be made anew, or told by `mjr_uploadTexture` and `mjr_uploadMesh`.
 
     Args:
-        model: MjModel of the scene, changed in place. folder: of the scene. textures: texture by surface.
+        model: MjModel of the scene, changed in place. textures: texture by surface.
+        covers: finishes that cover each surface, as scene.json has them.
         cache: folder that keeps painted pictures.
     Raises:
         UnknownId: no such surface or texture. CasaError: the model does not hold the scene's pictures (a light one).
@@ -89,10 +71,9 @@ def swap_textures(model: Any, folder: Path, textures: Mapping[str, str], cache: 
     for surface in textures:
         if surface not in list(Surface):
             raise UnknownId("surface", surface, [s.value for s in Surface])
-    covers = json.loads((folder / FACTS).read_text(encoding="utf-8"))["covers"]
     for surface, name in chosen((Surface(s), t) for s, t in textures.items()):
         # A style also names what only other plans have, such as the finish of an island.
-        shown = [_swap(model, old, name, cache) for old in covers[surface.value]]
+        shown = [_swap(model, old, name, cache) for old in covers.get(surface.value, ())]
         if not any(shown):
             raise CasaError(f"the model shows no picture on any {surface.value}; load the scene with weight 'full'")
 

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import partial
 from multiprocessing import get_context
@@ -137,6 +137,17 @@ def _made(recipe: Recipe, library: disk.Library, order: Order, key: str) -> Scen
         forget(library.root, recipe.scene_id)
         raise
     built = time.perf_counter()
+    done = put(recipe, kitchen, scene, library, order, key)
+    return replace(done, build_s=built - begin)
+
+
+def put(recipe: Recipe, kitchen: Kitchen, scene: Scene, library: disk.Library, order: Order, key: str) -> SceneBuilt:
+    """Write a composed scene into its folder of a library that is locked; draw and judge it as ordered.
+
+    Args:
+        key: of the recipe, for `scene.json`. The library's root holds the scenes, side by side with what they share.
+    """
+    begin = time.perf_counter()
     with _staged(library, scene.id) as folder:
         facts = {"key": key, **describe(recipe, kitchen, scene)}
         write_scene(folder, folder.parent, facts, scene, AssetStore(library.cache))
@@ -153,8 +164,7 @@ def _made(recipe: Recipe, library: disk.Library, order: Order, key: str) -> Scen
         recipe,
         str(library.root / scene.id) if placed else "",
         report=report,
-        build_s=built - begin,
-        write_s=written - built,
+        write_s=written - begin,
         draw_s=drawn - written,
         check_s=time.perf_counter() - drawn if report else 0.0,
         counts={"placements": float(len(scene.placements)), "assets": float(len(scene.assets))},

@@ -78,7 +78,7 @@ def test_a_finding_is_kept_with_its_seed(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 _BROKEN = """
-import casa_assets.ingest.load.stl as stl
+from casa_assets.ingest.load import stl
 
 
 def fail(*_):

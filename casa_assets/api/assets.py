@@ -1,0 +1,122 @@
+"""Assets one at a time: built from numbers, checked, written and read."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from casa_assets.api.kitchen import Kitchen
+from casa_assets.errors import CasaError, OutputError
+from casa_assets.families.catalog import family as family_of
+from casa_assets.families.family import Params
+from casa_assets.model.asset import Asset
+from casa_assets.model.issue import Report
+from casa_assets.model.style import Choice
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.asset_package import check_package, write_package
+from casa_assets.pipeline.asset_store import AssetStore
+from casa_assets.pipeline.cache_folder import cache_dir
+from casa_assets.pipeline.families import Wish
+from casa_assets.pipeline.families import params_of as drawn
+from casa_assets.pipeline.job import writing
+from casa_assets.pipeline.kitchens import build_scene, params_of
+from casa_assets.pipeline.manifest import manifest_of
+from casa_assets.pipeline.scene_check import check as check_scene
+from casa_assets.pipeline.scene_ids import recipe_of
+from casa_assets.pipeline.scenes import FACTS
+
+
+def build(family: str, preset: str = "", params: Params | Mapping[str, Any] | None = None) -> Asset:
+    """A member of a family.
+
+    Args:
+        family: name, see `families()`. preset: name of a ready member; the first of the family where none is named.
+        params: numbers and choices that differ from the preset's, or all of them as `sample` returns them.
+    Raises:
+        UnknownId: no such family, preset or finish. CasaError: the numbers are out of bounds or do not go together.
+    """
+    found = family_of(family)
+    if isinstance(params, Params):
+        if not isinstance(params, found.params) or preset:
+            raise CasaError(f"{family}: give a preset, or {found.params.__name__}, got {type(params).__name__}")
+        numbers: Params = params
+    else:
+        named = f"{family}/{preset or next(iter(found.presets))}"
+        numbers = params_of(Choice.model_validate({"preset": named, **(params or {})}))
+    store = AssetStore(cache_dir())
+    try:
+        made = store.built(found, numbers)
+    except ValueError as error:
+        raise CasaError(f"{family}: {error}") from error
+    store.tidy()
+    return made
+
+
+def sample(family: str, seed: int = 0, index: int = 0) -> Params:
+    """The numbers of draw `index` of a seed, to be given to `build`; the same pair gives the same numbers.
+
+    Raises:
+        UnknownId: no such family.
+    """
+    return drawn(Wish(family, seed=seed, index=index))
+
+
+def write(asset: Asset, folder: str | Path) -> Path:
+    """Write an asset as MJCF and USD with a picture, and `asset.json`, which `read_asset` reads back.
+
+    Args:
+        folder: made where it is missing.
+    Returns:
+        `<folder>/<id of the asset>`, written anew where it is there already.
+    Raises:
+        OutputError: the folder cannot be written to, or another run is writing to it.
+    """
+    library = disk.Library(Path(folder))
+    target = library.root / asset.id
+    with library.locked(), writing(library.root):
+        library.sweep()
+        staged = library.stage(asset.id)
+        write_package(asset, staged)
+        text = json.dumps({"asset": manifest_of(asset)}, sort_keys=True, indent=1, ensure_ascii=False)
+        (staged / disk.CERTIFICATE).write_text(text + "\n", encoding="utf-8")
+        library.publish(staged, target)
+    return target
+
+
+def read_asset(folder: str | Path) -> Asset:
+    """The asset in a folder of a library or one that `write` made, meshes and textures included.
+
+    Raises:
+        OutputError: a file is missing or damaged.
+    """
+    return disk.read_asset(Path(folder))
+
+
+def check(subject: Asset | Kitchen | str | Path) -> Report:
+    """Run every check that applies; about a second for an asset, ten to twenty for a kitchen.
+
+    Args:
+        subject: an asset or a kitchen, which is written to a temporary folder for it; or the folder of an asset or of a
+            scene. Into the folder of a scene a picture of its floor is put (`floor_map.png`).
+    Raises:
+        OutputError: the folder holds neither an asset nor a scene, or is damaged.
+    """
+    if isinstance(subject, Asset):
+        with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
+            folder = Path(place) / subject.id
+            folder.mkdir()
+            write_package(subject, folder)
+            return check_package(subject, folder)
+    if isinstance(subject, Kitchen):
+        with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
+            return check_scene(subject.resolved, subject.scene, subject.write(place))[0]
+    folder = Path(subject)
+    if (folder / FACTS).is_file():
+        recipe = recipe_of(folder.absolute().name, (folder.absolute().parent,))
+        return check_scene(*build_scene(recipe, cache_dir()), folder)[0]
+    if (folder / disk.CERTIFICATE).is_file():
+        return check_package(disk.read_asset(folder), folder)
+    raise OutputError(str(folder), f"holds neither {FACTS} of a scene nor {disk.CERTIFICATE} of an asset")

@@ -1,0 +1,123 @@
+"""What exists to choose from: floor plans, styles, families and textures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from casa_assets.families.catalog import GROUPS
+from casa_assets.families.family import Family, Params
+from casa_assets.model.surface import Surface
+from casa_assets.pipeline.palette import stock
+from casa_assets.registry_kitchens import load_plan, load_style, plan_names, style_names
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Lowest and highest value of a number, both allowed; None where there is no bound. SI units."""
+
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class PlanInfo:
+    """A floor plan.
+
+    Attributes:
+        name: as `kitchen` takes it. title: what a person calls it, one line.
+        defaults: length that varies -> metres, as the plan has it. bounds: the same length -> what a seed may draw.
+    """
+
+    name: str
+    title: str
+    defaults: Mapping[str, float]
+    bounds: Mapping[str, Bounds]
+
+
+@dataclass(frozen=True)
+class StyleInfo:
+    """A style of kitchens: name as `kitchen` takes it, title, and what makes it recognisable in one line."""
+
+    name: str
+    title: str
+    description: str
+
+
+@dataclass(frozen=True)
+class FamilyInfo:
+    """A parametric family of assets.
+
+    Attributes:
+        name: as `build` and `sample` take it. title: what a person calls it, one line.
+        group: cabinets, counters, cooking, cold, small, decor or room. category: id of the kind of thing that it makes.
+        presets: names of ready members. params: type of the numbers that `build` takes.
+        bounds: number -> its bounds; numbers inside a part are named `part.number`.
+    """
+
+    name: str
+    title: str
+    group: str
+    category: str
+    presets: tuple[str, ...]
+    params: type[Params]
+    bounds: Mapping[str, Bounds]
+
+
+def plans() -> Mapping[str, PlanInfo]:
+    """All floor plans by name, sorted."""
+    return MappingProxyType({name: _plan(name) for name in plan_names()})
+
+
+def styles() -> Mapping[str, StyleInfo]:
+    """All styles by name, sorted."""
+    found = (load_style(name)[0] for name in style_names())
+    return MappingProxyType({s.id: StyleInfo(s.id, s.title, s.says) for s in found})
+
+
+def families() -> Mapping[str, FamilyInfo]:
+    """All parametric families by name, group by group."""
+    return MappingProxyType({f.name: _family(f, group) for group, members in GROUPS.items() for f in members})
+
+
+def surfaces() -> Mapping[str, tuple[str, ...]]:
+    """Ids of the textures that each surface of a kitchen (wall, floor, counter, cabinet) can be covered with."""
+    found = stock().surfaces
+    return MappingProxyType({surface.value: tuple(found[surface]) for surface in Surface})
+
+
+def _plan(name: str) -> PlanInfo:
+    plan = load_plan(name)[0]
+    lengths = sorted(plan.parameters.items())
+    return PlanInfo(
+        name,
+        plan.title,
+        MappingProxyType({key: p.default for key, p in lengths}),
+        MappingProxyType({key: Bounds(p.low, p.high) for key, p in lengths}),
+    )
+
+
+def _family(family: Family[Any], group: str) -> FamilyInfo:
+    bounds = MappingProxyType(dict(_bounds(family.params)))
+    return FamilyInfo(family.name, family.title, group, family.category, tuple(family.presets), family.params, bounds)
+
+
+def _bounds(params: type[Params], at: str = "") -> list[tuple[str, Bounds]]:
+    """Name and bounds of every number of a type of Params, those of nested Params included."""
+    found: list[tuple[str, Bounds]] = []
+    for name, field in params.model_fields.items():
+        kinds = [field.annotation, *getattr(field.annotation, "__args__", ())]
+        for kind in kinds:
+            if isinstance(kind, type) and issubclass(kind, Params):
+                found += _bounds(kind, f"{at}{name}.")
+        if any(kind in (int, float) for kind in kinds):
+            low, high = (_bound(field.metadata, marks) for marks in (("ge", "gt"), ("le", "lt")))
+            found.append((f"{at}{name}", Bounds(low, high)))
+    return found
+
+
+def _bound(marks: list[Any], names: tuple[str, ...]) -> float | None:
+    """The number of the first mark of a field that has one of these names, as pydantic's Field leaves them."""
+    return next((float(getattr(mark, name)) for mark in marks for name in names if hasattr(mark, name)), None)

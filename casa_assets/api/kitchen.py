@@ -1,0 +1,270 @@
+"""A plan in a style as an object that is loaded into MuJoCo or written to disk."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, overload
+
+import mujoco
+
+from casa_assets.errors import CasaError, UnknownId
+from casa_assets.export.mjcf import kitchen as mjcf
+from casa_assets.layouts.request import Kitchen as Resolved
+from casa_assets.model.asset import Asset
+from casa_assets.model.files import Files
+from casa_assets.model.scene import Placement, Scene
+from casa_assets.model.surface import Surface
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.asset_store import AssetStore
+from casa_assets.pipeline.cache_folder import cache_dir
+from casa_assets.pipeline.job import writing
+from casa_assets.pipeline.kitchens import Recipe, build_scene, chosen, drawn_surfaces, resolve
+from casa_assets.pipeline.scene_facts import covers, describe
+from casa_assets.pipeline.scene_ids import recipe_of
+from casa_assets.pipeline.scene_loader import FILES, model_of, spec_of, swap_textures
+from casa_assets.pipeline.scenes import FACTS, Order, is_whole, put
+from casa_assets.pipeline.source_key import key_of
+from casa_assets.registry_kitchens import plan_names
+
+Weight = Literal["full", "light"]
+# Where the command line puts scenes that are not told where to go; it is read here and never written.
+BUILT = Path("out/scenes")
+_ID = re.compile(r"[a-z][a-z0-9]*(_{1,2}[a-z0-9]+)*")
+
+
+class Kitchen:
+    """A kitchen, made by `kitchen(...)`; it is composed when something of it is first asked for.
+
+    Attributes:
+        id: such as `galley__rustic__s7`; the same id is the same bytes on every machine.
+        plan, style: names. seed: that drew the lengths, or None. closed: whether open walls are drawn too.
+        surfaces: surface -> texture, where it differs from the style's.
+    """
+
+    def __init__(self, recipe: Recipe) -> None:
+        """Raises CasaError where the plan and the style do not go together."""
+        self._recipe = recipe
+        resolve(recipe)
+        self.id, self.plan, self.style = recipe.scene_id, recipe.plan, recipe.style
+        self.seed, self.closed = recipe.seed, recipe.closed
+        self.surfaces: Mapping[str, str] = {surface.value: name for surface, name in recipe.surfaces}
+
+    def __repr__(self) -> str:
+        """Such as `<Kitchen galley__rustic__s7>`."""
+        return f"<Kitchen {self.id}>"
+
+    @cached_property
+    def _built(self) -> tuple[Resolved, Scene]:
+        return build_scene(self._recipe, cache_dir())
+
+    @property
+    def scene(self) -> Scene:
+        """The resolved scene: assets, placements, cameras, lights. Metres, z up, frame of the world."""
+        return self._built[1]
+
+    @property
+    def resolved(self) -> Resolved:
+        """The plan in metres: room, openings, runs, units and what is wanted where."""
+        return self._built[0]
+
+    @property
+    def placements(self) -> tuple[Placement, ...]:
+        """What stands where: a name, the id of an asset, world_from_asset, and the starting positions of its joints."""
+        return self.scene.placements
+
+    @property
+    def assets(self) -> Mapping[str, Asset]:
+        """Every asset that stands in it, by id, each once."""
+        return {asset.id: asset for asset in self.scene.assets}
+
+    @cached_property
+    def facts(self) -> dict[str, Any]:
+        """The content of `scene.json`: fixtures, joints, regions in the world frame, tasks, where a robot parks."""
+        return describe(self._recipe, *self._built)
+
+    def to_mjmodel(self, weight: Weight = "full", sleep: bool = False) -> mujoco.MjModel:
+        """A compiled model with the keyframes `start`, `closed` and `open`; nothing but the cache is written.
+
+        Args:
+            weight: `full`, or `light`: primitive shapes in plain colours, for many simulations at once.
+            sleep: let MuJoCo leave out what is at rest until something moves it.
+        Raises:
+            UnknownId: no such weight. CasaError: a part cannot be built.
+        """
+        return model_of(self._mjcf(weight), sleep)
+
+    def to_mjspec(self, weight: Weight = "full", sleep: bool = False) -> mujoco.MjSpec:
+        """The same as an MjSpec, to attach a robot and objects to before it is compiled."""
+        return spec_of(self._mjcf(weight), sleep)
+
+    def write(self, folder: str | Path, picture: bool = False) -> Path:
+        """Write it as `casa-assets scene new` does, MJCF (full and light), USD and scene.json.
+
+        Args:
+            folder: of scenes, made where it is missing; what scenes share is put into `assets` in it.
+            picture: draw `overview.png` too.
+        Returns:
+            `<folder>/<id>`. What is there already and is up to date stays as it is.
+        Raises:
+            OutputError: the folder cannot be written to, or another run is writing to it.
+        """
+        library, key = disk.Library(Path(folder)), key_of(self._recipe)
+        target = library.root / self.id
+        with library.locked(), writing(library.root):
+            library.sweep()
+            if not is_whole(target, key, picture):
+                put(self._recipe, *self._built, library, Order(drawn=picture), key)
+        return target
+
+    def _mjcf(self, weight: Weight) -> Files:
+        """The files of its MJCF in memory."""
+        if weight not in FILES:
+            raise UnknownId("weight", weight, FILES)
+        store = AssetStore(cache_dir())
+        files = mjcf.write(self.scene, shared="assets", weight=mjcf.Weight(weight), light_form=store.lightened)
+        store.tidy()
+        return files
+
+
+def kitchen(
+    plan: str,
+    style: str,
+    seed: int | None = None,
+    surfaces: Mapping[str, str] | Literal["random"] | None = None,
+    closed: bool = False,
+) -> Kitchen:
+    """A floor plan in a style.
+
+    Args:
+        plan, style: names, see `plans()` and `styles()`.
+        seed: draws the lengths of the plan within their bounds; None: as the plan has them.
+        surfaces: wall, floor, counter or cabinet -> texture, see `surfaces()`; `random`: drawn by the seed, each by
+            itself.
+        closed: draw the walls too that a plan leaves open.
+    Raises:
+        UnknownId: no such plan, style, surface or texture; the error names the nearest.
+        CasaError: the plan does not fit together with these lengths or this style.
+    """
+    if surfaces == "random":
+        return Kitchen(Recipe(plan, style, seed, drawn_surfaces(seed or 0), closed))
+    pairs = []
+    for name, texture in (surfaces or {}).items():
+        if name not in list(Surface):
+            raise UnknownId("surface", name, [s.value for s in Surface])
+        pairs.append((Surface(name), texture))
+    return Kitchen(Recipe(plan, style, seed, chosen(pairs), closed))
+
+
+@overload
+def load_scene(
+    scene: str | Path,
+    textures: Mapping[str, str] | None = None,
+    weight: Weight = "full",
+    out: Path | str | None = None,
+    as_spec: Literal[False] = False,
+    sleep: bool = False,
+) -> mujoco.MjModel: ...
+
+
+@overload
+def load_scene(
+    scene: str | Path,
+    textures: Mapping[str, str] | None = None,
+    weight: Weight = "full",
+    out: Path | str | None = None,
+    *,
+    as_spec: Literal[True],
+    sleep: bool = False,
+) -> mujoco.MjSpec: ...
+
+
+@overload
+def load_scene(
+    scene: str | Path,
+    textures: Mapping[str, str] | None = None,
+    weight: Weight = "full",
+    out: Path | str | None = None,
+    as_spec: bool = False,
+    sleep: bool = False,
+) -> mujoco.MjModel | mujoco.MjSpec: ...
+
+
+def load_scene(
+    scene: str | Path,
+    textures: Mapping[str, str] | None = None,
+    weight: Weight = "full",
+    out: Path | str | None = None,
+    as_spec: bool = False,
+    sleep: bool = False,
+) -> mujoco.MjModel | mujoco.MjSpec:
+    """A kitchen by its id or from its folder, loaded into MuJoCo.
+
+    An id is looked for in `out`, or in `out/scenes` of the working folder. A scene that an older version of this
+    package made there is not loaded: it is made again, in `out` where that is given, else in memory.
+
+    Args:
+        scene: id such as `l_small__coastal`, or what `casa-assets scene new` printed, such as
+            `galley__rustic__s7__t5c1d2e3f`; or the path of a scene's folder or of one of its XML files, which is loaded
+            as it is.
+        textures: pictures that differ from the scene's, by surface: wall, floor, counter, cabinet. Not for specs.
+        weight: `full`, or `light`: primitive shapes in plain colours, for many simulations at once. Of an XML file
+            that is named it is what the file holds.
+        out: folder of scenes, written to where the scene is missing.
+        as_spec: an MjSpec to add a robot and objects to, instead of a compiled MjModel.
+        sleep: let MuJoCo leave out what is at rest until something moves it, which is some times as fast.
+    Returns:
+        MjModel or MjSpec. Keyframes: start, closed, open.
+    Raises:
+        UnknownId: no such scene, weight, surface or texture. CasaError: the scene cannot be built or found, or both
+            `textures` and `as_spec` are given.
+    """
+    if weight not in FILES:
+        raise UnknownId("weight", weight, FILES)
+    if textures and as_spec:
+        raise CasaError("textures are swapped in a compiled model; give surfaces to kitchen() and take its to_mjspec()")
+    source, covered = _found(scene, weight, None if out is None else Path(out))
+    if as_spec:
+        return spec_of(source, sleep)
+    model = model_of(source, sleep)
+    if textures:
+        swap_textures(model, covered, textures, cache_dir())
+    return model
+
+
+def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | Files, Mapping[str, list[str]]]:
+    """The MJCF of a scene, on disk or in memory, and the finishes that cover its surfaces."""
+    if _is_path(scene):
+        path = Path(scene)
+        file = path / FILES[weight] if path.is_dir() else path
+        if not file.is_file():
+            raise CasaError(f"{file}: there is no such file; name the folder of a scene, an XML file of it, or an id")
+        return file, _covers(file.parent)
+    place = BUILT if out is None else out
+    recipe = recipe_of(str(scene), (place,))
+    folder = place / recipe.scene_id
+    if is_whole(folder, key_of(recipe), False):
+        return folder / FILES[weight], _covers(folder)
+    made = Kitchen(recipe)
+    if out is not None:
+        return made.write(out) / FILES[weight], covers(made.resolved.style)
+    return made._mjcf(weight), covers(made.resolved.style)
+
+
+def _is_path(scene: str | Path) -> bool:
+    if isinstance(scene, Path) or os.sep in scene or _ID.fullmatch(scene) is None:
+        return True
+    return scene.partition("__")[0] not in plan_names() and Path(scene).is_dir()
+
+
+def _covers(folder: Path) -> Mapping[str, list[str]]:
+    """What covers the surfaces of a scene on disk; empty where it does not say."""
+    try:
+        told = json.loads((folder / FACTS).read_text(encoding="utf-8"))["covers"]
+        return {str(surface): [str(name) for name in names] for surface, names in told.items()}
+    except (OSError, ValueError, KeyError, AttributeError, TypeError):
+        return {}

@@ -1,0 +1,230 @@
+"""Meshes into assets: one at a time in memory, or many into a library on disk."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from casa_assets.articulate.decisions import Decisions, direction
+from casa_assets.errors import CasaError, OutputError, UnknownId
+from casa_assets.model.asset import Asset
+from casa_assets.model.issue import Issue, Report
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.alike.search import Hit, by_words
+from casa_assets.pipeline.articulate import Done
+from casa_assets.pipeline.articulate import articulate as run_articulate
+from casa_assets.pipeline.articulate_build import Wish
+from casa_assets.pipeline.articulate_sidecar import read as read_decisions
+from casa_assets.pipeline.books.entry import Entry, entries
+from casa_assets.pipeline.ingest import Event, Options
+from casa_assets.pipeline.ingest import ingest as run_ingest
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """Why an input was turned away: a code (see docs/checks.md) and one sentence."""
+
+    code: str
+    message: str
+
+
+@dataclass(frozen=True)
+class Ingested:
+    """What became of one mesh.
+
+    Attributes:
+        source: path of the input. asset: None where it was rejected.
+        rejection: None where it was accepted. warnings: faults that do not keep it out.
+        report: every check that ran, with its number; None where it was rejected before the checks.
+        folder: of the entry in the library; None where no library was named.
+    """
+
+    source: str
+    asset: Asset | None
+    rejection: Rejection | None
+    warnings: tuple[Issue, ...] = ()
+    report: Report | None = None
+    folder: Path | None = None
+
+    @property
+    def accepted(self) -> bool:
+        """Whether there is an asset."""
+        return self.asset is not None
+
+
+@dataclass(frozen=True)
+class Articulated:
+    """What became of one mesh that was looked through for doors, drawers and controls.
+
+    Attributes:
+        source: path of the input. asset: None where it was rejected.
+        rejection: None where it was accepted; ART001 where nothing moves.
+        report: every check that ran; None where it was rejected before the checks.
+        category, size: what it was taken to be and how large, and why.
+        missing: what keeps it from what RoboCasa's fixture class of its kind reads; empty where nothing does.
+        folder: of the entry in the library, with `decisions.yaml` in it; None where no library was named.
+    """
+
+    source: str
+    asset: Asset | None
+    rejection: Rejection | None
+    report: Report | None
+    category: str
+    size: str
+    missing: tuple[str, ...] = ()
+    folder: Path | None = None
+
+    @property
+    def accepted(self) -> bool:
+        """Whether there is an asset."""
+        return self.asset is not None
+
+
+class Library:
+    """A folder of assets, as `casa-assets ingest` writes it; it need not exist before something is ingested.
+
+    Iterating gives the records of its accepted assets, sorted by category and id: id, category, size and mass, guesses,
+    results of checks, source. `len` counts them.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._disk = disk.Library(self.path)
+
+    def __repr__(self) -> str:
+        """Such as `<Library out/library>`."""
+        return f"<Library {self.path}>"
+
+    def __iter__(self) -> Iterator[Entry]:
+        """Records of the accepted assets. Raises OutputError where one is damaged."""
+        return (entry for entry in entries(self._disk) if entry.accepted)
+
+    def __len__(self) -> int:
+        """How many assets were accepted."""
+        return sum(1 for _ in self._disk.accepted())
+
+    def __contains__(self, asset_id: object) -> bool:
+        """Whether there is an accepted asset of this id."""
+        return any(folder.name == asset_id for folder in self._disk.accepted())
+
+    def rejected(self) -> Iterator[Entry]:
+        """Records of the inputs that were turned away, each with a code and a reason."""
+        return (entry for entry in entries(self._disk) if not entry.accepted)
+
+    def folder(self, asset_id: str) -> Path:
+        """Folder of an accepted asset. Raises UnknownId with the nearest ids."""
+        found = {folder.name: folder for folder in self._disk.accepted()}
+        if asset_id not in found:
+            raise UnknownId(f"asset of {self.path}", asset_id, found)
+        return found[asset_id]
+
+    def get(self, asset_id: str) -> Asset:
+        """An accepted asset, meshes and textures included. Raises UnknownId, or OutputError where it is damaged."""
+        return disk.read_asset(self.folder(asset_id))
+
+    def search(self, words: str, most: int = 20) -> list[Hit]:
+        """Assets whose category, title, path or colours have most of the words, best first."""
+        return by_words(words, self._disk, most)
+
+    def ingest(self, *paths: str | Path, category: str = "", jobs: int = 0) -> Iterator[Event]:
+        """Bring files, folders and manifests in; each input is read in a process of its own with limits.
+
+        What an earlier run made of the same bytes stays. Nothing happens before the first event is asked for.
+
+        Args:
+            category: id for all of them; else names and sources tell. jobs: inputs at once; 0: one per core.
+        Yields:
+            An event for each input as it is done: kind (accepted, rejected, kept), path, asset_id, code and reason.
+        Raises:
+            UnknownId: no such category. OutputError: the library cannot be written to, or another run is writing to it.
+        """
+        roots = _existing(paths)
+        with closing(run_ingest(roots, Options(self.path, category, jobs))) as running:
+            yield from running
+
+
+def ingest(mesh: str | Path, category: str = "", library: str | Path | None = None) -> Ingested:
+    """Turn one mesh into an asset: upright, in metres, with collision shapes, mass and friction, and checked.
+
+    The file is read in a child process with limits on time and memory, so that nothing in it can harm the caller.
+
+    Args:
+        mesh: GLB, glTF, OBJ, PLY, STL or DAE. category: id of what it is; else its name tells.
+        library: folder to write the asset to; None: it is returned and kept nowhere.
+    Raises:
+        CasaError: there is no such file, it is not one mesh, or this machine cannot make assets. UnknownId: no such
+            category. What is wrong with the mesh itself is in the result's `rejection`.
+    """
+    with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
+        place = Library(temporary if library is None else library)
+        events = list(place.ingest(mesh, category=category, jobs=1))
+        if len(events) != 1:
+            raise CasaError(f"{mesh}: holds {len(events)} inputs; Library(folder).ingest takes many")
+        event, kept = events[0], library is not None
+        if event.was_rejected:
+            folder = place.path / disk.REJECTED / event.asset_id
+            report = disk.read_refusal(folder).report if (folder / disk.REFUSAL).is_file() else None
+            rejection = Rejection(event.code, event.says)
+            return Ingested(event.path, None, rejection, (), report, folder if kept else None)
+        folder = place.folder(event.asset_id)
+        report = disk.read_certificate(folder).report
+        asset = disk.read_asset(folder)
+        return Ingested(event.path, asset, None, event.warnings, report, folder if kept else None)
+
+
+def articulate(
+    mesh: str | Path,
+    category: str = "",
+    up: str = "",
+    front: str = "",
+    size_m: float = 0.0,
+    decisions: str | Path | None = None,
+    complete: bool = True,
+    library: str | Path | None = None,
+) -> Articulated:
+    """Find doors, drawers, knobs and buttons of one static mesh and give them joints.
+
+    The file is read in a child process with limits on time and memory.
+
+    Args:
+        mesh: OBJ, GLB, glTF, PLY, STL or DAE of one thing.
+        category: what it is, such as `microwave`; else its name, then its shape tells.
+        up, front: axes of the file such as `+z` and `-y`; guessed where they are empty.
+        size_m: longest side in metres; 0: by the file's unit and the category.
+        decisions: a `decisions.yaml` of an earlier run, mended by hand.
+        complete: build an interior where a door or a drawer opens onto nothing.
+        library: folder to write the asset to; None: it is returned and kept nowhere.
+    Raises:
+        CasaError: there is no such file, what is asked for does not go together, or this machine cannot make assets.
+    """
+    (path,) = _existing([mesh])
+    if not path.is_file():
+        raise CasaError(f"{path}: is not a file; give one mesh of one thing")
+    said = Decisions() if decisions is None else read_decisions(Path(decisions))
+    try:
+        axes = direction(up) if up else None, direction(front) if front else None
+    except ValueError as error:
+        raise CasaError(f"up or front: {error}") from error
+    with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
+        place = Path(temporary if library is None else library)
+        (done,) = run_articulate([Wish(path, place, category, *axes, size_m, said, complete=complete)])
+        return _articulated(done, kept=library is not None)
+
+
+def _articulated(done: Done, kept: bool) -> Articulated:
+    asset = disk.read_asset(done.folder) if done.accepted and done.folder is not None else None
+    rejection = None if done.accepted else Rejection(done.code, done.says)
+    folder = done.folder if kept else None
+    source = str(done.mesh)
+    return Articulated(source, asset, rejection, done.report, done.category, done.size, done.lacking, folder)
+
+
+def _existing(paths: Sequence[str | Path]) -> list[Path]:
+    found = [Path(path) for path in paths]
+    for path in found:
+        if not path.exists():
+            raise OutputError(str(path), "there is no such file or folder")
+    return found

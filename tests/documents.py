@@ -1,0 +1,69 @@
+"""Code blocks of the documents, and what may be said about those that no test runs."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PAGES = ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "examples/README.md")
+# Why a block is not run. Whoever adds one has to say so on the page, where the reader sees it too.
+REASONS = frozenset(
+    {
+        "needs a checkout",  # ./dev; CI runs it
+        "needs a network",
+        "needs a screen",
+        "needs data of a benchmark",
+        "needs files of your own",
+        "needs RoboCasa",
+        "needs weights of CLIP",
+        "runs for minutes",
+    }
+)
+# Languages that are run, read, or are no code.
+LANGUAGES = frozenset({"sh", "python", "json", "sql", "yaml", "text"})
+_FENCE = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: page relative to the checkout, line of its fence, language, why it is not run (or empty), code."""
+
+    page: str
+    line: int
+    language: str
+    reason: str
+    code: str
+
+    def __str__(self) -> str:
+        return f"{self.page}:{self.line}"
+
+    @property
+    def commands(self) -> list[str]:
+        """Lines of a shell block without comments, those that end in a backslash joined."""
+        joined = self.code.replace("\\\n", " ")
+        return [line for line in (re.sub(r"(^|\s)#.*", "", raw).strip() for raw in joined.splitlines()) if line]
+
+
+def pages() -> list[str]:
+    """Every page of the documents, relative to the checkout."""
+    return [*PAGES, *(p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "docs").glob("*.md")))]
+
+
+def blocks(page: str) -> list[Block]:
+    """Fenced blocks of a page in their order."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    found = []
+    for match in _FENCE.finditer(text):
+        language, _, rest = match["info"].partition(" ")
+        mark, _, reason = rest.partition(": ")
+        assert mark in ("", "no-run"), f"{page}: {match['info']!r}"
+        found.append(Block(page, text[: match.start()].count("\n") + 1, language, reason, match["code"]))
+    return found
+
+
+def indented(page: str) -> list[str]:
+    """Lines that are commands and stand in no fence, where no test would see them."""
+    outside = _FENCE.sub("", (ROOT / page).read_text(encoding="utf-8"))
+    return re.findall(r"^    (?:\w+=\S+ )?(?:\./dev|casa-assets|python|pip|import|from) .*", outside, re.MULTILINE)

@@ -1,0 +1,153 @@
+"""What `import casa_assets` offers: names, types, and what it costs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import casa_assets as casa
+from casa_assets.families.catalog import FAMILIES
+from casa_assets.pipeline.cache_folder import cache_dir
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_importing_is_light() -> None:
+    code = "import casa_assets, sys; print(sorted({'numpy', 'mujoco', 'pydantic', 'typer'} & set(sys.modules)))"
+    told = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert told.stdout == "[]\n"
+
+
+def test_every_name_is_there() -> None:
+    for name in casa.__all__:
+        assert not isinstance(getattr(casa, name), ModuleType), name
+        assert name in dir(casa)
+    with pytest.raises(AttributeError, match="kitchn"):
+        casa.kitchn  # noqa: B018  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", ["ingest", "articulate", "families"])
+def test_functions_stay_where_folders_have_their_names(name: str) -> None:
+    code = f"""
+import casa_assets.{name}
+import casa_assets.pipeline.ingest, casa_assets.pipeline.articulate, casa_assets.families.catalog
+import casa_assets as casa
+from casa_assets import {name}
+print(casa.{name}.__name__, {name} is casa.{name}, sys.modules["casa_assets.{name}"].__path__ != [])
+"""
+    told = subprocess.run(
+        [sys.executable, "-c", "import sys" + code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert told.stdout == f"{name} True True\n"
+
+
+def test_types_are_real(tmp_path: Path) -> None:
+    sample = tmp_path / "sample.py"
+    sample.write_text(
+        """
+from pathlib import Path
+import casa_assets as casa
+
+kitchen: casa.Kitchen = casa.kitchen("galley", "rustic", seed=1, surfaces="random")
+written: Path = kitchen.write("out")
+asset: casa.Asset = casa.build("microwave", "steel")
+report: casa.Report = casa.check(asset)
+done: casa.Ingested = casa.ingest("mug.obj", category="mug")
+why: casa.Rejection | None = done.rejection
+names: list[str] = [plan.name for plan in casa.plans().values()]
+folder: Path = casa.cache_dir()
+for entry in casa.Library("lib"):
+    reveal_type(entry.id)
+reveal_type(casa.load_scene("galley__rustic"))
+reveal_type(casa.load_scene("galley__rustic", as_spec=True))
+reveal_type(casa.families()["range"].bounds)
+casa.kitchen("galley")
+casa.load_scene(3)
+casa.ingest("mug.obj").asset.id
+casa.nothing
+""",
+        encoding="utf-8",
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(sample)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    lines = [line.partition("sample.py:")[2] for line in done.stdout.splitlines() if "sample.py:" in line]
+    told = [line.split(": ", 1)[1] for line in lines]
+    reveals = [line for line in told if line.startswith("note: Revealed")]
+    errors = [line for line in told if line.startswith("error")]
+    assert '"str"' in reveals[0]
+    assert "Bounds" in reveals[-1]
+    assert len(errors) == 4, done.stdout
+    assert 'Missing positional argument "style"' in errors[0]
+    assert "load_scene" in errors[1]
+    assert '"None"' in errors[2]
+    assert "nothing" in errors[3]
+
+
+class TestCacheDir:
+    def test_variable_goes_first(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        monkeypatch.setenv("CASA_ASSETS_CACHE", str(tmp_path / "mine"))
+        assert cache_dir() == tmp_path / "mine"
+        assert not cache_dir().exists()
+
+    def test_else_the_folder_of_the_platform(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        monkeypatch.delenv("CASA_ASSETS_CACHE", raising=False)
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+        assert cache_dir() == tmp_path / "casa-assets"
+        monkeypatch.delenv("XDG_CACHE_HOME")
+        assert cache_dir() == Path.home() / ".cache" / "casa-assets"
+
+    def test_relative_one_is_made_absolute(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("CASA_ASSETS_CACHE", "some/where")
+        assert cache_dir().is_absolute()
+
+
+class TestCatalogue:
+    def test_what_exists(self) -> None:
+        assert casa.plans()["galley"].bounds["width"] == casa.Bounds(3.0, 3.6)
+        assert casa.plans()["galley"].defaults["width"] == 3.2
+        assert casa.styles()["rustic"].description
+        microwave = casa.families()["microwave"]
+        assert microwave.bounds["width"] == casa.Bounds(0.44, 0.77)
+        assert "steel" in microwave.presets
+        assert "brick_red_running" in casa.surfaces()["wall"]
+
+    def test_every_preset_is_within_its_bounds(self) -> None:
+        counted = 0
+        for family in casa.families().values():
+            for preset in family.presets:
+                numbers = FAMILIES[family.name].presets[preset]
+                for name, bounds in family.bounds.items():
+                    value = numbers
+                    for part in name.split("."):
+                        value = getattr(value, part, None)
+                    if value is None:
+                        continue
+                    counted += 1
+                    assert bounds.low is None or value >= bounds.low
+                    assert bounds.high is None or value <= bounds.high
+        assert counted > 1000
+
+    def test_wrong_words(self) -> None:
+        with pytest.raises(casa.UnknownId, match="rustic"):
+            casa.kitchen("galley", "rustik")
+        with pytest.raises(casa.UnknownId, match="wall"):
+            casa.kitchen("galley", "rustic", surfaces={"wal": "brick_red_running"})
+        with pytest.raises(casa.UnknownId, match="steel"):
+            casa.build("microwave", "stel")
+        with pytest.raises(casa.CasaError, match="width"):
+            casa.build("microwave", "steel", {"width": 5.0})
+        with pytest.raises(casa.CasaError, match="preset"):
+            casa.build("microwave", "steel", casa.sample("microwave"))
+        with pytest.raises(casa.OutputError, match="no such"):
+            casa.ingest("nowhere.obj")
+        with pytest.raises(casa.OutputError, match="neither"):
+            casa.check(".")

@@ -1,0 +1,144 @@
+"""The package from scripts without a guard, in a fresh folder with a fresh cache: nothing appears beside them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+MUG = ROOT / "examples" / "meshes" / "mug.obj"
+OVEN = ROOT / "examples" / "appliances" / "microwave.glb"
+
+
+def run(code: str, place: Path, *, notebook: bool = False) -> str:
+    """Standard output of a script that runs in `place/work`, which has to stay empty, with its cache in `place/cache`.
+
+    Args:
+        notebook: run it by `exec` in a module `__main__` without a file, as a notebook runs its cells.
+    """
+    work = place / "work"
+    work.mkdir(exist_ok=True)
+    script = place / "script.py"
+    script.write_text(textwrap.dedent(code), encoding="utf-8")
+    start = f"exec(compile(open({str(script)!r}).read(), '<cell>', 'exec'))"
+    done = subprocess.run(
+        [sys.executable, "-c", start] if notebook else [sys.executable, str(script)],
+        cwd=work,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "CASA_ASSETS_CACHE": str(place / "cache")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert list(work.iterdir()) == []
+    return done.stdout
+
+
+@pytest.mark.parametrize("notebook", [False, True])
+def test_kitchen(tmp_path: Path, notebook: bool) -> None:
+    code = """
+        import casa_assets as casa
+
+        kitchen = casa.kitchen("one_wall_small", "scandinavian", seed=3, surfaces={"floor": "oak_ebony"})
+        model, spec = kitchen.to_mjmodel(), kitchen.to_mjspec("light")
+        robot = spec.worldbody.add_body(name="robot")
+        robot.add_geom(size=[0.1, 0, 0])
+        robot.add_freejoint()
+        print(kitchen.id, model.nkey, spec.compile().body("robot").id > 0, len(kitchen.placements) > 20)
+        import multiprocessing
+        print(multiprocessing.active_children())
+    """
+    told = run(code, tmp_path, notebook=notebook).splitlines()
+    assert told[0].startswith("one_wall_small__scandinavian__s3__t")
+    assert told[0].endswith(" 3 True True")
+    assert told[1] == "[]"
+    assert (tmp_path / "cache").is_dir()
+
+
+def test_load_scene(tmp_path: Path) -> None:
+    # What the README had: as a script it ended in a traceback about memory, and left a folder `out`.
+    code = """
+        import casa_assets
+
+        model = casa_assets.load_scene("l_small__coastal", textures={"wall": "brick_red_running"})
+        print(model.nbody > 50)
+    """
+    assert run(code, tmp_path) == "True\n"
+
+
+def test_families(tmp_path: Path) -> None:
+    code = """
+        import casa_assets as casa
+
+        params = casa.sample("microwave", seed=1)
+        assert params == casa.sample("microwave", seed=1) != casa.sample("microwave", seed=1, index=1)
+        drawn, named = casa.build("microwave", params=params), casa.build("microwave", "steel", {"width": 0.6})
+        report = casa.check(named)
+        assert report.passed, report.errors
+        import tempfile
+        with tempfile.TemporaryDirectory() as folder:
+            assert casa.read_asset(casa.write(named, folder)) == named
+            assert casa.check(casa.write(drawn, folder)).passed
+        print(named.id != drawn.id)
+    """
+    assert run(code, tmp_path) == "True\n"
+
+
+@pytest.mark.parametrize("notebook", [False, True])
+def test_ingest(tmp_path: Path, notebook: bool) -> None:
+    code = f"""
+        import casa_assets as casa
+
+        done = casa.ingest({str(MUG)!r}, category="mug")
+        print(done.accepted, done.rejection, done.report.passed, done.folder, len(done.asset.root.colliders) > 4)
+    """
+    assert run(code, tmp_path, notebook=notebook) == "True None True None True\n"
+
+
+def test_rejected(tmp_path: Path) -> None:
+    (tmp_path / "hole.obj").write_text("o nothing\n", encoding="utf-8")
+    code = f"""
+        import casa_assets as casa
+
+        done = casa.ingest({str(tmp_path / "hole.obj")!r})
+        print(done.accepted, done.asset, done.rejection.code)
+        done = casa.articulate({str(MUG)!r})
+        print(done.accepted, done.asset, done.rejection.code)
+    """
+    first, second = run(code, tmp_path).splitlines()
+    assert first.startswith("False None ")
+    assert second == "False None ART001"
+
+
+def test_articulate(tmp_path: Path) -> None:
+    code = f"""
+        import casa_assets as casa
+
+        done = casa.articulate({str(OVEN)!r})
+        print(done.accepted, sorted(j.kind.value for j in done.asset.joints)[0])
+    """
+    assert run(code, tmp_path) == "True hinge\n"
+
+
+def test_library(tmp_path: Path) -> None:
+    code = f"""
+        import casa_assets as casa
+
+        library = casa.Library({str(tmp_path / "library")!r})
+        assert len(library) == 0
+        events = list(library.ingest({str(MUG)!r}))
+        print([event.kind for event in events], len(library), [entry.category for entry in library])
+        asset = library.get(events[0].asset_id)
+        print(asset.id in library, library.search("mug")[0].id == asset.id, casa.check(library.folder(asset.id)).passed)
+        try:
+            library.get("mog_0123456789")
+        except casa.UnknownId as error:
+            print(isinstance(error, casa.CasaError))
+    """
+    told = run(code, tmp_path).splitlines()
+    assert told == ["['accepted'] 1 ['mug']", "True True True", "True"]
