@@ -2,8 +2,8 @@
 
     python examples/make_appliances.py [folder]
 
-Each is a member of a family of this package with everything that says what moves taken away: no names, no joints, one part
-for each material, doors closed. The same bytes every time.
+Each is a member of a family of this package with everything that says what moves taken away: no names, no joints, one
+part for each material, doors closed. The same bytes every time.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from formats import Look, Part, glb, mtl, obj
-from shapes import Surface
 
 import casa_assets as casa
+from formats import Look, Part, glb, mtl, obj
+from shapes import Array, Index, Surface
 
 
 def static(asset: casa.Asset) -> list[Part]:
@@ -23,7 +23,7 @@ def static(asset: casa.Asset) -> list[Part]:
     placed = {}
     for link in asset.links:  # parents come before their children
         placed[link.name] = link.pose if link.parent is None else placed[link.parent] @ link.pose
-    seen: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    seen: dict[str, list[tuple[Array, Index]]] = {}
     for link in asset.links:
         for visual in link.visuals:
             points = placed[link.name].apply(visual.mesh.vertices)
@@ -39,7 +39,7 @@ def static(asset: casa.Asset) -> list[Part]:
     return parts
 
 
-def _welded(points: np.ndarray, faces: np.ndarray) -> Surface:
+def _welded(points: Array, faces: Index) -> Surface:
     """Vertices at one place, to a hundredth of a millimetre, become one."""
     rounded, index = np.unique(np.round(points, 5) + 0.0, axis=0, return_inverse=True)
     joined = index.ravel()[faces]

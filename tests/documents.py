@@ -28,7 +28,7 @@ _FENCE = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<code>.*?)^```$", re.MULTILINE |
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block: page relative to the checkout, line of its fence, language, why it is not run (or empty), code."""
+    """A fenced block: page, line of its fence, language, why it is not run (or empty), code."""
 
     page: str
     line: int

@@ -10,7 +10,6 @@ from typing import Any
 
 from casa_assets.api.kitchen import Kitchen
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.families.catalog import family as family_of
 from casa_assets.families.family import Params
 from casa_assets.model.asset import Asset
 from casa_assets.model.issue import Report
@@ -27,6 +26,7 @@ from casa_assets.pipeline.manifest import manifest_of
 from casa_assets.pipeline.scene_check import check as check_scene
 from casa_assets.pipeline.scene_ids import recipe_of
 from casa_assets.pipeline.scenes import FACTS
+from casa_assets.registry_families import family as family_of
 
 
 def build(family: str, preset: str = "", params: Params | Mapping[str, Any] | None = None) -> Asset:

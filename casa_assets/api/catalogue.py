@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from casa_assets.families.catalog import GROUPS
 from casa_assets.families.family import Family, Params
 from casa_assets.model.surface import Surface
 from casa_assets.pipeline.palette import stock
+from casa_assets.registry_families import family_groups
 from casa_assets.registry_kitchens import load_plan, load_style, plan_names, style_names
 
 
@@ -79,7 +79,7 @@ def styles() -> Mapping[str, StyleInfo]:
 
 def families() -> Mapping[str, FamilyInfo]:
     """All parametric families by name, group by group."""
-    return MappingProxyType({f.name: _family(f, group) for group, members in GROUPS.items() for f in members})
+    return MappingProxyType({f.name: _family(f, group) for group, members in family_groups().items() for f in members})
 
 
 def surfaces() -> Mapping[str, tuple[str, ...]]:

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 def doctor(
     json_: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
-    output: Annotated[Path, typer.Option("--out", "--output", help="Folder that results would be written to.")] = Path("out"),
+    output: Annotated[Path, typer.Option("--out", "--output", help="Folder that results would be written to.")] = Path(
+        "out"
+    ),
 ) -> None:
     """Look at this machine: Python, packages, rendering, disk. Exit code 1 where something needed is missing."""
     from casa_assets.pipeline.doctor import findings

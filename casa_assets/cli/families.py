@@ -96,9 +96,9 @@ def build(
     samples: Annotated[int, typer.Option(min=0, help="Random members of each.")] = 0,
     presets: Annotated[bool, typer.Option(help="Also every preset.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random members.")] = 0,
-    library: Annotated[Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")] = Path(
-        "out/families"
-    ),
+    library: Annotated[
+        Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")
+    ] = Path("out/families"),
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
     pictures: Annotated[bool, typer.Option(help="Draw each at full size; else at the size of a thumbnail.")] = True,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per member on standard output.")] = False,

@@ -43,9 +43,9 @@ def ingest(
             help="Files, folders, Objaverse package folders, manifests (.jsonl).", exists=True, readable=True
         ),
     ],
-    library: Annotated[Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")] = Path(
-        "out/library"
-    ),
+    library: Annotated[
+        Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")
+    ] = Path("out/library"),
     category: Annotated[str, typer.Option(help="Category of every input; else the sources and names decide.")] = "",
     jobs: Annotated[int, typer.Option(min=0, help="Inputs worked on at once.", show_default="one per core")] = 0,
     timeout: Annotated[

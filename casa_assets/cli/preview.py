@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 def preview(
     assets: Annotated[list[Path], typer.Argument(help="Asset folders, model.xml files, or libraries.", exists=True)],
-    output: Annotated[Path, typer.Option("--out", "--output", "-o", help="Folder for the pictures.")] = Path("out/preview"),
+    output: Annotated[Path, typer.Option("--out", "--output", "-o", help="Folder for the pictures.")] = Path(
+        "out/preview"
+    ),
     size: Annotated[int, typer.Option(min=64, max=2048, help="Width and height of each picture, pixels.")] = 512,
     colliders: Annotated[bool, typer.Option("--colliders", help="Show the collision shapes.")] = False,
     turntable: Annotated[bool, typer.Option("--turntable", help="Also a turning picture of each.")] = False,

@@ -13,7 +13,9 @@ from casa_assets.cli.place import library_at
 
 def report(
     library: Annotated[Path, typer.Option(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
-    output: Annotated[Path | None, typer.Option("--out", "--output", "-o", help="Default: report.html in the library.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--out", "--output", "-o", help="Default: report.html in the library.")
+    ] = None,
     clip_weights: Annotated[
         str, typer.Option(help="Weights of CLIP that look at the pictures first, see `casa-assets find --help`.")
     ] = "",

@@ -164,9 +164,9 @@ def ingest(
     folder: Annotated[
         Path, typer.Argument(help="Folder of pictures, with a pack.yaml if there is one.", exists=True, file_okay=False)
     ],
-    library: Annotated[Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")] = Path(
-        "out/library"
-    ),
+    library: Annotated[
+        Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")
+    ] = Path("out/library"),
     pack: Annotated[str | None, typer.Option(help="Name of the pack; else that of the folder.")] = None,
     surface: Annotated[Surface | None, typer.Option(help="What the pictures are for.")] = None,
     tile: Annotated[tuple[float, float] | None, typer.Option(help="Width and height of a picture, metres.")] = None,

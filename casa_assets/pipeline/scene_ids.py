@@ -43,8 +43,8 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> Recipe:
             return recipe
     where = ", ".join(str(place) for place in places) or "no folder"
     raise CasaError(
-        f"{scene_id}: 't{told['finishes']}' is a digest of its finishes and does not say which they are, and no scene of "
-        f"this id stands in {where}. Give the folder that it stands in, or make it anew with "
+        f"{scene_id}: 't{told['finishes']}' is a digest of its finishes and does not say which they are, and no scene "
+        f"of this id stands in {where}. Give the folder that it stands in, or make it anew with "
         f"casa_assets.kitchen({plan!r}, {style!r}, seed={seed}, surfaces={{'wall': ...}})"
     )
 

@@ -10,8 +10,8 @@ from types import ModuleType
 import pytest
 
 import casa_assets as casa
-from casa_assets.families.catalog import FAMILIES
 from casa_assets.pipeline.cache_folder import cache_dir
+from casa_assets.registry_families import family as family_of
 
 ROOT = Path(__file__).parents[3]
 
@@ -124,7 +124,7 @@ class TestCatalogue:
         counted = 0
         for family in casa.families().values():
             for preset in family.presets:
-                numbers = FAMILIES[family.name].presets[preset]
+                numbers = family_of(family.name).presets[preset]
                 for name, bounds in family.bounds.items():
                     value = numbers
                     for part in name.split("."):
