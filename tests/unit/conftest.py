@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,15 @@ from casa_assets.pipeline.scenes import SceneBuilt
 from casa_assets.preview import room
 
 SMALLEST = room.Frame(64, 48, 1)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A cache of the tests' own, so that they neither use nor fill the user's."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CASA_ASSETS_CACHE", str(folder))
+        yield folder
 
 
 @pytest.fixture(scope="session")

@@ -39,3 +39,15 @@ def test_readme_lists_every_sample_once() -> None:
     companions = {".mtl", ".bin", ".png", ".json"}
     mains = sorted(name for name in contents(EXAMPLES / "meshes") if Path(name).suffix not in companions)
     assert table == mains
+
+
+def test_appliances_are_what_their_script_makes(tmp_path: Path) -> None:
+    subprocess.run(
+        [sys.executable, str(EXAMPLES / "make_appliances.py"), str(tmp_path / "made")],
+        env={**os.environ, "CASA_ASSETS_CACHE": str(tmp_path / "cache")},
+        check=True,
+        capture_output=True,
+    )
+    made, committed = contents(tmp_path / "made"), contents(EXAMPLES / "appliances")
+    assert made == committed
+    assert sum(map(len, committed.values())) < 400_000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ from casa_assets.model.surface import Surface
 from casa_assets.pipeline import kitchens, scene_diff, scenes
 from casa_assets.pipeline.books import kitchens as book
 from casa_assets.pipeline.kitchens import Recipe
+from casa_assets.pipeline.scene_ids import recipe_of
 from casa_assets.preview import room
 from casa_assets.registry_kitchens import load_plan, plan_names, read_plan, style_names
 
@@ -210,8 +212,70 @@ class TestLoader:
         with pytest.raises(CasaError, match="full"):
             casa_assets.load_scene(SCENE, out=out, weight="light", textures={"floor": "oak_ebony"})
 
+    def test_paths_are_taken_as_they_are(self, out: Path) -> None:
+        folder = out / SCENE
+        full = casa_assets.load_scene(str(folder))
+        assert casa_assets.load_scene(folder / "scene_light.xml").nmesh == 0 < full.nmesh
+        assert casa_assets.load_scene(folder, weight="light").nq == full.nq
+        with pytest.raises(CasaError, match="no such file"):
+            casa_assets.load_scene(out / "nowhere")
+
+    def test_kitchen_in_memory_is_the_one_on_disk(self, out: Path) -> None:
+        disk, memory = casa_assets.load_scene(SCENE, out=out), casa_assets.kitchen(PLAN, STYLE).to_mjmodel()
+        for name in ("body_pos", "body_mass", "geom_pos", "mesh_vert", "tex_data", "key_qpos", "jnt_range"):
+            np.testing.assert_array_equal(getattr(disk, name), getattr(memory, name), err_msg=name)
+
+    def test_scene_of_an_older_version_is_not_loaded(self, out: Path, tmp_path: Path) -> None:
+        shutil.copytree(out / SCENE, tmp_path / SCENE)
+        shutil.copytree(out / "assets", tmp_path / "assets")
+        facts = json.loads((tmp_path / SCENE / "scene.json").read_text(encoding="utf-8"))
+        (tmp_path / SCENE / "scene.json").write_text(json.dumps({**facts, "key": "0" * 64}), encoding="utf-8")
+        (tmp_path / SCENE / "scene.xml").write_text("<mujoco/>", encoding="utf-8")
+        assert casa_assets.load_scene(SCENE, out=tmp_path).nbody > 20
+        made = json.loads((tmp_path / SCENE / "scene.json").read_text(encoding="utf-8"))
+        assert made["key"] == facts["key"]
+
+    def test_nothing_is_written_where_no_folder_is_named(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        monkeypatch.chdir(tmp_path)
+        assert casa_assets.load_scene(SCENE, weight="light").nbody > 20
+        assert list(tmp_path.iterdir()) == []
+
+
+class TestIds:
+    def test_seed_that_drew_the_finishes_brings_them_back(self) -> None:
+        for recipe in (
+            Recipe(PLAN, STYLE),
+            Recipe(PLAN, STYLE, 12, closed=True),
+            Recipe(PLAN, STYLE, 7, kitchens.drawn_surfaces(7)),
+            Recipe(PLAN, STYLE, None, kitchens.drawn_surfaces(0)),
+        ):
+            assert recipe_of(recipe.scene_id) == recipe
+
+    def test_chosen_finishes_are_found_where_the_scene_stands(self, tmp_path: Path) -> None:
+        surfaces = kitchens.chosen([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
+        recipe = Recipe(PLAN, STYLE, 7, surfaces)
+        with pytest.raises(CasaError, match="digest of its finishes"):
+            recipe_of(recipe.scene_id, (tmp_path,))
+        (tmp_path / recipe.scene_id).mkdir()
+        told = {"wall": "brick_red_running", "floor": "oak_ebony", "counter": "block_oak", "cabinet": "paint_navy"}
+        (tmp_path / recipe.scene_id / "scene.json").write_text(json.dumps({"surfaces": told}), encoding="utf-8")
+        assert recipe_of(recipe.scene_id, (tmp_path,)) == recipe
+
+    @pytest.mark.parametrize("word", ["", PLAN, f"{SCENE}__x", f"{SCENE}__t12", f"{SCENE}__closed__s3", "x__y"])
+    def test_what_is_no_id(self, word: str) -> None:
+        with pytest.raises(UnknownId):
+            recipe_of(word)
+
 
 class TestDiff:
+    def test_key_alone_is_no_difference(self, out: Path, tmp_path: Path) -> None:
+        shutil.copytree(out / SCENE, tmp_path / SCENE)
+        facts = json.loads((tmp_path / SCENE / "scene.json").read_text(encoding="utf-8"))
+        (tmp_path / SCENE / "scene.json").write_text(json.dumps({**facts, "key": "0" * 64}), encoding="utf-8")
+        assert scene_diff.compare(out / SCENE, tmp_path / SCENE) == []
+        assert scene_diff.is_one_maker(out / SCENE, out / SCENE)
+        assert not scene_diff.is_one_maker(out / SCENE, tmp_path / SCENE)
+
     def test_difference_is_named(self, out: Path, tmp_path: Path) -> None:
         made = scenes.build_one(Recipe(PLAN, "industrial"), tmp_path, drawn=False)
         lines = scene_diff.compare(out / SCENE, Path(made.folder))
