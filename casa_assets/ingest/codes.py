@@ -31,6 +31,8 @@ ENCODING = "SRC025"
 BAD_NUMBER = "SRC026"
 BAD_HEADER = "SRC027"
 BAD_NAME = "SRC028"
+EXCHANGE_UNREADABLE = "SRC029"
+MIXED_UNITS = "SRC030"
 
 # Remarks: the input is accepted, and this is recorded with it
 TYPE_BY_CONTENT = "SRC040"

@@ -67,29 +67,6 @@ class Source(Record):
         )
 
 
-class Bundle(Record):
-    """The bytes of one input: its main file and every file it refers to.
-
-    Attributes:
-        main: name of the main file.
-        files: name as referred to -> content, `main` among them.
-        notes: references that were missing or refused, as warnings.
-    """
-
-    main: str
-    files: dict[str, bytes]
-    notes: tuple[Issue, ...] = ()
-
-    @cached_property
-    def sha256(self) -> str:
-        """Digest of names (but the main one) and contents, sorted by name: moving a package changes nothing."""
-        whole = hashlib.sha256()
-        for name, data in sorted(self.files.items(), key=lambda item: (item[0] != self.main, item[0])):
-            label = "" if name == self.main else name
-            whole.update(label.encode("utf-8", "surrogateescape") + b"\0" + hashlib.sha256(data).digest())
-        return whole.hexdigest()
-
-
 class Up(StrEnum):
     """Axis of the file that points up."""
 
@@ -122,3 +99,30 @@ class RawModel(Record):
     up: Up | None = None
     format: Id
     notes: tuple[Issue, ...] = ()
+
+
+class Bundle(Record):
+    """The bytes of one input: its main file and every file it refers to; or what was handed over in memory.
+
+    Attributes:
+        main: name of the main file.
+        files: name as referred to -> content, `main` among them; none where `model` is given.
+        notes: references that were missing or refused, as warnings.
+        model: what a reader would make of the files, where a caller has it in memory already.
+    """
+
+    main: str
+    files: dict[str, bytes]
+    notes: tuple[Issue, ...] = ()
+    model: RawModel | None = None
+
+    @cached_property
+    def sha256(self) -> str:
+        """Digest of names (but the main one) and contents, sorted by name: moving a package changes nothing."""
+        if self.model is not None:
+            return self.model.digest
+        whole = hashlib.sha256()
+        for name, data in sorted(self.files.items(), key=lambda item: (item[0] != self.main, item[0])):
+            label = "" if name == self.main else name
+            whole.update(label.encode("utf-8", "surrogateescape") + b"\0" + hashlib.sha256(data).digest())
+        return whole.hexdigest()

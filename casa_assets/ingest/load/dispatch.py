@@ -8,11 +8,13 @@ import numpy as np
 
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.dae import read_dae
-from casa_assets.ingest.load.formats import Format, sniff, suffix_of
+from casa_assets.ingest.load.exchange import read_3mf, read_off, read_xaml
+from casa_assets.ingest.load.formats import SUFFIX_OF, Format, sniff, suffix_of
 from casa_assets.ingest.load.gltf.scene import read_gltf
 from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.load.obj import read_obj
 from casa_assets.ingest.load.ply import read_ply
+from casa_assets.ingest.load.rough import check_face_count
 from casa_assets.ingest.load.stl import read_stl
 from casa_assets.model.source import Bundle, RawModel
 
@@ -25,6 +27,9 @@ _READERS: Mapping[Format, Reader] = {
     Format.PLY: read_ply,
     Format.STL: read_stl,
     Format.DAE: read_dae,
+    Format.OFF: read_off,
+    Format.THREE_MF: read_3mf,
+    Format.XAML: read_xaml,
 }
 
 
@@ -40,10 +45,13 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
         Rejected: with a code of casa_assets.ingest.codes.
     """
     name = clean(bundle.main)
+    if bundle.model is not None:
+        check_face_count(sum(len(p.mesh.faces) for p in bundle.model.parts), limits, name)
+        return bundle.model.replace(notes=bundle.notes + bundle.model.notes)
     data = bundle.files[bundle.main]
     found = sniff(data, name)
     notes = Notes()
-    if suffix_of(bundle.main) != f".{found.value}":
+    if suffix_of(bundle.main) != SUFFIX_OF[found]:
         notes.add(codes.TYPE_BY_CONTENT, name, f"{name}: read as {found.value.upper()} by its content, not by its name")
     # hostile numbers overflow and cast badly; what comes of it is found and judged in rough.finish
     with np.errstate(all="ignore"):

@@ -6,6 +6,7 @@ import io
 import re
 import struct
 import zipfile
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import PurePosixPath
 
@@ -14,7 +15,7 @@ from casa_assets.ingest import codes
 
 
 class Format(StrEnum):
-    """Formats that can be read; the values are the ids in RawModel.format."""
+    """Formats that can be read; the values are the ids in RawModel.format. TRIMESH is a mesh in memory."""
 
     GLB = "glb"
     GLTF = "gltf"
@@ -22,9 +23,63 @@ class Format(StrEnum):
     PLY = "ply"
     STL = "stl"
     DAE = "dae"
+    OFF = "off"
+    THREE_MF = "threemf"
+    XAML = "xaml"
+    TRIMESH = "trimesh"
 
 
-SUFFIXES = frozenset(f".{f.value}" for f in Format)
+# Suffix of each format that files come in.
+SUFFIX_OF: Mapping[Format, str] = {
+    Format.GLB: ".glb",
+    Format.GLTF: ".gltf",
+    Format.OBJ: ".obj",
+    Format.PLY: ".ply",
+    Format.STL: ".stl",
+    Format.DAE: ".dae",
+    Format.OFF: ".off",
+    Format.THREE_MF: ".3mf",
+    Format.XAML: ".xaml",
+}
+SUFFIXES = frozenset(SUFFIX_OF.values())
+# Files that hold meshes, or archives of them, in formats that are not read: suffix -> what it is and what to do.
+UNREAD_SUFFIXES: Mapping[str, str] = {
+    ".fbx": "an FBX file; convert it to GLB",
+    ".blend": "a Blender file; export it as GLB",
+    ".usd": "a USD file; export it as GLB",
+    ".usda": "a USD text file; export it as GLB",
+    ".usdc": "a USD crate file; export it as GLB",
+    ".usdz": "a USDZ package; export it as GLB",
+    ".3ds": "a 3D Studio file; convert it to GLB",
+    ".max": "a 3ds Max file; export it as GLB",
+    ".ma": "a Maya file; export it as GLB",
+    ".mb": "a Maya file; export it as GLB",
+    ".c4d": "a Cinema 4D file; export it as GLB",
+    ".lwo": "a LightWave file; convert it to GLB",
+    ".wrl": "a VRML file; convert it to GLB",
+    ".vrml": "a VRML file; convert it to GLB",
+    ".x3d": "an X3D file; convert it to GLB",
+    ".3dxml": "a 3DXML file; convert it to GLB",
+    ".zae": "a zipped COLLADA file; unpack it",
+    ".amf": "an AMF file; convert it to 3MF",
+    ".3dm": "a Rhino file; export it as GLB",
+    ".skp": "a SketchUp file; export it as GLB",
+    ".step": "a STEP file; export a mesh of it as GLB",
+    ".stp": "a STEP file; export a mesh of it as GLB",
+    ".iges": "an IGES file; export a mesh of it as GLB",
+    ".igs": "an IGES file; export a mesh of it as GLB",
+    ".abc": "an Alembic file; export it as GLB",
+    ".splat": "a cloud of Gaussians, not a surface; export a mesh",
+    ".zip": "a zip archive; unpack it",
+    ".tar": "a tar archive; unpack it",
+    ".tgz": "a tar archive; unpack it",
+    ".gz": "a gzip archive; unpack it",
+    ".bz2": "a bzip2 archive; unpack it",
+    ".7z": "a 7z archive; unpack it",
+    ".rar": "a RAR archive; unpack it",
+}
+# Suffixes of a single packed file, whose name says what is in it: `chair.obj.gz`.
+PACKED_SUFFIXES = frozenset({".gz", ".bz2"})
 # Magic numbers of things that are often saved under a mesh's name. Ref: the formats' own specifications.
 _FOREIGN: tuple[tuple[bytes, str], ...] = (
     (b"\x89PNG\r\n\x1a\n", "a PNG image"),
@@ -38,7 +93,8 @@ _FOREIGN: tuple[tuple[bytes, str], ...] = (
     (b"PXR-USDC", "a USD crate file; export it as GLB"),
     (b"#usda", "a USD text file; export it as GLB"),
     (b"%PDF", "a PDF document"),
-    (b"OFF", "an OFF mesh; convert it to PLY or OBJ"),
+    (b"#VRML", "a VRML file; convert it to GLB"),
+    (b"Rar!", "a RAR archive; unpack it"),
 )
 _OBJ_LINE = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|l|p|mtllib|usemtl|s)[ \t]+\S", re.MULTILINE)
 _FACET = re.compile(rb"^[ \t]*(facet|endsolid)\b", re.MULTILINE)
@@ -62,15 +118,15 @@ def sniff(data: bytes, name: str) -> Format:
     if _is_binary_stl(data):
         return Format.STL
     if data.startswith(b"PK\x03\x04"):
-        raise _zip(data, name)
+        return _zip(data, name)
     for magic, what in _FOREIGN:
-        if data.startswith(magic) and not (magic == b"OFF" and suffix_of(name) == ".obj"):
+        if data.startswith(magic):
             raise Rejected(codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh")
     return _sniff_text(data, name)
 
 
-def _zip(data: bytes, name: str) -> Rejected:
-    """Archives are never unpacked here; one that would write outside its folder is called what it is."""
+def _zip(data: bytes, name: str) -> Format:
+    """3MF is a zip that is read. Others are never unpacked; one that would leave its folder is called what it is."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = [m.replace("\\", "/") for m in archive.namelist()]
@@ -78,8 +134,12 @@ def _zip(data: bytes, name: str) -> Rejected:
         members = []  # damaged: all that is known of it are its first bytes
     if any(m.startswith("/") or m[1:2] == ":" or ".." in m.split("/") for m in members):
         says = f"{name}: a zip archive with members that leave the folder it is unpacked into; do not unpack it"
-        return Rejected(codes.PATH_TRAVERSAL, says)
-    return Rejected(codes.WRONG_TYPE, f"{name}: this is a zip archive; unpack it, not a mesh")
+        raise Rejected(codes.PATH_TRAVERSAL, says)
+    if any(m.lower().endswith("3d/3dmodel.model") for m in members):
+        return Format.THREE_MF
+    if members and suffix_of(members[0]) in (".usd", ".usda", ".usdc"):
+        raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES['.usdz']}, not a mesh")
+    raise Rejected(codes.WRONG_TYPE, f"{name}: this is a zip archive; unpack it, not a mesh")
 
 
 def _sniff_text(data: bytes, name: str) -> Format:
@@ -92,10 +152,16 @@ def _sniff_text(data: bytes, name: str) -> Format:
         is_named = suffix_of(name) == ".dae" and b"<html" not in lower
         if b"<COLLADA" in head or b":COLLADA" in head or is_named:
             return Format.DAE
+        if b"schemas.microsoft.com/winfx/2006/xaml" in head:
+            return Format.XAML
+        if b"<X3D" in head:
+            raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES['.x3d']}, not a mesh")
         what = "an HTML page (a failed download?)" if b"html" in lower else "XML, but not COLLADA"
         raise Rejected(codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh; fetch it again")
     if start.startswith(b"{"):
         return Format.GLTF
+    if re.match(rb"C?OFF\s", start) and suffix_of(name) != ".obj":
+        return Format.OFF
     if lower.startswith(b"solid") and _FACET.search(data):
         return Format.STL
     return _by_name(data, head, name)
@@ -116,7 +182,10 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
         start = data[:4].decode("ascii", "backslashreplace")
         says = f"{name}: a GLB starts with 'glTF', this starts with {start!r}; fetch it again"
         raise Rejected(codes.BAD_MAGIC, says)
-    raise Rejected(codes.WRONG_TYPE, f"{name}: the content is none of GLB, glTF, OBJ, PLY, STL, DAE")
+    if suffix in UNREAD_SUFFIXES:
+        raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES[suffix]}, not a mesh")
+    says = f"{name}: the content is none of GLB, glTF, OBJ, PLY, STL, DAE, OFF, 3MF, XAML"
+    raise Rejected(codes.WRONG_TYPE, says)
 
 
 def _ascii_head(data: bytes) -> bytes:

@@ -191,16 +191,21 @@ class Materials:
 
 
 def _roughness(entry: MtlEntry) -> float:
-    """0..1 from Pr, or from Ns as Blender's exporter maps it, or matt.
+    """0..1 from Pr, or from Ns as Blender's exporter maps it, or matt."""
+    if entry.roughness is not None:
+        return min(1.0, max(0.0, entry.roughness))
+    return roughness_of_shininess(entry.shininess, entry.specular)
+
+
+def roughness_of_shininess(shininess: float | None, specular: float | None = None) -> float:
+    """0..1 from Ns in 0..1000, None: matt. A thing without a highlight (`specular` near 0) is matt too.
 
     Ref: Blender's wavefront_obj exporter, Ns = 1000 (1 - roughness)^2.
     """
-    if entry.roughness is not None:
-        return min(1.0, max(0.0, entry.roughness))
-    if entry.shininess is None:
+    if shininess is None:
         return 0.6
-    guess = 1.0 - math.sqrt(min(1000.0, max(0.0, entry.shininess)) / 1000.0)
-    floor = 0.6 if entry.specular is not None and entry.specular < 0.01 else 0.05
+    guess = 1.0 - math.sqrt(min(1000.0, max(0.0, shininess)) / 1000.0)
+    floor = 0.6 if specular is not None and specular < 0.01 else 0.05
     return max(floor, guess)
 
 

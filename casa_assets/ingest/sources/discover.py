@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import posixpath
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from pathlib import Path
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
-from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
+from casa_assets.ingest.load.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
 from casa_assets.ingest.sources import manifest, objaverse
 from casa_assets.ingest.sources.disk import check_file, shown
 from casa_assets.ingest.sources.found import Found, Refused
@@ -80,6 +80,7 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
         yield Refused(shown(package.prefix).rstrip("/"), codes.UNREADABLE, says)
         return
     entries = [e for e in entries if not e.name.startswith(".") and e.name != "__MACOSX"]
+    names = frozenset(e.name.lower() for e in entries)
     for one in _packaged(package, [e.name for e in entries]):
         if isinstance(one, Found):
             claimed.add(os.path.realpath(one.root / one.main))
@@ -91,6 +92,8 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
         if suffix_of(entry.name) in SUFFIXES:
             if os.path.realpath(entry.path) not in claimed:
                 yield _loose(package, entry.name)
+        elif not is_folder and _is_unread(entry.name, names) and os.path.realpath(entry.path) not in claimed:
+            yield _unread(package, entry.name)
         elif is_folder and not (is_objaverse and entry.name in ("glbs", "metadata")):
             folders.append(entry.name)
     for name in folders:
@@ -99,6 +102,23 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
             yield Refused(shown(package.prefix + name), codes.UNREADABLE, says)
         else:
             yield from _inner(package, name, claimed, depth)
+
+
+def _is_unread(name: str, names: Set[str]) -> bool:
+    """Whether a file holds a mesh in a format that is not read, and no twin in one that is lies beside it.
+
+    Args:
+        name: of the file. names: of all files of the folder, in lower case.
+    """
+    stem, suffix = posixpath.splitext(name.lower())
+    if suffix in PACKED_SUFFIXES and suffix_of(stem) not in SUFFIXES | UNREAD_SUFFIXES.keys():
+        return False  # a single file that is packed, such as an index or a table
+    return suffix in UNREAD_SUFFIXES and not any(stem + readable in names for readable in SUFFIXES)
+
+
+def _unread(package: Package, name: str) -> Refused:
+    says = f"{shown(name)}: this is {UNREAD_SUFFIXES[suffix_of(name)]}, not a mesh that is read"
+    return Refused(shown(package.prefix + name), codes.WRONG_TYPE, says)
 
 
 def _inner(package: Package, name: str, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
