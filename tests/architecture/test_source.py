@@ -6,10 +6,13 @@ import ast
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "casa_assets"
@@ -104,3 +107,22 @@ def test_ruff_reports_what_is_planted(rule: str, text: str) -> None:
     )
     assert done.returncode == 1, done.stdout + done.stderr
     assert f" {rule} " in done.stdout
+
+
+def test_every_requirement_has_a_lowest_version_and_a_pin_above_it() -> None:
+    pins = dict(
+        line.split("==")
+        for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+        if not line.startswith("#")
+    )
+    pins = {canonicalize_name(name): version for name, version in pins.items()}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    # torch has builds for each kind of processor and card, so what the extra clip brings is not pinned.
+    pinned = [*project["dependencies"], *(line for name, lines in extras.items() if name != "clip" for line in lines)]
+    for requirement in map(Requirement, [*pinned, *extras["clip"]]):
+        assert {clause.operator for clause in requirement.specifier} & {">=", "=="}, f"{requirement} has no lower bound"
+    for requirement in map(Requirement, pinned):
+        version = pins.get(canonicalize_name(requirement.name))
+        assert version is not None, f"{requirement.name} is not in constraints.txt"
+        assert requirement.specifier.contains(version, prereleases=True), f"{requirement} excludes {version}"
