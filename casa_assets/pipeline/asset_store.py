@@ -1,12 +1,11 @@
 """Built assets and their light forms, kept on disk by what they are made from, so that a kitchen is put together fast.
 
-<cache>/assets/<digest of the builders>/{built,pictures}/   see `source_key.BUILDERS`; other builders, another folder
+<cache>/assets/{built,pictures}/   by `families.asset_key`: a change of one family leaves the assets of all others
 """
 
 from __future__ import annotations
 
 import hashlib
-import shutil
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -18,14 +17,13 @@ from casa_assets.families.family import Family, Params
 from casa_assets.geometry.light import lighten
 from casa_assets.model.asset import Asset
 from casa_assets.pipeline.asset_bytes import DAMAGE, pack, unpack
-from casa_assets.pipeline.families import build_asset
-from casa_assets.pipeline.source_key import builders_digest
+from casa_assets.pipeline.cache_key import digest_of, key_of
+from casa_assets.pipeline.families import asset_key, build_asset
 from casa_assets.pipeline.store import Store
 
 FOLDER = "assets"
-# Folders of other builders that stay: whoever goes to and fro between two versions keeps the assets of both.
-OTHERS = 1
-# Bytes of built assets and light forms (about 40 kB each); above this the oldest go, down to the share.
+# Bytes of built assets and light forms (about 40 kB each), and as many of pictures; above this the oldest go, down to
+# the share.
 MOST_BYTES, SHARE = 1_000_000_000, 0.75
 # Of an asset, what its light form does not depend on.
 _MESHES: Mapping[str, IncEx] = {"visuals": {"__all__": {"mesh"}}}
@@ -43,30 +41,30 @@ class AssetStore:
 
     def __init__(self, cache: Path) -> None:
         self._cache = cache
-        self._folder = cache / FOLDER / builders_digest()[:16]
-        self._assets, self._pictures = Store(self._folder / "built"), Store(self._folder / "pictures")
+        self._assets, self._pictures = Store(cache / FOLDER / "built"), Store(cache / FOLDER / "pictures")
         self._seen: dict[str, bytes] = {}
         self._wrote = False
 
     def built(self, found: Family[Any], params: Params) -> Asset:
         """The asset of a family's numbers, kept or built now. Raises as the family's `build` does."""
-        return self._kept(_key("built", found.name, params.digest), lambda: build_asset(found, params, self._cache))
+        return self._kept(_key("built", asset_key(found, params)), lambda: build_asset(found, params, self._cache))
 
     def lightened(self, asset: Asset) -> Asset:
         """The light form of an asset, kept or made now: `lighten`, by what it depends on and not by the id."""
         bare, _ = pack(asset.model_dump(exclude=UNSEEN), "")
-        return self._kept(_key("light", hashlib.sha256(bare).hexdigest()), lambda: lighten(asset))
+        content = hashlib.sha256(bare).hexdigest()
+        return self._kept(_key("light", content, key_of(lighten)), lambda: lighten(asset))
 
     def tidy(self) -> None:
-        """Keep the store in bounds: remove what other builders built, and the oldest where it has grown too large.
+        """Keep the store in bounds: remove the oldest where it has grown too large.
 
         Costs nothing where this object has written nothing.
         """
         if not self._wrote:
             return
         self._wrote = False
-        sweep(self._folder)
         trim(self._assets.root)
+        trim(self._pictures.root)
 
     def _kept(self, key: str, make: Callable[[], Asset]) -> Asset:
         data = self._assets.get(key)
@@ -86,13 +84,10 @@ class AssetStore:
         self._seen.update(pictures)
         if pack(unpack(data, key, self._picture).model_dump(), key)[0] != data:
             raise AssertionError(f"{asset.id} does not read back as it was written")
-        try:
-            for name in fresh:
-                if self._pictures.get(name) != pictures[name]:
-                    self._pictures.put(name, pictures[name])
-            self._assets.put(key, data)
-        except FileNotFoundError:  # another version of the program has just swept the folder: then it is not kept
-            return
+        for name in fresh:
+            if self._pictures.get(name) != pictures[name]:
+                self._pictures.put(name, pictures[name])
+        self._assets.put(key, data)
         self._wrote = True
 
     def _picture(self, name: str) -> bytes:
@@ -103,13 +98,6 @@ class AssetStore:
                 raise ValueError(f"picture {name} is missing or damaged")
             self._seen[name] = data
         return self._seen[name]
-
-
-def sweep(folder: Path) -> None:
-    """Remove folders beside this one, but for the one that was made last."""
-    others = [p for p in _by_age(folder.parent.iterdir()) if p != folder]
-    for path in others[: len(others) - OTHERS]:
-        shutil.rmtree(path, ignore_errors=True)
 
 
 def trim(folder: Path, most_bytes: int = MOST_BYTES) -> None:
@@ -136,4 +124,4 @@ def _by_age(paths: Iterable[Path]) -> dict[Path, int]:
 
 
 def _key(*words: str) -> str:
-    return hashlib.sha256("\0".join((builders_digest(), *words)).encode()).hexdigest()
+    return digest_of(*words, key_of(pack, unpack))

@@ -8,12 +8,13 @@ import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 from typing import Any
 
-from casa_assets import registry
+from casa_assets import families, registry
 from casa_assets.checks.package import Package
 from casa_assets.checks.run import run as run_checks
 from casa_assets.errors import CasaError, UnknownId
@@ -25,7 +26,8 @@ from casa_assets.model.chance import rng_for
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.provenance import Labels
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.palette import finishes, stock
+from casa_assets.pipeline.cache_key import digest_of, key_of, modules_holding
+from casa_assets.pipeline.palette import finishes, finishes_key, stock
 from casa_assets.pipeline.stage import recipe
 from casa_assets.pipeline.worker import PREVIEW_PX, THUMBNAIL_PX, certificate, thumbnail
 from casa_assets.preview.camera import View
@@ -112,10 +114,29 @@ def params_of(wish: Wish) -> Params:
 
 def build_asset(found: Family[Any], params: Params, cache: Path) -> Asset:
     """The asset of a family's numbers; pictures come from or go to the store at `cache`."""
+    supplies = Supplies(finishes(params.finishes, cache), labels_of(found), registry.load().densities)
+    return found.build(params, supplies)
+
+
+def asset_key(found: Family[Any], params: Params) -> str:
+    """Key of `build_asset`: the family's own code, its numbers, its labels and the finishes that it is given.
+
+    Another family, or a texture of a kind that the asset does not show, has no part in it.
+    """
+    code = _code_key(found.name)
+    return digest_of("asset", found.name, code, params.digest, labels_of(found).digest, finishes_key(params.finishes))
+
+
+@cache
+def _code_key(name: str) -> str:
+    return key_of(*modules_holding(family(name), families.__name__))
+
+
+def labels_of(found: Family[Any]) -> Labels:
+    """What the registry says of a family's category."""
     known = registry.load()
     category = known.fixtures[found.category]
-    labels = Labels(category=category.id, classes=known.classes_of(category), qcode=category.qcode)
-    return found.build(params, Supplies(finishes(params.finishes, cache), labels, known.densities))
+    return Labels(category=category.id, classes=known.classes_of(category), qcode=category.qcode)
 
 
 def build_one(wish: Wish, library: Path, checked: bool = True, drawn: bool = True) -> Built:

@@ -25,6 +25,8 @@ from casa_assets.model.scene import Scene
 from casa_assets.model.style import Choice
 from casa_assets.model.surface import Surface
 from casa_assets.pipeline.asset_store import AssetStore
+from casa_assets.pipeline.cache_key import digest_of, key_of
+from casa_assets.pipeline.families import asset_key
 from casa_assets.pipeline.palette import stock
 from casa_assets.registry_families import families, family
 
@@ -175,7 +177,31 @@ def build_scene(recipe: Recipe, cache: Path) -> tuple[Kitchen, Scene]:
     assets = {w.name: built(w.name, w.choice) for w in kitchen.wanted}
     props = [(choice, built(choice.preset, choice)) for choice in kitchen.style.props]
     store.tidy()
-    added = dress(kitchen, assets, props, recipe.seed or 0)
+    return put_together(kitchen, assets, props, recipe.seed or 0, recipe.scene_id)
+
+
+def put_together(
+    kitchen: Kitchen, assets: dict[str, Asset], props: list[tuple[Choice, Asset]], seed: int, scene_id: str
+) -> tuple[Kitchen, Scene]:
+    """The scene of a kitchen, once everything in it is built, and the kitchen with the props that found a place.
+
+    Args:
+        assets: by name of what is wanted. props: what may be put on worktops and shelves. seed: draws their places.
+    """
+    added = dress(kitchen, assets, props, seed)
     kitchen = replace(kitchen, wanted=(*kitchen.wanted, *(wanted for wanted, _ in added)))
-    assets |= {wanted.name: asset for wanted, asset in added}
-    return kitchen, compose(kitchen, assets, recipe.scene_id)
+    every = assets | {wanted.name: asset for wanted, asset in added}
+    return kitchen, compose(kitchen, every, scene_id)
+
+
+def kitchen_key(recipe: Recipe) -> str:
+    """Key of `build_scene`: what the plan and the style ask for, the assets of it, and what puts them together.
+
+    Raises as `resolve` and `build_choice` do.
+    """
+    kitchen = resolve(recipe)
+    choices = {c.model_dump_json(): c for c in (*(w.choice for w in kitchen.wanted), *kitchen.style.props)}
+    assets = [(name, asset_key(family(c.family), params_of(c))) for name, c in sorted(choices.items())]
+    # Its text is the same in every process: it holds numbers, text and records, in tuples and in dicts that are filled
+    # in one order.
+    return digest_of("kitchen", repr(kitchen), assets, recipe.seed, recipe.scene_id, key_of(put_together))

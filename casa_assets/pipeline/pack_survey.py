@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from casa_assets import registry
 from casa_assets.errors import RegistryError, Rejected
 from casa_assets.model.record import Record
+from casa_assets.pipeline.cache_key import digest_of, key_of
 from casa_assets.pipeline.store import Store
 from casa_assets.textures.packs.decode import SUFFIXES, decode
 from casa_assets.textures.packs.derive import SIZE_PX, Tile, tile
 from casa_assets.textures.packs.entry import UNKNOWN, Described, Refused
 from casa_assets.textures.packs.faults import Fault, refuse, refused
 
-# Goes up with every change of what a picture becomes.
-VERSION = 1
 MANIFESTS = ("pack.yaml", "pack.yml", "pack.json")
 _KEYS = ("pack", "defaults", "pictures")
 _MOST_BYTES = 256 * 1024 * 1024
@@ -191,8 +188,7 @@ def _said(source: str, told: Told, flags: Described) -> Described:
 
 def _worked(data: bytes, digest: str, size_px: int, store: Store) -> Worked:
     """The tile, from the store or made now: a run that was cut off goes on where it was."""
-    parts = ["texture_pack", VERSION, digest, size_px, *(f"{t}={version(t)}" for t in ("numpy", "scipy", "pillow"))]
-    key = hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+    key = digest_of("texture_pack", key_of(decode, tile, Worked), digest, size_px)
     if (kept := store.get(key)) is not None:
         return Worked.from_json(kept)
     seen = decode(data)

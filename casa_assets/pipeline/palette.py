@@ -12,7 +12,8 @@ from casa_assets.families.family import Stock
 from casa_assets.model.finish import Finish, Plain, Surface
 from casa_assets.model.material import Material
 from casa_assets.model.record import Vec4
-from casa_assets.pipeline.textures import finish_of, recipes
+from casa_assets.pipeline.cache_key import digest_of
+from casa_assets.pipeline.textures import finish_key, finish_of, recipe, recipes
 
 
 def stock() -> Stock:
@@ -49,6 +50,22 @@ def linear(color: str, opacity: float = 1.0) -> Vec4:
     return (r, g, b, opacity)
 
 
+@lru_cache(maxsize=1)
+def plain_key() -> str:
+    """Digest of every plain finish."""
+    return digest_of([(name, finish.digest) for name, finish in sorted(plain().items())])
+
+
+def finishes_key(names: Iterable[str]) -> str:
+    """Key of `finishes`: all plain ones by value, of those with pictures what they are painted from and by.
+
+    Raises:
+        UnknownId: neither a plain finish nor a recipe.
+    """
+    pictured = sorted(name for name in names if name not in plain())
+    return digest_of(plain_key(), [(name, finish_key(recipe(name))) for name in pictured])
+
+
 def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:
     """All plain finishes, and those named that have pictures.
 
@@ -58,7 +75,7 @@ def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:
         UnknownId: neither a plain finish nor a recipe.
     """
     found = dict(plain())
-    known = {name: recipe for rows in recipes().values() for name, recipe in rows.items()}
+    known = {name: row for rows in recipes().values() for name, row in rows.items()}
     for name in names:
         if name in found:
             continue

@@ -35,9 +35,10 @@ from casa_assets.model.issue import Report
 from casa_assets.model.scene import Scene
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.books.kitchen_report import page
+from casa_assets.pipeline.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens import Recipe, build_scene
-from casa_assets.pipeline.scenes import FACTS, Order, SceneBuilt, forget, made, side_by_side
-from casa_assets.pipeline.source_key import key_of_verdict
+from casa_assets.pipeline.scene_files import FACTS
+from casa_assets.pipeline.scenes import Order, SceneBuilt, forget, made, scene_key, side_by_side
 from casa_assets.preview import room
 
 REPORT, PAGE, MAP = "report.json", "report.html", "floor_map.png"
@@ -56,10 +57,10 @@ def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = Fals
             overview; the check of what cameras see draws its own, small, and keeps none.
     """
     done = made(recipe, out, Order(drawn=drawn, judge=judge, strict=strict))
-    if not done.kept:
+    if done.report is not None or not done.folder:
         return done
     folder = Path(done.folder)
-    report = None if anew else _kept(folder, key_of_verdict(recipe))
+    report = None if anew else _kept(folder, verdict_key(recipe))
     if report is not None:
         done = SceneBuilt(recipe, done.folder, report=report, kept=True)
     else:
@@ -88,8 +89,13 @@ def _checked_in_place(recipe: Recipe, out: Path, folder: Path) -> SceneBuilt:
 def judge(recipe: Recipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:
     """Run every check on a scene in its folder, and leave report, page and pictures there."""
     report, measured = check(kitchen, scene, folder)
-    _write(folder, report, {"key": key_of_verdict(recipe), **measured})
+    _write(folder, report, {"key": verdict_key(recipe), **measured})
     return report
+
+
+def verdict_key(recipe: Recipe) -> str:
+    """Key of report.json and the page of a scene: its files, and all that decides what the checks say of them."""
+    return digest_of("verdict", scene_key(recipe), key_of(check, _write))
 
 
 def check(kitchen: Kitchen, scene: Scene, folder: Path) -> tuple[Report, dict[str, Any]]:

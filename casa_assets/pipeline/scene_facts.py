@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import whereabouts
@@ -16,7 +16,9 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.scene import Placement, Scene
 from casa_assets.model.style import Style
 from casa_assets.model.surface import Surface
-from casa_assets.pipeline.kitchens import Recipe
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.kitchens import Recipe
 
 FORMAT = 1
 

@@ -16,7 +16,7 @@ from casa_assets.export.mjcf.kitchen import FILE
 from casa_assets.model.files import Files
 from casa_assets.model.surface import Surface
 from casa_assets.pipeline.kitchens import chosen
-from casa_assets.pipeline.scenes import LIGHT_FILE
+from casa_assets.pipeline.scene_files import LIGHT_FILE
 from casa_assets.pipeline.textures import finish_of, recipe
 
 FILES = {"full": FILE, "light": LIGHT_FILE}

@@ -25,22 +25,21 @@ from typing import Any
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import kitchen as mjcf
 from casa_assets.export.usd import kitchen as usd
+from casa_assets.geometry.light import lighten
 from casa_assets.layouts.request import Kitchen
+from casa_assets.model.asset import Asset
 from casa_assets.model.files import Files
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.scene import Scene
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.asset_store import AssetStore
-from casa_assets.pipeline.kitchens import Recipe, build_scene
+from casa_assets.pipeline.cache_key import digest_of, key_of
+from casa_assets.pipeline.kitchens import Recipe, build_scene, kitchen_key
 from casa_assets.pipeline.scene_facts import describe
-from casa_assets.pipeline.source_key import key_of
+from casa_assets.pipeline.scene_files import FACTS, LIGHT_FILE, OVERVIEW, SHARED
 from casa_assets.preview import darkroom, room
 from casa_assets.registry_kitchens import plan_names, style_names
 
-SHARED = "assets"
-LIGHT_FILE = "scene_light.xml"
-FACTS = "scene.json"
-OVERVIEW = "overview"
 QUICK = room.Frame(passes=24)
 # Of a scene in its folder, the verdict.
 Judge = Callable[[Recipe, Kitchen, Scene, Path], Report]
@@ -107,25 +106,73 @@ def build_one(recipe: Recipe, out: Path, drawn: bool = True, anew: bool = False)
 def made(recipe: Recipe, out: Path, order: Order) -> SceneBuilt:
     """The same to order. Nothing is put in place that could not be composed, written, drawn and judged to the end."""
     try:
-        key = key_of(recipe)
-        if not order.anew and is_whole(out / recipe.scene_id, key, order.drawn):
-            return SceneBuilt(recipe, str(out / recipe.scene_id), kept=True)
-        return _made(recipe, disk.Library(out), order, key)
+        folder = out / recipe.scene_id
+        try:
+            key = scene_key(recipe)
+        except CasaError:
+            # What an earlier version of the plan gave is no scene of this one.
+            forget(out, recipe.scene_id)
+            raise
+        if order.anew or not is_whole(folder, key):
+            return _made(recipe, disk.Library(out), order, key)
+        if order.drawn and not is_drawn(folder, key):
+            return _drawn_anew(recipe, folder, key)
+        return SceneBuilt(recipe, str(folder), kept=True)
     except CasaError as error:
         return SceneBuilt(recipe, says=str(error))
     except Exception:  # noqa: BLE001  a batch does not die of one scene; the whole trace is told
         return SceneBuilt(recipe, says=traceback.format_exc(limit=-4))
 
 
-def is_whole(folder: Path, key: str, drawn: bool) -> bool:
-    """Whether a scene is there as the recipe and the sources want it."""
-    files = [mjcf.FILE, usd.FILE, LIGHT_FILE, FACTS, *([f"{OVERVIEW}.png"] if drawn else [])]
-    if not all((folder / name).is_file() for name in files):
-        return False
+def scene_key(recipe: Recipe) -> str:
+    """Key of the files of a scene, without its pictures and the verdict on it. Raises as `kitchens.resolve` does."""
+    return digest_of("scene", kitchen_key(recipe), key_of(write_scene, describe, lighten))
+
+
+def picture_key(key: str) -> str:
+    """Key of the pictures of a scene, from the key of its files."""
+    return digest_of("pictures", key, key_of(draw))
+
+
+def is_current(recipe: Recipe, out: Path) -> bool:
+    """Whether a scene is there, whole, as today's code and data would make it. Raises as `kitchens.resolve` does.
+
+    Args:
+        out: folder of the scenes.
+    """
+    return is_whole(out / recipe.scene_id, scene_key(recipe))
+
+
+def is_whole(folder: Path, key: str) -> bool:
+    """Whether the files of a scene are all there, under that key."""
+    return all((folder / name).is_file() for name in (mjcf.FILE, usd.FILE, LIGHT_FILE)) and _fact(folder, "key") == key
+
+
+def is_drawn(folder: Path, key: str) -> bool:
+    """Whether the overview of a scene is there as today's code draws it. `key`: of the scene's files."""
+    return (folder / f"{OVERVIEW}.png").is_file() and _fact(folder, "picture_key") == picture_key(key)
+
+
+def _fact(folder: Path, name: str) -> Any:
+    """A member of scene.json; None where it is not there or cannot be read."""
     try:
-        return bool(json.loads((folder / FACTS).read_text(encoding="utf-8")).get("key") == key)
-    except ValueError:
-        return False
+        facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return facts.get(name) if isinstance(facts, dict) else None
+
+
+def _drawn_anew(recipe: Recipe, folder: Path, key: str) -> SceneBuilt:
+    """The scene as it is, with a fresh overview; its other pictures are out of date and go."""
+    begin = time.perf_counter()
+    for old in folder.glob("*.png"):
+        old.unlink()
+    draw(folder, (OVERVIEW,))
+    facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+    fresh = folder / f".{FACTS}.{os.getpid()}"
+    _write_facts(fresh, {**facts, "picture_key": picture_key(key)})
+    fresh.replace(folder / FACTS)
+    return SceneBuilt(recipe, str(folder), draw_s=time.perf_counter() - begin)
 
 
 def _made(recipe: Recipe, library: disk.Library, order: Order, key: str) -> SceneBuilt:
@@ -133,7 +180,6 @@ def _made(recipe: Recipe, library: disk.Library, order: Order, key: str) -> Scen
     try:
         kitchen, scene = build_scene(recipe, library.cache)
     except CasaError:
-        # What an earlier version of the plan gave is no scene of this one.
         forget(library.root, recipe.scene_id)
         raise
     built = time.perf_counter()
@@ -149,8 +195,11 @@ def put(recipe: Recipe, kitchen: Kitchen, scene: Scene, library: disk.Library, o
     """
     begin = time.perf_counter()
     with _staged(library, scene.id) as folder:
-        facts = {"key": key, **describe(recipe, kitchen, scene)}
-        write_scene(folder, folder.parent, facts, scene, AssetStore(library.cache))
+        keys = {"key": key, **({"picture_key": picture_key(key)} if order.drawn else {})}
+        facts = {**keys, **describe(recipe, kitchen, scene)}
+        store = AssetStore(library.cache)
+        write_scene(folder, folder.parent, facts, scene, store.lightened)
+        store.tidy()
         written = time.perf_counter()
         if order.drawn:
             draw(folder, (OVERVIEW,))
@@ -191,20 +240,24 @@ def _merge(drafts: Path, shared: Path) -> None:
         draft.replace(target)
 
 
-def write_scene(folder: Path, root: Path, facts: dict[str, Any], scene: Scene, store: AssetStore) -> None:
+def write_scene(
+    folder: Path, root: Path, facts: dict[str, Any], scene: Scene, light_form: Callable[[Asset], Asset]
+) -> None:
     """Put the files of a scene into its folder, and what scenes share beside it.
 
     Args:
         folder: of the scene, empty.
-        root: folder that it stands in. facts: content of scene.json. store: keeps light forms of assets.
+        root: folder that it stands in. facts: content of scene.json. light_form: of an asset, see `lighten`.
     """
     for files in (mjcf.write(scene), usd.write(scene)):
         _put(files, folder, root)
-    light = mjcf.write(scene, weight=mjcf.Weight.LIGHT, light_form=store.lightened).entries[mjcf.FILE]
-    store.tidy()
+    light = mjcf.write(scene, weight=mjcf.Weight.LIGHT, light_form=light_form).entries[mjcf.FILE]
     (folder / LIGHT_FILE).write_bytes(light)
-    text = json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False)
-    (folder / FACTS).write_text(text + "\n", encoding="utf-8")
+    _write_facts(folder / FACTS, facts)
+
+
+def _write_facts(path: Path, facts: dict[str, Any]) -> None:
+    path.write_text(json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def _put(files: Files, folder: Path, root: Path) -> None:

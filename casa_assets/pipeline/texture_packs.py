@@ -18,7 +18,7 @@ from casa_assets.model.finish import Finish
 from casa_assets.model.material import ColorSpace, Material, Substance, Texture
 from casa_assets.model.record import Record
 from casa_assets.pipeline.library import Library, sums, write_files
-from casa_assets.pipeline.pack_survey import VERSION, Accepted, PackOptions, read_told, survey
+from casa_assets.pipeline.pack_survey import Accepted, PackOptions, read_told, survey
 from casa_assets.pipeline.store import Store
 from casa_assets.preview.sheet import Shot, sheet
 from casa_assets.textures.distance import NEARLY_ALIKE, Look, closest_pairs, look
@@ -31,6 +31,8 @@ from casa_assets.textures.packs.naming import slug, unique_ids
 __all__ = ["PackOptions", "PackReport", "ingest_pack", "load_finishes", "load_pack"]
 
 FOLDER, PACK, SHEET = "textures", "pack.json", "sheet.png"
+# Version of the format of pack.json.
+FORMAT = 1
 _LOOK_STEP = 4  # pixels are compared at a quarter of the size
 
 
@@ -77,7 +79,7 @@ def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
         pairs = closest_pairs(looks, below=NEARLY_ALIKE, most=100)
         pack = Pack(
             id=name,
-            version=VERSION,
+            version=FORMAT,
             pictures=tuple(pictures),
             refused=found.refused,
             alike=tuple(Alike(first=a, second=b, distance=round(d, 3)) for d, a, b in pairs),

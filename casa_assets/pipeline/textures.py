@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
-from functools import lru_cache
-from importlib.metadata import version
+from functools import cache, lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -16,15 +13,14 @@ from casa_assets.errors import UnknownId
 from casa_assets.model.document import Document
 from casa_assets.model.finish import Finish, Surface
 from casa_assets.model.recipe import Recipe
+from casa_assets.pipeline.cache_key import digest_of, key_of, modules_holding
 from casa_assets.pipeline.store import Store
+from casa_assets.textures import kinds
 from casa_assets.textures.finish import finish
 from casa_assets.textures.kinds import KINDS
-from casa_assets.textures.make import SIZE_PX, make
+from casa_assets.textures.make import SIZE_PX, kind_of, make, paint
 
 FOLDER = "textures"
-# Goes up with every change of a kind, of the noise or of how pictures are written.
-VERSION = 4
-TOOLS = ("numpy", "scipy", "pillow")
 
 
 @lru_cache(maxsize=4)
@@ -75,11 +71,21 @@ def recipe(name: str) -> Recipe:
     return rows[name]
 
 
+def finish_key(wanted: Recipe, size_px: int = SIZE_PX) -> str:
+    """Key of `finish_of`: the code of the recipe's own kind and of no other, the recipe and its substance."""
+    substance = registry.load().substances[wanted.substance]
+    return digest_of("texture", _code_key(wanted.kind), wanted.digest, substance.digest, size_px)
+
+
+@cache
+def _code_key(kind: str) -> str:
+    return key_of(*modules_holding(kind_of(kind), kinds.__name__), paint, finish)
+
+
 def finish_of(wanted: Recipe, cache: Path, size_px: int = SIZE_PX) -> Finish:
     """The finish of a recipe, from the store at `cache` or painted now."""
     store = Store(cache)
-    parts = ["texture", VERSION, wanted.digest, size_px, *(f"{t}={version(t)}" for t in TOOLS)]
-    key = hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+    key = finish_key(wanted, size_px)
     kept = store.get(key)
     if kept is not None:
         return Finish.from_json(kept)

@@ -20,7 +20,11 @@ def kind_of(name: str) -> Kind:
 
 def make(recipe: Recipe, size_px: int = SIZE_PX) -> Layers:
     """The picture of a recipe; its longer side has `size_px` pixels."""
-    kind = kind_of(recipe.kind)
+    return paint(kind_of(recipe.kind), recipe, size_px)
+
+
+def paint(kind: Kind, recipe: Recipe, size_px: int = SIZE_PX) -> Layers:
+    """The same by a kind that is known already."""
     width, height = recipe.tile_m
     longest = max(width, height)
     size = (max(8, round(size_px * height / longest)), max(8, round(size_px * width / longest)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -19,13 +18,12 @@ from casa_assets.model.signature import PAIR_SHARES, REACH_SHARES, Form
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike.rows import Row
 from casa_assets.pipeline.alike.signature import surface
+from casa_assets.pipeline.cache_key import digest_of, key_of
 from casa_assets.pipeline.store import Store
 from casa_assets.preview.tint import tint_gap
 
 # Forms farther apart than this are not laid over each other, see benchmarks/ingest_duplicates.py.
 FORM_GAP = 0.035
-# Goes up with every change of what laying over finds.
-VERSION = 1
 
 
 def alike_in(rows: Sequence[Row], store: Store) -> Iterator[Alike]:
@@ -97,8 +95,7 @@ def measured(one: Row, other: Row, store: Store) -> Alike:
 
 
 def _overlay(one: Row, other: Row, store: Store) -> tuple[float, float]:
-    words = json.dumps(["overlay", VERSION, one.digest, other.digest])
-    key = hashlib.sha256(words.encode()).hexdigest()
+    key = digest_of("overlay", key_of(overlay, cloud, surface), one.digest, other.digest)
     kept = store.get(key)
     if kept is not None:
         most, every = json.loads(kept)

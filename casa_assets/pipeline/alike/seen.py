@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 
@@ -15,8 +13,9 @@ from casa_assets import registry
 from casa_assets.checks.alike import NAMED, Likeness
 from casa_assets.model.category import Category, sentences
 from casa_assets.pipeline.alike.rows import Row
+from casa_assets.pipeline.cache_key import digest_of, key_of
 from casa_assets.pipeline.entry_files import checked_model
-from casa_assets.pipeline.look import VIEWS, Eye, pictures_of, shares
+from casa_assets.pipeline.look import Eye, pictures_of, shares
 from casa_assets.pipeline.store import Store
 
 Floats = npt.NDArray[np.float64]
@@ -31,7 +30,7 @@ def pictures_in_numbers(row: Row, eye: Eye, store: Store) -> Floats:
     Raises:
         CannotDraw, NoRenderer: see preview.still.
     """
-    words = ["pictures", eye.mark, row.digest, *VIEWS]
+    words = ["pictures", key_of(pictures_of), eye.mark, row.digest]
     return _kept(store, words, lambda: eye.see(pictures_of(checked_model(row.folder / "model.xml"))))
 
 
@@ -80,7 +79,7 @@ def _likeness(row: Row, kinds: Sequence[Category], found: Floats) -> Likeness:
 
 
 def _kept(store: Store, words: Sequence[object], make: Callable[[], Floats]) -> Floats:
-    key = hashlib.sha256(json.dumps(words).encode()).hexdigest()
+    key = digest_of(*words)
     kept = store.get(key)
     if kept is not None:
         return np.asarray(np.load(io.BytesIO(kept), allow_pickle=False), dtype=np.float64)

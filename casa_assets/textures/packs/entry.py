@@ -111,7 +111,7 @@ class Pack(Record):
     """pack.json.
 
     Attributes:
-        id: name of the pack. version: of the program that made it.
+        id: name of the pack. version: of the format of pack.json.
         pictures, refused: by source.
         alike: nearly equal pairs, the closest first.
         ignored: files that are no pictures.

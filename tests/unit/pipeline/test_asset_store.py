@@ -19,9 +19,9 @@ from casa_assets import registry
 from casa_assets.families.family import Family, Params, Supplies
 from casa_assets.geometry.light import lighten
 from casa_assets.model.asset import Asset
-from casa_assets.pipeline import asset_store, source_key
+from casa_assets.pipeline import asset_store
 from casa_assets.pipeline.asset_bytes import DAMAGE, DIGEST_BYTES, KINDS, TREE, pack, unpack
-from casa_assets.pipeline.asset_store import AssetStore, sweep, trim
+from casa_assets.pipeline.asset_store import AssetStore, trim
 from casa_assets.registry_families import family, family_names
 from tests.assets import rigid_mug, textured_box
 from tests.family_members import preset
@@ -197,28 +197,6 @@ class TestLightForms:
 
 
 class TestBounds:
-    def test_folders_of_older_builders_go(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        kettle = Counted()
-        for i, digest in enumerate("abc"):
-            monkeypatch.setattr(asset_store, "builders_digest", lambda digest=digest: digest * 64)
-            store = AssetStore(tmp_path)
-            store.built(kettle.family, NUMBERS)
-            os.utime(tmp_path / "assets" / (digest * 16), (i, i))
-            store.tidy()
-        assert sorted(p.name[0] for p in (tmp_path / "assets").iterdir()) == ["b", "c"]
-        assert kettle.times == 3
-
-    def test_only_writing_tidies(self, tmp_path: Path) -> None:
-        AssetStore(tmp_path).built(KETTLE, NUMBERS)
-        for name in ("x", "y"):
-            (tmp_path / "assets" / name).mkdir()
-        store = AssetStore(tmp_path)
-        store.built(KETTLE, NUMBERS)
-        store.tidy()
-        assert len(list((tmp_path / "assets").iterdir())) == 3
-        sweep(tmp_path / "assets" / source_key.builders_digest()[:16])
-        assert len(list((tmp_path / "assets").iterdir())) == 2
-
     def test_the_oldest_go_where_there_is_too_much(self, tmp_path: Path) -> None:
         for i in range(8):
             path = tmp_path / "ab" / str(i)
@@ -229,24 +207,6 @@ class TestBounds:
         assert len(list(tmp_path.glob("ab/*"))) == 8
         trim(tmp_path, most_bytes=400)
         assert sorted(p.name for p in tmp_path.glob("ab/*")) == ["0", "1", "2"]
-
-
-def test_digest_of_the_builders_is_not_that_of_the_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    root = tmp_path / "registry"
-    for path in registry.data_root().rglob("*.yaml"):
-        copy = root / path.relative_to(registry.data_root())
-        copy.parent.mkdir(parents=True, exist_ok=True)
-        copy.write_bytes(path.read_bytes())
-    monkeypatch.setattr(source_key, "data_root", lambda: root)
-    before = source_key.builders_digest.__wrapped__(), source_key.source_digest.__wrapped__()
-    with (root / "limits.yaml").open("a") as limits:
-        limits.write("# looser\n")
-    between = source_key.builders_digest.__wrapped__(), source_key.source_digest.__wrapped__()
-    assert between[0] == before[0]
-    assert between[1] != before[1]
-    with (root / "substances.yaml").open("a") as substances:
-        substances.write("# heavier\n")
-    assert source_key.builders_digest.__wrapped__() != between[0]
 
 
 def _build_often(cache: Path, times: int) -> set[str]:

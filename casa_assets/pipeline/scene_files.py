@@ -1,0 +1,8 @@
+"""Names of the files of a scene in its folder, and of the folder that scenes share."""
+
+from __future__ import annotations
+
+SHARED = "assets"
+LIGHT_FILE = "scene_light.xml"
+FACTS = "scene.json"
+OVERVIEW = "overview"
