@@ -108,7 +108,7 @@ class TestVerdict:
             looked.append(folder)
             return SceneBuilt(recipe)
 
-        monkeypatch.setattr(scene_check, "key_of_verdict", lambda recipe: "other")
+        monkeypatch.setattr(scene_check, "verdict_key", lambda recipe: "other")
         monkeypatch.setattr(scene_check, "_checked_in_place", look)
         assert not scene_check.check_one(RECIPE, out).kept
         assert looked == [out / RECIPE.scene_id]
