@@ -17,11 +17,13 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.provenance import split_of
 from casa_assets.model.shape import Box
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.identity import Producer
 from casa_assets.pipeline.worker import certificate
 from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.assets import ball, microwave, rigid_mug, textured_box
 from tests.meshes import box_mesh, texture
 
+MADE_BY = disk.MadeBy(Producer.INGEST, "0" * 64, {"tool:numpy": "2.0"})
 SLICE_SIZE = (0.12, 0.11, 0.014)
 TRAIN, TEST = "00000001" * 8, "00000005" * 8  # digests of sources on either side
 
@@ -77,7 +79,7 @@ def keep(root: Path, assets: Sequence[Asset]) -> Path:
             disk.write_files(staged, mjcf.write(asset))
             disk.write_files(staged, write_usd(asset, picture))
             (staged / "preview.png").write_bytes(picture)
-            certified = certificate(asset, Report(subject=asset.id), staged, "0" * 64)
+            certified = certificate(asset, Report(subject=asset.id), staged, MADE_BY)
             disk.write_certificate(staged, asset, certified)
             library.publish(staged, library.folder(asset.labels.category, asset.id))
         library.sweep()

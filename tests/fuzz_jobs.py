@@ -205,7 +205,7 @@ def whole(job: tuple[int, int, Path, str]) -> str:
     assert isinstance(known, Survey)
     library = disk.Library(folder / "library")
     library.staging.mkdir(parents=True, exist_ok=True)
-    outcome = work(Job(found, known, f"object_{number}", library.root, limits))
+    outcome = work(Job(found, known, f"object_{number}", library.root, limits, "0" * 64))
     assert not isinstance(outcome, RunAborted), outcome.message
     assert isinstance(outcome, Outcome)
     if outcome.accepted:

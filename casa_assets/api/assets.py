@@ -24,8 +24,8 @@ from casa_assets.pipeline.job import writing
 from casa_assets.pipeline.kitchens import build_scene, params_of
 from casa_assets.pipeline.manifest import manifest_of
 from casa_assets.pipeline.scene_check import check as check_scene
+from casa_assets.pipeline.scene_files import FACTS
 from casa_assets.pipeline.scene_ids import recipe_of
-from casa_assets.pipeline.scenes import FACTS
 from casa_assets.registry_families import family as family_of
 
 
@@ -82,7 +82,7 @@ def write(asset: Asset, folder: str | Path) -> Path:
         write_package(asset, staged)
         text = json.dumps({"asset": manifest_of(asset)}, sort_keys=True, indent=1, ensure_ascii=False)
         (staged / disk.CERTIFICATE).write_text(text + "\n", encoding="utf-8")
-        library.publish(staged, target)
+        library.put(staged, target)
     return target
 
 

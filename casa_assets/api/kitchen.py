@@ -25,10 +25,10 @@ from casa_assets.pipeline.cache_folder import cache_dir
 from casa_assets.pipeline.job import writing
 from casa_assets.pipeline.kitchens import Recipe, build_scene, chosen, drawn_surfaces, resolve
 from casa_assets.pipeline.scene_facts import covers, describe
+from casa_assets.pipeline.scene_files import FACTS
 from casa_assets.pipeline.scene_ids import recipe_of
 from casa_assets.pipeline.scene_loader import FILES, model_of, spec_of, swap_textures
-from casa_assets.pipeline.scenes import FACTS, Order, is_whole, put
-from casa_assets.pipeline.source_key import key_of
+from casa_assets.pipeline.scenes import Order, is_current, is_drawn, is_whole, put, scene_key
 from casa_assets.registry_kitchens import plan_names
 
 Weight = Literal["full", "light"]
@@ -113,11 +113,11 @@ class Kitchen:
         Raises:
             OutputError: the folder cannot be written to, or another run is writing to it.
         """
-        library, key = disk.Library(Path(folder)), key_of(self._recipe)
+        library, key = disk.Library(Path(folder)), scene_key(self._recipe)
         target = library.root / self.id
         with library.locked(), writing(library.root):
             library.sweep()
-            if not is_whole(target, key, picture):
+            if not is_whole(target, key) or (picture and not is_drawn(target, key)):
                 put(self._recipe, *self._built, library, Order(drawn=picture), key)
         return target
 
@@ -247,7 +247,7 @@ def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | 
     place = BUILT if out is None else out
     recipe = recipe_of(str(scene), (place,))
     folder = place / recipe.scene_id
-    if is_whole(folder, key_of(recipe), False):
+    if is_current(recipe, place):
         return folder / FILES[weight], _covers(folder)
     made = Kitchen(recipe)
     if out is not None:

@@ -41,10 +41,12 @@ def articulate(
         typer.Option(help="Weights of CLIP (open_clip), which then name what --category does not.", exists=True),
     ] = None,
     complete: Annotated[bool, typer.Option(help="Build an interior where a door or drawer opens onto nothing.")] = True,
+    anew: Annotated[bool, typer.Option("--anew", help="Also those that nothing has changed for.")] = False,
     jobs: Annotated[int, typer.Option(min=1, help="Meshes at once.")] = 1,
 ) -> None:
     """Find doors, drawers, knobs and buttons of static meshes and write them as MJCF and USD that open.
 
+    What an earlier run made of the same file with the same options is kept.
     Every decision stands in decisions.yaml beside the model: mend a line and give the file back with --decisions.
     Exit 0 when all are in the library, 1 when something was rejected (nothing moves: ART001), 2 on misuse.
 
@@ -60,7 +62,7 @@ def articulate(
         raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
     said = Decisions() if decisions is None else read(decisions)
     axes = _axis(up, "--up"), _axis(front, "--front")
-    wishes = [Wish(m, out, category, *axes, size, said, preview or review, clip, complete) for m in meshes]
+    wishes = [Wish(m, out, category, *axes, size, said, preview or review, clip, complete, anew) for m in meshes]
     console = Console()
     every = []
     for done in run(wishes, jobs):
@@ -98,7 +100,11 @@ def _tell(done: Done, console: Console) -> None:
     added = f", {counted(rooms, 'interior')} added" if rooms else ""
     way = "goes all its way" if len(done.travels) == 1 else "go all their way"
     says = f"{counted(count, 'moving part')}, {whole} of {len(done.travels)} {way}{added}"
-    mark = "[green]accepted[/]" if done.accepted else f"[red]{done.code}[/] {escape(plain(done.says))};"
+    mark = (
+        f"[green]{'kept' if done.kept else 'accepted'}[/]"
+        if done.accepted
+        else f"[red]{done.code}[/] {escape(plain(done.says))};"
+    )
     console.print(f"{mark} {name}: {says}", highlight=False)
     console.print(f"  {escape(plain(str(done.folder)))}", highlight=False, soft_wrap=True)
     if done.contract:

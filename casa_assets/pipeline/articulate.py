@@ -2,34 +2,43 @@
 
 from __future__ import annotations
 
+import json
 import math
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from casa_assets import registry
+from casa_assets.articulate.assemble import assemble
 from casa_assets.articulate.decisions import at_face
+from casa_assets.articulate.frame import guess_frame
+from casa_assets.articulate.infer import infer
 from casa_assets.articulate.plan import Articulation, JointPlan, PartKind, PartPlan
 from casa_assets.checks.package import Package
 from casa_assets.checks.run import run as run_checks
 from casa_assets.checks.travel import Travel, travels
-from casa_assets.errors import CasaError, Rejected
+from casa_assets.errors import CasaError, OutputError, Rejected
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
+from casa_assets.ingest.load import load
+from casa_assets.ingest.sources.bundle import collect
 from casa_assets.model.asset import Asset
 from casa_assets.model.issue import Report
 from casa_assets.model.joint import JointKind
 from casa_assets.pipeline import articulate_sidecar as sidecar
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.articulate_build import Built, Wish, build
+from casa_assets.pipeline.articulate_build import Built, Wish, build, found_in
+from casa_assets.pipeline.articulate_complete import completed
 from casa_assets.pipeline.articulate_contract import lacking, without
+from casa_assets.pipeline.cache_key import Made, digest_of, key_of, versions_of
+from casa_assets.pipeline.identity import Identity, Producer
 from casa_assets.pipeline.ingest import FAILURE_CODES
 from casa_assets.pipeline.isolation.limits import Limits, WorkerFailure
 from casa_assets.pipeline.isolation.pool import Pool
 from casa_assets.pipeline.job import RunAborted, writing
-from casa_assets.pipeline.stage import recipe
-from casa_assets.pipeline.worker import PREVIEW_PX, certificate, thumbnail
+from casa_assets.pipeline.look import weights_digest
+from casa_assets.pipeline.store import Store
+from casa_assets.pipeline.worker import PREVIEW_PX, WRITING, certificate, thumbnail
 from casa_assets.preview.camera import View
 from casa_assets.preview.renderer import NoRenderer
 from casa_assets.preview.still import render
@@ -42,6 +51,17 @@ LEAST_WAY = 0.25
 _SMALL = frozenset({PartKind.KNOB, PartKind.BUTTON})
 
 
+# What is done to a mesh, for the certificate.
+STEPS: Mapping[str, Made] = {
+    "load": load,
+    "frame": guess_frame,
+    "infer": infer,
+    "complete": completed,
+    "assemble": assemble,
+    "travel": travels,
+}
+
+
 @dataclass(frozen=True)
 class Done:
     """What became of one mesh.
@@ -50,7 +70,7 @@ class Done:
         mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
         found: the decisions. category, size: what it was taken to be, and why. report: of all checks.
         travels: of each part, by its name in `found`. contract: that it holds; lacking: why it does not hold one.
-        code, says: of a refusal.
+        code, says: of a refusal. kept: an earlier run made it, and nothing has changed.
     """
 
     mesh: Path
@@ -64,6 +84,7 @@ class Done:
     lacking: tuple[str, ...] = ()
     code: str = ""
     says: str = ""
+    kept: bool = False
 
     @property
     def accepted(self) -> bool:
@@ -102,50 +123,141 @@ def work(wish: Wish) -> Done | RunAborted:
     """Read, take apart, write, look and check; runs in the child. RunAborted: the user has to change the command."""
     try:
         with writing(wish.out):
-            return _entry(wish, build(wish))
+            asked = _asked(wish)
+            kept = None if wish.anew else _kept(wish, asked)
+            return _entry(wish, build(wish), asked) if kept is None else kept
     except Rejected as error:
         return Done(wish.mesh, code=error.code, says=error.says)
     except (CasaError, NoRenderer) as error:
         return RunAborted(str(error))
 
 
-def _entry(wish: Wish, built: Built) -> Done:
+@dataclass(frozen=True)
+class _Asked:
+    """What an entry is kept under: who makes it of which input, and the key of everything else that decides it."""
+
+    identity: Identity
+    cache_key: str
+
+
+def _asked(wish: Wish) -> _Asked:
+    """Raises Rejected where the file cannot be read."""
+    one = found_in(wish.mesh)
+    sha256 = collect(one, registry.load().limits).sha256
+    options = {
+        "category": wish.category,
+        "up": wish.up,
+        "front": wish.front,
+        "size_m": wish.size_m,
+        "decisions": wish.decisions.digest,
+        "preview": wish.preview,
+        "clip": "" if wish.clip is None else weights_digest(str(wish.clip)),
+        "complete": wish.complete,
+    }
+    code = key_of(build, settled, _written, certificate)
+    return _Asked(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", code, options, one.source.digest))
+
+
+def _kept(wish: Wish, asked: _Asked) -> Done | None:
+    """What an earlier run made with the same key, where its entry and what it told are both there; else None."""
+    library = disk.Library(wish.out)
+    found = [(folder, key) for folder in library.entries_of(asked.identity) if (key := _key_in(folder))]
+    current = next((folder for folder, key in found if key == asked.cache_key), None)
+    told = Store(library.cache).get(_told_key(asked))
+    if current is None or told is None:
+        return None
+    done = replace(from_json(told, wish.mesh), folder=current, kept=True)
+    if bool(done.code) != (current.parent.name == disk.REJECTED):
+        return None
+    for folder in list(library.entries_of(asked.identity)):
+        if folder != current:  # a run was killed after it had put the current one in place
+            library.forget(folder)
+    return done
+
+
+def _key_in(folder: Path) -> str:
+    """The cache key of an entry; empty where it is damaged."""
+    try:
+        if folder.parent.name == disk.REJECTED:
+            return disk.read_refusal(folder).cache_key
+        return disk.read_certificate(folder).cache_key
+    except OutputError:
+        return ""
+
+
+def _told_key(asked: _Asked) -> str:
+    return digest_of("articulate/told", asked.identity.sha256, asked.cache_key, key_of(to_json, from_json))
+
+
+def to_json(done: Done) -> bytes:
+    """What is told of an entry besides its place, for the next run."""
+    told = {
+        "found": None if done.found is None else done.found.to_json(),
+        "report": None if done.report is None else done.report.to_json(),
+        "travels": {part: vars(travel) for part, travel in done.travels.items()},
+        "lacking": list(done.lacking),
+        **{name: getattr(done, name) for name in ("category", "size", "contract", "code", "says")},
+    }
+    return json.dumps(told).encode()
+
+
+def from_json(data: bytes, mesh: Path) -> Done:
+    """The same read back."""
+    told = json.loads(data)
+    return Done(
+        mesh=mesh,
+        found=None if told["found"] is None else Articulation.from_json(told["found"]),
+        report=None if told["report"] is None else Report.from_json(told["report"]),
+        travels={part: Travel(**travel) for part, travel in told["travels"].items()},
+        lacking=tuple(told["lacking"]),
+        **{name: told[name] for name in ("category", "size", "contract", "code", "says")},
+    )
+
+
+def _entry(wish: Wish, built: Built, asked: _Asked) -> Done:
     """Write an entry of the library; where a check finds an error, it stands under `rejected`, with all its files."""
-    library, known = disk.Library(wish.out), registry.load()
+    library = disk.Library(wish.out)
+    if built.asset.provenance.sha256 != asked.identity.sha256:
+        raise Rejected("RUN005", "the file changed while it was being read; run again")
     staged = library.stage(built.asset.id)
     built, went = settled(built, staged)
     report = _written(wish, built, staged, went)
-    mark = recipe(known.limits, known.digest)
     category, asset = built.category.id, built.asset
     kind = f"{category}, {built.sure[0]:.0%} sure: {built.sure[1]}"
     done = Done(wish.mesh, None, built.found, kind, built.size[1], report, went, asset.contract or "", built.lacking)
     accepted, refused = library.folder(category, asset.id), library.refusal_folder(asset.id)
     if report.passed:
-        disk.write_certificate(staged, asset, certificate(asset, report, staged, mark))
+        made_by = disk.MadeBy(Producer.ARTICULATE, asked.cache_key, versions_of({**STEPS, **WRITING}))
+        disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
         if disk.read_asset(staged) != asset:
             raise ValueError("the asset read back from its folder differs from the one written")
-        shutil.rmtree(refused, ignore_errors=True)
         library.publish(staged, accepted)
-        return _at(done, accepted)
+        return _remembered(_at(done, accepted), library, asked)
     worst = report.errors[0]
     says = f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says
     sha = asset.provenance.sha256
     disk.write_refusal(
         staged,
         disk.Refusal(
+            producer=Producer.ARTICULATE,
             id=asset.id,
             code=worst.code,
             says=says,
             category=category,
-            recipe=mark,
+            cache_key=asked.cache_key,
             sha256=sha,
             source=built.source,
             report=report,
         ),
     )
-    shutil.rmtree(accepted, ignore_errors=True)
     library.publish(staged, refused)
-    return _at(done, refused, worst.code, says)
+    return _remembered(_at(done, refused, worst.code, says), library, asked)
+
+
+def _remembered(done: Done, library: disk.Library, asked: _Asked) -> Done:
+    """The same, once the next run can tell it too."""
+    Store(library.cache).put(_told_key(asked), to_json(done))
+    return done
 
 
 def _at(done: Done, folder: Path, code: str = "", says: str = "") -> Done:

@@ -31,6 +31,7 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.source import RawModel, Source, Up
 from casa_assets.pipeline.articulate_complete import completed
 from casa_assets.pipeline.articulate_kind import NAMED, Kind, kind_of, named_kind
+from casa_assets.pipeline.identity import Identity, Producer
 from casa_assets.pipeline.look import kind_seen, scorer
 
 NOTHING_MOVES = "ART001"
@@ -49,7 +50,7 @@ class Wish:
         up, front: directions in axes of the file, None to guess. size_m: longest side, 0 to guess.
         decisions: a sidecar; what it says goes before all guesses. The options above go before it.
         preview: write a strip of pictures. clip: weights of CLIP, which then names what the user does not.
-        complete: build rooms where doors and drawers open onto nothing.
+        complete: build rooms where doors and drawers open onto nothing. anew: even where an earlier run made the same.
     """
 
     mesh: Path
@@ -62,6 +63,7 @@ class Wish:
     preview: bool = False
     clip: Path | None = None
     complete: bool = True
+    anew: bool = False
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,7 @@ def build(wish: Wish) -> Built:
         CasaError: what the user asks for does not exist, or does not go together.
     """
     known = registry.load()
-    one = _found(wish.mesh)
+    one = found_in(wish.mesh)
     bundle = collect(one, known.limits)
     model = load(bundle, known.limits)
     soup = surface(model)
@@ -132,7 +134,7 @@ def build(wish: Wish) -> Built:
         Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, because=size),
     )
     brief = Brief(
-        asset_id=f"{category.id}_{bundle.sha256[:10]}",
+        asset_id=Identity(Producer.ARTICULATE, bundle.sha256).asset_id(category.id),
         metres=unit / frame.scale,
         category=category,
         classes=known.classes_of(category),
@@ -192,7 +194,8 @@ def _frame(soup: Soup, model: RawModel, wish: Wish) -> Frame:
     return guess_frame(soup, up, front, stated)
 
 
-def _found(mesh: Path) -> Found:
+def found_in(mesh: Path) -> Found:
+    """The input that a file is. Raises Rejected where it holds none, or cannot be read."""
     for one in discover([mesh]):
         if isinstance(one, Refused):
             raise Rejected(one.code, one.says)

@@ -25,7 +25,7 @@ import os
 import re
 import symtable
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, distributions, version
@@ -41,7 +41,10 @@ PACKAGE = __name__.partition(".")[0]
 ABSENT = "absent"
 # The folder of a wheel that holds registry/.
 REGISTRY_INSIDE = "registry_data"
-Made = Callable[..., Any] | ModuleType
+# A function, class or module, or the name of one such as `casa_assets.pipeline.worker:work`, which is not imported.
+Made = Callable[..., Any] | ModuleType | str
+# Hex digits of a key where it is shown to a person.
+SHOWN = 12
 
 _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^(\n]+)|import[ \t]+([\w., \t]+))", re.MULTILINE
@@ -96,6 +99,20 @@ def reach(*made_by: Made) -> Reach:
     return _reach(tuple(dict.fromkeys(_address(one) for one in made_by)))
 
 
+def versions_of(steps: Mapping[str, Made | tuple[Made, ...]]) -> dict[str, str]:
+    """Steps of a producer as `stage:<name>` with the first digits of its key, and `tool:<package>` with its version.
+
+    Args:
+        steps: name -> what does it.
+    """
+    found: dict[str, str] = {}
+    for name, made in steps.items():
+        every = made if isinstance(made, tuple) else (made,)
+        found[f"stage:{name}"] = key_of(*every)[:SHOWN]
+        found |= {f"tool:{package}": number for package, number in reach(*every).versions.items()}
+    return dict(sorted(found.items()))
+
+
 def modules_holding(value: object, within: str) -> tuple[ModuleType, ...]:
     """The modules below a package that hold a value as a global, without the packages that pass it on.
 
@@ -147,6 +164,9 @@ def _reach(addresses: tuple[tuple[str, str], ...]) -> Reach:
 
 def _address(made: Made) -> tuple[str, str]:
     """Name of the module and of the top-level function or class in it; no name for a whole module."""
+    if isinstance(made, str):
+        module, _, name = made.partition(":")
+        return module, name
     if isinstance(made, ModuleType):
         return made.__name__, ""
     name = made.__qualname__.partition(".")[0]

@@ -20,16 +20,17 @@ from casa_assets.checks.run import run as run_checks
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
+from casa_assets.families.catalog import MODELS
 from casa_assets.families.family import Family, Params, Supplies
 from casa_assets.model.asset import Asset
 from casa_assets.model.chance import rng_for
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.provenance import Labels
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.cache_key import digest_of, key_of, modules_holding
+from casa_assets.pipeline.cache_key import digest_of, key_of, modules_holding, versions_of
+from casa_assets.pipeline.identity import Producer
 from casa_assets.pipeline.palette import finishes, finishes_key, stock
-from casa_assets.pipeline.stage import recipe
-from casa_assets.pipeline.worker import PREVIEW_PX, THUMBNAIL_PX, certificate, thumbnail
+from casa_assets.pipeline.worker import PREVIEW_PX, THUMBNAIL_PX, WRITING, certificate, thumbnail
 from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
 from casa_assets.registry_families import family, family_names
@@ -129,7 +130,7 @@ def asset_key(found: Family[Any], params: Params) -> str:
 
 @cache
 def _code_key(name: str) -> str:
-    return key_of(*modules_holding(family(name), families.__name__))
+    return key_of(*modules_holding(MODELS[name], families.__name__))
 
 
 def labels_of(found: Family[Any]) -> Labels:
@@ -178,7 +179,7 @@ def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) ->
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
     target = library.folder(found.name, asset.id)
     if report.passed:
-        disk.write_certificate(staged, asset, certificate(asset, report, staged, recipe(known.limits, known.digest)))
+        disk.write_certificate(staged, asset, certificate(asset, report, staged, _made_by(found, params)))
         library.publish(staged, target)
     return Built(
         wish,
@@ -191,6 +192,14 @@ def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) ->
         check_s=checked_at - written,
         size_bytes=size,
     )
+
+
+def _made_by(found: Family[Any], params: Params) -> disk.MadeBy:
+    """What is said in the certificate of a member of what made it."""
+    modules = modules_holding(MODELS[found.name], families.__name__)
+    versions = versions_of({"family": modules, **WRITING})
+    written = key_of(*WRITING.values(), certificate)
+    return disk.MadeBy(Producer.FAMILY, digest_of("family", asset_key(found, params), written), versions)
 
 
 def summary(results: Sequence[Built]) -> list[tuple[str, ...]]:

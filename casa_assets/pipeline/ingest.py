@@ -19,14 +19,16 @@ from casa_assets.pipeline.alike import whole
 from casa_assets.pipeline.alike.dedup import CODE as COPY
 from casa_assets.pipeline.alike.dedup import Deduplicator
 from casa_assets.pipeline.books import attribution, index
+from casa_assets.pipeline.cache_key import digest_of, key_of
 from casa_assets.pipeline.discover_inputs import discover_inputs
 from casa_assets.pipeline.entry_files import picture_of
 from casa_assets.pipeline.entry_table import EntryTable
+from casa_assets.pipeline.identity import Identity, Producer
 from casa_assets.pipeline.isolation.limits import Limits, WorkerFailure
 from casa_assets.pipeline.isolation.pool import Pool
-from casa_assets.pipeline.job import Event, Job, Outcome, Result, RunAborted, publish, stage_refusal, writing
+from casa_assets.pipeline.job import Event, Job, Outcome, Result, RunAborted, stage_refusal, writing
 from casa_assets.pipeline.resume import cached_outcome
-from casa_assets.pipeline.stage import recipe, ruled
+from casa_assets.pipeline.stage import deciding, with_overrides
 from casa_assets.pipeline.store import Store
 from casa_assets.pipeline.survey import Survey
 
@@ -76,7 +78,7 @@ class _Run:
     """
 
     library: disk.Library
-    mark: str
+    cache_key: str
     limits: Mapping[str, float]
     found: Sequence[Found | Refused]
     steps: list[Job | Result] = field(default_factory=list)
@@ -95,7 +97,7 @@ class _Run:
 
     def refuse(self, one: Found | Refused, code: str, says: str) -> Event:
         """Remember an input that never became a bundle."""
-        refusal = self.unreadable.refusal(one, code, says, self.mark)
+        refusal = self.unreadable.refusal(one, code, says, self.cache_key)
         is_new = unreadable_inputs.remember(self.library, refusal)
         kind = "rejected" if is_new else "kept"
         return Event(kind, len(self.found), refusal.source.path, refusal.id, code, says, was_rejected=True)
@@ -130,7 +132,7 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
         rulings = review.rulings(library)
         try:
             with Pool(options.jobs, limits, "casa_assets.pipeline.survey:warm") as pool:
-                run = _Run(library, recipe(bounds, known.digest), bounds, found, rulings=rulings)
+                run = _Run(library, cache_key(bounds, options.category), bounds, found, rulings=rulings)
                 yield from _survey(run, pool, options)
                 results: Iterable[Result] = _results(run, pool)
                 if not options.keep_duplicates:
@@ -183,21 +185,37 @@ def _due(
     run: _Run, one: Found, survey: Survey, older: dict[str, tuple[Path, ...]], options: Options
 ) -> Iterator[Event]:
     """An event where an earlier run rejected these bytes; else one more step."""
-    asset_id = f"{survey.category}_{survey.sha256[:10]}"
-    entries = older.get(survey.sha256[:10], ())
+    identity = Identity(Producer.INGEST, survey.sha256)
+    asset_id = identity.asset_id(survey.category)
+    entries = older.get(identity.suffix, ())
     ruling = run.ruling(survey)
-    known = cached_outcome(entries, asset_id, ruled(run.mark, ruling))
-    job = Job(one, survey, asset_id, options.library, run.limits, entries, ruling)
-    if known is None or (options.keep_duplicates and known.code == COPY):
+    key = with_overrides(run.cache_key, ruling)
+    found = cached_outcome(entries, asset_id, key)
+    job = Job(one, survey, asset_id, options.library, run.limits, key, ruling)
+    if found is None or (options.keep_duplicates and found[1].code == COPY):
         run.steps.append(job)
-    elif known.accepted:
-        run.steps.append(Result(len(run.steps), job, known, entries[0], is_kept=True))
+        return
+    current, known = found
+    for folder in entries:
+        if folder != current:  # a run was killed after it had put the current one in place
+            run.library.forget(folder)
+    if known.accepted:
+        run.steps.append(Result(len(run.steps), job, known, current, is_kept=True))
     else:
         yield _event(run, Result(0, job, known, is_kept=True))
 
 
 def _job(step: Job | Result) -> Job:
     return step if isinstance(step, Job) else step.job
+
+
+def cache_key(limits: Mapping[str, float], category: str = "") -> str:
+    """The key of what ingest makes of an input, besides the input and what a person decided about it.
+
+    Args:
+        limits: numbers of the run, by their names in registry/limits.yaml. category: ordered for all inputs, or empty.
+    """
+    return digest_of("ingest", key_of("casa_assets.pipeline.worker:work"), deciding(limits), category)
 
 
 def _results(run: _Run, pool: Pool) -> Iterator[Result]:
@@ -230,10 +248,10 @@ def _settled(run: _Run, result: Result) -> Event:
     """Publish what was decided about an input, and tell of it."""
     job, outcome, library = result.job, result.outcome, run.library
     if outcome.accepted and outcome.staged is not None:
-        publish(library, job, outcome.staged, library.folder(job.survey.category, job.asset_id))
+        library.publish(outcome.staged, library.folder(job.survey.category, job.asset_id))
     elif not outcome.accepted:
         staged = outcome.staged or _refusal(library, result)
-        publish(library, job, staged, library.refusal_folder(job.asset_id))
+        library.publish(staged, library.refusal_folder(job.asset_id))
     return _event(run, result)
 
 

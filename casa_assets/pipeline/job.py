@@ -8,13 +8,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from casa_assets import registry
 from casa_assets.errors import OutputError, Rejected
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.ruling import NO_RULING, Ruling
 from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.stage import recipe, ruled
+from casa_assets.pipeline.identity import Producer
 from casa_assets.pipeline.survey import Survey
 
 # What is wrong with the disk and not with an input. EFBIG: a quota set with `ulimit -f`.
@@ -27,8 +26,7 @@ class Job:
 
     Attributes:
         limits: those of the registry, with what this run changes of them.
-        replaces: folders of older entries made from the same bytes; they go when this one is done.
-        ruling: what a person decided about it.
+        cache_key: of what it becomes. ruling: what a person decided about it.
     """
 
     found: Found
@@ -36,13 +34,8 @@ class Job:
     asset_id: str
     library: Path
     limits: Mapping[str, float]
-    replaces: tuple[Path, ...] = ()
+    cache_key: str
     ruling: Ruling = NO_RULING
-
-    @property
-    def mark(self) -> str:
-        """The recipe that it is made by."""
-        return ruled(recipe(self.limits, registry.load().digest), self.ruling)
 
 
 @dataclass(frozen=True)
@@ -110,14 +103,6 @@ class Result:
     copy_of: str = ""
 
 
-def publish(library: disk.Library, job: Job, staged: Path, target: Path) -> None:
-    """Put a finished entry in its place once all that it replaces is gone; killed in between, the job is due again."""
-    for folder in job.replaces:
-        if folder != target:
-            library.forget(folder)
-    library.publish(staged, target)
-
-
 def stage_refusal(
     library: disk.Library,
     job: Job,
@@ -138,7 +123,8 @@ def stage_refusal(
         code=error.code,
         says=error.says,
         category=job.survey.category,
-        recipe=job.mark,
+        producer=Producer.INGEST,
+        cache_key=job.cache_key,
         sha256=job.survey.sha256,
         source=job.found.source,
         report=report,

@@ -9,6 +9,8 @@ library/
 
 from __future__ import annotations
 
+import ctypes
+import errno
 import fcntl
 import hashlib
 import json
@@ -16,6 +18,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -29,6 +32,7 @@ from casa_assets.model.record import Record
 from casa_assets.model.signature import Signature
 from casa_assets.model.source import Source
 from casa_assets.pipeline.entry_files import file_inside
+from casa_assets.pipeline.identity import Identity, Producer, suffix_of
 from casa_assets.pipeline.manifest import asset_from_manifest, manifest_of
 
 REJECTED = "rejected"
@@ -36,6 +40,8 @@ CERTIFICATE = "asset.json"
 REFUSAL = "reject.json"
 LOCK = "lock"
 R = TypeVar("R", bound=Record)
+# Of renameat2: paths are relative to the working folder; exchange two names. Ref: rename(2), linux/fcntl.h.
+_HERE, _EXCHANGE = -100, 2
 _MEND = "remove its folder and run again"
 
 
@@ -49,23 +55,34 @@ class Summary(Record):
     faces: int
 
 
+@dataclass(frozen=True)
+class MadeBy:
+    """What made an entry: the producer, the key that the entry is kept under, and its stages and tools by version."""
+
+    producer: Producer
+    cache_key: str
+    versions: dict[str, str]
+
+
 class Certificate(Record):
     """What asset.json holds besides the asset itself.
 
     Attributes:
         schema_version: of this file.
         asset_digest: of the Asset record, canonical.
-        recipe: digest of everything that decided the result besides the source.
-        versions: stages and native tools.
+        producer: what made the asset.
+        cache_key: digest of everything that decided the result besides the source.
+        versions: stages of the producer with their keys, and the packages that they use.
         report: every check that ran, with its number; warnings included.
         summary: numbers for tables.
         files: path -> sha256 of everything in the folder but asset.json.
         signature: what it is compared with others by; None where nothing of it is seen.
     """
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
+    producer: Producer
     asset_digest: str
-    recipe: str
+    cache_key: str
     versions: dict[str, str]
     report: Report
     summary: Summary
@@ -80,12 +97,13 @@ class Refusal(Record):
         twin: folder, relative to the library, of the asset that it is a copy of; empty where it is none.
     """
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
+    producer: Producer
     id: str
     code: str
     says: str
     category: str
-    recipe: str
+    cache_key: str
     sha256: str
     source: Source
     report: Report | None = None
@@ -141,18 +159,47 @@ class Library:
         return path
 
     def publish(self, staged: Path, target: Path) -> None:
-        """Put a finished folder in its place by one rename, in place of an older one."""
-        if target.exists():
-            target.rename(staged.with_name(f"{staged.name}.old"))
+        """Put a finished entry in its place by one rename, then take away what its producer made of that input before.
+
+        That may stand under another category or among the rejected. Killed in between, the library has two whole
+        entries of one input; the next run keeps the current one.
+
+        Raises:
+            OutputError: another producer, or another input, has an entry in that place.
+        """
+        own, held = identity_of(staged), identity_of(target)
+        if own is None:
+            raise ValueError(f"{staged} holds no entry of a library")
+        if held is not None and held != own:
+            says = f"holds what {held.producer.value} made of another input; move it to another library"
+            raise OutputError(str(target), says)
+        self.put(staged, target)
+        for folder in self.entries_of(own):
+            if folder != target:
+                self.forget(folder)
+
+    def put(self, staged: Path, target: Path) -> None:
+        """Put a finished folder in its place by one rename; an older one is exchanged for it and removed."""
         while True:
             target.parent.mkdir(parents=True, exist_ok=True)
             try:
-                staged.rename(target)
+                exchange(staged, target)
                 break
             except FileNotFoundError:  # a neighbour took the last entry of this category away, and the folder with it
                 if not staged.exists():
                     raise
         shutil.rmtree(staged.parent, ignore_errors=True)
+
+    def entries_of(self, identity: Identity) -> Iterator[Path]:
+        """Folders of what a producer made of an input, under any category, accepted ones first."""
+        shelves = sorted(p for p in self.root.iterdir() if p.is_dir() and p != self.private)
+        refused = self.root / REJECTED
+        folders = [shelf / identity.asset_id(shelf.name) for shelf in shelves if shelf != refused]
+        if refused.is_dir():
+            folders += sorted(p for p in refused.iterdir() if identity.may_own(p.name))
+        for folder in folders:
+            if folder.is_dir() and identity_of(folder) in (identity, None):
+                yield folder
 
     def forget(self, folder: Path) -> None:
         """Take away an entry that a newer verdict on the same input has replaced, and its category with the last."""
@@ -165,10 +212,10 @@ class Library:
             folder.parent.rmdir()
 
     def by_input(self) -> dict[str, tuple[Path, ...]]:
-        """Folders of all entries by the last word of their id, which comes from the bytes of the input."""
+        """Folders of all entries by `Identity.suffix`, which tells the producer and the input; accepted ones first."""
         found: dict[str, list[Path]] = {}
         for folder in (*self.accepted(), *self.refused()):
-            found.setdefault(folder.name.rpartition("_")[2], []).append(folder)
+            found.setdefault(suffix_of(folder.name), []).append(folder)
         return {word: tuple(folders) for word, folders in found.items()}
 
     def accepted(self) -> Iterator[Path]:
@@ -181,6 +228,41 @@ class Library:
         """Folders of all rejected inputs, sorted by id."""
         for path in sorted((self.root / REJECTED).glob(f"*/{REFUSAL}")):
             yield path.parent
+
+
+def identity_of(folder: Path) -> Identity | None:
+    """Who made an entry from what; None where there is none, or it is damaged."""
+    try:
+        if (folder / CERTIFICATE).is_file():
+            return Identity(read_certificate(folder).producer, str(part(folder, "asset")["provenance"]["sha256"]))
+        refusal = read_refusal(folder)
+        return Identity(refusal.producer, refusal.sha256)
+    except (OutputError, KeyError, TypeError):
+        return None
+
+
+def exchange(fresh: Path, target: Path) -> None:
+    """Rename a folder to a name that another one may have, which gets the old name of the first: both at one moment.
+
+    Raises:
+        OSError: as `os.rename` does.
+    """
+    if not target.exists():
+        fresh.rename(target)
+        return
+    libc = ctypes.CDLL(None, use_errno=True)
+    code = 0
+    if hasattr(libc, "renameat2"):
+        code = libc.renameat2(_HERE, os.fsencode(fresh), _HERE, os.fsencode(target), _EXCHANGE)
+        if code == 0:
+            return
+        code = ctypes.get_errno()
+    if code not in (0, errno.ENOSYS, errno.EINVAL, errno.ENOTSUP):
+        raise OSError(code, os.strerror(code), str(target))
+    # A file system that cannot exchange: killed between these two, the input is due again.
+    older = fresh.with_name(f"{fresh.name}.old")
+    target.rename(older)
+    fresh.rename(target)
 
 
 def write_files(root: Path, files: Files) -> None:
@@ -209,7 +291,7 @@ def write_refusal(root: Path, refusal: Refusal) -> None:
 
 def read_certificate(folder: Path) -> Certificate:
     """The certificate of an accepted asset. Raises OutputError where the file is damaged."""
-    return _record(Certificate, folder / CERTIFICATE, part(folder, "certificate"))
+    return _record(Certificate, folder / CERTIFICATE, _renamed(part(folder, "certificate"), folder))
 
 
 def read_asset(folder: Path) -> Asset:
@@ -219,7 +301,7 @@ def read_asset(folder: Path) -> Asset:
 
 def read_refusal(folder: Path) -> Refusal:
     """Why an input was rejected. Raises OutputError where the file is damaged."""
-    return _record(Refusal, folder / REFUSAL, _json(folder / REFUSAL))
+    return _record(Refusal, folder / REFUSAL, _renamed(_json(folder / REFUSAL), folder))
 
 
 def part(folder: Path, name: str) -> dict[str, Any]:
@@ -228,6 +310,16 @@ def part(folder: Path, name: str) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise OutputError(str(folder / CERTIFICATE), f"holds no {name!r}; {_MEND}")
     return data
+
+
+def _renamed(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """What an entry of schema version 1 says in the words of version 2; it named no producer."""
+    if data.get("schema_version") != 1:
+        return data
+    by_file = {"decisions.yaml": Producer.ARTICULATE, "params.json": Producer.FAMILY}
+    producer = next((p for name, p in by_file.items() if (folder / name).exists()), Producer.INGEST)
+    kept = {name: value for name, value in data.items() if name != "recipe"}
+    return {**kept, "schema_version": 2, "producer": producer.value, "cache_key": data.get("recipe", "")}
 
 
 def _record(kind: type[R], path: Path, data: dict[str, Any]) -> R:

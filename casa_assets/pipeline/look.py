@@ -148,6 +148,11 @@ def _named(place: Path, words: str, open_clip: Any) -> tuple[str, str | None]:
     return architecture, tag
 
 
+def weights_digest(weights: str) -> str:
+    """Digest of the weights where they lie on this machine, else of their name."""
+    return _mark(Path(weights), weights)
+
+
 def _mark(place: Path, words: str) -> str:
     """Digest of the weights where they lie here, else of their name."""
     whole = hashlib.sha256(b"" if place.exists() else words.encode())

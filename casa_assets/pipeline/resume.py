@@ -1,4 +1,4 @@
-"""Resuming: the outcome that a library holds for an input from an earlier run with the same recipe."""
+"""Resuming: the outcome that a library holds for an input from an earlier run under the same cache key."""
 
 from __future__ import annotations
 
@@ -15,31 +15,35 @@ from casa_assets.pipeline.job import Outcome
 PASSING = frozenset({"RUN001", "RUN002", "RUN003", "RUN004", "RUN005", "RUN008", "SRC015"})
 
 
-def cached_outcome(entries: Sequence[Path], asset_id: str, mark: str) -> Outcome | None:
-    """The outcome of an earlier run with the same recipe, None where the input is due.
+def cached_outcome(entries: Sequence[Path], asset_id: str, cache_key: str) -> tuple[Path, Outcome] | None:
+    """The entry of an earlier run under the same key and what it says, None where the input is due.
 
     Args:
-        entries: folders of all that was made from the same bytes. mark: the recipe of this run.
+        entries: folders of all that the producer made of the same bytes. asset_id, cache_key: of this run.
     """
-    if len(entries) != 1 or entries[0].name != asset_id:
-        return None  # made under another category, or a run was killed between two moves
-    (folder,) = entries
-    try:
-        return _refused(folder, mark) if folder.parent.name == disk.REJECTED else _accepted(folder, mark)
-    except OutputError:
-        return None  # damaged: it is made anew
+    for folder in entries:
+        if folder.name != asset_id:
+            continue  # made under another category
+        try:
+            read = _refused if folder.parent.name == disk.REJECTED else _accepted
+            outcome = read(folder, cache_key)
+        except OutputError:
+            continue  # damaged: it is made anew
+        if outcome is not None:
+            return folder, outcome
+    return None
 
 
-def _accepted(folder: Path, mark: str) -> Outcome | None:
+def _accepted(folder: Path, cache_key: str) -> Outcome | None:
     certificate = disk.read_certificate(folder)
-    if certificate.recipe != mark:
+    if certificate.cache_key != cache_key:
         return None
     return Outcome(True, warnings=tuple(i for i in certificate.report.issues if i.severity is Severity.WARNING))
 
 
-def _refused(folder: Path, mark: str) -> Outcome | None:
+def _refused(folder: Path, cache_key: str) -> Outcome | None:
     refusal = disk.read_refusal(folder)
-    if refusal.recipe != mark or refusal.code in PASSING:
+    if refusal.cache_key != cache_key or refusal.code in PASSING:
         return None
     if refusal.twin and not _stands(folder, refusal.twin):
         return None  # what it was a copy of is gone

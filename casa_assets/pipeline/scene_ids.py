@@ -11,7 +11,7 @@ from pathlib import Path
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.surface import Surface
 from casa_assets.pipeline.kitchens import Recipe, chosen, drawn_surfaces
-from casa_assets.pipeline.scenes import FACTS
+from casa_assets.pipeline.scene_files import FACTS
 from casa_assets.registry_kitchens import plan_names, style_names
 
 _REST = re.compile(r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<closed>__closed)?")

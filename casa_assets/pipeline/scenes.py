@@ -208,7 +208,7 @@ def put(recipe: Recipe, kitchen: Kitchen, scene: Scene, library: disk.Library, o
         placed = report is None or report.passed or not order.strict
         if placed:
             _merge(folder.parent / SHARED, library.root / SHARED)
-            library.publish(folder, library.root / scene.id)
+            library.put(folder, library.root / scene.id)
     return SceneBuilt(
         recipe,
         str(library.root / scene.id) if placed else "",

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 
 from casa_assets.ingest.assemble import assemble
 from casa_assets.ingest.backs import backs
@@ -27,6 +24,7 @@ from casa_assets.model.material import Substance
 from casa_assets.model.record import Record
 from casa_assets.model.ruling import NO_RULING, Ruling
 from casa_assets.model.source import Bundle, RawModel, Source, SourceKind
+from casa_assets.pipeline.cache_key import Made, digest_of, key_of
 
 
 class Brief(Record):
@@ -59,15 +57,12 @@ class Stage:
     """One step.
 
     Attributes:
-        name: such as `collide`. version: goes up with every change of what comes out.
-        function: pure. tools: packages whose version may change the result.
+        name: such as `collide`. function: pure; its result is kept under a key that is derived from its code.
         keep: the result is put into the store.
     """
 
     name: str
-    version: int
     function: Callable[[Draft, Brief], Draft]
-    tools: tuple[str, ...] = ()
     keep: bool = False
 
 
@@ -90,49 +85,60 @@ def _scale(draft: Draft, brief: Brief) -> Draft:
 
 # Ratio up to which two estimates of a mass say the same.
 MASSES_AGREE = 2.0
-STAGES: tuple[Stage, ...] = (
-    Stage("orient", 4, lambda d, b: orient(d, b.category, b.generated, b.ruling), ("numpy", "scipy")),
-    Stage("scale", 2, _scale),
-    Stage("simplify", 2, lambda d, b: simplify(d, int(b.limits["visual_faces"])), ("meshoptimizer",)),
-    Stage("texture", 2, lambda d, b: texture(d, int(b.limits["texture_px"]), b.substance), ("pillow",)),
-    Stage("collide", 10, _collide, ("coacd", "vhacdx", "manifold3d", "scipy"), keep=True),
-    Stage("mass", 3, lambda d, b: mass(d, b.category, b.substance, MASSES_AGREE, b.ruling.mass_kg), ("manifold3d",)),
-    Stage("grasp", 1, lambda d, b: grasp(d, b.category, b.limits["gripper_m"]), ("scipy",)),
-    Stage("backs", 1, lambda d, b: backs(d, b.category, b.limits["missing_side"]), ("scipy",)),
-)
+
+
+def _orient(draft: Draft, brief: Brief) -> Draft:
+    return orient(draft, brief.category, brief.generated, brief.ruling)
+
+
+def _simplify(draft: Draft, brief: Brief) -> Draft:
+    return simplify(draft, int(brief.limits["visual_faces"]))
+
+
+def _texture(draft: Draft, brief: Brief) -> Draft:
+    return texture(draft, int(brief.limits["texture_px"]), brief.substance)
+
+
+def _mass(draft: Draft, brief: Brief) -> Draft:
+    return mass(draft, brief.category, brief.substance, MASSES_AGREE, brief.ruling.mass_kg)
+
+
+def _grasp(draft: Draft, brief: Brief) -> Draft:
+    return grasp(draft, brief.category, brief.limits["gripper_m"])
+
+
+def _backs(draft: Draft, brief: Brief) -> Draft:
+    return backs(draft, brief.category, brief.limits["missing_side"])
+
+
 # `load` and `clean` come before, `assemble` after: they change the type.
-ENDS: Mapping[str, int] = {
-    "load": 2,
-    "clean": 4,
-    "assemble": 4,
-    "mjcf": 1,
-    "usd": 1,
-    "preview": 2,
-    "checks": 3,
-    "signature": 1,
-}
+STAGES: tuple[Stage, ...] = (
+    Stage("orient", _orient),
+    Stage("scale", _scale),
+    Stage("simplify", _simplify),
+    Stage("texture", _texture),
+    Stage("collide", _collide, keep=True),
+    Stage("mass", _mass),
+    Stage("grasp", _grasp),
+    Stage("backs", _backs),
+)
 # Limits that turn inputs away and change nothing about those that pass: raising one remakes nothing.
 GATES = frozenset({"input_bytes", "input_faces", "input_seconds", "input_memory_bytes"})
-END_TOOLS = ("pillow", "lxml", "usd-core", "mujoco", "simready-foundation-tier-core")
 
 
-def versions() -> dict[str, str]:
-    """Every stage and native tool with its version, for the certificate and the keys."""
-    stages = {f"stage:{name}": str(number) for name, number in ENDS.items()}
-    stages |= {f"stage:{s.name}": str(s.version) for s in STAGES}
-    tools = sorted({t for s in STAGES for t in s.tools} | set(END_TOOLS))
-    return dict(sorted((stages | {f"tool:{t}": version(t) for t in tools}).items()))
+def stage_key(stage: Stage) -> str:
+    """Key of the code of a stage: what it, and nothing that only other stages do, can reach."""
+    return key_of(stage.function)
 
 
-def recipe(limits: Mapping[str, float], registry_digest: str) -> str:
-    """sha256 over stage and tool versions, limits and registry: what another recipe made is out of date."""
-    text = json.dumps([versions(), _deciding(limits), registry_digest], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+def steps() -> dict[str, Made]:
+    """Every stage and what does it, in the order in which they run."""
+    return {"load": load, "clean": clean, **{s.name: s.function for s in STAGES}, "assemble": assemble}
 
 
-def ruled(mark: str, ruling: Ruling) -> str:
-    """The recipe of an input about which a person decided something: another decision makes it anew."""
-    return mark if ruling.is_empty else hashlib.sha256(f"{mark} {ruling.digest}".encode()).hexdigest()
+def with_overrides(key: str, ruling: Ruling) -> str:
+    """The cache key of an input about which a person decided something: another decision makes it anew."""
+    return key if ruling.is_empty else digest_of(key, ruling.digest)
 
 
 def build(
@@ -167,7 +173,7 @@ def raw(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     return load(bundle, limits)
 
 
-def _deciding(limits: Mapping[str, float]) -> dict[str, float]:
+def deciding(limits: Mapping[str, float]) -> dict[str, float]:
     """Limits that change what comes out, sorted."""
     return {name: value for name, value in sorted(limits.items()) if name not in GATES}
 
@@ -175,11 +181,10 @@ def _deciding(limits: Mapping[str, float]) -> dict[str, float]:
 def _keys(brief: Brief) -> list[str]:
     """Key of each stage's result: everything that came before is in it."""
     source = Source(kind=brief.source.kind, path="", title=brief.source.title, prompt=brief.source.prompt)
-    inputs = brief.replace(asset_id="", source=source, limits=_deciding(brief.limits))
-    key = hashlib.sha256(json.dumps([inputs.digest, ENDS["load"], ENDS["clean"]]).encode()).hexdigest()
+    inputs = brief.replace(asset_id="", source=source, limits=deciding(brief.limits))
+    key = digest_of(inputs.digest, key_of(load, clean))
     keys = []
     for stage in STAGES:
-        parts = [key, stage.name, stage.version, *(f"{t}={version(t)}" for t in stage.tools)]
-        key = hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+        key = digest_of(key, stage.name, stage_key(stage))
         keys.append(key)
     return keys

@@ -206,5 +206,5 @@ def _published(library: Library, staged: Path, target: Path) -> bool:
     if target.is_dir() and sums(target) == sums(staged):
         shutil.rmtree(staged.parent)
         return False
-    library.publish(staged, target)
+    library.put(staged, target)
     return True

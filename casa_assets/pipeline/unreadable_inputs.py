@@ -10,6 +10,7 @@ from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.identity import Producer
 
 PREFIX = "unread_"
 
@@ -22,7 +23,7 @@ class Names:
         self._places: set[str] = set()
         self._ids: set[str] = set()
 
-    def refusal(self, one: Found | Refused, code: str, says: str, mark: str) -> disk.Refusal:
+    def refusal(self, one: Found | Refused, code: str, says: str, cache_key: str) -> disk.Refusal:
         """The record to be kept of an input."""
         source = one.source if isinstance(one, Found) else Source(kind=SourceKind.MANIFEST, path=one.path)
         place = _place(source)
@@ -32,7 +33,14 @@ class Names:
         asset_id = f"{PREFIX}{digest[:10]}"
         self._ids.add(asset_id)
         return disk.Refusal(
-            id=asset_id, code=code, says=says, category=registry.FALLBACK, recipe=mark, sha256=digest, source=source
+            producer=Producer.INGEST,
+            id=asset_id,
+            code=code,
+            says=says,
+            category=registry.FALLBACK,
+            cache_key=cache_key,
+            sha256=digest,
+            source=source,
         )
 
     def is_readable(self, one: Found) -> None:
@@ -61,7 +69,7 @@ def remember(library: disk.Library, refusal: disk.Refusal) -> bool:
         pass  # damaged: written anew
     staged = library.stage(refusal.id)
     disk.write_refusal(staged, refusal)
-    library.publish(staged, target)
+    library.put(staged, target)
     return True
 
 

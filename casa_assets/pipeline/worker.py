@@ -25,9 +25,11 @@ from casa_assets.model.shape import Hull
 from casa_assets.model.source import Bundle
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike.signature import signature
+from casa_assets.pipeline.cache_key import Made, versions_of
+from casa_assets.pipeline.identity import Producer
 from casa_assets.pipeline.job import Job, Outcome, RunAborted, stage_refusal, writing
 from casa_assets.pipeline.review import doubts
-from casa_assets.pipeline.stage import Brief, build, raw, versions
+from casa_assets.pipeline.stage import Brief, build, raw, steps
 from casa_assets.pipeline.store import Store
 from casa_assets.preview.camera import View
 from casa_assets.preview.raw import render_model
@@ -36,6 +38,14 @@ from casa_assets.preview.still import render
 
 PREVIEW_PX = 512
 THUMBNAIL_PX = 256
+# What every producer does with an asset, once it has one.
+WRITING: Mapping[str, Made] = {
+    "mjcf": mjcf.write,
+    "usd": write_usd,
+    "preview": render,
+    "checks": run_checks,
+    "signature": signature,
+}
 
 
 def warm() -> None:
@@ -78,7 +88,8 @@ def _work(job: Job) -> Outcome:
         if not report.passed:
             worst = report.errors[0]
             raise Rejected(worst.code, f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says)
-        disk.write_certificate(staged, asset, certificate(asset, report, staged, job.mark))
+        made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**steps(), **WRITING}))
+        disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
         _read_back(asset, staged)
         return Outcome(True, warnings=report.issues, staged=staged)
     except Rejected as error:
@@ -138,14 +149,15 @@ def thumbnail(picture: bytes) -> bytes:
     return out.getvalue()
 
 
-def certificate(asset: Asset, report: Report, staged: Path, recipe_digest: str) -> disk.Certificate:
+def certificate(asset: Asset, report: Report, staged: Path, made_by: disk.MadeBy) -> disk.Certificate:
     """What is certified of an asset that stands in `staged` and has passed."""
     hulls = [len(c.shape.mesh.vertices) for k in asset.links for c in k.colliders if isinstance(c.shape, Hull)]
     x, y, z = (float(f"{v:.6g}") for v in np.ptp(asset.bounds, axis=0))
     return disk.Certificate(
         asset_digest=asset.digest,
-        recipe=recipe_digest,
-        versions=versions(),
+        producer=made_by.producer,
+        cache_key=made_by.cache_key,
+        versions=made_by.versions,
         report=report,
         summary=disk.Summary(
             extents=(x, y, z),

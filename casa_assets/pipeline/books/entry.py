@@ -25,7 +25,7 @@ class Entry:
         checks: how many ran; the results are left out where only their number is of use.
         source, source_path, sha256, title, author, licence, uri, prompt, generator: provenance.
         split: train or test, as the asset says; empty where it says none.
-        digest: of the asset, empty for rejected ones. recipe: of the run that made it.
+        digest: of the asset, empty for rejected ones. producer: ingest, articulate or family. cache_key: of the entry.
     """
 
     id: str
@@ -49,7 +49,8 @@ class Entry:
     generator: str
     split: str
     digest: str
-    recipe: str
+    producer: str
+    cache_key: str
     checks: int = 0
 
 
@@ -96,7 +97,8 @@ def _accepted(folder: Path, root: Path) -> Entry:
         generator=origin.generator,
         split=str(data["labels"].get("split") or ""),
         digest=certificate.asset_digest,
-        recipe=certificate.recipe,
+        producer=certificate.producer.value,
+        cache_key=certificate.cache_key,
         checks=len(certificate.report.results),
     )
 
@@ -128,6 +130,7 @@ def _refused(folder: Path, root: Path) -> Entry:
         generator=source.generator,
         split="",
         digest="",
-        recipe=refusal.recipe,
+        producer=refusal.producer.value,
+        cache_key=refusal.cache_key,
         checks=len(refusal.report.results) if refusal.report else 0,
     )

@@ -39,7 +39,8 @@ COLUMNS: dict[str, str] = {
     "licence": "TEXT NOT NULL",
     "split": "TEXT NOT NULL",
     "digest": "TEXT NOT NULL",
-    "recipe": "TEXT NOT NULL",
+    "producer": "TEXT NOT NULL",
+    "cache_key": "TEXT NOT NULL",
 }
 ARROW_TYPES = {"TEXT": "string", "REAL": "float64", "INTEGER": "int64"}
 
@@ -132,5 +133,6 @@ def _row(entry: Entry) -> tuple[str | float | int | None, ...]:
         entry.licence,
         entry.split,
         entry.digest,
-        entry.recipe,
+        entry.producer,
+        entry.cache_key,
     )

@@ -29,7 +29,7 @@ from casa_assets.pipeline.alike.search import by_look, by_words, tokens
 from casa_assets.pipeline.alike.seen import pictures_in_numbers
 from casa_assets.pipeline.alike.signature import signature
 from casa_assets.pipeline.entry_table import EntryTable
-from casa_assets.pipeline.job import Job, Outcome, Result, publish, stage_refusal
+from casa_assets.pipeline.job import Job, Outcome, Result, stage_refusal
 from casa_assets.pipeline.look import VIEWS, Eye
 from casa_assets.pipeline.resume import cached_outcome
 from casa_assets.pipeline.store import Store
@@ -84,10 +84,10 @@ def told(place: disk.Library, order: Sequence[Asset], arrived: Sequence[Asset]) 
         for result in Deduplicator(place, LIMIT, digests).filter(results):
             done, job = result.outcome, result.job
             if done.accepted and done.staged:
-                publish(place, job, done.staged, place.folder("mug", job.asset_id))
+                place.publish(done.staged, place.folder("mug", job.asset_id))
             elif not done.accepted:
                 staged = stage_refusal(place, job, Rejected(done.code, done.says), copy_of=result.copy_of)
-                publish(place, job, staged, place.refusal_folder(job.asset_id))
+                place.publish(staged, place.refusal_folder(job.asset_id))
             found.append(("accepted" if done.accepted else "rejected", job.asset_id, done.code))
         place.sweep()
     return found
@@ -97,8 +97,7 @@ def job_of(place: disk.Library, asset: Asset, old: Path | None = None) -> Job:
     """The input that an asset would have come from."""
     source = Source(kind=SourceKind.FOLDER, path=f"{asset.id}.glb")
     survey = Survey(asset.provenance.sha256, "mug", 1.0, "")
-    replaces = (old,) if old else ()
-    return Job(Found(place.root, source.path, source), survey, asset.id, place.root, {}, replaces)
+    return Job(Found(place.root, source.path, source), survey, asset.id, place.root, {}, "0" * 64)
 
 
 @pytest.mark.parametrize("arrived", [(FIRST, COPY, OTHER), (OTHER, COPY, FIRST), (COPY, FIRST, OTHER)])
@@ -166,13 +165,13 @@ def test_a_refusal_holds_as_long_as_its_twin_stands(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, COPY)
     told(place, (FIRST, COPY), (FIRST, COPY))
     (folder,) = place.refused()
-    mark = disk.read_refusal(folder).recipe
-    known = cached_outcome([folder], COPY.id, mark)
+    key = disk.read_refusal(folder).cache_key
+    known = cached_outcome([folder], COPY.id, key)
     assert known is not None
-    assert known.code == CODE
+    assert known[1].code == CODE
     with place.locked():
         place.forget(place.folder("mug", FIRST.id))
-    assert cached_outcome([folder], COPY.id, mark) is None, "it is due again"
+    assert cached_outcome([folder], COPY.id, key) is None, "it is due again"
 
 
 def test_pairs_are_found_whatever_size_and_colour_and_measured_once(tmp_path: Path) -> None:

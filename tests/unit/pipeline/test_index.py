@@ -11,6 +11,7 @@ import pytest
 from casa_assets.errors import OutputError
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.pipeline.books import index
+from casa_assets.pipeline.identity import Producer
 from casa_assets.pipeline.library import Library, Refusal, write_refusal
 
 
@@ -22,7 +23,14 @@ def library(tmp_path: Path) -> Library:
             source = Source(kind=SourceKind.FOLDER, path=f"{name}.glb", title="a 'quoted' title")
             staged = made.stage(name)
             record = Refusal(
-                id=name, code="SRC001", says="no", category="mug", recipe="r", sha256="0" * 64, source=source
+                id=name,
+                code="SRC001",
+                says="no",
+                category="mug",
+                producer=Producer.INGEST,
+                cache_key="r",
+                sha256="0" * 64,
+                source=source,
             )
             write_refusal(staged, record)
             made.publish(staged, made.refusal_folder(name))

@@ -53,7 +53,7 @@ def kinds(events: list[Event]) -> list[str]:
 def edit(path: Path, **changes: object) -> None:
     data = json.loads(path.read_text(encoding="utf-8"))
     for name, value in changes.items():
-        (data["certificate"] if name == "recipe" and "certificate" in data else data)[name] = value
+        (data["certificate"] if name == "cache_key" and "certificate" in data else data)[name] = value
     path.write_text(json.dumps(data), encoding="utf-8")
 
 
@@ -64,7 +64,7 @@ def test_what_is_there_is_kept_with_its_warnings(copy: Path) -> None:
 
 
 def test_another_recipe_makes_it_due(copy: Path, made: Path) -> None:
-    edit(copy / "library" / CARTON / "asset.json", recipe="that of another version")
+    edit(copy / "library" / CARTON / "asset.json", cache_key="that of another version")
     assert kinds(run(copy / "in", copy / "library")) == ["accepted"]
     assert differences(made / "library", copy / "library") == []
 
@@ -80,7 +80,7 @@ def test_a_damaged_entry_is_made_anew(copy: Path, made: Path, text: str) -> None
 
 def test_verdicts_replace_each_other_and_passing_ones_are_not_final(copy: Path, made: Path) -> None:
     library = copy / "library"
-    edit(library / CARTON / "asset.json", recipe="that of another version")
+    edit(library / CARTON / "asset.json", cache_key="that of another version")
     (event,) = run(copy / "in", library, seconds=0.01)
     assert (event.kind, event.code) == ("rejected", "RUN001") or event.asset_id.startswith("unread_")
     assert event.was_rejected

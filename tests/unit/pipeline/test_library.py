@@ -12,6 +12,7 @@ from casa_assets.pipeline import unreadable_inputs
 from casa_assets.pipeline.books import index
 from casa_assets.pipeline.books.entry import entries
 from casa_assets.pipeline.discover_inputs import escaped
+from casa_assets.pipeline.identity import Producer
 from casa_assets.pipeline.library import Library, Refusal, read_refusal, write_refusal
 
 HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
@@ -19,7 +20,16 @@ HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
 
 def refusal(name: str = "mug_0123456789", says: str = "broken", path: str = "mug.glb") -> Refusal:
     source = Source(kind=SourceKind.FOLDER, path=path)
-    return Refusal(id=name, code="SRC001", says=says, category="mug", recipe="r", sha256="0" * 64, source=source)
+    return Refusal(
+        id=name,
+        code="SRC001",
+        says=says,
+        category="mug",
+        producer=Producer.INGEST,
+        cache_key="r",
+        sha256="0" * 64,
+        source=source,
+    )
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from PIL import Image
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.books import report
+from casa_assets.pipeline.identity import Producer
 
 CASES = [
     ("FLT005", "links/object/visuals: 2 large parts stand apart; give each object a file of its own, or join them"),
@@ -27,7 +28,14 @@ def refused(root: Path, code: str, says: str) -> None:
     folder.mkdir(parents=True)
     source = Source(kind=SourceKind.FOLDER, path=f"{code}.glb")
     refusal = disk.Refusal(
-        id=folder.name, code=code, says=says, category="mug", recipe="0" * 64, sha256="0" * 64, source=source
+        id=folder.name,
+        code=code,
+        says=says,
+        category="mug",
+        producer=Producer.INGEST,
+        cache_key="0" * 64,
+        sha256="0" * 64,
+        source=source,
     )
     disk.write_refusal(folder, refusal)
     picture = io.BytesIO()

@@ -14,7 +14,7 @@ from casa_assets.pipeline.books.entry import Entry, entries
 from casa_assets.pipeline.ingest import Event, Options, ingest
 from casa_assets.pipeline.library import Library
 from casa_assets.pipeline.review import NAME, doubts, rulings, write
-from casa_assets.pipeline.stage import ruled
+from casa_assets.pipeline.stage import with_overrides
 from tests.libraries import BOXES, box_obj
 
 
@@ -119,7 +119,7 @@ def test_only_what_a_person_can_decide_is_doubted() -> None:
     assert [issue.pointer for issue in doubts([*guesses, sure])] == ["scale"]
 
 
-def test_a_ruling_makes_another_recipe() -> None:
-    assert ruled("mark", NO_RULING) == "mark"
-    marks = {ruled("mark", Ruling(size_m=size)) for size in (0.1, 0.2)} | {"mark"}
+def test_an_override_makes_another_key() -> None:
+    assert with_overrides("mark", NO_RULING) == "mark"
+    marks = {with_overrides("mark", Ruling(size_m=size)) for size in (0.1, 0.2)} | {"mark"}
     assert len(marks) == 3
