@@ -120,12 +120,14 @@ def build_asset(found: Family[Any], params: Params, cache: Path) -> Asset:
 
 
 def asset_key(found: Family[Any], params: Params) -> str:
-    """Key of `build_asset`: the family's own code, its numbers, its labels and the finishes that it is given.
+    """Key of `build_asset`: the family's own code, its numbers, labels, densities and finishes.
 
     Another family, or a texture of a kind that the asset does not show, has no part in it.
     """
     code = _code_key(found.name)
-    return digest_of("asset", found.name, code, params.digest, labels_of(found).digest, finishes_key(params.finishes))
+    densities = sorted(registry.load().densities.items())
+    values = [params.digest, labels_of(found).digest, densities, finishes_key(params.finishes)]
+    return digest_of("asset", found.name, code, *values)
 
 
 @cache

@@ -192,6 +192,8 @@ class Library:
 
     def entries_of(self, identity: Identity) -> Iterator[Path]:
         """Folders of what a producer made of an input, under any category, accepted ones first."""
+        if not self.root.is_dir():
+            return
         shelves = sorted(p for p in self.root.iterdir() if p.is_dir() and p != self.private)
         refused = self.root / REJECTED
         folders = [shelf / identity.asset_id(shelf.name) for shelf in shelves if shelf != refused]
