@@ -170,7 +170,7 @@ def _address(made: Made) -> tuple[str, str]:
     if isinstance(made, ModuleType):
         return made.__name__, ""
     name = made.__qualname__.partition(".")[0]
-    if name == "<lambda>":
+    if "<lambda>" in made.__qualname__:
         raise ValueError(f"a lambda of {made.__module__} has no name to find its source by; write a function")
     return made.__module__, name
 

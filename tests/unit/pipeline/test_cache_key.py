@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 import shutil
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
 
-from casa_assets.pipeline.cache_key import PACKAGE
+from casa_assets import registry
+from casa_assets.pipeline import cache_key, store
+from casa_assets.pipeline.cache_key import PACKAGE, digest_of, key_of, reach
 
 ROOT = Path(__file__).parents[3]
+# What loads a module by a name that is worked out while the program runs.
+LOADERS = {"importlib.import_module", "import_module", "__import__"}
 
 # Prints the keys of everything that is kept, by name.
 REPORT = """
 import json
-from casa_assets.families.catalog import FAMILIES
-from casa_assets.pipeline import scene_check, scenes
+from casa_assets.pipeline import ingest, scene_check, scenes
+from casa_assets.registry_families import families
 from casa_assets.pipeline.families import asset_key
 from casa_assets.pipeline.kitchens import Recipe
 from casa_assets.pipeline.stage import STAGES, stage_key
@@ -27,12 +33,13 @@ from casa_assets.pipeline.textures import finish_key, recipes
 
 found = {f"stage {stage.name}": stage_key(stage) for stage in STAGES}
 found |= {f"texture {n} {r.kind}": finish_key(r) for rows in recipes().values() for n, r in rows.items()}
-for name, family in FAMILIES.items():
+for name, family in families().items():
     found |= {f"asset {name} {preset}": asset_key(family, p) for preset, p in family.presets.items()}
 for recipe in (Recipe("l_small", "coastal"), Recipe("one_wall_small", "rustic", seed=3)):
     found[f"scene {recipe.scene_id}"] = key = scenes.scene_key(recipe)
     found[f"pictures {recipe.scene_id}"] = scenes.picture_key(key)
     found[f"verdict {recipe.scene_id}"] = scene_check.verdict_key(recipe)
+found["library ingest"] = ingest.cache_key({})
 print(json.dumps(found))
 """
 
@@ -45,6 +52,7 @@ class Copy:
         skip = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / PACKAGE, folder / PACKAGE, ignore=skip)
         shutil.copytree(ROOT / "registry", folder / "registry")
+        self.before = self.keys()
 
     def keys(self, seed: str = "0") -> dict[str, str]:
         environment = {**os.environ, "PYTHONPATH": str(self.folder), "PYTHONHASHSEED": seed}
@@ -54,7 +62,7 @@ class Copy:
         found: dict[str, str] = json.loads(done.stdout)
         return found
 
-    def changed_by(self, path: str, old: str, new: str, before: dict[str, str]) -> set[str]:
+    def changed_by(self, path: str, old: str, new: str) -> set[str]:
         """Names of the keys that differ once a text is replaced in a file, which is put back."""
         target = self.folder / path
         text = target.read_text(encoding="utf-8")
@@ -62,8 +70,12 @@ class Copy:
         target.write_text(text.replace(old, new), encoding="utf-8")
         after = self.keys()
         target.write_text(text, encoding="utf-8")
-        assert after.keys() == before.keys()
-        return {name for name in before if after[name] != before[name]}
+        assert after.keys() == self.before.keys()
+        return {name for name in after if after[name] != self.before[name]}
+
+    def names(self, word: str, end: str = "") -> set[str]:
+        """Names of keys that begin with a word and end so."""
+        return {name for name in self.before if name.startswith(f"{word} ") and name.endswith(end)}
 
 
 @pytest.fixture(scope="module")
@@ -71,48 +83,151 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Copy:
     return Copy(tmp_path_factory.mktemp("copy"))
 
 
-@pytest.fixture(scope="module")
-def before(copy: Copy) -> dict[str, str]:
-    return copy.keys()
-
-
-def of(names: set[str], word: str) -> set[str]:
-    return {name for name in names if name.startswith(f"{word} ")}
-
-
 class TestOneConstantChanges:
-    def test_nothing_without_it(self, copy: Copy, before: dict[str, str]) -> None:
-        assert copy.keys(seed="7") == before
+    def test_nothing_where_nothing_is_changed(self, copy: Copy) -> None:
+        assert copy.keys(seed="7") == copy.before
 
-    def test_in_a_kind_of_texture(self, copy: Copy, before: dict[str, str]) -> None:
+    def test_in_a_kind_of_texture(self, copy: Copy) -> None:
         """The textures of that kind, and what shows them."""
-        changed = copy.changed_by(*KIND, before)
-        assert of(changed, "texture") == {n for n in before if n.startswith("texture ") and n.endswith(" beadboard")}
-        assert of(changed, "stage") == set()
-        assert 0 < len(of(changed, "asset")) < len(of(set(before), "asset")) / 4
+        changed = copy.changed_by("casa_assets/textures/kinds/walls/boards.py", "0.0008 * (rise - 1)", "rise - 1")
+        assert {n for n in changed if n.startswith("texture ")} == copy.names("texture", " painted_boards")
+        shown = {n for n in changed if n.startswith("asset ")}
+        assert 0 < len(shown) < len(copy.names("asset")) / 4
+        assert changed.isdisjoint(copy.names("stage") | copy.names("library"))
 
-    def test_in_the_preview(self, copy: Copy, before: dict[str, str]) -> None:
-        """Pictures, and verdicts on them, and no geometry."""
-        changed = copy.changed_by(*PREVIEW, before)
-        assert changed == of(set(before), "pictures") | of(set(before), "verdict")
+    def test_in_the_preview_of_kitchens(self, copy: Copy) -> None:
+        """Pictures and the verdicts on them, and no geometry."""
+        changed = copy.changed_by("casa_assets/preview/room.py", "_SKY_SEEN = 0.5 ", "_SKY_SEEN = 0.4 ")
+        assert changed == copy.names("pictures") | copy.names("verdict")
 
-    def test_in_a_stage(self, copy: Copy, before: dict[str, str]) -> None:
-        assert copy.changed_by(*STAGE, before) == {"stage mass"}
+    def test_in_the_preview_of_assets(self, copy: Copy) -> None:
+        """An entry of a library holds a picture, so it is due; what its stages made of the mesh is kept."""
+        changed = copy.changed_by("casa_assets/preview/still.py", "def render(model", "SPARE = 1\n\n\ndef render(model")
+        assert copy.names("library") <= changed
+        assert changed.isdisjoint(copy.names("stage") | copy.names("asset") | copy.names("scene"))
 
-    def test_in_a_family(self, copy: Copy, before: dict[str, str]) -> None:
+    def test_in_a_stage(self, copy: Copy) -> None:
+        changed = copy.changed_by("casa_assets/ingest/mass.py", "THINNEST = 1e-7", "THINNEST = 1e-6")
+        assert changed == {"stage mass", "library ingest"}
+
+    def test_in_a_family(self, copy: Copy) -> None:
         """Its own assets, and the kitchens that have one."""
-        changed = copy.changed_by(*FAMILY, before)
-        assert of(changed, "asset") == {name for name in before if name.startswith("asset toaster ")}
-        assert of(changed, "texture") | of(changed, "stage") == set()
+        changed = copy.changed_by("casa_assets/families/fixtures/small/toaster.py", "FOOT = 0.008 ", "FOOT = 0.009 ")
+        assert {n for n in changed if n.startswith("asset ")} == {
+            n for n in copy.before if n.startswith("asset toaster ")
+        }
+        assert changed.isdisjoint(copy.names("texture") | copy.names("stage") | copy.names("library"))
 
-    def test_in_a_plan(self, copy: Copy, before: dict[str, str]) -> None:
-        """The kitchens of that plan alone."""
-        changed = copy.changed_by(*PLAN, before)
-        assert changed == {n for n in before if "l_small__" in n}
+    def test_in_a_plan(self, copy: Copy) -> None:
+        """What is made of that plan alone."""
+        changed = copy.changed_by("registry/plans/l_small.yaml", "height: 2.7\n", "height: 2.71\n")
+        assert changed == {n for n in copy.before if "l_small__" in n}
+
+    def test_in_a_preset(self, copy: Copy) -> None:
+        changed = copy.changed_by(
+            "registry/families/toaster.yaml", "height: 0.2\n    dome: 0.042", "height: 0.21\n    dome: 0.042"
+        )
+        assert {n for n in changed if n.startswith("asset ")} == {"asset toaster retro_cream"}
 
 
-KIND = ("casa_assets/textures/kinds/walls/boards.py", "0.5", "0.25")
-PREVIEW = ("casa_assets/preview/darkroom.py", "0.5", "0.25")
-STAGE = ("casa_assets/ingest/mass.py", "0.5", "0.25")
-FAMILY = ("casa_assets/families/fixtures/small/toaster.py", "0.5", "0.25")
-PLAN = ("registry/plans/l_small.yaml", "0.5", "0.25")
+class TestImports:
+    """What the quick look at a module's text finds, against what Python's own parser finds."""
+
+    def test_every_import_of_the_package_is_found(self) -> None:
+        for module, tree in _trees().items():
+            expected = _imports(tree)
+            found = cache_key._scan(module)
+            assert expected - {module} <= found.modules | found.outside, module
+
+    def test_no_module_is_loaded_by_a_name_that_is_not_in_the_text(self) -> None:
+        """Names are text of this package, or stand for packages of others."""
+        loading = set()
+        for module, tree in _trees().items():
+            for node in ast.walk(tree):
+                loads = isinstance(node, ast.Call) and ast.unparse(node.func) in LOADERS
+                if loads and not isinstance(node.args[0], ast.Constant):
+                    loading.add(module)
+        # The server of workers is given names by those that call it, in whose text they stand.
+        assert loading == {"casa_assets.pipeline.isolation.server"}
+
+    def test_types_alone_are_left_out_and_imports_inside_functions_are_not(self) -> None:
+        found = reach("casa_assets.pipeline.scene_facts")
+        assert "casa_assets.pipeline.kitchens" not in found.modules, "imported under TYPE_CHECKING"
+        assert "casa_assets.pipeline.articulate" in reach("casa_assets.cli.articulate:articulate").modules
+        assert "casa_assets.pipeline.worker" in reach("casa_assets.pipeline.ingest:_results").modules, "named in text"
+
+    def test_a_local_variable_is_not_the_function_of_that_name(self) -> None:
+        """`scenes.draw` has a variable `made`, and `scenes.made` builds whole kitchens."""
+        assert not any(".families" in name for name in reach("casa_assets.pipeline.scenes:draw").modules)
+
+    def test_packages_of_others_count_by_their_versions(self) -> None:
+        versions = reach("casa_assets.ingest.collide").versions
+        assert {"numpy", "scipy", "coacd", "vhacdx", "manifold3d"} <= versions.keys()
+        assert cache_key.ABSENT not in versions.values()
+
+    def test_a_lambda_has_no_key(self) -> None:
+        with pytest.raises(ValueError, match="write a function"):
+            key_of(lambda: None)
+
+
+class TestRegistry:
+    def test_every_file_is_read_by_a_module_that_names_it(self) -> None:
+        every = set(cache_key._registry())
+        assert every == set(reach(*cache_key._package().sources).registry)
+        assert {p.name for p in registry.data_root().glob("*.yaml")} <= every
+
+    def test_doors_of_registry_name_what_they_open(self) -> None:
+        assert set(reach("casa_assets.registry_kitchens:load_plan").registry) >= {"plans/l_small.yaml"}
+        assert "styles/coastal.yaml" not in reach("casa_assets.registry").registry
+
+    def test_files_that_are_opened_are_among_those_that_count(self) -> None:
+        """What a run of the doors opens, as Python itself tells it."""
+        script = """
+import sys, json
+opened = []
+sys.addaudithook(lambda event, args: opened.append(str(args[0])) if event == "open" else None)
+from casa_assets.pipeline.textures import recipes
+from casa_assets.registry_families import families
+from casa_assets.registry_kitchens import load_plan, load_style, plan_names, style_names
+recipes(), families(), [load_plan(n) for n in plan_names()], [load_style(n) for n in style_names()]
+from casa_assets.pipeline.cache_key import reach
+from casa_assets import registry
+doors = ("casa_assets.pipeline.textures", "casa_assets.registry_families", "casa_assets.registry_kitchens")
+root = str(registry.data_root())
+print(json.dumps([sorted({o[len(root) + 1:] for o in opened if o.startswith(root)}), reach(*doors).registry]))
+"""
+        done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+        opened, counted = json.loads(done.stdout)
+        assert set(opened) <= set(counted)
+        assert len(opened) > 50
+
+
+def test_two_processes_share_a_store(tmp_path: Path) -> None:
+    key = digest_of("a", 1)
+    store.Store(tmp_path).put(key, b"x")
+    assert store.Store(tmp_path).get(digest_of("a", 1)) == b"x"
+    assert digest_of("a", 2) != key
+
+
+@cache
+def _trees() -> dict[str, ast.Module]:
+    """Every module of the package, parsed."""
+    sources = cache_key._package().sources
+    return {module: ast.parse(path.read_text(encoding="utf-8")) for module, path in sources.items()}
+
+
+def _imports(tree: ast.Module) -> set[str]:
+    """Modules that a tree imports, without those for types."""
+    found = set()
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            waiting += node.orelse
+            continue
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {cache_key._target(node.module or "", alias.name) for alias in node.names}
+        waiting += ast.iter_child_nodes(node)
+    return found
