@@ -1,0 +1,135 @@
+"""Ids name the producer; an entry replaces what its own producer made of its input and nothing else."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.errors import OutputError
+from casa_assets.model.source import Source, SourceKind
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.identity import Identity, Producer, suffix_of
+from casa_assets.pipeline.library import Library, Refusal, identity_of
+
+ONE, OTHER = "a" * 64, "a" * 10 + "b" * 54
+
+
+@pytest.fixture
+def library(tmp_path: Path) -> Library:
+    made = Library(tmp_path / "library")
+    with made.locked():
+        made.sweep()
+    return made
+
+
+def staged(library: Library, identity: Identity, category: str = "mug", says: str = "broken") -> Path:
+    """A finished refusal in the staging folder."""
+    asset_id = identity.asset_id(category)
+    folder = library.stage(asset_id)
+    refusal = Refusal(
+        producer=identity.producer,
+        id=asset_id,
+        code="SRC001",
+        says=says,
+        category=category,
+        cache_key="0" * 64,
+        sha256=identity.sha256,
+        source=Source(kind=SourceKind.FOLDER, path="mug.glb"),
+    )
+    disk.write_refusal(folder, refusal)
+    return folder
+
+
+def publish(library: Library, identity: Identity, category: str = "mug", says: str = "broken") -> Path:
+    target = library.refusal_folder(identity.asset_id(category))
+    library.publish(staged(library, identity, category, says), target)
+    return target
+
+
+class TestIds:
+    def test_producers_never_share_one(self) -> None:
+        ids = [Identity(producer, ONE).asset_id("microwave") for producer in (Producer.INGEST, Producer.ARTICULATE)]
+        assert ids == ["microwave_aaaaaaaaaa", "microwave_articulated_aaaaaaaaaa"]
+
+    def test_no_category_ends_as_a_producer_is_called(self) -> None:
+        known = registry.load()
+        assert not [name for name in (*known.categories, *known.fixtures) if name.endswith("articulated")]
+
+    @pytest.mark.parametrize("producer", list(Producer))
+    def test_an_id_tells_its_own_producer_and_input(self, producer: Producer) -> None:
+        own = Identity(producer, ONE)
+        assert suffix_of(own.asset_id("cutting_board")) == own.suffix
+        assert own.may_own(own.asset_id("cutting_board"))
+        assert not own.may_own(Identity(producer, "b" * 64).asset_id("cutting_board"))
+        assert not Identity(Producer.INGEST, ONE).may_own(Identity(Producer.ARTICULATE, ONE).asset_id("mug"))
+        assert not Identity(Producer.ARTICULATE, ONE).may_own(Identity(Producer.INGEST, ONE).asset_id("mug"))
+
+
+class TestPublish:
+    def test_what_the_producer_made_under_another_category_goes(self, library: Library) -> None:
+        own = Identity(Producer.INGEST, ONE)
+        publish(library, own, "bowl")
+        target = publish(library, own, "mug")
+        assert list(library.refused()) == [target]
+        assert list(library.staging.iterdir()) == []
+
+    def test_what_another_producer_made_stays(self, library: Library) -> None:
+        other = publish(library, Identity(Producer.ARTICULATE, ONE), "bowl")
+        own = publish(library, Identity(Producer.INGEST, ONE), "mug")
+        assert set(library.refused()) == {own, other}
+        again = publish(library, Identity(Producer.ARTICULATE, ONE), "mug")
+        assert set(library.refused()) == {own, again}
+
+    def test_another_input_with_the_same_first_digits_stays(self, library: Library) -> None:
+        other = publish(library, Identity(Producer.INGEST, OTHER), "bowl")
+        own = publish(library, Identity(Producer.INGEST, ONE), "mug")
+        assert set(library.refused()) == {own, other}
+
+    def test_the_place_of_another_input_is_not_taken(self, library: Library) -> None:
+        other = publish(library, Identity(Producer.INGEST, OTHER), says="of the other")
+        with pytest.raises(OutputError, match="what ingest made of another input"):
+            publish(library, Identity(Producer.INGEST, ONE))
+        assert disk.read_refusal(other).says == "of the other"
+
+    def test_an_entry_is_there_at_every_moment(self, library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
+        """The old one is taken away after the new one has its place: whatever stops the run, one of them is there."""
+        own = Identity(Producer.INGEST, ONE)
+        publish(library, own, "bowl")
+        monkeypatch.setattr(library, "forget", lambda folder: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            publish(library, own, "mug")
+        assert [folder.name[:4] for folder in library.entries_of(own)] == ["bowl", "mug_"]
+
+    def test_a_folder_is_exchanged_and_never_gone(self, library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
+        own = Identity(Producer.INGEST, ONE)
+        publish(library, own, says="old")
+        renamed: list[Path] = []
+        monkeypatch.setattr(Path, "rename", lambda self, target: renamed.append(self))
+        target = publish(library, own, says="new")
+        assert disk.read_refusal(target).says == "new"
+        assert renamed == [], "two renames would leave a moment without an entry"
+
+    def test_a_damaged_entry_of_that_name_is_replaced(self, library: Library) -> None:
+        own = Identity(Producer.INGEST, ONE)
+        target = publish(library, own)
+        (target / disk.REFUSAL).write_text("{", encoding="utf-8")
+        assert identity_of(target) is None
+        publish(library, own, says="new")
+        assert disk.read_refusal(target).says == "new"
+
+
+@pytest.mark.parametrize(
+    ("beside", "producer"),
+    [("", Producer.INGEST), ("decisions.yaml", Producer.ARTICULATE), ("params.json", Producer.FAMILY)],
+)
+def test_an_entry_of_the_first_schema_is_still_read(library: Library, beside: str, producer: Producer) -> None:
+    target = publish(library, Identity(Producer.INGEST, ONE))
+    told = json.loads((target / disk.REFUSAL).read_text(encoding="utf-8"))
+    old = {**{k: v for k, v in told.items() if k not in ("producer", "cache_key")}, "schema_version": 1, "recipe": "r"}
+    (target / disk.REFUSAL).write_text(json.dumps(old), encoding="utf-8")
+    if beside:
+        (target / beside).touch()
+    assert (disk.read_refusal(target).producer, disk.read_refusal(target).cache_key) == (producer, "r")
