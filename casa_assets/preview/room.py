@@ -1,8 +1,6 @@
 """A kitchen's `scene.xml` into pictures of it, through its own cameras, in soft daylight.
 
-MuJoCo's classic renderer has hard shadows and no light that walls throw back. A picture is the mean of many drawings,
-each with the camera moved by less than a pixel and with other directions of the sky lit: smooth edges, soft shadows,
-dark corners.
+Each picture is the mean of many drawings; `exposure.py` says why.
 """
 
 from __future__ import annotations
@@ -10,7 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,24 +20,42 @@ from PIL import Image
 from casa_assets.preview import darkroom, renderer
 from casa_assets.preview.camera import Floats
 from casa_assets.preview.darkroom import Pixels
+from casa_assets.preview.exposure import Lens, LightRig, exposed, segmented, visuals_only
 from casa_assets.preview.still import CannotDraw, polish, put_into
 
 SEEN, CEILING, _HIDDEN = 1, 2, 5  # groups of geoms
 _WALL = "wall_"  # names of walls begin with it
 _ON_WALL = 0.12  # metres from the middle of a wall within which something hangs on it
-# Fractions of white, by eye: a white wall keeps its shading, a black front its form.
-_AMBIENT, _SUN, _SKY, _BOUNCE = 0.3, 0.24, 0.6, 0.55
-_SKY_SEEN = 0.5  # of a place in the room, on average
-_SHINE = 0.8
-_DOMES, _BOUNCES = 2, 3
-_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-_PLASTIC = 1.32471795724474602596
 _SHADOW_REACH, _LIGHT_AT = 1.6, 3.0
 _PAPER = 0.955  # brightness of what lies beyond the room
 _WHITEST, _GAMMA = 0.93, 0.92
+# By eye: a white wall keeps its shading, a black front its form.
+_SKY_SEEN = 0.5  # of a place in the room, on average
+_SHINE = 0.8
+
+
+def _shine(around: float, diffuse: float) -> float:
+    return _SHINE * diffuse
+
+
 # Two large lamps stand behind whoever looks, left and right, 49 degrees up; each drawing has one of them.
-_SUN_ASIDE, _SUN_UP = 0.65, 0.85
-_LIGHTS = 1 + _DOMES + _BOUNCES
+_RIG = LightRig(
+    ambient=0.3,
+    key=0.24,
+    sky=0.6,
+    bounce=0.55,
+    key_sides=(-0.65, 0.65),
+    key_up=0.85,
+    softness=0.16,
+    key_shine=_SHINE * 0.24,
+    sky_shine=_shine,
+    bounce_shine=_shine,
+    domes=2,
+    bounces=3,
+    sky_rise=(0.42, 0.58),
+    bounce_rise=(0.15, 0.7),
+)
+_RIG_WITHOUT_SHADOWS = replace(_RIG, sky=_SKY_SEEN * _RIG.sky, sky_casts=False)
 
 
 @dataclass(frozen=True)
@@ -113,9 +130,6 @@ def photograph(made: Set, cameras: Sequence[str], frame: Frame = _STANDARD) -> I
     lower, upper = _bounds(model, data)
     center, radius = (lower + upper) / 2, float(np.linalg.norm(upper - lower)) / 2
     model.stat.extent, model.vis.map.shadowclip = radius, _SHADOW_REACH
-    option = mujoco.MjvOption()
-    option.geomgroup[:] = [0, 1, 0, 0, 0, 0]
-    option.sitegroup[:] = 0
     numbers = {name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name) for name in cameras}
     for name, number in numbers.items():
         if number < 0:
@@ -123,22 +137,18 @@ def photograph(made: Set, cameras: Sequence[str], frame: Frame = _STANDARD) -> I
     if not numbers:
         return
     # The driver is handed meshes and pictures once for all cameras.
-    with renderer.canvas(model, data, option, frame.width_px, frame.height_px) as canvas:
+    with renderer.canvas(model, data, visuals_only(), frame.width_px, frame.height_px) as canvas:
         for name, number in numbers.items():
             with _looked_through(model, data, data.cam_xpos[number]):
                 canvas.refresh()
             _hang_lamps(canvas.scene)
             back = data.cam_xmat[number].reshape(3, 3)[:, 2]
             behind = math.atan2(back[1], back[0]) if np.hypot(back[0], back[1]) > 0.1 else -math.pi / 2
-            total = np.zeros((frame.height_px, frame.width_px, 3))
-            for i in range(frame.passes):
-                _aim(canvas.scene, data, model, number, frame, i, radius)
-                _light(canvas.scene, i, frame, behind)
-                for light in canvas.scene.lights[: canvas.scene.nlight]:
-                    light.pos = center - np.array(light.dir) * _LIGHT_AT * radius
-                total += canvas.draw()
-            beyond = _beyond(canvas)
-            yield name, _develop(total / (255.0 * frame.passes), beyond)
+            rig = _RIG if frame.sky_casts else _RIG_WITHOUT_SHADOWS
+            light = partial(rig.light, canvas.scene, passes=frame.passes, viewer=behind, around_viewer=False)
+            lens = _lens(data, model, number, frame, radius)
+            exposure = exposed(canvas, lens, light, frame.passes, center, (_LIGHT_AT, radius))
+            yield name, _develop(exposure, _beyond(canvas))
 
 
 @contextmanager
@@ -185,73 +195,35 @@ def _bounds(model: Any, data: Any) -> tuple[Floats, Floats]:
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-def _aim(scene: Any, data: Any, model: Any, camera: int, frame: Frame, i: int, radius: float) -> None:
-    """Puts both eyes of the scene at a camera, moved by a part of a pixel."""
+def _lens(data: Any, model: Any, camera: int, frame: Frame, radius: float) -> Lens:
+    """What a camera of the scene sees."""
     near = 0.02
     half = near * math.tan(math.radians(float(model.cam_fovy[camera])) / 2)
-    pixel = 1.3 * 2.0 * half / frame.height_px
-    right = ((0.5 + i / _PLASTIC) % 1.0 - 0.5) * pixel
-    up = ((0.5 + i / _PLASTIC**2) % 1.0 - 0.5) * pixel
     turn = data.cam_xmat[camera].reshape(3, 3)
-    for eye in scene.camera:
-        eye.pos, eye.forward, eye.up = data.cam_xpos[camera], -turn[:, 2], turn[:, 1]
-        eye.orthographic = 0
-        eye.frustum_near, eye.frustum_far = near, 20.0 * radius
-        eye.frustum_center, eye.frustum_width = right, half * frame.width_px / frame.height_px
-        eye.frustum_bottom, eye.frustum_top = up - half, up + half
+    return Lens(
+        position=data.cam_xpos[camera],
+        forward=-turn[:, 2],
+        up=turn[:, 1],
+        near=near,
+        far=20.0 * radius,
+        half_width=half * frame.width_px / frame.height_px,
+        half_height=half,
+        pixel=1.3 * 2.0 * half / frame.height_px,
+    )
 
 
 def _hang_lamps(scene: Any) -> None:
-    """Lamps of our own in place of the scene's, which `_light` turns on."""
-    scene.nlight = _LIGHTS
-    for light in scene.lights[:_LIGHTS]:
+    """Lamps of our own in place of the scene's, which the rig turns on."""
+    scene.nlight = _RIG.count
+    for light in scene.lights[: scene.nlight]:
         light.type, light.headlight, light.texid = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, 0, -1
         light.attenuation, light.cutoff, light.exponent = [0.0] * 3, 0.0, 0.0
 
 
-def _light(scene: Any, i: int, frame: Frame, behind: float) -> None:
-    """The lights of drawing `i`: the sun within a soft box, some of the sky, and what floor and walls throw back.
-
-    Args:
-        behind: direction that the viewer comes from, radians to the left of the x axis.
-    """
-    lights, passes = scene.lights[: scene.nlight], frame.passes
-    sun, domes, bounces = lights[0], lights[1 : 1 + _DOMES], lights[1 + _DOMES :]
-    spread = 0.16 * math.sqrt((i + 0.5) / passes)
-    turn = 2.0 * math.pi * _GOLDEN * i
-    _set(
-        sun,
-        behind + (_SUN_ASIDE if i % 2 else -_SUN_ASIDE) + spread * math.cos(turn),
-        _SUN_UP + spread * math.sin(turn),
-        _SUN,
-        True,
-    )
-    sun.ambient = [_AMBIENT] * 3
-    sky = _SKY if frame.sky_casts else _SKY_SEEN * _SKY
-    for n, light in enumerate(domes, start=i * _DOMES):
-        rise = math.asin(0.42 + 0.58 * ((n + 0.5) / (passes * _DOMES)))
-        _set(light, 2.0 * math.pi * _GOLDEN * n, rise, sky / _DOMES, frame.sky_casts)
-    for n, light in enumerate(bounces, start=i * _BOUNCES):
-        rise = 0.15 - 0.7 * ((n / _PLASTIC) % 1.0)
-        _set(light, 2.0 * math.pi * _GOLDEN * n, rise, _BOUNCE / _BOUNCES, False)
-
-
-def _set(light: Any, azimuth: float, elevation: float, diffuse: float, casts: bool) -> None:
-    """Light that comes from there (rad, world frame), as a fraction of white."""
-    flat = math.cos(elevation)
-    light.dir = [-flat * math.cos(azimuth), -flat * math.sin(azimuth), -math.sin(elevation)]
-    light.ambient, light.diffuse, light.specular = [0.0] * 3, [diffuse] * 3, [_SHINE * diffuse] * 3
-    light.castshadow = int(casts)
-
-
 def _beyond(canvas: renderer.Canvas) -> Floats:
     """(H, W, 1) 1 where nothing of the kitchen is seen."""
-    flags = (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
-    for flag in flags:
-        canvas.scene.flags[flag] = 1
-    seen = canvas.draw().astype(np.int32).sum(axis=2) > 0
-    for flag in flags:
-        canvas.scene.flags[flag] = 0
+    with segmented(canvas):
+        seen = canvas.draw().astype(np.int32).sum(axis=2) > 0
     return np.asarray(np.where(seen, 0.0, 1.0)[..., None])
 
 

@@ -1,0 +1,169 @@
+"""A picture as the mean of many drawings: what moves from one drawing to the next, for assets and for kitchens.
+
+MuJoCo's classic renderer has hard shadows and no light that walls or a floor throw back. Each drawing has the camera
+moved by less than a pixel (smooth edges), the key light moved within its soft box (soft shadows) and other directions
+of the sky lit (dark creases). Angles are radians, brightness is a fraction of white.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from casa_assets.model.record import Vec2
+from casa_assets.preview import renderer
+from casa_assets.preview.camera import Floats
+
+# Steps of these fractions fill a line or a square evenly. Ref: M. Roberts, the R2 sequence.
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+PLASTIC = 1.32471795724474602596
+
+
+@dataclass(frozen=True)
+class LightRig:
+    """The lights of a drawing: a key light in a soft box, some of the sky, and what floor and walls throw back.
+
+    Attributes:
+        ambient: light from everywhere. key, sky, bounce: brightness of each kind, the latter two of all their lights.
+        key_sides: where the key light stands beside the viewer, one angle for each drawing in turn; key_up: above.
+        softness: half the width of its soft box.
+        key_shine: brightness of its highlights. sky_shine, bounce_shine: of theirs, from the angle beside the viewer
+            and the brightness of one light.
+        domes, bounces: lights of the sky, and from below, in each drawing.
+        sky_rise: sine of the angle above the horizon where the sky begins, and how far up from there.
+        bounce_rise: highest angle that light from below comes from, and how far down from there.
+        sky_casts: whether the sky casts shadows.
+    """
+
+    ambient: float
+    key: float
+    sky: float
+    bounce: float
+    key_sides: Sequence[float]
+    key_up: float
+    softness: float
+    key_shine: float
+    sky_shine: Callable[[float, float], float]
+    bounce_shine: Callable[[float, float], float]
+    domes: int
+    bounces: int
+    sky_rise: tuple[float, float]
+    bounce_rise: tuple[float, float]
+    sky_casts: bool = True
+
+    @property
+    def count(self) -> int:
+        """How many lights a drawing has."""
+        return 1 + self.domes + self.bounces
+
+    def light(self, scene: Any, i: int, passes: int, viewer: float = 0.0, around_viewer: bool = True) -> None:
+        """Set the lights of an MjvScene for drawing `i` of `passes`.
+
+        Args:
+            viewer: direction that the viewer comes from, to the left of the x axis.
+            around_viewer: whether the lattice of the sky turns with the viewer.
+        """
+        lights = scene.lights[: self.count]
+        key, domes, bounces = lights[0], lights[1 : 1 + self.domes], lights[1 + self.domes :]
+        spread = self.softness * math.sqrt((i + 0.5) / passes)
+        turn = 2.0 * math.pi * GOLDEN * i
+        azimuth = viewer + self.key_sides[i % len(self.key_sides)] + spread * math.cos(turn)
+        shine_from(key, azimuth, self.key_up + spread * math.sin(turn), self.key, self.key_shine, casts=True)
+        key.ambient = [self.ambient] * 3
+        facing = viewer if around_viewer else 0.0
+        lowest, up = self.sky_rise
+        for n, light in enumerate(domes, start=i * self.domes):
+            # A Fibonacci lattice on the dome; no lower than where shadows would leave the map.
+            rise = math.asin(lowest + up * ((n + 0.5) / (passes * self.domes)))
+            around, diffuse = 2.0 * math.pi * GOLDEN * n, self.sky / self.domes
+            shine_from(light, facing + around, rise, diffuse, self.sky_shine(around, diffuse), self.sky_casts)
+        highest, down = self.bounce_rise
+        for n, light in enumerate(bounces, start=i * self.bounces):
+            around, diffuse = 2.0 * math.pi * GOLDEN * n, self.bounce / self.bounces
+            rise = highest - down * ((n / PLASTIC) % 1.0)
+            shine_from(light, facing + around, rise, diffuse, self.bounce_shine(around, diffuse), casts=False)
+
+
+def shine_from(light: Any, azimuth: float, elevation: float, diffuse: float, specular: float, casts: bool) -> None:
+    """Make an MjvLight come from there, world frame."""
+    flat = math.cos(elevation)
+    light.dir = [-flat * math.cos(azimuth), -flat * math.sin(azimuth), -math.sin(elevation)]
+    light.ambient, light.diffuse, light.specular = [0.0] * 3, [diffuse] * 3, [specular] * 3
+    light.castshadow = int(casts)
+
+
+@dataclass(frozen=True)
+class Lens:
+    """Where a camera stands and what it sees.
+
+    Attributes:
+        position, forward, up: (3,) metres and unit vectors, world frame.
+        near, far: planes between which something is seen, metres.
+        half_width, half_height: of the picture on the near plane, metres.
+        pixel: by how much it is moved between drawings, metres on the near plane.
+    """
+
+    position: Floats
+    forward: Floats
+    up: Floats
+    near: float
+    far: float
+    half_width: float
+    half_height: float
+    pixel: float
+
+    def aim(self, scene: Any, i: int) -> None:
+        """Put both eyes of an MjvScene there, moved by a part of a pixel for drawing `i`."""
+        right = ((0.5 + i / PLASTIC) % 1.0 - 0.5) * self.pixel
+        up = ((0.5 + i / PLASTIC**2) % 1.0 - 0.5) * self.pixel
+        for eye in scene.camera:
+            eye.pos, eye.forward, eye.up = self.position, self.forward, self.up
+            eye.orthographic = 0
+            eye.frustum_near, eye.frustum_far = self.near, self.far
+            eye.frustum_center, eye.frustum_width = right, self.half_width
+            eye.frustum_bottom, eye.frustum_top = up - self.half_height, up + self.half_height
+
+
+def visuals_only() -> Any:
+    """An MjvOption that shows the group of what is seen and nothing else."""
+    option = mujoco.MjvOption()
+    option.geomgroup[:] = [0, 1, 0, 0, 0, 0]
+    option.sitegroup[:] = 0
+    return option
+
+
+def exposed(
+    canvas: renderer.Canvas, lens: Lens, light: Callable[[int], None], passes: int, center: Floats, away: Vec2
+) -> Floats:
+    """(H, W, 3) mean of the drawings, 0..1.
+
+    Args:
+        light: sets the lights of a drawing. center: what they stand round. away: how far, in radii, and the radius.
+    """
+    total: Floats = np.zeros(())
+    for i in range(passes):
+        lens.aim(canvas.scene, i)
+        light(i)
+        for each in canvas.scene.lights[: canvas.scene.nlight]:
+            each.pos = center - np.array(each.dir) * away[0] * away[1]
+        total = total + canvas.draw()
+    return np.asarray(total / (255.0 * passes))
+
+
+@contextmanager
+def segmented(canvas: renderer.Canvas) -> Iterator[None]:
+    """While it lasts, a drawing shows the number of each thing instead of its colour."""
+    flags = (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
+    for flag in flags:
+        canvas.scene.flags[flag] = 1
+    try:
+        yield
+    finally:
+        for flag in flags:
+            canvas.scene.flags[flag] = 0
