@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-import casa_assets.families
 from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.families import kit
 from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import box
 from casa_assets.registry import data_root, read_densities, read_document
 from casa_assets.registry_families import family
 from tests.family_members import known, supplies
 
-SOURCES = sorted(Path(casa_assets.families.__path__[0]).rglob("*.py"))
+SOURCES = sorted(Path(kit.__path__[0]).parent.rglob("*.py"))
 ROWS = read_document(data_root() / "densities.yaml").value
 
 
