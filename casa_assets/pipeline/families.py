@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from casa_assets import families, registry
+from casa_assets import registry
 from casa_assets.checks.package import Package
 from casa_assets.checks.run import run as run_checks
 from casa_assets.errors import CasaError, UnknownId
@@ -35,6 +35,8 @@ from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
 from casa_assets.registry_families import family, family_names
 
+# The package that the code of all families is below.
+FAMILIES = "casa_assets.families"
 # A picture for the thumbnail alone.
 QUICK = View(size_px=THUMBNAIL_PX, passes=8)
 
@@ -132,7 +134,7 @@ def asset_key(found: Family[Any], params: Params) -> str:
 
 @cache
 def _code_key(name: str) -> str:
-    return key_of(*modules_holding(MODELS[name], families.__name__))
+    return key_of(*modules_holding(MODELS[name], FAMILIES))
 
 
 def labels_of(found: Family[Any]) -> Labels:
@@ -198,7 +200,7 @@ def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) ->
 
 def _made_by(found: Family[Any], params: Params) -> disk.MadeBy:
     """What is said in the certificate of a member of what made it."""
-    modules = modules_holding(MODELS[found.name], families.__name__)
+    modules = modules_holding(MODELS[found.name], FAMILIES)
     versions = versions_of({"family": modules, **WRITING})
     written = key_of(*WRITING.values(), certificate)
     return disk.MadeBy(Producer.FAMILY, digest_of("family", asset_key(found, params), written), versions)
