@@ -7,6 +7,8 @@ CasaError
 |   +-- DegenerateShape   points that span no volume (code GEO001)
 +-- OutputError        the output folder cannot be used: path, says
 +-- Misfit             a plan and a style cannot be made into a kitchen: plan, pointer, expected, got
+
+BatchFault stands beside the tree: some items of a batch met a fault of the program, the others are done.
 """
 
 from __future__ import annotations
@@ -91,3 +93,16 @@ class Misfit(CasaError):
     def __init__(self, plan: str, pointer: tuple[str | int, ...], expected: str, got: str) -> None:
         self.plan, self.pointer, self.expected, self.got = plan, pointer, expected, got
         super().__init__(f"{plan}: {'.'.join(map(str, pointer)) or '(top)'}: expected {expected}, got {got}")
+
+
+class BatchFault(Exception):
+    """Some items of a batch failed by a fault of the program; all the others were worked on.
+
+    Args:
+        items: names of those that failed. traces: of them, where they were not told as they failed.
+    """
+
+    def __init__(self, items: Iterable[str], traces: str = "") -> None:
+        self.items, self.traces = tuple(items), traces
+        few = ", ".join(self.items[:6]) + (f" and {len(self.items) - 6} more" if len(self.items) > 6 else "")
+        super().__init__(f"{few}: a fault of the program; the others were worked on")

@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.words import counted, plain
+from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
     from casa_assets.model.record import Vec3
@@ -57,6 +58,7 @@ def articulate(
     from casa_assets.pipeline.articulate import articulate as run
     from casa_assets.pipeline.articulate_build import Wish
     from casa_assets.pipeline.articulate_sidecar import read
+    from casa_assets.pipeline.ingest import FAULT
 
     if decisions is not None and len(meshes) > 1:
         raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
@@ -74,6 +76,8 @@ def articulate(
                 console.print(f"  {escape(plain(line))}", highlight=False)
     if review:
         console.print(f"{articulate_review.write(out, every)}", highlight=False)
+    if faults := [str(d.mesh) for d in every if d.code == FAULT]:
+        raise BatchFault(map(plain, faults))
     if not all(d.accepted for d in every):
         raise typer.Exit(1)
 

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from casa_assets.cli.progress import bar
 from casa_assets.cli.words import counted
+from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.families import Built
@@ -76,16 +77,17 @@ def show(
         wanted = [Wish(name, preset=p) for name in names for p in preset]
         for wish in wanted:
             params_of(wish)  # raises UnknownId before anything is made
-    bad = 0
+    results: list[Built] = []
     with writing(out):
         for wish in wanted:
             done = build_one(wish, out, checked=check, drawn=False)
-            bad += not done.passed
+            results.append(done)
             _tell(done, console)
             if done.folder:
                 for path in pictures(Path(done.folder), out, wish.title.replace("/", "_").replace("#", "n"), size):
                     console.print(f"  {path}", highlight=False, soft_wrap=True)
-    if bad:
+    _check_faults(results)
+    if not all(r.passed for r in results):
         raise typer.Exit(1)
 
 
@@ -124,6 +126,7 @@ def build(
             elif not done.passed:
                 _tell(done, progress.console)
     _conclude(results, console)
+    _check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)
 
@@ -151,6 +154,13 @@ def catalogue(
             for done in make(out, jobs, names or [], textures):
                 progress.update(task, description=escape(done))
     console.print(f"Catalogue: {done}", highlight=False, soft_wrap=True)
+
+
+def _check_faults(results: list[Built]) -> None:
+    """Raises BatchFault where some were not built by a fault of the program."""
+    faults = [r.wish.title for r in results if r.is_fault]
+    if faults:
+        raise BatchFault(faults)
 
 
 def _row(done: Built) -> dict[str, object]:

@@ -34,5 +34,6 @@ def index(
     console = Console(soft_wrap=True, highlight=False)
     console.print(f"{counted(count, 'row')} in {library / books.NAME}")
     if parquet is not None:
-        books.export_parquet(place, parquet)
+        with writing(parquet.parent):
+            books.export_parquet(place, parquet)
         console.print(f"{counted(count, 'row')} in {parquet}")

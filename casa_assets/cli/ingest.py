@@ -17,6 +17,7 @@ from rich.table import Table
 
 from casa_assets.cli.progress import bar
 from casa_assets.cli.words import counted, plain
+from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.books.entry import Entry
@@ -72,7 +73,7 @@ def ingest(
     ] = False,
 ) -> None:
     """Turn meshes into simulation-ready assets; exit 0 when all were accepted, 1 when some were not, 2 on misuse."""
-    from casa_assets.pipeline.ingest import Options
+    from casa_assets.pipeline.ingest import FAULT, Options
     from casa_assets.pipeline.ingest import ingest as run
 
     guards = _guards(max_size, max_faces, max_texture, max_pixels)
@@ -82,10 +83,12 @@ def ingest(
         events = _follow(running, console, json_)
     if not events:
         places = ", ".join(_safe(str(source)) for source in sources)
-        console.print(f"[red]no mesh found[/] in {places}; name {KINDS}", highlight=False, soft_wrap=True)
+        Console(stderr=True).print(f"[red]no mesh found[/] in {places}; name {KINDS}", highlight=False, soft_wrap=True)
         raise typer.Exit(2)
     if not json_ or explain:
         _conclude(events, library, console, explain)
+    if faults := [event.path for event in events if event.code == FAULT]:
+        raise BatchFault(map(plain, faults))
     if any(event.was_rejected for event in events):
         raise typer.Exit(1)
 

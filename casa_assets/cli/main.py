@@ -28,9 +28,10 @@ from casa_assets.cli.preview import preview
 from casa_assets.cli.report import report
 from casa_assets.cli.scenes import app as scenes
 from casa_assets.cli.scenes import one as scene
+from casa_assets.cli.supervise import SIGNALS, supervised, unblock
 from casa_assets.cli.textures import app as textures
 from casa_assets.cli.words import plain
-from casa_assets.errors import CasaError
+from casa_assets.errors import BatchFault, CasaError
 
 MISUSE, CRASH, SIGNALLED = 2, 3, 128
 # What a file, a folder or a disk refuses, and no fault of the program: rights, room, or a name that cannot be.
@@ -77,38 +78,64 @@ def common(
 
 def main() -> None:
     """Entry point; exit code 0 or 1 is the verb's answer, 2 misuse or a broken machine, 3 a bug, 130 Ctrl-C."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    sys.exit(supervised(run, _say))
+
+
+def run() -> int:
+    """The command line in this process; returns its exit code. The only place that turns errors into codes."""
+    for number in SIGNALS:
         signal.signal(number, _stop)
     # Names of strangers may hold what the terminal's encoding lacks.
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     try:
+        unblock()
+        return _answer()
+    except Stopped as stop:
+        return SIGNALLED + int(stop.args[0])
+
+
+def _answer() -> int:
+    try:
         app()
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else 0
     except CasaError as error:
         _say("error:", str(error))
-        sys.exit(MISUSE)
-    except Stopped as stop:
-        _say("stopped;", "the same command goes on from here")
-        sys.exit(SIGNALLED + int(stop.args[0]))
+        return MISUSE
+    except BatchFault as fault:
+        if fault.traces:
+            sys.stderr.write(f"{fault.traces.rstrip()}\n")
+        _say("bug:", f"{fault}; please report it with the traces of those")
+        return CRASH
     except OSError as error:
         if error.errno not in REFUSED:
-            _crash()
+            return _crash()
         place = f"{error.filename}: " if error.filename else ""
         _say("error:", f"{place}{error.strerror}; look at rights and at the room on the disk, or name another place")
-        sys.exit(MISUSE)
+        return MISUSE
     except Exception:  # noqa: BLE001  exit code 1 would say that inputs were rejected
-        _crash()
+        return _crash()
+    return 0
 
 
-def _crash() -> NoReturn:
+def _crash() -> int:
+    if _stopping:
+        return CRASH  # of what was torn down on the way; the supervisor tells of the signal
     traceback.print_exc()
     _say("bug:", "this is a fault of the program; please report it with the lines above")
-    sys.exit(CRASH)
+    return CRASH
+
+
+# The signal that asked to stop, if one did.
+_stopping: list[int] = []
 
 
 def _stop(number: int, _: FrameType | None) -> NoReturn:
-    for again in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for again in SIGNALS:
         signal.signal(again, signal.SIG_IGN)  # what is under way is being put in order
+    _stopping.append(number)
+    sys.unraisablehook = lambda _: None  # one line is told, by the supervisor
     raise Stopped(number)
 
 

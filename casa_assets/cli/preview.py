@@ -30,12 +30,14 @@ def preview(
       casa-assets preview out/library --colliders -o sheets
     """
     from casa_assets.pipeline.books.pictures import draw
+    from casa_assets.pipeline.job import writing
 
     console = Console()
     made: list[Picture] = []
-    for picture in draw(assets, output, size, colliders, turntable):
-        made.append(picture)
-        console.print(str(picture.path), highlight=False)
+    with writing(output):
+        for picture in draw(assets, output, size, colliders, turntable):
+            made.append(picture)
+            console.print(str(picture.path), highlight=False)
     if not made:
-        console.print("[red]no asset found[/]: name folders that hold a model.xml")
+        Console(stderr=True).print("[red]no asset found[/]: name folders that hold a model.xml")
         raise typer.Exit(2)

@@ -37,5 +37,7 @@ def report(
         model = eye(clip_weights) if clip_weights else None
         with place.locked(), writing(library):
             whole.look_over(place, EntryTable(place), model)
-    path = write(library, output or library / "report.html")
+    target = output or library / "report.html"
+    with writing(target.parent):
+        path = write(library, target)
     Console().print(f"Report: {path}", highlight=False, soft_wrap=True)

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from casa_assets.cli.progress import bar
 from casa_assets.cli.words import counted
+from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.scenes import SceneBuilt
@@ -47,14 +48,23 @@ def close(results: list[SceneBuilt], out: Path, console: Console) -> None:
     """Write the books of the folder, and tell where they are and how many scenes were made."""
     from casa_assets.pipeline.books import kitchen_summary
     from casa_assets.pipeline.books.kitchens import write as write_book
+    from casa_assets.pipeline.job import writing
 
-    page, picture = write_book(out)
+    with writing(out):
+        page, picture = write_book(out)
     made = sum(r.passed for r in results)
     kept = sum(r.kept for r in results)
     says = f"{made} of {counted(len(results), 'scene')} in {out}"
     console.print(f"{says} ({kept} unchanged)", highlight=False, soft_wrap=True)
     for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchen_summary.PAGE)):
         console.print(f"{name + ':':9} {path}", highlight=False, soft_wrap=True)
+
+
+def check_faults(results: list[SceneBuilt]) -> None:
+    """Raises BatchFault where some were not made or checked by a fault of the program."""
+    faults = [r.recipe.scene_id for r in results if r.is_fault]
+    if faults:
+        raise BatchFault(faults)
 
 
 def tabulate(results: list[SceneBuilt], out: Path, console: Console) -> None:

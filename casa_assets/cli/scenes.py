@@ -84,6 +84,7 @@ def _build(recipes: list[Recipe], out: Path, jobs: int, pictures: bool, anew: bo
     done = build_all(recipes, out, jobs, pictures, anew)
     results = scene_news.follow(done, len(recipes), "building", console, json_)
     scene_news.close(results, out, console)
+    scene_news.check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)
 
@@ -117,6 +118,7 @@ def check(
     if not json_:
         scene_news.tabulate(results, out, console)
     scene_news.close(results, out, console)
+    scene_news.check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)
 
@@ -136,19 +138,22 @@ def sample(
 
     Example:  casa-assets scenes sample 20 --seed 1
     """
+    from casa_assets.pipeline.job import writing
     from casa_assets.pipeline.scene_check import check_all
     from casa_assets.pipeline.scene_draws import draws, write_rejected
 
     recipes, console = draws(count, seed), Console(stderr=json_)
     done = check_all(recipes, out, jobs, strict=True, drawn=pictures)
     results = scene_news.follow(done, len(recipes), "drawing", console, json_)
-    path = write_rejected(out, seed, recipes, results)
+    with writing(out):
+        path = write_rejected(out, seed, recipes, results)
     if not json_:
         scene_news.tabulate(results, out, console)
     scene_news.close(results, out, console)
     passed = sum(r.passed for r in results)
     rate = f"{passed} of {counted(len(results), 'draw')} passed ({passed / len(results):.0%})"
     console.print(f"{rate}; why the others did not: {path}", highlight=False, soft_wrap=True)
+    scene_news.check_faults(results)
     if not passed:
         raise typer.Exit(1)
 
@@ -167,6 +172,7 @@ def preview(
     Example:  casa-assets scenes preview l_small__coastal --camera at_stove --pose open
     """
     from casa_assets.errors import OutputError, UnknownId
+    from casa_assets.pipeline.job import writing
     from casa_assets.pipeline.scenes import all_recipes, draw
     from casa_assets.preview.room import Frame
 
@@ -176,8 +182,9 @@ def preview(
         if scene not in known:
             raise UnknownId("scene", scene, [*built, *known])
         raise OutputError(str(folder), f"is not built; casa-assets scenes build {scene} --out {out}")
-    for path in draw(folder, camera or (), Frame(size, size * 3 // 4, passes), pose):
-        typer.echo(str(path))
+    with writing(out):
+        for path in draw(folder, camera or (), Frame(size, size * 3 // 4, passes), pose):
+            typer.echo(str(path))
 
 
 @app.command()

@@ -18,6 +18,7 @@ from casa_assets.pipeline.extras import DISTRIBUTION, extras, install_command, r
 
 SYSTEM_PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
 RENDERERS = ("egl", "osmesa")
+LIBRARIES = {"egl": "libegl1", "osmesa": "libosmesa6"}
 CHILD_LIMIT_S = 90.0
 FREE_DISK_BYTES = 2 * 1024**3  # a library of a thousand assets with pictures takes about this much
 MEMORY_BYTES = 3 * 1024**3  # convex decomposition of a large mesh needs about this much
@@ -206,11 +207,21 @@ def _native() -> Finding:
 
 
 def _renderers(drawn: tuple[tuple[str, bool, str], ...]) -> tuple[Finding, ...]:
-    each = tuple(Finding(subject=f"renderer {name}", ok=ok, needed=False, says=says) for name, ok, says in drawn)
     works = next((name for name, ok, _ in drawn if ok), None)
+    each = tuple(
+        Finding(subject=f"renderer {name}", ok=ok, needed=False, says=says if ok else _why_not(name, says, works))
+        for name, ok, says in drawn
+    )
     says = f"{works} is used" if works else "none works, so there would be no pictures"
     mend = "" if works else f"sudo apt-get install -y {SYSTEM_PACKAGES}"
     return (*each, Finding(subject="rendering", ok=works is not None, says=says, mend=mend))
+
+
+def _why_not(name: str, says: str, works: str | None) -> str:
+    """In plain words why a renderer does not draw, and whether it matters."""
+    # What PyOpenGL raises where it does not find the library is an attribute of None.
+    why = f"its library is not installed ({LIBRARIES[name]})" if "NoneType" in says else says
+    return f"{why}; not needed, for {works} draws" if works else why
 
 
 def _folder(output: Path) -> tuple[Finding, ...]:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import time
-import traceback
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from functools import cache
-from multiprocessing import get_context
+from functools import cache, partial
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.checks import usd
 from casa_assets.checks.package import Package
 from casa_assets.checks.run import run as run_checks
-from casa_assets.errors import CasaError, UnknownId
+from casa_assets.errors import UnknownId
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
 from casa_assets.families.catalog import MODELS
@@ -27,8 +24,11 @@ from casa_assets.model.chance import rng_for
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.provenance import Labels
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.batch import attempt, run_batch
 from casa_assets.pipeline.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.pipeline.identity import Producer
+from casa_assets.pipeline.isolation.limits import WorkerFailure
+from casa_assets.pipeline.job import writing
 from casa_assets.pipeline.palette import finishes, finishes_key, stock
 from casa_assets.pipeline.worker import PREVIEW_PX, THUMBNAIL_PX, WRITING, certificate, thumbnail
 from casa_assets.preview.camera import View
@@ -37,6 +37,7 @@ from casa_assets.registry_families import family, family_names
 
 # The package that the code of all families is below.
 FAMILIES = "casa_assets.families"
+LEAST_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
 # A picture for the thumbnail alone.
 QUICK = View(size_px=THUMBNAIL_PX, passes=8)
 
@@ -63,7 +64,7 @@ class Built:
     Attributes:
         asset_id, folder: empty where building failed.
         report: of all checks; None where building failed.
-        says: why it failed.
+        says: why it failed. is_fault: the program is to blame; then that is a trace.
         build_s, write_s, draw_s, check_s: wall seconds. size_bytes: of the folder.
     """
 
@@ -72,6 +73,7 @@ class Built:
     folder: str = ""
     report: Report | None = None
     says: str = ""
+    is_fault: bool = False
     build_s: float = 0.0
     write_s: float = 0.0
     draw_s: float = 0.0
@@ -147,14 +149,16 @@ def labels_of(found: Family[Any]) -> Labels:
 def build_one(wish: Wish, library: Path, checked: bool = True, drawn: bool = True) -> Built:
     """Build, write and check one member; its folder is put in the library where it passes, or left out.
 
-    A fault of a family is told in `says`, so that the others go on.
+    A fault of a family is told in `says`, so that the others go on. Starts no process.
+
+    Raises:
+        OutputError: the library cannot be written to. NoRenderer: this machine cannot draw.
     """
-    try:
-        return _build_one(wish, disk.Library(library), checked, drawn)
-    except CasaError as error:
-        return Built(wish, says=str(error))
-    except Exception:  # noqa: BLE001  a batch does not die of one member; the whole trace is told
-        return Built(wish, says=traceback.format_exc(limit=-4))
+    return attempt(
+        lambda: _build_one(wish, disk.Library(library), checked, drawn),
+        lambda says, is_fault: Built(wish, says=says, is_fault=is_fault),
+        library,
+    )
 
 
 def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) -> Built:
@@ -219,18 +223,27 @@ def summary(results: Sequence[Built]) -> list[tuple[str, ...]]:
 
 
 def build_all(wanted: Sequence[Wish], library: Path, jobs: int = 0, drawn: bool = True) -> Iterator[Built]:
-    """Members in the order in which they are done, worked on by several processes.
+    """Members in the order in which they are done, each built in a worker.
 
     Args:
         wanted: what to build. library: folder, made where it is missing. jobs: processes; 0 for one per core.
     Raises:
         OutputError: the library is held by another run or cannot be written.
+        CasaError: see run_batch.
     """
     place = disk.Library(library)
-    count = min(jobs or os.cpu_count() or 1, max(1, len(wanted)))
-    with place.locked():
+    with place.locked(), writing(library):
         place.sweep()
-        # A fresh interpreter for each worker: one that has drawn cannot be forked.
-        with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-            for done in as_completed([pool.submit(build_one, w, library, True, drawn) for w in wanted]):
-                yield done.result()
+        build = partial(build_one, library=library, drawn=drawn)
+        for number, answer in run_batch(build, wanted, jobs, f"{__name__}:warm", LEAST_BYTES):
+            if isinstance(answer, WorkerFailure):
+                yield Built(wanted[number], says=answer.text, is_fault=True)
+            else:
+                yield answer
+
+
+def warm() -> None:
+    """Load what every worker needs, once for all of them; nothing here may draw."""
+    registry.load()
+    usd.load_rules()
+    stock()

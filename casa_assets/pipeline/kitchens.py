@@ -151,10 +151,10 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def build_choice(name: str, choice: Choice, store: AssetStore) -> Asset:
-    """The asset of a choice. Raises CasaError with the name of the thing that it is for."""
+    """The asset of a choice. Raises CasaError with the name of the thing that it is for; other errors are faults."""
     try:
         return store.built(family(choice.family), params_of(choice))
-    except (CasaError, ValueError) as error:
+    except CasaError as error:
         raise CasaError(f"{name}: {error}") from error
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import time
-import traceback
 from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import replace
@@ -27,18 +26,18 @@ from casa_assets.checks.scene.run import run_scene
 from casa_assets.checks.scene.stopwatch import in_a_fresh_process
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import Pictures, Pixels
-from casa_assets.errors import CasaError
 from casa_assets.export.mjcf.kitchen import FILE
 from casa_assets.layouts.facts import facts_of
 from casa_assets.layouts.request import Kitchen
 from casa_assets.model.issue import Report
 from casa_assets.model.scene import Scene
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.batch import attempt
 from casa_assets.pipeline.books.kitchen_report import page
 from casa_assets.pipeline.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens import Recipe, build_scene
 from casa_assets.pipeline.scene_files import FACTS
-from casa_assets.pipeline.scenes import Order, SceneBuilt, forget, made, scene_key, side_by_side
+from casa_assets.pipeline.scenes import Order, SceneBuilt, failure, forget, made, scene_key, side_by_side
 from casa_assets.preview import room
 
 REPORT, PAGE, MAP = "report.json", "report.html", "floor_map.png"
@@ -73,17 +72,16 @@ def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = Fals
 
 def _checked_in_place(recipe: Recipe, out: Path, folder: Path) -> SceneBuilt:
     """Every check on a scene that is there already."""
-    try:
+
+    def make() -> SceneBuilt:
         begin = time.perf_counter()
         kitchen, scene = build_scene(recipe, disk.Library(out).cache)
         built = time.perf_counter()
         report = judge(recipe, kitchen, scene, folder)
         seconds = time.perf_counter() - built
         return SceneBuilt(recipe, str(folder), report=report, build_s=built - begin, check_s=seconds)
-    except CasaError as error:
-        return SceneBuilt(recipe, says=str(error))
-    except Exception:  # noqa: BLE001  a batch does not die of one scene; the whole trace is told
-        return SceneBuilt(recipe, says=traceback.format_exc(limit=-4))
+
+    return attempt(make, partial(failure, recipe), out)
 
 
 def judge(recipe: Recipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:

@@ -10,18 +10,16 @@ import json
 import os
 import shutil
 import time
-import traceback
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from casa_assets import registry
+from casa_assets.checks import usd as usd_checks
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import kitchen as mjcf
 from casa_assets.export.usd import kitchen as usd
@@ -33,14 +31,18 @@ from casa_assets.model.issue import Issue, Report
 from casa_assets.model.scene import Scene
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.asset_store import AssetStore
+from casa_assets.pipeline.batch import attempt, run_batch
 from casa_assets.pipeline.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens import Recipe, build_scene, kitchen_key
+from casa_assets.pipeline.isolation.limits import WorkerFailure
+from casa_assets.pipeline.job import writing
+from casa_assets.pipeline.kitchens import Recipe, build_scene, kitchen_key, offers
 from casa_assets.pipeline.scene_facts import describe
 from casa_assets.pipeline.scene_files import FACTS, LIGHT_FILE, OVERVIEW, SHARED
 from casa_assets.preview import darkroom, room
 from casa_assets.registry_kitchens import plan_names, style_names
 
 QUICK = room.Frame(passes=24)
+LEAST_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
 # Of a scene in its folder, the verdict.
 Judge = Callable[[Recipe, Kitchen, Scene, Path], Report]
 
@@ -51,7 +53,8 @@ class SceneBuilt:
 
     Attributes:
         recipe: of the scene. folder: where it is; empty where it failed.
-        says: why it failed. report: of all checks; None where they did not run.
+        says: why it failed. is_fault: the program is to blame; then that is a trace.
+        report: of all checks; None where they did not run.
         build_s, write_s, draw_s, check_s: wall seconds.
         counts: what the scene holds, by word. kept: an earlier run made it, and nothing has changed.
     """
@@ -66,6 +69,7 @@ class SceneBuilt:
     check_s: float = 0.0
     counts: dict[str, float] = field(default_factory=dict)
     kept: bool = False
+    is_fault: bool = False
 
     @property
     def passed(self) -> bool:
@@ -105,7 +109,8 @@ def build_one(recipe: Recipe, out: Path, drawn: bool = True, anew: bool = False)
 
 def made(recipe: Recipe, out: Path, order: Order) -> SceneBuilt:
     """The same to order. Nothing is put in place that could not be composed, written, drawn and judged to the end."""
-    try:
+
+    def make() -> SceneBuilt:
         folder = out / recipe.scene_id
         try:
             key = scene_key(recipe)
@@ -118,10 +123,21 @@ def made(recipe: Recipe, out: Path, order: Order) -> SceneBuilt:
         if order.drawn and not is_drawn(folder, key):
             return _drawn_anew(recipe, folder, key)
         return SceneBuilt(recipe, str(folder), kept=True)
-    except CasaError as error:
-        return SceneBuilt(recipe, says=str(error))
-    except Exception:  # noqa: BLE001  a batch does not die of one scene; the whole trace is told
-        return SceneBuilt(recipe, says=traceback.format_exc(limit=-4))
+
+    return attempt(make, partial(failure, recipe), out)
+
+
+def failure(recipe: Recipe, says: str, is_fault: bool) -> SceneBuilt:
+    """A scene that could not be made or checked."""
+    return SceneBuilt(recipe, says=says, is_fault=is_fault)
+
+
+def warm() -> None:
+    """Load what every worker needs, once for all of them; nothing here may draw."""
+    registry.load()
+    usd_checks.load_rules()
+    offers()
+    key_of(write_scene, describe, lighten), key_of(draw)
 
 
 def scene_key(recipe: Recipe) -> str:
@@ -306,21 +322,16 @@ def side_by_side(
 
     Raises:
         OutputError: the folder is held by another run or cannot be written.
-        CasaError: the system ended one of the processes, as it does when memory runs out.
+        CasaError: see run_batch.
     """
     place = disk.Library(out)
-    count = min(jobs or os.cpu_count() or 1, max(1, len(recipes)))
-    with place.locked():
+    with place.locked(), writing(out):
         place.sweep()
-        with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-            try:
-                for done in as_completed([pool.submit(work, r) for r in recipes]):
-                    yield done.result()
-            except BrokenProcessPool:
-                raise CasaError(
-                    f"{out}: the system ended a process, perhaps for want of memory; what was finished is kept: run it "
-                    f"again, with fewer processes than {count} (--jobs)"
-                ) from None
+        for number, answer in run_batch(work, recipes, jobs, f"{__name__}:warm", LEAST_BYTES):
+            if isinstance(answer, WorkerFailure):
+                yield failure(recipes[number], answer.text, True)
+            else:
+                yield answer
 
 
 def forget(out: Path, scene_id: str) -> None:

@@ -1,17 +1,19 @@
-"""Recipes through every check of textures, two processes at a time, with the finishes kept in the store."""
+"""Recipes through every check of textures, several at a time, with the finishes kept in the store."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 
 from casa_assets import registry
+from casa_assets.errors import BatchFault
 from casa_assets.model.finish import Surface
 from casa_assets.model.issue import Report
 from casa_assets.model.recipe import Recipe
+from casa_assets.pipeline.batch import run_batch
+from casa_assets.pipeline.isolation.limits import WorkerFailure
 from casa_assets.pipeline.textures import finish_of, recipe, recipes
 from casa_assets.textures.check import check_pictures, check_set, pictures_of
 from casa_assets.textures.distance import Look, look
@@ -19,6 +21,7 @@ from casa_assets.textures.make import make
 
 LOOK_PX = 256
 JOBS = 2
+LEAST_BYTES = 1_000_000_000  # of memory, that painting and checking a finish may take
 
 
 @dataclass(frozen=True)
@@ -42,14 +45,30 @@ def check_recipes(wanted: Sequence[Recipe], cache: Path, jobs: int = JOBS) -> It
     """Recipes in the order given.
 
     Args:
-        wanted: what to check. cache: folder of the store. jobs: processes.
+        wanted: what to check. cache: folder of the store. jobs: at once; 0: one per core.
+    Raises:
+        BatchFault: checking some of them failed by a fault of the program, once all the others are done.
+        CasaError: see run_batch.
     """
-    if jobs <= 1 or len(wanted) < 2:
-        for one in wanted:
-            yield check_one(one, cache)
-        return
-    with ProcessPoolExecutor(min(jobs, len(wanted)), mp_context=get_context("spawn")) as pool:
-        yield from pool.map(check_one, wanted, [cache] * len(wanted))
+    answers: dict[int, Checked | WorkerFailure] = {}
+    due = 0
+    check = partial(check_one, cache=cache)
+    for number, answer in run_batch(check, wanted, jobs, f"{__name__}:warm", LEAST_BYTES):
+        answers[number] = answer
+        while due in answers:
+            known = answers[due]
+            if isinstance(known, Checked):
+                yield known
+            due += 1
+    faults = {wanted[n].id: a for n, a in sorted(answers.items()) if isinstance(a, WorkerFailure)}
+    if faults:
+        raise BatchFault(faults, "\n".join(failure.text for failure in faults.values()))
+
+
+def warm() -> None:
+    """Load what every worker needs, once for all of them."""
+    registry.load()
+    recipes()
 
 
 def check_sets(checked: Sequence[Checked]) -> tuple[Report, ...]:

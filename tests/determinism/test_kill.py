@@ -56,7 +56,8 @@ def run_until(moment: Moment, inputs: Path, library: Path) -> Iterator[tuple[sub
     run = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     while run.poll() is None and not moment(library):
         time.sleep(0.002)
-    servers = children(run.pid)
+    working = children(run.pid)  # of the process that waits and passes signals on
+    servers = children(working[0]) if working else []
     server = servers[0] if servers else 0
     yield run, server, children(server) if server else []
     run.wait()

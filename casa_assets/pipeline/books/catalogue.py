@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import html
 import io
-import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 
 from PIL import Image
 
+from casa_assets.errors import BatchFault
 from casa_assets.export import mjcf
 from casa_assets.model.finish import Surface
-from casa_assets.pipeline.families import Wish, build_asset, params_of
+from casa_assets.pipeline.batch import run_batch
+from casa_assets.pipeline.families import LEAST_BYTES, Wish, build_asset, params_of
+from casa_assets.pipeline.isolation.limits import WorkerFailure
 from casa_assets.pipeline.library import write_files
 from casa_assets.pipeline.texture_sheet import shots
 from casa_assets.pipeline.textures import recipes
@@ -25,6 +26,7 @@ from casa_assets.preview.camera import View
 from casa_assets.preview.still import poses, render
 from casa_assets.registry_families import families, family
 
+WARM = "casa_assets.pipeline.families:warm"
 PICTURE_PX, SWATCH_PX = 320, 160
 SWATCH_M = 0.6  # metres of surface that a swatch shows
 QUALITY = 82
@@ -60,17 +62,22 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
         names: families; all where none is given. textures: also the swatches.
     Raises:
         UnknownId: there is no such family.
+        BatchFault: some could not be drawn by a fault of the program; the page has the others.
     """
     wishes = [Wish(f.name, preset=p) for f in families().values() for p in f.presets]
     wishes = [w for w in wishes if not names or w.family in names]
     for name in names:
         family(name)
     (out / "families").mkdir(parents=True, exist_ok=True)
-    found: list[Shown] = []
-    with ProcessPoolExecutor(jobs or os.cpu_count() or 1, mp_context=get_context("spawn")) as pool:
-        for shown in pool.map(_draw, wishes, [out] * len(wishes)):
-            found.append(shown)
-            yield shown.wish.title
+    drawn: dict[int, Shown] = {}
+    faults: dict[str, str] = {}
+    for number, answer in run_batch(partial(_draw, out=out), wishes, jobs, WARM, LEAST_BYTES):
+        if isinstance(answer, WorkerFailure):
+            faults[wishes[number].title] = answer.text
+        else:
+            drawn[number] = answer
+        yield wishes[number].title
+    found = [drawn[number] for number in sorted(drawn)]
     swatches: dict[Surface, list[str]] = {}
     if textures:
         (out / "textures").mkdir(parents=True, exist_ok=True)
@@ -82,6 +89,8 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
             yield f"{len(rows)} textures of {surface.value}s"
     (out / "index.html").write_text(page(found, swatches), encoding="utf-8")
     yield f"{out / 'index.html'}"
+    if faults:
+        raise BatchFault(faults, "\n".join(faults.values()))
 
 
 def _draw(wish: Wish, out: Path) -> Shown:

@@ -13,6 +13,7 @@ Where the socket closes, the server kills its workers with all that they started
 from __future__ import annotations
 
 import ctypes
+import errno
 import importlib
 import os
 import pickle
@@ -109,6 +110,8 @@ class _Server:
         finally:
             for pid in self._workers:
                 _kill(pid)
+            # What was imported need not be taken apart: the run waits for the end of this process.
+            os._exit(0)
 
     def _obey(self) -> bool:
         data, descriptors, *_ = socket.recv_fds(self._control, MESSAGE_BYTES, 1)
@@ -202,7 +205,8 @@ def _worker(channel: Connection, server: int, limits: Limits) -> NoReturn:
         quiet = os.open(os.devnull, os.O_RDWR)
         for descriptor in (0, 1, 2):
             os.dup2(quiet, descriptor)
-        answer = pickle.dumps(_answer(*channel.recv(), limits))
+        function, job = channel.recv()
+        answer = pickle.dumps(_answer(function, job, limits))
     except BaseException as error:  # noqa: BLE001  a bug of ours or a library's is reported, and the batch goes on
         message = f"{type(error).__name__}: {error}"[:2000]
         answer = pickle.dumps(WorkerFailure("error", message, traceback.format_exc()[-20000:]))
@@ -221,6 +225,10 @@ def _answer(function: str, job: Any, limits: Limits) -> Any:
         return _find(function)(job)
     except MemoryError:
         return OUT_OF_MEMORY
+    except OSError as error:
+        if error.errno == errno.ENOMEM:
+            return OUT_OF_MEMORY
+        raise
 
 
 def _find(function: str) -> Any:

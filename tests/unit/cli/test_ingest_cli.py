@@ -157,8 +157,8 @@ def test_plain_words() -> None:
 
 def test_help_loads_nothing_heavy() -> None:
     code = (
-        "import sys; sys.argv = ['casa-assets', '--help']; from casa_assets.cli.main import main\n"
-        "try: main()\nexcept SystemExit: pass\n"
+        "import sys; sys.argv = ['casa-assets', '--help']; from casa_assets.cli.main import run\n"
+        "try: run()\nexcept SystemExit: pass\n"
         "print('loaded', sorted({'numpy', 'mujoco', 'pxr', 'scipy', 'yaml', 'pyarrow'} & set(sys.modules)))"
     )
     done = subprocess.run([*command()[:1], "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)

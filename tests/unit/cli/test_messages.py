@@ -70,7 +70,8 @@ def test_a_folder_without_meshes_makes_no_library(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     done = casa("ingest", tmp_path / "empty", "--library", tmp_path / "out" / "library")
     assert done.returncode == 2
-    assert "no mesh found in" in done.stdout
+    assert "no mesh found in" in done.stderr
+    assert done.stdout == ""
     assert not (tmp_path / "out").exists()
 
 

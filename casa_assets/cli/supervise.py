@@ -1,0 +1,129 @@
+"""A small process that starts the one that works, passes signals on to it, and sees that nothing of it is left.
+
+A handler of Python waits for the native call that is under way, which may take minutes. So the verbs run in a child of
+a process that does nothing but wait: told to stop, it passes that on, and ends the child with all that it started
+where they have not ended by themselves soon after.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+
+from casa_assets.pipeline.isolation.usage import trees
+
+SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+GRACE_S = 2.5  # for the child to put in order what is under way, once it was told to stop
+LEFT_S = 0.5  # for what the child started to end by itself, once the child has ended
+PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Ref: prctl(2)
+
+
+def supervised(work: Callable[[], int], tell: Callable[[str, str], None]) -> int:
+    """Exit code of `work`, which runs in a child process; 128 + number where a signal stopped it.
+
+    Args:
+        work: returns its exit code; it takes care of the signals itself, which are blocked when it is called.
+        tell: prints a mark, such as `error:`, and a line to standard error.
+    """
+    if sys.platform != "linux":
+        return work()
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS | {signal.SIGCHLD})
+    _prctl(PR_SET_CHILD_SUBREAPER, 1)  # what loses its parent becomes ours
+    supervisor = os.getpid()
+    child = os.fork()
+    if child == 0:
+        _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != supervisor:
+            os._exit(1)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before | SIGNALS)
+        code = work()
+        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it stands: what comes now finds nothing to stop
+        sys.exit(code)
+    status, stop = _wait(child)
+    _bury(0.0 if stop else LEFT_S)
+    return _exit_code(status, stop, tell)
+
+
+def unblock() -> None:
+    """Let the signals through to this process, whose handlers stand now."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+
+
+def _wait(child: int) -> tuple[int, int]:
+    """Wait until the child has ended: its status, and the signal that asked to stop, or 0."""
+    stop, deadline = 0, float("inf")
+    while True:
+        left = min(max(0.0, deadline - time.monotonic()), 3600.0)
+        heard = signal.sigtimedwait(SIGNALS | {signal.SIGCHLD}, left)
+        status = _reap(child)
+        if status is not None:
+            return status, stop or (heard.si_signo if heard is not None and heard.si_signo in SIGNALS else 0)
+        if heard is not None and heard.si_signo in SIGNALS and not stop:
+            stop, deadline = heard.si_signo, time.monotonic() + GRACE_S
+            os.kill(child, stop)
+        if time.monotonic() >= deadline:
+            _kill_all()
+            deadline = time.monotonic() + 0.1  # whatever was started meanwhile
+
+
+def _reap(child: int) -> int | None:
+    """Collect all that have ended; the status of the child if it is among them."""
+    found = None
+    with suppress(ChildProcessError):
+        while True:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+            if pid == 0:
+                break
+            if pid == child:
+                found = status
+    return found
+
+
+def _bury(patience_s: float) -> None:
+    """Return once no process is left of what the child had started; those that do not end by themselves are killed."""
+    begin = time.monotonic()
+    with suppress(ChildProcessError):
+        while time.monotonic() - begin < patience_s + LEFT_S:
+            if os.waitpid(-1, os.WNOHANG)[0] == 0:
+                if time.monotonic() - begin >= patience_s:
+                    _kill_all()
+                time.sleep(0.01)
+
+
+def _kill_all() -> None:
+    own = os.getpid()
+    for one in trees([own])[own]:
+        if one.pid != own:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(one.pid, signal.SIGKILL)
+
+
+def _exit_code(status: int, stop: int, tell: Callable[[str, str], None]) -> int:
+    code = os.waitstatus_to_exitcode(status)
+    if stop and code not in (0, 1, 2):
+        tell("stopped;", "the same command goes on from here")
+        return 128 + stop
+    if code in (-signal.SIGINT, -signal.SIGTERM, -signal.SIGHUP):
+        tell("stopped;", "the same command goes on from here")
+        return 128 - code
+    if code > 128 and code - 128 in SIGNALS:  # told to stop by somebody who knew its number
+        tell("stopped;", "the same command goes on from here")
+    elif code == -signal.SIGKILL:
+        tell("error:", "the system ended the program, perhaps for want of memory; the same command goes on from here")
+        return 2
+    elif code < 0:
+        name = signal.Signals(-code).name
+        tell("bug:", f"the program was ended by {name}: this is a fault of the program; please report it")
+        return 3
+    return code
+
+
+def _prctl(option: int, value: int) -> None:
+    ctypes.CDLL(None).prctl(option, value)

@@ -1,0 +1,65 @@
+"""A disk that is full is exit 2 in every verb, in one line that names the folder; nothing is taken for a fault of ours."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.libraries import BOXES, ROOT, box_obj, casa, command
+from tests.unit.articulate.blocks import microwave
+from tests.unit.articulate.test_assemble import obj
+
+pytestmark = pytest.mark.slow
+
+# Output folder -> verb. The system's limit on the size of a file stands for a disk that is full.
+VERBS = [
+    "families build microwave --library {out}",
+    "families show microwave --preset steel --no-check --out {out}",
+    "families catalogue cup --no-textures --out {out}",
+    "textures make oak_natural_plank -o {out}",
+    "textures sheet oak_natural_plank -o {out}",
+    "textures check oak_natural_plank oak_ebony -o {out}",
+    "scenes build one_wall_small__coastal --out {out}",
+    "scenes check one_wall_small__coastal --out {out}",
+    "scenes sample 1 --no-pictures --out {out}",
+    "articulate {microwave} --up +z --front=-y --out {out}",
+    "preview {library} -o {out}",
+    "report --library {library} -o {out}/report.html",
+    "index --library {library} --parquet {out}/rows.parquet",
+    "export robocasa {library} --out {out}",
+]
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("library")
+    mesh = folder / "milk_carton.obj"
+    mesh.write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    assert casa("ingest", mesh, "--library", folder / "made").returncode == 0
+    return folder / "made"
+
+
+def limited(kilobytes: int, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """The program where no file may become larger."""
+    line = f'ulimit -f {kilobytes}; exec "$@"'
+    words = ["bash", "-c", line, "bash", *command(*arguments)]
+    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_full_disk_is_exit_2_and_names_the_folder(verb: str, library: Path, tmp_path: Path) -> None:
+    out, copy = tmp_path / "out", tmp_path / "library"
+    out.mkdir()
+    shutil.copytree(library, copy)
+    mesh = obj(tmp_path / "microwave.obj", *microwave()[:2])
+    words = verb.format(out=out, library=copy, microwave=mesh).split()
+    done = limited(1, *words)
+    assert done.returncode == 2, done.stdout + done.stderr
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("error: ")
+    assert str(out) in lines[0] or str(copy) in lines[0]
+    assert "File too large" in lines[0]

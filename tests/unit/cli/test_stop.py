@@ -1,0 +1,143 @@
+"""SIGTERM and Ctrl-C end every verb within seconds, in one line, with no process left, also within a native call."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from tests.libraries import BOXES, ROOT, box_obj, command
+
+pytestmark = pytest.mark.slow
+
+SOON_S = 5.0
+# `sitecustomize` of the program and its workers: one function of the verb becomes a native call of hours, during
+# which no handler of Python runs.
+ENDLESS = """
+import functools, hashlib, importlib, os, pathlib, sys
+
+if any(word in ("casa_assets.cli.main",) or "isolation.server" in word for word in sys.orig_argv):
+    module, name = os.environ["CASA_TEST_ENDLESS"].split(":")
+    found = importlib.import_module(module)
+
+    @functools.wraps(getattr(found, name))
+    def endless(*_, **__):
+        pathlib.Path(os.environ["CASA_TEST_MARK"]).touch()
+        hashlib.pbkdf2_hmac("sha256", b"", b"", 2_000_000_000)
+
+    setattr(found, name, endless)
+"""
+VERBS = {
+    "ingest {mesh} --library {out}": "pipeline.worker:work",
+    "ingest {mesh} --library {out} --jobs 1": "pipeline.survey:survey",
+    "articulate {mesh} --out {out}": "pipeline.articulate:work",
+    "families build microwave --library {out}": "pipeline.families:build_one",
+    "families show microwave --preset steel --out {out}": "pipeline.families:build_one",
+    "families catalogue microwave --no-textures --out {out}": "pipeline.families:build_asset",
+    "textures make oak_natural_plank -o {out}": "pipeline.textures:finish_of",
+    "textures sheet oak_natural_plank -o {out}": "pipeline.textures:finish_of",
+    "textures check oak_natural_plank -o {out}": "pipeline.textures:finish_of",
+    "textures ingest {folder} --library {out}": "pipeline.pack_survey:survey",
+    "scenes build l_small__coastal --out {out}": "pipeline.scenes:build_one",
+    "scenes check l_small__coastal --out {out}": "pipeline.scene_check:check_one",
+    "scenes sample 2 --out {out}": "pipeline.scene_check:check_one",
+    "scenes preview l_small__coastal --out {folder}": "pipeline.scenes:draw",
+    "scene new galley --style rustic --out {out}": "pipeline.scenes:build_one",
+    "preview {folder} -o {out}": "pipeline.books.pictures:draw",
+    "report --library {folder}": "pipeline.books.report:write",
+    "index --library {folder}": "pipeline.books.index:rebuild",
+    "find mug --words --library {folder}": "pipeline.alike.search:by_words",
+    "export robocasa {folder} --out {out}": "pipeline.robocasa:export",
+}
+
+
+@pytest.fixture
+def places(tmp_path: Path) -> dict[str, Path]:
+    """A mesh, a folder that passes for a library and for one of scenes, and where to write to."""
+    mesh, folder, hook = tmp_path / "milk_carton.obj", tmp_path / "folder", tmp_path / "hook"
+    mesh.write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    for path in (folder / ".casa", folder / "l_small__coastal", hook):
+        path.mkdir(parents=True)
+    (hook / "sitecustomize.py").write_text(ENDLESS, encoding="ascii")
+    return {"mesh": mesh, "folder": folder, "out": tmp_path / "out", "hook": hook, "mark": tmp_path / "mark"}
+
+
+def start(verb: str, function: str, places: dict[str, Path]) -> subprocess.Popen[str]:
+    """The program, once it is within the call that does not end."""
+    arguments = command(*(word.format(**places) for word in verb.split()))
+    environment = {
+        **os.environ,
+        "PYTHONPATH": f"{places['hook']}:{os.environ.get('PYTHONPATH', ROOT)}",
+        "CASA_TEST_ENDLESS": f"casa_assets.{function}",
+        "CASA_TEST_MARK": str(places["mark"]),
+    }
+    run = subprocess.Popen(
+        arguments, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
+    while not places["mark"].exists():
+        assert run.poll() is None, run.communicate()[1]
+        time.sleep(0.02)
+    time.sleep(0.2)  # from the mark into the call
+    return run
+
+
+def left_of(mark: Path) -> list[int]:
+    """Processes that were started by the program: they have the mark in their environment."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/environ"):
+        with suppress(OSError):
+            if str(mark).encode() in path.read_bytes():
+                found.append(int(path.parent.name))
+    return found
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_stops_soon_even_in_a_native_call(verb: str, places: dict[str, Path]) -> None:
+    number = (signal.SIGTERM, signal.SIGINT)[sorted(VERBS).index(verb) % 2]
+    run = start(verb, VERBS[verb], places)
+    begin = time.monotonic()
+    run.send_signal(number)
+    _, says = run.communicate()
+    took = time.monotonic() - begin
+    assert took < SOON_S
+    assert run.returncode == 128 + number
+    assert says.splitlines() == ["stopped; the same command goes on from here"]
+    assert left_of(places["mark"]) == []
+
+
+def test_ctrl_c_in_a_terminal_reaches_all_of_the_group(places: dict[str, Path]) -> None:
+    """The terminal sends the signal to the program and to the process that it works in."""
+    run = start("textures make oak_natural_plank -o {out}", "pipeline.textures:finish_of", places)
+    for pid in left_of(places["mark"]):
+        os.kill(pid, signal.SIGINT)
+    _, says = run.communicate(timeout=SOON_S)
+    assert run.returncode == 130
+    assert says.splitlines() == ["stopped; the same command goes on from here"]
+
+
+def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) -> None:
+    run = start("families build microwave --library {out}", "pipeline.families:build_one", places)
+    run.kill()
+    run.communicate()
+    begin = time.monotonic()
+    while left_of(places["mark"]):
+        assert time.monotonic() - begin < SOON_S
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize(("number", "code", "says"), [(9, 2, "want of memory"), (11, 3, "SIGSEGV")])
+def test_the_death_of_the_process_that_works_is_told(
+    number: int, code: int, says: str, places: dict[str, Path]
+) -> None:
+    run = start("textures make oak_natural_plank -o {out}", "pipeline.textures:finish_of", places)
+    (working,) = set(left_of(places["mark"])) - {run.pid}
+    os.kill(working, number)
+    _, told = run.communicate(timeout=SOON_S)
+    assert run.returncode == code
+    assert says in told
+    assert len(told.splitlines()) == 1
