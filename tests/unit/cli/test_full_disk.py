@@ -1,4 +1,4 @@
-"""A disk that is full is exit 2 in every verb, in one line that names the folder; nothing is taken for a fault of ours."""
+"""A full disk is exit 2 in every verb, in one line that names the folder; nothing is taken for a fault of ours."""
 
 from __future__ import annotations
 

@@ -1,0 +1,59 @@
+"""Workers never import the program that starts them: scripts need no `__main__` guard, and notebooks no file."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from casa_assets.pipeline import batch, families
+from casa_assets.pipeline.families import Wish
+from tests.libraries import BOXES, ROOT, box_obj
+
+pytestmark = pytest.mark.slow
+
+SCRIPT = """
+from pathlib import Path
+from casa_assets.model.finish import Surface
+from casa_assets.pipeline.families import Wish, build_all
+from casa_assets.pipeline.ingest import Options, ingest
+from casa_assets.pipeline.kitchens import Recipe
+from casa_assets.pipeline.scenes import build_all as build_scenes
+from casa_assets.pipeline.texture_check import check_recipes, chosen
+
+with Path("started").open("a") as note:
+    note.write("once\\n")
+recipes = chosen([], [Surface.WALL])[:2]
+assert [e.kind for e in ingest([Path("mesh")], Options(Path("library"), jobs=2))] == ["accepted", "accepted"]
+assert all(b.passed for b in build_all([Wish("cup"), Wish("cup", index=1)], Path("families"), 2, False))
+kitchens = [Recipe("one_wall_small", "coastal"), Recipe("galley", "coastal")]
+assert all(s.passed for s in build_scenes(kitchens, Path("scenes"), 2, drawn=False))
+assert len(list(check_recipes(recipes, Path("cache"), 2))) == 2
+"""
+
+
+@pytest.mark.parametrize("started", ["file", "text"])
+def test_a_script_without_a_guard(started: str, tmp_path: Path) -> None:
+    (tmp_path / "mesh").mkdir()
+    for name in ("cereal_box", "milk_carton"):
+        (tmp_path / "mesh" / f"{name}.obj").write_text(box_obj(BOXES[name]), encoding="ascii")
+    (tmp_path / "script.py").write_text(SCRIPT, encoding="ascii")
+    words = ["script.py"] if started == "file" else ["-c", SCRIPT]
+    environment = {**os.environ, "PYTHONPATH": os.environ.get("PYTHONPATH", str(ROOT))}
+    done = subprocess.run(
+        [sys.executable, *words], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "started").read_text(encoding="ascii") == "once."
+
+
+def test_one_thing_starts_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise AssertionError("a process was started")
+
+    for module, name in ((subprocess, "Popen"), (os, "fork"), (batch, "Pool")):
+        monkeypatch.setattr(module, name, refused)
+    assert families.build_one(Wish("cup"), tmp_path, drawn=False).passed
