@@ -28,13 +28,14 @@ ABORTS = (OutputError, NoRenderer, MemoryError)
 
 
 def run_batch(
-    function: Callable[[J], T], jobs: Sequence[J], workers: int, warm: str, least_bytes: int
+    function: Callable[[J], T], jobs: Sequence[J], root: Path, workers: int, warm: str, least_bytes: int
 ) -> Iterator[tuple[int, T | WorkerFailure]]:
     """Yield (number of the job, what the function makes of it or a failure) as they finish, each in a worker.
 
     Args:
         function: of a module, or a partial of one, that answers with something picklable.
-        jobs: picklable. workers: at once; 0: one per core. warm: see Pool. least_bytes: memory that a job needs.
+        jobs: picklable. root: folder that they write to. workers: at once; 0: one per core.
+        warm: see Pool. least_bytes: memory that a job needs.
     Raises:
         CasaError: the disk, the renderer or the memory of this machine does not suffice; what was finished is kept.
     """
@@ -42,7 +43,7 @@ def run_batch(
         return
     limits = Limits(CPU_S, int(registry.load().limits["input_memory_bytes"]))
     with Pool(workers, limits, warm, least_bytes) as pool:
-        for number, answer in pool.run("casa_assets.pipeline.batch:work", [(function, job) for job in jobs]):
+        for number, answer in pool.run("casa_assets.pipeline.batch:work", [(function, job, root) for job in jobs]):
             if isinstance(answer, RunAborted):
                 raise CasaError(answer.message)
             if isinstance(answer, WorkerFailure) and answer.reason in ("memory", "killed"):
@@ -53,11 +54,12 @@ def run_batch(
             yield number, answer
 
 
-def work(task: tuple[Callable[[Any], Any], Any]) -> Any:
+def work(task: tuple[Callable[[Any], Any], Any, Path]) -> Any:
     """One job, in a worker."""
-    function, job = task
+    function, job, root = task
     try:
-        return function(job)
+        with writing(root):
+            return function(job)
     except (OutputError, NoRenderer) as error:
         return RunAborted(str(error))
 

@@ -235,7 +235,7 @@ def build_all(wanted: Sequence[Wish], library: Path, jobs: int = 0, drawn: bool 
     with place.locked(), writing(library):
         place.sweep()
         build = partial(build_one, library=library, drawn=drawn)
-        for number, answer in run_batch(build, wanted, jobs, f"{__name__}:warm", LEAST_BYTES):
+        for number, answer in run_batch(build, wanted, library, jobs, f"{__name__}:warm", LEAST_BYTES):
             if isinstance(answer, WorkerFailure):
                 yield Built(wanted[number], says=answer.text, is_fault=True)
             else:

@@ -327,7 +327,7 @@ def side_by_side(
     place = disk.Library(out)
     with place.locked(), writing(out):
         place.sweep()
-        for number, answer in run_batch(work, recipes, jobs, f"{__name__}:warm", LEAST_BYTES):
+        for number, answer in run_batch(work, recipes, out, jobs, f"{__name__}:warm", LEAST_BYTES):
             if isinstance(answer, WorkerFailure):
                 yield failure(recipes[number], answer.text, True)
             else:

@@ -53,7 +53,7 @@ def check_recipes(wanted: Sequence[Recipe], cache: Path, jobs: int = JOBS) -> It
     answers: dict[int, Checked | WorkerFailure] = {}
     due = 0
     check = partial(check_one, cache=cache)
-    for number, answer in run_batch(check, wanted, jobs, f"{__name__}:warm", LEAST_BYTES):
+    for number, answer in run_batch(check, wanted, cache, jobs, f"{__name__}:warm", LEAST_BYTES):
         answers[number] = answer
         while due in answers:
             known = answers[due]

@@ -71,7 +71,7 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
     (out / "families").mkdir(parents=True, exist_ok=True)
     drawn: dict[int, Shown] = {}
     faults: dict[str, str] = {}
-    for number, answer in run_batch(partial(_draw, out=out), wishes, jobs, WARM, LEAST_BYTES):
+    for number, answer in run_batch(partial(_draw, out=out), wishes, out, jobs, WARM, LEAST_BYTES):
         if isinstance(answer, WorkerFailure):
             faults[wishes[number].title] = answer.text
         else:
