@@ -1,0 +1,123 @@
+"""ingest and articulate take one file into one library: two whole entries, in either order, however often killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from casa_assets.pipeline import library as disk
+from casa_assets.pipeline.identity import Producer
+from tests.determinism.test_kill import children
+from tests.libraries import ROOT, casa, command, tree
+from tests.unit.articulate.blocks import microwave
+from tests.unit.articulate.test_assemble import obj
+
+pytestmark = pytest.mark.slow
+
+Moment = Callable[[Path, str], bool]
+ORDERS = [("ingest", "articulate"), ("articulate", "ingest")]
+
+
+def in_staging(name: str) -> Moment:
+    """A file of the entry stands in the staging folder."""
+
+    def come(library: Path, verb: str) -> bool:
+        with suppress(FileNotFoundError):  # a folder may go while it is looked into
+            return any((library / ".casa" / "staging").glob(f"microwave_*/*/{name}"))
+        return False
+
+    return come
+
+
+def is_published(library: Path, verb: str) -> bool:
+    """The entry of the verb is in its place."""
+    names = [path.parent.name for path in library.glob("microwave/*/asset.json")]
+    return any(("articulated" in name) == (verb == "articulate") for name in names)
+
+
+STAGED = ("model.xml", "preview.png", "usd", "asset.json")
+MOMENTS = [*map(in_staging, STAGED), is_published]
+
+
+@pytest.fixture(scope="module")
+def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    vertices, faces, _ = microwave()
+    folder = tmp_path_factory.mktemp("in")
+    return obj(folder / "microwave.obj", vertices, faces)
+
+
+def arguments(verb: str, mesh: Path, library: Path) -> list[object]:
+    if verb == "ingest":
+        return ["ingest", mesh, "--library", library, "--jobs", 1]
+    return ["articulate", mesh, "--out", library, "--up", "+z", "--front", "-y"]
+
+
+def killed_at(moment: Moment, verb: str, mesh: Path, library: Path) -> None:
+    """SIGKILL to a run and all that it started, once it has come to a moment (or to its end)."""
+    run = subprocess.Popen(
+        command(*arguments(verb, mesh, library)), cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    while run.poll() is None and not moment(library, verb):
+        time.sleep(0.001)
+    servers = children(run.pid)
+    workers = [worker for server in servers for worker in children(server)]
+    for pid in (run.pid, *servers, *workers):
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    run.wait()
+    while any(Path(f"/proc/{pid}").exists() for pid in (*servers, *workers)):  # nothing of it may still be writing
+        time.sleep(0.002)
+
+
+def producers(library: Path) -> list[Producer]:
+    """Who made the accepted entries, each of which is whole."""
+    found = []
+    for folder in disk.Library(library).accepted():
+        certificate = disk.read_certificate(folder)
+        sums = disk.sums(folder)
+        assert {path: sums[path] for path in certificate.files} == certificate.files, folder
+        assert disk.read_asset(folder).digest == certificate.asset_digest, folder
+        found.append(certificate.producer)
+    return sorted(found)
+
+
+def entries(library: Path) -> dict[str, bytes | None]:
+    return {path: data for path, data in tree(library).items() if path.startswith("microwave/")}
+
+
+@pytest.mark.parametrize("order", ORDERS, ids="_then_".join)
+def test_two_whole_entries_that_are_found_again(mesh: Path, tmp_path: Path, order: tuple[str, str]) -> None:
+    library = tmp_path / "library"
+    for verb in order:
+        for moment in MOMENTS:
+            before = producers(library) if library.exists() else []
+            killed_at(moment, verb, mesh, library)
+            assert set(before) <= set(producers(library)), "what was whole is still there"
+        done = casa(*arguments(verb, mesh, library))
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert producers(library) == [Producer.ARTICULATE, Producer.INGEST]
+    made = entries(library)
+    stamps = {path: (library / path).stat().st_mtime_ns for path in made}
+    for verb in order:
+        again = casa(*arguments(verb, mesh, library))
+        assert again.returncode == 0, again.stdout + again.stderr
+        assert "kept" in again.stdout or "were there already" in again.stdout
+    assert entries(library) == made
+    assert {path: (library / path).stat().st_mtime_ns for path in made} == stamps, "nothing was made anew"
+
+
+def test_both_orders_end_alike(mesh: Path, tmp_path: Path) -> None:
+    found = []
+    for order in ORDERS:
+        library = tmp_path / order[0]
+        for verb in order:
+            casa(*arguments(verb, mesh, library))
+        found.append(entries(library))
+    assert found[0] == found[1]
