@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[3]
 MUG = ROOT / "examples" / "meshes" / "mug.obj"
-OVEN = ROOT / "examples" / "appliances" / "microwave.glb"
+OVEN = ROOT / "examples" / "appliances" / "oven.glb"
 
 
 def run(code: str, place: Path, *, notebook: bool = False) -> str:
@@ -119,7 +119,7 @@ def test_articulate(tmp_path: Path) -> None:
     code = f"""
         import casa_assets as casa
 
-        done = casa.articulate({str(OVEN)!r})
+        done = casa.articulate({str(OVEN)!r}, category="wall_oven")
         print(done.accepted, sorted(j.kind.value for j in done.asset.joints)[0])
     """
     assert run(code, tmp_path) == "True hinge\n"
