@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     )
     from casa_assets.api.kitchen import Kitchen, kitchen, load_scene
     from casa_assets.api.library import Articulated, Ingested, Library, Rejection, articulate, ingest
+    from casa_assets.geometry.trimesh_exchange import to_trimesh
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
     from casa_assets.model.asset import Asset
     from casa_assets.model.issue import Issue, Report
@@ -46,6 +47,7 @@ __all__ = [
     "check",
     "write",
     "read_asset",
+    "to_trimesh",
     "Library",
     "cache_dir",
     "Kitchen",
@@ -77,6 +79,7 @@ _SOURCES = {
     "Asset": "casa_assets.model.asset",
     **dict.fromkeys(("Issue", "Report"), "casa_assets.model.issue"),
     "cache_dir": "casa_assets.pipeline.cache_folder",
+    "to_trimesh": "casa_assets.geometry.trimesh_exchange",
 }
 
 

@@ -7,11 +7,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from casa_assets.articulate.decisions import Decisions, direction
-from casa_assets.errors import CasaError, OutputError, UnknownId
+from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
+from casa_assets.geometry.trimesh_exchange import Thing
 from casa_assets.model.asset import Asset
 from casa_assets.model.issue import Issue, Report
+from casa_assets.model.source import Up
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike.search import Hit, by_words
 from casa_assets.pipeline.articulate import Done
@@ -21,6 +24,7 @@ from casa_assets.pipeline.articulate_sidecar import read as read_decisions
 from casa_assets.pipeline.books.entry import Entry, entries
 from casa_assets.pipeline.ingest import Event, Options
 from casa_assets.pipeline.ingest import ingest as run_ingest
+from casa_assets.pipeline.ingest_memory import first_error, ingest_mesh
 
 
 @dataclass(frozen=True)
@@ -146,18 +150,34 @@ class Library:
             yield from running
 
 
-def ingest(mesh: str | Path, category: str = "", library: str | Path | None = None) -> Ingested:
+def ingest(
+    mesh: str | Path | Thing,
+    category: str = "",
+    library: str | Path | None = None,
+    name: str = "mesh",
+    up: Literal["", "x", "y", "z"] = "",
+) -> Ingested:
     """Turn one mesh into an asset: upright, in metres, with collision shapes, mass and friction, and checked.
 
-    The file is read in a child process with limits on time and memory, so that nothing in it can harm the caller.
+    A file is read in a child process with limits on time and memory, so that nothing in it can harm the caller. A mesh
+    that is in memory already is worked on in this process.
 
     Args:
-        mesh: GLB, glTF, OBJ, PLY, STL or DAE. category: id of what it is; else its name tells.
-        library: folder to write the asset to; None: it is returned and kept nowhere.
+        mesh: path of a GLB, glTF, OBJ, PLY, STL, DAE or another file that is read; or a trimesh.Trimesh or trimesh.Scene.
+        category: id of what it is; else its name tells.
+        library: folder to write the asset of a file to; None: it is returned and kept nowhere.
+        name, up: of a mesh in memory: what it is called, and the axis that points up; else its metadata tell, or it is
+            guessed.
     Raises:
         CasaError: there is no such file, it is not one mesh, or this machine cannot make assets. UnknownId: no such
             category. What is wrong with the mesh itself is in the result's `rejection`.
     """
+    if not isinstance(mesh, str | Path):
+        if library is not None:
+            raise CasaError("a mesh in memory is returned and put into no library; write(asset, folder) puts it on disk")
+        return _in_memory(mesh, category, name, Up(up) if up else None)
+    if up or name != "mesh":
+        raise CasaError(f"{mesh}: name and up are for meshes in memory; write `set_up` into the library's review.csv")
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
         place = Library(temporary if library is None else library)
         events = list(place.ingest(mesh, category=category, jobs=1))
@@ -173,6 +193,17 @@ def ingest(mesh: str | Path, category: str = "", library: str | Path | None = No
         report = disk.read_certificate(folder).report
         asset = disk.read_asset(folder)
         return Ingested(event.path, asset, None, event.warnings, report, folder if kept else None)
+
+
+def _in_memory(mesh: Thing, category: str, name: str, up: Up | None) -> Ingested:
+    try:
+        asset, report = ingest_mesh(mesh, name, category, up)
+    except Rejected as error:
+        return Ingested(name, None, Rejection(error.code, error.says))
+    if report.passed:
+        return Ingested(name, asset, None, report.issues, report)
+    error = first_error(report)
+    return Ingested(name, None, Rejection(error.code, error.says), (), report)
 
 
 def articulate(
