@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     )
     from casa_assets.api.kitchen import Kitchen, kitchen, load_scene
     from casa_assets.api.library import Articulated, Ingested, Library, Rejection, articulate, ingest
-    from casa_assets.geometry.trimesh_exchange import to_trimesh
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
+    from casa_assets.geometry.trimesh_exchange import to_trimesh
     from casa_assets.model.asset import Asset
     from casa_assets.model.issue import Issue, Report
     from casa_assets.pipeline.cache_folder import cache_dir

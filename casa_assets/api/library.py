@@ -163,7 +163,8 @@ def ingest(
     that is in memory already is worked on in this process.
 
     Args:
-        mesh: path of a GLB, glTF, OBJ, PLY, STL, DAE or another file that is read; or a trimesh.Trimesh or trimesh.Scene.
+        mesh: path of a GLB, glTF, OBJ, PLY, STL, DAE or another file that is read; or a trimesh.Trimesh or
+            trimesh.Scene.
         category: id of what it is; else its name tells.
         library: folder to write the asset of a file to; None: it is returned and kept nowhere.
         name, up: of a mesh in memory: what it is called, and the axis that points up; else its metadata tell, or it is
@@ -174,7 +175,7 @@ def ingest(
     """
     if not isinstance(mesh, str | Path):
         if library is not None:
-            raise CasaError("a mesh in memory is returned and put into no library; write(asset, folder) puts it on disk")
+            raise CasaError("a mesh in memory is put into no library; write(asset, folder) puts its asset on disk")
         return _in_memory(mesh, category, name, Up(up) if up else None)
     if up or name != "mesh":
         raise CasaError(f"{mesh}: name and up are for meshes in memory; write `set_up` into the library's review.csv")

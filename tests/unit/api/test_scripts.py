@@ -100,6 +100,24 @@ def test_ingest(tmp_path: Path, notebook: bool) -> None:
     assert run(code, tmp_path, notebook=notebook) == "True None True None True\n"
 
 
+def test_mesh_in_memory(tmp_path: Path) -> None:
+    code = """
+        import trimesh
+        import casa_assets as casa
+
+        block = trimesh.creation.box(extents=(0.3, 0.2, 0.02))
+        done = casa.ingest(block, category="cutting_board", up="z")
+        assert done.accepted, done.rejection
+        assert casa.ingest(block, category="cutting_board", up="z").asset == done.asset
+        shapes = casa.to_trimesh(done.asset, "collision").dump()
+        print(len(shapes), round(sum(shape.volume for shape in shapes), 4))
+        print(casa.ingest(trimesh.Trimesh()).rejection.code)
+    """
+    first, second = run(code, tmp_path).splitlines()
+    assert first == "1 0.0012"
+    assert second.startswith("SRC")
+
+
 def test_rejected(tmp_path: Path) -> None:
     (tmp_path / "hole.obj").write_text("o nothing\n", encoding="utf-8")
     code = f"""
