@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,14 +21,14 @@ from shapes import Array, Index, Surface
 
 def static(asset: casa.Asset) -> list[Part]:
     """All that is seen of an asset, one part per material, every joint at zero. Metres, z up, front towards -y."""
-    placed = {}
+    placed: dict[str, Any] = {}  # object_from_link of each link
     for link in asset.links:  # parents come before their children
         placed[link.name] = link.pose if link.parent is None else placed[link.parent] @ link.pose
     seen: dict[str, list[tuple[Array, Index]]] = {}
     for link in asset.links:
         for visual in link.visuals:
             points = placed[link.name].apply(visual.mesh.vertices)
-            seen.setdefault(visual.material, []).append((points, visual.mesh.faces))
+            seen.setdefault(visual.material, []).append((points, visual.mesh.faces.astype(np.int64)))
     parts = []
     for number, material in enumerate(m for m in asset.materials if m.id in seen):
         points = np.concatenate([p for p, _ in seen[material.id]])

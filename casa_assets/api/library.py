@@ -22,9 +22,10 @@ from casa_assets.pipeline.articulate import articulate as run_articulate
 from casa_assets.pipeline.articulate_build import Wish
 from casa_assets.pipeline.articulate_sidecar import read as read_decisions
 from casa_assets.pipeline.books.entry import Entry, entries
-from casa_assets.pipeline.ingest import Event, Options
+from casa_assets.pipeline.ingest import Options
 from casa_assets.pipeline.ingest import ingest as run_ingest
 from casa_assets.pipeline.ingest_memory import first_error, ingest_mesh
+from casa_assets.pipeline.job import Event
 
 
 @dataclass(frozen=True)
@@ -203,8 +204,8 @@ def _in_memory(mesh: Thing, category: str, name: str, up: Up | None) -> Ingested
         return Ingested(name, None, Rejection(error.code, error.says))
     if report.passed:
         return Ingested(name, asset, None, report.issues, report)
-    error = first_error(report)
-    return Ingested(name, None, Rejection(error.code, error.says), (), report)
+    worst = first_error(report)
+    return Ingested(name, None, Rejection(worst.code, worst.says), (), report)
 
 
 def articulate(
