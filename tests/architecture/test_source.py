@@ -21,7 +21,7 @@ FUNCTION_LINES = 60
 
 # Read-only text of the project; built things and what the user makes are not ours to judge.
 TEXT_SUFFIXES = {"", ".cfg", ".csv", ".json", ".md", ".obj", ".mtl", ".py", ".sh", ".toml", ".txt", ".yaml", ".yml"}
-SKIPPED = re.compile(r"^(\.git|\.venv.*|\..*_cache|\.hypothesis|out|build|dist|__pycache__)$")
+SKIPPED = re.compile(r"^(\.git|\.venv.*|\..*_cache|\.hypothesis|\.coverage.*|out|build|dist|__pycache__)$")
 
 # Written in two halves, so that this file does not hold them.
 FORBIDDEN = [
