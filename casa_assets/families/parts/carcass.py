@@ -207,6 +207,17 @@ def shelves_for(height: float) -> int:
     return levels - 1
 
 
+WIDEST_DOOR, LEAST_PAIR = 0.62, 0.45  # metres; of a door, and of a cabinet with two
+
+
+def check_doors(doors: int, width: float) -> None:
+    """Whether one or two doors suit a cabinet of a width in metres. Raises ValueError where they do not."""
+    if doors == 1 and width > WIDEST_DOOR:
+        raise ValueError(f"a door of {width} m is too wide; take two")
+    if doors == 2 and width < LEAST_PAIR:
+        raise ValueError(f"two doors need {LEAST_PAIR} m, not {width} m")
+
+
 def check_shelves(room: float, count: int | None) -> None:
     """Raises ValueError where so many shelves leave less than 0.1 m between them in a clear height of metres."""
     if count and (room - count * WALL) / (count + 1) < 0.1:
