@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from casa_assets.core.typing import Floats
 
 # What is seen bounds what is empty where it is this near, metres; so much of it on a side counts.
 NEAR_M, ON_A_SIDE = 0.0005, 0.15

@@ -12,6 +12,7 @@ from casa_assets.articulate.fragments import fragment_labels
 from casa_assets.articulate.plan import BUILT_AS, Articulation, PartPlan, Space
 from casa_assets.articulate.soup import Soup
 from casa_assets.articulate.touch import label_of, touched
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.measure import shell_moments
 from casa_assets.geometry.normals import with_normals
 from casa_assets.model.asset import (
@@ -30,8 +31,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.provenance import Guess, Labels, Provenance
 from casa_assets.model.source import RawModel
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 ROOT = "object"

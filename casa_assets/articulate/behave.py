@@ -6,13 +6,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.plan import PartKind, PartPlan
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.tessellate import surface
 from casa_assets.model.asset import Collider, Drive, Joint, JointKind, Link, State
-
-Floats = npt.NDArray[np.float64]
 
 # Force that starts a part, and the one that then takes it along in about a second, N.
 START_N, PUSH_N, OPENS_IN_S = 4.0, 18.0, 1.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from casa_assets.articulate.creases import Relief
 from casa_assets.articulate.rectangles import Leaf
-from casa_assets.articulate.soup import Floats
+from casa_assets.core.typing import Floats
 
 # A stair is no higher than this, diagonals; what lies deeper between two of them than both is a gap between fronts.
 STAIR, GROOVE = 0.0095, 0.002

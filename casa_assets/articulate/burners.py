@@ -11,11 +11,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
+from casa_assets.core.typing import Floats
 from casa_assets.model.asset import Asset
 from casa_assets.model.mesh import Mesh
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 # Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.

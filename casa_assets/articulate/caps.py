@@ -11,7 +11,8 @@ import numpy as np
 
 from casa_assets.articulate.pieces import FRONT, SIDES, TOP
 from casa_assets.articulate.plan import PartKind, PartPlan
-from casa_assets.articulate.soup import Bools, Floats, Ints, Soup
+from casa_assets.articulate.soup import Bools, Soup
+from casa_assets.core.typing import Floats, Ints
 
 # Parts that close with a board; what else is cut from a shell is closed where it was cut off.
 BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})

@@ -11,13 +11,12 @@ from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.air import is_air
 from casa_assets.articulate.shapes import box_cloud
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.hull import hull_volume
 
-Floats = npt.NDArray[np.float64]
 # Link and shape that would be cut, link and shape that asks for it.
 Pair = tuple[int, int, int, int]
 

@@ -14,7 +14,8 @@ from casa_assets.articulate.complete_fit import fitted
 from casa_assets.articulate.complete_view import View, view_of
 from casa_assets.articulate.plan import Articulation, Edge, Filling, PartKind, PartPlan, Room
 from casa_assets.articulate.rays import Crossings, grid
-from casa_assets.articulate.soup import Floats, Soup
+from casa_assets.articulate.soup import Soup
+from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec3
 
 # Lines across a front, each way, and how much of its size they leave free at the border.

@@ -9,7 +9,8 @@ import numpy as np
 from casa_assets.articulate.knife import Knife, split
 from casa_assets.articulate.pieces import FRONT
 from casa_assets.articulate.plan import Articulation, Frame
-from casa_assets.articulate.soup import Floats, Ints, Soup, soup_of
+from casa_assets.articulate.soup import Soup, soup_of
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.record import Vec3
 from casa_assets.model.source import RawModel

@@ -8,7 +8,8 @@ import numpy as np
 
 from casa_assets.articulate.decisions import GIVEN, SAME_M, Decisions, RoomDecision
 from casa_assets.articulate.plan import Articulation, Filling, Room
-from casa_assets.articulate.soup import Floats, Soup
+from casa_assets.articulate.soup import Soup
+from casa_assets.core.typing import Floats
 from casa_assets.errors import UnknownId
 from casa_assets.model.record import Vec3
 

@@ -9,7 +9,8 @@ import numpy as np
 from casa_assets.articulate.complete_view import View, border
 from casa_assets.articulate.plan import Filling, Room
 from casa_assets.articulate.rays import grid
-from casa_assets.articulate.soup import Bools, Floats
+from casa_assets.articulate.soup import Bools
+from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec3
 
 # Lines across a front, each way, to see how much of it is open; a border that is open over so much is none.

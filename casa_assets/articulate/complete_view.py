@@ -10,7 +10,8 @@ import numpy as np
 
 from casa_assets.articulate.plan import PartPlan
 from casa_assets.articulate.rays import Crossings, crossings, grid
-from casa_assets.articulate.soup import Bools, Floats, Ints, Soup
+from casa_assets.articulate.soup import Bools, Soup
+from casa_assets.core.typing import Floats, Ints
 
 # The body round a front is looked for so far beyond its edges, diagonals.
 ASIDE = 0.008

@@ -11,7 +11,8 @@ from scipy.spatial import ConvexHull, QhullError
 from casa_assets.articulate.pieces import SIDES, Pieces, face_on
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.raster import Picture
-from casa_assets.articulate.soup import Bools, Floats
+from casa_assets.articulate.soup import Bools
+from casa_assets.core.typing import Floats
 
 # Sizes in diagonals of the thing. Ref: the articulation bench (docs/articulate.md, The sets), which also scores this:
 # the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is 0.258 long.

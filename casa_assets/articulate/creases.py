@@ -9,7 +9,8 @@ from scipy.ndimage import binary_dilation, find_objects, grey_closing, label, ma
 
 from casa_assets.articulate.pieces import SIDES
 from casa_assets.articulate.raster import Picture, draw
-from casa_assets.articulate.soup import Bools, Floats, Ints, Soup
+from casa_assets.articulate.soup import Bools, Soup
+from casa_assets.core.typing import Floats, Ints
 
 # Pixels along the longer side of a relief.
 PIXELS = 640

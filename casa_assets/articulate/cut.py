@@ -15,7 +15,8 @@ from casa_assets.articulate.knife import Knife
 from casa_assets.articulate.pieces import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
 from casa_assets.articulate.raster import Picture, draw
 from casa_assets.articulate.rectangles import FAR_AWAY, Leaf, corners, find_leaves, is_handle, is_set
-from casa_assets.articulate.soup import Bools, Floats, Ints, Soup
+from casa_assets.articulate.soup import Bools, Soup
+from casa_assets.core.typing import Floats, Ints
 
 # A piece that holds this part of all surface, is so large every way, and is so much of what is seen of the front, is a
 # shell that may have parts in it: a body whose parts are pieces of their own shows between them only.

@@ -13,7 +13,8 @@ from casa_assets.articulate.fragments import fragment_labels
 from casa_assets.articulate.panels import Panel
 from casa_assets.articulate.pieces import FRONT, SIDES, TOP
 from casa_assets.articulate.plan import Articulation, Edge, FaceIndex, Filling, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.soup import Floats, Soup
+from casa_assets.articulate.soup import Soup
+from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.joint import JointKind
 from casa_assets.model.record import Id, Record, Vec3

@@ -25,13 +25,12 @@ from casa_assets.articulate.rooms import (
     support,
 )
 from casa_assets.articulate.rules import behavior_for
+from casa_assets.core.typing import Floats
 from casa_assets.model.asset import Asset, Collider, Joint, JointKind, JointValue, Keyframe, Region, Site
 from casa_assets.model.link import Visual
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
-
-Floats = npt.NDArray[np.float64]
 
 OUTER = "main"
 HIDDEN: Vec4 = (0.06, 0.2, 0.75, 0.0)

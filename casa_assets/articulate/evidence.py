@@ -9,7 +9,7 @@ import numpy as np
 from casa_assets.articulate.kind import Controls, shape_likelihood
 from casa_assets.articulate.pieces import SIDES, Pieces
 from casa_assets.articulate.sides import Blob, Side
-from casa_assets.articulate.soup import Floats
+from casa_assets.core.typing import Floats
 
 _EACH = ("front", "back", "top", "bottom", "sides")
 FEATURES = (

@@ -13,7 +13,8 @@ import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from casa_assets.articulate.soup import Ints, Soup
+from casa_assets.articulate.soup import Soup
+from casa_assets.core.typing import Ints
 from casa_assets.geometry.topology import merge_rows
 
 Bools = npt.NDArray[np.bool_]

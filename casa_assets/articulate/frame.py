@@ -11,9 +11,10 @@ from casa_assets.articulate.fragments import fragment_labels
 from casa_assets.articulate.pieces import SIDES, Pieces, measure
 from casa_assets.articulate.plan import Frame
 from casa_assets.articulate.sides import look
-from casa_assets.articulate.soup import Floats, Soup
+from casa_assets.articulate.soup import Soup
 from casa_assets.articulate.trial import TRIALS, tried
 from casa_assets.articulate.turn import straightened
+from casa_assets.core.typing import Floats
 
 # Weight of each feature in the log odds of a candidate; those that earn none are left out. Ref: conditional logit over
 # members of this project's own families, merged into one mesh each (benchmarks/train_frame.py).

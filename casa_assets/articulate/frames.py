@@ -8,7 +8,7 @@ import numpy as np
 
 from casa_assets.articulate.panels import Panel
 from casa_assets.articulate.pieces import Pieces, face_on
-from casa_assets.articulate.soup import Floats
+from casa_assets.core.typing import Floats
 
 # Boards of one leaf begin at the same depth, and touch; diagonals.
 FLUSH, TOUCH = 0.006, 0.006

@@ -11,7 +11,8 @@ from casa_assets.articulate.inside import bears, heaps
 from casa_assets.articulate.layers import backing, hung
 from casa_assets.articulate.panels import SLACK, Panel
 from casa_assets.articulate.pieces import BACK, BOTTOM, LEFT, RIGHT, TOP, Pieces, face_on
-from casa_assets.articulate.soup import Bools, Floats
+from casa_assets.articulate.soup import Bools
+from casa_assets.core.typing import Floats
 
 # A handle stands out at least so far, in diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
 HANDLE_STANDS = 0.013

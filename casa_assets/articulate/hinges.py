@@ -9,7 +9,7 @@ import numpy as np
 
 from casa_assets.articulate.panels import Panel
 from casa_assets.articulate.plan import Edge
-from casa_assets.articulate.soup import Floats
+from casa_assets.core.typing import Floats
 
 # Part of the door's depth from its back at which its hinge line lies. Ref: the articulation bench (docs/articulate.md,
 # The sets), which also scores this: its 67 hinged doors have a median of 0.13 and quartiles of 0.00 and 0.34.

@@ -9,7 +9,7 @@ import numpy as np
 
 from casa_assets.articulate.pieces import SIDES, TOP, Pieces
 from casa_assets.articulate.raster import draw
-from casa_assets.articulate.soup import Floats
+from casa_assets.core.typing import Floats
 
 PIXELS = 96
 # A cavity is at least so deep, diagonals.

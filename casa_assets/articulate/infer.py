@@ -21,8 +21,9 @@ from casa_assets.articulate.panels import Panel, find_panels
 from casa_assets.articulate.pieces import FRONT, SIDES, TOP, Pieces, face_on, measure
 from casa_assets.articulate.plan import Articulation, Edge, Frame, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.slides import slide_way
-from casa_assets.articulate.soup import Floats, Soup
+from casa_assets.articulate.soup import Soup
 from casa_assets.articulate.taps import find_taps
+from casa_assets.core.typing import Floats
 from casa_assets.model.joint import JointKind
 from casa_assets.model.record import Vec3
 

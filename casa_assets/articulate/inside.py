@@ -13,7 +13,8 @@ from casa_assets.articulate.hollow import from_above
 from casa_assets.articulate.panels import Panel
 from casa_assets.articulate.pieces import BOTTOM, FRONT, LEFT, RIGHT, SIDES, Pieces, face_on
 from casa_assets.articulate.plan import Edge
-from casa_assets.articulate.soup import Bools, Floats
+from casa_assets.articulate.soup import Bools
+from casa_assets.core.typing import Floats
 
 # A rack takes at least this part of the width of its door, a turntable the second, and is at most this part of its
 # height tall.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.pieces import SIDES
-from casa_assets.articulate.soup import Floats, Ints
+from casa_assets.core.typing import Floats, Ints
 
 # An edge is not cut so near its ends, as a part of its length: that would leave slivers.
 END = 1e-4

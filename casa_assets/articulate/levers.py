@@ -9,7 +9,8 @@ import numpy as np
 
 from casa_assets.articulate.controls import Control
 from casa_assets.articulate.pieces import Pieces, face_on
-from casa_assets.articulate.soup import Bools, Floats, Ints
+from casa_assets.articulate.soup import Bools
+from casa_assets.core.typing import Floats, Ints
 
 # A slot is deeper than what is beside it by so much, and so long, diagonals.
 DEEPER, LONGEST_GAP, LEAST_SLOT = 0.008, 0.02, 0.06

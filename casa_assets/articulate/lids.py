@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from casa_assets.articulate.controls import is_round
 from casa_assets.articulate.hollow import from_above
 from casa_assets.articulate.pieces import FRONT, LEFT, TOP, Pieces, face_on
-from casa_assets.articulate.soup import Floats
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.coverage import surface_samples
 
 # A lid is at least so wide, diagonals, at most so thick by its width, and at most this part of all surface.

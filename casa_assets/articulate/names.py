@@ -9,13 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.burners import Burner
 from casa_assets.articulate.plan import Edge, PartKind, PartPlan
+from casa_assets.core.typing import Floats
 from casa_assets.model.joint import JointKind
-
-Floats = npt.NDArray[np.float64]
 
 CABINETS = ("cabinet", "drawer_stack", "island_base", "sink_base")
 # Two keys are in one row where their heights differ by less than this part of the higher one.

@@ -6,20 +6,18 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.burners import find_burners
 from casa_assets.articulate.equip import equipped
 from casa_assets.articulate.names import Name, Place, names_for
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.rooms import bounds_of
+from casa_assets.core.typing import Floats
 from casa_assets.model.asset import Asset
 from casa_assets.model.joint import Joint
 from casa_assets.model.link import Collider, Link, Visual
 from casa_assets.model.place import Region
 from casa_assets.model.pose import Pose
-
-Floats = npt.NDArray[np.float64]
 
 # Doors and drawers whose ranges runtimes read as -a..0 or 0..a about +x, +y or +z.
 _PLAIN_AXES = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY, PartKind.LEVER})

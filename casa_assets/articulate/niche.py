@@ -10,11 +10,11 @@ from scipy import ndimage
 
 from casa_assets.articulate.pieces import FRONT, SIDES, TOP
 from casa_assets.articulate.raster import Picture, draw
+from casa_assets.core.typing import Floats
 from casa_assets.model.asset import Asset
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box
 
-Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 PIXELS = 192

@@ -12,7 +12,8 @@ import numpy as np
 from casa_assets.articulate.controls import around
 from casa_assets.articulate.hollow import from_above
 from casa_assets.articulate.pieces import BACK, BOTTOM, LEFT, RIGHT, TOP, Pieces, face_on
-from casa_assets.articulate.soup import Bools, Floats
+from casa_assets.articulate.soup import Bools
+from casa_assets.core.typing import Floats
 
 # A panel is at least so wide and high, and covers at least so much of the side.
 LEAST_SIDE, LEAST_SHARE = 0.03, 0.012

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.raster import Picture, draw
-from casa_assets.articulate.soup import Floats, Ints, Soup
+from casa_assets.articulate.soup import Soup
+from casa_assets.core.typing import Floats, Ints
 
 # Rows of each: right, up, and the way one looks. Front, back, left, right, top, bottom.
 SIDES = np.array(

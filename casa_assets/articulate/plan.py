@@ -11,6 +11,7 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.model.joint import JointKind
 from casa_assets.model.provenance import Confidence
 from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
@@ -18,7 +19,6 @@ from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
 FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]
 Matrix3 = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (3, 3))]
 Cloud = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 3))]
-Floats = npt.NDArray[np.float64]
 
 
 class PartKind(StrEnum):

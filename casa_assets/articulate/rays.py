@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.soup import Bools, Floats, Ints
+from casa_assets.articulate.soup import Bools
+from casa_assets.core.typing import Floats, Ints
 
 # Faces that are looked at at once: bounds the memory, not the result.
 CHUNK = 20_000

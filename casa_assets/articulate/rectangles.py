@@ -8,7 +8,8 @@ import numpy as np
 from scipy.ndimage import find_objects, label
 
 from casa_assets.articulate.creases import FAR, STEP, Blob, Relief, thick_lines
-from casa_assets.articulate.soup import Bools, Floats
+from casa_assets.articulate.soup import Bools
+from casa_assets.core.typing import Floats
 
 # No rectangle is narrower than this, diagonals.
 LEAST = 0.012

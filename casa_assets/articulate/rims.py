@@ -6,14 +6,12 @@ from collections.abc import Sequence
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.clear import Solid, less
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.shapes import box_cloud
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.hull import hull_volume
-
-Floats = npt.NDArray[np.float64]
 
 # What opens, and is taken by its edge where it has no handle.
 FRONTS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import ConvexHull, QhullError
 
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.tessellate import surface
 from casa_assets.model.asset import Asset, Region
 from casa_assets.model.link import Link
 from casa_assets.model.pose import Pose
 
-Floats = npt.NDArray[np.float64]
 Bounds = tuple[Floats, Floats]
 
 # What is this near to a wall is the wall; a level covers so much of the plan of its room; a room is so high.

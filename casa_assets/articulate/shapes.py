@@ -8,6 +8,7 @@ from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.raster import draw
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.hull import hull_volume, small_hull
@@ -16,8 +17,6 @@ from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box, Hull, Shape
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 # What fills this part of its hull is touched as its hull; what fills this part of its box, as a box.

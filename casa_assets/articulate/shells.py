@@ -11,7 +11,8 @@ from casa_assets.articulate.fragments import fragment_labels
 from casa_assets.articulate.knife import Knife, split
 from casa_assets.articulate.pieces import FRONT, SIDES
 from casa_assets.articulate.plan import Articulation, Frame, PartKind
-from casa_assets.articulate.soup import Floats, Ints, Soup, soup_of
+from casa_assets.articulate.soup import Soup, soup_of
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.source import RawModel, RawPart
 

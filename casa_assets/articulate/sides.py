@@ -10,7 +10,8 @@ from scipy.spatial import ConvexHull
 
 from casa_assets.articulate.pieces import SIDES, Pieces, face_on
 from casa_assets.articulate.raster import Picture
-from casa_assets.articulate.soup import Bools, Floats
+from casa_assets.articulate.soup import Bools
+from casa_assets.core.typing import Floats
 
 # A step in depth between neighbouring pixels that counts as an edge, diagonals; a bend, cosine of 25 degrees.
 STEP, BEND = 0.004, 0.906

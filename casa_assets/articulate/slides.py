@@ -11,7 +11,7 @@ from casa_assets.articulate.hinges import Grip
 from casa_assets.articulate.panels import Panel
 from casa_assets.articulate.pieces import Pieces, face_on
 from casa_assets.articulate.raster import Picture
-from casa_assets.articulate.soup import Floats
+from casa_assets.core.typing import Floats
 
 # Beside the door the niche is open for this part of its width, and deeper than the door by so much, diagonals.
 OPEN, DEEPER = 0.85, 0.02

@@ -9,7 +9,7 @@ import numpy as np
 from casa_assets.articulate.controls import STICK, is_round
 from casa_assets.articulate.pieces import TOP, Pieces
 from casa_assets.articulate.plan import JointPlan, PartKind
-from casa_assets.articulate.soup import Floats
+from casa_assets.core.typing import Floats
 from casa_assets.model.joint import JointKind
 
 # What a stick is rooted in lies across it: so much longer than thick, about as thick both ways, no longer than this by

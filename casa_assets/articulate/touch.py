@@ -6,21 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.articulate.clear import Solid, clear, less
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
 from casa_assets.articulate.rims import take_by_the_edge
 from casa_assets.articulate.shapes import as_touched, clouds_of, is_frame, plugs, shape_of
 from casa_assets.articulate.soup import Soup
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.hull import hull_volume
 from casa_assets.model.joint import JointKind
 from casa_assets.model.link import Collider
 from casa_assets.model.pose import Pose
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Shapes of a link before and after cuts, and of a handle. Ref: registry/limits.yaml, hull_count.
 FIRST, MOST, GRIP = 22, 32, 6

@@ -11,7 +11,7 @@ from casa_assets.articulate.infer import found_in
 from casa_assets.articulate.pieces import FRONT, SIDES, Pieces
 from casa_assets.articulate.plan import Articulation, Edge, Frame, PartKind, PartPlan
 from casa_assets.articulate.raster import Picture
-from casa_assets.articulate.soup import Floats
+from casa_assets.core.typing import Floats
 from casa_assets.model.joint import JointKind
 
 # What a trial says, each for or against the candidate as the fit decides.

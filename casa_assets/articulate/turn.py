@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from casa_assets.articulate.soup import Floats, Soup
+from casa_assets.articulate.soup import Soup
+from casa_assets.core.typing import Floats
 
 # Faces within this of an axis lie along it; the bins in which directions of walls are counted, radians.
 NEAR, BIN = np.radians(1.5), np.radians(0.25)

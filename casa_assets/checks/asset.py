@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.built import from_numbers
 from casa_assets.checks.check import Measured
 from casa_assets.checks.package import Package
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.extent import link_bounds
 from casa_assets.geometry.measure import face_normals, signed_volume
 from casa_assets.geometry.solid import union
@@ -18,8 +18,6 @@ from casa_assets.geometry.tessellate import surface
 from casa_assets.geometry.topology import is_closed
 from casa_assets.model.asset import Asset, Base, Collider, Inertial, Link
 from casa_assets.model.shape import Hull
-
-Floats = npt.NDArray[np.float64]
 
 WATER = 1000.0  # kg/m^3. Ref: CRC Handbook of Chemistry and Physics, water at 4 degrees Celsius.
 # Part of the longest side of a link that its boxes may differ by, where that is more than the row's limit.

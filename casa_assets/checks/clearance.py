@@ -10,7 +10,8 @@ import numpy as np
 from casa_assets.checks.check import Measured
 from casa_assets.checks.motion import Movable, far, movable, opened
 from casa_assets.checks.package import Package
-from casa_assets.checks.sweep import Mask, Meeting, Way, bounds_of, moved_by, sweep
+from casa_assets.checks.sweep import Meeting, Way, bounds_of, moved_by, sweep
+from casa_assets.core.typing import Mask
 from casa_assets.model.asset import Asset, Joint
 
 # With another part open only the two moved parts can meet in a new way; they are large, and steps may be wider.

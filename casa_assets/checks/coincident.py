@@ -11,14 +11,14 @@ from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 import usd_validation_nvidia
 from pxr import Usd, UsdGeom
+
+from casa_assets.core.typing import Floats
 
 REQUIREMENT = "com.nvidia.simready.VG.008"
 # What the rule rounds to the same number is no farther apart than the step of its rounding; 1 % for the floats' sake.
 POINTS_TO, PLACES_TO = 1.01e-6, 1.01e-4
-Floats = npt.NDArray[np.float64]
 
 
 def make_swift() -> None:

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.check import Measured
 from casa_assets.geometry.coverage import gaps, surface_samples
 from casa_assets.geometry.tessellate import surface
 from casa_assets.model.asset import Asset, Link
-
-Floats = npt.NDArray[np.float64]
 
 SAMPLES = 4000
 # Farther than this from every collision shape, metres or part of the longest side of the link, is bare: twice what

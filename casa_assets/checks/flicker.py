@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.built import from_numbers
 from casa_assets.checks.check import Measured
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.measure import face_normals
 from casa_assets.model.asset import Asset
 
@@ -20,9 +20,6 @@ LEAST_FACE_M2 = 2e-7
 # Faces are sorted into bins of four times what they may differ by, twice for direction and twice for place, so that
 # faces on two sides of an edge of one bin share another. No common direction or length lies on an edge.
 BIN, SHIFTS = 4, (0.137, 0.637)
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 def shows_one_face(asset: Asset, limit: float | None) -> Measured:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.built import is_built
 from casa_assets.checks.check import Measured
 from casa_assets.checks.motion import carried
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.coverage import gaps, surface_samples
 from casa_assets.geometry.extent import link_bounds, shape_bounds
 from casa_assets.geometry.tessellate import surface
@@ -32,8 +32,6 @@ FREE_SHARE = 0.1
 FREE_M = 2e-4
 # How far a centre of mass may lie outside the hull of its link's shapes: what thin walls that are not touched weigh.
 OFF_HULL_M = 0.001
-
-Floats = npt.NDArray[np.float64]
 
 
 def _spread(count: int) -> Floats:

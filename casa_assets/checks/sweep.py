@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.checks.readers import mujoco_load
+from casa_assets.core.typing import Floats, Mask
 
 # How far the part of a joint that moves fastest goes between two poses. A corner that swings past an edge on an arm of
 # 0.6 m and meets it by half a millimetre does so over 49 mm of its way. Parts of 4 mm that slide past each other meet
@@ -22,9 +23,6 @@ LEAST_POSES = 12
 NEAR_M = 0.003
 FINER = 6
 PEAKS = 2
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.check import Measured
 from casa_assets.model.asset import Asset, Visual
@@ -14,8 +13,6 @@ AREA = 0.99
 LEAST_AREA_M2 = 1e-9
 # Even those are not torn: no triangle of a square millimetre shows its picture at half the size or at one and a half.
 TORN, TORN_AREA_M2 = 0.5, 1e-6
-
-Floats = npt.NDArray[np.float64]
 
 
 def is_true_to_size(asset: Asset, limit: float | None) -> Measured:

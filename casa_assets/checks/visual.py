@@ -5,18 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.check import Measured
+from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.topology import edge_counts, face_components, weld
 from casa_assets.model.asset import Asset, Link, Visual
 from casa_assets.model.material import Texture
 from casa_assets.model.pose import Pose
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 LEAST_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.
 UNIT_SLACK = 0.00674  # Ref: glTF-Validator, how far a normal's length may be from 1.

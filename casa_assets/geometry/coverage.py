@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.hull import hull_planes
 from casa_assets.geometry.measure import face_normals
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 def surface_samples(points: Floats, faces: Ints, count: int) -> Floats:

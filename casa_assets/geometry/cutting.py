@@ -7,13 +7,11 @@ from typing import TypeAlias
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.hull import small_hull
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Surface = tuple[Floats, Ints]
 Solid: TypeAlias = manifold3d.Manifold
 

@@ -6,16 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.coverage import placed_samples
 from casa_assets.geometry.hull import convex_hull, hull_planes
 from casa_assets.geometry.measure import face_normals
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 SURFACE_SAMPLES = 20_000
 HULL_SAMPLES = 400  # on each shape

@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.coverage import placed_samples
 from casa_assets.geometry.measure import face_normals
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # Points that are strewn, pixels along the longest side, and directions from which the pictures are taken besides those
 # along the axes: so many points fall into a pixel that next to no gap shows what lies behind.

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.model.asset import Link
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box, Capsule, Cylinder, Shape, Sphere
-
-Floats = npt.NDArray[np.float64]
 
 
 def shape_bounds(shape: Shape, pose: Pose) -> Floats:

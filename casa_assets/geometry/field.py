@@ -7,12 +7,10 @@ import numpy.typing as npt
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.coverage import placed_samples
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.voxel import Grid
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 MOST_SAMPLES = 300_000
 # Cubes on either side of the surface in which distances are taken.

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.extent import link_bounds
 from casa_assets.model.asset import Asset, Base, Joint, JointKind, Link
 from casa_assets.model.scene import Scene
-
-Floats = npt.NDArray[np.float64]
 
 # What moves is beside what is fixed where the boxes around them are this near while all is shut, metres.
 BESIDE_M = 0.1

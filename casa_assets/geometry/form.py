@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.distance import pdist
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.measure import shell_moments
 from casa_assets.model.signature import PAIR_SHARES, REACH_SHARES, Form
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Places on a surface whose distances to each other are measured: a million pairs.
 PLACES = 1500

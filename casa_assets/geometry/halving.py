@@ -10,10 +10,8 @@ import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.measure import face_normals
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # With more pieces than these on one side that side is taken as one.
 MOST_PIECES = 24

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import ConvexHull, QhullError
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.measure import signed_volume
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # What is so much above the lowest point, as a share of the longest side, is as low.
 LEVEL = 1e-6

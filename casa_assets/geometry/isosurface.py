@@ -7,8 +7,7 @@ from itertools import permutations
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from casa_assets.core.typing import Floats, Ints
 
 # No vertex comes nearer to a corner of the grid than this share of an edge: slivers have no side.
 LEAST = 0.05

@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import linprog
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.hull import hull_planes, hull_volume
 from casa_assets.model.asset import Asset, Base, Collider, Link
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
-
-Floats = npt.NDArray[np.float64]
 
 # Sizes are multiples of this, rounded down, metres: the last digits of a solver are no promise.
 GRID = 1e-6

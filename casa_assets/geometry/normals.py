@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.topology import merge_rows, weld
 from casa_assets.model.mesh import Mesh
-
-Floats = npt.NDArray[np.float64]
 
 # Ref: Blender's default auto-smooth angle.
 CREASE_DEG = 30.0

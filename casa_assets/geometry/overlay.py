@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.coverage import placed_samples
 from casa_assets.geometry.form import spread
 from casa_assets.geometry.measure import face_normals
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
 DENSE, FIRST, FITTED, MEASURED = 8000, 100, 400, 1500

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.coverage import placed_samples
 from casa_assets.geometry.measure import face_normals
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Points on the surface, and of how many of them it is tried whether a finger can lie there.
 SAMPLES, TRIES = 10_000, 250

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from casa_assets.core.typing import Floats
+
 Outline = Sequence[tuple[float, float]] | Floats
 
 

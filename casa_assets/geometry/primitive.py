@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.hull import hull_volume
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box, Capsule, Cylinder, Sphere
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

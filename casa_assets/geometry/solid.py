@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from casa_assets.core.typing import Floats, Ints
+
 Surface = tuple[Floats, Ints]
 
 # With more pieces than these it is no longer worth the time to unite them.

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.model.pose import Pose
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 def surface(shape: Shape, pose: Pose, steps: int = 32) -> tuple[Floats, Ints]:

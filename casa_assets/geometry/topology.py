@@ -7,8 +7,7 @@ import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from casa_assets.core.typing import Floats, Ints
 
 # Vertices closer than this part of the longest extent are one point. Float32 files carry about 1e-7.
 WELD_RELATIVE = 1e-6

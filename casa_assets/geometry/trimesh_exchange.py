@@ -18,13 +18,12 @@ from PIL import Image
 from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import MultiMaterial, PBRMaterial, SimpleMaterial
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.tessellate import surface
 from casa_assets.model.asset import Asset
 from casa_assets.model.material import Material, Texture
 from casa_assets.model.pose import Pose
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.uint8]
 Thing = trimesh.Trimesh | trimesh.Scene
 

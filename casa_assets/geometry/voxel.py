@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from casa_assets.core.typing import Floats, Ints
 
 # Points per side of a triangle at most, and points that are held in memory at once.
 MOST_STEPS = 4096

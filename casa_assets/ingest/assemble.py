@@ -5,9 +5,9 @@ from __future__ import annotations
 from contextlib import suppress
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.extent import shape_bounds
 from casa_assets.geometry.hull import convex_hull
@@ -21,8 +21,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.provenance import Labels, split_of
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 from casa_assets.model.source import Source
-
-Floats = npt.NDArray[np.float64]
 
 # Side of a finger's pad, metres: how large a grasp is shown, besides its width.
 PAD_M = 0.02

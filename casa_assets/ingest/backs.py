@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Ints, Mask
 from casa_assets.geometry.exposure import Exposure, exposure
 from casa_assets.geometry.normals import with_normals
 from casa_assets.geometry.topology import edge_counts, face_components, weld
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.category import Build, Category
 from casa_assets.model.mesh import Mesh
-
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # Share of what is seen of a piece that are backs, from which on it is a sheet and not a wall with a gap.
 BARE = 0.05

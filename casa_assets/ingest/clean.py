@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.errors import Rejected
 from casa_assets.geometry.topology import edge_counts, weld
 from casa_assets.ingest.draft import Draft, warning
@@ -23,10 +23,6 @@ from casa_assets.model.category import Build, Category
 from casa_assets.model.issue import Issue
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.source import RawModel, RawPart
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 
 def clean(model: RawModel, category: Category | None = None) -> Draft:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.topology import weld
 from casa_assets.ingest.collide_judge import SAMPLES, Verdict, in_words, verdict, yardstick
 from casa_assets.ingest.collide_matter import matter
-from casa_assets.ingest.collide_ways import WAYS, Decomposer, Floats, Task, clouds_of, one_shape, whole_shape
+from casa_assets.ingest.collide_ways import WAYS, Decomposer, Task, clouds_of, one_shape, whole_shape
 from casa_assets.ingest.collide_ways import CollideParams as CollideParams
 from casa_assets.ingest.decompose import DecompositionFailed, decompose
 from casa_assets.ingest.draft import Draft, Placed, warning

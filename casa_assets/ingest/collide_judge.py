@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.coverage import gaps, surface_samples
 from casa_assets.geometry.cutting import Solid, surface_of
 from casa_assets.geometry.deviation import Deviation, Ruler, deviation, ruler
@@ -18,9 +18,6 @@ from casa_assets.geometry.solid import intersection_volume, union
 from casa_assets.geometry.voxel import voxelise
 from casa_assets.geometry.water import water
 from casa_assets.ingest.collide_split import Bound
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 SAMPLES = 4000
 # How far shapes may lie from the surface: 95 % of it, and all of it, as parts of the longest side.

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.cutting import Solid, halves, hull_size, slimmed, solid_of, surface_of, without_voids
 from casa_assets.geometry.field import matter_field
 from casa_assets.geometry.isosurface import isosurface
@@ -15,9 +15,6 @@ from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.mend import mended
 from casa_assets.geometry.voxel import Grid, voxelise
 from casa_assets.ingest.collide_pieces import Made, assembled, stands_for
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Cubes along the longest side where a broken surface is made solid.
 CELLS = 72

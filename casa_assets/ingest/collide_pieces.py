@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.cutting import Solid, solid_of, surface_of, without_voids
 from casa_assets.geometry.deviation import beyond, ruler
@@ -15,9 +15,6 @@ from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.mend import mended
 from casa_assets.geometry.topology import consistent_winding, face_components
 from casa_assets.geometry.voxel import Grid
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # With more pieces, or more faces of sheets, a grid is quicker.
 MOST_PIECES = 200

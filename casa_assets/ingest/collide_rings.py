@@ -6,14 +6,11 @@ from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.cutting import Solid, halves, parts, surface_of, turned_profile
 from casa_assets.geometry.revolution import RAYS, Walls, spread, upright_axis, walls
 from casa_assets.ingest.collide_slabs import MOST, Slab, Table, middle, slabs, table
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Radii of one height that differ by less than this share are round.
 ROUND = 0.05

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.revolution import RAYS, Walls
-
-Floats = npt.NDArray[np.float64]
 
 # A wall starts where this share of the rays finds no matter at the axis.
 MOST = 0.6

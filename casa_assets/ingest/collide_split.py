@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.cutting import Solid, halves, hull_points, hull_size, parts, surface_of
 from casa_assets.geometry.deviation import Ruler, buried, protrusion
 from casa_assets.geometry.halving import Plane, hollow_planes, hulls_size, wire
 from casa_assets.geometry.hull import hull_planes
-
-Floats = npt.NDArray[np.float64]
 
 # Places along each axis where a cut is tried.
 OFFSETS = 7

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.cutting import Solid, hull_points, lean_hull, slimmed, surface_of
 from casa_assets.geometry.deviation import protrusion
@@ -28,8 +28,6 @@ from casa_assets.model.mesh import Mesh
 from casa_assets.model.record import Record
 from casa_assets.model.shape import Box, Cylinder, Hull
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
 
 # Faces that the decomposition sees; more change the hulls hardly and the time a lot.

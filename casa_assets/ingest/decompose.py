@@ -15,10 +15,8 @@ import sys
 from dataclasses import asdict, dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from casa_assets.core.typing import Floats, Ints
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.pinch import Pinch, pinches
 from casa_assets.geometry.topology import weld
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.category import Build, Category, Front
 from casa_assets.model.grasp import Grasp, Hold
-
-Floats = npt.NDArray[np.float64]
 
 # A rim is no thicker than this and this near to the top, metres, and is taken from within so many degrees of above.
 RIM_THICK, RIM_DEEP = 0.015, 0.035

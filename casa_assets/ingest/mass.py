@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.geometry.measure import signed_volume, solid_moments
 from casa_assets.geometry.solid import closed_solid, union
@@ -16,8 +16,6 @@ from casa_assets.model.asset import Inertial
 from casa_assets.model.category import Build, Category
 from casa_assets.model.issue import Issue
 from casa_assets.model.material import Substance
-
-Floats = npt.NDArray[np.float64]
 
 # Least over greatest mean square extent of a body whose inertia survives rounding to nine digits.
 THINNEST = 1e-7

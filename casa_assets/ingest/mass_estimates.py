@@ -8,8 +8,8 @@ from enum import StrEnum
 from math import exp, log
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.geometry.measure import face_normals, signed_volume
 from casa_assets.geometry.solid import closed_solid
@@ -17,9 +17,6 @@ from casa_assets.geometry.topology import weld
 from casa_assets.geometry.voxel import voxelise
 from casa_assets.model.category import Build, Category, Upright
 from casa_assets.model.material import Substance
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Usual walls of household things, metres: a mug 3.5 to 5 mm, drinking glasses 2 to 3 mm, pots 0.8 to 3 mm, moulded
 # plastic 1.5 to 2.5 mm. Our estimates, good to a third; what is not here is no material that walls are made of.

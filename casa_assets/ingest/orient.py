@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.pose.cloud import Cloud, cloud_of
@@ -14,8 +14,6 @@ from casa_assets.ingest.pose.ups import UPS, candidates, priors
 from casa_assets.model.category import Build, Category, Upright
 from casa_assets.model.ruling import NO_RULING, Ruling
 from casa_assets.model.source import RawPart
-
-Floats = npt.NDArray[np.float64]
 
 # How sure one can be of a pose at most where nobody knows what the thing is.
 UNKNOWN_SURE = 0.45

@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.geometry.measure import face_normals, signed_volume
 from casa_assets.geometry.solid import closed_solid
 from casa_assets.geometry.topology import face_components
 from casa_assets.geometry.voxel import voxelise
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # A sheet without thickness gets this much, metres: the thinnest that contacts hold.
 SHEET_M = 0.001

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from math import erf, log, pi, sqrt
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.geometry.measure import signed_volume
@@ -16,8 +16,6 @@ from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.scale_words import Told, told
 from casa_assets.model.category import Build, Category
 from casa_assets.model.issue import Issue
-
-Floats = npt.NDArray[np.float64]
 
 # Units that meshes are drawn in, metres.
 UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}

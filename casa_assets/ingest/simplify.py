@@ -8,11 +8,10 @@ import meshoptimizer
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Ints
 from casa_assets.geometry.topology import merge_rows
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.mesh import Mesh
-
-Ints = npt.NDArray[np.int64]
 
 # Largest error of the simplified surface, as a part of the mesh's extent.
 TARGET_ERROR = 0.01

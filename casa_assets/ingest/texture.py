@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from casa_assets.core.color import linear_from_srgb_array
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.material import Material, Substance, Texture
 from casa_assets.model.mesh import Mesh
@@ -118,7 +119,7 @@ def _varied(mesh: Mesh) -> bool:
 def _times(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8]) -> tuple[float, float, float, float]:
     """Linear base colour times an sRGB vertex colour."""
     c = color.astype(np.float64) / 255
-    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    linear = linear_from_srgb_array(c)
     r, g, b = (float(x * y) for x, y in zip(base[:3], linear[:3], strict=True))
     return (r, g, b, float(base[3] * c[3]))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.planar import distance, outline_of
 from casa_assets.model.asset import Asset, Joint, JointKind
 from casa_assets.model.floor import Corners, Foot, Leaf
@@ -15,7 +15,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Sphere
 
-Floats = npt.NDArray[np.float64]
 STEPS = 10  # poses of a hinge between shut and open: an arc of 90 degrees is met to 0.3 % of its radius
 # A part that reaches out less than this is a knob, a key or a rack that stays in its fixture; metres.
 REACHES_OUT = 0.06

@@ -26,7 +26,8 @@ from casa_assets.articulate.plan import (
     Room,
     Space,
 )
-from casa_assets.articulate.soup import Floats, Ints, Soup
+from casa_assets.articulate.soup import Soup
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.family import Supplies
 from casa_assets.families.kit.bench import ROOT, Bench, Moved, Piece
 from casa_assets.families.kit.skin import skin

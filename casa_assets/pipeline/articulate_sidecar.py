@@ -11,7 +11,7 @@ from casa_assets import registry
 from casa_assets.articulate.complete_decide import foot_of
 from casa_assets.articulate.decisions import Decisions, Direction, word_of
 from casa_assets.articulate.plan import Filling, PartKind, PartPlan, Room
-from casa_assets.articulate.soup import Floats
+from casa_assets.core.typing import Floats
 from casa_assets.model.joint import JointKind
 from casa_assets.pipeline.articulate_build import Built
 from casa_assets.pipeline.articulate_kind import NAMED

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError
 from casa_assets.export import mjcf
 from casa_assets.model.asset import Asset
@@ -22,7 +23,6 @@ from casa_assets.pipeline.extras import require
 from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
 
-Floats = npt.NDArray[np.float64]
 # Pictures (PNG) and names -> a share for each name; they add up to 1.
 Scorer = Callable[[Sequence[bytes], Sequence[str]], tuple[float, ...]]
 

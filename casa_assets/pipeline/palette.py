@@ -7,6 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from casa_assets import registry
+from casa_assets.core.color import linear_from_srgb
 from casa_assets.errors import UnknownId
 from casa_assets.families.family import Stock
 from casa_assets.model.finish import Finish, Plain, Surface
@@ -44,9 +45,9 @@ def plain_finish(row: Plain, known: registry.Registry) -> Finish:
 
 
 def linear(color: str, opacity: float = 1.0) -> Vec4:
-    """`#rrggbb` in sRGB as linear RGBA. Ref: IEC 61966-2-1."""
+    """`#rrggbb` in sRGB as linear RGBA."""
     parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-    r, g, b = (round(v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4, 6) for v in parts)
+    r, g, b = (round(linear_from_srgb(v), 6) for v in parts)
     return (r, g, b, opacity)
 
 

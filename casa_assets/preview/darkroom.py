@@ -9,10 +9,9 @@ import numpy.typing as npt
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
-from casa_assets.preview.camera import Floats
+from casa_assets.core.typing import Floats, Mask
 
 Pixels = npt.NDArray[np.uint8]
-Mask = npt.NDArray[np.bool_]
 
 # Brightness of paper without shadow, how much darker the corners are, and the blur of the paper as a part of the width.
 _WHITE = 0.965

@@ -16,9 +16,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec2
 from casa_assets.preview import renderer
-from casa_assets.preview.camera import Floats
 
 # Steps of these fractions fill a line or a square evenly. Ref: M. Roberts, the R2 sequence.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0

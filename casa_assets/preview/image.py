@@ -7,8 +7,9 @@ import io
 import numpy as np
 from PIL import Image
 
+from casa_assets.core.color import srgb_from_linear_array
+from casa_assets.core.typing import Floats
 from casa_assets.model.material import Material, Texture
-from casa_assets.preview.camera import Floats
 from casa_assets.preview.darkroom import Pixels
 
 _LARGEST_PX = 1024
@@ -25,5 +26,5 @@ def opened(texture: Texture) -> Pixels:
 def srgb(material: Material) -> Floats:
     """(4,) base colour as a screen shows it, 0..1; alpha no lower than what can be seen."""
     rgb = np.array(material.base_color[:3])
-    curve = np.where(rgb <= 0.0031308, 12.92 * rgb, 1.055 * rgb ** (1.0 / 2.4) - 0.055)
+    curve = srgb_from_linear_array(rgb)
     return np.array([*curve, max(material.base_color[3], 0.15)])

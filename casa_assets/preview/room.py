@@ -17,8 +17,8 @@ import mujoco
 import numpy as np
 from PIL import Image
 
+from casa_assets.core.typing import Floats
 from casa_assets.preview import darkroom, renderer
-from casa_assets.preview.camera import Floats
 from casa_assets.preview.darkroom import Pixels
 from casa_assets.preview.exposure import Lens, LightRig, exposed, segmented, visuals_only
 from casa_assets.preview.still import CannotDraw, polish, put_into

@@ -11,9 +11,10 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
+from casa_assets.core.typing import Floats
 from casa_assets.model.source import RawPart
 from casa_assets.preview import image
-from casa_assets.preview.camera import Floats, View, fit
+from casa_assets.preview.camera import View, fit
 from casa_assets.preview.darkroom import Pixels
 
 # Pixels are drawn this many times finer and then averaged; points per fine pixel of the frame.

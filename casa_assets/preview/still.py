@@ -10,9 +10,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError
 from casa_assets.preview import darkroom, studio
-from casa_assets.preview.camera import Floats, View, fit
+from casa_assets.preview.camera import View, fit
 
 _VISUAL, _COLLISION = 1, 0
 _GHOST = (0.86, 0.87, 0.88, 1.0)

@@ -13,8 +13,9 @@ import mujoco
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from casa_assets.core.typing import Floats
 from casa_assets.preview import darkroom, studio
-from casa_assets.preview.camera import Camera, Floats, View, fit
+from casa_assets.preview.camera import Camera, View, fit
 from casa_assets.preview.darkroom import Pixels
 from casa_assets.preview.sheet import Shot, sheet
 from casa_assets.preview.still import stage

@@ -13,9 +13,10 @@ import mujoco
 import numpy as np
 from PIL import Image, ImageFilter
 
+from casa_assets.core.typing import Floats, Mask
 from casa_assets.preview import darkroom, renderer
-from casa_assets.preview.camera import Camera, Floats, View
-from casa_assets.preview.darkroom import Mask, Pixels
+from casa_assets.preview.camera import Camera, View
+from casa_assets.preview.darkroom import Pixels
 from casa_assets.preview.exposure import GOLDEN, Lens, LightRig, exposed, segmented, visuals_only
 
 # Colour of the floor, and light of its own that softens the shadows on it.

@@ -5,16 +5,15 @@ from __future__ import annotations
 import io
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 
+from casa_assets.core.color import linear_from_srgb_array
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.form import shares
 from casa_assets.geometry.measure import face_normals
 from casa_assets.model.asset import Asset, Visual
 from casa_assets.model.material import Material
 from casa_assets.model.signature import TONE_SHARES, Tint
-
-Floats = npt.NDArray[np.float64]
 
 # Places on all surfaces together whose colour is looked up.
 PLACES = 6000
@@ -83,7 +82,7 @@ def _colors(visual: Visual, look: Material, count: int) -> Floats:
     column = np.minimum((at[:, 0] % 1.0 * width).astype(np.int64), width - 1)
     row = np.minimum(((1 - at[:, 1]) % 1.0 * height).astype(np.int64), height - 1)
     shown = pixels[row, column] / 255.0
-    linear: Floats = base * np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
+    linear: Floats = base * linear_from_srgb_array(shown)
     return linear
 
 

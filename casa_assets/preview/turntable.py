@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from casa_assets.core.typing import Floats
 from casa_assets.preview import darkroom, still, studio
-from casa_assets.preview.camera import Floats, View, fit
+from casa_assets.preview.camera import View, fit
 
 _STANDARD = View(size_px=256, fill=0.92, passes=10)
 

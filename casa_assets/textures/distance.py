@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.color import linear_from_srgb_array
+
 Array = npt.NDArray[np.float64]
 
 # At or below this distance two pictures are nearly alike: the same recipe with another seed stays below it, and a
@@ -121,7 +123,7 @@ def closest_pairs(
 def oklab(albedo: npt.NDArray[np.floating]) -> Array:
     """(H, W, 3) sRGB 0..1 into Oklab: lightness 0..1, a and b. Ref: B. Ottosson, A perceptual color space (2020)."""
     rgb = np.clip(np.asarray(albedo, dtype=np.float64), 0.0, 1.0)
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    linear = linear_from_srgb_array(rgb)
     cones = np.cbrt(
         linear
         @ np.array(

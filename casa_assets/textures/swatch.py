@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.textures.check import Pictures, Pixels
 
 Array = npt.NDArray[np.floating[Any]]
@@ -36,7 +37,7 @@ def _lit(p: Pictures, metallic: float) -> Pixels:
     normal = _scaled(p.normal, width, height).astype(np.float32) / 127.5 - 1.0
     rough = np.clip(_scaled(p.rough, width, height).astype(np.float32) / 255, 0.08, 1.0)
     base = p.base.astype(np.float32) / 255
-    linear = np.where(base <= 0.04045, base / 12.92, ((base + 0.055) / 1.055) ** 2.4)
+    linear = linear_from_srgb_array(base)
     facing = np.clip(normal @ _LIGHT.astype(np.float32), 0.0, 1.0) / np.float32(_LIGHT[2])
     # The eye moves over the swatch a little, so that a gloss shows as a gleam in one part of it.
     y, x = np.mgrid[0:height, 0:width].astype(np.float32)
@@ -51,7 +52,7 @@ def _lit(p: Pictures, metallic: float) -> Pixels:
     tint = _F0 * (1.0 - metallic) + linear * metallic
     diffuse = linear * (1.0 - 0.75 * metallic) * (_AMBIENT + (1.0 - _AMBIENT) * facing)[..., None]
     color = np.clip(diffuse + 0.55 * tint * lobe[..., None] + 0.15 * metallic * linear, 0.0, 1.0)
-    shown = np.where(color <= 0.0031308, color * 12.92, 1.055 * color ** (1 / 2.4) - 0.055)
+    shown = srgb_from_linear_array(color)
     pixels: Pixels = np.rint(shown * 255).astype(np.uint8)
     return pixels
 

@@ -6,16 +6,13 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 
+from casa_assets.core.typing import Floats, Mask
 from casa_assets.geometry.planar import Outline, distance, inside
 from casa_assets.model.floor import Corners, Facts, Fixture, Role, Row, Side
 from casa_assets.model.plan import OpeningKind
 from casa_assets.model.record import Vec2
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 CELL = 0.025  # metres
 RADIUS = 0.30  # of the base, metres

@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from casa_assets.checks.design.floor_map import RADIUS, STANDS, TALL, FloorMap, Mask, toward
+from casa_assets.checks.design.floor_map import RADIUS, STANDS, TALL, FloorMap, toward
+from casa_assets.core.typing import Mask
 from casa_assets.model.floor import Facts, Fixture, Movable, Parking, Role, Stance
 from casa_assets.model.record import Vec2
 

@@ -7,13 +7,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.design.floor_map import RADIUS
+from casa_assets.core.typing import Floats
 from casa_assets.model.floor import Facts, Fixture, Foot, Parking, Role, Volume
 from casa_assets.model.record import Vec2, Vec3
-
-Floats = npt.NDArray[np.float64]
 
 ARM = 0.8  # metres that an arm reaches from the front of the base, seen from above
 LOWEST, HIGHEST = 0.3, 1.9  # heights between which it works, metres

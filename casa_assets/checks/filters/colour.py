@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 
 from casa_assets.checks.check import Measured
 from casa_assets.checks.filters.skin import skin
+from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear_array
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.asset import Asset, Visual
 from casa_assets.model.material import Material, Texture
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Weights of red, green and blue in what the eye takes for bright. Ref: ITU-R BT.709.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -68,7 +66,7 @@ def is_coloured(asset: Asset, limit: float | None) -> Measured:
     look = _look(asset)
     if look is None or _is_metal(asset):
         return Measured()
-    shown = _displayed(look.linear)
+    shown = srgb_from_linear_array(look.linear)
     off = float(np.percentile(np.abs(shown - shown.mean()).max(axis=1), 99))
     says = "has one plain grey all over; bring its materials, or a picture"
     return Measured(off, (("materials", says),) if off < _number(limit) else ())
@@ -82,7 +80,7 @@ def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
     shows = (look.sharp > 0) & (look.texels * found.longest >= PALETTE)
     if shows.mean() < PICTURED:
         return Measured()
-    if float(np.ptp(np.percentile(_displayed(look.linear[shows]) @ LUMINANCE, (2, 98)))) < DETAIL:
+    if float(np.ptp(np.percentile(srgb_from_linear_array(look.linear[shows]) @ LUMINANCE, (2, 98)))) < DETAIL:
         return Measured()
     points = float(np.median(look.sharp[shows])) * found.longest
     texels = float(np.median(look.texels[shows])) * found.longest
@@ -128,7 +126,7 @@ def _part(visual: Visual, look: Material, count: int) -> tuple[Floats, Floats, F
     # What was painted here has one patch to a triangle, however sharp the vertex colours were.
     soft = edge > GRADIENT * max(image.width_px, image.height_px)
     own = texels if image.name != PAINTED and not soft else np.zeros(count)
-    return base * _linear(shown), texels, own / edge
+    return base * linear_from_srgb_array(shown), texels, own / edge
 
 
 def _areas(visual: Visual) -> Floats:
@@ -186,15 +184,3 @@ def _sampled(pixels: Floats, uv: Floats) -> Floats:
     row = np.minimum(((1 - uv[:, 1] % 1.0) * high).astype(np.int64), high - 1)
     picked: Floats = pixels[np.maximum(row, 0), column]
     return picked
-
-
-def _linear(shown: Floats) -> Floats:
-    """Ref: IEC 61966-2-1, the transfer function of sRGB."""
-    linear: Floats = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
-    return linear
-
-
-def _displayed(linear: Floats) -> Floats:
-    """The inverse of `_linear`."""
-    shown: Floats = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * np.maximum(linear, 0) ** (1 / 2.4) - 0.055)
-    return shown

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.built import is_loose_mesh
 from casa_assets.checks.check import Measured
 from casa_assets.checks.filters.skin import skin
 from casa_assets.checks.package import Package
+from casa_assets.core.typing import Floats
 from casa_assets.geometry.hull import hull_volume
 from casa_assets.geometry.voxel import voxelise
 from casa_assets.geometry.water import water
 from casa_assets.model.category import Affordance, Build, Category, Upright
-
-Floats = npt.NDArray[np.float64]
 
 # The category of what nobody could name.
 UNKNOWN = "object"

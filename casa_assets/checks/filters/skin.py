@@ -6,16 +6,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.built import is_loose_mesh
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.exposure import Exposure, exposure
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.topology import face_components, weld
 from casa_assets.model.asset import Asset, Visual
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

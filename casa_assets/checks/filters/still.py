@@ -10,17 +10,15 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.built import is_loose_mesh
 from casa_assets.checks.check import Measured
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.slim import slim
+from casa_assets.core.typing import Floats
 from casa_assets.model.asset import Base
 from casa_assets.model.category import Affordance, Upright
-
-Floats = npt.NDArray[np.float64]
 
 RATE_HZ = 240
 # The steps of a runtime. Slender things jitter more on long ones, on the few points that a hull touches a floor with.

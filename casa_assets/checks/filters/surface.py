@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 
 from casa_assets.checks.check import Measured
 from casa_assets.checks.filters.skin import Skin, skin
 from casa_assets.checks.package import Package
+from casa_assets.core.typing import Floats, Mask
 from casa_assets.geometry.topology import edge_counts
 from casa_assets.model.asset import Asset
 from casa_assets.model.category import Build, Category, Upright
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # A piece thinner than this part of its own width is flat.
 FLAT = 0.005

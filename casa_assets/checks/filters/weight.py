@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.checks.built import is_loose_mesh
 from casa_assets.checks.check import Measured
@@ -12,8 +11,6 @@ from casa_assets.geometry.measure import signed_volume, solid_moments
 from casa_assets.geometry.solid import union
 from casa_assets.geometry.tessellate import surface
 from casa_assets.model.asset import Asset
-
-Floats = npt.NDArray[np.float64]
 
 # Milliseconds that MuJoCo takes to load a thousand triangles, and a million pixels, as benchmarks/ingest_filters.py
 # measures them on one core; reckoned and not timed, so that the number is the same on any machine.

@@ -7,6 +7,7 @@ from pathlib import PurePosixPath
 import mujoco
 
 from casa_assets.checks.facts import LookFacts
+from casa_assets.core.color import linear_from_srgb
 from casa_assets.model.record import Vec4
 
 COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
@@ -34,9 +35,9 @@ def looks(model: mujoco.MjModel) -> tuple[LookFacts, ...]:
 
 
 def linear(rgba: tuple[float, ...]) -> Vec4:
-    """Display colour -> linear, alpha as it is. Ref: IEC 61966-2-1."""
+    """Display colour -> linear, alpha as it is."""
     red, green, blue, alpha = rgba
-    dark = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (red, green, blue)]
+    dark = [linear_from_srgb(c) for c in (red, green, blue)]
     return dark[0], dark[1], dark[2], alpha
 
 

@@ -7,8 +7,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.scene.subject import Floats, SceneSubject, boxes, corners
+from casa_assets.checks.scene.subject import SceneSubject, boxes, corners
 from casa_assets.checks.scene.support import CEILING, FLOOR, ROOM, WALL
+from casa_assets.core.typing import Floats
 
 MM = 1000.0
 DOOR, WINDOW = "door", "window"

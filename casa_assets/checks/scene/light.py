@@ -12,7 +12,8 @@ import numpy as np
 from casa_assets.checks.check import Measured
 from casa_assets.checks.scene.files import SceneFiles
 from casa_assets.checks.scene.rest import MM, REST_S, SETTLED_S
-from casa_assets.checks.scene.subject import Mask, reset
+from casa_assets.checks.scene.subject import reset
+from casa_assets.core.typing import Mask
 
 Fault = tuple[str, str]
 # What of a joint, and of a body that moves, is the same in both; each is an array with a row per joint, dof or body.

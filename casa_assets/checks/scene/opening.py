@@ -9,18 +9,8 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.scene.subject import (
-    AllPairs,
-    Floats,
-    Ints,
-    Mask,
-    Part,
-    SceneSubject,
-    around,
-    boxes,
-    corners,
-    meet,
-)
+from casa_assets.checks.scene.subject import AllPairs, Part, SceneSubject, around, boxes, corners, meet
+from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset import JointKind
 
 # How far the point that moves fastest goes between two poses. A corner that swings 1 mm deep past an edge on an arm of

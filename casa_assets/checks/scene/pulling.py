@@ -13,7 +13,8 @@ import numpy as np
 from casa_assets.checks.check import Measured
 from casa_assets.checks.force import CHUNK, LONGEST_S, PULL_N, hand_effort
 from casa_assets.checks.scene.opening import Desk, Sweep
-from casa_assets.checks.scene.subject import AllPairs, Floats, Part, SceneSubject, around, boxes, meet, reset
+from casa_assets.checks.scene.subject import AllPairs, Part, SceneSubject, around, boxes, meet, reset
+from casa_assets.core.typing import Floats
 
 # Parts that come nearer to each other than this on their ways are not pulled at the same time.
 APART_M = 0.005

@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.scene.subject import AllPairs, Floats, SceneSubject, reset
+from casa_assets.checks.scene.subject import AllPairs, SceneSubject, reset
+from casa_assets.core.typing import Floats
 from casa_assets.model.asset import JointKind
 
 SETTLED_S, REST_S = 1.0, 5.0

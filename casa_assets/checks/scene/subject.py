@@ -9,20 +9,16 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.checks.motion import far, opened
 from casa_assets.checks.readers.mujoco_load import Loaded, heard, load_asset_file
+from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset import Asset, Base, Joint
 from casa_assets.model.scene import Placement, Scene
 
 FILE = "scene.xml"
 START = "start"
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

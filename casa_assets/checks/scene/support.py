@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.scene.subject import Floats, Ints, SceneSubject, around, boxes, meet
+from casa_assets.checks.scene.subject import SceneSubject, around, boxes, meet
+from casa_assets.core.typing import Floats, Ints
 
 FLOOR, WALL, CEILING = "floor", "wall", "ceiling"
 ROOM = (FLOOR, WALL, CEILING)

@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.scene.subject import Floats, SceneSubject, reset
+from casa_assets.checks.scene.subject import SceneSubject, reset
 from casa_assets.checks.scene.support import WALL
+from casa_assets.core.typing import Floats
 from casa_assets.model.scene import Camera
 
 Pixels = npt.NDArray[np.uint8]

@@ -12,6 +12,7 @@ import io
 from lxml import etree
 from PIL import Image, ImageStat
 
+from casa_assets.core.color import srgb_from_linear
 from casa_assets.export.mjcf import number
 from casa_assets.model.asset import Asset
 from casa_assets.model.material import Material, Texture
@@ -51,8 +52,8 @@ def add(assets: etree._Element, material: Material, name: str) -> None:
 
 
 def display(linear: float) -> float:
-    """Linear intensity -> sRGB, 0..1. Ref: IEC 61966-2-1."""
-    return 12.92 * linear if linear <= 0.0031308 else 1.055 * linear ** (1 / 2.4) - 0.055
+    """Linear intensity -> sRGB, 0..1."""
+    return srgb_from_linear(linear)
 
 
 def _attributes(material: Material, name: str) -> dict[str, str]:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image, ImageStat
 
+from casa_assets.core.color import linear_from_srgb_array
+from casa_assets.core.typing import Floats
 from casa_assets.export.mjcf import number
 from casa_assets.export.mjcf.material import display
 from casa_assets.geometry.extent import shape_bounds
@@ -25,8 +26,6 @@ THIN = 1e-4
 # Pictures whose mean is remembered: those of a kitchen.
 KEPT = 256
 PLAIN: Vec4 = (0.6, 0.6, 0.6, 1.0)
-
-Floats = npt.NDArray[np.float64]
 
 
 def tints(asset: Asset) -> dict[str, str]:
@@ -57,7 +56,7 @@ def _mean(png: bytes) -> Vec4:
         # Of a small copy: a mean of display values would be too dark where a picture is rich in contrast.
         small = image.convert("RGBA").resize((32, 32), Image.Resampling.BOX)
     values = np.asarray(small, dtype=np.float64).reshape(-1, 4) / 255
-    color = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)[:, :3].mean(axis=0)
+    color = linear_from_srgb_array(values)[:, :3].mean(axis=0)
     red, green, blue = (float(c) for c in color)
     return red, green, blue, float(ImageStat.Stat(small.getchannel("A")).mean[0]) / 255
 

@@ -8,14 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.export.mjcf import number
 from casa_assets.model.asset import Asset
 from casa_assets.model.pose import Pose
 
-Floats = npt.NDArray[np.float64]
 # Longer than this many times its width it stands on end (a straw), else on its edge (a slice of bread).
 SLENDER = 2.5
 AROUND_X = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # y goes up

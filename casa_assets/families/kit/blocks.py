@@ -8,7 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from casa_assets.families.kit.solid import Floats, Ints, Solid, box_shape, turn
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.families.kit.solid import Solid, box_shape, turn
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3

@@ -9,12 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from casa_assets.families.kit.solid import Floats, Ints, Solid
+from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.families.kit.solid import Solid
 from casa_assets.model.record import Vec2
 
-Mask = npt.NDArray[np.bool_]
 Rectangle = tuple[Vec2, Vec2]
 
 # Lengths are rounded to a micrometre, so that sums that should be equal make one line of the grid.

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import manifold3d
 import numpy as np
 
+from casa_assets.core.typing import Floats
 from casa_assets.families.kit.slab import offset
-from casa_assets.families.kit.solid import Floats, Solid
+from casa_assets.families.kit.solid import Solid
 from casa_assets.model.record import Vec2
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import manifold3d
 import numpy as np
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.kit.slab import offset
-from casa_assets.families.kit.solid import Floats, Ints, Solid
+from casa_assets.families.kit.solid import Solid
 
 
 def round_the_room(loop: Floats, profile: Floats) -> Solid:

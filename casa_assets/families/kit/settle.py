@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.families.kit.solid import Floats
+from casa_assets.core.typing import Floats
 from casa_assets.model.asset import Asset
 from casa_assets.model.link import Collider, Link, Visual
 from casa_assets.model.mesh import Mesh

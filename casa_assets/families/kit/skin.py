@@ -6,7 +6,8 @@ import zlib
 
 import numpy as np
 
-from casa_assets.families.kit.solid import Floats, Ints, Solid
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.families.kit.solid import Solid
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.normals import with_normals
 from casa_assets.geometry.topology import merge_rows

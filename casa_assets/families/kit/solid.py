@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.hull import small_hull
 from casa_assets.geometry.measure import solid_moments
 from casa_assets.model.mesh import Mesh
@@ -15,8 +15,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.shape import Box, Hull, Shape
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Placed = tuple[Shape, Pose]
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

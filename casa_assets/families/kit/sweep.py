@@ -9,7 +9,8 @@ from itertools import pairwise
 import manifold3d
 import numpy as np
 
-from casa_assets.families.kit.solid import Floats, Ints, Placed, Solid, joined
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.families.kit.solid import Placed, Solid, joined
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 from casa_assets.model.shape import Box, Capsule, Shape

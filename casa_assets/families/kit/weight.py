@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.families.kit.solid import Floats, Solid
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solid import Solid
 from casa_assets.geometry.measure import solid_moments
 
 

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from casa_assets.core.typing import Floats
 from casa_assets.families.kit.blocks import board, rod
 from casa_assets.families.kit.loft import loft
-from casa_assets.families.kit.solid import Floats, Placed, Solid
+from casa_assets.families.kit.solid import Placed, Solid
 from casa_assets.families.kit.sweep import bent, prism, rectangle
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.model.mesh import Mesh

@@ -9,9 +9,10 @@ from enum import StrEnum
 
 import numpy as np
 
+from casa_assets.core.typing import Floats
 from casa_assets.families.kit.blocks import lathe, rod
 from casa_assets.families.kit.loft import loft
-from casa_assets.families.kit.solid import Floats, Solid, joined
+from casa_assets.families.kit.solid import Solid, joined
 from casa_assets.families.kit.sweep import circle, rectangle, tube
 from casa_assets.model.record import Vec3
 

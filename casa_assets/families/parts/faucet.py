@@ -9,11 +9,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit import dynamics
 from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import ball, box, lathe, rod
-from casa_assets.families.kit.solid import Floats, Solid, box_shape
+from casa_assets.families.kit.solid import Solid, box_shape
 from casa_assets.families.kit.sweep import bent, rectangle, tube
 from casa_assets.model.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.record import Vec3

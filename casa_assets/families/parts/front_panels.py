@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from casa_assets.core.typing import Floats
 from casa_assets.families.kit.blocks import board, box
 from casa_assets.families.kit.loft import loft
 from casa_assets.families.kit.slab import offset
-from casa_assets.families.kit.solid import Floats, Solid
+from casa_assets.families.kit.solid import Solid
 from casa_assets.families.kit.sweep import frame, prism
 from casa_assets.model.record import Vec3
 

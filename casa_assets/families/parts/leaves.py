@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from casa_assets.families.kit.solid import Floats, Solid
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solid import Solid
 
 THICK = 0.0012  # metres; a succulent's is thicker
 

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from casa_assets.core.typing import Floats
 from casa_assets.families.kit.loft import loft
-from casa_assets.families.kit.solid import Floats, Solid, box_shape
+from casa_assets.families.kit.solid import Solid, box_shape
 from casa_assets.families.kit.sweep import circle, rectangle, tube
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.model.pose import Pose

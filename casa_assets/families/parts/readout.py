@@ -7,8 +7,9 @@ from enum import StrEnum
 
 import numpy as np
 
+from casa_assets.core.typing import Floats
 from casa_assets.families.kit.blocks import box, lathe
-from casa_assets.families.kit.solid import Floats, Solid, joined
+from casa_assets.families.kit.solid import Solid, joined
 from casa_assets.families.kit.sweep import prism
 
 # Bars of each figure: top, upper left, upper right, middle, lower left, lower right, bottom.

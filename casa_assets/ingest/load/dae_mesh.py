@@ -8,15 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.dae_xml import Document, Element, count_of, floats_of, kid, kids, tag, whole_of
 from casa_assets.ingest.load.notes import Notes
 from casa_assets.ingest.load.polygon import triangulate
 from casa_assets.ingest.load.rough import merged_corners
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 SURFACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 

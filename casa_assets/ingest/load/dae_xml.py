@@ -11,12 +11,12 @@ import numpy as np
 import numpy.typing as npt
 from lxml import etree
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.notes import clean
 from casa_assets.ingest.load.obj_lines import parsed_numbers
 
-Floats = npt.NDArray[np.float64]
 Element = etree._Element
 
 # COLLADA files are about a dozen deep, plus their node hierarchy.

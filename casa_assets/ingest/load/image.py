@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, UnidentifiedImageError
 
+from casa_assets.core import color
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.names import Names
 from casa_assets.ingest.load.notes import Notes, clean
@@ -151,13 +152,11 @@ def _with_alpha(pixels: Pixels, alpha: str | float) -> Pixels:
 
 
 def linear_from_srgb(value: float) -> float:
-    """One colour channel, display value in 0..1 -> linear light in 0..1. Ref: IEC 61966-2-1."""
-    clipped = min(1.0, max(0.0, value))
-    return clipped / 12.92 if clipped <= 0.04045 else ((clipped + 0.055) / 1.055) ** 2.4
+    """One channel, display value, brought into 0..1 -> linear light in 0..1."""
+    return color.linear_from_srgb(min(1.0, max(0.0, value)))
 
 
 def srgb_bytes_from_linear(values: npt.NDArray[np.float64]) -> Pixels:
-    """Linear light in 0..1, any shape -> sRGB bytes. Ref: IEC 61966-2-1."""
+    """Linear light in 0..1, any shape -> sRGB bytes."""
     clipped = np.clip(np.nan_to_num(values, nan=1.0), 0.0, 1.0)
-    curved = np.where(clipped <= 0.0031308, clipped * 12.92, 1.055 * np.power(clipped, 1 / 2.4) - 0.055)
-    return np.rint(curved * 255.0).astype(np.uint8)
+    return np.rint(color.srgb_from_linear_array(clipped) * 255.0).astype(np.uint8)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.formats import Format
@@ -20,9 +21,6 @@ from casa_assets.ingest.load.rough import Rough, check_face_count, finish, merge
 from casa_assets.ingest.load.text import plain
 from casa_assets.model.material import Material
 from casa_assets.model.source import Bundle, RawModel
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

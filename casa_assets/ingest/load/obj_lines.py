@@ -7,15 +7,12 @@ import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.load.text import decode
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Statements that run or include something. Ref: Wavefront OBJ specification, "general statements"
 _DIRECTIVES = frozenset({b"call", b"csh", b"shadow_obj", b"trace_obj", b"ctech", b"stech"})

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.formats import Format
@@ -17,9 +18,6 @@ from casa_assets.ingest.load.polygon import triangulate
 from casa_assets.ingest.load.rough import Rough, check_face_count, finish
 from casa_assets.model.material import Material
 from casa_assets.model.source import Bundle, RawModel
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Names that writers use for texture coordinates of vertices.
 _UV_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texcoord_u", "texcoord_v"))

@@ -9,12 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.notes import clean
 from casa_assets.ingest.load.text import decode
-
-Floats = npt.NDArray[np.float64]
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from casa_assets.core.typing import Floats, Ints
 
 # Ear clipping costs the square of the corners; beyond this a fan has to do.
 MOST_CLIPPED_CORNERS = 3000

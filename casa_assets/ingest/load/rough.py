@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.formats import Format
@@ -17,8 +18,6 @@ from casa_assets.model.material import Material
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.source import RawModel, RawPart, Up
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.uint8]
 
 # Beyond these a coordinate is a fault of the file, not a place: no unit makes a kitchen object 1e12 long.

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import binary_closing, grey_closing
 from scipy.spatial import ConvexHull, QhullError
 
+from casa_assets.core.typing import Floats
 from casa_assets.ingest.pose.cloud import Cloud, plan_axes
 from casa_assets.model.category import Build, Category, Upright
-
-Floats = npt.NDArray[np.float64]
 
 # Cells along the longest side of the map of heights that rain falls on.
 CELLS = 36

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import ConvexHull
 
+from casa_assets.core.typing import Floats
 from casa_assets.ingest.pose.cloud import plan_axes
 from casa_assets.ingest.pose.evidence import FOOT
 from casa_assets.model.category import Category, Front
-
-Floats = npt.NDArray[np.float64]
 
 # A turn smaller than this is left undone, radians: files that lie along their axes stay as they are.
 STRAIGHT = np.radians(3.0)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.ingest.pose.cloud import Cloud
-
-Floats = npt.NDArray[np.float64]
 
 # asset_from_file rotations by the file axis that becomes z. The first two are the usual conversions,
 # so that a glTF front (+z) becomes the asset front (-y).

@@ -5,15 +5,12 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.measure import winding_number
 from casa_assets.geometry.topology import face_components, is_closed
 from casa_assets.ingest.draft import warning
 from casa_assets.model.issue import Issue
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # A handle is let into a mug by its maker; what is as large as the thing itself is another thing.
 LIKE_SIZE = 0.8

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.hull import hull_volume
 from casa_assets.geometry.measure import face_normals, signed_volume
@@ -15,10 +15,6 @@ from casa_assets.ingest.draft import warning
 from casa_assets.ingest.repair.pieces import Pieces, box_gaps
 from casa_assets.model.category import Category
 from casa_assets.model.issue import Issue
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # With more pieces than these it is a heap, of which nothing is taken away.
 MOST_PIECES = 5000

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Ints, Mask
 from casa_assets.geometry.topology import edge_counts, patches
 from casa_assets.ingest.draft import warning
 from casa_assets.model.issue import Issue
-
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # A patch of more faces than these was meant: a leaf, a strap, a label that stands off.
 MOST_FACES = 2

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.coverage import surface_samples
 from casa_assets.geometry.measure import signed_volume
 from casa_assets.geometry.topology import is_closed
@@ -13,10 +13,6 @@ from casa_assets.ingest.draft import warning
 from casa_assets.ingest.repair.pieces import Pieces
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import RawPart
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # Cubes along the longest side: what gets out through a smaller hole is sealed in.
 CELLS = 96

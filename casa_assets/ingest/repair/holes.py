@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.topology import weld
 from casa_assets.ingest.draft import warning
 from casa_assets.model.issue import Issue
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.source import RawPart
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # A hole is small where the box around it is no larger than this part of the whole, and it has no more edges than these.
 WIDEST = 0.03

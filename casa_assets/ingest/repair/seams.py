@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.topology import edge_counts
 from casa_assets.ingest.draft import warning
 from casa_assets.model.issue import Issue
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # A crack is narrower than this part of the longest side, and than that part of the shortest edge at its ends.
 WIDEST = 7e-3

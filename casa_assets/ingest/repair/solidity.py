@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.exposure import exposure
 from casa_assets.geometry.hull import hull_volume
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.topology import edge_counts, face_components
 from casa_assets.geometry.voxel import voxelise
 from casa_assets.ingest.collide_matter import LOOSE, SEALED, THIN, Kind
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Share of the area of an open surface, or of a full thing, that must be out of sight for its walls to be double.
 UNSEEN = 0.25

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.topology import edge_counts
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # A height of a face below this part of the longest side is none.
 NO_HEIGHT = 1e-7

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Ints
 from casa_assets.geometry.topology import edge_counts, weld
 from casa_assets.ingest.draft import warning
 from casa_assets.ingest.repair.holes import closed
 from casa_assets.model.issue import Issue
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.source import RawPart
-
-Ints = npt.NDArray[np.int64]
 
 # More tangled edges than this share are the way it was built, and so many at most are looked at.
 MOST = 0.005

@@ -9,14 +9,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.topology import weld
 from casa_assets.ingest.draft import warning
 from casa_assets.model.issue import Issue
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.source import RawPart
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # How far off an edge a corner may lie: of the longest side, and of the edge.
 OFF = 2e-3

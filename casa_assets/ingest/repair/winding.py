@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.exposure import exposure
 from casa_assets.geometry.measure import winding_number
 from casa_assets.geometry.topology import consistent_winding, edge_counts, face_components, is_closed, patches
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # So many pieces, the largest, are looked at for being within one another.
 MOST_HOLLOW = 64

@@ -7,18 +7,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets import registry
 from casa_assets.checks.alike import NAMED, Likeness
+from casa_assets.core.typing import Floats
 from casa_assets.model.category import Category, sentences
 from casa_assets.pipeline.alike.rows import Row
 from casa_assets.pipeline.cache_key import digest_of, key_of
 from casa_assets.pipeline.entry_files import checked_model
 from casa_assets.pipeline.look import Eye, pictures_of, shares
 from casa_assets.pipeline.store import Store
-
-Floats = npt.NDArray[np.float64]
 
 # Pairs whose pictures are nearer than this are worth a word; the limit of the check is stricter.
 NEAR = 0.9

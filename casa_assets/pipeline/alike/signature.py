@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.form import form
 from casa_assets.model.asset import Asset
 from casa_assets.model.signature import Signature
 from casa_assets.preview.tint import tint
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 def signature(asset: Asset) -> Signature | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.geometry.coverage import gaps
 from casa_assets.geometry.cutting import halves, solid_of, surface_of
@@ -21,7 +22,7 @@ from casa_assets.ingest.collide_matter import Kind, matter
 from casa_assets.ingest.collide_split import Bound
 from casa_assets.ingest.collide_split import joined as joined_up
 from casa_assets.ingest.collide_ways import WAYS
-from casa_assets.ingest.decompose import Budget, DecompositionFailed, Floats, Ints
+from casa_assets.ingest.decompose import Budget, DecompositionFailed
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.topology import weld
 from casa_assets.geometry.voxel import Grid, voxelise
 from casa_assets.ingest.collide import CollideParams, collide
 from casa_assets.ingest.collide_matter import CELLS, matter
-from casa_assets.ingest.collide_pieces import SHEET_RATIO, Floats, Ints, assembled, stands_for
+from casa_assets.ingest.collide_pieces import SHEET_RATIO, assembled, stands_for
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.shape import Hull
 from tests.meshes import box_mesh

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.revolution import RAYS, Walls
 from casa_assets.geometry.tessellate import surface
 from casa_assets.ingest.collide import CollideParams, collide
 from casa_assets.ingest.collide_slabs import table
-from casa_assets.ingest.decompose import Budget, Floats, Ints
+from casa_assets.ingest.decompose import Budget
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.shape import Box, Cylinder

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.hull import hull_volume
 from casa_assets.geometry.topology import weld
-from casa_assets.ingest.decompose import Budget, DecompositionFailed, Floats, Ints, decompose
+from casa_assets.ingest.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.model.mesh import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, joined, moved, turned

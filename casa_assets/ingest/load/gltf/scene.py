@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.formats import Format
@@ -21,9 +22,6 @@ from casa_assets.ingest.load.image import Images, srgb_bytes_from_linear
 from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.load.rough import Rough, check_face_count, finish, transformed, used_vertices
 from casa_assets.model.source import Bundle, RawModel, Up
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.ingest.load.gltf.accessor import Accessors
 from casa_assets.ingest.load.gltf.graph import Graph, Placed
 from casa_assets.ingest.load.gltf.tree import Node
-
-Floats = npt.NDArray[np.float64]
 
 
 def posed(

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import codes
 from casa_assets.ingest.load.gltf.accessor import Accessors
@@ -18,8 +18,6 @@ from casa_assets.ingest.load.image import Images, Look
 from casa_assets.ingest.load.names import Names
 from casa_assets.ingest.load.notes import Notes
 from casa_assets.model.material import ColorSpace, Material, Texture
-
-Floats = npt.NDArray[np.float64]
 
 _BLACK = 0.02
 
