@@ -1,0 +1,89 @@
+"""A fault of the program in one item of a batch: its trace is told, the others go on, and the run ends with exit 3."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from casa_assets.errors import CasaError
+from casa_assets.families.family import Params
+from casa_assets.model.asset import Asset
+from casa_assets.model.style import Choice
+from casa_assets.pipeline import kitchens
+from casa_assets.pipeline.asset_store import AssetStore
+from casa_assets.pipeline.batch import attempt
+from tests.libraries import BOXES, box_obj, casa
+
+# `sitecustomize` of the program and its workers: building a vase, and reading a milk carton, meet a fault.
+FAULTY = """
+import sys
+
+if "casa_assets.cli.main" in sys.orig_argv or any("isolation.server" in word for word in sys.orig_argv):
+    import casa_assets.pipeline.families as families
+    import casa_assets.pipeline.worker as worker
+
+    build, collect = families.build_asset, worker.collect
+
+    def faulty_build(found, *rest):
+        assert found.name != "vase", "a vase without a bottom"
+        return build(found, *rest)
+
+    def faulty_collect(found, limits):
+        assert "milk" not in found.main, "a carton without a lid"
+        return collect(found, limits)
+
+    families.build_asset, worker.collect = faulty_build, faulty_collect
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> str:
+    """PYTHONPATH of the hook."""
+    (tmp_path / "hook").mkdir()
+    (tmp_path / "hook" / "sitecustomize.py").write_text(FAULTY, encoding="ascii")
+    return str(tmp_path / "hook")
+
+
+@pytest.mark.slow
+def test_of_a_family(tmp_path: Path, path: str) -> None:
+    out = tmp_path / "out"
+    done = casa("families", "build", "vase", "candle", "--samples", 1, "--library", out, "--json", PYTHONPATH=path)
+    assert done.returncode == 3, done.stderr
+    said = {row["member"]: row for row in map(json.loads, done.stdout.splitlines())}
+    assert said["candle/#0"]["passed"]
+    assert "AssertionError: a vase without a bottom" in said["vase/#0"]["says"]
+    assert "Traceback" in said["vase/#0"]["says"]
+    assert "vase/#0: a fault of the program" in done.stderr
+
+
+@pytest.mark.slow
+def test_of_an_input(tmp_path: Path, path: str) -> None:
+    for name in ("cereal_box", "milk_carton"):
+        (tmp_path / f"{name}.obj").write_text(box_obj(BOXES[name]), encoding="ascii")
+    done = casa("ingest", *tmp_path.glob("*.obj"), "--library", tmp_path / "library", "--json", PYTHONPATH=path)
+    assert done.returncode == 3, done.stderr
+    said = {row["path"]: row for row in map(json.loads, done.stdout.splitlines())}
+    assert said["cereal_box.obj"]["status"] == "accepted"
+    assert said["milk_carton.obj"]["code"] == "RUN004"
+    assert "AssertionError: a carton without a lid" in said["milk_carton.obj"]["says"]
+
+
+@pytest.mark.parametrize(("error", "is_fault"), [(CasaError("too wide"), False), (ValueError("too wide"), True)])
+def test_who_is_to_blame(error: Exception, is_fault: bool, tmp_path: Path) -> None:
+    def fail() -> tuple[str, bool]:
+        raise error
+
+    says, told = attempt(fail, lambda message, fault: (message, fault), tmp_path)
+    assert told == is_fault
+    assert says == "too wide" or (is_fault and says.startswith("Traceback"))
+
+
+def test_a_value_error_of_a_builder_is_no_mistake_of_the_user(tmp_path: Path) -> None:
+    class Broken(AssetStore):
+        def built(self, found: object, params: Params) -> Asset:
+            raise ValueError("a box needs a positive size")
+
+    with pytest.raises(ValueError, match="positive size"):
+        kitchens.build_choice("sink", Choice(preset="vase/white_tulips"), Broken(tmp_path))
