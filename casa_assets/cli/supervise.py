@@ -18,13 +18,13 @@ from contextlib import suppress
 from casa_assets.pipeline.isolation.usage import trees
 
 SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
-GRACE_S = 2.5  # for the child to put in order what is under way, once it was told to stop
+GRACE_S = 2.0  # for the child to put in order what is under way, once it was told to stop
 LEFT_S = 0.5  # for what the child started to end by itself, once the child has ended
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Ref: prctl(2)
 
 
 def supervised(work: Callable[[], int], tell: Callable[[str, str], None]) -> int:
-    """Exit code of `work`, which runs in a child process; 128 + number where a signal stopped it.
+    """Run `work` in a child process and end with its exit code, or 128 + number where a signal stopped it.
 
     Args:
         work: returns its exit code; it takes care of the signals itself, which are blocked when it is called.
@@ -48,7 +48,11 @@ def supervised(work: Callable[[], int], tell: Callable[[str, str], None]) -> int
         sys.exit(code)
     status, stop = _wait(child)
     _bury(0.0 if stop else LEFT_S)
-    return _exit_code(status, stop, tell)
+    code = _exit_code(status, stop, tell)
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):
+            stream.flush()
+    os._exit(code)  # taking Python apart takes a second where the machine is busy, and there is nothing to put in order
 
 
 def unblock() -> None:
