@@ -110,14 +110,15 @@ def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) ->
 def _follow(running: Iterable[Event], console: Console, as_json: bool) -> list[Event]:
     """Tell of each input as it is done with; returns all of them."""
     events: list[Event] = []
-    bad = 0
+    done = bad = 0
     with bar(console) as progress:
         task = progress.add_task("looking", total=None)
         for event in running:
             events.append(event)
-            bad += event.was_rejected
-            words = f"[green]{len(events) - bad} accepted[/], [red]{bad} rejected[/]"
-            progress.update(task, total=event.total, completed=len(events), description=words)
+            done += event.count
+            bad += event.count * event.was_rejected
+            words = f"[green]{done - bad} accepted[/], [red]{bad} rejected[/]"
+            progress.update(task, total=event.total, completed=done, description=words)
             _tell(event, progress.console, as_json)
     return events
 
@@ -131,6 +132,7 @@ def _tell(event: Event, console: Console, as_json: bool) -> None:
             "id": event.asset_id,
             "code": event.code,
             "says": event.says,
+            "count": event.count,
             "warnings": [{"code": w.code, "pointer": w.pointer, "says": w.says} for w in event.warnings],
         }
         typer.echo(json.dumps(row, sort_keys=True))
@@ -154,7 +156,10 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
     touched = {e.asset_id for e in events}
     rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched}
     console.print(_accepted_table([e for e in rows.values() if e.accepted]))
-    codes = Counter(e.code for e in events if e.code)
+    codes: Counter[str] = Counter()
+    for event in events:
+        if event.code:
+            codes[event.code] += event.count
     if codes:
         table = Table(title="Rejected by reason", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
         for name in ("code", "reason", "inputs", "what to do"):
@@ -169,11 +174,11 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
         for entry in rows.values():
             _explain(entry, console)
     _on_all(library, console)
-    good = len(events) - counts["refused"]
+    good = counts["all"] - counts["refused"]
     was = "was" if counts["kept"] == 1 else "were"
     kept = f" ({counts['kept']} {was} there already)" if counts["kept"] else ""
     says = f"[green]{good} accepted[/], [red]{counts['refused']} rejected[/]{kept}"
-    console.print(f"{counted(len(events), 'input')}: {says}", highlight=False)
+    console.print(f"{counted(counts['all'], 'input')}: {says}", highlight=False)
     place = _safe(str(library))
     lines = f"Library: {place}/", f"Index:   {place}/index.sqlite", f"Next:    casa-assets report --library {place}"
     console.print("\n".join(lines), highlight=False, soft_wrap=True)

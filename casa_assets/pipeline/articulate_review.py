@@ -53,9 +53,9 @@ def _least(done: Done) -> float:
 def _row(done: Done, out: Path) -> str:
     name = escape(done.mesh.name)
     if done.found is None or done.folder is None:
-        return f'<article><h2>{name}</h2><span class="code">{done.code}</span> {escape(done.says)}</article>'
+        return f'<article><h2>{name}</h2><span class="code">{escape(done.code)}</span> {escape(done.says)}</article>'
     where = quote(Path(os.path.relpath(done.folder, out)).as_posix())
-    code = f' <span class="code">{done.code}</span> {escape(done.says)}' if done.code else ""
+    code = f' <span class="code">{escape(done.code)}</span> {escape(done.says)}' if done.code else ""
     cells = []
     for part in done.found.parts:
         joint, way = part.joint, done.travels.get(part.name)

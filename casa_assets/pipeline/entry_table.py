@@ -23,7 +23,7 @@ from casa_assets.errors import OutputError
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike.pairs import Forms, measured, near
 from casa_assets.pipeline.alike.rows import Row, row
-from casa_assets.pipeline.books.entry import Entry, entry_at
+from casa_assets.pipeline.books.entry import Entry, entry_at, row_entries
 from casa_assets.pipeline.store import Store
 
 NAME = "entries.sqlite"
@@ -83,6 +83,7 @@ class EntryTable:
             self._rows: list[Row] = []
             fresh = [(name, *vars(kept).values()) for name, kept in self._read(before)]
             gone = before.keys() - {e.path for e in self._entries}
+            self._entries += row_entries(library)
             with suppress(sqlite3.OperationalError), base:
                 base.executemany("INSERT OR REPLACE INTO entries VALUES (?, ?, ?, ?)", fresh)
                 base.executemany("DELETE FROM entries WHERE folder = ?", [(name,) for name in gone])

@@ -6,6 +6,7 @@ import shutil
 from collections import Counter
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 
 from casa_assets import registry
@@ -27,6 +28,7 @@ from casa_assets.pipeline.identity import Identity, Producer
 from casa_assets.pipeline.isolation.limits import Limits, WorkerFailure
 from casa_assets.pipeline.isolation.pool import Pool
 from casa_assets.pipeline.job import Event, Job, Outcome, Result, RunAborted, stage_refusal, writing
+from casa_assets.pipeline.refused_rows import RefusedRows, rest_of, row_id
 from casa_assets.pipeline.resume import cached_outcome
 from casa_assets.pipeline.stage import deciding, with_overrides
 from casa_assets.pipeline.store import Store
@@ -80,7 +82,8 @@ class _Run:
     library: disk.Library
     cache_key: str
     limits: Mapping[str, float]
-    found: Sequence[Found | Refused]
+    found: Sequence[Found]
+    total: int
     steps: list[Job | Result] = field(default_factory=list)
     unreadable: unreadable_inputs.Names = field(default_factory=unreadable_inputs.Names)
     rulings: dict[str, Ruling] = field(default_factory=dict)
@@ -95,12 +98,12 @@ class _Run:
             return answer
         return replace(answer, category=name, confidence=1.0, because=f"a person decided, in {review.NAME}")
 
-    def refuse(self, one: Found | Refused, code: str, says: str) -> Event:
+    def refuse(self, one: Found, code: str, says: str) -> Event:
         """Remember an input that never became a bundle."""
         refusal = self.unreadable.refusal(one, code, says, self.cache_key)
         is_new = unreadable_inputs.remember(self.library, refusal)
         kind = "rejected" if is_new else "kept"
-        return Event(kind, len(self.found), refusal.source.path, refusal.id, code, says, was_rejected=True)
+        return Event(kind, self.total, refusal.source.path, refusal.id, code, says, was_rejected=True)
 
 
 def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, None]:
@@ -119,8 +122,9 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
         look.there(options.weights)
     if options.category:
         known.category(options.category)
-    found = list(discover_inputs(roots, options.library))
-    if not found:
+    inputs = discover_inputs(roots, options.library)
+    first = next(inputs, None)
+    if first is None:
         return
     library = disk.Library(options.library)
     bounds = {**known.limits, **options.guards}
@@ -132,7 +136,13 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
         rulings = review.rulings(library)
         try:
             with Pool(options.jobs, limits, "casa_assets.pipeline.survey:warm") as pool:
-                run = _Run(library, cache_key(bounds, options.category), bounds, found, rulings=rulings)
+                refused = RefusedRows(library)
+                found, early = _sorted_out(chain([first], inputs), refused)
+                total = len(found) + sum(event.count for event, _ in early)
+                run = _Run(library, cache_key(bounds, options.category), bounds, found, total, rulings=rulings)
+                for event, one in early:
+                    yield replace(event, total=total)
+                    run.unreadable.is_refused(one)
                 yield from _survey(run, pool, options)
                 results: Iterable[Result] = _results(run, pool)
                 if not options.keep_duplicates:
@@ -141,6 +151,7 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
                 for result in results:
                     yield _settled(run, result)
             run.unreadable.prune(library)
+            refused.write(roots)
             books(library, options.weights)
         finally:
             library.sweep()
@@ -155,11 +166,29 @@ def books(library: disk.Library, weights: str = "") -> None:
     whole.look_over(library, table, look.eye(weights) if weights else None)
 
 
+def _sorted_out(
+    inputs: Iterable[Found | Refused], refused: RefusedRows
+) -> tuple[list[Found], list[tuple[Event, Refused]]]:
+    """The inputs that have a mesh, and events of all others: one each for the first of a file, one for the rest."""
+    found: list[Found] = []
+    events: list[tuple[Event, Refused]] = []
+    for one in inputs:
+        if isinstance(one, Found):
+            found.append(one)
+        elif name := refused.add(one):
+            kind = "kept" if refused.was_known(one) else "rejected"
+            events.append((Event(kind, 0, one.path, name, one.code, one.says, was_rejected=True), one))
+    for path, code, count in refused.rest():
+        says = rest_of(count)
+        kind = "kept" if refused.was_counted(path, code, count) else "rejected"
+        event = Event(kind, 0, path, row_id(path, code), code, says, was_rejected=True, count=count)
+        events.append((event, Refused(path, code, says)))
+    return found, events
+
+
 def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, None]:
     """Digest every input, tell the same bytes, and yield an event for all that are rejected before any work."""
-    inputs = [f for f in run.found if isinstance(f, Found)]
-    for row in (f for f in run.found if isinstance(f, Refused)):
-        yield run.refuse(row, row.code, row.says)
+    inputs = run.found
     answers: dict[int, Survey | Rejected | WorkerFailure] = {}
     for number, answer in pool.run(
         "casa_assets.pipeline.survey:survey", [(f, options.category, run.limits) for f in inputs]
@@ -273,11 +302,14 @@ def _event(run: _Run, result: Result) -> Event:
     kind = "kept" if result.is_kept else "accepted" if outcome.accepted else "rejected"
     path, refused = job.found.source.path, not outcome.accepted
     says = f"{outcome.says}\n{outcome.trace}" if outcome.trace else outcome.says
-    return Event(kind, len(run.found), path, job.asset_id, outcome.code, says, refused, outcome.warnings)
+    return Event(kind, run.total, path, job.asset_id, outcome.code, says, refused, outcome.warnings)
 
 
 def tally(events: Sequence[Event]) -> Counter[str]:
-    """How many were accepted, rejected and kept; `refused` counts rejections new and old."""
-    counts = Counter(e.kind for e in events)
-    counts["refused"] = sum(e.was_rejected for e in events)
+    """How many were accepted, rejected and kept; `refused` counts rejections new and old, `all` everything."""
+    counts: Counter[str] = Counter()
+    for event in events:
+        counts[event.kind] += event.count
+        counts["refused"] += event.count * event.was_rejected
+        counts["all"] += event.count
     return counts

@@ -71,6 +71,7 @@ class Event:
         kind: accepted, rejected, or kept (was there already). total: inputs of the run.
         path: of the input. asset_id: its name in the library.
         code, says: of a rejection. warnings: of an accepted one.
+        count: inputs that it stands for: the many rows of a manifest that are only counted are told of at once.
     """
 
     kind: str
@@ -81,6 +82,7 @@ class Event:
     says: str = ""
     was_rejected: bool = False
     warnings: tuple[Issue, ...] = ()
+    count: int = 1
 
 
 @dataclass(frozen=True)

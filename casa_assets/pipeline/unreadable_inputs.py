@@ -1,4 +1,4 @@
-"""Refusals of inputs that were never read whole: named after where they stand, as there are no bytes to go by."""
+"""Refusals of meshes that were found and never read whole: named after where they stand, having no bytes to go by."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections import Counter
 from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.model.source import Source, SourceKind
+from casa_assets.model.source import Source
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.identity import Producer
 
@@ -16,16 +16,16 @@ PREFIX = "unread_"
 
 
 class Names:
-    """Names of one run's refusals: several at one place (rows of a manifest) are counted."""
+    """Names of one run's refusals: several at one place (rows that name one mesh) are counted."""
 
     def __init__(self) -> None:
         self._times: Counter[str] = Counter()
         self._places: set[str] = set()
         self._ids: set[str] = set()
 
-    def refusal(self, one: Found | Refused, code: str, says: str, cache_key: str) -> disk.Refusal:
+    def refusal(self, one: Found, code: str, says: str, cache_key: str) -> disk.Refusal:
         """The record to be kept of an input."""
-        source = one.source if isinstance(one, Found) else Source(kind=SourceKind.MANIFEST, path=one.path)
+        source = one.source
         place = _place(source)
         self._places.add(place)
         self._times[place] += 1
@@ -46,6 +46,10 @@ class Names:
     def is_readable(self, one: Found) -> None:
         """Nothing is wrong with reading it now: what was said of its place before no longer holds."""
         self._places.add(_place(one.source))
+
+    def is_refused(self, one: Refused) -> None:
+        """It is remembered among the refused rows: what was said of its place before no longer holds."""
+        self._places.add(f"{one.path}:")
 
     def prune(self, library: disk.Library) -> None:
         """Take away refusals of places that this run looked at and has nothing to say against."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import posixpath
 from collections.abc import Iterator, Sequence, Set
@@ -31,8 +32,17 @@ def discover(roots: Sequence[Path]) -> Iterator[Found | Refused]:
         Found or Refused, sorted by path within a root; packages before the loose files of the same folder.
     """
     seen: set[tuple[str, str]] = set()
+    refused: set[bytes] = set()
     for root in roots:
+        folder = root if root.is_dir() else root.parent
         for one in _discover(root):
+            if isinstance(one, Refused):
+                # A digest of the place and the reason, which names the line: there may be very many.
+                place = f"{os.path.realpath(folder / one.path)}\0{one.code}\0{one.says}"
+                short = hashlib.sha256(place.encode("utf-8", "surrogateescape")).digest()[:16]
+                if short in refused:
+                    continue
+                refused.add(short)
             if isinstance(one, Found):
                 key = (os.path.realpath(one.root / one.main), one.source.uid)
                 if key in seen:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -12,6 +13,7 @@ from casa_assets.errors import OutputError
 from casa_assets.model.issue import CheckResult, Issue, Severity
 from casa_assets.model.provenance import Guess, Provenance
 from casa_assets.pipeline import library as disk
+from casa_assets.pipeline import refused_rows
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,15 @@ def entries(library: disk.Library) -> Iterator[Entry]:
     """All entries, accepted first. Raises OutputError where one is damaged."""
     for folder in (*library.accepted(), *library.refused()):
         yield entry_at(folder, library.root)
+    yield from row_entries(library)
+
+
+def row_entries(library: disk.Library) -> Iterator[Entry]:
+    """What was refused before there was a mesh, see `refused_rows`."""
+    blank: dict[str, Any] = {field.name: "" for field in fields(Entry)}
+    blank |= {"accepted": False, "summary": None, "warnings": (), "results": (), "guesses": (), "checks": 0}
+    for row in refused_rows.listed(library):
+        yield Entry(**{**blank, **refused_rows.place_of(row["source_path"]), **row})
 
 
 def entry_at(folder: Path, root: Path) -> Entry:

@@ -82,17 +82,25 @@ def _rule(found: Mapping[str, Any]) -> tuple[str, ...]:
     verdict = {True: "passed", False: "failed", None: "does not apply"}[found["passed"]]
     number = "" if found["number"] is None else f"{found['number']:g} {found['unit']}"
     limit = f"{'at most' if found['most'] else 'at least'} {found['limit']:g} {found['unit']}"
-    mark = f"<span class='none'>{verdict}</span>" if found["passed"] is None else _mark(found["passed"], verdict)
+    mark = (
+        _Markup(f"<span class='none'>{verdict}</span>") if found["passed"] is None else _mark(found["passed"], verdict)
+    )
     return found["rule"], found["title"], number, limit, mark
 
 
+class _Markup(str):
+    """HTML of our own; every other text is escaped before it comes into a cell."""
+
+    __slots__ = ()
+
+
 def _mark(good: bool, word: str) -> str:
-    return f"<span class='{'passed' if good else 'failed'}'>{_text(word)}</span>"
+    return _Markup(f"<span class='{'passed' if good else 'failed'}'>{_text(word)}</span>")
 
 
 def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     cells = "".join(
-        "<tr>" + "".join(f"<td>{c if c.startswith('<span') else _text(c)}</td>" for c in row) + "</tr>" for row in rows
+        "<tr>" + "".join(f"<td>{c if isinstance(c, _Markup) else _text(c)}</td>" for c in row) + "</tr>" for row in rows
     )
     return f"<table><tr>{''.join(f'<th>{h}</th>' for h in head)}</tr>{cells}</table>"
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 DATA, PAGE = "summary.json", "summary.html"
 STYLE = """
@@ -172,6 +173,7 @@ def _line(row: Row) -> str:
     mark = {True: "passed", False: "failed", None: "open"}[row.passed]
     name = html.escape(row.id)
     if row.passed is not None:
-        name = f"<a href='{name}/report.html'>{name}</a>"
-    numbers = "".join(f"<td>{text}</td>" for text in cells(row))
+        place = html.escape(f"./{quote(row.id)}")
+        name = f"<a href='{place}/report.html'>{name}</a>"
+    numbers = "".join(f"<td>{html.escape(text)}</td>" for text in cells(row))
     return f"<tr><td>{name}</td><td class='{mark}'>{html.escape(row.verdict)}</td>{numbers}</tr>"

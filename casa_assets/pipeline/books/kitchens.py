@@ -7,6 +7,7 @@ import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
 from PIL import Image
 
@@ -100,9 +101,10 @@ def _page(found: list[Entry], heading: str) -> str:
 def _cell(entry: Entry) -> str:
     row = entry.row
     mark = {True: "passed", False: "failed", None: "open"}[row.passed]
-    report = f"<a href='{row.id}/report.html'>report</a>" if row.passed is not None else ""
+    name, place = html.escape(row.id), html.escape(f"./{quote(row.id)}")
+    report = f"<a href='{place}/report.html'>report</a>" if row.passed is not None else ""
     return (
-        f"<figure><a href='{row.id}/'><img loading='lazy' src='{row.id}/overview.png' alt='{row.id}'></a>"
-        f"<figcaption><b>{row.id}</b> <span class='{mark}'>{html.escape(row.verdict)}</span> {report}<br>"
+        f"<figure><a href='{place}/'><img loading='lazy' src='{place}/overview.png' alt='{name}'></a>"
+        f"<figcaption><b>{name}</b> <span class='{mark}'>{html.escape(row.verdict)}</span> {report}<br>"
         f"<small>{entry.fixtures} fixtures, {entry.joints} joints</small></figcaption></figure>"
     )

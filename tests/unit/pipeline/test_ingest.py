@@ -14,9 +14,10 @@ from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.sources.found import Found
 from casa_assets.pipeline.books.entry import entries
 from casa_assets.pipeline.discover_inputs import discover_inputs
-from casa_assets.pipeline.ingest import Event, Options, ingest
-from casa_assets.pipeline.job import writing
+from casa_assets.pipeline.ingest import Options, ingest, tally
+from casa_assets.pipeline.job import Event, writing
 from casa_assets.pipeline.library import Library
+from casa_assets.pipeline.refused_rows import MOST_TOLD
 from tests.libraries import BOXES, box_obj, differences, entries_of
 
 CARTON = "milk/milk_265a5b2e46"
@@ -142,8 +143,42 @@ def test_bad_rows_of_a_manifest_are_kept_apart(tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     rows = "".join(json.dumps({"id": name, "file": f"{name}.glb"}) + "\n" for name in "abc")
     (tmp_path / "in" / "manifest.jsonl").write_text(rows, encoding="ascii")
-    assert kinds(run(tmp_path / "in", tmp_path / "library")) == ["rejected"] * 3
-    assert len(entries_of(tmp_path / "library")) == 3
+    library = tmp_path / "library"
+    assert kinds(run(tmp_path / "in", library)) == ["rejected"] * 3
+    assert kinds(run(tmp_path / "in", library)) == ["kept"] * 3
+    assert len({entry.id for entry in entries(Library(library))}) == 3
+    assert sorted(path.name for path in (library / "rejected").iterdir()) == ["rows.jsonl"]
+
+
+def test_a_folder_and_its_own_manifest_count_each_row_once(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    manifest = tmp_path / "in" / "manifest.jsonl"
+    manifest.write_text('{"id": "a", "file": "a.glb"}\n{"id": "b"}\n', encoding="ascii")
+    events = list(ingest([tmp_path / "in", manifest], Options(tmp_path / "library")))
+    assert sorted(event.code for event in events) == ["MAN002", "SRC020"]
+    assert len(list(entries(Library(tmp_path / "library")))) == 2
+
+
+def test_very_many_bad_rows_cost_one_file(tmp_path: Path) -> None:
+    """The first are told word for word, the others are counted; mended rows are forgotten by the next run."""
+    (tmp_path / "in").mkdir()
+    manifest, library = tmp_path / "in" / "manifest.jsonl", tmp_path / "library"
+    rows = "".join(f'{{"id": "n{i}", "file": "n{i}.glb"}}\n' for i in range(5000))
+    manifest.write_text(rows, encoding="ascii")
+    events = run(tmp_path / "in", library)
+    assert len(events) == MOST_TOLD + 1
+    assert (events[-1].count, events[-1].code, events[-1].total) == (5000 - MOST_TOLD, "SRC020", 5000)
+    assert tally(events) == {"rejected": 5000, "refused": 5000, "all": 5000}
+    files = [path for path in library.rglob("*") if path.is_file() and ".casa" not in path.parts]
+    assert {path.name for path in files} == {"rows.jsonl", "index.sqlite", "library.json", "ATTRIBUTION.md"}
+    assert (library / "rejected" / "rows.jsonl").stat().st_size < 50_000
+    listed = list(entries(Library(library)))
+    assert len(listed) == MOST_TOLD + 1
+    assert listed[-1].says == "4900 more for this reason; mend the first ones and run again"
+    assert {event.kind for event in run(tmp_path / "in", library)} == {"kept"}
+    manifest.write_text('{"id": "a", "file": "a.glb"}\n', encoding="ascii")
+    assert [event.path for event in run(tmp_path / "in", library)] == ["manifest.jsonl"]
+    assert len(list(entries(Library(library)))) == 1
 
 
 def test_names_of_any_kind(tmp_path: Path) -> None:
