@@ -14,7 +14,8 @@ from casa_assets.errors import CasaError
 from casa_assets.geometry.hull import convex_hull, hull_volume
 from casa_assets.ingest.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.pipeline.books.entry import entries
-from casa_assets.pipeline.ingest import Event, Options, ingest
+from casa_assets.pipeline.ingest import Options, ingest
+from casa_assets.pipeline.job import Event
 from casa_assets.pipeline.library import Library
 from judging import shapes
 from judging.inputs import Input, write_obj

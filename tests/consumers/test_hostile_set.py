@@ -13,8 +13,9 @@ from typing import Any
 
 import pytest
 
+from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
 from tests.access_audit import Watch
-from tests.hostile_set import HostileSet, Said, disputed, told, verdict
+from tests.hostile_set import TWINS, HostileSet, Said, disputed, told, verdict
 from tests.libraries import casa
 
 pytestmark = pytest.mark.certify
@@ -138,3 +139,36 @@ def test_two_million_faces_within_the_limits(tmp_path: Path, watch: Watch) -> No
     done = casa("ingest", mesh, "--library", tmp_path / "library", "--json", **watch.environment)
     (said,) = [Said.of(json.loads(line)) for line in done.stdout.splitlines()]
     assert (said.accepted and "MSH015" in said.warnings) or said.code == "SRC015", told(said)
+
+
+@pytest.fixture(scope="module")
+def at_once(hostile: HostileSet) -> tuple[int, list[Said], str]:
+    """The whole set, links and odd names included, in one run: exit code, what was said of each, the last lines."""
+    library = hostile.work / "library_at_once"
+    done = casa("ingest", hostile.root / "files", "--library", library, "--json", "--jobs", 2, *OPTIONS)
+    return done.returncode, [Said.of(json.loads(line)) for line in done.stdout.splitlines()], done.stderr[-2000:]
+
+
+def test_the_whole_set_in_one_run_ends_as_any_other(at_once: tuple[int, list[Said], str]) -> None:
+    """Rows that name other files of the set, with a category of their own, are among it."""
+    code, said, last = at_once
+    assert code in (0, 1), last
+    assert "Traceback" not in last
+    assert not [told(one) for one in said if one.code.startswith("RUN") and one.code not in TWINS]
+
+
+def test_every_file_of_the_one_run_has_its_outcome(hostile: HostileSet, at_once: tuple[int, list[Said], str]) -> None:
+    """As the index says, or turned away as a copy of another file of the set."""
+    _, said, _ = at_once
+    of: dict[str, list[Said]] = {}
+    for one in said:
+        of.setdefault(one.path, []).append(one)
+    wrong = {}
+    for row in hostile.rows:
+        found = of.get(row.path, [])
+        if suffix_of(row.path) not in SUFFIXES or any(one.code in TWINS for one in found):
+            continue
+        says = verdict(row, found)
+        if says and not disputed(row, says):
+            wrong[row.file] = f"wanted {' | '.join(row.wanted)}; {says}"
+    assert wrong == {}

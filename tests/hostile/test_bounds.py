@@ -18,7 +18,8 @@ from casa_assets.ingest.load import polygon
 from casa_assets.ingest.load.formats import sniff
 from casa_assets.ingest.sources import Found, Refused, collect, discover, disk
 from casa_assets.ingest.sources.manifest import MOST_BROKEN_ROWS
-from casa_assets.pipeline.ingest import Event, Options, ingest
+from casa_assets.pipeline.ingest import Options, ingest
+from casa_assets.pipeline.job import Event
 from tests.access_audit import Watch
 from tests.libraries import BOXES, box_obj, casa
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, Gltf, codes_of, load_bytes, png

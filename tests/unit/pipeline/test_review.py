@@ -11,7 +11,8 @@ from casa_assets.errors import OutputError
 from casa_assets.model.provenance import Guess
 from casa_assets.model.ruling import NO_RULING, Ruling, Way
 from casa_assets.pipeline.books.entry import Entry, entries
-from casa_assets.pipeline.ingest import Event, Options, ingest
+from casa_assets.pipeline.ingest import Options, ingest
+from casa_assets.pipeline.job import Event
 from casa_assets.pipeline.library import Library
 from casa_assets.pipeline.review import NAME, doubts, rulings, write
 from casa_assets.pipeline.stage import with_overrides
