@@ -20,6 +20,7 @@ from casa_assets.ingest.sources.found import Refused
 from casa_assets.model.record import Record
 from casa_assets.model.source import SourceKind
 from casa_assets.pipeline.entry_files import file_inside
+from casa_assets.pipeline.identity import Producer
 from casa_assets.pipeline.library import REJECTED, Library
 
 NAME = "rows.jsonl"
@@ -159,6 +160,7 @@ def place_of(path: str) -> dict[str, str]:
         "source": SourceKind.MANIFEST.value,
         "sha256": hashlib.sha256(path.encode()).hexdigest(),
         "licence": "unknown",
+        "producer": Producer.INGEST.value,
     }
 
 

@@ -1,0 +1,35 @@
+"""Pages about kitchens show the words of strangers and do nothing that they say."""
+
+from __future__ import annotations
+
+from casa_assets.pipeline.books import kitchen_report, kitchen_summary, kitchens
+from casa_assets.pipeline.books.kitchen_summary import Row
+
+HOSTILE = "<span class='x' onclick=alert(1)></span><script>alert(1)</script>'\"&"
+BAD = ("<script", "<span class='x'", "onclick=alert(1)>")
+
+
+def test_no_cell_of_a_report_is_markup() -> None:
+    facts = {"id": HOSTILE, "fixtures": [{"joints": []}], "generator": HOSTILE}
+    issue = {"code": HOSTILE, "severity": "error", "pointer": HOSTILE, "says": HOSTILE}
+    rule = {"rule": HOSTILE, "title": HOSTILE, "number": 1.0, "limit": 2.0, "unit": HOSTILE, "most": True}
+    rules = [{**rule, "passed": passed} for passed in (True, False, None)]
+    report = {
+        "passed": False,
+        "issues": [issue],
+        "results": [],
+        "holds": {HOSTILE: 1.0},
+        "tasks": [{"task": HOSTILE, "fixtures": [HOSTILE], "rate": None}],
+        "grade": {"score": 1.0, "access_score": 1.0, "design": rules, "access": []},
+    }
+    page = kitchen_report.page(facts, report)
+    assert not [words for words in BAD if words in page]
+    assert page.count("<span class='failed'>") == 3
+    assert page.count("<span class='none'>does not apply</span>") == 1
+
+
+def test_no_name_of_a_scene_is_markup() -> None:
+    row = Row(HOSTILE, "plan", "style", passed=True)
+    page = kitchens._page([kitchens.Entry(row, 1, 1, b"")], HOSTILE) + kitchen_summary._page([row])
+    assert not [words for words in BAD if words in page]
+    assert "href='./%3Cspan" in page
