@@ -99,7 +99,12 @@ def picture_beside_the_folder(path: Path, name: str, one: Reading, other: Readin
     return name in ("pictures", "materials") and len(other.pictures) < len(one.pictures) and is_outside
 
 
-RULES = (stands_in_for_a_picture, colors_give_way_to_a_picture, picture_beside_the_folder)
+def materials_of_one_color(path: Path, name: str, one: Reading, other: Reading) -> bool:
+    """trimesh forgets the names of COLLADA materials, so those of one colour count once (two blacks of a saucepan)."""
+    return name == "materials" and path.suffix.lower() == ".dae" and 0 < other.materials < one.materials
+
+
+RULES = (materials_of_one_color, stands_in_for_a_picture, colors_give_way_to_a_picture, picture_beside_the_folder)
 
 
 def ours(path: Path, limits: dict[str, float]) -> Reading:
