@@ -73,7 +73,7 @@ casa.nothing
         encoding="utf-8",
     )
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(sample)],
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", ".mypy_cache", str(sample)],
         cwd=ROOT,
         capture_output=True,
         text=True,
