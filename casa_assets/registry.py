@@ -85,6 +85,10 @@ class Registry:
             at = self.classes[at].parent or ""
         return tuple(chain)
 
+    def waived(self, subject: str) -> dict[str, str]:
+        """Code -> reason of the checks that are not run on the asset or scene of this id."""
+        return {w.code: w.reason for w in self.waivers if w.subject == subject}
+
     def find_category(self, hints: Sequence[str]) -> tuple[Category, float, str] | None:
         """The category that free texts speak of, or None.
 

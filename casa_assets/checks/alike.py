@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, clean, largest, not_applicable, not_run
 
 # Copies of one thing lie this near to each other with nearly all of their surface, in parts of their radius.
 EVERY_SHARE = 4.0
@@ -12,6 +12,7 @@ EVERY_SHARE = 4.0
 SAME_SIZE, SAME_COLORS = 0.03, 4.0
 # So many kinds that a thing looks like are named.
 NAMED = 3
+ALONE = "there are no two assets to compare"
 
 
 @dataclass(frozen=True)
@@ -90,32 +91,38 @@ def has_no_form_twice(shelf: Shelf, limit: float | None) -> Measured:
         if pair.same_form(bound):
             says = f"has the form of {pair.one}, {_differs(pair)}; keep one of them, or both if that is meant"
             problems.append((pair.other, says))
-    return Measured(min((pair.most for pair in shelf.alike), default=None), tuple(problems))
+    if shelf.count < 2:
+        return not_applicable(ALONE)
+    # Pairs whose forms are far apart are not compared point by point: where all are, there is no number to tell.
+    return Measured(min(pair.most for pair in shelf.alike), tuple(problems)) if shelf.alike else clean()
 
 
 def has_no_look_twice(shelf: Shelf, limit: float | None) -> Measured:
     """The number is the cosine between the pictures of the two assets that look most alike to a model."""
     if shelf.unseen:
-        return Measured(None, (("", _nobody(shelf, "things that look alike")),))
+        return not_run(shelf.unseen)
     bound = _number(limit)
     problems = [
         (other, f"looks like {one} to a model (cosine {near:.3f}); keep one of them, or both if that is meant")
         for one, other, near in shelf.looks
         if near >= bound
     ]
-    return Measured(max((near for _, _, near in shelf.looks), default=None), tuple(problems))
+    if shelf.count < 2:
+        return not_applicable(ALONE)
+    return Measured(max(near for _, _, near in shelf.looks), tuple(problems)) if shelf.looks else clean()
 
 
 def looks_like_its_kind(shelf: Shelf, limit: float | None) -> Measured:
     """The number is the place of its category among all names that a model finds for an asset, of the worst one."""
     if shelf.unseen:
-        return Measured(None, (("", _nobody(shelf, "things that do not look like their category")),))
+        return not_run(shelf.unseen)
     compared = [one for one in shelf.seen if one.rank]
     wrong = [one for one in compared if one.rank > _number(limit)]
     problems = [
         (one.asset, f"{in_words(one)}; look at the picture, and mend the category or leave it out") for one in wrong
     ]
-    return Measured(float(max(one.rank for one in compared)) if compared else None, tuple(problems))
+    ranks = [float(one.rank) for one in compared]
+    return largest(ranks, tuple(problems), "no asset has a category to compare its picture with")
 
 
 def in_words(one: Likeness) -> str:
@@ -130,10 +137,6 @@ def _differs(pair: Alike) -> str:
     words = [f"{pair.size:.2f} times as large" if abs(pair.size - 1) > SAME_SIZE else "of the same size"]
     words.append("in the same colours" if pair.colors <= SAME_COLORS else "in other colours")
     return ", ".join(words)
-
-
-def _nobody(shelf: Shelf, what: str) -> str:
-    return f"nobody looked for {what}: {shelf.unseen}"
 
 
 def _number(limit: float | None) -> float:

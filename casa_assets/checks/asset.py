@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from casa_assets.checks.built import from_numbers
-from casa_assets.checks.check import Measured
+from casa_assets.checks.built import NO_COLLIDERS, NO_JOINTS, UNSEEN, from_numbers
+from casa_assets.checks.check import Measured, clean, largest, least, not_applicable, not_run
 from casa_assets.checks.package import Package
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.extent import link_bounds
@@ -19,17 +19,19 @@ from casa_assets.geometry.topology import is_closed
 from casa_assets.model.asset import Asset, Base, Collider, Inertial, Link
 from casa_assets.model.shape import Hull
 
+FIXED = "it is fixed in its place and has no footprint"
+NO_HULLS = "none of its collision shapes is a hull"
+BOTH = "none of its links is both seen and touched"
+FLAT = "its collision shapes enclose no volume"
 WATER = 1000.0  # kg/m^3. Ref: CRC Handbook of Chemistry and Physics, water at 4 degrees Celsius.
-# Part of the longest side of a link that its boxes may differ by, where that is more than the row's limit.
-BOUNDS_RATIO = 0.02  # as registry/limits.yaml has it: collider_bounds_ratio
-# What is built knows its own shape: its boxes differ by no more than this however large it is, metres.
-BUILT_M = 0.01  # as registry/limits.yaml has it: collider_bounds_built_m
 
 
 def fits_in_a_kitchen(asset: Asset, limit: float | None) -> Measured:
     """The number is the longest side of the box around all that is seen, metres; a room's own parts may be longer."""
     if asset.contract == "room":
-        return Measured()
+        return not_applicable("it is a part of a room, which may be longer than a thing in it")
+    if not any(k.visuals for k in asset.links):
+        return not_applicable(UNSEEN)
     longest = float(_seen(asset).max())
     says = f"is {longest:.3g} m long, more than {_number(limit):g} m; look for a wrong unit of length"
     return Measured(longest, (("", says),) if longest > _number(limit) else ())
@@ -40,23 +42,27 @@ def is_thick_enough(asset: Asset, limit: float | None) -> Measured:
     found = {k.name: _thickness(np.concatenate(_clouds(k))) for k in _touchable(asset)}
     says = "has collision shapes of {:.2g} m thickness; thicken the sheet or mend the scale"
     problems = tuple((f"links/{k}/colliders", says.format(t)) for k, t in found.items() if t < _number(limit))
-    return Measured(min(found.values(), default=None), problems)
+    return least(found.values(), problems, NO_COLLIDERS)
 
 
 def is_not_too_dense(asset: Asset, limit: float | None) -> Measured:
     """The number is the highest density of a link over that of water, mass over the union of its collision shapes."""
     found = _densities(asset)
+    if not found:
+        return not_run(FLAT) if _touchable(asset) else not_applicable(NO_COLLIDERS)
     says = "weighs {:.3g} times water for the volume of its collision shapes; mend the mass, or fill the shapes"
     problems = tuple((f"links/{k}/inertial", says.format(d)) for k, d in found.items() if d > _number(limit))
-    return Measured(max(found.values(), default=None), problems)
+    return Measured(max(found.values()), problems)
 
 
 def is_not_too_light(asset: Asset, limit: float | None) -> Measured:
     """The number is the lowest density of a link over that of water, mass over the union of its collision shapes."""
     found = _densities(asset)
+    if not found:
+        return not_run(FLAT) if _touchable(asset) else not_applicable(NO_COLLIDERS)
     says = "weighs {:.3g} times water for the volume of its collision shapes; mend the mass unless it is hollow"
     problems = tuple((f"links/{k}/inertial", says.format(d)) for k, d in found.items() if d < _number(limit))
-    return Measured(min(found.values(), default=None), problems)
+    return Measured(min(found.values()), problems)
 
 
 def has_few_shapes(asset: Asset, limit: float | None) -> Measured:
@@ -72,61 +78,66 @@ def has_small_hulls(asset: Asset, limit: float | None) -> Measured:
     counts = {pointer: len(hull.mesh.vertices) for pointer, hull in _hulls(asset)}
     says = "has {} vertices; take a hull of fewer"
     problems = tuple((pointer, says.format(n)) for pointer, n in counts.items() if n > _number(limit))
-    return Measured(float(max(counts.values())) if counts else None, problems)
+    return largest(map(float, counts.values()), problems, NO_HULLS)
 
 
 def has_convex_hulls(asset: Asset, limit: float | None) -> Measured:
     """The number is how far a vertex of a hull lies outside one of its faces, metres."""
-    worst: float | None = None
-    problems = []
+    dents, problems = [], []
     for pointer, hull in _hulls(asset):
         dent = _dent(hull)
-        worst = max(dent, worst or 0.0)
+        dents.append(dent)
         if not is_closed(hull.mesh.faces.astype(np.int64)):
             problems.append((pointer, "is not closed; take the convex hull of its vertices"))
         elif dent > _number(limit):
             problems.append((pointer, f"is dented by {dent:.2g} m or inside out; take the convex hull of its vertices"))
-    return Measured(worst, tuple(problems))
+    return largest(dents, tuple(problems), NO_HULLS)
 
 
 def has_mass_inside(asset: Asset, limit: float | None) -> Measured:
     """The number is how far mass lies outside the collision shapes: its centre, or its spread along an axis, metres."""
-    worst: float | None = None
-    problems = []
+    found, problems = [], []
     for link in _touchable(asset):
         out, wide = _outside(link)
-        worst = max(out, wide, worst or 0.0)
+        found += [out, wide]
         pointer = f"links/{link.name}/inertial"
         if out > _number(limit):
             problems.append((pointer, f"centre of mass is {out:.2g} m outside the collision shapes; measure it again"))
         if wide > _number(limit):
             problems.append((pointer, f"inertia is that of a body {2 * wide:.2g} m longer; mend its unit or frame"))
-    return Measured(worst, tuple(problems))
+    return largest(found, tuple(problems), NO_COLLIDERS)
 
 
-def is_touched_as_seen(asset: Asset, limit: float | None) -> Measured:
-    """The number is the widest gap between the boxes around what is seen and what is touched of a link, metres."""
-    worst: float | None = None
-    problems = []
+def is_touched_as_seen(asset: Asset, limit: float | None, ratio: float, built_m: float) -> Measured:
+    """The number is the widest gap between the boxes around what is seen and what is touched of a link, metres.
+
+    Args:
+        limit: metres that any link is granted.
+        ratio: part of its longest side that a large link is granted instead, where that is more.
+        built_m: the most that this may come to where a family built it, which knows its own shape; metres.
+    """
+    found, problems = [], []
     for link in _touchable(asset):
         if not link.visuals:
             continue
         seen = _visual_bounds(link)
         gaps = np.abs(seen - _bounds(link))
         gap, side = float(gaps.max()), int(gaps.argmax())
-        worst = max(gap, worst or 0.0)
-        share = BOUNDS_RATIO * float(np.ptp(seen, axis=0).max())
-        if gap > max(_number(limit), min(share, BUILT_M) if from_numbers(asset) else share):
+        found.append(gap)
+        share = ratio * float(np.ptp(seen, axis=0).max())
+        if gap > max(_number(limit), min(share, built_m) if from_numbers(asset) else share):
             where = f"{'low' if side < 3 else 'high'} {'xyz'[side % 3]}"
             says = f"collision shapes end {gap:.3g} m away from what is seen at {where}; fit them again"
             problems.append((f"links/{link.name}/colliders", says))
-    return Measured(worst, tuple(problems))
+    return largest(found, tuple(problems), BOTH)
 
 
 def stands_on_its_origin(asset: Asset, limit: float | None) -> Measured:
     """The number is how far the middle of the footprint of a free asset is from its origin, metres."""
-    if asset.base is not Base.FREE or not any(k.visuals for k in asset.links):
-        return Measured()
+    if asset.base is not Base.FREE:
+        return not_applicable(FIXED)
+    if not any(k.visuals for k in asset.links):
+        return not_applicable(UNSEEN)
     low, high = asset.bounds
     x, y = (low + high)[:2] / 2
     off = {"middle in x": float(x), "middle in y": float(y), "lowest point": float(low[2])}
@@ -139,11 +150,13 @@ def has_a_licence(asset: Asset, limit: float | None) -> Measured:
     """The source says under which licence it may be used."""
     known = asset.provenance.licence not in ("", "unknown")
     says = "is unknown; ask the author before the asset is passed on"
-    return Measured(None, () if known else (("provenance/licence", says),))
+    return clean() if known else Measured(None, (("provenance/licence", says),))
 
 
 def can_be_touched(asset: Asset, limit: float | None) -> Measured:
     """The number is how many links are seen, but have no collision shape."""
+    if not any(k.visuals for k in asset.links):
+        return not_applicable(UNSEEN)
     ghosts = [k.name for k in asset.links if k.visuals and not k.colliders]
     problems = tuple((f"links/{k}", "is seen, but has no collision shape; give it one") for k in ghosts)
     return Measured(float(len(ghosts)), problems)
@@ -161,7 +174,7 @@ def has_usual_size(package: Package, limit: float | None) -> Measured:
     """The number is the factor between the longest side and the nearer end of its category's range, below 1 inside."""
     span, longest = package.category.longest_m, float(_seen(package.asset).max())
     if longest <= 0:
-        return Measured()
+        return not_applicable(UNSEEN)
     factor = max(span.low / longest, longest / span.high)
     says = f"is {longest:.3g} m long; a {package.category.id} has {span.low:g} to {span.high:g} m"
     return Measured(factor, (("bounds", says),) if factor > _number(limit) else ())
@@ -170,17 +183,16 @@ def has_usual_size(package: Package, limit: float | None) -> Measured:
 def closes_at_zero(asset: Asset, limit: float | None) -> Measured:
     """The number is how far zero is from the range of a joint, or from its ends where states name it, rad or m."""
     stated = {s.joint for s in asset.states}
-    worst: float | None = None
-    problems = []
+    found, problems = [], []
     for joint in asset.joints:
         low, high = joint.range
         off = min(abs(low), abs(high)) if joint.name in stated else max(low, -high, 0.0)
-        worst = max(off, worst or 0.0)
+        found.append(off)
         if off > 0:
             wanted = "start or end at" if joint.name in stated else "hold"
             says = f"goes from {low:g} to {high:g}; it should {wanted} zero, where it is closed"
             problems.append((f"joints/{joint.name}/range", says))
-    return Measured(worst, tuple(problems))
+    return largest(found, tuple(problems), NO_JOINTS)
 
 
 def _number(limit: float | None) -> float:

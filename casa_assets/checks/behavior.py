@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterator, Mapping
 
 from casa_assets.checks import contract_names, operate, reachable
-from casa_assets.checks.check import Measured
+from casa_assets.checks.built import NO_COMPILE
+from casa_assets.checks.check import Measured, not_applicable, not_run
 from casa_assets.checks.contract_names import Fault
 from casa_assets.checks.machine import Machine, Stimulus, start, step
 from casa_assets.checks.package import Package
@@ -14,7 +15,7 @@ from casa_assets.model.asset import Asset
 from casa_assets.model.behavior import Behavior, Effect, EffectKind
 from casa_assets.model.contract import Contract, KeyRule, Trial
 
-SILENT = Measured()
+INERT = "it has no behaviour: nothing about it changes"
 # The reference runtime controls at 20 Hz.
 TICK_S = 0.05
 # Steps that a chain of rules is given to come to an end, and for which a key is held.
@@ -36,7 +37,7 @@ ACTS_ON = {
 def can_take_every_value(asset: Asset, limit: float | None) -> Measured:
     """Every value of every variable is got by moving joints and touching colliders; counts those that are not."""
     if asset.behavior is None:
-        return SILENT
+        return not_applicable(INERT)
     missing = reachable.unreached(asset.behavior, {j.name: j.range for j in asset.joints})
     problems = tuple((f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing)
     return Measured(float(len(problems)), problems)
@@ -45,7 +46,7 @@ def can_take_every_value(asset: Asset, limit: float | None) -> Measured:
 def is_seen_to_change(asset: Asset, limit: float | None) -> Measured:
     """Every effect acts on something that can show it; the number counts those that do not."""
     if asset.behavior is None:
-        return SILENT
+        return not_applicable(INERT)
     faults = [(f"behavior/effects/{i}", says) for i, e in enumerate(asset.behavior.effects) for says in _form(asset, e)]
     return Measured(float(len(faults)), tuple(faults))
 
@@ -53,13 +54,17 @@ def is_seen_to_change(asset: Asset, limit: float | None) -> Measured:
 def does_as_asked(package: Package, limit: float | None) -> Measured:
     """Operated in MuJoCo it takes the values that its contract names, at its thresholds; counts what it does not."""
     asset, contract = package.asset, package.contract
+    if asset.contract is None:
+        return not_applicable("it names no contract that says how it behaves")
     if contract is None or contract.id != asset.contract:
-        return SILENT
+        return not_run(f"registry/contracts has no {asset.contract!r}")
     faults = contract_names.wanting(asset, contract, contract_names.variables)
     if asset.behavior is not None:
         faults += _thresholds(asset, asset.behavior, contract)
         wanted = any(key.values for key in contract.keyframes) or bool(contract.trials)
         model = operate.operated(package) if wanted else None
+        if wanted and model is None:
+            return Measured(float(len(faults)), tuple(faults)) if faults else not_run(NO_COMPILE)
         if model is not None:
             for key in contract.keyframes:
                 faults += _pose(model, asset, asset.behavior, key)

@@ -5,6 +5,13 @@ from __future__ import annotations
 from casa_assets.model.asset import Asset
 from casa_assets.model.source import SourceKind
 
+# Why a check is not asked of an asset, as reports say it.
+FOUND = "it came as a mesh, and built things alone are held to this"
+NO_JOINTS = "it has no joints"
+NO_COLLIDERS = "none of its links has a collision shape"
+UNSEEN = "nothing of it is seen"
+NO_COMPILE = "model.xml does not compile"
+
 _MESHES = frozenset(kind.value for kind in SourceKind)
 
 

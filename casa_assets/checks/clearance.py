@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.motion import Movable, far, movable, opened
+from casa_assets.checks.motion import Movable, far, movable, opened, unmoved
 from casa_assets.checks.package import Package
 from casa_assets.checks.sweep import Meeting, Way, bounds_of, moved_by, sweep
 from casa_assets.core.typing import Mask
@@ -23,7 +23,7 @@ def keeps_clear(package: Package, limit: float | None) -> Measured:
     assert limit is not None
     ready, asset = movable(package), package.asset
     if ready is None:
-        return Measured()
+        return unmoved(package)
     problems = []
     worst = 0.0
     for joint in asset.joints:

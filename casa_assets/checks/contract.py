@@ -9,13 +9,14 @@ import numpy.typing as npt
 
 from casa_assets.checks import contract_names as names
 from casa_assets.checks import contract_paths
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_applicable, not_run
 from casa_assets.checks.package import Package
 from casa_assets.model.asset import Asset, Collider, Joint, Region, Visual
 from casa_assets.model.contract import Contract, KeyRule
 
 Bounds = npt.NDArray[np.float64]
-SILENT = Measured()
+UNNAMED = "it names no contract: no runtime looks things of its kind up by name"
+NO_FILE = "model.xml is missing"
 # Rounding of what nine written digits hold, and of sums of lengths.
 SLACK_M = 1e-4
 # A threshold closer than this to an end of the range is met by chance: rad or m.
@@ -25,7 +26,7 @@ MARGIN = 1e-3
 def has_links_and_joints(package: Package, limit: float | None) -> Measured:
     """Links and joints that a runtime looks for, with kind, axis, sign, range, depth; counts the faults."""
     if package.asset.contract is None:
-        return SILENT
+        return not_applicable(UNNAMED)
     contract = package.contract
     if contract is None or contract.id != package.asset.contract:
         says = f"there is no contract {package.asset.contract!r} in registry/contracts"
@@ -46,14 +47,14 @@ def has_links_and_joints(package: Package, limit: float | None) -> Measured:
 def has_sites(package: Package, limit: float | None) -> Measured:
     """Sites that a runtime looks for, on the link where it looks; the number counts the faults."""
     contract = _contract(package)
-    return _counted(names.wanting(package.asset, contract, names.sites)) if contract else SILENT
+    return _counted(names.wanting(package.asset, contract, names.sites)) if contract else _without(package)
 
 
 def has_shapes(package: Package, limit: float | None) -> Measured:
     """Colliders and visuals that a runtime looks for, and labels; the number counts the faults."""
     contract, asset = _contract(package), package.asset
     if contract is None:
-        return SILENT
+        return _without(package)
     faults = names.wanting(asset, contract, names.shapes)
     shown: list[Collider | Visual] = []
     for link in asset.links:
@@ -71,11 +72,11 @@ def has_regions(package: Package, limit: float | None) -> Measured:
     """Regions that a runtime looks for; `main` fits the thing, interiors lie in it; the most one is off, m."""
     contract, asset = _contract(package), package.asset
     if contract is None:
-        return SILENT
+        return _without(package)
     faults = names.wanting(asset, contract, names.regions)
     main = next((r for r in asset.regions if r.name == "main"), None)
     if main is None:
-        return Measured(None, tuple(faults))
+        return Measured(0.0, tuple(faults))
     worst = 0.0
     low, high = _box(asset, main)
     seen = seen_bounds(asset, contract)
@@ -103,8 +104,10 @@ def has_regions(package: Package, limit: float | None) -> Measured:
 def is_found_in_the_file(package: Package, limit: float | None) -> Measured:
     """What the runtime finds by literal paths in model.xml is found there; the number counts the faults."""
     contract = _contract(package)
-    if contract is None or not package.mjcf.is_file():
-        return SILENT
+    if contract is None:
+        return _without(package)
+    if not package.mjcf.is_file():
+        return not_run(NO_FILE)
     return _counted(list(contract_paths.faults(package.mjcf, package.asset, contract)))
 
 
@@ -112,7 +115,9 @@ def reaches_thresholds(package: Package, limit: float | None) -> Measured:
     """Each threshold lies within the range of its joints, named poses stand as asked; the number counts the faults."""
     contract, asset = _contract(package), package.asset
     if contract is None:
-        return SILENT
+        return _without(package)
+    if not contract.thresholds and not contract.keyframes:
+        return not_applicable("its contract names no threshold and no pose")
     faults = []
     for threshold in contract.thresholds:
         for joint in asset.joints:
@@ -128,8 +133,12 @@ def reaches_thresholds(package: Package, limit: float | None) -> Measured:
 def is_spelled_as_read(package: Package, limit: float | None) -> Measured:
     """Names are written as the runtime spells them, capitals too; the number counts those that are not."""
     contract = _contract(package)
-    if contract is None or not contract.spelled or not package.mjcf.is_file():
-        return SILENT
+    if contract is None:
+        return _without(package)
+    if not contract.spelled:
+        return not_applicable("its contract names nothing whose spelling is free")
+    if not package.mjcf.is_file():
+        return not_run(NO_FILE)
     return _counted(list(contract_paths.misspelled(package.mjcf, package.asset, contract)))
 
 
@@ -151,6 +160,12 @@ def _contract(package: Package) -> Contract | None:
     # An id that the registry does not know is the business of CON001 alone.
     contract = package.contract
     return contract if contract is not None and contract.id == package.asset.contract else None
+
+
+def _without(package: Package) -> Measured:
+    """Why there is no contract to look at."""
+    named = package.asset.contract
+    return not_applicable(UNNAMED) if named is None else not_run(f"registry/contracts has no {named!r}")
 
 
 def _counted(faults: list[names.Fault]) -> Measured:

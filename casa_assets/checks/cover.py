@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, largest
 from casa_assets.geometry.coverage import gaps, surface_samples
 from casa_assets.geometry.tessellate import surface
 from casa_assets.model.asset import Asset, Link
@@ -22,7 +22,7 @@ def is_covered(asset: Asset, limit: float | None) -> Measured:
     found = {k.name: _bare(k) for k in asset.links if k.visuals and k.colliders}
     says = "{:.0%} of what is seen lies outside every collision shape; add shapes, or close the holes of the mesh"
     problems = tuple((f"links/{name}/colliders", says.format(bare)) for name, bare in found.items() if bare > limit)
-    return Measured(max(found.values(), default=None), problems)
+    return largest(found.values(), problems, "none of its links is both seen and touched")
 
 
 def _bare(link: Link) -> float:

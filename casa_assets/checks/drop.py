@@ -18,13 +18,6 @@ import numpy.typing as npt
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.readers.mujoco_facts import shape_bounds
 
-# How it is measured, fixed by the reference; what is accepted is in registry/limits.yaml.
-HEIGHT_FACTOR = 2.0
-LEAST_HEIGHT_M = 0.1
-REST_WIDTH_M = 0.02
-REST_S = 2.0
-LIMIT_S = 8.0
-RATE_HZ = 240
 # Deeper than this it has fallen through.
 TUNNEL_M = 0.1
 
@@ -32,11 +25,29 @@ KEPT = 4
 
 
 @dataclass(frozen=True)
+class Protocol:
+    """How the drop is done, from registry/limits.yaml.
+
+    Attributes:
+        height_factor: height of the drop over that of the thing. least_height_m: the least height, metres.
+        rest_m: ball in which its centre of mass stays while it rests, diameter in metres. rest_s: for so long.
+        rate_hz: steps per second. limit_s: for how long it is watched.
+    """
+
+    height_factor: float
+    least_height_m: float
+    rest_m: float
+    rest_s: float
+    rate_hz: float
+    limit_s: float
+
+
+@dataclass(frozen=True)
 class Fall:
     """What a drop looked like.
 
     Attributes:
-        rest_s: when it began to stay within 2 cm for 2 s, seconds after the release; None where it never did.
+        rest_s: when its rest began, seconds after the release; None where it did not rest in time.
         deepest_m: deepest penetration at any moment.
         rest_m: deepest penetration at the end, once at rest.
         tilt_deg: angle between its up axis before and after.
@@ -50,43 +61,43 @@ class Fall:
     troubles: tuple[str, ...]
 
 
-def drop(scene: Path) -> Fall | None:
+def drop(scene: Path, protocol: Protocol) -> Fall | None:
     """The fall of the free body of a scene; None where the scene does not compile or has no free body."""
     model = mujoco_load.load(scene).model
     joint = None if model is None else _free_joint(model)
-    return None if joint is None else _drop(model, joint)
+    return None if joint is None else _drop(model, joint, protocol)
 
 
 @lru_cache(maxsize=KEPT)
-def _drop(shared: mujoco.MjModel, joint: int) -> Fall:
+def _drop(shared: mujoco.MjModel, joint: int, protocol: Protocol) -> Fall:
     model = copy.copy(shared)
-    model.opt.timestep = 1.0 / RATE_HZ
+    model.opt.timestep = 1.0 / protocol.rate_hz
     data = mujoco.MjData(model)
     body, start = int(model.jnt_bodyid[joint]), int(model.jnt_qposadr[joint])
-    data.qpos[start + 2] += max(HEIGHT_FACTOR * _height(model, body), LEAST_HEIGHT_M)
+    data.qpos[start + 2] += max(protocol.height_factor * _height(model, body), protocol.least_height_m)
     mujoco.mj_forward(model, data)
     up = data.xmat[body].reshape(3, 3).copy()
     path: list[npt.NDArray[np.float64]] = []
-    deepest, window = 0.0, int(REST_S * RATE_HZ)
+    deepest, window = 0.0, int(protocol.rest_s * protocol.rate_hz)
     rest_s = None
-    for step in range(int(LIMIT_S * RATE_HZ)):
+    for step in range(int(protocol.limit_s * protocol.rate_hz)):
         mujoco.mj_step(model, data)
         path.append(data.xipos[body].copy())
         deepest = max(deepest, _depth(data))
-        if not np.isfinite(data.qpos).all() or (step >= window and _quiet(path[-window:])):
+        if not np.isfinite(data.qpos).all() or (step >= window and _quiet(path[-window:], protocol.rest_m)):
             break
-    if len(path) > window and np.isfinite(data.qpos).all() and _quiet(path[-window:]):
-        rest_s = (len(path) - window) / RATE_HZ
+    if len(path) > window and np.isfinite(data.qpos).all() and _quiet(path[-window:], protocol.rest_m):
+        rest_s = (len(path) - window) / protocol.rate_hz
     # The body's turn takes its old up axis to the new one.
     turned = (data.xmat[body].reshape(3, 3) @ up.T)[2, 2]
     tilt = math.degrees(math.acos(min(1.0, max(-1.0, float(turned)))))
     return Fall(rest_s, deepest, _depth(data), tilt, _troubles(data))
 
 
-def _quiet(path: list[npt.NDArray[np.float64]]) -> bool:
-    """Whether all points lie in a ball of that width."""
+def _quiet(path: list[npt.NDArray[np.float64]], width: float) -> bool:
+    """Whether all points lie in a ball of that width, metres."""
     points = np.array(path)
-    return bool(np.linalg.norm(points - points.mean(axis=0), axis=1).max() <= REST_WIDTH_M / 2)
+    return bool(np.linalg.norm(points - points.mean(axis=0), axis=1).max() <= width / 2)
 
 
 def _free_joint(model: mujoco.MjModel) -> int | None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.checks.built import from_numbers
-from casa_assets.checks.check import Measured
+from casa_assets.checks.built import FOUND, UNSEEN, from_numbers
+from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.measure import face_normals
 from casa_assets.model.asset import Asset
@@ -26,7 +26,9 @@ def shows_one_face(asset: Asset, limit: float | None) -> Measured:
     """No two meshes that differ in looks face the same way in the same place; m^2 of the largest overlap."""
     assert limit is not None
     if not from_numbers(asset):
-        return Measured()
+        return not_applicable(FOUND)
+    if not any(link.visuals for link in asset.links):
+        return not_applicable(UNSEEN)
     faces = _faces(asset)
     found: dict[tuple[int, int], float] = {}
     for a, b in _pairs(faces):

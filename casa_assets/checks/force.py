@@ -7,15 +7,13 @@ import math
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured
-from casa_assets.checks.motion import STEP_S, Movable, far, lever, movable, opened
+from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.motion import STEP_S, Movable, far, lever, movable, opened, unmoved
 from casa_assets.checks.package import Package
 from casa_assets.model.asset import Asset, Joint, JointKind
 from casa_assets.model.shape import Box, Capsule, Cylinder, Sphere
 
 PULL_N = 20.0  # the force that has to do
-# Less than this and a part opens at a breath, or at the jolt of a neighbour. registry/limits.yaml: hand_force_least_n
-LEAST_N = 0.2
 # Nobody turns harder than this: the cap of 20 N*m on what 20 N do at a long lever.
 MOST_NM = 20.0
 LEAST_LEVER_M = 0.005  # fingers are no finer
@@ -41,15 +39,15 @@ def opens_by_itself_alone(package: Package, limit: float | None) -> Measured:
     return _reached(package, limit, contact=False)
 
 
-def starts_gently(package: Package, limit: float | None) -> Measured:
-    """The force at the grip that just starts each joint, opening, is 0.2 N to `limit`; N, the largest.
+def starts_gently(package: Package, limit: float | None, least_n: float) -> Measured:
+    """The force at the grip that just starts each joint, opening, is `least_n` to `limit`; N, the largest.
 
     Doors and drawers are meant to take 5 N and more, so that they stay shut; a key or a roll may be lighter.
     """
     assert limit is not None
     ready, asset = movable(package), package.asset
     if ready is None:
-        return Measured()
+        return unmoved(package)
     problems, worst = [], 0.0
     data = mujoco.MjData(ready.free)
     for joint in asset.joints:
@@ -59,7 +57,7 @@ def starts_gently(package: Package, limit: float | None) -> Measured:
             problems.append((f"joints/{joint.name}", f"needs {force:.1f} N at its grip to start; ease its friction"))
         elif force <= 0:
             problems.append((f"joints/{joint.name}", f"opens by itself: {-force:.1f} N would hold it shut"))
-        elif force < LEAST_N:
+        elif force < least_n:
             problems.append((f"joints/{joint.name}", f"starts at {force:.2g} N; give it friction or a spring"))
     return Measured(worst, tuple(problems))
 
@@ -69,7 +67,7 @@ def springs_back(package: Package, limit: float | None) -> Measured:
     assert limit is not None
     ready, asset = movable(package), package.asset
     if ready is None:
-        return Measured()
+        return unmoved(package)
     problems, worst = [], None
     data = mujoco.MjData(ready.model)
     for joint in asset.joints:
@@ -82,7 +80,7 @@ def springs_back(package: Package, limit: float | None) -> Measured:
         worst = left if worst is None else max(worst, left)
         if left > limit:
             problems.append((f"joints/{joint.name}", f"keeps {left:.0%} of its stroke when it is let go"))
-    return Measured(worst, tuple(problems))
+    return not_applicable("it has no key that springs back") if worst is None else Measured(worst, tuple(problems))
 
 
 def stays_put(package: Package, limit: float | None) -> Measured:
@@ -93,7 +91,7 @@ def stays_put(package: Package, limit: float | None) -> Measured:
     assert limit is not None
     ready, asset = movable(package), package.asset
     if ready is None:
-        return Measured()
+        return unmoved(package)
     problems, worst = [], 0.0
     data = mujoco.MjData(ready.model)
     poses: dict[str, dict[str, float]] = {"rest": {}}
@@ -133,7 +131,7 @@ def _reached(package: Package, limit: float | None, contact: bool) -> Measured:
     assert limit is not None
     ready, asset = movable(package), package.asset
     if ready is None:
-        return Measured()
+        return unmoved(package)
     problems, least = [], 1.0
     model = ready.model if contact else ready.free
     data = mujoco.MjData(model)

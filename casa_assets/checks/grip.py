@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.checks.built import is_built
-from casa_assets.checks.check import Measured
+from casa_assets.checks.built import FOUND, NO_COLLIDERS, NO_JOINTS, is_built
+from casa_assets.checks.check import Measured, largest, not_applicable
 from casa_assets.checks.motion import carried
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.coverage import gaps, surface_samples
@@ -48,8 +48,10 @@ DIRECTIONS = _spread(256)
 def has_a_handle(asset: Asset, limit: float | None) -> Measured:
     """What the hand takes is a labelled handle, free to be reached, that fits a gripper; metres of the widest."""
     assert limit is not None
+    if not is_built(asset) or not asset.joints:
+        return not_applicable(NO_JOINTS if is_built(asset) else FOUND)
     problems, widest = [], 0.0
-    for joint in asset.joints if is_built(asset) else ():
+    for joint in asset.joints:
         pointer = f"joints/{joint.name}"
         link, grip = _grip(asset, joint)
         if joint.grip is None:
@@ -73,8 +75,8 @@ def has_a_handle(asset: Asset, limit: float | None) -> Measured:
 def is_upright(asset: Asset, limit: float | None) -> Measured:
     """Joints of built-in things turn or slide along x, y or z, as loaders that scale them expect; worst off, rad."""
     assert limit is not None
-    if not is_built(asset):
-        return Measured()
+    if not is_built(asset) or not asset.joints:
+        return not_applicable(NO_JOINTS if is_built(asset) else FOUND)
     problems, worst = [], 0.0
     for joint in asset.joints:
         pose = asset.asset_from_link(joint.child)
@@ -90,15 +92,17 @@ def is_upright(asset: Asset, limit: float | None) -> Measured:
 def is_spread_like_matter(asset: Asset, limit: float | None) -> Measured:
     """Mass lies and is spread as the shapes of its link; radius of gyration over half their diagonal, the largest."""
     assert limit is not None
-    problems, worst = [], 0.0
-    for link in asset.links if is_built(asset) else ():
+    if not is_built(asset):
+        return not_applicable(FOUND)
+    problems, shares = [], []
+    for link in asset.links:
         bounds = link_bounds(link)
         if bounds is None:
             continue
         half = float(np.linalg.norm(bounds[1] - bounds[0])) / 2
         gyration = float(np.sqrt(np.trace(link.inertial.tensor) / 2 / link.inertial.mass))
         share = gyration / half
-        worst = max(worst, share)
+        shares.append(share)
         pointer = f"links/{link.name}/inertial"
         if not 0.15 * limit <= share <= limit:
             says = f"turns as if its mass were {gyration:.3f} m from its middle; its shapes reach {half:.3f} m"
@@ -106,7 +110,7 @@ def is_spread_like_matter(asset: Asset, limit: float | None) -> Measured:
         out = _off_hull(link)
         if out > OFF_HULL_M:
             problems.append((pointer, f"centre of mass is {out:.3f} m outside the hull of its shapes"))
-    return Measured(worst, tuple(problems))
+    return largest(shares, tuple(problems), NO_COLLIDERS)
 
 
 def _off_hull(link: Link) -> float:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from casa_assets.checks.built import is_built
-from casa_assets.checks.check import Measured
+from casa_assets.checks.built import FOUND, NO_COMPILE, is_built
+from casa_assets.checks.check import Measured, not_applicable, not_run
 from casa_assets.checks.motion import STEP_S
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_load
@@ -27,8 +27,10 @@ def holds_a_ball(package: Package, limit: float | None) -> Measured:
     assert limit is not None
     asset = package.asset
     regions = [r for r in asset.regions if r.name not in OUTER]
-    if not regions or not is_built(asset) or mujoco_load.load(package.mjcf).error:
-        return Measured()
+    if not regions or not is_built(asset):
+        return not_applicable("it has no region to put things into" if is_built(asset) else FOUND)
+    if mujoco_load.load(package.mjcf).error:
+        return not_run(NO_COMPILE)
     model, data = _with_balls(package, regions)
     mujoco.mj_forward(model, data)
     starts = {r.name: _sunk(model, data, f"ball__{r.name}") for r in regions}

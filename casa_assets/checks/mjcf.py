@@ -5,14 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from casa_assets.checks import agreement, drop, mjcf_rules, sweep
-from casa_assets.checks.check import Measured
+from casa_assets.checks.built import NO_COMPILE, NO_JOINTS
+from casa_assets.checks.check import Measured, not_applicable, not_run
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import asset_facts, mjcf_facts, mujoco_load
 from casa_assets.model.asset import Base
 from casa_assets.model.category import Upright
 
-# What cannot be read or compiled is the business of MJC001 alone; every other check then has nothing to say.
-SILENT = Measured()
+# What cannot be read or compiled is told by MJC001 alone; the other checks are then not run.
+FIXED = "it is fixed in its place and cannot fall"
+NEITHER = "neither file compiles"
 
 
 def compiles(package: Package, limit: float | None) -> Measured:
@@ -24,6 +26,8 @@ def compiles(package: Package, limit: float | None) -> Measured:
 
 def loads_in_silence(package: Package, limit: float | None) -> Measured:
     """MuJoCo warns of nothing; the number is how many warnings there were."""
+    if not _compiled(package):
+        return not_run(NEITHER)
     problems = tuple((path.name, said) for path in _compiled(package) for said in mujoco_load.load(path).warnings)
     return Measured(float(len(problems)), problems)
 
@@ -31,19 +35,23 @@ def loads_in_silence(package: Package, limit: float | None) -> Measured:
 def keeps_the_rules(package: Package, limit: float | None) -> Measured:
     """Names, groups, sizes and files are as robosuite and robocasa read them; the number counts the faults."""
     if package.mjcf not in _compiled(package):
-        return SILENT
+        return not_run(NO_COMPILE)
     problems = tuple(mjcf_rules.faults(package.mjcf))
     return Measured(float(len(problems)), problems)
 
 
 def visuals_weigh_nothing(package: Package, limit: float | None) -> Measured:
     """What is seen has no mass and touches nothing; the number counts the faults."""
+    if not _compiled(package):
+        return not_run(NEITHER)
     problems = tuple(fault for path in _compiled(package) for fault in mjcf_rules.visual_faults(path))
     return Measured(float(len(problems)), problems)
 
 
 def agrees_with_asset(package: Package, limit: float | None) -> Measured:
     """Both files, as compiled, have the facts of the asset; the number is the largest difference."""
+    if not _compiled(package):
+        return not_run(NEITHER)
     expected = asset_facts.facts(package.asset)
     worst, problems = 0.0, []
     for path in _compiled(package):
@@ -58,46 +66,53 @@ def agrees_with_asset(package: Package, limit: float | None) -> Measured:
     return Measured(worst, tuple(problems))
 
 
-def comes_to_rest(package: Package, limit: float | None) -> Measured:
+def comes_to_rest(package: Package, limit: float | None, *how: float) -> Measured:
     """Dropped from twice its height it rests in time and falls through nothing; the number is when, in seconds."""
-    fall = _fall(package)
+    protocol = drop.Protocol(*how)
+    fall = _fall(package, protocol)
     if fall is None:
-        return SILENT
+        return _unfallen(package, fall)
     problems = [("scene.xml", f"simulation in trouble: {said}") for said in fall.troubles]
-    if fall.rest_s is None or fall.rest_s + drop.REST_S > _number(limit):
+    if fall.rest_s is None or fall.rest_s + protocol.rest_s > _number(limit):
         problems.append(("scene.xml", f"is not at rest {_number(limit):g} s after it was dropped"))
     if fall.deepest_m > drop.TUNNEL_M:
         problems.append(("scene.xml", f"sank {fall.deepest_m:.3f} m into the floor"))
     return Measured(fall.rest_s, tuple(problems))
 
 
-def stays_upright(package: Package, limit: float | None) -> Measured:
+def stays_upright(package: Package, limit: float | None, *how: float) -> Measured:
     """After the drop it stands as it was released; the number is the tilt in degrees."""
-    fall = _fall(package)
-    if fall is None or fall.rest_s is None or package.category.upright is Upright.ANY:
-        return SILENT
+    protocol = drop.Protocol(*how)
+    fall = _fall(package, protocol)
+    if package.category.upright is Upright.ANY:
+        return not_applicable(f"a {package.category.id} lies as it falls")
+    if fall is None or fall.rest_s is None:
+        return _unfallen(package, fall)
     problems = (("scene.xml", f"tipped by {fall.tilt_deg:.1f} degrees"),) if fall.tilt_deg > _number(limit) else ()
     return Measured(fall.tilt_deg, problems)
 
 
-def rests_on_the_floor(package: Package, limit: float | None) -> Measured:
+def rests_on_the_floor(package: Package, limit: float | None, *how: float) -> Measured:
     """At rest it is not sunk into the floor; the number is the deepest penetration in metres."""
-    fall = _fall(package)
+    protocol = drop.Protocol(*how)
+    fall = _fall(package, protocol)
     if fall is None or fall.rest_s is None:
-        return SILENT
+        return _unfallen(package, fall)
     problems = (("scene.xml", f"rests {fall.rest_m:.4f} m inside the floor"),) if fall.rest_m > _number(limit) else ()
     return Measured(fall.rest_m, problems)
 
 
 def joints_move_freely(package: Package, limit: float | None) -> Measured:
     """Each joint moves through its range without its parts meeting; the number is the deepest meeting in metres."""
+    if not package.asset.joints:
+        return not_applicable(NO_JOINTS)
     depths = sweep.deepest(package.scene)
     problems = tuple(
         (f"joints/{name}", f"its part sinks {depth:.4f} m into another on the way")
         for name, depth in depths.items()
         if depth > _number(limit)
     )
-    return Measured(max(depths.values(), default=None), problems)
+    return Measured(max(depths.values()), problems) if depths else not_run("scene.xml does not compile")
 
 
 def _files(package: Package) -> tuple[Path, Path]:
@@ -108,8 +123,15 @@ def _compiled(package: Package) -> list[Path]:
     return [path for path in _files(package) if not mujoco_load.load(path).error]
 
 
-def _fall(package: Package) -> drop.Fall | None:
-    return drop.drop(package.scene) if package.asset.base is Base.FREE else None
+def _fall(package: Package, protocol: drop.Protocol) -> drop.Fall | None:
+    return drop.drop(package.scene, protocol) if package.asset.base is Base.FREE else None
+
+
+def _unfallen(package: Package, fall: drop.Fall | None) -> Measured:
+    """Why there is no rest after a fall to look at."""
+    if package.asset.base is not Base.FREE:
+        return not_applicable(FIXED)
+    return not_run("it never came to rest" if fall else "scene.xml does not compile or holds nothing free")
 
 
 def _number(limit: float | None) -> float:

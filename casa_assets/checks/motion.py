@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.built import is_built
+from casa_assets.checks.built import FOUND, NO_COMPILE, NO_JOINTS, is_built
+from casa_assets.checks.check import Measured, not_applicable, not_run
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.slim import slim
@@ -50,6 +51,13 @@ def movable(package: Package) -> Movable | None:
     if not package.asset.joints or not is_built(package.asset) or mujoco_load.load(package.mjcf).error:
         return None
     return _movable(package.mjcf, package.asset.digest)
+
+
+def unmoved(package: Package) -> Measured:
+    """Why `movable` is None for a package: its joints are none of the checks' business, or cannot be simulated."""
+    if not is_built(package.asset):
+        return not_applicable(FOUND)
+    return not_run(NO_COMPILE) if package.asset.joints else not_applicable(NO_JOINTS)
 
 
 @lru_cache(maxsize=KEPT)

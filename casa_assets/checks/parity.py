@@ -15,7 +15,7 @@ import numpy.typing as npt
 from pxr import Tf
 
 from casa_assets.checks.agreement import Difference, differences, ratio
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_run
 from casa_assets.checks.facts import Facts
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mjcf_facts, mujoco_load, usd_facts
@@ -23,6 +23,7 @@ from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, collides, resist
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.model.asset import JointKind
 
+UNREAD = "one of the two files cannot be read"
 T = TypeVar("T")
 Values = npt.NDArray[np.float64]
 # Cells of the table in metres; a range is one where the joint slides.
@@ -50,18 +51,22 @@ def compare(left: Facts, right: Facts, relative: float, length: float) -> list[t
 
 def agrees_in_mujoco(package: Package, limit: float | None) -> Measured:
     """MuJoCo reads the same from both; the number is the largest difference that is no length."""
-    return _measured([r for r in _between(package, usd_facts.mujoco_facts) if not r.length], limit)
+    rows = _between(package, usd_facts.mujoco_facts)
+    return not_run(UNREAD) if rows is None else _measured([r for r in rows if not r.length], limit)
 
 
 def agrees_in_usd(package: Package, limit: float | None) -> Measured:
     """What UsdPhysics reads is what MuJoCo reads from the MJCF; the number is the largest difference but lengths."""
-    return _measured([r for r in _between(package, usd_facts.pxr_facts) if not r.length], limit)
+    rows = _between(package, usd_facts.pxr_facts)
+    return not_run(UNREAD) if rows is None else _measured([r for r in rows if not r.length], limit)
 
 
 def lengths_agree(package: Package, limit: float | None) -> Measured:
     """Positions, sizes and travels are the same for both readers; the number is the largest difference in metres."""
-    rows = [*_between(package, usd_facts.mujoco_facts), *_between(package, usd_facts.pxr_facts)]
-    return _measured([r for r in rows if r.length], limit)
+    one, other = _between(package, usd_facts.mujoco_facts), _between(package, usd_facts.pxr_facts)
+    if one is None or other is None:
+        return not_run(UNREAD)
+    return _measured([r for r in (*one, *other) if r.length], limit)
 
 
 def contacts_and_joints_agree(package: Package, limit: float | None) -> Measured:
@@ -69,7 +74,7 @@ def contacts_and_joints_agree(package: Package, limit: float | None) -> Measured
     mjcf = mujoco_load.load(package.mjcf).model if package.mjcf.is_file() else None
     usd = _quietly(lambda path: usd_facts.imported(path).model, package.usd)
     if mjcf is None or usd is None:
-        return Measured()
+        return not_run(UNREAD)
     return _measured([Row(d, False) for d in parameters(mjcf, usd)], limit)
 
 
@@ -79,10 +84,11 @@ def parameters(ours: mujoco.MjModel, theirs: mujoco.MjModel) -> list[Difference]
     return [_differ(key, left[key], right[key]) for key in sorted(left.keys() & right.keys())]
 
 
-def _between(package: Package, read: Callable[[Path], Facts]) -> list[Row]:
+def _between(package: Package, read: Callable[[Path], Facts]) -> list[Row] | None:
+    """Differences of the two files; None where one of them cannot be read."""
     left = _quietly(mjcf_facts.facts, package.mjcf)
     right = _quietly(read, package.usd)
-    return [] if left is None or right is None else list(_rows(left, right))
+    return None if left is None or right is None else list(_rows(left, right))
 
 
 def _quietly(read: Callable[[Path], T], path: Path) -> T | None:

@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.built import from_numbers
-from casa_assets.checks.check import Measured
+from casa_assets.checks.built import NO_COMPILE, NO_JOINTS, from_numbers
+from casa_assets.checks.check import Measured, not_applicable, not_run
 from casa_assets.checks.force import CHUNK, LONGEST_S, hand_effort
 from casa_assets.checks.motion import STEP_S, far, opened
 from casa_assets.checks.package import Package
@@ -57,8 +57,10 @@ def goes_all_its_way(package: Package, limit: float | None) -> Measured:
     """
     assert limit is not None
     asset = package.asset
-    if not asset.joints or from_numbers(asset) or mujoco_load.load(package.mjcf).error:
-        return Measured()
+    if not asset.joints or from_numbers(asset):
+        return not_applicable("it was built from numbers, and KIN001 holds it to more" if asset.joints else NO_JOINTS)
+    if mujoco_load.load(package.mjcf).error:
+        return not_run(NO_COMPILE)
     found = travels(asset, package.mjcf)
     share = sum(t.whole for t in found) / len(found)
     short = [t for t in found if not t.whole] if share < limit else []

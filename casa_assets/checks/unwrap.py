@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.model.asset import Asset, Visual
 from casa_assets.model.record import Vec2
 
@@ -35,6 +35,8 @@ def is_true_to_size(asset: Asset, limit: float | None) -> Measured:
                 problems.append(
                     (pointer, f"stretches its picture by {off:.1%}; texture coordinates are metres over tile")
                 )
+    if worst is None and not problems:
+        return not_applicable("nothing of it shows a picture that repeats")
     return Measured(worst, tuple(problems))
 
 

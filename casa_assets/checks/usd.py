@@ -15,11 +15,12 @@ from pxr import Tf, Usd, UsdShade, UsdUtils, UsdValidation
 from simready.validate.api import features_summary_passed
 
 from casa_assets.checks import coincident
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_run
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
 
+CLOSED = "the USD file does not open"
 PROFILE = "Robotics-Prop"
 PROFILE_VERSION = "4.0.0"
 THUMBNAIL_PX = (256, 256)
@@ -47,7 +48,7 @@ def is_simready(package: Package, _: float | None) -> Measured:
     """SimReady Robotics-Prop 4.0.0, with the verdict of its command line; one problem for each failed requirement."""
     with quiet():
         if _stage(package.usd) is None:
-            return Measured()
+            return not_run(CLOSED)
         load_rules()
         result = simready.validate.validate_asset(
             simready.validate.AssetValidationConfig(
@@ -55,7 +56,7 @@ def is_simready(package: Package, _: float | None) -> Measured:
             )
         )
     if result is None:
-        return _measured([("simready", "the validator could not look at the file")])
+        return not_run("the validator of SimReady gave no verdict")
     # Not `passed` of the features: those that the profile calls optional say False where they are not used.
     if features_summary_passed(result.features_summary):
         return _measured([])
@@ -70,7 +71,7 @@ def is_valid(package: Package, _: float | None) -> Measured:
     with quiet():
         stage = _stage(package.usd)
         if stage is None:
-            return Measured()
+            return not_run(CLOSED)
         errors = UsdValidation.ValidationContext(validators()).Validate(stage)
         problems = [(sites(error), error.GetMessage()) for error in errors]
     return _measured(sorted(problems))
@@ -80,7 +81,7 @@ def imports_into_mujoco(package: Package, _: float | None) -> Measured:
     """MuJoCo's USD reader loads the file and warns of nothing."""
     with quiet():
         if _stage(package.usd) is None:
-            return Measured()
+            return not_run(CLOSED)
         loaded = imported(package.usd)
     if loaded.model is None:
         return _measured([("usd", f"MuJoCo refuses it: {loaded.error}")])
@@ -92,7 +93,7 @@ def pictures_are_png(package: Package, _: float | None) -> Measured:
     with quiet():
         stage = _stage(package.usd)
         if stage is None:
-            return Measured()
+            return not_run(CLOSED)
         named = list(_pictures(stage))
     folder = package.usd.parent
     problems = [(where, says) for where, path in named if (says := _not_png(folder, path))]

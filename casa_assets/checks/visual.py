@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.built import UNSEEN
+from casa_assets.checks.check import Measured, largest, least, not_applicable
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.topology import edge_counts, face_components, weld
@@ -14,6 +15,7 @@ from casa_assets.model.asset import Asset, Link, Visual
 from casa_assets.model.material import Texture
 from casa_assets.model.pose import Pose
 
+NO_PICTURES = "it shows no picture"
 LEAST_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.
 UNIT_SLACK = 0.00674  # Ref: glTF-Validator, how far a normal's length may be from 1.
 SAME_M = 1e-6  # what float32 storage may move a vertex by
@@ -22,13 +24,15 @@ SAME_M = 1e-6  # what float32 storage may move a vertex by
 def has_whole_triangles(asset: Asset, limit: float | None) -> Measured:
     """The number is how many triangles have no area."""
     counts = {p: int((_sides(v)[1] <= 0).sum()) for p, v in _visuals(asset)}
+    if not counts:
+        return not_applicable(UNSEEN)
     problems = tuple((p, f"{n} triangles have no area; leave them out") for p, n in counts.items() if n)
     return Measured(float(sum(counts.values())), problems)
 
 
 def is_lit_from_outside(asset: Asset, limit: float | None) -> Measured:
     """The number is the share of the area of a mesh at whose corners the normal looks away from the front."""
-    worst, problems = 0.0, []
+    shares, problems = [], []
     for pointer, visual in _visuals(asset):
         normals = visual.mesh.normals
         if normals is None:
@@ -38,29 +42,33 @@ def is_lit_from_outside(asset: Asset, limit: float | None) -> Measured:
         fronts, areas = _sides(visual)
         behind = np.einsum("fkj,fj->fk", normals[visual.mesh.faces], fronts) < 0
         share = float((behind.mean(axis=1) * areas).sum() / max(float(areas.sum()), 1e-300))
-        worst = max(worst, share)
+        shares.append(share)
         if share > _number(limit):
             problems.append(
                 (pointer, f"{share:.1%} of it has normals that look inwards; compute them from the triangles")
             )
-    return Measured(worst, tuple(problems))
+    return largest(shares, tuple(problems), "none of its meshes carries normals")
 
 
 def is_not_inside_out(asset: Asset, limit: float | None) -> Measured:
     """The number is the share of the surface of a link on closed pieces that wind inwards and line no other piece."""
-    worst, problems = 0.0, []
+    shares, problems = [], []
     for link in asset.links:
-        share = _inverted_share(link) if link.visuals else 0.0
-        worst = max(worst, share)
+        if not link.visuals:
+            continue
+        share = _inverted_share(link)
+        shares.append(share)
         if share > _number(limit):
             says = f"{share:.1%} of the surface is inside out; turn those triangles"
             problems.append((f"links/{link.name}/visuals", says))
-    return Measured(worst, tuple(problems))
+    return largest(shares, tuple(problems), UNSEEN)
 
 
 def has_few_faces(asset: Asset, limit: float | None) -> Measured:
     """The number is how many triangles are seen."""
     count = sum(len(v.mesh.faces) for _, v in _visuals(asset))
+    if not count:
+        return not_applicable(UNSEEN)
     problems = (("", f"has {count} triangles; simplify it further"),) if count > _number(limit) else ()
     return Measured(float(count), problems)
 
@@ -68,25 +76,27 @@ def has_few_faces(asset: Asset, limit: float | None) -> Measured:
 def has_room_for_textures(asset: Asset, limit: float | None) -> Measured:
     """The number is how many meshes show a picture, but have no usable texture coordinates."""
     textured = {m.id for m in asset.materials if m.textures}
-    bare = [p for p, v in _visuals(asset) if v.material in textured and not _is_unwrapped(v)]
+    shown = [(p, v) for p, v in _visuals(asset) if v.material in textured]
+    if not shown:
+        return not_applicable(NO_PICTURES)
+    bare = [p for p, v in shown if not _is_unwrapped(v)]
     says = "shows a picture, but all its texture coordinates are missing or one point; unwrap it or drop the picture"
     return Measured(float(len(bare)), tuple((p, says) for p in bare))
 
 
 def has_small_textures(asset: Asset, limit: float | None) -> Measured:
     """The number is the longest side of a picture, as its file says it, pixels."""
-    worst: int | None = None
-    problems = []
+    sides, problems = [], []
     for material in asset.materials:
         for texture in material.textures:
             size = _png_size(texture)
-            worst = max(*size, worst or 0)
+            sides.append(float(max(size)))
             pointer = f"materials/{material.id}/{texture.name}"
             if size != (texture.width_px, texture.height_px):
                 problems.append((pointer, f"is {size[0]} x {size[1]} pixels, not as stated; read its size again"))
             if max(size) > _number(limit):
                 problems.append((pointer, f"is {size[0]} x {size[1]} pixels; scale it down"))
-    return Measured(None if worst is None else float(worst), tuple(problems))
+    return largest(sides, tuple(problems), NO_PICTURES)
 
 
 def has_enough_vertices(asset: Asset, limit: float | None) -> Measured:
@@ -94,11 +104,13 @@ def has_enough_vertices(asset: Asset, limit: float | None) -> Measured:
     counts = {p: len(v.mesh.vertices) for p, v in _visuals(asset)}
     says = "has {} vertices, MuJoCo asks for 4; join it to another mesh"
     problems = tuple((p, says.format(n)) for p, n in counts.items() if n < LEAST_VERTICES)
-    return Measured(float(min(counts.values())) if counts else None, problems)
+    return least(map(float, counts.values()), problems, UNSEEN)
 
 
 def is_seen_once(asset: Asset, limit: float | None) -> Measured:
     """The number is how many meshes lie exactly on another one."""
+    if not any(link.visuals for link in asset.links):
+        return not_applicable(UNSEEN)
     first: dict[bytes, str] = {}
     problems = []
     for link in asset.links:

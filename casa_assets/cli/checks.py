@@ -12,14 +12,17 @@ from rich.table import Table
 def checks(
     as_markdown: Annotated[bool, typer.Option("--markdown", help="As docs/checks.md has it.")] = False,
 ) -> None:
-    """List every check that an asset must pass, with its code and why it matters."""
+    """List every check: its code, what it tests, and what to do where it fails."""
+    from casa_assets import registry
     from casa_assets.checks.table import TABLE
     from casa_assets.pipeline.books.check_docs import markdown
 
     if as_markdown:
         typer.echo(markdown(), nl=False)
         return
-    table = Table("code", "severity", "looks at", "limit", "why")
+    limits = registry.load().limits
+    table = Table("code", "title", "severity", "limit", "what is tested, and what to do", show_lines=False)
     for row in TABLE:
-        table.add_row(row.code, row.severity.value, row.subject.__name__, row.limit or "", row.why)
+        limit = f"{limits[row.limit]:g} {row.unit}".strip() if row.limit else ""
+        table.add_row(row.code, row.title, row.severity.value, limit, row.describe(limits))
     Console().print(table)

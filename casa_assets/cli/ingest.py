@@ -146,13 +146,14 @@ def _tell(event: Event, console: Console, as_json: bool) -> None:
 
 def _conclude(events: list[Event], library: Path, console: Console, explain: bool) -> None:
     from casa_assets import registry
-    from casa_assets.checks.table import TABLE
+    from casa_assets.checks.table import explained
     from casa_assets.pipeline.entry_table import EntryTable
     from casa_assets.pipeline.ingest import tally
     from casa_assets.pipeline.library import Library
 
     counts = tally(events)
-    known = registry.load().rejections
+    whole = registry.load()
+    known = whole.rejections
     touched = {e.asset_id for e in events}
     rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched}
     console.print(_accepted_table([e for e in rows.values() if e.accepted]))
@@ -164,7 +165,7 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
         table = Table(title="Rejected by reason", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
         for name in ("code", "reason", "inputs", "what to do"):
             table.add_column(name, no_wrap=name == "code")
-        why = {check.code: check.why for check in TABLE}
+        why = explained(whole.limits)
         for code, count in codes.most_common():
             row = known.get(code)
             meaning, mend = (row.meaning, row.mend) if row else (why.get(code, ""), "as the line of each input says")
@@ -186,6 +187,7 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
 
 def _on_all(library: Path, console: Console, most: int = 6) -> None:
     """What was found on all assets of the library together."""
+    from casa_assets.model.issue import Status
     from casa_assets.pipeline.alike.whole import read
 
     whole = read(library)
@@ -193,6 +195,9 @@ def _on_all(library: Path, console: Console, most: int = 6) -> None:
     for issue in issues[:most]:
         place = f"{issue.pointer} " if issue.pointer else ""
         console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.says)}", highlight=False)
+    for result in whole.report.results if whole else ():
+        if result.status is Status.NOT_RUN:
+            console.print(f"[yellow]{result.code}[/] not run: {_safe(result.reason)}", highlight=False)
     if len(issues) > most:
         console.print(f"... and {len(issues) - most} more about the library as a whole, see the report", soft_wrap=True)
 
@@ -200,7 +205,7 @@ def _on_all(library: Path, console: Console, most: int = 6) -> None:
 def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
     table = Table(title="Accepted", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
     rows = [_cells(entry) for entry in accepted[:most]]
-    names = "asset", "size (cm)", "mass", "shapes", "warn"
+    names = "asset", "size (cm)", "mass", "shapes", "checks", "warn"
     for i, name in enumerate(names):
         wide = max((len(row[i]) for row in rows), default=0)
         # A column that may shrink is cut before the last one folds.
@@ -210,16 +215,18 @@ def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
     for row in rows:
         table.add_row(*row)
     if len(accepted) > most:
-        table.add_row(f"... and {len(accepted) - most} more", "", "", "", "", "")
+        table.add_row(f"... and {len(accepted) - most} more", "", "", "", "", "", "")
     return table
 
 
 def _cells(entry: Entry) -> tuple[str, ...]:
-    """Id, size, mass, collision shapes, warnings and source of an accepted asset."""
+    """Id, size, mass, collision shapes, checks passed of those that apply, warnings and source of an accepted asset."""
     assert entry.summary is not None
     size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
     mass = f"{entry.summary.mass:.3g} kg" if entry.summary.mass >= 1 else f"{1000 * entry.summary.mass:.3g} g"
-    return entry.id, size, mass, str(entry.summary.colliders), str(len(entry.warnings)), _safe(entry.source_path)
+    told = entry.checks
+    shapes, warned = str(entry.summary.colliders), str(len(entry.warnings))
+    return entry.id, size, mass, shapes, f"{told.passed}/{told.applying}", warned, _safe(entry.source_path)
 
 
 def _explain(entry: Entry, console: Console) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Any, Self
 
-from pydantic import StringConstraints
+from pydantic import StringConstraints, model_validator
 
 from casa_assets.model.record import Record
 
@@ -35,22 +37,93 @@ class Issue(Record):
     says: str
 
 
+class Status(StrEnum):
+    """What became of a check on one subject.
+
+    NOT_APPLICABLE: the subject has nothing of the kind that the check is about, such as a joint.
+    NOT_RUN: the check applies, but nothing was measured: a file cannot be read, a tool is missing, or it is waived.
+    """
+
+    PASSED = "passed"
+    FAILED = "failed"
+    NOT_APPLICABLE = "not_applicable"
+    NOT_RUN = "not_run"
+
+
 class CheckResult(Record):
-    """Outcome of one check on one subject; present whether it passed or not.
+    """Outcome of one check on one subject; present whether it passed or not, ran or not.
 
     Attributes:
         code: of the check.
-        passed: no problem was found.
+        status: what became of it.
+        severity: of the check; a failed error keeps the subject out, a failed warning is advice.
+        reason: why it does not apply or was not run, a part of a sentence; empty for the other two.
+        waived: it was not run because registry/waivers.yaml says so.
         number: what was measured (the worst value where there are several), or None.
         limit: what it was held against, as registry/limits.yaml has it, or None.
         unit: of number and limit, such as `m` or `kg/m^3`; empty for counts and ratios.
     """
 
     code: Code
-    passed: bool
+    status: Status
+    severity: Severity = Severity.ERROR
+    reason: str = ""
+    waived: bool = False
     number: float | None = None
     limit: float | None = None
     unit: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """It applies, was run, and found no problem."""
+        return self.status is Status.PASSED
+
+    @property
+    def applies(self) -> bool:
+        """It is about something that the subject has, whether it was run or not."""
+        return self.status is not Status.NOT_APPLICABLE
+
+    @model_validator(mode="after")
+    def _has_a_reason(self) -> Self:
+        unmeasured = self.status in (Status.NOT_APPLICABLE, Status.NOT_RUN)
+        if unmeasured != bool(self.reason):
+            raise ValueError("a reason belongs to what does not apply or was not run, and to nothing else")
+        if self.waived and self.status is not Status.NOT_RUN:
+            raise ValueError("what is waived is not run")
+        return self
+
+
+@dataclass(frozen=True)
+class Tally:
+    """How many checks there were.
+
+    Attributes:
+        passed, failed, not_run, not_applicable: by status. advice: of the failed ones, those of severity warning.
+    """
+
+    passed: int = 0
+    failed: int = 0
+    not_run: int = 0
+    not_applicable: int = 0
+    advice: int = 0
+
+    @property
+    def applying(self) -> int:
+        """All but those that do not apply."""
+        return self.passed + self.failed + self.not_run
+
+    def __str__(self) -> str:
+        """Such as `74 of 74 that apply`, with what was not run where there is any."""
+        told = f"{self.passed:,} of {self.applying:,} that apply"
+        return f"{told}, {self.not_run:,} not run" if self.not_run else told
+
+
+def tally(results: Iterable[CheckResult]) -> Tally:
+    """Counts of results by status."""
+    found = list(results)
+    of = {status: sum(r.status is status for r in found) for status in Status}
+    advice = sum(r.status is Status.FAILED and r.severity is Severity.WARNING for r in found)
+    return Tally(of[Status.PASSED], of[Status.FAILED], of[Status.NOT_RUN], of[Status.NOT_APPLICABLE], advice)
 
 
 class Report(Record):
@@ -58,7 +131,7 @@ class Report(Record):
 
     Attributes:
         subject: id of the asset or scene.
-        results: one per check that ran, in table order.
+        results: one per check whose subject this is, in table order, also for those that do not apply or were not run.
         issues: every fault, in table order.
     """
 
@@ -66,16 +139,51 @@ class Report(Record):
     results: tuple[CheckResult, ...] = ()
     issues: tuple[Issue, ...] = ()
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_schema_1(cls, data: Any) -> Any:
+        """Read reports of older libraries, whose results said `passed` alone, also of what was not measured."""
+        if not isinstance(data, dict) or not any("passed" in r for r in data.get("results", ()) if isinstance(r, dict)):
+            return data
+        warned = {i["code"] for i in data.get("issues", ()) if i["severity"] == Severity.WARNING}
+        return {**data, "results": [_of_schema_1(r, warned) for r in data["results"]]}
+
     @property
     def errors(self) -> tuple[Issue, ...]:
-        """Issues that keep the subject out."""
-        return tuple(i for i in self.issues if i.severity is Severity.ERROR)
+        """What keeps the subject out: errors that were found, or, where none was, checks of that severity not run.
+
+        A check that cannot look because another one found the cause (a file that does not compile) adds nothing to
+        that. Where nothing was found, a check that should have run and did not is an error itself, unless it is waived.
+        """
+        found = tuple(i for i in self.issues if i.severity is Severity.ERROR)
+        unrun = (r for r in self.results if r.status is Status.NOT_RUN and not r.waived)
+        return found or tuple(
+            Issue(code=r.code, severity=r.severity, says=f"was not run: {r.reason}")
+            for r in unrun
+            if r.severity is Severity.ERROR
+        )
 
     @property
     def passed(self) -> bool:
-        """No error was found (warnings may have been)."""
+        """Every check of severity error that applies was run, or is waived, and found nothing; warnings may have."""
         return not self.errors
+
+    @property
+    def tally(self) -> Tally:
+        """Counts of the results by status."""
+        return tally(self.results)
 
     def __add__(self, other: Report) -> Report:
         """Both reports about the same subject, in order."""
         return Report(subject=self.subject, results=self.results + other.results, issues=self.issues + other.issues)
+
+
+def _of_schema_1(old: dict[str, Any], warned: set[str]) -> dict[str, Any]:
+    """A result as it is written now; one that passed without a number is taken for one that did not apply."""
+    told = {key: value for key, value in old.items() if key != "passed"}
+    if not old["passed"]:
+        severity = Severity.WARNING if old["code"] in warned else Severity.ERROR
+        return {**told, "status": Status.FAILED, "severity": severity}
+    if old.get("number") is None:
+        return {**told, "status": Status.NOT_APPLICABLE, "reason": "an earlier version told no number"}
+    return {**told, "status": Status.PASSED}

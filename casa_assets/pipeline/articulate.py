@@ -332,7 +332,7 @@ def _written(wish: Wish, built: Built, staged: Path, went: Mapping[str, Travel])
     (staged / sidecar.NAME).write_text(sidecar.text(built), encoding="utf-8")
     if wish.preview:
         (staged / STRIP).write_bytes(strip(staged / "model.xml", _moving(built, went), _heading(built, asset)))
-    waived = frozenset(w.code for w in known.waivers if w.subject == asset.id)
+    waived = known.waived(asset.id)
     contract = known.contracts.get(asset.contract or "")
     report = Report(subject=asset.id)
     for subject in (asset, Package(asset, built.category, staged, contract)):

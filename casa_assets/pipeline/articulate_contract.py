@@ -52,5 +52,5 @@ def without(asset: Asset, faults: tuple[str, ...]) -> Asset:
 
 
 def _faults(asset: Asset, package: Package, limits: Mapping[str, float], rows: list[Check]) -> tuple[str, ...]:
-    issues = [i for subject in (asset, package) for i in run(subject, asset.id, limits, table=rows).issues]
+    issues = [i for subject in (asset, package) for i in run(subject, asset.id, limits, table=rows).errors]
     return tuple(f"{i.code} {i.pointer}: {i.says}" if i.pointer else f"{i.code} {i.says}" for i in issues)

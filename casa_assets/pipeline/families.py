@@ -178,7 +178,7 @@ def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) ->
     written = time.perf_counter()
     report = Report(subject=asset.id)
     if checked:
-        waived = frozenset(w.code for w in known.waivers if w.subject == asset.id)
+        waived = known.waived(asset.id)
         category = known.fixtures[found.category]
         contract = known.contracts.get(asset.contract or "")
         for subject in (asset, Package(asset, category, staged, contract)):

@@ -73,7 +73,7 @@ class Certificate(Record):
         producer: what made the asset.
         cache_key: digest of everything that decided the result besides the source.
         versions: stages of the producer with their keys, and the packages that they use.
-        report: every check that ran, with its number; warnings included.
+        report: every check whose subject it is, with its number or why it did not apply or was not run.
         summary: numbers for tables.
         files: path -> sha256 of everything in the folder but asset.json.
         signature: what it is compared with others by; None where nothing of it is seen.

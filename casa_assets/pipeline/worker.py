@@ -134,7 +134,7 @@ def _write_and_check(asset: Asset, category: Category, staged: Path, notes: tupl
     picture = render(staged / "model.xml", View(size_px=PREVIEW_PX))
     (staged / "preview.png").write_bytes(picture)
     disk.write_files(staged, write_usd(asset, thumbnail(picture)))
-    waived = frozenset(w.code for w in known.waivers if w.subject == asset.id)
+    waived = known.waived(asset.id)
     report = Report(subject=asset.id, issues=notes)
     for subject in (asset, Package(asset, category, staged)):
         report = report + run_checks(subject, asset.id, known.limits, waived)

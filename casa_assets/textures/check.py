@@ -11,7 +11,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from casa_assets.model.finish import Finish
-from casa_assets.model.issue import CheckResult, Issue, Report, Severity
+from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.model.material import Texture
 from casa_assets.textures.distance import Look, closest_pairs, oklab
 from casa_assets.textures.seam import seam
@@ -43,17 +43,21 @@ class Row:
     """One check of a picture.
 
     Attributes:
-        code: such as `TEX001`; never reused. why: one line.
+        code: such as `TEX001`; never reused. title: two to five words.
         measure: number of the pictures. limit: key in registry/limits.yaml; unit of both.
         most: the limit is an upper one.
+        fault: what is wrong where it fails, a part of a sentence.
+        description: what is measured, against which limit, and what to do; `{limit}` stands for the number.
     """
 
     code: str
+    title: str
     measure: Callable[[Pictures], float]
     limit: str
     unit: str
     most: bool
-    why: str
+    fault: str
+    description: str
 
 
 def pictures_of(finish: Finish) -> Pictures:
@@ -88,11 +92,12 @@ def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
     for row in TABLE:
         number, limit = float(row.measure(pictures)), limits[row.limit]
         passed = number <= limit if row.most else number >= limit
+        status = Status.PASSED if passed else Status.FAILED
         shown = float(f"{number:.6g}")
-        results.append(CheckResult(code=row.code, passed=passed, number=shown, limit=limit, unit=row.unit))
+        results.append(CheckResult(code=row.code, status=status, number=shown, limit=limit, unit=row.unit))
         if not passed:
             side = "above" if row.most else "below"
-            says = f"{row.why}: {shown:g} {row.unit}".rstrip() + f" is {side} {limit:g}"
+            says = f"{row.fault}: {shown:g} {row.unit}".rstrip() + f" is {side} {limit:g}"
             issues.append(Issue(code=row.code, severity=Severity.ERROR, pointer=row.limit, says=says))
     return Report(subject=pictures.id, results=tuple(results), issues=tuple(issues))
 
@@ -104,14 +109,20 @@ def check_set(name: str, looks: Mapping[str, Look], limits: Mapping[str, float])
         name: of the set, such as `wall`.
         looks: of every picture of the set, by id. limits: as registry/limits.yaml has it.
     """
-    wanted, apart = limits["texture_set_count"], limits["texture_alike"]
+    wanted, apart = limits[OF_SETS["TEX012"][1]], limits[OF_SETS["TEX013"][1]]
     pairs = closest_pairs(looks, most=len(looks))
     close = [p for p in pairs if p[0] <= apart]
     nearest = pairs[0][0] if pairs else None
+    enough = Status.PASSED if len(looks) >= wanted else Status.FAILED
     results = (
-        CheckResult(code="TEX012", passed=len(looks) >= wanted, number=float(len(looks)), limit=wanted),
-        CheckResult(
-            code="TEX013", passed=not close, number=None if nearest is None else float(f"{nearest:.6g}"), limit=apart
+        CheckResult(code="TEX012", status=enough, number=float(len(looks)), limit=wanted),
+        CheckResult(code="TEX013", status=Status.NOT_APPLICABLE, reason="the set has no two pictures", limit=apart)
+        if nearest is None
+        else CheckResult(
+            code="TEX013",
+            status=Status.FAILED if close else Status.PASSED,
+            number=float(f"{nearest:.6g}"),
+            limit=apart,
         ),
     )
     issues = [
@@ -198,20 +209,128 @@ def _megabytes(p: Pictures) -> float:
 
 
 TABLE: tuple[Row, ...] = (
-    Row("TEX001", _seam, "texture_seam", "", True, "the border shows where the picture repeats"),
-    Row("TEX002", _mean, "texture_dark", "", False, "the picture is nearly black"),
-    Row("TEX003", _clipped, "texture_clipped", "", True, "pixels are clipped to white or black"),
-    Row("TEX004", _contrast, "texture_contrast", "", False, "nothing is seen on the picture, a plain finish would do"),
-    Row("TEX005", _length, "texture_normal_length", "", True, "normals are not of unit length"),
-    Row("TEX006", _lean, "texture_normal_lean", "", True, "normals lean to one side on the whole"),
-    Row("TEX007", _rough_low, "texture_rough_low", "", False, "the surface is a mirror that renderers alias on"),
-    Row("TEX008", _px_per_m, "texture_resolution", "px/m", False, "the picture is coarse for its size"),
-    Row("TEX009", _short_side, "texture_tile_m", "m", False, "the picture is small, its repeat is seen"),
-    Row("TEX010", _blotch, "texture_blotch", "", True, "one blotch shows every repeat from afar"),
-    Row("TEX011", _megabytes, "texture_megabytes", "MB", True, "the files are large"),
+    Row(
+        "TEX001",
+        "Seam at the border",
+        _seam,
+        "texture_seam",
+        "",
+        True,
+        "the border shows where the picture repeats",
+        "The step across the border of the picture is at most {limit:g} times the strongest steps inside it; paint or "
+        "generate it so that it tiles.",
+    ),
+    Row(
+        "TEX002",
+        "Mean brightness",
+        _mean,
+        "texture_dark",
+        "",
+        False,
+        "the picture is nearly black",
+        "The mean colour is at least {limit:g} of white; choose lighter colours.",
+    ),
+    Row(
+        "TEX003",
+        "Clipped pixels",
+        _clipped,
+        "texture_clipped",
+        "",
+        True,
+        "pixels are clipped to white or black",
+        "At most {limit:.0%} of the pixels are pure white or pure black; lower the contrast or the exposure.",
+    ),
+    Row(
+        "TEX004",
+        "Visible contrast",
+        _contrast,
+        "texture_contrast",
+        "",
+        False,
+        "nothing is seen on the picture, a plain finish would do",
+        "The standard deviation of what is seen is at least {limit:g}; use a plain finish, or a stronger pattern.",
+    ),
+    Row(
+        "TEX005",
+        "Length of normals",
+        _length,
+        "texture_normal_length",
+        "",
+        True,
+        "normals are not of unit length",
+        "Normals of the normal map have unit length to {limit:g}; normalise them before they are stored.",
+    ),
+    Row(
+        "TEX006",
+        "Mean of normals",
+        _lean,
+        "texture_normal_lean",
+        "",
+        True,
+        "normals lean to one side on the whole",
+        "The mean of all normals leans by at most {limit:g} along the surface; take the slope out of the height map.",
+    ),
+    Row(
+        "TEX007",
+        "Least roughness",
+        _rough_low,
+        "texture_rough_low",
+        "",
+        False,
+        "the surface is a mirror that renderers alias on",
+        "All but one per cent of the surface has a roughness of at least {limit:g}; raise the roughness.",
+    ),
+    Row(
+        "TEX008",
+        "Pixels per metre",
+        _px_per_m,
+        "texture_resolution",
+        "px/m",
+        False,
+        "the picture is coarse for its size",
+        "The picture has at least {limit:g} pixels per metre; use more pixels, or state a smaller size.",
+    ),
+    Row(
+        "TEX009",
+        "Size of the picture",
+        _short_side,
+        "texture_tile_m",
+        "m",
+        False,
+        "the picture is small, its repeat is seen",
+        "The shorter side of the picture spans at least {limit:g} m of surface; make a larger picture.",
+    ),
+    Row(
+        "TEX010",
+        "Visible repeats",
+        _blotch,
+        "texture_blotch",
+        "",
+        True,
+        "one blotch shows every repeat from afar",
+        "Lightness varies by at most {limit:g} over half a picture or more; even out large blotches.",
+    ),
+    Row(
+        "TEX011",
+        "File size",
+        _megabytes,
+        "texture_megabytes",
+        "MB",
+        True,
+        "the files are large",
+        "The three files of a finish have at most {limit:g} MB together; use fewer pixels, or less noise.",
+    ),
 )
-# What is asked of a whole set, by code.
+# Checks of a whole set: code -> title, key of the limit, description.
 OF_SETS = {
-    "TEX012": "the set has fewer pictures than promised",
-    "TEX013": "two pictures of a set are nearly alike",
+    "TEX012": (
+        "Size of the set",
+        "texture_set_count",
+        "The set of a surface (walls, floors, counters, cabinets) has at least {limit:g} pictures; add recipes.",
+    ),
+    "TEX013": (
+        "Distinct pictures",
+        "texture_alike",
+        "No two pictures of a set are nearer than {limit:g} to each other in looks; change the seed or numbers of one.",
+    ),
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, least
 from casa_assets.checks.design.subject import DesignSubject
 
 
@@ -23,4 +23,4 @@ def has_room_for_things(subject: DesignSubject, limit: float | None) -> Measured
     tried = [(t.task, t.rate, t.tightest) for t in subject.tasks if t.rate is not None]
     says = "of 200 things only {:.1%} found room within reach at {}; {:.0%} wanted: clear it, or make it larger"
     problems = tuple((f"tasks/{task}", says.format(rate, at, limit)) for task, rate, at in tried if rate < limit)
-    return Measured(min((rate for _, rate, _ in tried), default=None), problems)
+    return least((rate for _, rate, _ in tried), problems, "it has what it takes for no task (TSK001)")

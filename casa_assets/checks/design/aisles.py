@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.floor import AisleKind
+
+NO_AISLE = {
+    AisleKind.WORK: "no two fronts face each other",
+    AisleKind.WALK: "no way leads between two things, or a thing and a wall",
+}
 
 
 def is_roomy(subject: DesignSubject, limit: float | None) -> Measured:
     """Fronts that face each other leave `limit` metres, in kitchens that are not declared compact; the narrowest."""
     # Ref: NKBA planning guideline 6: 42 inches for one cook.
-    return Measured() if subject.facts.compact else _narrowest(subject, limit, AisleKind.WORK)
+    if subject.facts.compact:
+        return not_applicable("its plan says that it is compact (NKB005)")
+    return _narrowest(subject, limit, AisleKind.WORK)
 
 
 def is_roomy_enough(subject: DesignSubject, limit: float | None) -> Measured:
     """The same in kitchens that are declared compact; metres of the narrowest."""
-    return _narrowest(subject, limit, AisleKind.WORK) if subject.facts.compact else Measured()
+    if not subject.facts.compact:
+        return not_applicable("its plan does not say that it is compact (NKB004)")
+    return _narrowest(subject, limit, AisleKind.WORK)
 
 
 def lets_pass(subject: DesignSubject, limit: float | None) -> Measured:
@@ -32,4 +41,4 @@ def _narrowest(subject: DesignSubject, limit: float | None, kind: AisleKind) -> 
         for a in aisles
         if a.width < limit
     )
-    return Measured(min((a.width for a in aisles), default=None), problems)
+    return least((a.width for a in aisles), problems, NO_AISLE[kind])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.geometry.planar import overlap
 from casa_assets.model.floor import Facts, Fixture, Role, Row, RunEnd, Side
@@ -33,7 +33,7 @@ def has_standing_room(subject: DesignSubject, limit: float | None) -> Measured:
         for name, other, gap in found
         if gap < limit
     )
-    return Measured(min((gap for _, _, gap in found), default=None), problems)
+    return least((gap for _, _, gap in found), problems, "nothing stands at a right angle to a dishwasher")
 
 
 def _beside(row: Row, left: float, right: float, other: Row) -> Iterator[float]:
@@ -85,7 +85,9 @@ def _clearance(subject: DesignSubject, limit: float | None, hoods: bool) -> Meas
         for name, other, gap in found
         if gap < limit
     )
-    return Measured(min((gap for _, _, gap in found), default=None), problems)
+    return least(
+        (gap for _, _, gap in found), problems, f"no {'hood' if hoods else 'cabinet or shelf'} hangs over a cooktop"
+    )
 
 
 def _cooks_at(cooktop: Fixture) -> float:
@@ -104,11 +106,12 @@ def is_not_below_a_window(subject: DesignSubject, limit: float | None) -> Measur
     """No cooktop stands under a window that opens; metres of window over it."""
     # Ref: NKBA planning guideline 20.
     assert limit is not None
+    windows = [w for w in subject.facts.ways if w.kind is OpeningKind.WINDOW and w.movable]
+    if not windows or not subject.facts.of(*COOKTOPS):
+        return not_applicable("it has no cooktop" if windows else "none of its windows opens")
     worst, problems = 0.0, []
     walls = {w.id: w for w in subject.facts.walls}
-    for way in subject.facts.ways:
-        if way.kind is not OpeningKind.WINDOW or not way.movable:
-            continue
+    for way in windows:
         for cooktop in subject.facts.of(*COOKTOPS):
             shared = _before(walls[way.wall], way.start, way.end, cooktop)
             worst = max(worst, shared)
@@ -144,7 +147,7 @@ def keeps_off_corners(subject: DesignSubject, limit: float | None) -> Measured:
     problems = tuple(
         (f"units/{name}", f"{gap:.3f} m to the inside corner, {limit:g} wanted") for name, gap in found if gap < limit
     )
-    return Measured(min((gap for _, gap in found), default=None), problems)
+    return least((gap for _, gap in found), problems, "no appliance stands in a row with a corner")
 
 
 def _from_corners(facts: Facts, row: Row) -> Iterator[tuple[str, float]]:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.checks.design import access, frontage, seating, triangle
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.floor import Facts
@@ -149,6 +149,8 @@ def is_well_designed(subject: DesignSubject, limit: float | None) -> Measured:
     """At least `limit` of 100 advisory rules of design that apply are kept; the score."""
     assert limit is not None
     found = grade(subject)
+    if all(f.passed is None or f.waived for f in found.design):
+        return not_applicable("none of the advisory rules applies to it")
     if found.score >= limit:
         return Measured(found.score)
     missed = [f for f in found.design if f.passed is False and not f.waived]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.geometry.planar import overlap
 from casa_assets.model.floor import APPLIANCES, Corners, Facts, Leaf
@@ -21,7 +21,7 @@ def is_entered(subject: DesignSubject, limit: float | None) -> Measured:
         for w in ways
         if w.clear < limit
     )
-    return Measured(min((w.clear for w in ways), default=None), problems)
+    return least((w.clear for w in ways), problems, "it has no door and no passage")
 
 
 def enters_freely(subject: DesignSubject, limit: float | None) -> Measured:
@@ -29,6 +29,8 @@ def enters_freely(subject: DesignSubject, limit: float | None) -> Measured:
     # Ref: NKBA planning guideline 2.
     assert limit is not None
     worst, problems = 0.0, []
+    if not any(way.leaf for way in subject.facts.ways):
+        return not_applicable("it has no door with a leaf")
     bodies = [*_bodies(subject.facts), *_leaves(subject.facts)]
     for way in subject.facts.ways:
         for name, outline, low, high in bodies if way.leaf else ():
@@ -47,6 +49,8 @@ def opens_apart(subject: DesignSubject, limit: float | None) -> Measured:
     assert limit is not None
     worst, problems = 0.0, []
     leaves = list(_leaves(subject.facts))
+    if len({name.split("/")[0] for name, *_ in leaves}) < 2:
+        return not_applicable("it has no two appliances that open")
     for i, (one, a, low, high) in enumerate(leaves):
         for other, b, bottom, top in leaves[i + 1 :]:
             if one.split("/")[0] == other.split("/")[0] or not _level(low, high, bottom, top):

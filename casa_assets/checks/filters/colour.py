@@ -9,8 +9,8 @@ from functools import lru_cache
 import numpy as np
 from PIL import Image
 
-from casa_assets.checks.check import Measured
-from casa_assets.checks.filters.skin import skin
+from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.filters.skin import skin, skinless
 from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.asset import Asset, Visual
@@ -20,6 +20,7 @@ from casa_assets.model.material import Material, Texture
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # From so metallic on a surface shows what is around it, and a grey of its own is no lack of colour.
 METALLIC = 0.5
+METAL = "it has bare metal on it, whose colour is that of what is around"
 # What is seen of a picture shows something from this contrast on, as displayed, 0..1.
 DETAIL = 0.05
 # Fewer pixels than this along the longest side are a palette of plain colours, and no picture.
@@ -55,7 +56,7 @@ def is_lit(asset: Asset, limit: float | None) -> Measured:
     """The number is the mean luminance of what is seen in white light, 0..1; coal has 0.04."""
     look = _look(asset)
     if look is None or _is_metal(asset):
-        return Measured()
+        return skinless(asset) if look is None else not_applicable(METAL)
     bright = float((look.linear @ LUMINANCE).mean())
     says = f"is black, it gives back {bright:.2%} of the light; set the colours of its materials"
     return Measured(bright, (("materials", says),) if bright < _number(limit) else ())
@@ -65,7 +66,7 @@ def is_coloured(asset: Asset, limit: float | None) -> Measured:
     """The number is how far what is seen is from one plain grey at most, as displayed, 0..1."""
     look = _look(asset)
     if look is None or _is_metal(asset):
-        return Measured()
+        return skinless(asset) if look is None else not_applicable(METAL)
     shown = srgb_from_linear_array(look.linear)
     off = float(np.percentile(np.abs(shown - shown.mean()).max(axis=1), 99))
     says = "has one plain grey all over; bring its materials, or a picture"
@@ -76,12 +77,12 @@ def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
     """The number is how many points of its pictures can be told apart along its longest side; half of it has more."""
     look, found = _look(asset), skin(asset)
     if look is None or found is None:
-        return Measured()
+        return skinless(asset)
     shows = (look.sharp > 0) & (look.texels * found.longest >= PALETTE)
     if shows.mean() < PICTURED:
-        return Measured()
+        return not_applicable(f"less than {PICTURED:.0%} of what is seen shows a picture with sharp edges in it")
     if float(np.ptp(np.percentile(srgb_from_linear_array(look.linear[shows]) @ LUMINANCE, (2, 98)))) < DETAIL:
-        return Measured()
+        return not_applicable("its pictures are one plain colour where they are seen")
     points = float(np.median(look.sharp[shows])) * found.longest
     texels = float(np.median(look.texels[shows])) * found.longest
     kind = "is blurred" if texels > 2 * points else "is small"

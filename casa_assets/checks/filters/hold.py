@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.checks.built import is_loose_mesh
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.filters.skin import NOT_LOOSE
 from casa_assets.checks.package import Package
 from casa_assets.model.asset import Base
 from casa_assets.model.category import Affordance
@@ -18,8 +19,10 @@ def can_be_taken(package: Package, limit: float | None) -> Measured:
     """The number is the narrowest grasp of what is said to be graspable, metres; its least side where it has none."""
     assert limit is not None, "the row of this check names a limit"
     asset, category = package.asset, package.category
-    if not is_loose_mesh(asset) or asset.base is not Base.FREE or not category.can(Affordance.GRASPABLE):
-        return Measured()
+    if not is_loose_mesh(asset):
+        return not_applicable(NOT_LOOSE)
+    if asset.base is not Base.FREE or not category.can(Affordance.GRASPABLE):
+        return not_applicable(f"a {category.id} is not said to be graspable")
     found = {s.name: s.size[0] for s in asset.sites if s.name.startswith(GRASP) and s.size is not None}
     if not found:
         least = float(np.ptp(asset.bounds, axis=0).min())

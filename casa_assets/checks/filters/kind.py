@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.checks.built import is_loose_mesh
-from casa_assets.checks.check import Measured
-from casa_assets.checks.filters.skin import skin
+from casa_assets.checks.check import Measured, clean, not_applicable
+from casa_assets.checks.filters.skin import NOT_LOOSE, skin, skinless
 from casa_assets.checks.package import Package
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.hull import hull_volume
@@ -22,8 +22,10 @@ CELLS = 64
 
 def is_of_known_kind(package: Package, limit: float | None) -> Measured:
     """Somebody or something has said what it is, so that a size and a mass can be expected of it."""
-    if not is_loose_mesh(package.asset) or package.category.id != UNKNOWN:
-        return Measured()
+    if not is_loose_mesh(package.asset):
+        return not_applicable(NOT_LOOSE)
+    if package.category.id != UNKNOWN:
+        return clean()
     says = "nobody says what it is, so that no size, pose or mass could be expected; name its category"
     return Measured(None, (("labels/category", says),))
 
@@ -31,8 +33,10 @@ def is_of_known_kind(package: Package, limit: float | None) -> Measured:
 def has_usual_proportions(package: Package, limit: float | None) -> Measured:
     """The number is the least factor by which some side leaves the range of its category, whatever its scale."""
     found = skin(package.asset)
-    if found is None or package.category.id == UNKNOWN:
-        return Measured()
+    if found is None:
+        return skinless(package.asset)
+    if package.category.id == UNKNOWN:
+        return not_applicable("nobody says what it is, so no proportions are expected (FLT007)")
     size = np.ptp(found.seen.samples, axis=0)
     number = misfit(size, package.category)
     have = " x ".join(f"{v / size.max():.2g}" for v in size)
@@ -43,8 +47,10 @@ def has_usual_proportions(package: Package, limit: float | None) -> Measured:
 def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
     """The number is the share of its hull in which a vessel, as it stands, holds water."""
     found, category = skin(package.asset), package.category
-    if found is None or category.build is not Build.VESSEL or not category.can(Affordance.CONTAINER):
-        return Measured()
+    if found is None:
+        return skinless(package.asset)
+    if category.build is not Build.VESSEL or not category.can(Affordance.CONTAINER):
+        return not_applicable(f"a {category.id} is no open vessel")
     grid = voxelise(found.points, found.faces, CELLS)
     held = int(water(grid.solid).sum()) * grid.cell**3
     share = held / hull_volume(found.points)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, largest
 
 # With fewer of a kind there is no telling which one is odd.
 FEWEST = 5
@@ -36,7 +36,7 @@ def are_like_the_others(sizes: Sizes, limit: float | None) -> Measured:
     of: dict[str, list[tuple[str, float]]] = {}
     for name, category, longest in sizes.rows:
         of.setdefault(category, []).append((name, longest))
-    worst: float | None = None
+    found: list[float] = []
     problems = []
     for category, members in sorted(of.items()):
         if len(members) < FEWEST:
@@ -45,8 +45,8 @@ def are_like_the_others(sizes: Sizes, limit: float | None) -> Measured:
         middle = float(np.median(logs))
         scatter = max(NORMAL * float(np.median(np.abs(logs - middle))), float(np.log(LEAST_SCATTER)))
         for (name, longest), off in zip(members, np.abs(logs - middle) / scatter, strict=True):
-            worst = max(float(off), worst or 0.0)
+            found.append(float(off))
             if off > limit:
                 says = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
                 problems.append((name, f"{says}; look at its unit and its category"))
-    return Measured(worst, tuple(problems))
+    return largest(found, tuple(problems), f"no category has {FEWEST} assets to compare")

@@ -8,11 +8,14 @@ from functools import lru_cache
 import numpy as np
 
 from casa_assets.checks.built import is_loose_mesh
+from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.exposure import Exposure, exposure
 from casa_assets.geometry.measure import face_normals
 from casa_assets.geometry.topology import face_components, weld
 from casa_assets.model.asset import Asset, Visual
+
+NOT_LOOSE = "it did not come as one loose mesh"
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,11 @@ def skin(asset: Asset) -> Skin | None:
     if not is_loose_mesh(asset) or not asset.root.visuals:
         return None
     return _skin(asset.root.visuals)
+
+
+def skinless(asset: Asset) -> Measured:
+    """Why an asset has no skin to look at."""
+    return not_applicable("nothing of it is seen" if is_loose_mesh(asset) else NOT_LOOSE)
 
 
 @lru_cache(maxsize=4)

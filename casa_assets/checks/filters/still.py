@@ -11,8 +11,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.built import is_loose_mesh
-from casa_assets.checks.check import Measured
+from casa_assets.checks.built import NO_COMPILE, is_loose_mesh
+from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.filters.skin import NOT_LOOSE
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.slim import slim
@@ -20,6 +21,7 @@ from casa_assets.core.typing import Floats
 from casa_assets.model.asset import Base
 from casa_assets.model.category import Affordance, Upright
 
+FIXED = "it is fixed in its place"
 RATE_HZ = 240
 # The steps of a runtime. Slender things jitter more on long ones, on the few points that a hull touches a floor with.
 FINE_HZ = 500
@@ -53,7 +55,7 @@ def stays_put(package: Package, limit: float | None) -> Measured:
     """Put down and left alone for a while, it goes nowhere; the number is how far a corner of it still goes, metres."""
     rest = _rest_of(package)
     if rest is None:
-        return Measured()
+        return _unrested(package)
     says = f"{WATCH_S:g} s after it was put down a corner of it still goes {1000 * rest.wander_m:.1f} mm by itself"
     problem = (("scene.xml", f"{says}; mend its collision shapes"),)
     return Measured(rest.wander_m, problem if not rest.wander_m <= _number(limit) else ())
@@ -62,10 +64,10 @@ def stays_put(package: Package, limit: float | None) -> Measured:
 def stands(package: Package, limit: float | None) -> Measured:
     """Put down as it stands, it does not fall over; the number is how far it has tilted at the end, degrees."""
     if package.category.upright is not Upright.STANDS:
-        return Measured()
+        return not_applicable(f"a {package.category.id} does not stand by itself")
     rest = _rest_of(package)
     if rest is None:
-        return Measured()
+        return _unrested(package)
     says = f"tips over by {rest.tilt_deg:.0f} degrees when it is put down, though a {package.category.id} stands"
     problem = (("scene.xml", f"{says}; look at its pose and its foot"),)
     return Measured(rest.tilt_deg, problem if not rest.tilt_deg <= _number(limit) else ())
@@ -74,10 +76,12 @@ def stands(package: Package, limit: float | None) -> Measured:
 def stacks(package: Package, limit: float | None) -> Measured:
     """Another of its kind let down on it stays there; the number is how far off its middle, in parts of its width."""
     asset = package.asset
-    if not is_loose_mesh(asset) or not package.category.can(Affordance.STACKABLE) or asset.base is not Base.FREE:
-        return Measured()
+    if not is_loose_mesh(asset) or asset.base is not Base.FREE:
+        return not_applicable(FIXED if is_loose_mesh(asset) else NOT_LOOSE)
+    if not package.category.can(Affordance.STACKABLE):
+        return not_applicable(f"nobody stacks a {package.category.id}")
     if mujoco_load.load(package.mjcf).error:
-        return Measured()
+        return not_run(NO_COMPILE)
     off, tilt = _stacked(package.mjcf, tuple(float(v) for v in np.ptp(asset.bounds, axis=0)))
     says = f"another one put on it ends {off:.2f} widths off its middle, tilted by {tilt:.0f} degrees"
     problem = (("model.xml", f"{says}; look at its pose, its foot and its rim"),)
@@ -96,6 +100,13 @@ def _rest_of(package: Package) -> Rest | None:
     model = mujoco_load.load(package.scene).model
     low, high = package.asset.bounds
     return None if model is None else _left_alone(model, (*map(float, low), *map(float, high)))
+
+
+def _unrested(package: Package) -> Measured:
+    """Why there is no rest to look at."""
+    if not is_loose_mesh(package.asset) or package.asset.base is not Base.FREE:
+        return not_applicable(FIXED if is_loose_mesh(package.asset) else NOT_LOOSE)
+    return not_run("scene.xml does not compile")
 
 
 @lru_cache(maxsize=4)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from casa_assets.checks.check import Measured
-from casa_assets.checks.filters.skin import Skin, skin
+from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.filters.skin import Skin, skin, skinless
 from casa_assets.checks.package import Package
 from casa_assets.core.typing import Floats, Mask
 from casa_assets.geometry.topology import edge_counts
@@ -31,7 +31,7 @@ def is_opaque(asset: Asset, limit: float | None) -> Measured:
     """The number is the share of what is seen from all around that shows backs of faces, which viewers leave out."""
     found = skin(asset)
     if found is None:
-        return Measured()
+        return skinless(asset)
     share = float(found.seen.behind.mean())
     says = f"{share:.1%} of what is seen are backs of faces; close the holes, or give the walls a thickness"
     return Measured(share, (("links/object/visuals", says),) if share > _number(limit) else ())
@@ -40,8 +40,10 @@ def is_opaque(asset: Asset, limit: float | None) -> Measured:
 def has_all_sides(package: Package, limit: float | None) -> Measured:
     """The number is the share of the outline of a full thing that shows backs of faces from where it shows most."""
     found = skin(package.asset)
-    if found is None or package.category.build not in (Build.SOLID, Build.FILLED):
-        return Measured()
+    if found is None:
+        return skinless(package.asset)
+    if package.category.build not in (Build.SOLID, Build.FILLED):
+        return not_applicable(f"a {package.category.id} may be hollow and open")
     worst = int(found.seen.behind.argmax())
     share, sight = float(found.seen.behind[worst]), found.seen.away[worst]
     says = f"seen from {_side(-sight)} {share:.0%} of it is an open hollow, and a {package.category.id} is full"
@@ -53,11 +55,13 @@ def winds_one_way(asset: Asset, limit: float | None) -> Measured:
     """The number is the share of the length of inner edges whose two faces wind against each other."""
     found = skin(asset)
     if found is None:
-        return Measured()
+        return skinless(asset)
     ends, uses, balance = edge_counts(found.faces)
     length = np.linalg.norm(found.points[ends[:, 0]] - found.points[ends[:, 1]], axis=1)
     inner = length[uses == 2].sum()
-    share = float(length[(uses == 2) & (balance != 0)].sum() / inner) if inner > 0 else 0.0
+    if inner <= 0:
+        return not_applicable("no two of its faces share an edge")
+    share = float(length[(uses == 2) & (balance != 0)].sum() / inner)
     says = f"neighbours face opposite ways along {share:.1%} of the edges; make the winding consistent"
     return Measured(share, (("links/object/visuals", says),) if share > _number(limit) else ())
 
@@ -66,7 +70,7 @@ def is_no_card(asset: Asset, limit: float | None) -> Measured:
     """The number is the share of what is seen that lies on flat cards: sheets that are seen from both sides."""
     found = skin(asset)
     if found is None:
-        return Measured()
+        return skinless(asset)
     seen = found.seen.front | found.seen.back
     piece = found.piece[found.seen.face]
     cards = [k for k in np.flatnonzero(_flat(found)) if _is_card(found, piece == k)]
@@ -79,7 +83,7 @@ def hangs_together(asset: Asset, limit: float | None) -> Measured:
     """The number is how many large parts stand apart from each other; a rigid thing is one."""
     found = skin(asset)
     if found is None:
-        return Measured()
+        return skinless(asset)
     count = _parts(found)
     says = f"{count} large parts stand apart, though they move as one; give each object a file of its own, or join them"
     return Measured(float(count), (("links/object/visuals", says),) if count > _number(limit) else ())
@@ -88,14 +92,18 @@ def hangs_together(asset: Asset, limit: float | None) -> Measured:
 def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
     """The number is how many times wider its lowest layer is than all above it, both ways, where that is unusual."""
     found = skin(package.asset)
-    if found is None or package.category.upright is not Upright.STANDS or package.category.fixed:
-        return Measured()
+    if found is None:
+        return skinless(package.asset)
+    if package.category.upright is not Upright.STANDS or package.category.fixed:
+        return not_applicable(f"a {package.category.id} does not stand by itself")
     points = found.seen.samples
     height = points[:, 2] - points[:, 2].min()
     tall = float(height.max())
     low, above = points[height <= GROUND * tall], points[height >= ABOVE * tall]
-    if not len(above) or not len(low) or _is_usually_so_wide(points, package.category):
-        return Measured()
+    if not len(above) or not len(low):
+        return not_applicable("it is flat, with nothing above its lowest layer")
+    if _is_usually_so_wide(points, package.category):
+        return not_applicable(f"a {package.category.id} is usually as broad for its height")
     wide = np.ptp(low[:, :2], axis=0) / np.maximum(np.ptp(above[:, :2], axis=0), 1e-9)
     number = float(wide.min())
     says = f"stands on a ground that is {number:.1f} times wider than itself; export it without"

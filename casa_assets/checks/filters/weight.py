@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.checks.built import is_loose_mesh
-from casa_assets.checks.check import Measured
+from casa_assets.checks.built import NO_COLLIDERS, is_loose_mesh
+from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.filters.skin import NOT_LOOSE
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.geometry.measure import signed_volume, solid_moments
 from casa_assets.geometry.solid import union
@@ -22,13 +23,13 @@ SLIGHT = 0.05
 def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
     """The number is the factor between its inertia and that of its shapes filled evenly, on the worst axis."""
     if not is_loose_mesh(asset) or not asset.root.colliders:
-        return Measured()
+        return not_applicable(NO_COLLIDERS if is_loose_mesh(asset) else NOT_LOOSE)
     link = asset.root
     surfaces = [surface(c.shape, c.pose) for c in link.colliders]
     solid = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
     volume = signed_volume(*solid)
     if volume <= 0:
-        return Measured()
+        return not_run("its collision shapes enclose no volume")
     tensor = solid_moments(*solid)[2]
     expected = np.linalg.eigvalsh(tensor * (link.inertial.mass / volume))
     found = np.linalg.eigvalsh(link.inertial.tensor)
@@ -43,7 +44,7 @@ def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
 def loads_fast(asset: Asset, limit: float | None) -> Measured:
     """The number is how long a simulator takes to load it, reckoned from its triangles and pixels, milliseconds."""
     if not is_loose_mesh(asset):
-        return Measured()
+        return not_applicable(NOT_LOOSE)
     faces = sum(len(v.mesh.faces) for v in asset.root.visuals)
     # MuJoCo reads the colours alone; the other pictures are read by those who load the USD.
     images = {t.file_name: t.width_px * t.height_px for m in asset.materials for t in m.textures}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_run
 from casa_assets.checks.scene.files import SceneFiles
 from casa_assets.checks.scene_parity import parity_of
 
@@ -15,6 +15,6 @@ def formats_agree(files: SceneFiles, limit: float | None) -> Measured:
     assert limit is not None
     ours, theirs = files.kitchen.loaded.model, files.imported.model
     if ours is None or theirs is None or files.composed[0] is None:
-        return Measured()
+        return not_run("one of scene.xml and scene.usda cannot be read")
     problems = tuple(parity_of(ours, theirs, files.usd))
     return Measured(float(len(problems)), problems if len(problems) > limit else ())

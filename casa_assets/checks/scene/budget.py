@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_run
 from casa_assets.checks.scene.rest import rest
 from casa_assets.checks.scene.subject import SceneSubject
 
 MEGABYTE = 1e6
-SILENT = Measured()
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ def has_small_pictures(subject: SceneSubject, limit: float | None) -> Measured:
     """Megabytes of all pictures as they lie in memory, decoded, without mipmaps."""
     model = subject.loaded.model
     if model is None:
-        return SILENT
+        return not_run("MuJoCo cannot read scene.xml")
     return _held(model.ntexdata / MEGABYTE, limit, "MB of pictures; share them, or make them smaller")
 
 

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.checks.scene.subject import SceneSubject, boxes, corners
 from casa_assets.checks.scene.support import CEILING, FLOOR, ROOM, WALL
 from casa_assets.core.typing import Floats
@@ -31,7 +31,7 @@ def stays_inside(subject: SceneSubject, limit: float | None) -> Measured:
         for geom in subject.geoms_of[name]
     ]
     if FLOOR not in kinds.values():
-        return Measured()
+        return not_applicable("it has no floor, and so no room to leave")
     low, high = _heights(subject, kinds)
     worst, problems = 0.0, []
     for name, kind in kinds.items():

@@ -8,7 +8,7 @@ from __future__ import annotations
 import simready.validate
 from pxr import UsdValidation
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_run
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.scene.files import SceneFiles
 from casa_assets.checks.usd import PROFILE, PROFILE_VERSION, load_rules, sites, validators
@@ -21,6 +21,7 @@ OF_SINGLE_PROPS = {
     "com.nvidia.simready.SR.004": "Mass, category and licence of the prop: each asset of a scene carries its own.",
 }
 LISTED = 20
+CLOSED = "scene.usda does not open"
 
 
 def opens_in_silence(files: SceneFiles, limit: float | None) -> Measured:
@@ -44,7 +45,7 @@ def is_valid(files: SceneFiles, limit: float | None) -> Measured:
     assert limit is None
     stage = files.composed[0]
     if stage is None:
-        return Measured()
+        return not_run(CLOSED)
     with quiet():
         errors = UsdValidation.ValidationContext(validators()).Validate(stage)
         problems = sorted((sites(error), error.GetMessage()) for error in errors)
@@ -55,7 +56,7 @@ def keeps_simready_rules(files: SceneFiles, limit: float | None) -> Measured:
     """SimReady Robotics-Prop 4.0.0 but for what it asks of a prop's package; counts requirements that fail."""
     assert limit is None
     if files.composed[0] is None:
-        return Measured()
+        return not_run(CLOSED)
     with quiet():
         load_rules()
         result = simready.validate.validate_asset(
@@ -64,7 +65,7 @@ def keeps_simready_rules(files: SceneFiles, limit: float | None) -> Measured:
             )
         )
     if result is None:
-        return _measured([("simready", "the validator could not look at the file")])
+        return not_run("the validator of SimReady gave no verdict")
     failed: dict[str, str] = {}
     for issue in result.issues:
         code = issue.requirement.code if issue.requirement else str(issue.rule)

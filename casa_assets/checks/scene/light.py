@@ -9,9 +9,9 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_applicable, not_run
 from casa_assets.checks.scene.files import SceneFiles
-from casa_assets.checks.scene.rest import MM, REST_S, SETTLED_S
+from casa_assets.checks.scene.rest import FAST, MM, REST_S, SETTLED_S
 from casa_assets.checks.scene.subject import reset
 from casa_assets.core.typing import Mask
 
@@ -21,6 +21,7 @@ OF_JOINTS = ("jnt_type", "jnt_range", "jnt_axis", "jnt_pos", "jnt_stiffness")
 OF_DOFS = ("dof_damping", "dof_frictionloss", "dof_armature")
 OF_BODIES = ("body_mass", "body_inertia", "body_ipos")
 LISTED = 20
+UNLOADED = "MuJoCo cannot read scene_light.xml"
 
 
 def is_the_same_machine(files: SceneFiles, limit: float | None) -> Measured:
@@ -29,7 +30,7 @@ def is_the_same_machine(files: SceneFiles, limit: float | None) -> Measured:
     full, light = files.kitchen.loaded.model, files.lightened
     name = files.light.name
     if full is None:
-        return Measured()
+        return not_run("MuJoCo cannot read scene.xml, which the light form is held against")
     if light.model is None:
         return Measured(1.0, ((name, light.error),))
     problems = [(name, f"MuJoCo warns: {warning}") for warning in light.warnings]
@@ -47,7 +48,7 @@ def settles_apart(files: SceneFiles, limit: float | None) -> Measured:
     assert limit is not None
     stood = left_alone(files)
     if stood is None:
-        return Measured()
+        return not_run(UNLOADED)
     says = "is {:.2f} mm in {} in the light form; see the shapes that stand for it there"
     problems = [
         (f"geoms/{one}", says.format(depth * MM, other))
@@ -62,12 +63,14 @@ def keeps_things(files: SceneFiles, limit: float | None) -> Measured:
     assert limit is not None
     stood = left_alone(files)
     if stood is None:
-        return Measured()
+        return not_run(UNLOADED)
+    if not stood.moved:
+        return not_applicable(FAST)
     says = "moves {:.1f} mm in {:g} s in the light form; the shapes that stand for it there do not stand"
     problems = [
         (f"placements/{name}", says.format(way * MM, REST_S)) for name, way in stood.moved.items() if way > limit
     ]
-    return Measured(max(stood.moved.values(), default=0.0), tuple(problems[:LISTED]))
+    return Measured(max(stood.moved.values()), tuple(problems[:LISTED]))
 
 
 @dataclass(frozen=True)

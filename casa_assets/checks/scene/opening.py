@@ -8,8 +8,16 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured
-from casa_assets.checks.scene.subject import AllPairs, Part, SceneSubject, around, boxes, corners, meet
+from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.scene.subject import (
+    AllPairs,
+    Part,
+    SceneSubject,
+    around,
+    boxes,
+    corners,
+    meet,
+)
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset import JointKind
 
@@ -59,6 +67,8 @@ def opens_wide(subject: SceneSubject, limit: float | None) -> Measured:
     Metres of the worst, beyond what is there while all is shut.
     """
     assert limit is not None
+    if not subject.parts:
+        return not_applicable("nothing in it has a joint")
     desk = Desk(subject, limit)
     ways = {part.name: desk.way(part) for part in subject.parts}
     worst, problems = 0.0, []

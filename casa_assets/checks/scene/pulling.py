@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.checks.force import CHUNK, LONGEST_S, PULL_N, hand_effort
 from casa_assets.checks.scene.opening import Desk, Sweep
 from casa_assets.checks.scene.subject import AllPairs, Part, SceneSubject, around, boxes, meet, reset
@@ -36,6 +36,8 @@ def opens_in_place(subject: SceneSubject, limit: float | None) -> Measured:
     Parts whose ways lie apart are pulled at the same time.
     """
     assert limit is not None
+    if not subject.parts:
+        return not_applicable("nothing in it has a joint")
     least, problems = 1.0, []
     reached = pull_all(subject, limit)
     for part in subject.parts:

@@ -9,13 +9,15 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.checks.scene.subject import AllPairs, SceneSubject, reset
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset import JointKind
 
 SETTLED_S, REST_S = 1.0, 5.0
 MM = 1000.0
+# Why a check is not asked of a scene, as reports say it.
+STIFF, FAST = "nothing in it has a joint", "nothing in it stands by its weight alone"
 # A short range counts as one of which the limit is a millimetre or half a degree: stops are soft, light keys yield.
 STILL = {JointKind.SLIDE: 0.001, JointKind.HINGE: 0.0087}
 # At most so many of one kind are listed: a scene that explodes has one fault, not a thousand.
@@ -72,6 +74,8 @@ def settles_apart(subject: SceneSubject, limit: float | None) -> Measured:
 def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
     """No joint moves by `limit` of its range in 5 s; the worst share."""
     assert limit is not None
+    if not subject.parts:
+        return not_applicable(STIFF)
     stood, worst, problems = rest(subject), 0.0, []
     for part in subject.parts:
         way = max(part.joint.range[1] - part.joint.range[0], STILL[part.joint.kind] / limit)
@@ -89,12 +93,14 @@ def keeps_things(subject: SceneSubject, limit: float | None) -> Measured:
     """Nothing that stands by its weight moves by `limit` in 5 s; metres of the farthest."""
     assert limit is not None
     moved = rest(subject).moved
+    if not moved:
+        return not_applicable(FAST)
     problems = [
         (f"placements/{name}", f"moves {far * MM:.1f} mm in {REST_S:g} s; set it down where it stands firmly")
         for name, far in moved.items()
         if far > limit
     ]
-    return Measured(max(moved.values(), default=0.0), tuple(problems))
+    return Measured(max(moved.values()), tuple(problems))
 
 
 @lru_cache(maxsize=1)

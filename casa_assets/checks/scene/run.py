@@ -4,25 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from casa_assets.checks.run import run
+from casa_assets.checks.run import NOTHING, run, unrun
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Report
 
 LOADS = "SCN001"
+UNLOADED = "MuJoCo cannot read scene.xml (SCN001)"
 
 
-def run_scene(subject: SceneSubject, limits: Mapping[str, float], waived: frozenset[str] = frozenset()) -> Report:
-    """Report of every check of a scene and its file; of the first alone where MuJoCo cannot read the file.
+def run_scene(subject: SceneSubject, limits: Mapping[str, float], waived: Mapping[str, str] = NOTHING) -> Report:
+    """Report of every check of a scene and its file; where MuJoCo cannot read the file all but the first are not run.
 
     Args:
         subject: the scene, and the folder it was written to.
         limits: key to number, as registry/limits.yaml has it.
-        waived: codes that are not run on this scene.
+        waived: code -> reason of the checks that are not run on this scene.
     Raises:
         KeyError: a row names a limit that the registry does not have.
     """
     rows = [row for row in TABLE if row.subject is SceneSubject]
-    if subject.loaded.error:
-        rows = [row for row in rows if row.code == LOADS]
-    return run(subject, subject.scene.id, limits, waived, rows)
+    name = subject.scene.id
+    if not subject.loaded.error:
+        return run(subject, name, limits, waived, rows)
+    first, rest = [row for row in rows if row.code == LOADS], [row for row in rows if row.code != LOADS]
+    return run(subject, name, limits, waived, first) + unrun((SceneSubject,), name, limits, UNLOADED, waived, rest)

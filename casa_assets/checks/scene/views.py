@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measured, least, not_run
 from casa_assets.checks.scene.subject import SceneSubject, reset
 from casa_assets.checks.scene.support import WALL
 from casa_assets.core.typing import Floats
@@ -62,7 +62,7 @@ def show_every_wall(subject: SceneSubject, limit: float | None) -> Measured:
         for name, share in best.items()
         if share < limit
     )
-    return Measured(min(best.values(), default=None), problems)
+    return least(best.values(), problems, "it has no walls")
 
 
 def walls_seen(subject: SceneSubject) -> dict[str, float]:
@@ -139,7 +139,7 @@ def _looked_through(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, wal
 def _held(shares: dict[str, float], limit: float | None, what: str) -> Measured:
     assert limit is not None
     if not shares:
-        return Measured(None, (("previews", "there are none"),))
+        return not_run("there is no picture of it")
     problems = tuple(
         (f"previews/{name}", f"{share:.1%} of it {what}") for name, share in shares.items() if share > limit
     )

@@ -49,7 +49,7 @@ class Whole(Record):
         seen: id -> what an asset looks like. looks: pairs of ids whose pictures are near each other, and the cosine.
     """
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[1, 2] = 2
     report: Report
     weights: str = ""
     seen: Annotated[dict[str, Seen], Field(default_factory=dict)]

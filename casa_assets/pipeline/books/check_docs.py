@@ -9,14 +9,21 @@ from casa_assets.textures.packs.faults import MEND
 
 HEAD = """# Checks and rejections
 
-Printed by `./dev docs` from the table in `casa_assets/checks/table.py`, `registry/limits.yaml` and
-`registry/rejections.yaml`. An asset with an error is not in the library; a warning is kept in its `asset.json`.
+Printed by `./dev docs` from the tables in `casa_assets/checks/table/`, `registry/limits.yaml` and
+`registry/rejections.yaml`. A check ends in one of four ways: **passed**; **failed**; **not applicable**, where the
+subject has nothing of the kind (no joint, no picture); **not run**, where it could not look (a file does not open, no
+weights were given) or `registry/waivers.yaml` waives it. The last two come with a reason. An asset is kept out of the
+library by an error that failed, and by an error that was not run, unless it is waived. A warning that failed is advice
+and is kept in its `asset.json`.
 
-## Checks on every asset
+## Checks
 
-| code | severity | looks at | limit | why it matters |
-|---|---|---|---|---|
+| code | title | severity | looks at | limit | what is tested, and what to do |
+|---|---|---|---|---|---|
 """
+
+
+TEXTURES = "| code | title | limit | what is tested, and what to do |"
 
 
 def markdown() -> str:
@@ -25,7 +32,8 @@ def markdown() -> str:
     lines = [HEAD.rstrip("\n")]
     for row in TABLE:
         limit = f"{known.limits[row.limit]:g} {row.unit}".strip() if row.limit else ""
-        lines.append(f"| {row.code} | {row.severity.value} | {row.subject.__name__} | {limit} | {row.why} |")
+        cells = row.code, row.title, row.severity.value, row.subject.__name__, limit, row.describe(known.limits)
+        lines.append(f"| {' | '.join(cells)} |")
     lines += ["", "## Reasons for rejections and warnings of the stages", "", "| code | name | meaning | what to do |"]
     lines.append("|---|---|---|---|")
     for code, entry in sorted(known.rejections.items()):
@@ -36,11 +44,15 @@ def markdown() -> str:
 
 def _textures(known: registry.Registry) -> list[str]:
     """Checks of textures, and why a picture is left out of a pack."""
-    lines = ["", "## Checks on every texture", "", "| code | limit | what is wrong where it fails |", "|---|---|---|"]
+    lines = ["", "## Checks on every texture", "", TEXTURES, "|---|---|---|---|"]
     for row in texture_check.TABLE:
         bound = "at most" if row.most else "at least"
-        lines.append(f"| {row.code} | {bound} {known.limits[row.limit]:g} {row.unit}".rstrip() + f" | {row.why} |")
-    lines += [f"| {code} | | {why} |" for code, why in texture_check.OF_SETS.items()]
+        value = known.limits[row.limit]
+        limit = f"{bound} {value:g} {row.unit}".rstrip()
+        lines.append(f"| {row.code} | {row.title} | {limit} | {row.description.format(limit=value)} |")
+    for code, (title, key, description) in texture_check.OF_SETS.items():
+        value = known.limits[key]
+        lines.append(f"| {code} | {title} | {value:g} | {description.format(limit=value)} |")
     lines += ["", "## Why a picture is left out of a pack", "", "| code | name | what to do |", "|---|---|---|"]
     lines += [f"| {fault.value} | {fault.name.lower()} | {mend} |" for fault, mend in MEND.items()]
     return lines

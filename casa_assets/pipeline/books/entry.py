@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
-from casa_assets.model.issue import CheckResult, Issue, Severity
+from casa_assets.model.issue import CheckResult, Issue, Severity, Tally
 from casa_assets.model.provenance import Guess, Provenance
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline import refused_rows
@@ -24,7 +24,7 @@ class Entry:
         id, category: of the asset. path: its folder, relative to the library.
         accepted: and if not, code and says.
         summary, warnings, results, guesses: of an accepted one (what is known of a rejected one).
-        checks: how many ran; the results are left out where only their number is of use.
+        checks: how many there are by status; the results are left out where only their number is of use.
         source, source_path, sha256, title, author, licence, uri, prompt, generator: provenance.
         split: train or test, as the asset says; empty where it says none.
         digest: of the asset, empty for rejected ones. producer: ingest, articulate or family. cache_key: of the entry.
@@ -53,7 +53,7 @@ class Entry:
     digest: str
     producer: str
     cache_key: str
-    checks: int = 0
+    checks: Tally = Tally()
 
 
 def entries(library: disk.Library) -> Iterator[Entry]:
@@ -110,7 +110,7 @@ def _accepted(folder: Path, root: Path) -> Entry:
         digest=certificate.asset_digest,
         producer=certificate.producer.value,
         cache_key=certificate.cache_key,
-        checks=len(certificate.report.results),
+        checks=certificate.report.tally,
     )
 
 
@@ -143,5 +143,5 @@ def _refused(folder: Path, root: Path) -> Entry:
         digest="",
         producer=refusal.producer.value,
         cache_key=refusal.cache_key,
-        checks=len(refusal.report.results) if refusal.report else 0,
+        checks=refusal.report.tally if refusal.report else Tally(),
     )

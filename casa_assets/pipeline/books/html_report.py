@@ -16,12 +16,14 @@ from urllib.parse import quote
 
 from PIL import Image
 
-from casa_assets.model.issue import CheckResult, Issue
+from casa_assets.model.issue import CheckResult, Issue, Severity, Status, Tally, tally
 from casa_assets.model.provenance import Guess
 from casa_assets.model.record import Vec3
 
 # Large enough for a sharp picture in the table, small enough for 3000 of them in one page.
 _THUMB_PX, _THUMB_QUALITY = 160, 76
+# Status of a check -> what the script of the page knows it by.
+WORDS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, Status.NOT_RUN: 3}
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Entry:
         faces: triangles of all visuals.
         source, source_path, licence, author, title, uri: where it comes from, as its provenance states it.
         warnings: issues that did not keep it out.
-        results: one per check that ran.
+        results: one per check, also of those that do not apply or were not run.
         guesses: what was decided without being stated.
         looks: what its pictures look like to a model, a sentence; empty where nobody looked.
         preview_png: the picture, empty where there is none. preview_path: of its file, relative to the folder.
@@ -77,7 +79,7 @@ class RejectEntry:
         code: such as `SRC003`. meaning: what the code stands for, one line.
         reason: what was wrong with this input. mend: what to do about it.
         category: as far as it was known.
-        results: of the checks that ran; the failed ones are shown.
+        results: of the checks; the failed ones are shown.
         picture_png: the raw model, empty where it could not be drawn.
     """
 
@@ -105,7 +107,7 @@ def html(
         entries: accepted assets.
         rejects: inputs that were turned away.
         title: heading, plain text.
-        why: code of a check to one line that says what it is for.
+        why: code of a check to its title and what is tested.
         whole: HTML of the section on all assets together, see whole_section.
     """
     entries = sorted(entries, key=lambda e: e.id)
@@ -113,8 +115,9 @@ def html(
     ran = [*(e.results for e in entries), *(r.results for r in rejects)]
     codes = sorted({(result.code, result.unit) for results in ran for result in results})
     number = {code: i for i, code in enumerate(codes)}
+    advice = {result.code for results in ran for result in results if result.severity is Severity.WARNING}
     data = {
-        "checks": [[code, unit, (why or {}).get(code, "")] for code, unit in codes],
+        "checks": [[code, unit, (why or {}).get(code, ""), code in advice] for code, unit in codes],
         "assets": [_asset(e, number) for e in entries],
         "rejects": [_reject(r, number) for r in rejects],
     }
@@ -131,7 +134,7 @@ def html(
 def _tiles(entries: Sequence[Entry], rejects: Sequence[RejectEntry]) -> str:
     """The numbers at the top, readable without scripts too."""
     warned = sum(1 for e in entries if e.warnings)
-    ran = [r for e in entries for r in e.results]
+    told = tally(r for e in entries for r in e.results)
     read = len(entries) + len(rejects)
     share = f"{100.0 * len(entries) / read:.3g} % of {read:,} inputs" if read else "nothing was read"
     reasons = len({r.code for r in rejects})
@@ -139,7 +142,7 @@ def _tiles(entries: Sequence[Entry], rejects: Sequence[RejectEntry]) -> str:
         ("accepted", "Accepted", f"{len(entries):,}", share),
         ("rejected", "Rejected", f"{len(rejects):,}", f"for {_count(reasons, 'reason')}"),
         ("warned", "With warnings", f"{warned:,}", _count(sum(len(e.warnings) for e in entries), "warning")),
-        ("checks", "Checks passed", f"{sum(r.passed for r in ran):,}", f"of {len(ran):,} run"),
+        ("checks", "Checks passed", f"{told.passed:,}", _of(told)),
         ("categories", "Categories", f"{len({e.category for e in entries}):,}", _largest(entries)),
         ("mass", "Total mass", f"{sum(e.mass_kg for e in entries):.4g} kg", "of all accepted"),
     ]
@@ -148,6 +151,14 @@ def _tiles(entries: Sequence[Entry], rejects: Sequence[RejectEntry]) -> str:
         f"<dd><strong>{value}</strong><span>{markup.escape(note)}</span></dd></div>"
         for key, label, value, note in tiles
     )
+
+
+def _of(told: Tally) -> str:
+    """What stands beside the number of checks that passed."""
+    parts = [f"of {told.applying:,} that apply"]
+    if told.not_run:
+        parts.append(f"{told.not_run:,} not run")
+    return ", ".join(parts)
 
 
 def _count(number: int, noun: str) -> str:
@@ -179,7 +190,10 @@ def _asset(entry: Entry, number: dict[tuple[str, str], int]) -> dict[str, Any]:
         "title": entry.title,
         "uri": entry.uri,
         "warnings": [[i.code, i.pointer, i.says] for i in entry.warnings],
-        "results": [[number[r.code, r.unit], int(r.passed), _short(r.number), _short(r.limit)] for r in entry.results],
+        "results": [
+            [number[r.code, r.unit], WORDS[r.status], _short(r.number), _short(r.limit), r.reason]
+            for r in entry.results
+        ],
         "looks": entry.looks,
         "guesses": [[g.subject, g.value, _short(g.confidence), g.because] for g in entry.guesses],
         "files": [[label, _link(entry.folder, path)] for label, path in entry.files],
@@ -197,7 +211,11 @@ def _reject(entry: RejectEntry, number: dict[tuple[str, str], int]) -> dict[str,
         "reason": entry.reason,
         "mend": entry.mend,
         "category": entry.category,
-        "failed": [[number[r.code, r.unit], _short(r.number), _short(r.limit)] for r in entry.results if not r.passed],
+        "failed": [
+            [number[r.code, r.unit], _short(r.number), _short(r.limit)]
+            for r in entry.results
+            if r.status is Status.FAILED
+        ],
         "thumb": thumbnail(entry.picture_png),
     }
 

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from casa_assets.model.issue import Report
+
 DATA, PAGE = "summary.json", "summary.html"
 STYLE = """
 :root { color-scheme: light dark; font-family: system-ui, sans-serif; }
@@ -27,6 +29,7 @@ class Row:
 
     Attributes:
         id, plan, style: names. passed: verdict. errors: code -> how often.
+        checks: how many passed, such as `76 of 76 that apply`.
         joints: that were swept through their range. design, access: scores, of 100. tasks: afforded, of 25.
         load_ms, real_time_factor: on the machine of the check. check_s: seconds that the check took there.
         bodies, geoms, nv, texture_mb: what the model holds.
@@ -37,6 +40,7 @@ class Row:
     style: str
     passed: bool | None = None
     errors: dict[str, int] | None = None
+    checks: str = ""
     joints: int | None = None
     design: float | None = None
     access: float | None = None
@@ -88,9 +92,9 @@ def _row(folder: Path) -> Row:
         return named
     report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     errors: dict[str, int] = {}
-    for issue in report["issues"]:
-        if issue["severity"] == "error":
-            errors[issue["code"]] = errors.get(issue["code"], 0) + 1
+    told = Report.model_validate({key: report[key] for key in ("subject", "results", "issues")})
+    for issue in told.errors:
+        errors[issue.code] = errors.get(issue.code, 0) + 1
     holds, speed, grade = report.get("holds", {}), report.get("speed", {}), report.get("grade", {})
     return Row(
         named.id,
@@ -98,6 +102,7 @@ def _row(folder: Path) -> Row:
         named.style,
         passed=bool(report["passed"]),
         errors=errors,
+        checks=str(told.tally),
         joints=holds.get("joints"),
         design=grade.get("score"),
         access=grade.get("access_score"),

@@ -30,7 +30,9 @@ function show(number) {
 }
 function mass(kg) { return kg < 0.1 ? show(1000 * kg) + " g" : show(kg) + " kg"; }
 function size(cm) { return cm.map(function (v) { return v >= 100 ? v.toFixed(0) : v.toFixed(1); }).join(" × "); }
-function passed(asset) { return asset.results.filter(function (r) { return r[1]; }).length; }
+// Status of a check: 0 failed, 1 passed, 2 does not apply, 3 was not run.
+function passed(asset) { return asset.results.filter(function (r) { return r[1] === 1; }).length; }
+function applying(asset) { return asset.results.filter(function (r) { return r[1] !== 2; }).length; }
 
 // Columns: key, heading, what to sort by, whether it is a number.
 const COLUMNS = {
@@ -45,7 +47,7 @@ const COLUMNS = {
     ["source", "Source", function (a) { return a.source + "/" + a.path; }],
     ["licence", "Licence", function (a) { return a.licence; }],
     ["warnings", "Warnings", function (a) { return a.warnings.length; }, true],
-    ["checks", "Checks", function (a) { return a.results.length ? passed(a) / a.results.length : 0; }, true]
+    ["checks", "Checks", function (a) { return applying(a) ? passed(a) / applying(a) : 0; }, true]
   ],
   rejects: [
     ["picture", "Picture"],
@@ -98,9 +100,9 @@ function assetRow(a) {
   warnings.append(a.warnings.length ? make("span", { "class": "badge warn", text: String(a.warnings.length) }) : "0");
   const button = make("button", {
     type: "button", "class": "open", "aria-expanded": "false", "aria-label": "Details of " + a.id,
-    text: good + "/" + a.results.length, click: function () { toggle(row, a, button); }
+    text: good + " of " + applying(a), title: good + " of " + applying(a) + " that apply passed", click: function () { toggle(row, a, button); }
   });
-  button.classList.toggle("warn-text", good < a.results.length);
+  button.classList.toggle("warn-text", good < applying(a));
   const row = make("tr", { "class": "row" },
     make("td", { "class": "picture" }, picture(a)), name, cell(a.category), cell(size(a.size), "number"),
     cell(mass(a.mass), "number"), cell(show(a.colliders), "number"), cell(show(a.faces), "number"), source,
@@ -156,7 +158,11 @@ function results(a) {
     const check = facts.checks[r[0]];
     const name = make("td", {}, document.createTextNode(check[0]));
     if (check[2]) { name.append(make("div", { "class": "small", text: check[2] })); }
-    body.append(make("tr", {}, name, cell(r[1] ? "passed" : "failed", r[1] ? "good" : "bad-text"),
+    const word = [check[3] ? "advice" : "failed", "passed", "does not apply", "not run"][r[1]];
+    const kind = [check[3] ? "warn-text" : "bad-text", "good", "small", "warn-text"][r[1]];
+    const state = make("td", { "class": kind, text: word });
+    if (r[4]) { state.append(make("div", { "class": "small", text: r[4] })); }
+    body.append(make("tr", {}, name, state,
       cell(show(r[2]), "number"), cell(show(r[3]), "number"), cell(check[1])));
   });
   const head = make("tr", {}, ...[["Check", ""], ["", ""], ["Measured", "number"], ["Limit", "number"], ["Unit", ""]]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.checks.alike import in_words
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table import explained
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline.alike import whole
 from casa_assets.pipeline.books import html_report, whole_section
@@ -30,7 +30,7 @@ def write(root: Path, target: Path) -> Path:
     told = whole.read(root)
     accepted = [_accepted(e, root, target.parent, told) for e in rows if e.accepted]
     refused = [_refused(e, root) for e in rows if not e.accepted]
-    why = {c.code: c.why for c in TABLE}
+    why = explained(registry.load().limits)
     on_all = whole_section.section(told.report, why, told.weights) if told else ""
     page = html_report.html(accepted, refused, root.resolve().name, why, on_all)
     fresh = target.with_name(f".{target.name}.{os.getpid()}")
@@ -82,7 +82,7 @@ def _accepted(entry: Entry, root: Path, page: Path, told: whole.Whole | None) ->
 
 def _refused(entry: Entry, root: Path) -> html_report.RejectEntry:
     known = registry.load().rejections.get(entry.code)
-    why = {c.code: c.why for c in TABLE}.get(entry.code, "")
+    why = explained(registry.load().limits).get(entry.code, "")
     # What a check says ends with what to do.
     fault, _, mend = entry.says.partition("; ")
     return html_report.RejectEntry(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html as markup
 from collections.abc import Mapping, Sequence
 
-from casa_assets.model.issue import CheckResult, Issue, Report
+from casa_assets.model.issue import CheckResult, Issue, Report, Status
 
 # More than so many findings of one check are counted, not listed.
 MOST = 200
@@ -31,10 +31,15 @@ def section(report: Report | None, why: Mapping[str, str], weights: str = "") ->
 def _row(result: CheckResult, issues: Sequence[Issue], why: Mapping[str, str]) -> str:
     number = "" if result.number is None else f", measured {result.number:.3g}"
     limit = "" if result.limit is None else f", limit {result.limit:g}"
-    state = "passed" if result.passed else f"{len(issues)} found" if any(i.pointer for i in issues) else "not looked at"
-    kind = "good" if result.passed else "warn-text"
+    state = {
+        Status.PASSED: "passed",
+        Status.FAILED: f"{len(issues)} found",
+        Status.NOT_APPLICABLE: f"does not apply: {result.reason}",
+        Status.NOT_RUN: f"not run: {result.reason}",
+    }[result.status]
+    kind = {Status.PASSED: "good", Status.NOT_APPLICABLE: "small"}.get(result.status, "warn-text")
     said = markup.escape(why.get(result.code, ""))
-    head = f'<b>{result.code}</b> {said} <em class="{kind}">{state}</em>{number}{limit}'
+    head = f'<b>{result.code}</b> {said} <em class="{kind}">{markup.escape(state)}</em>{number}{limit}'
     if not issues:
         return f"<p>{head}</p>"
     lines = "".join(f"<li>{_line(issue)}</li>" for issue in issues[:MOST])

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.checks import asset as asset_checks
-from casa_assets.checks import flicker, force
+from casa_assets.checks import flicker
 from casa_assets.checks.run import run
 from casa_assets.model.asset import Asset
 from casa_assets.model.pose import Pose
@@ -39,10 +38,6 @@ class TestMatter:
 
         assert grown(0.0095) == set()
         assert grown(0.0105) == {"AST009"}
-
-    def test_constants_are_the_registered_ones(self) -> None:
-        assert LIMITS["collider_bounds_built_m"] == asset_checks.BUILT_M
-        assert LIMITS["hand_force_least_n"] == force.LEAST_N
 
 
 class TestInterior:

@@ -6,6 +6,7 @@ import importlib
 import re
 from itertools import groupby
 from pathlib import Path
+from string import Formatter
 from typing import Any
 
 import pytest
@@ -47,9 +48,20 @@ def test_codes_are_unique_and_in_order_within_their_family() -> None:
 
 @pytest.mark.parametrize("check", TABLE, ids=lambda check: check.code)
 class TestRow:
-    def test_says_why(self, check: Check) -> None:
-        assert re.fullmatch(r"\S.*\.", check.why)
+    def test_says_what_is_tested_and_what_to_do(self, check: Check) -> None:
+        told = check.describe(KNOWN.limits)
+        assert 2 <= len(check.title.split()) <= 6
+        assert check.title[0].isupper()
+        assert re.fullmatch(r"[A-Za-z`].*; .*\.", told), "what is measured; what to do"
+        assert told.count(". ") <= 1, "one sentence"
+        assert 12 <= len(told.split()) <= 45
+        assert "{" not in told
         assert check.function.__doc__
+
+    def test_names_each_of_its_limits(self, check: Check) -> None:
+        """A description that leaves out the number that decides says too little; how a drop is done may stay out."""
+        named = {name for _, name, _, _ in Formatter().parse(check.description) if name}
+        assert (check.limit is not None) == bool(named & {"limit", "mm", "mm2"})
 
     def test_limit_is_registered_in_its_unit(self, check: Check) -> None:
         if check.limit is not None:
@@ -57,7 +69,7 @@ class TestRow:
             assert check.unit == KNOWN.limit_units[check.limit]
 
     def test_is_documented(self, check: Check) -> None:
-        assert f"| {check.code} | {check.severity.value} |" in markdown()
+        assert f"| {check.code} | {check.title} | {check.severity.value} |" in markdown()
 
     def test_is_no_rejection(self, check: Check) -> None:
         assert check.code not in KNOWN.rejections

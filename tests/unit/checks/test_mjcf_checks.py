@@ -13,6 +13,7 @@ from casa_assets.checks.package import Package
 from casa_assets.checks.readers import asset_facts, mjcf_facts, mujoco_load
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.formats import DROP
 from casa_assets.export.mjcf import write
 from casa_assets.model.asset import Asset, Base
 from casa_assets.model.issue import Report
@@ -236,19 +237,14 @@ class TestLoad:
 
     def test_drop_leaves_the_shared_model_alone(self, tmp_path: Path) -> None:
         scene = packed(ball(), tmp_path).scene
-        drop.drop(scene)
+        drop.drop(scene, drop.Protocol(*(LIMITS[key] for key in DROP)))
         model = mujoco_load.load(scene).model
         assert model is not None
         assert model.opt.timestep == 0.002
 
 
-def test_protocol_of_the_drop_is_the_registered_one() -> None:
-    ours = {
-        "drop_height_factor": drop.HEIGHT_FACTOR,
-        "drop_min_height_m": drop.LEAST_HEIGHT_M,
-        "drop_rest_m": drop.REST_WIDTH_M,
-        "drop_rest_s": drop.REST_S,
-        "drop_limit_s": drop.LIMIT_S,
-        "drop_rate_hz": drop.RATE_HZ,
-    }
-    assert ours == {key: LIMITS[key] for key in ours}
+def test_protocol_of_the_drop_is_that_of_the_reference() -> None:
+    """Ref: SimReady Foundation, FET003: from twice its height, at rest within 2 cm for 2 s inside 8 s."""
+    protocol = drop.Protocol(*(LIMITS[key] for key in DROP))
+    assert (protocol.height_factor, protocol.least_height_m, protocol.rest_m) == (2.0, 0.1, 0.02)
+    assert (protocol.rest_s, protocol.limit_s, protocol.rate_hz) == (2.0, 8.0, 240.0)

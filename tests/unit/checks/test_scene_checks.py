@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.checks.scene.run import run_scene
+from casa_assets.checks.scene.run import UNLOADED, run_scene
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import walls_seen
 from casa_assets.checks.table import TABLE
 from casa_assets.geometry.hull import convex_hull
 from casa_assets.model.asset import Asset, Base, Drive
+from casa_assets.model.issue import Status
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.record import Vec3
 from casa_assets.model.scene import Camera, Scene
@@ -162,7 +163,7 @@ def test_bad_trips_its_code_alone(code: str, tmp_path: Path) -> None:
     scene, *changes = EXAMPLES[code][1]()
     report = judged(scene, tmp_path, *changes)
     assert {(issue.code, issue.severity) for issue in report.issues} == {(code, ROWS[code].severity)}
-    assert [result.code for result in report.results if not result.passed] == [code]
+    assert [result.code for result in report.results if result.status is Status.FAILED] == [code]
 
 
 def test_every_row_reports_its_number(tmp_path: Path) -> None:
@@ -176,7 +177,10 @@ def test_every_row_reports_its_number(tmp_path: Path) -> None:
 
 def test_what_does_not_load_is_said_once(tmp_path: Path) -> None:
     report = judged(lying(), tmp_path, ("<worldbody>", '<worldbody><geom type="mesh" mesh="none"/>'))
-    assert [r.code for r in report.results] == ["SCN001"]
+    assert {r.code: r.status for r in report.results} == {
+        code: Status.FAILED if code == "SCN001" else Status.NOT_RUN for code in ROWS
+    }
+    assert {r.reason for r in report.results} == {"", UNLOADED}
     assert [i.pointer for i in report.issues] == ["scene.xml"]
 
 
@@ -186,9 +190,11 @@ def test_the_same_twice(tmp_path: Path) -> None:
 
 
 def test_waived_rows_do_not_run(tmp_path: Path) -> None:
-    report = run_scene(subject(hung(0.1), tmp_path), LIMITS, frozenset({"SCN008"}))
-    assert "SCN008" not in {r.code for r in report.results}
+    report = run_scene(subject(hung(0.1), tmp_path), LIMITS, {"SCN008": "it hangs from a wire"})
+    (waived,) = [r for r in report.results if r.code == "SCN008"]
+    assert (waived.status, waived.waived, waived.reason) == (Status.NOT_RUN, True, "it hangs from a wire")
     assert report.issues == ()
+    assert report.passed
 
 
 class TestWalls:

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from casa_assets.model.asset import Drive, Inertial, Joint, JointKind, Region, Site
 from casa_assets.model.category import Category, Certainty, QCode, Span
 from casa_assets.model.files import Files
-from casa_assets.model.issue import CheckResult, Issue, Report, Severity
+from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.model.material import Material, Substance, Texture
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
@@ -83,8 +83,8 @@ RECORDS: list[Record] = [
     Drive(stiffness=1.0, damping=0.0, target=-0.5),
     category(rigid_mug()),
     ISSUE,
-    CheckResult(code="AST002", passed=False, number=0.1 + 0.2, limit=1e-5, unit="kg"),
-    Report(subject="mug", results=(CheckResult(code="AST001", passed=True),), issues=(ISSUE,)),
+    CheckResult(code="AST002", status=Status.FAILED, number=0.1 + 0.2, limit=1e-5, unit="kg"),
+    Report(subject="mug", results=(CheckResult(code="AST001", status=Status.PASSED),), issues=(ISSUE,)),
     Guess(subject="scale", value="0.01", confidence=0.3, because="usual size"),
     PROVENANCE,
     Labels(category="mug", classes=("mug",), qcode=QCode(id="Q1", label="x", certainty=Certainty.LIKELY)),

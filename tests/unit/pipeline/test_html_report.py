@@ -11,7 +11,7 @@ from typing import Any
 import lxml.html
 from PIL import Image
 
-from casa_assets.model.issue import CheckResult, Issue, Report, Severity
+from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.model.provenance import Guess
 from casa_assets.pipeline.books.html_report import Entry, RejectEntry, html, thumbnail
 from casa_assets.pipeline.books.whole_section import section
@@ -45,8 +45,10 @@ def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False
         uri=word,
         warnings=(issue,) if warned else (),
         results=(
-            CheckResult(code="AST001", passed=True, number=0.123456789, limit=1.0, unit="m"),
-            CheckResult(code="AST002", passed=False, number=None),
+            CheckResult(code="AST001", status=Status.PASSED, number=0.123456789, limit=1.0, unit="m"),
+            CheckResult(code="AST002", status=Status.FAILED, number=None),
+            CheckResult(code="KIN001", status=Status.NOT_APPLICABLE, reason=word),
+            CheckResult(code="USD003", status=Status.NOT_RUN, reason=word),
         ),
         guesses=(Guess(subject="scale", value=word, confidence=0.8, because=word),),
         preview_png=png(),
@@ -55,7 +57,7 @@ def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False
 
 
 def reject(path: str = "a.glb", code: str = "SRC003", word: str = "cannot be read") -> RejectEntry:
-    failed = CheckResult(code="GEO001", passed=False, number=3.0, limit=1.0, unit="m")
+    failed = CheckResult(code="GEO001", status=Status.FAILED, number=3.0, limit=1.0, unit="m")
     return RejectEntry(path, "folder", code, word, word, word, "mug", (failed,), png())
 
 
@@ -167,19 +169,15 @@ def test_three_thousand_pictures_fit() -> None:
 
 
 def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
-    issues = (
-        Issue(code="LIB001", severity=Severity.WARNING, pointer=HOSTILE, says=HOSTILE),
-        Issue(code="LIB003", severity=Severity.WARNING, says="nobody looked: no weights"),
-    )
+    issues = (Issue(code="LIB001", severity=Severity.WARNING, pointer=HOSTILE, says=HOSTILE),)
     results = (
-        CheckResult(code="LIB001", passed=False, number=0.004, limit=0.025),
-        CheckResult(code="LIB002", passed=True),
-        CheckResult(code="LIB003", passed=False),
+        CheckResult(code="LIB001", status=Status.FAILED, number=0.004, limit=0.025),
+        CheckResult(code="LIB002", status=Status.PASSED),
+        CheckResult(code="LIB003", status=Status.NOT_RUN, reason="no weights"),
     )
     told = section(Report(subject="library", results=results, issues=issues), {"LIB001": HOSTILE}, HOSTILE)
     tree = lxml.html.fromstring(html([entry()], [], "Run", {}, told))
     (found,) = tree.xpath("//section[@class='whole']")
-    assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not looked at"]
+    assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not run: no weights"]
     assert found.xpath(".//script | .//img") == []
-    assert "nobody looked: no weights" in found.text_content()
     assert section(None, {}) == section(Report(subject="library"), {}) == ""

@@ -12,6 +12,7 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.model.chance import rng_for
 from casa_assets.model.finish import Surface
+from casa_assets.model.issue import Status
 from casa_assets.model.material import Substance
 from casa_assets.pipeline.textures import recipes
 from casa_assets.textures import noise
@@ -108,7 +109,7 @@ def test_the_good_one_passes_and_says_so() -> None:
 def test_a_bad_one_trips_exactly_its_code(code: str) -> None:
     report = check_pictures(BAD[code], LIMITS)
     assert [i.code for i in report.issues] == [code]
-    assert [r.code for r in report.results if not r.passed] == [code]
+    assert [r.code for r in report.results if r.status is Status.FAILED] == [code]
 
 
 def test_every_limit_is_in_the_registry_with_the_unit_of_its_row() -> None:

@@ -1,0 +1,92 @@
+"""Every number in registry/limits.yaml decides something: a check or a stage reads it, and uses what it read.
+
+Numbers of checks: the table hands them over, shown with a mapping that notes what it is asked for, and each function
+uses every parameter that it is given. Numbers of stages: the sources are parsed, and a number counts as read where it
+is taken out of a mapping of limits by its key.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.checks.check import Check, Measured
+from casa_assets.checks.run import run
+from casa_assets.checks.table import TABLE
+from casa_assets.textures.check import OF_SETS
+from casa_assets.textures.check import TABLE as TEXTURES
+
+ROOT = Path(__file__).parents[3] / "casa_assets"
+LIMITS = registry.load().limits
+
+
+class Noted(Mapping[str, float]):
+    """The limits, and which of them somebody asked for."""
+
+    def __init__(self) -> None:
+        self.read: set[str] = set()
+
+    def __getitem__(self, key: str) -> float:
+        self.read.add(key)
+        return LIMITS[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(LIMITS)
+
+    def __len__(self) -> int:
+        return len(LIMITS)
+
+
+def handed_over() -> set[str]:
+    """Keys that the table hands to its functions, seen while it runs with functions that note what they get."""
+    noted = Noted()
+    for row in TABLE:
+
+        def got(_: object, limit: float | None, *others: float, row: Check = row) -> Measured:
+            assert limit == (LIMITS[row.limit] if row.limit else None)
+            assert others == tuple(LIMITS[key] for key in row.others)
+            return Measured(0.0)
+
+        assert len(run(object(), "any", noted, table=[replace(row, subject=object, function=got)]).results) == 1
+    return noted.read
+
+
+def taken_by_key() -> set[str]:
+    """Keys that the sources take out of a mapping of limits: `limits["key"]`, `brief.limits["key"]`."""
+    found = set()
+    for path in sorted(ROOT.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant):
+                name = node.value.attr if isinstance(node.value, ast.Attribute) else getattr(node.value, "id", "")
+                if name.endswith("limits"):
+                    found.add(str(node.slice.value))
+    return found
+
+
+def test_every_limit_is_read() -> None:
+    textures = {row.limit for row in TEXTURES} | {key for _, key, _ in OF_SETS.values()}
+    assert LIMITS.keys() - handed_over() - textures - taken_by_key() == set()
+
+
+def test_no_limit_is_asked_for_that_is_not_there() -> None:
+    assert handed_over() <= LIMITS.keys()
+
+
+@pytest.mark.parametrize("check", TABLE, ids=lambda check: check.code)
+def test_a_check_uses_every_number_that_it_is_given(check: Check) -> None:
+    parameters = list(inspect.signature(check.function).parameters.values())[1:]
+    spread = any(p.kind is p.VAR_POSITIONAL for p in parameters)
+    assert spread or len(parameters) == 1 + len(check.others)
+    if check.limit is None:
+        parameters = parameters[1:]
+    tree = ast.parse(textwrap.dedent(inspect.getsource(check.function)))
+    asserted = {id(node) for a in ast.walk(tree) if isinstance(a, ast.Assert) for node in ast.walk(a)}
+    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and id(node) not in asserted}
+    assert {p.name for p in parameters} <= used

@@ -1,0 +1,141 @@
+"""What a certificate says of checks that did not apply, or could not be run: not that they passed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from casa_assets import registry
+from casa_assets.checks.check import Check, Measured, clean, not_applicable, not_run
+from casa_assets.checks.package import Package
+from casa_assets.checks.run import run, unrun
+from casa_assets.checks.scene.views import Pictures
+from casa_assets.checks.table import TABLE
+from casa_assets.model.issue import CheckResult, Report, Severity, Status, tally
+from tests.assets import ball, microwave, rigid_mug
+from tests.packages import written
+
+LIMITS = registry.load().limits
+SILENT = ("AST", "VIS", "KIN", "HOL", "CON", "BEH", "MJC", "FLT")
+
+
+def row(found: Measured, severity: Severity = Severity.ERROR) -> Check:
+    return Check("AST001", "Any title", severity, object, lambda *_: found, None, "", "A; b.")
+
+
+def report(*found: Measured, severity: Severity = Severity.ERROR) -> Report:
+    return run(object(), "one", LIMITS, table=[row(one, severity) for one in found])
+
+
+def statuses(package: Package) -> dict[str, Status]:
+    rows = [check for check in TABLE if check.code.startswith(SILENT)]
+    told = [run(subject, "one", LIMITS, table=rows) for subject in (package.asset, package)]
+    return {r.code: r.status for one in told for r in one.results}
+
+
+class TestMeasured:
+    def test_silence_is_no_pass(self) -> None:
+        with pytest.raises(AssertionError, match="clean, not_applicable or not_run"):
+            Measured()
+
+    def test_what_was_not_measured_has_no_number(self) -> None:
+        with pytest.raises(AssertionError):
+            Measured(1.0, status=Status.NOT_RUN, reason="a tool is missing")
+
+    @pytest.mark.parametrize("status", [Status.NOT_APPLICABLE, Status.NOT_RUN])
+    def test_a_result_says_why_it_is_none(self, status: Status) -> None:
+        with pytest.raises(ValidationError, match="reason"):
+            CheckResult(code="AST001", status=status)
+
+    def test_what_ran_needs_no_reason(self) -> None:
+        with pytest.raises(ValidationError, match="reason"):
+            CheckResult(code="AST001", status=Status.PASSED, reason="all is well")
+
+
+class TestReport:
+    def test_what_does_not_apply_keeps_nothing_out(self) -> None:
+        found = report(clean(), not_applicable("it has no joints"))
+        assert found.passed
+        assert [(r.status, r.reason) for r in found.results] == [
+            (Status.PASSED, ""),
+            (Status.NOT_APPLICABLE, "it has no joints"),
+        ]
+        assert str(found.tally) == "1 of 1 that apply"
+
+    def test_an_error_that_was_not_run_keeps_it_out(self) -> None:
+        found = report(clean(), not_run("the validator gave no verdict"))
+        assert not found.passed
+        assert [i.says for i in found.errors] == ["was not run: the validator gave no verdict"]
+        assert found.issues == (), "what nobody found is no finding"
+        assert str(found.tally) == "1 of 2 that apply, 1 not run"
+
+    def test_an_advice_that_was_not_run_does_not(self) -> None:
+        assert report(not_run("no weights were given"), severity=Severity.WARNING).passed
+
+    def test_what_was_found_stands_for_what_it_kept_from_running(self) -> None:
+        found = report(Measured(1.0, (("model.xml", "does not compile"),)), not_run("model.xml does not compile"))
+        assert [i.says for i in found.errors] == ["does not compile"]
+
+    def test_a_waiver_is_told_and_keeps_nothing_out(self) -> None:
+        broken = row(Measured(2.0, (("", "is broken"),)))
+        found = run(object(), "one", LIMITS, {"AST001": "known and accepted"}, [broken])
+        assert found.passed
+        (result,) = found.results
+        assert (result.status, result.waived, result.reason) == (Status.NOT_RUN, True, "known and accepted")
+
+    def test_a_subject_that_is_not_there_leaves_its_checks_not_run(self) -> None:
+        found = unrun((Pictures,), "room", LIMITS, "MuJoCo cannot read scene.xml")
+        assert {r.code: r.status for r in found.results} == {"SCN024": Status.NOT_RUN, "SCN025": Status.NOT_RUN}
+        assert not found.passed
+
+    def test_advice_is_counted_apart(self) -> None:
+        found = report(Measured(1.0, (("", "is a little off"),)), severity=Severity.WARNING)
+        assert (found.tally.failed, found.tally.advice) == (1, 1)
+
+    def test_reports_of_older_libraries_are_read(self) -> None:
+        old = {
+            "subject": "mug",
+            "results": [
+                {"code": "AST001", "passed": True, "number": 0.1, "limit": 5.0, "unit": "m"},
+                {"code": "AST014", "passed": False, "number": 2.0, "limit": 1.2, "unit": ""},
+                {"code": "KIN001", "passed": True, "number": None, "limit": 0.95, "unit": ""},
+            ],
+            "issues": [{"code": "AST014", "severity": "warning", "pointer": "bounds", "says": "is too long"}],
+        }
+        read = Report.model_validate(old)
+        assert [r.status for r in read.results] == [Status.PASSED, Status.FAILED, Status.NOT_APPLICABLE]
+        assert read.results[1].severity is Severity.WARNING
+        assert Report.model_validate(read.model_dump(mode="json")) == read
+
+
+class TestChecks:
+    """The functions themselves, on things that have little to look at."""
+
+    def test_a_mug_has_no_joints_to_pass(self, tmp_path: Path) -> None:
+        found = statuses(written(rigid_mug(), tmp_path))
+        assert {found[code] for code in ("AST015", "KIN001", "KIN005", "KIN009", "MJC009", "CON001", "BEH001")} == {
+            Status.NOT_APPLICABLE
+        }
+        assert {found[code] for code in ("AST001", "AST003", "MJC001", "MJC006")} == {Status.PASSED}
+        assert Status.NOT_RUN not in found.values()
+
+    def test_a_microwave_has(self, tmp_path: Path) -> None:
+        found = statuses(written(microwave(), tmp_path))
+        assert {found[code] for code in ("AST015", "MJC005", "MJC009")} == {Status.PASSED}
+
+    def test_a_file_that_does_not_compile_passes_nothing_that_needs_it(self, tmp_path: Path) -> None:
+        package = written(ball(), tmp_path)
+        for path in (package.mjcf, package.scene):
+            path.write_text("<mujoco><nonsense/></mujoco>")
+        found = statuses(package)
+        assert found["MJC001"] is Status.FAILED
+        assert {found[f"MJC00{n}"] for n in (2, 3, 4, 5, 6, 8)} == {Status.NOT_RUN}
+
+    def test_counts_add_up(self, tmp_path: Path) -> None:
+        package = written(rigid_mug(), tmp_path)
+        told = tally(run(package.asset, "one", LIMITS).results + run(package, "one", LIMITS).results)
+        assert told.applying + told.not_applicable == sum(c.subject in (Package, type(package.asset)) for c in TABLE)
+        assert told.not_run == 0
+        assert told.not_applicable > 20
