@@ -8,27 +8,25 @@ from collections.abc import Sequence
 import numpy as np
 
 from casa_assets.articulate.plan import PartKind, PartPlan
+from casa_assets.core import hand_dynamics
+from casa_assets.core.hand_dynamics import START_N
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.tessellate import surface
 from casa_assets.model.asset import Collider, Drive, Joint, JointKind, Link, State
 
-# Force that starts a part, and the one that then takes it along in about a second, N.
-START_N, PUSH_N, OPENS_IN_S = 4.0, 18.0, 1.0
-FORCES = {
-    PartKind.KNOB: (1.0, 6.0),
-    PartKind.BUTTON: (0.5, 10.0),
-    PartKind.LEVER: (1.5, 8.0),
-    PartKind.SPOUT: (1.5, 8.0),
-    PartKind.TRAY: (2.0, 14.0),
+# Force that starts a part, N; all others are started as a door is.
+STARTS_N = {
+    PartKind.KNOB: hand_dynamics.KNOB_START_N,
+    PartKind.LEVER: hand_dynamics.TAP_START_N,
+    PartKind.SPOUT: hand_dynamics.TAP_START_N,
+    PartKind.TRAY: hand_dynamics.TRAY_START_N,
 }
-# What a finger needs at the end of a button's stroke, and to begin it, N.
-PRESS_N, PRELOAD_N = 3.0, 0.6
-# In about this time it is back.
-BACK_IN_S = 0.4
-# Share of a falling door's weight that its spring carries.
-CARRIED = 0.94
+# A door whose weight turns it by less, N*m, needs no spring.
+LIGHT_NM = 0.05
 # Taken at the rim.
 TURNED = frozenset({PartKind.KNOB})
+# What counts as the shortest way, rad or m.
+LEAST_WAY = 1e-4
 
 
 def joint_for(part: PartPlan, metres: float, link: Link, behind: int | None, names: Sequence[str]) -> Joint:
@@ -45,39 +43,33 @@ def joint_for(part: PartPlan, metres: float, link: Link, behind: int | None, nam
     grip = next((c for c in link.colliders if c.label == "handle"), link.colliders[0] if link.colliders else None)
     arm = 1.0 if slides else _arm(link, grip, axis, part.kind in TURNED)
     inertia = link.inertial.mass if slides else _about(link, axis)
-    start, push = FORCES.get(part.kind, (START_N, PUSH_N))
-    drive = None if slides else _balance(link, axis, high)
+    spring = None if slides else _balance(link, axis, high)
+    feel = hand_dynamics.feel_against(spring, inertia, arm, max(way, LEAST_WAY), STARTS_N.get(part.kind, START_N))
     if part.kind is PartKind.BUTTON:
-        stiff = (PRESS_N - PRELOAD_N) / max(way, 1e-4)
-        drive = Drive(stiffness=_three(stiff), damping=_three(way * 20), target=_three(-PRELOAD_N / stiff))
-        start = 0.1
-    # A key is back by its spring alone, in a moment; what a hand opens is slowed to its pace.
-    slow = PRELOAD_N * BACK_IN_S / max(way, 1e-4) if part.kind is PartKind.BUTTON else None
+        spring = hand_dynamics.press(max(way, LEAST_WAY), hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
+        feel = hand_dynamics.KEY
     return Joint(
         name=f"{part.name}_joint",
         child=part.name,
         kind=part.joint.kind,
         axis=part.joint.axis,
         range=(_seven(low), _seven(high)),
-        damping=_three(damping(inertia, (push - start) * arm, way) if slow is None else slow),
-        frictionloss=_three(start * arm),
-        armature=_three(0.02 * inertia),
-        drive=drive,
+        damping=feel.damping,
+        frictionloss=feel.frictionloss,
+        armature=feel.armature,
+        drive=None if spring is None else Drive(stiffness=spring.stiffness, damping=0.0, target=spring.rest),
         grip=None if grip is None else grip.name,
         behind=None if behind is None else f"{names[behind + 1]}_joint",
     )
 
 
-def _balance(link: Link, axis: Floats, far: float) -> Drive | None:
-    """The spring of a door that would fall open: it carries most of the weight, and holds it shut."""
+def _balance(link: Link, axis: Floats, far: float) -> hand_dynamics.Spring | None:
+    """The spring of a door that would fall open, None where it does not."""
     center = np.array(link.inertial.center_of_mass)
     turned = center * math.cos(far) + np.cross(axis, center) * math.sin(far)
     turned = turned + axis * float(axis @ center) * (1 - math.cos(far))
     falls = float(np.cross(turned, np.array([0.0, 0.0, -9.81 * link.inertial.mass])) @ axis)
-    if falls <= 0.05:
-        return None
-    stiffness = CARRIED * falls / far
-    return Drive(stiffness=_three(stiffness), damping=0.0, target=_three(-0.06 * falls / stiffness))
+    return None if falls <= LIGHT_NM else hand_dynamics.carry(falls, far)
 
 
 def _arm(link: Link, grip: Collider | None, axis: Floats, rim: bool) -> float:
@@ -96,15 +88,6 @@ def _about(link: Link, axis: Floats) -> float:
     return float(axis @ link.inertial.tensor @ axis) + link.inertial.mass * float(off @ off)
 
 
-def damping(inertia: float, drive: float, way: float) -> float:
-    """Damping under which a steady drive (N*m or N) takes a still thing over its way in OPENS_IN_S, about.
-
-    From rest it takes way * damping / drive, and a time constant more.
-    """
-    free = drive * OPENS_IN_S / max(way, 1e-4)
-    return max(free - inertia / OPENS_IN_S, 0.05 * free, 1e-6)
-
-
 def states_for(part: PartPlan) -> tuple[State, ...]:
     """Closed and open of a front. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
     if part.kind not in (PartKind.DOOR, PartKind.DRAWER, PartKind.LID):
@@ -118,7 +101,3 @@ def states_for(part: PartPlan) -> tuple[State, ...]:
 
 def _seven(value: float) -> float:
     return float(f"{float(value):.7g}")
-
-
-def _three(value: float) -> float:
-    return float(f"{value:.3g}")

@@ -10,10 +10,10 @@ import numpy as np
 from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.checks.motion import STEP_S, Movable, far, lever, movable, opened, unmoved
 from casa_assets.checks.package import Package
+from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.model.asset import Asset, Joint, JointKind
 from casa_assets.model.shape import Box, Capsule, Cylinder, Sphere
 
-PULL_N = 20.0  # the force that has to do
 # Nobody turns harder than this: the cap of 20 N*m on what 20 N do at a long lever.
 MOST_NM = 20.0
 LEAST_LEVER_M = 0.005  # fingers are no finer

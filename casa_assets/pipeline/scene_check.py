@@ -119,8 +119,8 @@ def check(kitchen: Kitchen, scene: Scene, folder: Path) -> tuple[Report, dict[st
     if subject.loaded.model is not None:
         load_s, steps_per_s, timestep_s = in_a_fresh_process(subject.mjcf)
         speed = Speed(load_s * 1000.0, steps_per_s, timestep_s)
-        for other in (speed, _views(subject.loaded.model, folder)):
-            report += run(other, scene.id, limits, waived)
+        for shown in (speed, _views(subject.loaded.model, folder)):
+            report += run(shown, scene.id, limits, waived)
         took = {"check_s": round(time.perf_counter() - begin, 1)}
         measured |= {"holds": holdings(subject), "speed": _rounded(speed) | took}
     else:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from casa_assets.core import hand_dynamics
 from casa_assets.families.family import Params
-from casa_assets.families.kit import dynamics
 from casa_assets.families.kit.bench import ROOT, Bench, Moved, Part, Piece
 from casa_assets.families.kit.settle import settled
 from casa_assets.families.kit.skin import skin
@@ -107,10 +107,7 @@ def _joint(bench: Bench, moved: Moved, inertials: dict[str, Inertial]) -> Joint:
     lever = _lever(bench, moved) if moved.lever is None else moved.lever
     way = moved.range[1] - moved.range[0]
     inertia = _resistance(bench, moved, inertials)
-    # A spring that holds the part shut takes its share of the push; what gravity leaves over may take as much again.
-    held = abs(moved.spring.stiffness * moved.spring.rest) / lever if moved.spring else 0.0
-    push = max(moved.push_n - 2 * held, moved.start_n + 2.0)
-    found = moved.feel or dynamics.feel(inertia, lever, way, moved.start_n, push)
+    found = moved.feel or hand_dynamics.feel_against(moved.spring, inertia, lever, way, moved.start_n, moved.push_n)
     drive = None
     if moved.spring:
         drive = Drive(stiffness=moved.spring.stiffness, damping=0.0, target=moved.spring.rest)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from casa_assets.core import hand_dynamics
 from casa_assets.families.family import Supplies
-from casa_assets.families.kit import dynamics
 from casa_assets.families.kit.solid import Solid
 from casa_assets.families.kit.weight import Weight, weight_of
 from casa_assets.model.asset import (
@@ -50,10 +50,10 @@ class Moved:
     range: Vec2
     grip: str | None
     start_n: float
-    spring: dynamics.Spring | None
+    spring: hand_dynamics.Spring | None
     lever: float | None
     push_n: float
-    feel: dynamics.Feel | None
+    feel: hand_dynamics.Feel | None
     behind: str | None = None
 
 
@@ -160,11 +160,11 @@ class Bench:
         grip: str | None,
         *,
         anchor: Vec3 = (0.0, 0.0, 0.0),
-        start_n: float = 7.0,
-        spring: dynamics.Spring | None = None,
+        start_n: float = hand_dynamics.START_N,
+        spring: hand_dynamics.Spring | None = None,
         lever: float | None = None,
-        push_n: float = dynamics.PULL_N,
-        feel: dynamics.Feel | None = None,
+        push_n: float = hand_dynamics.PULL_N,
+        feel: hand_dynamics.Feel | None = None,
         behind: str | None = None,
     ) -> None:
         """A hinge that moves `child`; friction and damping are found from the hand's force at the grip.
@@ -174,7 +174,7 @@ class Bench:
             grip: collider that the hand takes, on the child.
             anchor: a point of the axis, child frame.
             start_n: force at the grip that just moves it, N.
-            spring: as `dynamics.balance` and `dynamics.press` make it.
+            spring: as `hand_dynamics.balance` and `hand_dynamics.press` make it.
             lever: metres from the axis to the hand; None measures it to the middle of the grip.
             push_n: strongest force that opens it, N.
             feel: instead of all that.
@@ -193,10 +193,10 @@ class Bench:
         span: Vec2,
         grip: str | None,
         *,
-        start_n: float = 7.0,
-        spring: dynamics.Spring | None = None,
-        push_n: float = dynamics.PULL_N,
-        feel: dynamics.Feel | None = None,
+        start_n: float = hand_dynamics.START_N,
+        spring: hand_dynamics.Spring | None = None,
+        push_n: float = hand_dynamics.PULL_N,
+        feel: hand_dynamics.Feel | None = None,
         behind: str | None = None,
     ) -> None:
         """A slide that moves `child`; span in metres, one end 0. As `hinge`."""

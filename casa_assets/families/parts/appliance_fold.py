@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from casa_assets.families.kit import dynamics
+from casa_assets.core import hand_dynamics
 from casa_assets.families.kit.bench import Bench
 
 GRAVITY = 9.81  # m/s^2
-LEAST_N, PULL_N = 7.0, 20.0
 
 
 def fold(bench: Bench, link: str, joint: str, grip: str, way: float) -> None:
@@ -30,8 +29,8 @@ def fold(bench: Bench, link: str, joint: str, grip: str, way: float) -> None:
     rest = pull - stiffness * turns
     bias = (float(rest.max()) + float(rest.min())) / 2
     left = float(rest.max()) - bias
-    start = max(LEAST_N, 1.35 * left / lever)
+    start = max(hand_dynamics.START_N, 1.35 * left / lever)
     inertia = mass * float(center[1] ** 2 + center[2] ** 2) * 1.35
-    feel = dynamics.feel(inertia, lever, abs(way), start, max(start + 2.5, PULL_N - left / lever))
-    spring = dynamics.Spring(float(f"{stiffness:.4g}"), float(f"{-bias / stiffness:.4g}"))
+    feel = hand_dynamics.feel(inertia, lever, abs(way), start, max(start + 2.5, hand_dynamics.PULL_N - left / lever))
+    spring = hand_dynamics.Spring(float(f"{stiffness:.4g}"), float(f"{-bias / stiffness:.4g}"))
     bench.hinge(joint, link, (1.0, 0.0, 0.0), (min(0.0, way), max(0.0, way)), grip, spring=spring, feel=feel)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.families.kit import dynamics
+from casa_assets.core import hand_dynamics
 from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import box, rod
 from casa_assets.families.kit.solid import Solid
@@ -10,10 +10,7 @@ from casa_assets.model.behavior import Condition, Rule, Variable
 from casa_assets.model.record import Vec3
 
 STROKE = 0.0025  # metres
-# Ref: MIL-STD-1472G, 5.1.4.3.1: push buttons for a finger tip resist by 2.8 to 11 N.
-PRELOAD_N, FULL_N = 2.2, 5.5
 CLEAR = 0.0004  # metres that are left under a pressed key
-FEEL = dynamics.Feel(damping=2.0, frictionloss=0.05, armature=0.02)
 
 
 def round_key(radius: float, height: float = 0.005) -> Solid:
@@ -54,8 +51,8 @@ def key(
     stem = box((wide, tall, lift + 0.0015), (0.0, 0.0, -(lift + 0.0015) / 2 + 0.001), 0.0)
     # The stem goes into its hole when the key is pressed.
     bench.add(link, _turned(stem, turn), "plastic_black", label="button", touch=False, density=0.0)
-    spring = dynamics.press(stroke, FULL_N, PRELOAD_N)
-    bench.slide(joint, link, way, (0.0, stroke), name, spring=spring, feel=FEEL)
+    spring = hand_dynamics.press(stroke, hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
+    bench.slide(joint, link, way, (0.0, stroke), name, spring=spring, feel=hand_dynamics.KEY)
 
 
 _FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {

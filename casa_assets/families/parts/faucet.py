@@ -9,9 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from casa_assets.core import hand_dynamics
+from casa_assets.core.hand_dynamics import TAP_START_N
 from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit import dynamics
 from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import ball, box, lathe, rod
 from casa_assets.families.kit.solid import Solid, box_shape
@@ -78,7 +79,7 @@ def fit(bench: Bench, p: Faucet, at: Vec3, fall: float) -> None:
     spout = _spout(p, p.height - swivel)
     for i, solid in enumerate(spout.solids):
         bench.add("spout", solid, p.finish, label="spout", touch="spout_main" if i == 0 else True, density="tap_body")
-    bench.hinge("spout_joint", "spout", (0.0, 0.0, 1.0), (-SPOUT_RANGE, SPOUT_RANGE), "spout_main", start_n=5.0)
+    bench.hinge("spout_joint", "spout", (0.0, 0.0, 1.0), (-SPOUT_RANGE, SPOUT_RANGE), "spout_main", start_n=TAP_START_N)
     mx, my, mz = spout.mouth
     stream = z + swivel + mz - fall
     bench.column("water", (mx, my, mz - stream / 2), (0.016, 0.016, stream), WATER, link="spout")
@@ -223,7 +224,7 @@ def _levers(bench: Bench, p: Faucet, at: Vec3, wide: bool) -> None:
     hub = ball(0.0125) if wide else rod(0.0135, 0.014, axis="x")
     _lever(bench, "handle", p, "handle_main")
     bench.add("handle", hub, p.finish, label="handle", density="tap_body")
-    flow = dynamics.feel(2e-4, 0.07, FLOW_RANGE, 5.5)
+    flow = hand_dynamics.feel(2e-4, 0.07, FLOW_RANGE, 5.5)
     bench.hinge("handle_joint", "handle", (1.0, 0.0, 0.0), (0.0, FLOW_RANGE), "handle_main", feel=flow)
     # Temperature: a hinge about z; at rest the lever points to the left.
     left = -side - (0.0 if wide else 0.0125)
@@ -232,7 +233,7 @@ def _levers(bench: Bench, p: Faucet, at: Vec3, wide: bool) -> None:
     arm = tube([(-0.008, 0.0, 0.002), (-0.066, 0.0, 0.008)], 0.0058)
     bench.add("handle_temp", arm, p.finish, label="handle", name="handle_temp_main", density="tap_body")
     bench.add("handle_temp", cap, p.finish, label="handle", density="tap_body")
-    warm = dynamics.feel(1.5e-4, 0.04, 2 * TEMPERATURE_RANGE, 5.5)
+    warm = hand_dynamics.feel(1.5e-4, 0.04, 2 * TEMPERATURE_RANGE, 5.5)
     span = (-TEMPERATURE_RANGE, TEMPERATURE_RANGE)
     bench.hinge("handle_temp_joint", "handle_temp", (0.0, 0.0, 1.0), span, "handle_temp_main", feel=warm)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 
-from casa_assets.families.kit import dynamics
+from casa_assets.core import hand_dynamics
 from casa_assets.families.kit.bench import Bench
 from casa_assets.families.kit.blocks import box, lathe, rod
 from casa_assets.families.kit.solid import Solid, joined
@@ -15,8 +15,6 @@ from casa_assets.model.shape import Cylinder
 
 # Ref: RoboCasa v1.0, class Stove: on from 0.35 rad, high from 80 degrees, set up to 2 pi - 0.35.
 TURN = 2.6
-# What finger and thumb turn easily: about 0.1 N*m at a knob of 40 mm. Ref: MIL-STD-1472G, 5.1.4.2.1.2.
-TORQUE = 0.09
 
 
 class KnobStyle(StrEnum):
@@ -66,7 +64,7 @@ def knob(
     pointer = _pointer(style, radius, depth)
     bench.add(link, pointer.posed(face), mark, label="knob", touch=False, density=0.0)
     axis = (0.0, 0.0, 1.0) if up else (0.0, -1.0, 0.0)
-    feel = dynamics.Feel(damping=0.02, frictionloss=TORQUE, armature=2e-4)
+    feel = hand_dynamics.Feel(damping=0.02, frictionloss=hand_dynamics.KNOB_NM, armature=2e-4)
     bench.hinge(joint, link, axis, (0.0, turn), collider, feel=feel)
 
 

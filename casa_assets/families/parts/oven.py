@@ -8,7 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.families.kit import dynamics
+from casa_assets.core import hand_dynamics
 from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import board, box, lathe
 from casa_assets.families.kit.carve import cut
@@ -261,9 +261,13 @@ def fold(bench: Bench, link: str) -> str:
     worst, stiffness, bias = best
     start = max(6.0, 1.25 * worst / lever)
     joint = f"{link}_joint"
-    spring = dynamics.Spring(float(f"{stiffness:.4g}"), float(f"{-bias / stiffness:.4g}"))
-    feel = dynamics.feel(
-        mass * (center[1] ** 2 + center[2] ** 2) * 1.35, lever, FOLD, start, max(start + 2.5, 20 - worst / lever)
+    spring = hand_dynamics.Spring(float(f"{stiffness:.4g}"), float(f"{-bias / stiffness:.4g}"))
+    feel = hand_dynamics.feel(
+        mass * (center[1] ** 2 + center[2] ** 2) * 1.35,
+        lever,
+        FOLD,
+        start,
+        max(start + 2.5, hand_dynamics.PULL_N - worst / lever),
     )
     bench.hinge(joint, link, (1.0, 0.0, 0.0), (0.0, FOLD), f"{link}_handle_main", spring=spring, feel=feel)
     return joint

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from casa_assets.core import hand_dynamics
 from casa_assets.families.family import FinishId, Params, Supplies
-from casa_assets.families.kit import dynamics
 from casa_assets.families.kit.assemble import assemble
 from casa_assets.families.kit.bench import ROOT, Bench
 from casa_assets.families.kit.blocks import ball, board, box, lathe, rod
@@ -171,7 +171,7 @@ def test_params_name_their_finishes() -> None:
 @pytest.mark.parametrize("inertia", [0.01, 0.3, 2.0])
 def test_a_strong_pull_opens_in_time(inertia: float) -> None:
     lever, way = 0.4, math.pi / 2
-    felt = dynamics.feel(inertia, lever, way, 7.0)
+    felt = hand_dynamics.feel(inertia, lever, way, 7.0)
     speed, place, dt = 0.0, 0.0, 1e-3
     for _ in range(2000):
         torque = 20.0 * lever - felt.frictionloss - felt.damping * speed
@@ -181,7 +181,7 @@ def test_a_strong_pull_opens_in_time(inertia: float) -> None:
 
 
 def test_a_key_is_pressed_by_the_given_forces() -> None:
-    spring = dynamics.press(0.003, 6.0, 2.0)
+    spring = hand_dynamics.press(0.003, 6.0, 2.0)
     assert spring.stiffness * (0.0 - spring.rest) == pytest.approx(2.0, rel=0.02)
     assert spring.stiffness * (0.003 - spring.rest) == pytest.approx(6.0, rel=0.02)
 

@@ -1,8 +1,9 @@
-"""How hard a part moves: friction and damping from the force of a hand.
+"""The force of a hand: friction, damping and springs of what it moves, from forces that a spring scale measures.
 
 A real hinge, runner or knob resists by friction, which is what a hand feels when it starts, and by grease or a damper,
 which sets how fast a push of full strength takes it along. Both are chosen here from two numbers that can be measured
-with a spring scale: the force that starts the part, and the time in which the strongest allowed pull opens it.
+with a spring scale: the force that starts the part, and the time in which the strongest allowed pull opens it. What
+families build and what is found in a mesh is given its joints here, so that the same door feels the same.
 """
 
 from __future__ import annotations
@@ -10,10 +11,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-# Ref: ADA Standards 2010, 309.4: operable parts need no more than 5 pounds-force.
-MOST_N = 22.2
-# The pull under which a part has to open, and the time that it then takes; the check allows 2 s for 95 %.
+# Force that starts a door, a drawer or a lid, N: enough that it stays shut, and well under the 5 pounds-force (22.2 N)
+# that operable parts may need. Ref: ADA Standards 2010, 309.4.
+START_N = 7.0
+# The pull under which a part has to open, N, and the time that it then takes, s; the check allows 2 s for 95 %.
 PULL_N, OPENS_IN_S = 20.0, 1.3
+# What is left of a pull beyond the starting force at least, N, where a spring takes the rest.
+LEAST_PULL_N = 2.0
+# Force that starts what fingers move, N: taps, racks and trays.
+TAP_START_N, TRAY_START_N = 5.0, 6.0
+# What finger and thumb turn easily: about 0.1 N*m at a knob of 40 mm, so 4.5 N at its rim.
+# Ref: MIL-STD-1472G, 5.1.4.2.1.2.
+KNOB_NM, KNOB_START_N = 0.09, 4.5
+# Force on a key at rest, and at the end of its stroke, N. Ref: MIL-STD-1472G, 5.1.4.3.1: push buttons for a finger tip
+# resist by 2.8 to 11 N.
+KEY_PRELOAD_N, KEY_FULL_N = 2.2, 5.5
+# Share of a falling door's weight that its spring carries at the end of its way, and of that weight, what it holds
+# the door shut with.
+CARRIED, SHUT = 0.94, 0.06
 # A part that nothing damps still turns in grease: share of the critical time constant. By feel.
 LEAST_DAMPING_S = 0.4
 
@@ -47,6 +62,17 @@ def feel(inertia: float, lever: float, way: float, start_n: float, push_n: float
     return Feel(damping=_tidy(low), frictionloss=_tidy(loss), armature=_tidy(0.02 * inertia))
 
 
+def feel_against(
+    spring: Spring | None, inertia: float, lever: float, way: float, start_n: float = START_N, push_n: float = PULL_N
+) -> Feel:
+    """As `feel`, where a spring that holds the part shut takes its share of the push.
+
+    What gravity leaves over of a spring that carries a weight may take as much again.
+    """
+    held = abs(spring.stiffness * spring.rest) / lever if spring else 0.0
+    return feel(inertia, lever, way, start_n, max(push_n - 2 * held, start_n + LEAST_PULL_N))
+
+
 def _time(inertia: float, damping: float, drive: float, way: float) -> float:
     """Seconds in which a constant drive moves a damped part over its way, from rest."""
     fastest, settle = drive / damping, inertia / damping
@@ -74,17 +100,19 @@ def press(stroke: float, full_n: float, preload_n: float, sign: float = 1.0) -> 
     return Spring(_tidy(stiffness), _tidy(-sign * preload_n / stiffness))
 
 
-def balance(weight: float, reach: float, way: float, sign: float) -> Spring:
-    """The spring of a flap that folds down from upright: it carries the flap's weight over its range, and closes it.
+def carry(moment: float, way: float) -> Spring:
+    """The spring of a door or flap that would fall open: it carries most of the weight, and holds it shut.
 
     Args:
-        weight: N. reach: from the hinge to the centre of mass, metres. way: rad. sign: of the opening turn.
+        moment: of its weight about the hinge where it is open, N*m, > 0. way: rad from shut to open; its sign is that
+            of the opening turn.
     """
-    moment = weight * reach
-    # Best straight line through the sine over the way; a little more holds it shut.
-    stiffness = moment * math.sin(way) / way * 0.94 if way > 0.3 else moment
-    shut = 0.06 * moment
-    return Spring(_tidy(stiffness), _tidy(-sign * shut / stiffness))
+    stiffness = CARRIED * moment / abs(way)
+    return Spring(_tidy(stiffness), _tidy(-math.copysign(SHUT * moment / stiffness, way)))
+
+
+# What every key under a fingertip is like.
+KEY = Feel(damping=2.0, frictionloss=0.05, armature=0.02)
 
 
 def _tidy(value: float) -> float:
