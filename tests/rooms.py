@@ -12,6 +12,8 @@ from casa_assets.checks.scene.run import run_scene
 from casa_assets.checks.scene.subject import FILE, SceneSubject
 from casa_assets.export.mjcf import kitchen as mjcf
 from casa_assets.export.usd import kitchen as usd
+from casa_assets.geometry.fitted import ready_to_simulate
+from casa_assets.geometry.light import light_scene
 from casa_assets.model.asset import Asset, Base, Collider, Link, Visual
 from casa_assets.model.issue import Report
 from casa_assets.model.material import Material
@@ -73,9 +75,10 @@ def room(*things: tuple[Asset, Pose], floor: Asset = FLOOR, gravity: float = 9.8
     ground = Placement(name="ground", asset=floor.id, pose=at(0.0, 0.0, -floor.bounds[1, 2].item()), layer=Layer.ROOM)
     assets = {asset.id: asset for asset in (floor, *(asset for asset, _ in things))}
     placements = (Placement(name=f"thing_{i}", asset=asset.id, pose=pose) for i, (asset, pose) in enumerate(things))
-    return Scene(
+    scene = Scene(
         id="room", assets=tuple(assets.values()), placements=(ground, *placements), gravity=(0.0, 0.0, -gravity)
     )
+    return ready_to_simulate(scene)
 
 
 def subject(scene: Scene, folder: Path, *changes: tuple[str, str]) -> SceneSubject:
@@ -90,7 +93,7 @@ def in_all_forms(scene: Scene, folder: Path) -> SceneFiles:
     """A scene as it is written below `folder` in both formats and both weights."""
     own = put(mjcf.write(scene), folder, scene)
     put(usd.write(scene), folder, scene)
-    (own / LIGHT_FILE).write_bytes(mjcf.write(scene, weight=mjcf.Weight.LIGHT).entries[FILE])
+    (own / LIGHT_FILE).write_bytes(mjcf.write(light_scene(scene)).entries[FILE])
     return SceneFiles(SceneSubject(scene, own))
 
 

@@ -3,21 +3,36 @@
 from __future__ import annotations
 
 import math
+from enum import StrEnum
 from functools import cache
 from pathlib import Path
 
 from casa_assets.checks.readers import asset_facts
 from casa_assets.export.mjcf import kitchen as mjcf
 from casa_assets.export.usd import kitchen as usd
+from casa_assets.geometry.fitted import ready_to_simulate
+from casa_assets.geometry.light import light_scene
 from casa_assets.model.asset import Base, JointValue, Keyframe
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
-from casa_assets.model.scene import Camera, Layer, Light, LightKind, Placement, Scene
+from casa_assets.model.scene import Camera, Layer, Light, LightKind, LightScene, Placement, Scene
 from tests.articulated_assets import drawer_unit, grill, microwave
 from tests.assets import ball, rigid_mug, textured_box, write_to
 
 QUARTER = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
 TILTED = (math.cos(0.3), math.sin(0.3), 0.0, 0.0)
+
+
+class Weight(StrEnum):
+    """The forms that a scene is written in."""
+
+    FULL = "full"
+    LIGHT = "light"
+
+
+def in_form(scene: Scene, weight: Weight) -> Scene | LightScene:
+    """What the MJCF writer is given for a form."""
+    return scene if weight is Weight.FULL else light_scene(scene)
 
 
 @cache
@@ -31,7 +46,7 @@ def corner() -> Scene:
     ajar = (JointValue(joint="microjoint", value=-1.0),)
     pulled = (JointValue(joint="drawer_joint", value=0.125),)
     turned_on = (JointValue(joint="knob_joint", value=2.0), JointValue(joint="rack_joint", value=0.1))
-    return Scene(
+    scene = Scene(
         id="corner",
         assets=(oven, barbecue, raised, loose, mug, orange, carton),
         placements=(
@@ -62,6 +77,7 @@ def corner() -> Scene:
         ),
         ambient=(0.3, 0.31, 0.32),
     )
+    return ready_to_simulate(scene)
 
 
 def _at(x: float, y: float, z: float, quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)) -> Pose:

@@ -24,6 +24,7 @@ def main() -> None:
     begin = time.perf_counter()
     from casa_assets.export.mjcf import kitchen as mjcf
     from casa_assets.export.usd import kitchen as usd
+    from casa_assets.geometry.light import light_scene
     from casa_assets.pipeline.asset_store import AssetStore
     from casa_assets.pipeline.kitchens import Recipe, build_scene, resolve
     from casa_assets.pipeline.library import Library
@@ -40,7 +41,7 @@ def main() -> None:
         full_s = written(lambda: mjcf.write(scene), Path(folder) / "mjcf")
         usd_s = written(lambda: usd.write(scene), Path(folder) / "usd")
         form = AssetStore(cache).lightened
-        light_s = written(lambda: mjcf.write(scene, weight=mjcf.Weight.LIGHT, light_form=form), Path(folder) / "light")
+        light_s = written(lambda: mjcf.write(light_scene(scene, form)), Path(folder) / "light")
     # The build resolves once more by itself.
     seconds = {"import_s": imported - begin, "generate_s": built - resolved}
     print(json.dumps({**seconds, "mjcf_s": full_s, "usd_s": usd_s, "light_s": light_s}))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.extent import link_bounds
 from casa_assets.model.asset import Asset, Base, Joint, JointKind, Link
-from casa_assets.model.scene import Scene
+from casa_assets.model.scene import PlacedLink, Scene
 
 # What moves is beside what is fixed where the boxes around them are this near while all is shut, metres.
 BESIDE_M = 0.1
@@ -17,14 +15,12 @@ BESIDE_M = 0.1
 STRAIGHT = 1e-9
 
 
-class Body(NamedTuple):
-    """A link of a placement."""
-
-    placement: str
-    link: str
+def ready_to_simulate(scene: Scene) -> Scene:
+    """The scene with what a simulator need not work out: products of inertia unfelt, and pairs that never touch."""
+    return scene.replace(assets=tuple(map(felt, scene.assets)), exclusions=beside(scene))
 
 
-def beside(scene: Scene) -> tuple[tuple[Body, Body], ...]:
+def beside(scene: Scene) -> tuple[tuple[PlacedLink, PlacedLink], ...]:
     """What moves on something fixed, and each fixed thing beside it while all is shut, its own frame among them.
 
     A door and the frame, walls and worktops around it are so near each other that a simulator looks at every step
@@ -56,10 +52,10 @@ def felt(asset: Asset) -> Asset:
     return asset.replace(links=tuple(_straight(asset, link) for link in asset.links))
 
 
-def _boxes(scene: Scene) -> tuple[dict[Body, Floats], dict[Body, Floats]]:
+def _boxes(scene: Scene) -> tuple[dict[PlacedLink, Floats], dict[PlacedLink, Floats]]:
     """(2, 3) corners around what moves and around what is fixed, everything at zero, world frame, metres."""
-    moving: dict[Body, Floats] = {}
-    fixed: dict[Body, Floats] = {}
+    moving: dict[PlacedLink, Floats] = {}
+    fixed: dict[PlacedLink, Floats] = {}
     assets = scene.asset_of
     for place in scene.placements:
         asset = assets[place.name]
@@ -67,7 +63,7 @@ def _boxes(scene: Scene) -> tuple[dict[Body, Floats], dict[Body, Floats]]:
             box = link_bounds(link, place.pose @ asset.asset_from_link(link.name))
             if box is not None:
                 side = moving if _movers(asset, link) else fixed
-                side[Body(place.name, link.name)] = box
+                side[PlacedLink(placement=place.name, link=link.name)] = box
     return moving, fixed
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.hull import hull_planes, hull_volume
 from casa_assets.model.asset import Asset, Base, Collider, Link
 from casa_assets.model.pose import Pose
+from casa_assets.model.scene import LightScene, Scene
 from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 
 # Sizes are multiples of this, rounded down, metres: the last digits of a solver are no promise.
@@ -27,8 +28,6 @@ WORTH, MORE = 0.04, 3
 LEVEL, FOOT = 2e-4, 1.5e-3
 # Cosine of the angle by which a shape may lean and still stand flat.
 FLAT = 0.99999
-# Between the name of a collider and the number of a further box of it.
-FURTHER = "_more_"
 
 
 class Inside(NamedTuple):
@@ -61,10 +60,13 @@ def lighten(asset: Asset) -> Asset:
     return asset.replace(links=links, materials=(), behavior=behavior)
 
 
-def original(name: str) -> str:
-    """Name of the collider that a further box of a light asset belongs to; of any other, its own."""
-    head, sign, tail = name.rpartition(FURTHER)
-    return head if sign and tail.isdigit() else name
+def light_scene(scene: Scene, form: Callable[[Asset], Asset] = lighten) -> LightScene:
+    """The light form of a scene.
+
+    Args:
+        form: `lighten`, or what gives the same faster.
+    """
+    return LightScene(scene=scene, forms=tuple(form(asset) for asset in scene.assets))
 
 
 def inside(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:
@@ -148,7 +150,7 @@ def _light_collider(item: Collider, low: float | None) -> tuple[Collider, ...]:
             found = (*found, *_foot(item.pose, points, found))
     except DegenerateShape:
         return ()
-    names = [item.name, *(f"{item.name}{FURTHER}{k}" for k in range(1, len(found)))]
+    names = [item.name, *(LightScene.part_name(item.name, k) for k in range(1, len(found)))]
     pairs = zip(names, found, strict=True)
     return tuple(item.replace(name=name, shape=shape, pose=item.pose @ pose) for name, (shape, pose) in pairs)
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from casa_assets.geometry.fitted import ready_to_simulate
 from casa_assets.layouts.frame import turned
 from casa_assets.layouts.light import lights, sky
 from casa_assets.layouts.request import Kitchen
@@ -37,7 +38,7 @@ def compose(kitchen: Kitchen, assets: Mapping[str, Asset], scene_id: str) -> Sce
         for w in kitchen.wanted
     )
     each = {a.id: a for a in (assets[w.name] for w in kitchen.wanted)}
-    return Scene(
+    scene = Scene(
         id=scene_id,
         assets=tuple(each[k] for k in sorted(each)),
         placements=placements,
@@ -46,6 +47,7 @@ def compose(kitchen: Kitchen, assets: Mapping[str, Asset], scene_id: str) -> Sce
         ambient=(0.4, 0.4, 0.41),
         sky=sky(),
     )
+    return ready_to_simulate(scene)
 
 
 def box_of(asset: Asset) -> tuple[Vec3, Vec3]:

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, field_validator
 
-from casa_assets.model.record import Id, Record, Vec2, Vec3
+from casa_assets.model.record import Id, Record, Vec2, Vec3, Vec5
 
 NotNegative = Annotated[float, Field(ge=0.0)]
 
@@ -39,6 +39,9 @@ class Joint(Record):
         anchor: a point on the axis, metres, child frame.
         range: (low, high), rad or m; low < high.
         damping: N*m*s/rad or N*s/m. frictionloss: N*m or N. armature: kg*m^2 or kg.
+        friction_impedance: how stiffly dry friction holds, in MuJoCo's terms: impedance at both ends, width, midpoint,
+            power. At MuJoCo's usual 0.9 a light lever creeps under its own weight; this holds it.
+            Ref: MuJoCo XML reference, solimpfriction.
         drive: spring to a target, or None.
         grip: collider that a hand takes, on the moved link or on one that it carries rigidly; None where unknown.
         behind: joint that has to be open before this one can move: the door before a rack.
@@ -53,6 +56,7 @@ class Joint(Record):
     damping: NotNegative = 0.0
     frictionloss: NotNegative = 0.0
     armature: NotNegative = 0.0
+    friction_impedance: Vec5 = (0.9999, 0.9999, 0.001, 0.5, 2.0)
     drive: Drive | None = None
     grip: Id | None = None
     behind: Id | None = None

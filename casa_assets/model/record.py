@@ -17,6 +17,7 @@ from pydantic_core import CoreSchema, core_schema
 Vec2 = tuple[float, float]
 Vec3 = tuple[float, float, float]
 Vec4 = tuple[float, float, float, float]
+Vec5 = tuple[float, float, float, float, float]
 
 # Legal at once as an MJCF name, a USD prim name and a file name; `__` is kept for joining id paths.
 Id = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9]*(_[a-z0-9]+)*$", max_length=96)]

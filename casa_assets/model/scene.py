@@ -110,6 +110,13 @@ class Sky(Record):
         return color
 
 
+class PlacedLink(Record):
+    """A link of a placement."""
+
+    placement: Id
+    link: Id
+
+
 class Scene(Record):
     """Everything in a room. World frame: z up, metres.
 
@@ -120,6 +127,8 @@ class Scene(Record):
         ambient: linear RGB, >= 0, of light that comes evenly from all sides; 1 makes a white surface white by itself.
         sky: None where nothing is seen beyond the room.
         gravity: m/s^2.
+        exclusions: pairs of links of two placements, or of one, that never collide with each other, besides those that
+            an asset excludes by itself.
     """
 
     id: SceneId
@@ -130,6 +139,7 @@ class Scene(Record):
     ambient: Vec3 = (0.3, 0.3, 0.3)
     sky: Sky | None = Sky()
     gravity: Vec3 = (0.0, 0.0, -9.81)
+    exclusions: tuple[tuple[PlacedLink, PlacedLink], ...] = ()
 
     @property
     def asset_of(self) -> dict[str, Asset]:
@@ -152,6 +162,38 @@ class Scene(Record):
                 raise ValueError(f"placement {place.name!r}: no asset {place.asset!r}")
             _check_joints(place, assets[place.asset])
         return self
+
+
+class LightScene(Record):
+    """A scene with the light form of each of its assets: boxes, cylinders and spheres that stand for its colliders.
+
+    Attributes:
+        scene: the whole one. forms: light forms of its assets, in their order, under the same ids.
+    """
+
+    scene: Scene
+    forms: tuple[Asset, ...]
+
+    @staticmethod
+    def part_name(collider: str, number: int) -> str:
+        """Name of a further primitive that stands for a collider, counted from 1."""
+        return f"{collider}{_PART}{number}"
+
+    @staticmethod
+    def collider_of(name: str) -> str:
+        """Name of the collider that a primitive of a light form stands for."""
+        head, sign, tail = name.rpartition(_PART)
+        return head if sign and tail.isdigit() else name
+
+    @model_validator(mode="after")
+    def _same_assets(self) -> Self:
+        if [a.id for a in self.scene.assets] != [a.id for a in self.forms]:
+            raise ValueError("a light scene has the light form of each asset, in the same order")
+        return self
+
+
+# Between the name of a collider and the number of a further primitive that stands for it.
+_PART = "_more_"
 
 
 def _check_joints(place: Placement, asset: Asset) -> None:

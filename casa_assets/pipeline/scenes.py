@@ -23,7 +23,7 @@ from casa_assets.checks import usd as usd_checks
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import kitchen as mjcf
 from casa_assets.export.usd import kitchen as usd
-from casa_assets.geometry.light import lighten
+from casa_assets.geometry.light import light_scene, lighten
 from casa_assets.layouts.request import Kitchen
 from casa_assets.model.asset import Asset
 from casa_assets.model.files import Files
@@ -267,7 +267,7 @@ def write_scene(
     """
     for files in (mjcf.write(scene), usd.write(scene)):
         _put(files, folder, root)
-    light = mjcf.write(scene, weight=mjcf.Weight.LIGHT, light_form=light_form).entries[mjcf.FILE]
+    light = mjcf.write(light_scene(scene, light_form)).entries[mjcf.FILE]
     (folder / LIGHT_FILE).write_bytes(light)
     _write_facts(folder / FACTS, facts)
 

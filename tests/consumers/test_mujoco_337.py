@@ -14,7 +14,7 @@ import pytest
 from casa_assets.export.mjcf import kitchen, write
 from casa_assets.model.asset import Asset, Base
 from tests.assets import EVERY, microwave, write_to
-from tests.scenes import corner, expected, put
+from tests.scenes import Weight, corner, expected, in_form, put
 
 ROOT = Path(__file__).parents[2]
 PYTHON = ROOT / os.environ.get("CASA_MUJOCO337", ".venv-mujoco337/bin/python")
@@ -94,9 +94,9 @@ def test_loads_in_silence_and_stands(build: Callable[[], Asset], file: str, tmp_
 
 
 @pytest.mark.consumers
-@pytest.mark.parametrize("weight", list(kitchen.Weight))
-def test_a_whole_scene_loads_in_silence(weight: kitchen.Weight, tmp_path: Path) -> None:
-    folder = put(kitchen.write(corner(), weight=weight), tmp_path, corner())
+@pytest.mark.parametrize("weight", list(Weight))
+def test_a_whole_scene_loads_in_silence(weight: Weight, tmp_path: Path) -> None:
+    folder = put(kitchen.write(in_form(corner(), weight)), tmp_path, corner())
     done = subprocess.run(
         [str(PYTHON), "-c", SCENE, "scene.xml"], cwd=folder, check=False, capture_output=True, text=True, timeout=120
     )
@@ -106,7 +106,7 @@ def test_a_whole_scene_loads_in_silence(weight: kitchen.Weight, tmp_path: Path) 
     assert found["version"].startswith("3.3.")
     assert found["warnings"] == []
     bodies = expected(corner(), "closed")
-    if weight is kitchen.Weight.LIGHT:  # what is fixed may be merged into what it is fixed to, what moves may not
+    if weight is Weight.LIGHT:  # what is fixed may be merged into what it is fixed to, what moves may not
         here = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
         assert sorted(found["bodies"]) == sorted(here.body(i).name for i in range(1, here.nbody))
         full = mujoco.MjModel.from_xml_path(

@@ -7,10 +7,6 @@ from lxml import etree
 from casa_assets.export.mjcf import number
 from casa_assets.model.asset import Joint
 
-# MuJoCo's dry friction yields a little to any force: at its usual impedance (0.9) a light lever creeps under its own
-# weight. This holds it. Impedance at both ends, width, midpoint, power. Ref: MuJoCo XML reference, solimpfriction.
-HOLD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
-
 
 def add(body: etree._Element, joint: Joint, prefix: str = "") -> None:
     """`<joint>` below the body that it moves; radians and metres, body frame. Its name begins with `prefix`."""
@@ -28,7 +24,7 @@ def add(body: etree._Element, joint: Joint, prefix: str = "") -> None:
         "armature": number.number(joint.armature),
     }
     if joint.frictionloss:
-        attributes["solimpfriction"] = number.numbers(HOLD)
+        attributes["solimpfriction"] = number.numbers(joint.friction_impedance)
     if drive:
         attributes |= {"stiffness": number.number(drive.stiffness), "springref": number.number(drive.target)}
     etree.SubElement(body, "joint", attributes)

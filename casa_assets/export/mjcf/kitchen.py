@@ -6,38 +6,23 @@ base is `<placement>__free`. Groups of geoms: 0 collides, 1 is seen, 2 is the ce
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 from lxml import etree
 
 from casa_assets.export.mjcf import body, collider, contact, keyframe, label, number, room, stock, tint, visual
 from casa_assets.export.mjcf.mesh import Meshes
 from casa_assets.export.mjcf.stock import Stock
-from casa_assets.geometry.fitted import Body, beside, felt
-from casa_assets.geometry.light import lighten, original
 from casa_assets.model.asset import Asset, Base
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
-from casa_assets.model.scene import FREE_JOINT, Layer, Placement, Scene
+from casa_assets.model.scene import FREE_JOINT, Layer, LightScene, PlacedLink, Placement, Scene
 
 FILE = "scene.xml"
 CEILING_GROUP = 2
 # Poses that every scene has: as it begins, everything closed (which is zero), and all that has such a pose open.
 START, CLOSED, OPEN = "start", "closed", "open"
-
-
-class Weight(StrEnum):
-    """How much is written: everything, or boxes and cylinders in plain colours alone."""
-
-    FULL = "full"
-    LIGHT = "light"
-
-
-# Weights in which what is fixed and what moves on it are never tried for contact, wherever they are. In the full form
-# they are where they are not beside each other from the start, which is what the USD says as well.
-SPARED = frozenset({Weight.LIGHT})
 
 
 @dataclass(frozen=True)
@@ -50,30 +35,31 @@ class Groups:
 
 
 def write(
-    scene: Scene,
+    scene: Scene | LightScene,
     shared: str = "../assets",
-    weight: Weight = Weight.FULL,
     groups: Groups | None = None,
-    light_form: Callable[[Asset], Asset] = lighten,
 ) -> Files:
     """The MJCF of a scene; the same scene is the same bytes.
 
+    The light form has no images and no meshes; what collides is seen, in the mean colour of what it stands for. In it
+    what is fixed and what moves on it are never tried for contact, wherever they are. In the full form they are, but
+    for the pairs that the scene excludes, which is what the USD says as well.
+
     Args:
-        scene: what to write.
+        scene: what to write, whole or in its light form.
         shared: leads from the folder of scene.xml to the shared folder.
-        weight: LIGHT has no images and no meshes; what collides is seen, in the mean colour of what it stands for.
         groups: of geoms; those of robosuite where None.
-        light_form: `lighten`, or what gives the same faster.
     Returns:
         `scene.xml`, and the files of the shared folder as `assets/meshes/<hash>.obj` and
         `assets/textures/<name>_<hash>.png`.
     """
-    light = weight is Weight.LIGHT
-    assets = {asset.id: felt(light_form(asset) if light else asset) for asset in scene.assets}
+    light = scene if isinstance(scene, LightScene) else None
+    scene = scene if isinstance(scene, Scene) else scene.scene
+    assets = {asset.id: asset for asset in (light.forms if light else scene.assets)}
     tints = {asset.id: _tints(asset, assets[asset.id]) for asset in scene.assets} if light else {}
     parts = stock.gather([] if light else list(assets.values()))
     drafts = [_draft(place, assets[place.asset], parts, tints, groups or Groups()) for place in scene.placements]
-    text = _document(scene, drafts, parts, shared, weight in SPARED)
+    text = _document(scene, drafts, parts, shared, spared=light is not None)
     return Files.of({FILE: text, **parts.entries})
 
 
@@ -81,7 +67,7 @@ def _tints(asset: Asset, light: Asset) -> dict[str, str]:
     """Collider of the light asset -> colour."""
     known = tint.tints(asset)
     names = [item.name for link in light.links for item in link.colliders]
-    return {name: known[name] if name in known else known[original(name)] for name in names}
+    return {name: known[name] if name in known else known[LightScene.collider_of(name)] for name in names}
 
 
 def _draft(
@@ -120,7 +106,7 @@ def _document(scene: Scene, drafts: list[body.Draft], parts: Stock, folder: str,
         placed = _add_placement(world, place, draft)
         if spared and draft.asset.base is Base.FIXED:
             contact.spare(placed)
-    _add_exclusions(root, drafts, () if spared else beside(scene))
+    _add_exclusions(root, drafts, () if spared else scene.exclusions)
     _add_texts(root, scene, drafts)
     _add_poses(root, scene, drafts)
     return etree.tostring(root, encoding="us-ascii", pretty_print=True)
@@ -139,15 +125,17 @@ def _add_placement(world: etree._Element, place: Placement, draft: body.Draft) -
     return placed
 
 
-def _add_exclusions(root: etree._Element, drafts: list[body.Draft], beside: Sequence[tuple[Body, Body]]) -> None:
-    """What an asset excludes by itself, and what moves beside something fixed that it never touches."""
+def _add_exclusions(
+    root: etree._Element, drafts: list[body.Draft], more: Sequence[tuple[PlacedLink, PlacedLink]]
+) -> None:
+    """What an asset excludes by itself, and the pairs that the scene excludes besides."""
     pairs = etree.SubElement(root, "contact")
     for draft in drafts:
         for exclusion in draft.asset.exclusions:
             contact.add(pairs, exclusion, draft)
     of = {draft.placement: draft for draft in drafts}
     said = {tuple(sorted((e.get("body1", ""), e.get("body2", "")))) for e in pairs}
-    for pair in beside:
+    for pair in more:
         first, second = (of[end.placement].body_name(end.link) for end in pair)
         if tuple(sorted((first, second))) not in said:
             contact.exclude(pairs, first, second)

@@ -16,9 +16,6 @@ from casa_assets.model.record import Vec3, Vec4
 SCOPE = "physicsJoints"
 BASE_TO_WORLD = "baseToWorld"
 
-# As in model.xml: dry friction that holds a light lever against its own weight.
-HOLD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
-
 X, Y, Z = UsdGeom.Tokens.x, UsdGeom.Tokens.y, UsdGeom.Tokens.z
 # USD joints move along X, Y or Z of the joint frame. Directions that need no rounding: token, child_from_joint.
 EXACT: dict[Vec3, tuple[str, Vec4]] = {
@@ -122,7 +119,8 @@ def _resist(prim: Usd.Prim, joint: Joint, hinge: bool) -> None:
     if joint.drive is not None or joint.frictionloss:
         prim.AddAppliedSchema("MjcJointAPI")
     if joint.frictionloss:
-        number.author(prim, "mjc:solimpfriction", Sdf.ValueTypeNames.DoubleArray, Vt.DoubleArray(HOLD))
+        impedance = Vt.DoubleArray(joint.friction_impedance)
+        number.author(prim, "mjc:solimpfriction", Sdf.ValueTypeNames.DoubleArray, impedance)
     if joint.drive is not None:
         number.author(prim, "mjc:stiffness", double, drive.stiffness)
         number.author(prim, "mjc:springref", double, drive.target / per_unit)

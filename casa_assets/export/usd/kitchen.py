@@ -12,7 +12,6 @@ import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
 
 from casa_assets.export.usd import contact, document, keyframe, lamp, metadata, number, standing
-from casa_assets.geometry.fitted import beside, felt
 from casa_assets.model.asset import Asset, Base
 from casa_assets.model.files import Files
 from casa_assets.model.scene import Layer, Placement, Scene
@@ -39,7 +38,7 @@ def write(scene: Scene, shared: str = "../assets") -> Files:
         `assets/textures/<name>_<hash>.png`, which are those that the MJCF of the scene names.
     """
     entries = {FILE: scene_text(scene, shared).encode("utf-8")}
-    for asset in map(felt, scene.assets):
+    for asset in scene.assets:
         layer = document.layer_text(asset, f"../../{document.TEXTURES}")
         entries[f"{FOLDER}/{LAYERS}/{asset.id}/{asset.id}.usda"] = layer.encode("utf-8")
         for item in asset.materials:
@@ -59,8 +58,8 @@ def scene_text(scene: Scene, shared: str = "../assets") -> str:
         asset = assets[place.name]
         if asset.base is Base.FIXED:
             standing.anchor(layer, spec.path, WORLD, place.pose @ asset.root.pose)
-    for moving, fixed in beside(scene):
-        first, second = (WORLD.AppendChild(end.placement).AppendChild(end.link) for end in (moving, fixed))
+    for pair in scene.exclusions:
+        first, second = (WORLD.AppendChild(end.placement).AppendChild(end.link) for end in pair)
         contact.filter_pair(layer, first, second)
     _poses(layer, scene)
     for kind in (Layer.ROOM, Layer.CEILING):

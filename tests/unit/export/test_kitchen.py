@@ -15,20 +15,20 @@ import pytest
 from lxml import etree
 
 from casa_assets.export.mjcf import document
-from casa_assets.export.mjcf.kitchen import Groups, Weight, write
+from casa_assets.export.mjcf.kitchen import Groups, write
 from casa_assets.export.mjcf.stock import FOLDER
 from casa_assets.geometry.fitted import beside
 from casa_assets.model.asset import Asset
 from casa_assets.model.scene import Placement, Scene
 from tests.assets import microwave, textured_box
-from tests.scenes import body, corner, expected, put
+from tests.scenes import Weight, body, corner, expected, in_form, put
 
 ROOT = Path(__file__).parents[3]
 
 
 def loaded(scene: Scene, folder: Path, weight: Weight = Weight.FULL) -> mujoco.MjModel:
     """The model; a warning of any kind is a failure."""
-    path = put(write(scene, weight=weight), folder, scene) / "scene.xml"
+    path = put(write(in_form(scene, weight)), folder, scene) / "scene.xml"
     said: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(said.append)
@@ -43,7 +43,7 @@ def loaded(scene: Scene, folder: Path, weight: Weight = Weight.FULL) -> mujoco.M
 
 
 def text(scene: Scene, weight: Weight = Weight.FULL) -> etree._Element:
-    return etree.fromstring(write(scene, weight=weight).entries["scene.xml"])
+    return etree.fromstring(write(in_form(scene, weight)).entries["scene.xml"])
 
 
 def named(root: etree._Element, path: str) -> list[str]:
@@ -113,7 +113,7 @@ class TestNames:
             for p in corner().placements
             for e in asset_of[p.name].exclusions
         }
-        near = {(body(*moving), body(*fixed)) for moving, fixed in beside(corner())}
+        near = {tuple(body(end.placement, end.link) for end in pair) for pair in beside(corner())}
         assert own <= set(pairs)
         # The light form has filters for the others. No pair is said twice, whatever comes first in it.
         beyond = near - {pair[::-1] for pair in own} - own if weight is Weight.FULL else set()
@@ -221,7 +221,7 @@ class TestRoom:
 
 class TestLight:
     def test_there_are_no_meshes_and_no_pictures(self, tmp_path: Path) -> None:
-        assert list(write(corner(), weight=Weight.LIGHT).entries) == ["scene.xml"]
+        assert list(write(in_form(corner(), Weight.LIGHT)).entries) == ["scene.xml"]
         model = loaded(corner(), tmp_path, Weight.LIGHT)
         assert model.nmesh == model.nmat == 0
         assert not (model.geom_type == mujoco.mjtGeom.mjGEOM_MESH).any()
@@ -268,7 +268,7 @@ class TestLight:
 
     @pytest.mark.parametrize("weight", list(Weight))
     def test_what_stands_on_a_mesh_has_several_contacts_in_every_version(self, weight: Weight) -> None:
-        root = etree.fromstring(write(corner(), weight=weight).entries["scene.xml"])
+        root = etree.fromstring(write(in_form(corner(), weight)).entries["scene.xml"])
         flag = root.find("option/flag")
         assert flag is not None
         assert flag.get("multiccd") == "enable"
@@ -283,12 +283,13 @@ class TestBytes:
     @pytest.mark.parametrize("weight", list(Weight))
     def test_do_not_depend_on_the_hash_seed(self, weight: Weight) -> None:
         program = (
-            "import hashlib; from casa_assets.export.mjcf.kitchen import Weight, write;"
-            "from tests.scenes import corner;"
-            f"print(hashlib.sha256(repr(write(corner(), weight=Weight('{weight.value}')).sums()).encode()).hexdigest())"
+            "import hashlib; from casa_assets.export.mjcf.kitchen import write;"
+            "from tests.scenes import Weight, corner, in_form;"
+            f"files = write(in_form(corner(), Weight('{weight.value}')));"
+            "print(hashlib.sha256(repr(files.sums()).encode()).hexdigest())"
         )
-        here = hashlib.sha256(repr(write(corner(), weight=weight).sums()).encode()).hexdigest()
-        assert hashlib.sha256(repr(write(corner(), weight=weight).sums()).encode()).hexdigest() == here
+        here = hashlib.sha256(repr(write(in_form(corner(), weight)).sums()).encode()).hexdigest()
+        assert hashlib.sha256(repr(write(in_form(corner(), weight)).sums()).encode()).hexdigest() == here
         for seed in ("0", "4711"):
             environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
             done = subprocess.run(

@@ -11,11 +11,12 @@ import pytest
 
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.hull import convex_hull, hull_planes, hull_volume
-from casa_assets.geometry.light import inside, lighten, original
+from casa_assets.geometry.light import inside, lighten
 from casa_assets.geometry.tessellate import surface
 from casa_assets.model.asset import Asset, Collider
 from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
+from casa_assets.model.scene import LightScene
 from casa_assets.model.shape import Box, Cylinder, Hull, MeshShape
 from tests.articulated_assets import drawer_unit, grill
 from tests.assets import rigid_mug
@@ -104,7 +105,7 @@ def test_an_asset_keeps_all_but_its_meshes(asset: Asset) -> None:
     assert not any(k.visuals for k in light.links)
     assert light.materials == ()
     before, after = colliders(asset), colliders(light)
-    assert {original(name) for name in after} == set(before)
+    assert {LightScene.collider_of(name) for name in after} == set(before)
     for name, item in before.items():
         if not isinstance(item.shape, Hull | MeshShape):
             assert after[name] == item
@@ -127,9 +128,9 @@ def test_a_mesh_without_volume_holds_nothing_up() -> None:
 
 
 def test_names_of_further_boxes() -> None:
-    assert original("top_more_2") == "top"
-    assert original("two_more") == "two_more"
-    assert original("top_0") == "top_0"
+    assert LightScene.collider_of("top_more_2") == "top"
+    assert LightScene.collider_of("two_more") == "two_more"
+    assert LightScene.collider_of("top_0") == "top_0"
 
 
 def colliders(asset: Asset) -> dict[str, Collider]:
