@@ -19,7 +19,7 @@ from casa_assets.checks.scene.views import Pictures
 from casa_assets.checks.table import TABLE
 from casa_assets.errors import CasaError
 from casa_assets.model.asset import Base
-from casa_assets.model.issue import Report
+from casa_assets.model.issue import Report, Status
 from casa_assets.model.scene import Scene
 from tests.assets import textured_box
 from tests.cupboard import cupboard
@@ -160,7 +160,9 @@ class TestPictures:
         assert (issue.pointer, issue.says.split(":")[0]) == ("previews/at_sink", "100.0% of it is black")
 
     def test_no_picture_is_no_pass(self) -> None:
-        assert {i.code for i in run(Pictures({}), "room", LIMITS).issues} == {"SCN024", "SCN025"}
+        report = run(Pictures({}), "room", LIMITS)
+        assert {(r.code, r.status) for r in report.results} == {(c, Status.NOT_RUN) for c in ("SCN024", "SCN025")}
+        assert not report.passed
 
     def test_a_pure_colour_is_neither(self) -> None:
         blue = np.zeros((4, 4, 3), dtype=np.uint8)

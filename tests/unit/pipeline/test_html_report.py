@@ -98,8 +98,10 @@ def test_the_facts_of_an_asset_are_all_there() -> None:
         ["USD", "./mug/mug_0000000001/usd/mug_0000000001.usda"],
     ]
     assert [told["checks"][r[0]] + r[1:] for r in asset["results"]] == [
-        ["AST001", "m", "because", 1, 0.123457, 1.0],
-        ["AST002", "", "", 0, None, None],
+        ["AST001", "m", "because", False, 1, 0.123457, 1.0, ""],
+        ["AST002", "", "", False, 0, None, None, ""],
+        ["KIN001", "", "", False, 2, None, None, asset["title"]],
+        ["USD003", "", "", False, 3, None, None, asset["title"]],
     ]
     assert [told["checks"][f[0]][0] for f in told["rejects"][0]["failed"]] == ["GEO001"]
 

@@ -85,10 +85,15 @@ class TestVerdict:
         assert speed["real_time_factor"] == pytest.approx(speed["steps_per_s"] * 0.002, rel=0.01)
 
     def test_page_and_map_are_beside_it(self, checked_kitchen: Checked) -> None:
-        folder = checked_kitchen[0] / RECIPE.scene_id
+        out, done = checked_kitchen
+        assert done.report is not None
+        folder = out / RECIPE.scene_id
         text = (folder / "report.html").read_text(encoding="utf-8")
         assert "SCN017" in text
-        assert "What nobody gets to might as well be painted." in text
+        assert "Reachable fixtures: A base of 0.30 m radius can drive" in text
+        assert f"{done.report.tally} passed." in text
+        assert "failed" not in text.partition("</style>")[2], "what is advice in a passed kitchen is shown as advice"
+        assert "class='advice'>not followed" in text
         assert (folder / "floor_map.png").read_bytes().startswith(b"\x89PNG")
 
     def test_it_is_kept_while_nothing_changes(self, checked_kitchen: Checked) -> None:
