@@ -14,6 +14,7 @@ import mujoco
 
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import kitchen as mjcf
+from casa_assets.geometry.light import light_scene
 from casa_assets.layouts.request import Kitchen as Resolved
 from casa_assets.model.asset import Asset
 from casa_assets.model.files import Files
@@ -126,7 +127,8 @@ class Kitchen:
         if weight not in FILES:
             raise UnknownId("weight", weight, FILES)
         store = AssetStore(cache_dir())
-        files = mjcf.write(self.scene, shared="assets", weight=mjcf.Weight(weight), light_form=store.lightened)
+        form = self.scene if weight == "full" else light_scene(self.scene, store.lightened)
+        files = mjcf.write(form, shared="assets")
         store.tidy()
         return files
 

@@ -43,7 +43,7 @@ class Ingested:
     Attributes:
         source: path of the input. asset: None where it was rejected.
         rejection: None where it was accepted. warnings: faults that do not keep it out.
-        report: every check that ran, with its number; None where it was rejected before the checks.
+        report: every check, with its number or why it did not apply or was not run; None where it was rejected before the checks.
         folder: of the entry in the library; None where no library was named.
     """
 
@@ -67,7 +67,7 @@ class Articulated:
     Attributes:
         source: path of the input. asset: None where it was rejected.
         rejection: None where it was accepted; ART001 where nothing moves.
-        report: every check that ran; None where it was rejected before the checks.
+        report: every check; None where it was rejected before the checks.
         category, size: what it was taken to be and how large, and why.
         missing: what keeps it from what RoboCasa's fixture class of its kind reads; empty where nothing does.
         folder: of the entry in the library, with `decisions.yaml` in it; None where no library was named.

@@ -1,1 +1,1 @@
-"""Small things that every package above the records shares: array types, colour, rotation, hands. Knows nothing of assets."""
+"""Small things that every package above the records shares: types, colour, rotation, hands. Knows nothing of assets."""

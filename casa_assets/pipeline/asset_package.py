@@ -35,7 +35,7 @@ def write_package(asset: Asset, folder: Path) -> None:
 def check_package(asset: Asset, folder: Path) -> Report:
     """The report of every check that applies to an asset and to the folder that it was written to."""
     known = registry.load()
-    waived = frozenset(w.code for w in known.waivers if w.subject == asset.id)
+    waived = known.waived(asset.id)
     package = Package(asset, category_of(asset), folder, known.contracts.get(asset.contract or ""))
     report = Report(subject=asset.id)
     for subject in (asset, package):

@@ -15,6 +15,8 @@ from casa_assets.model.provenance import Guess, Provenance
 from casa_assets.pipeline import library as disk
 from casa_assets.pipeline import refused_rows
 
+NONE = Tally()
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -53,7 +55,7 @@ class Entry:
     digest: str
     producer: str
     cache_key: str
-    checks: Tally = Tally()
+    checks: Tally = NONE
 
 
 def entries(library: disk.Library) -> Iterator[Entry]:
@@ -143,5 +145,5 @@ def _refused(folder: Path, root: Path) -> Entry:
         digest="",
         producer=refusal.producer.value,
         cache_key=refusal.cache_key,
-        checks=refusal.report.tally if refusal.report else Tally(),
+        checks=refusal.report.tally if refusal.report else NONE,
     )

@@ -269,7 +269,12 @@ def test_the_whole_says_when_nobody_looked_and_remembers_who_did(tmp_path: Path)
     assert set(later.seen) == {FIRST.id, OTHER.id}
     (place.root / whole.NAME).write_text("{", encoding="utf-8")
     assert whole.read(place.root) is None
-    assert json.loads((whole.look_over(place, EntryTable(place)), (place.root / whole.NAME).read_text())[1])["schema_version"] == 2
+    assert (
+        json.loads((whole.look_over(place, EntryTable(place)), (place.root / whole.NAME).read_text())[1])[
+            "schema_version"
+        ]
+        == 2
+    )
 
 
 def test_words_alone_find_by_category_and_colour(tmp_path: Path) -> None:
