@@ -43,7 +43,7 @@ class Ingested:
     Attributes:
         source: path of the input. asset: None where it was rejected.
         rejection: None where it was accepted. warnings: faults that do not keep it out.
-        report: every check, with its number or why it did not apply or was not run; None where it was rejected before the checks.
+        report: every check, with its number or why it has none; None where it was rejected before the checks.
         folder: of the entry in the library; None where no library was named.
     """
 

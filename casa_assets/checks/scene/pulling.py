@@ -11,9 +11,10 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured, not_applicable
-from casa_assets.checks.force import CHUNK, LONGEST_S, PULL_N, hand_effort
+from casa_assets.checks.force import CHUNK, LONGEST_S, hand_effort
 from casa_assets.checks.scene.opening import Desk, Sweep
 from casa_assets.checks.scene.subject import AllPairs, Part, SceneSubject, around, boxes, meet, reset
+from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.core.typing import Floats
 
 # Parts that come nearer to each other than this on their ways are not pulled at the same time.
