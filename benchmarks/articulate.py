@@ -31,13 +31,13 @@ from typing import Any
 
 import numpy as np
 
-from casa_assets.articulate.frame import given_frame, guess_frame
+from casa_assets.articulate.frame.axes import given_frame, guess_frame
 from casa_assets.articulate.infer import infer
 from casa_assets.articulate.plan import Articulation, Frame
-from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import soup_of
 from casa_assets.errors import Rejected
-from casa_assets.pipeline.articulate import settled
-from casa_assets.pipeline.articulate_build import Wish, build
+from casa_assets.pipeline.articulate.build import Wish, build
+from casa_assets.pipeline.articulate.run import settled
 
 AXES = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
 

@@ -24,8 +24,8 @@ from pathlib import Path
 
 import numpy as np
 
-from casa_assets.pipeline.articulate import Done, work
-from casa_assets.pipeline.articulate_build import Wish
+from casa_assets.pipeline.articulate.build import Wish
+from casa_assets.pipeline.articulate.run import Done, work
 
 SUFFIXES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".dae"})
 # What ends in one of these is no input: the tool would have been killed.

@@ -17,14 +17,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.soup import soup_of
-from casa_assets.geometry.coverage import surface_samples
-from casa_assets.geometry.measure import face_normals
-from casa_assets.geometry.topology import weld
-from casa_assets.geometry.voxel import boundary, voxelise
-from casa_assets.model.asset import Asset, Joint, JointKind
-from casa_assets.pipeline.families import Wish, build_asset, family, params_of
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.geometry.grid.voxel import boundary, voxelise
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import weld
+from casa_assets.geometry.solid.coverage import surface_samples
+from casa_assets.model.asset.asset import Asset, Joint, JointKind
+from casa_assets.pipeline.families.run import Wish, build_asset, family, params_of
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -20,8 +20,8 @@ from types import ModuleType
 import numpy as np
 from articulate import frame_is_right, options, scored, truth, turned
 
-from casa_assets.articulate.frame import guess_frame
-from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.frame.axes import guess_frame
+from casa_assets.articulate.segment.triangle_soup import soup_of
 
 BOUNDS = (0.0, 0.5, 0.8, 0.9, 1.01)
 

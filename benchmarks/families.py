@@ -18,7 +18,7 @@ from statistics import median
 from rich.console import Console
 from rich.table import Table
 
-from casa_assets.pipeline.families import Built, build_all, summary, wishes
+from casa_assets.pipeline.families.run import Built, build_all, summary, wishes
 
 
 def main() -> int:

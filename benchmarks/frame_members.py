@@ -11,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frame import PIXELS, given_frame
-from casa_assets.articulate.pieces import Pieces, measure
-from casa_assets.articulate.soup import soup_of
-from casa_assets.geometry.topology import weld
-from casa_assets.geometry.voxel import boundary, voxelise
-from casa_assets.model.asset import Asset
+from casa_assets.articulate.frame.axes import PIXELS, given_frame
+from casa_assets.articulate.segment.fragment_measures import Pieces, measure
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.geometry.grid.voxel import boundary, voxelise
+from casa_assets.geometry.mesh.topology import weld
+from casa_assets.model.asset.asset import Asset
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -29,15 +29,15 @@ from judging.collision_targets import targets
 from judging.inputs import Prepared, dump, prepared
 
 from casa_assets.errors import CasaError
-from casa_assets.geometry.hull import convex_hull, hull_volume
-from casa_assets.geometry.tessellate import surface
-from casa_assets.ingest.collide import CollideParams, collide
-from casa_assets.ingest.decompose import Budget, DecompositionFailed, decompose
+from casa_assets.geometry.solid.hull import convex_hull, hull_volume
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.ingest.collision.collide import CollideParams, collide
+from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.draft import Placed
-from casa_assets.model.category import Build
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Hull
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import Hull
+from casa_assets.model.registry.category import Build
 
 Floats = npt.NDArray[np.float64]
 

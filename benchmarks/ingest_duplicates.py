@@ -28,24 +28,24 @@ from judging.inputs import dump
 from scipy.spatial.transform import Rotation
 
 from casa_assets import registry
-from casa_assets.checks.alike import Alike
+from casa_assets.checks.library.duplicates import Alike
 from casa_assets.errors import Rejected
-from casa_assets.geometry.form import form, form_gap
-from casa_assets.geometry.overlay import Cloud, cloud, overlay
-from casa_assets.geometry.topology import weld
+from casa_assets.geometry.mesh.registration import Cloud, cloud, overlay
+from casa_assets.geometry.mesh.shape_descriptor import form, form_gap
+from casa_assets.geometry.mesh.topology import weld
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.simplify import simplified
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.signature import Form
-from casa_assets.model.source import Bundle
-from casa_assets.pipeline.alike.pairs import FORM_GAP
-from casa_assets.pipeline.alike.signature import surface as surface_of
-from casa_assets.pipeline.library import Library, read_asset
-from casa_assets.pipeline.stage import raw
-from casa_assets.pipeline.survey import categorise
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.signature import Form
+from casa_assets.model.ingest.source import Bundle
+from casa_assets.pipeline.dedup.pairs import FORM_GAP
+from casa_assets.pipeline.dedup.signature import surface as surface_of
+from casa_assets.pipeline.ingest.stages import raw
+from casa_assets.pipeline.ingest.survey import categorise
+from casa_assets.pipeline.library.library import Library, read_asset
 
 Make = Callable[[Surface, np.random.Generator], tuple[str, bytes]]
 RECALL, PRECISION = 0.95, 0.99

@@ -26,13 +26,13 @@ from casa_assets import registry
 from casa_assets.errors import CasaError
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.mass_estimates import estimates, judged
+from casa_assets.ingest.mass.estimates import estimates, judged
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.category import Category
-from casa_assets.pipeline.stage import MASSES_AGREE, STAGES, Brief, raw
-from casa_assets.pipeline.survey import categorise
+from casa_assets.model.registry.category import Category
+from casa_assets.pipeline.ingest.stages import MASSES_AGREE, STAGES, Brief, raw
+from casa_assets.pipeline.ingest.survey import categorise
 
 
 @dataclass

@@ -29,10 +29,10 @@ from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.source import RawModel
-from casa_assets.pipeline.stage import raw
-from casa_assets.pipeline.survey import categorise
-from casa_assets.preview.raw import render_model
+from casa_assets.model.ingest.source import RawModel
+from casa_assets.pipeline.ingest.stages import raw
+from casa_assets.pipeline.ingest.survey import categorise
+from casa_assets.preview.raw_model import render_model
 
 
 def found_in(folder: Path) -> Iterator[Found]:

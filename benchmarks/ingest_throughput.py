@@ -24,7 +24,7 @@ from pathlib import Path
 from judging.inputs import brief, dump
 
 from casa_assets import registry
-from casa_assets.checks.package import Package
+from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run as run_checks
 from casa_assets.errors import Rejected
 from casa_assets.export import mjcf
@@ -34,11 +34,11 @@ from casa_assets.ingest.clean import clean
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
-from casa_assets.pipeline.books.entry import entries
-from casa_assets.pipeline.ingest import Options, ingest
-from casa_assets.pipeline.library import Library, write_files
-from casa_assets.pipeline.stage import STAGES, raw
-from casa_assets.pipeline.worker import PREVIEW_PX, thumbnail
+from casa_assets.pipeline.ingest.run import Options, ingest
+from casa_assets.pipeline.ingest.stages import STAGES, raw
+from casa_assets.pipeline.ingest.worker import PREVIEW_PX, thumbnail
+from casa_assets.pipeline.library.library import Library, write_files
+from casa_assets.pipeline.reports.entry import entries
 from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
 

@@ -4,7 +4,7 @@
 
 First a conditional logit over what the six sides look like, then one over what the likeliest candidates let find when
 they are tried out, on the scores that families got while they were left out of the first. Prints the tables WEIGHTS
-and TRIAL_WEIGHTS and the number SHARPNESS of casa_assets/articulate/frame.py; how many looks are right when their
+and TRIAL_WEIGHTS and the number SHARPNESS of casa_assets/articulate/frame/axes.py; how many looks are right when their
 family is left out of both, and how many of the guesses above a confidence are. `--keep` stores what was measured, and
 takes what is stored there.
 """
@@ -22,13 +22,13 @@ import numpy as np
 from frame_members import Bools, Floats, Ints, Mesh, changed, merged, panel, seen, table
 from scipy.optimize import minimize
 
-from casa_assets.articulate.evidence import FEATURES, evidence, facing, hidden_area
-from casa_assets.articulate.frame import PRIOR_UP, TRIED
-from casa_assets.articulate.pieces import FRONT, SIDES, TOP, Pieces
-from casa_assets.articulate.sides import look
-from casa_assets.articulate.trial import TRIALS, tried
-from casa_assets.pipeline.families import Wish, build_asset, params_of
-from casa_assets.registry_families import family
+from casa_assets.articulate.frame.axes import PRIOR_UP, TRIED
+from casa_assets.articulate.frame.evidence import FEATURES, evidence, facing, hidden_area
+from casa_assets.articulate.frame.score_candidate import TRIALS, tried
+from casa_assets.articulate.frame.side_views import look
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP, Pieces
+from casa_assets.pipeline.families.run import Wish, build_asset, params_of
+from casa_assets.registry.families import family
 
 Limit = tuple[float | None, float | None]
 Wanted = list[tuple[float, float, Limit]]

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from casa_assets.api.kitchen import Kitchen, kitchen, load_scene
     from casa_assets.api.library import Articulated, Ingested, Library, Rejection, articulate, ingest
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
-    from casa_assets.geometry.trimesh_exchange import to_trimesh
-    from casa_assets.model.asset import Asset
+    from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
+    from casa_assets.model.asset.asset import Asset
     from casa_assets.model.issue import Issue, Report
-    from casa_assets.pipeline.cache_folder import cache_dir
+    from casa_assets.pipeline.cache.cache_folder import cache_dir
 
 __version__ = "0.1.0"
 __all__ = [
@@ -76,10 +76,10 @@ _SOURCES = {
     **dict.fromkeys(("Library", "ingest", "articulate"), "casa_assets.api.library"),
     **dict.fromkeys(("Ingested", "Articulated", "Rejection"), "casa_assets.api.library"),
     **dict.fromkeys(("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"), "casa_assets.errors"),
-    "Asset": "casa_assets.model.asset",
+    "Asset": "casa_assets.model.asset.asset",
     **dict.fromkeys(("Issue", "Report"), "casa_assets.model.issue"),
-    "cache_dir": "casa_assets.pipeline.cache_folder",
-    "to_trimesh": "casa_assets.geometry.trimesh_exchange",
+    "cache_dir": "casa_assets.pipeline.cache.cache_folder",
+    "to_trimesh": "casa_assets.geometry.mesh.trimesh_exchange",
 }
 
 

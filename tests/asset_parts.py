@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from casa_assets.model.asset import Inertial
-from casa_assets.model.category import Certainty, QCode
-from casa_assets.model.material import Substance
-from casa_assets.model.provenance import Labels, Provenance
+from casa_assets.model.asset.asset import Inertial
+from casa_assets.model.asset.material import Substance
+from casa_assets.model.asset.provenance import Labels, Provenance
 from casa_assets.model.record import Vec3
+from casa_assets.model.registry.category import Certainty, QCode
 
 CERAMIC = Substance(id="ceramic", density=2400.0, static_friction=0.6, dynamic_friction=0.45)
 STEEL = Substance(id="steel", density=7800.0, static_friction=0.6, dynamic_friction=0.4, torsional_friction=0.004)

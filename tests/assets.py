@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from casa_assets.model.asset import Asset, Base, Collider, Inertial, Link, Site, Visual
-from casa_assets.model.category import Build, Category, Span, Upright
+from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Site, Visual
+from casa_assets.model.asset.material import ColorSpace, Material
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, Sphere
 from casa_assets.model.files import Files
-from casa_assets.model.material import ColorSpace, Material
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, Sphere
+from casa_assets.model.registry.category import Build, Category, Span, Upright
 from tests.articulated_assets import drawer_unit, microwave
 from tests.asset_parts import CARDBOARD, CERAMIC, FRUIT, PROVENANCE, STEEL, box_inertial, labels
 from tests.meshes import box_mesh, lathe, texture, wall

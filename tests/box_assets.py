@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from casa_assets.geometry.hull import convex_hull
-from casa_assets.model.asset import Asset, Collider, Inertial, Link, Visual
-from casa_assets.model.material import Material
-from casa_assets.model.mesh import Mesh
+from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.model.asset.asset import Asset, Collider, Inertial, Link, Visual
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box, Hull
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from casa_assets.model.shape import Box, Hull
 from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.assets import ball, microwave
 from tests.meshes import box_mesh, lathe, texture

@@ -9,16 +9,16 @@ import numpy as np
 
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
-from casa_assets.model.asset import Asset, Collider, Link, Visual
+from casa_assets.model.asset.asset import Asset, Collider, Link, Visual
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.provenance import split_of
+from casa_assets.model.asset.shape import Box
 from casa_assets.model.issue import Report
-from casa_assets.model.material import Material
-from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
-from casa_assets.model.provenance import split_of
-from casa_assets.model.shape import Box
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.identity import Producer
-from casa_assets.pipeline.worker import certificate
+from casa_assets.pipeline.ingest.worker import certificate
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.identity import Producer
 from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.assets import ball, microwave, rigid_mug, textured_box
 from tests.meshes import box_mesh, texture

@@ -6,9 +6,9 @@ import math
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.checks.package import Package
+from casa_assets.checks.package.package import Package
 from casa_assets.export.mjcf import write
-from casa_assets.model.asset import (
+from casa_assets.model.asset.asset import (
     Asset,
     Base,
     Collider,
@@ -21,12 +21,12 @@ from casa_assets.model.asset import (
     Site,
     Visual,
 )
-from casa_assets.model.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
-from casa_assets.model.contract import Contract
-from casa_assets.model.material import Material
+from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.shape import Box, Cylinder
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from casa_assets.model.shape import Box, Cylinder
+from casa_assets.model.registry.contract import Contract
 from tests.articulated_assets import microwave
 from tests.asset_parts import PROVENANCE, STEEL, box_inertial, labels
 from tests.assets import category, write_to

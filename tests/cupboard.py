@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from casa_assets.model.asset import (
+from casa_assets.model.asset.asset import (
     Asset,
     Base,
     Collider,
@@ -21,11 +21,11 @@ from casa_assets.model.asset import (
     State,
     Visual,
 )
-from casa_assets.model.material import Material
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box, Cylinder, Shape, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from casa_assets.model.shape import Box, Cylinder, Shape, Sphere
 from tests.asset_parts import CARDBOARD, PROVENANCE, STEEL, box_inertial, labels
 from tests.meshes import box_mesh
 

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.checks import contract_names
+from casa_assets.checks.runtime import contract_names
 from casa_assets.families.family import Family, Params, Stock, Supplies
-from casa_assets.model.asset import Asset
-from casa_assets.model.contract import Contract
-from casa_assets.model.finish import Finish, Surface
-from casa_assets.model.material import Material
-from casa_assets.model.provenance import Labels
-from casa_assets.registry_families import family
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.provenance import Labels
+from casa_assets.model.registry.contract import Contract
+from casa_assets.model.registry.finish import Finish, Surface
+from casa_assets.registry.families import family
 
 WOODS = ("oak_natural", "walnut_natural")
 MANY = ("cherry", "oak_natural", "paint_navy", "walnut_natural")

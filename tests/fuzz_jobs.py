@@ -20,10 +20,10 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.job import Job, Outcome, RunAborted
-from casa_assets.pipeline.survey import Survey, survey
-from casa_assets.pipeline.worker import work
+from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted
+from casa_assets.pipeline.ingest.survey import Survey, survey
+from casa_assets.pipeline.ingest.worker import work
+from casa_assets.pipeline.library import library as disk
 from tests.fuzz_corpus import Files, specimens
 from tests.fuzz_mutations import mutate
 

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from casa_assets.pipeline.isolation.pool import Limits, Pool, WorkerFailure
+from casa_assets.pipeline.workers.pool import Limits, Pool, WorkerFailure
 from tests.fuzz_jobs import Batch, Finding, Tally, case
 
 BATCH = 200
@@ -63,7 +63,7 @@ def fuzz(plan: Plan) -> Iterator[Result]:
     end = time.monotonic() + plan.seconds
     number = plan.first
     (plan.folder / "work").mkdir(parents=True, exist_ok=True)
-    warm = "casa_assets.pipeline.worker:warm" if plan.wholes else "tests.fuzz_jobs:warm"
+    warm = "casa_assets.pipeline.ingest.worker:warm" if plan.wholes else "tests.fuzz_jobs:warm"
     with Pool(1, READ_LIMITS, warm) as readers, Pool(1, WHOLE_LIMITS, warm) as makers:
         while time.monotonic() < end:
             tally = _batch(readers, plan, number, BATCH)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from casa_assets.model.record import Vec3
-from casa_assets.pipeline import entry_table
+from casa_assets.pipeline.library import entry_table
 from tests.meshes import box_mesh
 
 ROOT = Path(__file__).parents[1]

@@ -11,11 +11,11 @@ import numpy.typing as npt
 import trimesh
 from scipy.spatial import cKDTree
 
-from casa_assets.geometry.trimesh_exchange import placed_meshes
-from casa_assets.ingest import codes
+from casa_assets.geometry.mesh.trimesh_exchange import placed_meshes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, collect, discover
-from casa_assets.model.source import RawModel
+from casa_assets.model.ingest.source import RawModel
 
 Floats = npt.NDArray[np.float64]
 
@@ -90,12 +90,12 @@ def stands_in_for_a_picture(path: Path, name: str, one: Reading, other: Reading)
 
 def colors_give_way_to_a_picture(path: Path, name: str, one: Reading, other: Reading) -> bool:
     """trimesh drops vertex colours where a PLY names a picture, missing or not; we keep them where it is missing."""
-    return name == "has_colors" and one.has_colors and codes.REFERENCE_MISSING in one.notes and other.has_uv
+    return name == "has_colors" and one.has_colors and rejection_codes.REFERENCE_MISSING in one.notes and other.has_uv
 
 
 def picture_beside_the_folder(path: Path, name: str, one: Reading, other: Reading) -> bool:
     """trimesh opens nothing outside the folder of a mesh; we follow `..` within the package (Gazebo)."""
-    is_outside = b"../" in path.read_bytes() or codes.FOUND_BY_BASE_NAME in one.notes
+    is_outside = b"../" in path.read_bytes() or rejection_codes.FOUND_BY_BASE_NAME in one.notes
     return name in ("pictures", "materials") and len(other.pictures) < len(one.pictures) and is_outside
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from casa_assets.model.material import ColorSpace, Texture
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.asset.material import ColorSpace, Texture
+from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.record import Vec3
 
 

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.layouts import sizes
-from casa_assets.layouts.models import Models
-from casa_assets.layouts.request import Kitchen, request
-from casa_assets.layouts.runs import Line, Slot
-from casa_assets.model.plan import Plan
-from casa_assets.model.units import BaseKind
-from casa_assets.pipeline.kitchens import offers
-from casa_assets.registry_kitchens import load_plan, load_style
+from casa_assets.layouts.order.models import Models
+from casa_assets.layouts.order.request import Kitchen, request
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.runs import Line, Slot
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.pipeline.kitchens.resolve import offers
+from casa_assets.registry.kitchens import load_plan, load_style
 
 PLAY = 0.0015  # metres
 STYLE = "coastal"
@@ -67,7 +67,7 @@ def floor_row(kitchen: Kitchen, line: Line) -> list[Slot]:
 def body(kitchen: Kitchen, line: Line) -> Rect:
     """A whole run with its worktop, or its refrigerator where that reaches out further."""
     row = floor_row(kitchen, line)
-    front = line.depth + sizes.OVERHANG
+    front = line.depth + standard_sizes.OVERHANG
     if any(s.kind is BaseKind.FRIDGE for s in row):
         front = max(front, Models(kitchen.style, offers()).of("fridge").number("depth") + 0.03)
     back = 0.0 if line.at_wall else -line.run.overhang

@@ -7,7 +7,9 @@ import math
 from casa_assets import registry
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.run import run
-from casa_assets.model.floor import (
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.floor import (
     Aisle,
     AisleKind,
     Facts,
@@ -21,9 +23,7 @@ from casa_assets.model.floor import (
     Side,
     Way,
 )
-from casa_assets.model.issue import Report
-from casa_assets.model.joint import JointKind
-from casa_assets.model.plan import OpeningKind
+from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 from tests.reference_kitchen_parts import door, flap, foot_in, unit, volume
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from casa_assets.geometry.planar import outline_of
-from casa_assets.model.floor import Corners, Foot, Leaf, Movable, Row, Unit, Volume
-from casa_assets.model.joint import JointKind
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.kitchen.floor import Corners, Foot, Leaf, Movable, Row, Unit, Volume
 
 
 def unit(name: str, kind: str, left: float, right: float, high: float = 0.89, front: float = 0.65) -> Unit:

@@ -7,20 +7,20 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.checks.scene.files import LIGHT_FILE, SceneFiles
+from casa_assets.checks.scene.formats.files import LIGHT_FILE, SceneFiles
 from casa_assets.checks.scene.run import run_scene
 from casa_assets.checks.scene.subject import FILE, SceneSubject
-from casa_assets.export.mjcf import kitchen as mjcf
-from casa_assets.export.usd import kitchen as usd
-from casa_assets.geometry.fitted import ready_to_simulate
-from casa_assets.geometry.light import light_scene
-from casa_assets.model.asset import Asset, Base, Collider, Link, Visual
+from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.usd.scene import kitchen as usd
+from casa_assets.geometry.inertia import ready_to_simulate
+from casa_assets.geometry.lightweight import light_scene
+from casa_assets.model.asset.asset import Asset, Base, Collider, Link, Visual
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.shape import Box, Shape
 from casa_assets.model.issue import Report
-from casa_assets.model.material import Material
+from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from casa_assets.model.scene import Layer, Placement, Scene
-from casa_assets.model.shape import Box, Shape
 from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.meshes import box_mesh
 from tests.packages import tamper

@@ -8,14 +8,14 @@ from functools import cache
 from pathlib import Path
 
 from casa_assets.checks.readers import asset_facts
-from casa_assets.export.mjcf import kitchen as mjcf
-from casa_assets.export.usd import kitchen as usd
-from casa_assets.geometry.fitted import ready_to_simulate
-from casa_assets.geometry.light import light_scene
-from casa_assets.model.asset import Base, JointValue, Keyframe
+from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.usd.scene import kitchen as usd
+from casa_assets.geometry.inertia import ready_to_simulate
+from casa_assets.geometry.lightweight import light_scene
+from casa_assets.model.asset.asset import Base, JointValue, Keyframe
 from casa_assets.model.files import Files
+from casa_assets.model.kitchen.scene import Camera, Layer, Light, LightKind, LightScene, Placement, Scene
 from casa_assets.model.pose import Pose
-from casa_assets.model.scene import Camera, Layer, Light, LightKind, LightScene, Placement, Scene
 from tests.articulated_assets import drawer_unit, grill, microwave
 from tests.assets import ball, rigid_mug, textured_box, write_to
 

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.model.asset import Asset, Collider, Inertial, Link, Site, Visual
-from casa_assets.model.category import Affordance, Build, Category, Span, Upright
-from casa_assets.model.material import Material, Texture
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.asset.asset import Asset, Collider, Inertial, Link, Site, Visual
+from casa_assets.model.asset.material import Material, Texture
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.provenance import Provenance
+from casa_assets.model.asset.shape import Box
 from casa_assets.model.pose import Pose
-from casa_assets.model.provenance import Provenance
 from casa_assets.model.record import Vec3
-from casa_assets.model.shape import Box
+from casa_assets.model.registry.category import Affordance, Build, Category, Span, Upright
 from tests.asset_parts import CARDBOARD, box_inertial, labels
 from tests.assets import category as row_of
 from tests.meshes import box_mesh, lathe, texture

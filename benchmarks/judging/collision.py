@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from casa_assets.geometry.hull import convex_hull, hull_volume
-from casa_assets.geometry.solid import closed_solid, union
-from casa_assets.geometry.voxel import Grid, voxelise
-from casa_assets.geometry.water import water
+from casa_assets.geometry.grid.fillable_volume import water
+from casa_assets.geometry.grid.voxel import Grid, voxelise
+from casa_assets.geometry.solid.hull import convex_hull, hull_volume
+from casa_assets.geometry.solid.manifold import closed_solid, union
 from judging import distance
 
 Floats = npt.NDArray[np.float64]

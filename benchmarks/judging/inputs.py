@@ -12,18 +12,18 @@ import numpy.typing as npt
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.geometry.measure import signed_volume
-from casa_assets.geometry.solid import closed_solid
-from casa_assets.geometry.topology import weld
+from casa_assets.geometry.mesh.measure import signed_volume
+from casa_assets.geometry.mesh.topology import weld
+from casa_assets.geometry.solid.manifold import closed_solid
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.category import Build, Category
-from casa_assets.model.source import Bundle
-from casa_assets.pipeline.stage import STAGES, Brief, raw
-from casa_assets.pipeline.survey import categorise
+from casa_assets.model.ingest.source import Bundle
+from casa_assets.model.registry.category import Build, Category
+from casa_assets.pipeline.ingest.stages import STAGES, Brief, raw
+from casa_assets.pipeline.ingest.survey import categorise
 from judging.distance import Surface
 
 MOVES = ("orient", "scale", "simplify")

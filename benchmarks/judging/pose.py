@@ -12,7 +12,7 @@ from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.pose.cloud import cloud_of
 from casa_assets.ingest.pose.evidence import outline_score
 from casa_assets.ingest.pose.ups import UPS
-from casa_assets.model.category import Build, Category, Upright
+from casa_assets.model.registry.category import Build, Category, Upright
 
 Floats = npt.NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from casa_assets.geometry.exposure import exposure
-from casa_assets.geometry.measure import face_normals
-from casa_assets.geometry.topology import edge_counts, face_components, weld
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
+from casa_assets.geometry.mesh.visibility import exposure
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -9,12 +9,12 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.geometry.hull import convex_hull
-from casa_assets.geometry.measure import signed_volume
-from casa_assets.geometry.solid import union
-from casa_assets.geometry.tessellate import surface
+from casa_assets.geometry.mesh.measure import signed_volume
+from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.geometry.solid.manifold import union
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import Box, Capsule, Cylinder, Sphere
 from judging import distance
 
 Floats = npt.NDArray[np.float64]

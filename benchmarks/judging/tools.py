@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from casa_assets.errors import CasaError
-from casa_assets.geometry.hull import convex_hull, hull_volume
-from casa_assets.ingest.decompose import Budget, DecompositionFailed, decompose
-from casa_assets.pipeline.books.entry import entries
-from casa_assets.pipeline.ingest import Options, ingest
-from casa_assets.pipeline.job import Event
-from casa_assets.pipeline.library import Library
+from casa_assets.geometry.solid.hull import convex_hull, hull_volume
+from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
+from casa_assets.pipeline.ingest.job import Event
+from casa_assets.pipeline.ingest.run import Options, ingest
+from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.reports.entry import entries
 from judging import shapes
 from judging.inputs import Input, write_obj
 

@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 def main() -> None:
     """Resolve, build and write, and tell the seconds."""
     begin = time.perf_counter()
-    from casa_assets.export.mjcf import kitchen as mjcf
-    from casa_assets.export.usd import kitchen as usd
-    from casa_assets.geometry.light import light_scene
-    from casa_assets.pipeline.asset_store import AssetStore
-    from casa_assets.pipeline.kitchens import Recipe, build_scene, resolve
-    from casa_assets.pipeline.library import Library
+    from casa_assets.export.mjcf.scene import kitchen as mjcf
+    from casa_assets.export.usd.scene import kitchen as usd
+    from casa_assets.geometry.lightweight import light_scene
+    from casa_assets.pipeline.cache.asset_store import AssetStore
+    from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene, resolve
+    from casa_assets.pipeline.library.library import Library
 
     imported = time.perf_counter()
     plan, style = sys.argv[1].split("__")

@@ -11,22 +11,22 @@ from typing import Any
 from casa_assets.api.kitchen import Kitchen
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.families.family import Params
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report
-from casa_assets.model.style import Choice
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.asset_package import check_package, write_package
-from casa_assets.pipeline.asset_store import AssetStore
-from casa_assets.pipeline.cache_folder import cache_dir
-from casa_assets.pipeline.families import Wish
-from casa_assets.pipeline.families import params_of as drawn
-from casa_assets.pipeline.job import writing
-from casa_assets.pipeline.kitchens import build_scene, params_of
-from casa_assets.pipeline.manifest import manifest_of
-from casa_assets.pipeline.scene_check import check as check_scene
-from casa_assets.pipeline.scene_files import FACTS
-from casa_assets.pipeline.scene_ids import recipe_of
-from casa_assets.registry_families import family as family_of
+from casa_assets.model.kitchen.style import Choice
+from casa_assets.pipeline.cache.asset_store import AssetStore
+from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.families.run import Wish
+from casa_assets.pipeline.families.run import params_of as drawn
+from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.kitchens.check import check as check_scene
+from casa_assets.pipeline.kitchens.resolve import build_scene, params_of
+from casa_assets.pipeline.kitchens.scene_files import FACTS
+from casa_assets.pipeline.kitchens.scene_ids import recipe_of
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.asset_json import manifest_of
+from casa_assets.pipeline.library.asset_package import check_package, write_package
+from casa_assets.registry.families import family as family_of
 
 
 def build(family: str, preset: str = "", params: Params | Mapping[str, Any] | None = None) -> Asset:

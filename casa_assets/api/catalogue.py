@@ -8,10 +8,10 @@ from types import MappingProxyType
 from typing import Any
 
 from casa_assets.families.family import Family, Params
-from casa_assets.model.surface import Surface
-from casa_assets.pipeline.palette import stock
-from casa_assets.registry_families import family_groups
-from casa_assets.registry_kitchens import load_plan, load_style, plan_names, style_names
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.pipeline.families.finishes import stock
+from casa_assets.registry.families import family_groups
+from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
 
 
 @dataclass(frozen=True)

@@ -13,24 +13,24 @@ from typing import Any, Literal, overload
 import mujoco
 
 from casa_assets.errors import CasaError, UnknownId
-from casa_assets.export.mjcf import kitchen as mjcf
-from casa_assets.geometry.light import light_scene
-from casa_assets.layouts.request import Kitchen as Resolved
-from casa_assets.model.asset import Asset
+from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.geometry.lightweight import light_scene
+from casa_assets.layouts.order.request import Kitchen as Resolved
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
-from casa_assets.model.scene import Placement, Scene
-from casa_assets.model.surface import Surface
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.asset_store import AssetStore
-from casa_assets.pipeline.cache_folder import cache_dir
-from casa_assets.pipeline.job import writing
-from casa_assets.pipeline.kitchens import Recipe, build_scene, chosen, drawn_surfaces, resolve
-from casa_assets.pipeline.scene_facts import covers, describe
-from casa_assets.pipeline.scene_files import FACTS
-from casa_assets.pipeline.scene_ids import recipe_of
-from casa_assets.pipeline.scene_loader import FILES, model_of, spec_of, swap_textures
-from casa_assets.pipeline.scenes import Order, is_current, is_drawn, is_whole, put, scene_key
-from casa_assets.registry_kitchens import plan_names
+from casa_assets.model.kitchen.scene import Placement, Scene
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.pipeline.cache.asset_store import AssetStore
+from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.kitchens.load_scene import FILES, model_of, spec_of, swap_textures
+from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene, chosen, drawn_surfaces, resolve
+from casa_assets.pipeline.kitchens.scene_files import FACTS
+from casa_assets.pipeline.kitchens.scene_folders import Order, is_current, is_drawn, is_whole, put, scene_key
+from casa_assets.pipeline.kitchens.scene_ids import recipe_of
+from casa_assets.pipeline.kitchens.scene_json import covers, describe
+from casa_assets.pipeline.library import library as disk
+from casa_assets.registry.kitchens import plan_names
 
 Weight = Literal["full", "light"]
 # Where the command line puts scenes that are not told where to go; it is read here and never written.

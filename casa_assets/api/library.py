@@ -11,21 +11,21 @@ from typing import Literal
 
 from casa_assets.articulate.decisions import Decisions, direction
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
-from casa_assets.geometry.trimesh_exchange import Thing
-from casa_assets.model.asset import Asset
+from casa_assets.geometry.mesh.trimesh_exchange import Thing
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.ingest.source import Up
 from casa_assets.model.issue import Issue, Report
-from casa_assets.model.source import Up
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.alike.search import Hit, by_words
-from casa_assets.pipeline.articulate import Done
-from casa_assets.pipeline.articulate import articulate as run_articulate
-from casa_assets.pipeline.articulate_build import Wish
-from casa_assets.pipeline.articulate_sidecar import read as read_decisions
-from casa_assets.pipeline.books.entry import Entry, entries
-from casa_assets.pipeline.ingest import Options
-from casa_assets.pipeline.ingest import ingest as run_ingest
-from casa_assets.pipeline.ingest_memory import first_error, ingest_mesh
-from casa_assets.pipeline.job import Event
+from casa_assets.pipeline.articulate.build import Wish
+from casa_assets.pipeline.articulate.run import Done
+from casa_assets.pipeline.articulate.run import articulate as run_articulate
+from casa_assets.pipeline.articulate.sidecar import read as read_decisions
+from casa_assets.pipeline.dedup.search import Hit, by_words
+from casa_assets.pipeline.ingest.in_memory import first_error, ingest_mesh
+from casa_assets.pipeline.ingest.job import Event
+from casa_assets.pipeline.ingest.run import Options
+from casa_assets.pipeline.ingest.run import ingest as run_ingest
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.reports.entry import Entry, entries
 
 
 @dataclass(frozen=True)

@@ -7,29 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.behave import joint_for, states_for
-from casa_assets.articulate.fragments import fragment_labels
+from casa_assets.articulate.colliders.build_colliders import label_of, touched
+from casa_assets.articulate.joints.joint_dynamics import joint_for, states_for
 from casa_assets.articulate.plan import BUILT_AS, Articulation, PartPlan, Space
-from casa_assets.articulate.soup import Soup
-from casa_assets.articulate.touch import label_of, touched
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import Soup
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.measure import shell_moments
-from casa_assets.geometry.normals import with_normals
-from casa_assets.model.asset import (
-    Asset,
-    Base,
-    Exclusion,
-    Inertial,
-    Link,
-    Visual,
-)
-from casa_assets.model.category import Category
-from casa_assets.model.material import Material, Substance
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.place import Region
+from casa_assets.geometry.mesh.measure import shell_moments
+from casa_assets.geometry.mesh.normals import with_normals
+from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link, Visual
+from casa_assets.model.asset.material import Material, Substance
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.provenance import Guess, Labels, Provenance
+from casa_assets.model.asset.site import Region
+from casa_assets.model.ingest.source import RawModel
 from casa_assets.model.pose import Pose
-from casa_assets.model.provenance import Guess, Labels, Provenance
-from casa_assets.model.source import RawModel
+from casa_assets.model.registry.category import Category
 
 Bools = npt.NDArray[np.bool_]
 

@@ -8,15 +8,15 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from casa_assets.articulate import hinges
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.panels import Panel
-from casa_assets.articulate.pieces import FRONT, SIDES, TOP
+from casa_assets.articulate.fronts.panels import Panel
+from casa_assets.articulate.joints import hinges
 from casa_assets.articulate.plan import Articulation, Edge, FaceIndex, Filling, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.soup import Soup
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import Soup
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError, UnknownId
-from casa_assets.model.joint import JointKind
+from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.record import Id, Record, Vec3
 
 Angle = Annotated[float, Field(gt=0, le=360)]

@@ -7,24 +7,24 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from casa_assets.articulate import hinges
-from casa_assets.articulate.controls import Control, facing, find_controls, is_free, what_it_is
-from casa_assets.articulate.cut import BOXY, boxiness, cut
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frames import bridged, find_slats, joined
-from casa_assets.articulate.fronts import box_depth, dress, handle_spots, which_open
-from casa_assets.articulate.inside import Tray, find_trays
-from casa_assets.articulate.keys import key_joint, sole_key, without_burners
-from casa_assets.articulate.levers import Lever, find_levers
-from casa_assets.articulate.lids import Lid, find_lids
-from casa_assets.articulate.panels import Panel, find_panels
-from casa_assets.articulate.pieces import FRONT, SIDES, TOP, Pieces, face_on, measure
+from casa_assets.articulate.controls.controls import Control, facing, find_controls, is_free, what_it_is
+from casa_assets.articulate.controls.faucets import find_taps
+from casa_assets.articulate.controls.levers import Lever, find_levers
+from casa_assets.articulate.controls.round_controls import key_joint, sole_key, without_burners
+from casa_assets.articulate.fronts.fronts import box_depth, dress, handle_spots, which_open
+from casa_assets.articulate.fronts.panel_merge import bridged, find_slats, joined
+from casa_assets.articulate.fronts.panels import Panel, find_panels
+from casa_assets.articulate.interior.inner_parts import Tray, find_trays
+from casa_assets.articulate.joints import hinges
+from casa_assets.articulate.joints.lids import Lid, find_lids
+from casa_assets.articulate.joints.sliding_doors import slide_way
 from casa_assets.articulate.plan import Articulation, Edge, Frame, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.slides import slide_way
-from casa_assets.articulate.soup import Soup
-from casa_assets.articulate.taps import find_taps
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP, Pieces, face_on, measure
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.shell_segments import BOXY, boxiness, cut
+from casa_assets.articulate.segment.triangle_soup import Soup
 from casa_assets.core.typing import Floats
-from casa_assets.model.joint import JointKind
+from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.record import Vec3
 
 # Travel of a button in diagonals, capped by how far it stands out. Ref: 2 to 5 mm on a thing of 0.8 m.

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.core.typing import Floats
-from casa_assets.model.joint import JointKind
-from casa_assets.model.provenance import Confidence
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.provenance import Confidence
 from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
 
 FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]

@@ -15,22 +15,22 @@ from rich.console import Console
 from rich.text import Text
 
 from casa_assets import __version__
-from casa_assets.cli.articulate import articulate
-from casa_assets.cli.checks import checks
-from casa_assets.cli.doctor import doctor
-from casa_assets.cli.export import app as export
-from casa_assets.cli.families import app as families
-from casa_assets.cli.fetch import fetch
-from casa_assets.cli.find import find
-from casa_assets.cli.index import index
-from casa_assets.cli.ingest import ingest
-from casa_assets.cli.preview import preview
-from casa_assets.cli.report import report
-from casa_assets.cli.scenes import app as scenes
-from casa_assets.cli.scenes import one as scene
 from casa_assets.cli.supervise import SIGNALS, supervised, unblock
-from casa_assets.cli.textures import app as textures
-from casa_assets.cli.words import plain
+from casa_assets.cli.text import plain
+from casa_assets.cli.verbs.articulate import articulate
+from casa_assets.cli.verbs.checks import checks
+from casa_assets.cli.verbs.doctor import doctor
+from casa_assets.cli.verbs.export import app as export
+from casa_assets.cli.verbs.families import app as families
+from casa_assets.cli.verbs.fetch import fetch
+from casa_assets.cli.verbs.find import find
+from casa_assets.cli.verbs.index import index
+from casa_assets.cli.verbs.ingest import ingest
+from casa_assets.cli.verbs.preview import preview
+from casa_assets.cli.verbs.report import report
+from casa_assets.cli.verbs.scenes import app as scenes
+from casa_assets.cli.verbs.scenes import one as scene
+from casa_assets.cli.verbs.textures import app as textures
 from casa_assets.errors import BatchFault, CasaError
 
 MISUSE, CRASH, SIGNALLED = 2, 3, 128

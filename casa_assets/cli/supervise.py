@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from casa_assets.pipeline.isolation.usage import trees
+from casa_assets.pipeline.workers.usage import trees
 
 SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
 GRACE_S = 2.0  # for the child to put in order what is under way, once it was told to stop

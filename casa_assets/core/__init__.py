@@ -1,1 +1,1 @@
-"""Small things that every package above the records shares: types, colour, rotation, hands. Knows nothing of assets."""
+"""Small shelf of what many modules need: colour, rotation, random lanes, the force of a hand, rounding, array types."""

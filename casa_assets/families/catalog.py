@@ -1,4 +1,4 @@
-"""The code of every family, by name. Their presets are data: `casa_assets.registry_families` joins the two."""
+"""The code of every family, by name. Their presets are data: `casa_assets.registry.families` joins the two."""
 
 from __future__ import annotations
 

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Generic, TypeVar
 import numpy as np
 
 from casa_assets.errors import UnknownId
-from casa_assets.model.asset import Asset
-from casa_assets.model.finish import Finish, Surface
-from casa_assets.model.provenance import Labels
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.record import Id, Record
+from casa_assets.model.registry.finish import Finish, Surface
 
 
 class IsFinish:

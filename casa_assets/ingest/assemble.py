@@ -9,18 +9,18 @@ from scipy.spatial.transform import Rotation
 
 from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
-from casa_assets.geometry.extent import shape_bounds
-from casa_assets.geometry.hull import convex_hull
-from casa_assets.geometry.normals import with_normals
+from casa_assets.geometry.mesh.normals import with_normals
+from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.ingest.draft import Draft, Placed
-from casa_assets.model.asset import Asset, Base, Collider, Inertial, Link, Region, Site, Visual
-from casa_assets.model.category import Category
-from casa_assets.model.material import Material, Substance
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Region, Site, Visual
+from casa_assets.model.asset.material import Material, Substance
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.provenance import Labels, split_of
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
+from casa_assets.model.ingest.source import Source
 from casa_assets.model.pose import Pose
-from casa_assets.model.provenance import Labels, split_of
-from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
-from casa_assets.model.source import Source
+from casa_assets.model.registry.category import Category
 
 # Side of a finger's pad, metres: how large a grasp is shown, besides its width.
 PAD_M = 0.02

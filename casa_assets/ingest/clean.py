@@ -6,23 +6,23 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.errors import Rejected
-from casa_assets.geometry.topology import edge_counts, weld
+from casa_assets.geometry.mesh.topology import edge_counts, weld
 from casa_assets.ingest.draft import Draft, warning
-from casa_assets.ingest.repair.crossing import crossing
-from casa_assets.ingest.repair.extras import extras, several
-from casa_assets.ingest.repair.fins import fins
-from casa_assets.ingest.repair.hidden import clear_parts, hidden
-from casa_assets.ingest.repair.pieces import pieces_of
-from casa_assets.ingest.repair.seams import joined
+from casa_assets.ingest.repair.components import pieces_of
+from casa_assets.ingest.repair.cracks import joined
+from casa_assets.ingest.repair.degenerate_faces import sound_faces
+from casa_assets.ingest.repair.enclosed_parts import clear_parts, hidden
+from casa_assets.ingest.repair.foreign_parts import extras, several
+from casa_assets.ingest.repair.intersecting_parts import crossing
+from casa_assets.ingest.repair.nonmanifold import untangled
+from casa_assets.ingest.repair.sheet_fins import fins
 from casa_assets.ingest.repair.solidity import solidity
-from casa_assets.ingest.repair.sound import sound_faces
-from casa_assets.ingest.repair.tangles import untangled
-from casa_assets.ingest.repair.tees import split_tees
+from casa_assets.ingest.repair.t_junctions import split_tees
 from casa_assets.ingest.repair.winding import outward
-from casa_assets.model.category import Build, Category
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.model.issue import Issue
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.source import RawModel, RawPart
+from casa_assets.model.registry.category import Build, Category
 
 
 def clean(model: RawModel, category: Category | None = None) -> Draft:

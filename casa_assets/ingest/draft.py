@@ -8,14 +8,14 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from casa_assets.model.asset import Inertial
-from casa_assets.model.grasp import Grasp
+from casa_assets.model.asset.asset import Inertial
+from casa_assets.model.asset.grasp import Grasp
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.asset.shape import Shape
+from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.issue import Issue, Severity
 from casa_assets.model.pose import Pose
-from casa_assets.model.provenance import Guess
 from casa_assets.model.record import Record
-from casa_assets.model.shape import Shape
-from casa_assets.model.source import RawPart
 
 
 class Placed(Record):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.core.typing import Floats
-from casa_assets.geometry.pinch import Pinch, pinches
-from casa_assets.geometry.topology import weld
+from casa_assets.geometry.mesh.antipodal_grasps import Pinch, pinches
+from casa_assets.geometry.mesh.topology import weld
 from casa_assets.ingest.draft import Draft
-from casa_assets.model.category import Build, Category, Front
-from casa_assets.model.grasp import Grasp, Hold
+from casa_assets.model.asset.grasp import Grasp, Hold
+from casa_assets.model.registry.category import Build, Category, Front
 
 # A rim is no thicker than this and this near to the top, metres, and is taken from within so many degrees of above.
 RIM_THICK, RIM_DEEP = 0.015, 0.035

@@ -11,9 +11,9 @@ from casa_assets.ingest.pose.cloud import Cloud, cloud_of
 from casa_assets.ingest.pose.evidence import score, stance
 from casa_assets.ingest.pose.front import Facing, facing, straightened
 from casa_assets.ingest.pose.ups import UPS, candidates, priors
-from casa_assets.model.category import Build, Category, Upright
-from casa_assets.model.ruling import NO_RULING, Ruling
-from casa_assets.model.source import RawPart
+from casa_assets.model.ingest.source import RawPart
+from casa_assets.model.ingest.user_override import NO_RULING, Ruling
+from casa_assets.model.registry.category import Build, Category, Upright
 
 # How sure one can be of a pose at most where nobody knows what the thing is.
 UNKNOWN_SURE = 0.45

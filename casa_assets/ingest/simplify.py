@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.core.typing import Ints
-from casa_assets.geometry.topology import merge_rows
+from casa_assets.geometry.mesh.topology import merge_rows
 from casa_assets.ingest.draft import Draft, warning
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.asset.mesh import Mesh
 
 # Largest error of the simplified surface, as a part of the mesh's extent.
 TARGET_ERROR = 0.01

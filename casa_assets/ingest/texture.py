@@ -10,9 +10,9 @@ from PIL import Image
 
 from casa_assets.core.color import linear_from_srgb_array
 from casa_assets.ingest.draft import Draft, warning
-from casa_assets.model.material import Material, Substance, Texture
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.source import RawPart
+from casa_assets.model.asset.material import Material, Substance, Texture
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.ingest.source import RawPart
 
 # Pixels along the legs of a triangle's patch in a painted texture; the last one is margin.
 PATCH_PX = 6

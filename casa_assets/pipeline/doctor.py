@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from casa_assets.model.record import Record
-from casa_assets.pipeline.extras import DISTRIBUTION, extras, install_command, requirements
+from casa_assets.pipeline.optional_packages import DISTRIBUTION, extras, install_command, requirements
 
 SYSTEM_PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
 RENDERERS = ("egl", "osmesa")

@@ -9,8 +9,8 @@ from PIL import Image
 
 from casa_assets.core.color import srgb_from_linear_array
 from casa_assets.core.typing import Floats
-from casa_assets.model.material import Material, Texture
-from casa_assets.preview.darkroom import Pixels
+from casa_assets.model.asset.material import Material, Texture
+from casa_assets.preview.tonemap import Pixels
 
 _LARGEST_PX = 1024
 

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.errors import CasaError
-from casa_assets.preview.darkroom import Pixels
+from casa_assets.preview.tonemap import Pixels
 
 # In this order: EGL uses a GPU where there is one and Mesa's software renderer where there is none.
 BACKENDS = ("egl", "osmesa")

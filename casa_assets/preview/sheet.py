@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from casa_assets.preview import darkroom
+from casa_assets.preview import tonemap
 
 _PAGE = (255, 255, 255)
 _CELL = (244, 244, 245)
@@ -52,7 +52,7 @@ def sheet(shots: Sequence[Shot], heading: str, columns: int = 8, cell_px: int = 
             page.paste(_fitted(shot.png, cell_px), (x, y))
         pen.text((x, y + cell_px + 4), _cut(shot.title, 13, cell_px), fill=_INK, font=ImageFont.load_default(13))
         pen.text((x, y + cell_px + 21), _cut(shot.subtitle, 12, cell_px), fill=_FAINT, font=ImageFont.load_default(12))
-    return darkroom.png(np.asarray(page))
+    return tonemap.png(np.asarray(page))
 
 
 def sheets(

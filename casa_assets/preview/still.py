@@ -12,7 +12,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError
-from casa_assets.preview import darkroom, studio
+from casa_assets.preview import studio, tonemap
 from casa_assets.preview.camera import View, fit
 
 _VISUAL, _COLLISION = 1, 0
@@ -40,14 +40,14 @@ def render(model_xml: Path, view: View = _STANDARD, collision: bool = False, pos
     """
     model, data, points = stage(model_xml, view.size_px, _GHOST if collision else None, pose=pose)
     if not collision:
-        return darkroom.png(studio.photograph(model, data, points, fit(points, view), view))
+        return tonemap.png(studio.photograph(model, data, points, fit(points, view), view))
     # Two pictures laid over each other: as one see-through scene, hull and thing would fight for the same depth.
     half = replace(view, passes=max(8, view.passes // 2))
     shapes, at, hull_points = stage(model_xml, view.size_px, None, _COLLISION, pose)
     camera = fit(np.concatenate([points, hull_points]), view)
     ghost = studio.photograph(model, data, points, camera, half).astype(np.float64)
     colliders = studio.photograph(shapes, at, hull_points, camera, half).astype(np.float64)
-    return darkroom.png(np.rint(ghost + _STRENGTH * (colliders - ghost)).astype(np.uint8))
+    return tonemap.png(np.rint(ghost + _STRENGTH * (colliders - ghost)).astype(np.uint8))
 
 
 def stage(

@@ -14,11 +14,11 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from casa_assets.core.typing import Floats
-from casa_assets.preview import darkroom, studio
+from casa_assets.preview import studio, tonemap
 from casa_assets.preview.camera import Camera, View, fit
-from casa_assets.preview.darkroom import Pixels
 from casa_assets.preview.sheet import Shot, sheet
 from casa_assets.preview.still import stage
+from casa_assets.preview.tonemap import Pixels
 
 CELL_PX = 320
 # A review wants to see what is there, not soft shadows.
@@ -92,7 +92,7 @@ def _stand(model: Any, data: Any, pose: Mapping[str, float]) -> Floats:
 
 def _shot(model: Any, data: Any, pose: Mapping[str, float]) -> bytes:
     points = _stand(model, data, pose)
-    return darkroom.png(studio.photograph(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
+    return tonemap.png(studio.photograph(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
 
 
 def _apart(model: Any, data: Any, names: Sequence[str]) -> bytes:
@@ -114,7 +114,7 @@ def _apart(model: Any, data: Any, names: Sequence[str]) -> bytes:
     for g in range(model.ngeom):
         data.geom_xpos[g] += moved.get(int(model.geom_bodyid[g]), np.zeros(3))
     points = studio.stand(model, data)
-    return darkroom.png(studio.photograph(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
+    return tonemap.png(studio.photograph(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
 
 
 def _painted(model: Any, data: Any, names: Sequence[str]) -> bytes:

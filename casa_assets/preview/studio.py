@@ -14,10 +14,10 @@ import numpy as np
 from PIL import Image, ImageFilter
 
 from casa_assets.core.typing import Floats, Mask
-from casa_assets.preview import darkroom, renderer
+from casa_assets.preview import renderer, tonemap
 from casa_assets.preview.camera import Camera, View
-from casa_assets.preview.darkroom import Pixels
 from casa_assets.preview.exposure import GOLDEN, Lens, LightRig, exposed, segmented, visuals_only
+from casa_assets.preview.tonemap import Pixels
 
 # Colour of the floor, and light of its own that softens the shadows on it.
 _PAPER, _GLOW = 0.66, 0.25
@@ -130,7 +130,7 @@ def photograph(model: Any, data: Any, points: Floats, camera: Camera, view: View
         light = partial(_RIG.light, canvas.scene, passes=passes, viewer=facing)
         exposure = exposed(canvas, lens, light, passes, center, (_LIGHT_AT, radius))
         paper = _paper(canvas, int(model.geom(_FLOOR).id))
-    return darkroom.develop(darkroom.smooth(exposure, paper), paper)
+    return tonemap.develop(tonemap.smooth(exposure, paper), paper)
 
 
 def _radius(points: Floats) -> float:

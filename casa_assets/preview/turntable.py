@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from casa_assets.core.typing import Floats
-from casa_assets.preview import darkroom, still, studio
+from casa_assets.preview import still, studio, tonemap
 from casa_assets.preview.camera import View, fit
 
 _STANDARD = View(size_px=256, fill=0.92, passes=10)
@@ -30,7 +30,7 @@ def render(model_xml: Path, view: View = _STANDARD, frames: int = 24, seconds: f
     """
     model, data, points = still.stage(model_xml, view.size_px)
     swept = _swept(points)
-    taken: list[darkroom.Pixels] = []
+    taken: list[tonemap.Pixels] = []
     for i in range(frames):
         # The camera walks round with the lights, which looks as if the thing turned under them.
         turned = replace(view, azimuth_deg=view.azimuth_deg + 360.0 * i / frames)
@@ -58,7 +58,7 @@ def _swept(points: Floats) -> Floats:
     return np.concatenate(rings)
 
 
-def _webp(frames: list[darkroom.Pixels], milliseconds: int) -> bytes:
+def _webp(frames: list[tonemap.Pixels], milliseconds: int) -> bytes:
     """Animated WebP, always with the same options."""
     first, *rest = [Image.fromarray(f) for f in frames]
     out = io.BytesIO()

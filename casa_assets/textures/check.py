@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from casa_assets.model.finish import Finish
+from casa_assets.model.asset.material import Texture
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
-from casa_assets.model.material import Texture
+from casa_assets.model.registry.finish import Finish
 from casa_assets.textures.distance import Look, closest_pairs, oklab
 from casa_assets.textures.seam import seam
 

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from casa_assets.model.finish import Finish
-from casa_assets.model.material import ColorSpace, Material, Substance, Texture
+from casa_assets.model.asset.material import ColorSpace, Material, Substance, Texture
 from casa_assets.model.record import Vec2
+from casa_assets.model.registry.finish import Finish
 from casa_assets.textures.layers import Layers, Map
 
 Pixels = npt.NDArray[np.uint8]

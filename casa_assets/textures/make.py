@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from casa_assets.core.sampling import rng_for
 from casa_assets.errors import UnknownId
-from casa_assets.model.chance import rng_for
 from casa_assets.textures.kind import Canvas, Kind, Recipe
 from casa_assets.textures.kinds import KINDS
 from casa_assets.textures.layers import Layers

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from casa_assets.families.catalog import MODELS
-from casa_assets.model.finish import Surface
-from casa_assets.pipeline.families import build_all, wishes
-from casa_assets.pipeline.texture_check import check_recipes, check_sets, chosen
+from casa_assets.model.registry.finish import Surface
+from casa_assets.pipeline.families.run import build_all, wishes
+from casa_assets.pipeline.textures.check import check_recipes, check_sets, chosen
 
 
 def test_there_are_as_many_families_as_promised() -> None:

@@ -11,8 +11,9 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from casa_assets.export.mjcf import kitchen, write
-from casa_assets.model.asset import Asset, Base
+from casa_assets.export.mjcf import write
+from casa_assets.export.mjcf.scene import kitchen
+from casa_assets.model.asset.asset import Asset, Base
 from tests.assets import EVERY, microwave, write_to
 from tests.scenes import Weight, corner, expected, in_form, put
 

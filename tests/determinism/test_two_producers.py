@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.identity import Producer
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.identity import Producer
 from tests.determinism.test_kill import children
 from tests.libraries import ROOT, casa, command, tree
 from tests.unit.articulate.blocks import microwave

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
-from casa_assets.ingest.load import polygon
+from casa_assets.ingest import rejection_codes
+from casa_assets.ingest.load import triangulate
 from casa_assets.ingest.load.formats import sniff
-from casa_assets.ingest.sources import Found, Refused, collect, discover, disk
+from casa_assets.ingest.sources import Found, Refused, bounded_reads, collect, discover
 from casa_assets.ingest.sources.manifest import MOST_BROKEN_ROWS
-from casa_assets.pipeline.ingest import Options, ingest
-from casa_assets.pipeline.job import Event
+from casa_assets.pipeline.ingest.job import Event
+from casa_assets.pipeline.ingest.run import Options, ingest
 from tests.access_audit import Watch
 from tests.libraries import BOXES, box_obj, casa
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, Gltf, codes_of, load_bytes, png
@@ -49,16 +49,16 @@ def run(folder: Path, library: Path, guards: Mapping[str, float], **options: Any
 @pytest.mark.slow
 def test_a_limit_turns_away_and_raising_it_takes_up(tmp_path: Path) -> None:
     folder, library = make_box(tmp_path / "in"), tmp_path / "library"
-    assert run(folder, library, {"input_bytes": 300}).code == codes.TOO_LARGE
-    assert run(folder, library, {"input_faces": 11}).code == codes.TOO_LARGE
+    assert run(folder, library, {"input_bytes": 300}).code == rejection_codes.TOO_LARGE
+    assert run(folder, library, {"input_faces": 11}).code == rejection_codes.TOO_LARGE
     assert run(folder, library, {}, memory_bytes=40_000_000).code == "RUN002"
     assert run(folder, library, {}, seconds=0.05).code == "RUN001"
     small = run(folder, library, {"input_texture_px": 63})
     assert small.kind == "accepted"
-    assert codes.IMAGE_REFUSED in {w.code for w in small.warnings}
+    assert rejection_codes.IMAGE_REFUSED in {w.code for w in small.warnings}
     whole = run(folder, library, {})
     assert whole.kind == "accepted", "a picture that was left out is taken in once it may be"
-    assert codes.IMAGE_REFUSED not in {w.code for w in whole.warnings}
+    assert rejection_codes.IMAGE_REFUSED not in {w.code for w in whole.warnings}
     assert run(folder, library, {"input_faces": 1e9, "input_bytes": 1e9}).kind == "kept", "nothing would change"
 
 
@@ -126,14 +126,14 @@ def test_broken_rows_are_told_up_to_a_number(tmp_path: Path) -> None:
     assert len(found) == MOST_BROKEN_ROWS + 1
     last = found[-1]
     assert isinstance(last, Refused)
-    assert last.code == codes.BAD_MANIFEST
+    assert last.code == rejection_codes.BAD_MANIFEST
     assert str(MOST_BROKEN_ROWS) in last.says
 
 
 def test_a_zip_is_never_unpacked() -> None:
     with pytest.raises(Rejected, match="zip archive") as error:
         sniff(b"PK\x03\x04" + b"\0" * 100, "a.zip")
-    assert error.value.code == codes.WRONG_TYPE
+    assert error.value.code == rejection_codes.WRONG_TYPE
 
 
 def test_numbers_of_a_row_that_are_none_are_told(tmp_path: Path) -> None:
@@ -141,14 +141,14 @@ def test_numbers_of_a_row_that_are_none_are_told(tmp_path: Path) -> None:
     (tmp_path / "manifest.jsonl").write_text('{"id": "a", "file": "a.obj", "scale": 1e999}\n', encoding="ascii")
     (one,) = discover([tmp_path])
     assert isinstance(one, Found)
-    assert [note.code for note in collect(one, LIMITS).notes] == [codes.NUMBER_IGNORED]
+    assert [note.code for note in collect(one, LIMITS).notes] == [rejection_codes.NUMBER_IGNORED]
 
 
 @pytest.mark.parametrize(("far", "is_told"), [(0.0, False), (100.0, False), (1e6, True)])
 def test_single_precision_far_from_the_origin_is_told(far: float, is_told: bool) -> None:
     points = [(far, 0.0, 0.0), (far + 1.0, 0.0, 0.0), (far, 1.0, 0.0)]
     model = load_bytes("a.glb", Gltf(points).glb())
-    assert (codes.PRECISION_LOST in codes_of(model)) == is_told
+    assert (rejection_codes.PRECISION_LOST in codes_of(model)) == is_told
 
 
 def test_ear_clipping_has_a_budget() -> None:
@@ -156,11 +156,11 @@ def test_ear_clipping_has_a_budget() -> None:
     angles = np.linspace(0, 2 * np.pi, 1000, endpoint=False)
     reach = np.where(np.arange(1000) % 2, 1.0, 0.5)
     star = np.column_stack((reach * np.cos(angles), reach * np.sin(angles), np.zeros(1000)))
-    most, polygon.MOST_TESTS = polygon.MOST_TESTS, 5000
+    most, triangulate.MOST_TESTS = triangulate.MOST_TESTS, 5000
     try:
-        triangles, _, fanned = polygon.triangulate(np.tile(star, (8, 1, 1)))
+        triangles, _, fanned = triangulate.triangulate(np.tile(star, (8, 1, 1)))
     finally:
-        polygon.MOST_TESTS = most
+        triangulate.MOST_TESTS = most
     assert len(triangles) == 8 * 998
     assert 0 < fanned < 8
 
@@ -171,7 +171,7 @@ def test_a_file_that_is_exchanged_while_it_is_opened(tmp_path: Path, monkeypatch
     folder.mkdir()
     (folder / "a.obj").write_text(OBJ_TRIANGLE, encoding="ascii")
     secret.write_text(OBJ_TRIANGLE, encoding="ascii")
-    look = disk.check_file
+    look = bounded_reads.check_file
 
     def slow_look(path: str, root: Path) -> os.stat_result:
         found = look(path, root)
@@ -179,7 +179,7 @@ def test_a_file_that_is_exchanged_while_it_is_opened(tmp_path: Path, monkeypatch
         Path(path).symlink_to(secret)
         return found
 
-    monkeypatch.setattr(disk, "check_file", slow_look)
+    monkeypatch.setattr(bounded_reads, "check_file", slow_look)
     with pytest.raises(Rejected, match="exchanged") as error:
-        disk.read_file(str(folder / "a.obj"), folder, 1e6)
-    assert error.value.code == codes.UNREADABLE
+        bounded_reads.read_file(str(folder / "a.obj"), folder, 1e6)
+    assert error.value.code == rejection_codes.UNREADABLE

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import load
-from casa_assets.ingest.repair.seams import MOST_PAIRS, _within
-from casa_assets.model.source import Bundle
+from casa_assets.ingest.repair.cracks import MOST_PAIRS, _within
+from casa_assets.model.ingest.source import Bundle
 from tests.mesh_files import LIMITS
 
 CORNERS = 60_000
@@ -102,7 +102,7 @@ def test_triangles_are_counted_before_they_are_made(suffix: str, monkeypatch: py
     name = f"a.{suffix}"
     with pytest.raises(Rejected, match="999 triangles, more than 500") as error:
         load(Bundle(main=name, files={name: FORMATS[suffix](1000)}), {**LIMITS, "input_faces": 500.0})
-    assert error.value.code == codes.TOO_LARGE
+    assert error.value.code == rejection_codes.TOO_LARGE
 
 
 def test_near_points_are_the_same_as_by_comparing_all() -> None:

@@ -10,9 +10,9 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
-from casa_assets.model.source import RawModel, RawPart, Up
+from casa_assets.model.ingest.source import RawModel, RawPart, Up
 from casa_assets.preview.camera import View
-from casa_assets.preview.raw import render_mesh
+from casa_assets.preview.raw_model import render_mesh
 from casa_assets.preview.still import render
 from tests.mesh_files import QUARTERS, Gltf, load_bytes, png
 from tests.packages import written

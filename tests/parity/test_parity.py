@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdPhysics
 
-from casa_assets.checks import parity
-from casa_assets.checks.facts import Facts
-from casa_assets.checks.package import Package
+from casa_assets.checks.package import parity
+from casa_assets.checks.package.facts import Facts
+from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import asset_facts, mjcf_facts, usd_facts
-from casa_assets.model.asset import Asset, Base
+from casa_assets.model.asset.asset import Asset, Base
 from tests.articulated_assets import grill
 from tests.assets import EVERY, drawer_unit, microwave, rigid_mug, textured_box
 from tests.packages import Tampering, tamper, tripped, written

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from casa_assets.checks.readers import scene_mjcf, scene_usd, usd_facts
-from casa_assets.checks.scene_facts import SceneFacts
-from casa_assets.checks.scene_parity import compare, scene_parity
-from casa_assets.geometry.fitted import beside
-from casa_assets.model.asset import Base, Exclusion
-from casa_assets.model.scene import Layer, Placement, Scene
+from casa_assets.checks.scene.formats.facts import SceneFacts
+from casa_assets.checks.scene.formats.parity import compare, scene_parity
+from casa_assets.geometry.inertia import beside
+from casa_assets.model.asset.asset import Base, Exclusion
+from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from tests.packages import tamper
 from tests.scenes import body, corner, expected, written
 

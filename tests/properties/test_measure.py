@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from casa_assets.geometry.measure import (
+from casa_assets.geometry.mesh.measure import (
     shell_moments,
     shifted_inertia,
     signed_volume,
     solid_moments,
     winding_number,
 )
-from casa_assets.geometry.tessellate import surface
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import Box, Capsule, Cylinder, Sphere
 from tests.properties.strategies import closed, lengths, poses, quick, seeds, torus, turn
 
 

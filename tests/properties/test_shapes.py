@@ -8,16 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.coverage import gaps, surface_samples
-from casa_assets.geometry.extent import shape_bounds
-from casa_assets.geometry.hull import convex_hull, hull_planes, hull_volume, small_hull
-from casa_assets.geometry.measure import face_normals, signed_volume
-from casa_assets.geometry.primitive import best_primitive
-from casa_assets.geometry.tessellate import surface
-from casa_assets.geometry.topology import is_closed
-from casa_assets.model.mesh import Mesh
+from casa_assets.geometry.mesh.measure import face_normals, signed_volume
+from casa_assets.geometry.mesh.topology import is_closed
+from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.geometry.solid.coverage import gaps, surface_samples
+from casa_assets.geometry.solid.hull import convex_hull, hull_planes, hull_volume, small_hull
+from casa_assets.geometry.solid.primitive import best_primitive
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, Shape, Sphere
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import Box, Capsule, Cylinder, Hull, Shape, Sphere
 from tests.properties.strategies import Floats, Ints, closed, cloud, lengths, poses, quick, seeds
 
 counts = st.integers(8, 300)

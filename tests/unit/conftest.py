@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.pipeline import scene_check, scenes
-from casa_assets.pipeline.kitchens import Recipe
-from casa_assets.pipeline.scenes import SceneBuilt
-from casa_assets.preview import room
+from casa_assets.pipeline.kitchens import check, scene_folders
+from casa_assets.pipeline.kitchens.resolve import Recipe
+from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
+from casa_assets.preview import kitchen
 
-SMALLEST = room.Frame(64, 48, 1)
+SMALLEST = kitchen.Frame(64, 48, 1)
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -27,8 +27,8 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 @pytest.fixture(scope="session")
 def checked_kitchen(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, SceneBuilt]:
     """A folder of scenes with one in it, and its verdict; its pictures are tiny."""
-    out, draw = tmp_path_factory.mktemp("checked"), scenes.draw
+    out, draw = tmp_path_factory.mktemp("checked"), scene_folders.draw
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scene_check, "SMALL", SMALLEST)
-        patch.setattr(scenes, "draw", lambda folder, cameras: draw(folder, cameras, SMALLEST))
-        return out, scene_check.check_one(Recipe("one_wall_small", "coastal"), out)
+        patch.setattr(check, "SMALL", SMALLEST)
+        patch.setattr(scene_folders, "draw", lambda folder, cameras: draw(folder, cameras, SMALLEST))
+        return out, check.check_one(Recipe("one_wall_small", "coastal"), out)

@@ -12,7 +12,7 @@ from hypothesis import find, settings, strategies
 
 from casa_assets import registry
 from casa_assets.errors import RegistryError
-from casa_assets.model.contract import Contract, Needs, Threshold
+from casa_assets.model.registry.contract import Contract, Needs, Threshold
 
 KNOWN = registry.load()
 FOLDER = registry.data_root() / "contracts"

@@ -9,8 +9,8 @@ from collections import Counter
 import pytest
 
 from casa_assets import registry
-from casa_assets.model.category import Affordance, Basis, Build, Category, Front, Kind, Upright
-from casa_assets.model.contract import Generation
+from casa_assets.model.registry.category import Affordance, Basis, Build, Category, Front, Kind, Upright
+from casa_assets.model.registry.contract import Generation
 
 # Name: what tasks may do with it. Of the reference runtime, as far as tasks filter by it; g graspable, w washable,
 # m microwavable, c cookable, f freezable, r fridgable, d dishwashable.

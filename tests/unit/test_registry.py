@@ -12,7 +12,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.model.category import Build, Certainty
+from casa_assets.model.registry.category import Build, Certainty
 from casa_assets.registry import Registry
 
 # The object names of the RoboCasa kitchen benchmark, in any of its releases.

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets import registry_families
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.catalog import MODELS
 from casa_assets.families.family import Family, Params
 from casa_assets.registry import data_root, read_document
-from casa_assets.registry_families import families, family, family_groups, family_names, looks, read_family
+from casa_assets.registry import families as registry_families
+from casa_assets.registry.families import families, family, family_groups, family_names, looks, read_family
 
 GOOD = """\
 title: Vase

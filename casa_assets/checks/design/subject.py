@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from casa_assets.checks.design.desk import Afforded
-from casa_assets.checks.design.floor_map import FloorMap
-from casa_assets.checks.design.parking import Lots, park
-from casa_assets.checks.design.tasks import afforded
-from casa_assets.model.floor import Facts
+from casa_assets.checks.design.robot.floor_map import FloorMap
+from casa_assets.checks.design.robot.parking import Lots, park
+from casa_assets.checks.design.robot.task_view import Afforded
+from casa_assets.checks.design.robot.tasks import afforded
+from casa_assets.model.kitchen.floor import Facts
 
 
 @dataclass(frozen=True, eq=False)

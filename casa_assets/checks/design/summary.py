@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.checks.design.desk import Afforded
-from casa_assets.checks.design.floor_map import RADIUS
+from casa_assets.checks.design.robot.floor_map import RADIUS
+from casa_assets.checks.design.robot.task_view import Afforded
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.model.floor import Parking
+from casa_assets.model.kitchen.floor import Parking
 
 
 def whereabouts(subject: DesignSubject) -> dict[str, Any]:

@@ -10,11 +10,11 @@ import numpy as np
 from PIL import Image
 
 from casa_assets.checks.check import Measured, not_applicable
-from casa_assets.checks.filters.skin import skin, skinless
+from casa_assets.checks.filters.welded_surface import skin, skinless
 from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.model.asset import Asset, Visual
-from casa_assets.model.material import Material, Texture
+from casa_assets.model.asset.asset import Asset, Visual
+from casa_assets.model.asset.material import Material, Texture
 
 # Weights of red, green and blue in what the eye takes for bright. Ref: ITU-R BT.709.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.checks.built import is_loose_mesh
+from casa_assets.checks.asset.built import is_loose_mesh
 from casa_assets.checks.check import Measured, clean, not_applicable
-from casa_assets.checks.filters.skin import NOT_LOOSE, skin, skinless
-from casa_assets.checks.package import Package
+from casa_assets.checks.filters.welded_surface import NOT_LOOSE, skin, skinless
+from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats
-from casa_assets.geometry.hull import hull_volume
-from casa_assets.geometry.voxel import voxelise
-from casa_assets.geometry.water import water
-from casa_assets.model.category import Affordance, Build, Category, Upright
+from casa_assets.geometry.grid.fillable_volume import water
+from casa_assets.geometry.grid.voxel import voxelise
+from casa_assets.geometry.solid.hull import hull_volume
+from casa_assets.model.registry.category import Affordance, Build, Category, Upright
 
 # The category of what nobody could name.
 UNKNOWN = "object"

@@ -6,12 +6,12 @@ import numpy as np
 from scipy import ndimage
 
 from casa_assets.checks.check import Measured, not_applicable
-from casa_assets.checks.filters.skin import Skin, skin, skinless
-from casa_assets.checks.package import Package
+from casa_assets.checks.filters.welded_surface import Skin, skin, skinless
+from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats, Mask
-from casa_assets.geometry.topology import edge_counts
-from casa_assets.model.asset import Asset
-from casa_assets.model.category import Build, Category, Upright
+from casa_assets.geometry.mesh.topology import edge_counts
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.registry.category import Build, Category, Upright
 
 # A piece thinner than this part of its own width is flat.
 FLAT = 0.005

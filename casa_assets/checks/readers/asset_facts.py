@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from casa_assets.checks.facts import (
+from casa_assets.checks.package.facts import (
     CLOSED,
     OUTER,
     BodyFacts,
@@ -18,8 +18,8 @@ from casa_assets.checks.facts import (
     StateFacts,
     Words,
 )
-from casa_assets.geometry.extent import link_bounds
-from casa_assets.model.asset import Asset, Joint, JointKind, Link, Region, Site
+from casa_assets.geometry.solid.bounds import link_bounds
+from casa_assets.model.asset.asset import Asset, Joint, JointKind, Link, Region, Site
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 

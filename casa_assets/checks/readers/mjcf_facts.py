@@ -7,10 +7,10 @@ from pathlib import Path
 
 import mujoco
 
-from casa_assets.checks.facts import BodyFacts, Facts, StateFacts, Words
+from casa_assets.checks.package.facts import BodyFacts, Facts, StateFacts, Words
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.readers.mujoco_facts import facts_of_model
-from casa_assets.model.asset import Base
+from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
 
 

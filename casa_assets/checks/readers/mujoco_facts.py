@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.facts import CLOSED, OUTER, BodyFacts, Facts, JointFacts, PlaceFacts, PoseFacts, Words
+from casa_assets.checks.package.facts import CLOSED, OUTER, BodyFacts, Facts, JointFacts, PlaceFacts, PoseFacts, Words
 from casa_assets.checks.readers.mujoco_looks import linear, looks
-from casa_assets.model.asset import Base, JointKind
+from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
 

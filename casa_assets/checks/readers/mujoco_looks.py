@@ -6,7 +6,7 @@ from pathlib import PurePosixPath
 
 import mujoco
 
-from casa_assets.checks.facts import LookFacts
+from casa_assets.checks.package.facts import LookFacts
 from casa_assets.core.color import linear_from_srgb
 from casa_assets.model.record import Vec4
 

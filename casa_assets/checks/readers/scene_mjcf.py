@@ -8,11 +8,11 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.facts import Words
+from casa_assets.checks.package.facts import Words
 from casa_assets.checks.readers import mjcf_facts, mujoco_load
 from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, facts_of_model, four, three
-from casa_assets.checks.scene_facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
-from casa_assets.model.asset import Base
+from casa_assets.checks.scene.formats.facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
+from casa_assets.model.asset.asset import Base
 
 KINDS = {
     int(mujoco.mjtLightType.mjLIGHT_DIRECTIONAL): "directional",

@@ -13,8 +13,8 @@ from pxr import Usd, UsdGeom, UsdLux, UsdPhysics
 from casa_assets.checks.readers import usd_facts, usd_words
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, four, short_name, three
 from casa_assets.checks.readers.scene_mjcf import free_bodies
-from casa_assets.checks.scene_facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
-from casa_assets.model.asset import Base
+from casa_assets.checks.scene.formats.facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
+from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 

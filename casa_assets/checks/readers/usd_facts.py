@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from casa_assets.checks.facts import BodyFacts, Facts, JointFacts, Words
+from casa_assets.checks.package.facts import BodyFacts, Facts, JointFacts, Words
 from casa_assets.checks.readers import usd_looks, usd_words
 from casa_assets.checks.readers.mujoco_facts import facts_of_model, has_free_joint, short_name, tensor_entries
 from casa_assets.checks.readers.mujoco_load import Loaded, listening
-from casa_assets.model.asset import Base, JointKind
+from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 

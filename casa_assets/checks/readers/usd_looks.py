@@ -6,7 +6,7 @@ from pathlib import PurePosixPath
 
 from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
 
-from casa_assets.checks.facts import LookFacts
+from casa_assets.checks.package.facts import LookFacts
 from casa_assets.checks.readers.mujoco_facts import short_name
 from casa_assets.model.record import Vec3, Vec4
 

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics
 
-from casa_assets.checks.facts import OUTER, PlaceFacts, PoseFacts, StateFacts, Words
+from casa_assets.checks.package.facts import OUTER, PlaceFacts, PoseFacts, StateFacts, Words
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, own_name, short_name
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4

@@ -11,11 +11,11 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from casa_assets.checks.motion import far, opened
+from casa_assets.checks.motion.motion_model import far, opened
 from casa_assets.checks.readers.mujoco_load import Loaded, heard, load_asset_file
 from casa_assets.core.typing import Floats, Ints, Mask
-from casa_assets.model.asset import Asset, Base, Joint
-from casa_assets.model.scene import Placement, Scene
+from casa_assets.model.asset.asset import Asset, Base, Joint
+from casa_assets.model.kitchen.scene import Placement, Scene
 
 FILE = "scene.xml"
 START = "start"

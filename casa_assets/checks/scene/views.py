@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.checks.check import Measured, least, not_run
+from casa_assets.checks.scene.placement.support import WALL
 from casa_assets.checks.scene.subject import SceneSubject, reset
-from casa_assets.checks.scene.support import WALL
 from casa_assets.core.typing import Floats
-from casa_assets.model.scene import Camera
+from casa_assets.model.kitchen.scene import Camera
 
 Pixels = npt.NDArray[np.uint8]
 

@@ -2,61 +2,61 @@
 
 from __future__ import annotations
 
-from casa_assets.checks import asset, cover, flicker, grip, unwrap, visual
+from casa_assets.checks.asset import coincident_faces, collider_coverage, grip, plausibility, texture_scale, visual
 from casa_assets.checks.check import Check
-from casa_assets.checks.package import Package
-from casa_assets.model.asset import Asset
+from casa_assets.checks.package.package import Package
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Severity
 
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 # fmt: off
 ROWS: tuple[Check, ...] = (
-    Check("AST001", "Overall size", ERROR, Asset, asset.fits_in_a_kitchen, "max_extent_m", "m",
+    Check("AST001", "Overall size", ERROR, Asset, plausibility.fits_in_a_kitchen, "max_extent_m", "m",
           "The longest side of all that is seen is at most {limit:g} m; if it is longer, correct the unit of "
           "length of the source."),
-    Check("AST002", "Collider thickness", ERROR, Asset, asset.is_thick_enough, "min_extent_m", "m",
+    Check("AST002", "Collider thickness", ERROR, Asset, plausibility.is_thick_enough, "min_extent_m", "m",
           "The collision shapes of each link are at least {mm:g} mm thick, so that nothing passes through in "
           "one step; thicken the sheet or correct the scale."),
-    Check("AST003", "Density, upper bound", ERROR, Asset, asset.is_not_too_dense, "density_high", "",
+    Check("AST003", "Density, upper bound", ERROR, Asset, plausibility.is_not_too_dense, "density_high", "",
           "Mass over the volume of a link's collision shapes is at most {limit:g} times that of water; correct "
           "the mass, or fill gaps between the shapes."),
-    Check("AST004", "Density, lower bound", WARNING, Asset, asset.is_not_too_light, "density_low", "",
+    Check("AST004", "Density, lower bound", WARNING, Asset, plausibility.is_not_too_light, "density_low", "",
           "Mass over the volume of a link's collision shapes is at least {limit:g} times that of water; correct"
           " the mass, unless the thing really is hollow."),
-    Check("AST005", "Number of colliders", ERROR, Asset, asset.has_few_shapes, "hull_count", "",
+    Check("AST005", "Number of colliders", ERROR, Asset, plausibility.has_few_shapes, "hull_count", "",
           "No link has more than {limit:g} collision shapes, because contact cost grows with their number; "
           "merge some of them."),
-    Check("AST006", "Hull size", ERROR, Asset, asset.has_small_hulls, "hull_vertices", "",
+    Check("AST006", "Hull size", ERROR, Asset, plausibility.has_small_hulls, "hull_vertices", "",
           "No convex hull has more than {limit:g} vertices, which is what GPU collision pipelines accept; "
           "rebuild the hull with fewer vertices."),
-    Check("AST007", "Hull convexity", ERROR, Asset, asset.has_convex_hulls, "rounding_m", "m",
+    Check("AST007", "Hull convexity", ERROR, Asset, plausibility.has_convex_hulls, "rounding_m", "m",
           "Every collision hull is closed and no vertex lies more than {limit:g} m outside one of its faces; "
           "replace it by the convex hull of its vertices."),
-    Check("AST008", "Mass inside colliders", ERROR, Asset, asset.has_mass_inside, "rounding_m", "m",
+    Check("AST008", "Mass inside colliders", ERROR, Asset, plausibility.has_mass_inside, "rounding_m", "m",
           "The centre of mass, and the spread of mass along each axis, stay within the box of a link's "
           "collision shapes to {limit:g} m; measure mass and inertia again."),
-    Check("AST009", "Collider bounds", ERROR, Asset, asset.is_touched_as_seen, "collider_bounds_m", "m",
+    Check("AST009", "Collider bounds", ERROR, Asset, plausibility.is_touched_as_seen, "collider_bounds_m", "m",
           "Per link, the boxes around what is seen and what collides differ by at most {mm:g} mm (more for "
           "large links); fit the collision shapes again.", ("collider_bounds_ratio", "collider_bounds_built_m")),
-    Check("AST010", "Origin at the foot", ERROR, Asset, asset.stands_on_its_origin, "origin_m", "m",
+    Check("AST010", "Origin at the foot", ERROR, Asset, plausibility.stands_on_its_origin, "origin_m", "m",
           "The origin of a free asset is within {mm:g} mm of the middle of its footprint, on the ground; move "
           "the origin there."),
-    Check("AST011", "Licence stated", WARNING, Asset, asset.has_a_licence, None, "",
+    Check("AST011", "Licence stated", WARNING, Asset, plausibility.has_a_licence, None, "",
           "The source states the licence under which the mesh may be used; ask its author before you pass the "
           "asset on."),
-    Check("AST012", "Collider on each link", ERROR, Asset, asset.can_be_touched, None, "",
+    Check("AST012", "Collider on each link", ERROR, Asset, plausibility.can_be_touched, None, "",
           "Every link that is seen has at least one collision shape; give one to each link that has none."),
-    Check("AST013", "Mass of the category", ERROR, Package, asset.has_usual_mass, "mass_range_slack", "",
+    Check("AST013", "Mass of the category", ERROR, Package, plausibility.has_usual_mass, "mass_range_slack", "",
           "The mass is within a factor {limit:g} of the range that is usual for the category; correct the mass "
           "or the category."),
-    Check("AST014", "Size of the category", WARNING, Package, asset.has_usual_size, "size_slack", "",
+    Check("AST014", "Size of the category", WARNING, Package, plausibility.has_usual_size, "size_slack", "",
           "The longest side is within a factor {limit:g} of the range that is usual for the category; correct "
           "the scale or the category."),
-    Check("AST015", "Closed at zero", ERROR, Asset, asset.closes_at_zero, None, "",
+    Check("AST015", "Closed at zero", ERROR, Asset, plausibility.closes_at_zero, None, "",
           "The range of every joint holds zero, and begins or ends there where the asset names states of the "
           "joint; shift the range so that zero is closed."),
-    Check("AST016", "Collider coverage", ERROR, Asset, cover.is_covered, "collider_bare", "",
+    Check("AST016", "Collider coverage", ERROR, Asset, collider_coverage.is_covered, "collider_bare", "",
           "At most {limit:.0%} of a link's visible surface lies away from every collision shape; add shapes, or"
           " close the holes of the mesh."),
     Check("AST017", "Inertia of the shapes", ERROR, Asset, grip.is_spread_like_matter, "gyration_share", "",
@@ -84,10 +84,10 @@ ROWS: tuple[Check, ...] = (
           "another mesh."),
     Check("VIS008", "Duplicate meshes", ERROR, Asset, visual.is_seen_once, None, "",
           "No visible mesh lies exactly on another one, which would flicker; leave one of the two out."),
-    Check("VIS009", "Texture scale", ERROR, Asset, unwrap.is_true_to_size, "uv_stretch", "",
+    Check("VIS009", "Texture scale", ERROR, Asset, texture_scale.is_true_to_size, "uv_stretch", "",
           "Pictures that repeat are shown at true size, to {limit:.0%} over 99 % of a mesh's area; texture "
           "coordinates are metres divided by the size of the picture."),
-    Check("VIS010", "Coplanar faces", ERROR, Asset, flicker.shows_one_face, "flicker_m2", "m^2",
+    Check("VIS010", "Coplanar faces", ERROR, Asset, coincident_faces.shows_one_face, "flicker_m2", "m^2",
           "Two meshes of different looks share at most {mm2:g} mm^2 of coplanar surface, which would flicker; "
           "set one of them back by 0.2 mm."),
 )

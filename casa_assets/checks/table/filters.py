@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from casa_assets.checks.check import Check
-from casa_assets.checks.filters import colour, hold, kind, still, surface, weight
-from casa_assets.checks.package import Package
-from casa_assets.model.asset import Asset
+from casa_assets.checks.filters import colour, cost, graspable, kind, stability, surface
+from casa_assets.checks.package.package import Package
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Severity
 
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
@@ -47,22 +47,22 @@ ROWS: tuple[Check, ...] = (
     Check("FLT012", "Texture sharpness", WARNING, Asset, colour.has_sharp_pictures, "picture_points", "",
           "Along the longest side, at least {limit:g} points of the picture can be told apart; bring a larger "
           "or sharper picture."),
-    Check("FLT013", "Load time", WARNING, Asset, weight.loads_fast, "load_ms", "ms",
+    Check("FLT013", "Load time", WARNING, Asset, cost.loads_fast, "load_ms", "ms",
           "Loading takes at most {limit:g} ms, estimated from triangles and pixels; simplify the mesh, or scale"
           " its pictures down."),
-    Check("FLT014", "Plausible inertia", ERROR, Asset, weight.turns_like_its_shapes, "inertia_factor", "",
+    Check("FLT014", "Plausible inertia", ERROR, Asset, cost.turns_like_its_shapes, "inertia_factor", "",
           "Moments of inertia are within a factor {limit:g} of those of the collision shapes filled evenly; "
           "measure the inertia again."),
-    Check("FLT015", "Lies still", ERROR, Package, still.stays_put, "wander_m", "m",
+    Check("FLT015", "Lies still", ERROR, Package, stability.stays_put, "wander_m", "m",
           "Put down and left alone, no corner moves by more than {mm:g} mm within 3 s once the thing has "
           "settled; mend its collision shapes."),
-    Check("FLT016", "Does not fall over", ERROR, Package, still.stands, "stand_tip_deg", "deg",
+    Check("FLT016", "Does not fall over", ERROR, Package, stability.stands, "stand_tip_deg", "deg",
           "Put down as it stands, a thing that stands tilts by at most {limit:g} degrees; correct its pose, or "
           "its foot."),
-    Check("FLT017", "Stacks on another", WARNING, Package, still.stacks, "stack_off", "",
+    Check("FLT017", "Stacks on another", WARNING, Package, stability.stacks, "stack_off", "",
           "A second one let down on a stackable thing stays within {limit:g} widths of its middle; correct the "
           "pose, the foot or the rim."),
-    Check("FLT018", "Fits a gripper", WARNING, Package, hold.can_be_taken, "gripper_m", "m",
+    Check("FLT018", "Fits a gripper", WARNING, Package, graspable.can_be_taken, "gripper_m", "m",
           "A thing that is said to be graspable has a body, rim or handle at most {limit:g} m wide; correct its"
           " size, or do not call it graspable."),
 )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from casa_assets.checks import mjcf, parity, usd
 from casa_assets.checks.check import Check
-from casa_assets.checks.package import Package
+from casa_assets.checks.package import mjcf, parity, usd
+from casa_assets.checks.package.package import Package
 from casa_assets.model.issue import Severity
 
 ERROR, WARNING = Severity.ERROR, Severity.WARNING

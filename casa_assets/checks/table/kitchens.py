@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from casa_assets.checks.check import Check
-from casa_assets.checks.design import affords, aisles, appliances, grade, reach, ways
+from casa_assets.checks.design.robot import affords, reach
+from casa_assets.checks.design.rules import aisles, appliances, doorways, grade
 from casa_assets.checks.design.subject import DesignSubject as Plan
 from casa_assets.model.issue import Severity
 
@@ -11,13 +12,13 @@ ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 # fmt: off
 ROWS: tuple[Check, ...] = (
-    Check("NKB001", "Doorway width", ERROR, Plan, ways.is_entered, "doorway_m", "m",
+    Check("NKB001", "Doorway width", ERROR, Plan, doorways.is_entered, "doorway_m", "m",
           "Doors and passages leave at least {limit:g} m clear with the leaf open (NKBA 1); make the opening "
           "wider."),
-    Check("NKB002", "Entry door swing", ERROR, Plan, ways.enters_freely, "swing_m", "m",
+    Check("NKB002", "Entry door swing", ERROR, Plan, doorways.enters_freely, "swing_m", "m",
           "The leaf of an entry door overlaps no appliance and no appliance door by more than {mm:g} mm seen "
           "from above (NKBA 2); turn the swing, or move the appliance."),
-    Check("NKB003", "Appliance doors apart", ERROR, Plan, ways.opens_apart, "swing_m", "m",
+    Check("NKB003", "Appliance doors apart", ERROR, Plan, doorways.opens_apart, "swing_m", "m",
           "The ways of the doors of two appliances overlap by at most {mm:g} mm seen from above (NKBA 2); move "
           "one of the appliances."),
     Check("NKB004", "Work aisle", ERROR, Plan, aisles.is_roomy, "work_aisle_m", "m",

@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-from casa_assets.checks import behavior, clearance, contract, force, grip, hollow, travel
+from casa_assets.checks.asset import grip
 from casa_assets.checks.check import Check
-from casa_assets.checks.package import Package
-from casa_assets.model.asset import Asset
+from casa_assets.checks.motion import clearance, hand_force, joint_travel
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.runtime import behavior, contract, hollow_regions
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Severity
 
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 # fmt: off
 ROWS: tuple[Check, ...] = (
-    Check("KIN001", "Opens by hand", ERROR, Package, force.opens_under_a_hand, "reach_share", "",
+    Check("KIN001", "Opens by hand", ERROR, Package, hand_force.opens_under_a_hand, "reach_share", "",
           "Each joint covers {limit:.0%} of its range in both directions within 2 s under 20 N at its grip, "
           "with contacts on; ease friction, or clear what the part meets."),
-    Check("KIN002", "Joint resistance", ERROR, Package, force.opens_by_itself_alone, "reach_share", "",
+    Check("KIN002", "Joint resistance", ERROR, Package, hand_force.opens_by_itself_alone, "reach_share", "",
           "Each joint covers {limit:.0%} of its range in both directions within 2 s under 20 N at its grip, "
           "with contacts off; lower its friction, damping or spring."),
-    Check("KIN003", "Starting force", ERROR, Package, force.starts_gently, "hand_force_n", "N",
+    Check("KIN003", "Starting force", ERROR, Package, hand_force.starts_gently, "hand_force_n", "N",
           "The force at the grip that starts each closed joint is between {hand_force_least_n:g} N and "
           "{limit:g} N (ADA 309.4); adjust its friction or spring.", ("hand_force_least_n",)),
-    Check("KIN004", "Keys spring back", ERROR, Package, force.springs_back, "spring_back_share", "",
+    Check("KIN004", "Keys spring back", ERROR, Package, hand_force.springs_back, "spring_back_share", "",
           "A sprung key that was pressed and let go is back to {limit:.0%} of its stroke within 2 s; stiffen "
           "the spring, or lower friction."),
     Check("KIN005", "Clearance of moving parts", ERROR, Package, clearance.keeps_clear, "clearance_m", "m",
           "No part goes deeper than {mm:g} mm into another over the whole range of a joint, alone and beside "
           "each other open joint; make room between them."),
-    Check("KIN006", "Joints stay put", ERROR, Package, force.stays_put, "drift_share", "",
+    Check("KIN006", "Joints stay put", ERROR, Package, hand_force.stays_put, "drift_share", "",
           "Left alone for 5 s, closed and in each named pose, no joint drifts by more than {limit:.0%} of its "
           "range; raise friction, or balance the part."),
     Check("KIN007", "Grips fit a gripper", ERROR, Asset, grip.has_a_handle, "gripper_m", "m",
@@ -36,10 +38,10 @@ ROWS: tuple[Check, ...] = (
     Check("KIN008", "Axis-aligned joints", ERROR, Asset, grip.is_upright, "axis_off_rad", "rad",
           "Joint axes of built things lie along x, y or z to {limit:g} rad, as loaders that scale fixtures "
           "expect; turn the part straight."),
-    Check("KIN009", "Travel of found joints", WARNING, Package, travel.goes_all_its_way, "travel_share", "",
+    Check("KIN009", "Travel of found joints", WARNING, Package, joint_travel.goes_all_its_way, "travel_share", "",
           "A share of {limit:g} of the joints of an articulated mesh goes through its whole range under 20 N "
           "without collision; shorten ranges, or clear what the parts meet."),
-    Check("HOL001", "Usable interiors", ERROR, Package, hollow.holds_a_ball, "hollow_m", "m",
+    Check("HOL001", "Usable interiors", ERROR, Package, hollow_regions.holds_a_ball, "hollow_m", "m",
           "A ball of 6 cm (smaller in narrow regions) laid into each interior region comes to rest within "
           "{mm:g} mm of its floor and sides; clear the region, or correct its box."),
     Check("CON001", "Contract: links and joints", ERROR, Package, contract.has_links_and_joints, None, "",

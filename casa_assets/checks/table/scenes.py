@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 from casa_assets.checks.check import Check
-from casa_assets.checks.scene import (
-    agree,
-    budget,
-    inside,
-    layer,
-    light,
-    opening,
-    overlap,
-    pulling,
-    rest,
-    support,
-    views,
-)
-from casa_assets.checks.scene.budget import Speed
-from casa_assets.checks.scene.files import SceneFiles
+from casa_assets.checks.scene import views
+from casa_assets.checks.scene.formats import agree, light_form, usd_layer
+from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.checks.scene.motion import budget, opening, pulling, rest
+from casa_assets.checks.scene.motion.budget import Speed
+from casa_assets.checks.scene.placement import inside, overlap, support
 from casa_assets.checks.scene.subject import SceneSubject as Kitchen
 from casa_assets.checks.scene.views import Pictures
 from casa_assets.model.issue import Severity
@@ -72,18 +63,18 @@ ROWS: tuple[Check, ...] = (
     Check("SCN017", "MJCF equals USD", ERROR, SceneFiles, agree.formats_agree, "scene_disagreements", "",
           "At most {limit:g} facts (bodies, poses, joints, masses, shapes, labels) differ between scene.xml and"
           " scene.usda; a difference is a fault of a writer."),
-    Check("SCN018", "USD scene loads", ERROR, SceneFiles, layer.opens_in_silence, None, "",
+    Check("SCN018", "USD scene loads", ERROR, SceneFiles, usd_layer.opens_in_silence, None, "",
           "scene.usda composes without complaint, has a default prim, and MuJoCo imports it without a warning; "
           "correct what the reader names."),
-    Check("SCN019", "OpenUSD validators", ERROR, SceneFiles, layer.is_valid, None, "",
+    Check("SCN019", "OpenUSD validators", ERROR, SceneFiles, usd_layer.is_valid, None, "",
           "OpenUSD's own validators find nothing in scene.usda; correct the prims that they name."),
-    Check("SCN020", "SimReady rules", ERROR, SceneFiles, layer.keeps_simready_rules, None, "",
+    Check("SCN020", "SimReady rules", ERROR, SceneFiles, usd_layer.keeps_simready_rules, None, "",
           "scene.usda meets SimReady Robotics-Prop 4.0.0, but for rules on the package of a single prop; "
           "correct the requirements that are listed."),
-    Check("SCN021", "Light form: same mechanism", ERROR, SceneFiles, light.is_the_same_machine, None, "",
+    Check("SCN021", "Light form: same mechanism", ERROR, SceneFiles, light_form.is_the_same_machine, None, "",
           "scene_light.xml loads without warnings, has no meshes or pictures, and has the joints, masses and "
           "poses of the full form; build it again from the same scene."),
-    Check("SCN022", "Light form: settles apart", ERROR, SceneFiles, light.settles_apart, "scene_settled_m", "m",
+    Check("SCN022", "Light form: settles apart", ERROR, SceneFiles, light_form.settles_apart, "scene_settled_m", "m",
           "In the light form no two things are more than {mm:g} mm in each other, at the start and after 1 s; "
           "correct the primitive shapes."),
     Check("SCN023", "Cameras see all walls", ERROR, Kitchen, views.show_every_wall, "scene_wall_seen", "",
@@ -100,7 +91,7 @@ ROWS: tuple[Check, ...] = (
     Check("SCN027", "Simulation speed", WARNING, Speed, budget.keeps_pace, "scene_pace", "",
           "At rest, one core simulates at least {limit:g} s of the scene per second; use fewer contacts and "
           "joints."),
-    Check("SCN028", "Light form: things stay put", ERROR, SceneFiles, light.keeps_things, "scene_drift_m", "m",
+    Check("SCN028", "Light form: things stay put", ERROR, SceneFiles, light_form.keeps_things, "scene_drift_m", "m",
           "In the light form nothing that stands by its weight moves by more than {mm:g} mm in 5 s; correct the"
           " footprint of its primitive shapes."),
 )

@@ -10,7 +10,7 @@ from lxml import etree
 
 from casa_assets.export.mjcf import collider, joint, number, site, visual
 from casa_assets.export.mjcf.mesh import Meshes
-from casa_assets.model.asset import Asset, Inertial, Link
+from casa_assets.model.asset.asset import Asset, Inertial, Link
 
 # Share of the trace that is added to the moments of a flat plate, so that nine digits cannot break A + B >= C.
 PLATE_MARGIN = 1e-8

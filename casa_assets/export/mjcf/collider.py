@@ -6,9 +6,9 @@ from lxml import etree
 
 from casa_assets.export.mjcf import number
 from casa_assets.export.mjcf.mesh import Meshes
-from casa_assets.model.asset import Collider
-from casa_assets.model.material import Substance
-from casa_assets.model.shape import Box, Capsule, Cylinder, Shape, Sphere
+from casa_assets.model.asset.asset import Collider
+from casa_assets.model.asset.material import Substance
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Shape, Sphere
 
 # Ref: robosuite, geoms of group 0 collide.
 GROUP = 0

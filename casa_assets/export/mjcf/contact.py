@@ -5,7 +5,7 @@ from __future__ import annotations
 from lxml import etree
 
 from casa_assets.export.mjcf.body import Draft
-from casa_assets.model.asset import Exclusion
+from casa_assets.model.asset.asset import Exclusion
 
 
 def add(contact: etree._Element, exclusion: Exclusion, draft: Draft | None = None) -> None:

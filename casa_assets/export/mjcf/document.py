@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from lxml import etree
 
-from casa_assets.export.mjcf import body, collider, contact, keyframe, label, material, mesh, scene, site, visual
-from casa_assets.model.asset import Asset
+from casa_assets.export.mjcf import body, collider, contact, keyframe, label, material, mesh, site, visual
+from casa_assets.export.mjcf.scene import stage
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 
 
@@ -42,12 +43,12 @@ def _model(asset: Asset, meshes: mesh.Meshes) -> bytes:
 def _scene(asset: Asset, meshes: mesh.Meshes) -> bytes:
     root = _root(f"{asset.id}__scene")
     etree.SubElement(root, "option", {"timestep": "0.002", "integrator": "implicitfast"})
-    scene.add_frame(root, asset)
+    stage.add_frame(root, asset)
     assets = _assets(root, asset, meshes)
     world = etree.SubElement(root, "worldbody")
-    scene.add_stage(assets, world, asset)
+    stage.add_stage(assets, world, asset)
     draft = body.Draft(asset, meshes, material.names(asset), collider.VIEWER_GROUP, visual.VIEWER_GROUP)
-    placed = scene.add_object(world, draft)
+    placed = stage.add_object(world, draft)
     _rest(root, asset)
     keyframe.add_all(root, asset, placed)
     return _text(root)

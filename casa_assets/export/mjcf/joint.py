@@ -5,7 +5,7 @@ from __future__ import annotations
 from lxml import etree
 
 from casa_assets.export.mjcf import number
-from casa_assets.model.asset import Joint
+from casa_assets.model.asset.asset import Joint
 
 
 def add(body: etree._Element, joint: Joint, prefix: str = "") -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lxml import etree
 
 from casa_assets.export.mjcf import number
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 
 
 def add_all(root: etree._Element, asset: Asset, placed: tuple[float, ...] = ()) -> None:

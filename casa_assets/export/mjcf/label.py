@@ -7,7 +7,7 @@ import json
 from lxml import etree
 
 from casa_assets.export.mjcf import number
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 
 
 def add_all(root: etree._Element, asset: Asset) -> None:

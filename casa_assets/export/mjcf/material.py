@@ -14,8 +14,8 @@ from PIL import Image, ImageStat
 
 from casa_assets.core.color import srgb_from_linear
 from casa_assets.export.mjcf import number
-from casa_assets.model.asset import Asset
-from casa_assets.model.material import Material, Texture
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.material import Material, Texture
 
 FOLDER = "textures"
 # MuJoCo multiplies shininess by this for the exponent of the highlight. Ref: MuJoCo XML reference, asset/material.

@@ -10,9 +10,9 @@ import numpy as np
 from lxml import etree
 
 from casa_assets.export.mjcf import number
-from casa_assets.model.asset import Asset
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.shape import MAX_HULL_VERTICES, Hull, MeshShape
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import MAX_HULL_VERTICES, Hull, MeshShape
 
 FOLDER = "meshes"
 

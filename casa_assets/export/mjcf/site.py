@@ -8,8 +8,8 @@ from lxml import etree
 
 from casa_assets.export.mjcf import number
 from casa_assets.export.mjcf.material import display
-from casa_assets.geometry.extent import link_bounds
-from casa_assets.model.asset import Asset, Region, Site
+from casa_assets.geometry.solid.bounds import link_bounds
+from casa_assets.model.asset.asset import Asset, Region, Site
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 

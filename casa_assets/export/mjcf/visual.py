@@ -5,7 +5,7 @@ from __future__ import annotations
 from lxml import etree
 
 from casa_assets.export.mjcf.mesh import MeshFile
-from casa_assets.model.asset import Visual
+from casa_assets.model.asset.asset import Visual
 
 # Ref: robosuite, geoms of group 1 are drawn.
 GROUP = 1

@@ -11,10 +11,10 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from casa_assets.model.category import Affordance, Category
-from casa_assets.model.contract import Generation
-from casa_assets.model.provenance import Split
+from casa_assets.model.asset.provenance import Split
 from casa_assets.model.record import Id, Record
+from casa_assets.model.registry.category import Affordance, Category
+from casa_assets.model.registry.contract import Generation
 
 FOLDER = "objects"
 # Attributes of a category that a generation knows. Ref: robocasa v0.2 and v1.0, kitchen_object_utils.

@@ -13,8 +13,8 @@ from lxml import etree
 
 from casa_assets.export.mjcf import body, collider, label, material, mesh, site, visual
 from casa_assets.export.robocasa import upright
-from casa_assets.export.robocasa.thick import has_volume, thickened
-from casa_assets.model.asset import Asset
+from casa_assets.export.robocasa.mesh_volume import has_volume, thickened
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 
 # Ref: robocasa, folders beside the model.xml of an object.

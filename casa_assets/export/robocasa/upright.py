@@ -11,7 +11,7 @@ import numpy as np
 from lxml import etree
 
 from casa_assets.export.mjcf import number
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
 
 # Longer than this many times its width it stands on end (a straw), else on its edge (a slice of bread).

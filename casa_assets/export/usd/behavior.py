@@ -5,7 +5,7 @@ from __future__ import annotations
 from pxr import Sdf, Usd
 
 from casa_assets.export.usd.joint import SCOPE
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 
 
 def define_all(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:

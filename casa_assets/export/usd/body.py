@@ -10,7 +10,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
 from casa_assets.export.usd import collider, number, visual
 from casa_assets.export.usd.material import Looks
-from casa_assets.model.asset import Asset, Base, Inertial, Link
+from casa_assets.model.asset.asset import Asset, Base, Inertial, Link
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 

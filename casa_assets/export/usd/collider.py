@@ -7,8 +7,8 @@ from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from casa_assets.export.usd import label, number, visual
 from casa_assets.export.usd.material import Looks
-from casa_assets.model.asset import Collider, Link
-from casa_assets.model.shape import MAX_HULL_VERTICES, Box, Capsule, Cylinder, Hull, Shape, Sphere
+from casa_assets.model.asset.asset import Collider, Link
+from casa_assets.model.asset.shape import MAX_HULL_VERTICES, Box, Capsule, Cylinder, Hull, Shape, Sphere
 
 # MuJoCo's group and contact dimensions, as in model.xml: only rolling friction stops a sphere, and only 6 turns it on.
 GROUP = 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pxr import Sdf, Usd, UsdPhysics
 
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 
 
 def filter_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:

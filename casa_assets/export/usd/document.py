@@ -17,7 +17,7 @@ from __future__ import annotations
 from pxr import Sdf, Usd, UsdGeom
 
 from casa_assets.export.usd import behavior, body, contact, joint, keyframe, label, material, metadata, site
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 
 FOLDER = "usd"

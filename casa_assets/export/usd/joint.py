@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, Vt
 
 from casa_assets.export.usd import number
-from casa_assets.model.asset import Asset, Base, Drive, Joint, JointKind, State
+from casa_assets.model.asset.asset import Asset, Base, Drive, Joint, JointKind, State
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
 

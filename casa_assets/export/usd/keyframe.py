@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from casa_assets.export.usd import number
 from casa_assets.export.usd.joint import SCOPE
-from casa_assets.model.asset import Asset, Joint, JointKind
+from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.model.pose import Pose
 
 SET = "pose"

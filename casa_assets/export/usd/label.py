@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from pxr import Usd, UsdSemantics
 
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 
 # The taxonomy of what a visual or collider is within its thing: handle, door, shelf.
 PART = "part"

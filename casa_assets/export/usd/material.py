@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from casa_assets.export.usd import label, number
-from casa_assets.model.asset import Asset
-from casa_assets.model.material import ColorSpace, Material, Substance, Texture
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.material import ColorSpace, Material, Substance, Texture
 
 # Scope names are camelCase, which no link id is, so that they never meet a link of the same name.
 SURFACES = "visualMaterials"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
 
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 
 # The day on which this writer's output last changed, not the day of the run: a clock in the file would make two runs
 # over the same asset differ. Move it whenever the bytes that the writer makes change.

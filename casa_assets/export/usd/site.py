@@ -5,10 +5,10 @@ from __future__ import annotations
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from casa_assets.export.usd import collider, number
-from casa_assets.model.asset import Asset, Region, Site
+from casa_assets.model.asset.asset import Asset, Region, Site
+from casa_assets.model.asset.shape import Box, Cylinder, Shape, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from casa_assets.model.shape import Box, Cylinder, Shape, Sphere
 
 # As in model.xml: marks are not shown unless asked for, flames and streams are where a runtime raises their alpha.
 GROUP = 3

@@ -8,8 +8,8 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade, Vt
 
 from casa_assets.export.usd import label, number
 from casa_assets.export.usd.material import Looks
-from casa_assets.model.asset import Link
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.asset.asset import Link
+from casa_assets.model.asset.mesh import Mesh
 
 GROUP = 1  # MuJoCo's group for what is seen, as in model.xml
 

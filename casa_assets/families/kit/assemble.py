@@ -9,15 +9,15 @@ import numpy as np
 
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import Params
-from casa_assets.families.kit.bench import ROOT, Bench, Moved, Part, Piece
-from casa_assets.families.kit.settle import settled
-from casa_assets.families.kit.skin import skin
-from casa_assets.families.kit.weight import total
-from casa_assets.model.asset import Asset, Drive, Inertial, Joint, JointKind, Link, Region, Visual
-from casa_assets.model.material import Material, Substance
-from casa_assets.model.mesh import Mesh
+from casa_assets.families.kit.asset_builder import ROOT, Bench, Moved, Part, Piece
+from casa_assets.families.kit.mass_properties import total
+from casa_assets.families.kit.quantize import settled
+from casa_assets.families.kit.solids.skin import skin
+from casa_assets.model.asset.asset import Asset, Drive, Inertial, Joint, JointKind, Link, Region, Visual
+from casa_assets.model.asset.material import Material, Substance
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.provenance import Provenance
 from casa_assets.model.pose import Pose
-from casa_assets.model.provenance import Provenance
 from casa_assets.model.record import Vec3
 
 

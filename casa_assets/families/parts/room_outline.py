@@ -7,7 +7,7 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.core.typing import Floats
-from casa_assets.families.kit import cells
+from casa_assets.families.kit.solids import cells
 from casa_assets.model.record import Vec2, Vec3
 
 Outline = tuple[Vec2, ...]

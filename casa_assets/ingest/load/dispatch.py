@@ -6,17 +6,17 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from casa_assets.ingest import codes
-from casa_assets.ingest.load.dae import read_dae
-from casa_assets.ingest.load.exchange import read_3mf, read_off, read_xaml
+from casa_assets.ingest import rejection_codes
+from casa_assets.ingest.load.by_trimesh.reader import read_3mf, read_off, read_xaml
+from casa_assets.ingest.load.collada.reader import read_dae
 from casa_assets.ingest.load.formats import SUFFIX_OF, Format, sniff, suffix_of
 from casa_assets.ingest.load.gltf.scene import read_gltf
 from casa_assets.ingest.load.notes import Notes, clean
-from casa_assets.ingest.load.obj import read_obj
-from casa_assets.ingest.load.ply import read_ply
-from casa_assets.ingest.load.rough import check_face_count
+from casa_assets.ingest.load.ply.reader import read_ply
+from casa_assets.ingest.load.raw_parts import check_face_count
 from casa_assets.ingest.load.stl import read_stl
-from casa_assets.model.source import Bundle, RawModel
+from casa_assets.ingest.load.wavefront.reader import read_obj
+from casa_assets.model.ingest.source import Bundle, RawModel
 
 Reader = Callable[[Bundle, Mapping[str, float], Notes], RawModel]
 
@@ -42,7 +42,7 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     Returns:
         Parts in file units and file axes; the bundle's notes come first among its notes.
     Raises:
-        Rejected: with a code of casa_assets.ingest.codes.
+        Rejected: with a code of casa_assets.ingest.rejection_codes.
     """
     name = clean(bundle.main)
     if bundle.model is not None:
@@ -52,7 +52,11 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     found = sniff(data, name)
     notes = Notes()
     if suffix_of(bundle.main) != SUFFIX_OF[found]:
-        notes.add(codes.TYPE_BY_CONTENT, name, f"{name}: read as {found.value.upper()} by its content, not by its name")
+        notes.add(
+            rejection_codes.TYPE_BY_CONTENT,
+            name,
+            f"{name}: read as {found.value.upper()} by its content, not by its name",
+        )
     # hostile numbers overflow and cast badly; what comes of it is found and judged in rough.finish
     with np.errstate(all="ignore"):
         model = _READERS[found](bundle, limits, notes)

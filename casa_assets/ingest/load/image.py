@@ -14,10 +14,10 @@ import numpy.typing as npt
 from PIL import Image, UnidentifiedImageError
 
 from casa_assets.core import color
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.names import Names
 from casa_assets.ingest.load.notes import Notes, clean
-from casa_assets.model.material import ColorSpace, Texture
+from casa_assets.model.asset.material import ColorSpace, Texture
 
 # No simulator gains from more; the file grows with the square.
 LARGEST_PX = 4096
@@ -98,13 +98,15 @@ class Images:
                     return None
                 return _eight_bit(self._shrunk(image, where))
         except Image.DecompressionBombError:
-            self._notes.add(codes.IMAGE_REFUSED, where, "the image is far too large to decode; texture left out")
+            self._notes.add(
+                rejection_codes.IMAGE_REFUSED, where, "the image is far too large to decode; texture left out"
+            )
         except UnidentifiedImageError:
             says = f"not a {', '.join(FORMATS)} image (it starts with {data[:8]!r}); texture left out"
-            self._notes.add(codes.IMAGE_UNREADABLE, where, says)
+            self._notes.add(rejection_codes.IMAGE_UNREADABLE, where, says)
         except _DECODE_FAULTS as error:
             says = f"the image cannot be decoded ({type(error).__name__}: {error}); texture left out"
-            self._notes.add(codes.IMAGE_UNREADABLE, where, says)
+            self._notes.add(rejection_codes.IMAGE_UNREADABLE, where, says)
         return None
 
     def _is_small_enough(self, image: Image.Image, where: str) -> bool:
@@ -112,7 +114,7 @@ class Images:
         if max(image.size) <= most and image.width * image.height <= most_pixels:
             return True
         says = f"{image.width} x {image.height} pixels, over {most:.0f} a side or {most_pixels:.0f} in all; left out"
-        self._notes.add(codes.IMAGE_REFUSED, where, says)
+        self._notes.add(rejection_codes.IMAGE_REFUSED, where, says)
         return False
 
     def _shrunk(self, image: Image.Image, where: str) -> Image.Image:
@@ -121,7 +123,7 @@ class Images:
             return image
         size = (max(1, image.width * LARGEST_PX // longest), max(1, image.height * LARGEST_PX // longest))
         says = f"{image.width} x {image.height} scaled to {size[0]} x {size[1]}"
-        self._notes.add(codes.IMAGE_DOWNSCALED, where, says)
+        self._notes.add(rejection_codes.IMAGE_DOWNSCALED, where, says)
         if image.mode in ("P", "1"):
             image = image.convert("RGBA")
         return image.resize(size, Image.Resampling.BOX)

@@ -6,13 +6,13 @@ import re
 from dataclasses import dataclass
 from enum import StrEnum
 
-from casa_assets.ingest.load.dae_look import image_file
-from casa_assets.ingest.load.dae_xml import kids, open_dae
+from casa_assets.ingest.load.collada.guarded_xml import kids, open_dae
+from casa_assets.ingest.load.collada.materials import image_file
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.gltf.container import open_document
-from casa_assets.ingest.load.mtl import MAPS, map_file, statements
-from casa_assets.ingest.load.ply_table import read_header
+from casa_assets.ingest.load.ply.table import read_header
 from casa_assets.ingest.load.text import decode, plain
+from casa_assets.ingest.load.wavefront.materials import MAPS, map_file, statements
 
 # A hostile file may name thousands; no honest one does.
 MOST_REFERENCES = 500

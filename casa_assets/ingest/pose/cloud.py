@@ -9,9 +9,9 @@ from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.coverage import placed_samples
-from casa_assets.geometry.hull import convex_hull
-from casa_assets.geometry.measure import solid_moments
+from casa_assets.geometry.mesh.measure import solid_moments
+from casa_assets.geometry.solid.coverage import placed_samples
+from casa_assets.geometry.solid.hull import convex_hull
 
 SAMPLES = 16000
 

@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.typing import Floats
 from casa_assets.ingest.pose.cloud import Cloud, plan_axes
-from casa_assets.model.category import Build, Category, Upright
+from casa_assets.model.registry.category import Build, Category, Upright
 
 # Cells along the longest side of the map of heights that rain falls on.
 CELLS = 36

@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from casa_assets.core.typing import Floats
 from casa_assets.ingest.pose.cloud import plan_axes
 from casa_assets.ingest.pose.evidence import FOOT
-from casa_assets.model.category import Category, Front
+from casa_assets.model.registry.category import Category, Front
 
 # A turn smaller than this is left undone, radians: files that lie along their axes stay as they are.
 STRAIGHT = np.radians(3.0)

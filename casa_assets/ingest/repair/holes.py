@@ -6,12 +6,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.measure import face_normals
-from casa_assets.geometry.topology import weld
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import weld
 from casa_assets.ingest.draft import warning
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.issue import Issue
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.source import RawPart
 
 # A hole is small where the box around it is no larger than this part of the whole, and it has no more edges than these.
 WIDEST = 0.03

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.exposure import exposure
-from casa_assets.geometry.hull import hull_volume
-from casa_assets.geometry.measure import face_normals
-from casa_assets.geometry.topology import edge_counts, face_components
-from casa_assets.geometry.voxel import voxelise
-from casa_assets.ingest.collide_matter import LOOSE, SEALED, THIN, Kind
+from casa_assets.geometry.grid.voxel import voxelise
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import edge_counts, face_components
+from casa_assets.geometry.mesh.visibility import exposure
+from casa_assets.geometry.solid.hull import hull_volume
+from casa_assets.ingest.collision.solid_proxy import LOOSE, SEALED, THIN, Kind
 
 # Share of the area of an open surface, or of a full thing, that must be out of sight for its walls to be double.
 UNSEEN = 0.25

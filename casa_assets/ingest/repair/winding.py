@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.core.typing import Floats, Ints, Mask
-from casa_assets.geometry.exposure import exposure
-from casa_assets.geometry.measure import winding_number
-from casa_assets.geometry.topology import consistent_winding, edge_counts, face_components, is_closed, patches
+from casa_assets.geometry.mesh.measure import winding_number
+from casa_assets.geometry.mesh.topology import consistent_winding, edge_counts, face_components, is_closed, patches
+from casa_assets.geometry.mesh.visibility import exposure
 
 # So many pieces, the largest, are looked at for being within one another.
 MOST_HOLLOW = 64

@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from urllib.parse import unquote
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format, sniff
 from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.load.references import Reference, Role, of_mtl, references
-from casa_assets.ingest.sources.disk import is_inside, read_file
+from casa_assets.ingest.sources.bounded_reads import is_inside, read_file
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.source import Bundle
+from casa_assets.model.ingest.source import Bundle
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 _DRIVE = re.compile(r"[A-Za-z]:[\\/]")
@@ -73,7 +73,7 @@ class _Collector:
             try:
                 wanted = of_mtl(self.files[name], clean(name))
             except Rejected as error:
-                self.notes.add(codes.MATERIAL_MISSING, name, f"material file left out: {error.says}")
+                self.notes.add(rejection_codes.MATERIAL_MISSING, name, f"material file left out: {error.says}")
                 continue
             self.add_all(wanted, place)
 
@@ -82,16 +82,22 @@ class _Collector:
         stem = main.rpartition(".")[0].lower()
         fits = [n for n in self._listing(folder) if n.lower() in (f"{stem}.mtl", f"{main.lower()}.mtl")]
         if len(fits) == 1 and fits[0] not in self.files:
-            self.notes.add(codes.MATERIAL_GUESSED, fits[0], f"{clean(fits[0])} is taken for its material file, by name")
+            self.notes.add(
+                rejection_codes.MATERIAL_GUESSED, fits[0], f"{clean(fits[0])} is taken for its material file, by name"
+            )
             self._add(Reference(fits[0], Role.MATERIAL), posixpath.join(folder, fits[0]))
 
     def _add(self, reference: Reference, place: str) -> None:
         try:
             data = read_file(str(self._found.root / place), self._found.root, self._budget)
         except Rejected as error:
-            if reference.role is Role.BUFFER or error.code == codes.TOO_LARGE:
+            if reference.role is Role.BUFFER or error.code == rejection_codes.TOO_LARGE:
                 raise
-            code = codes.LINK_IGNORED if error.code == codes.LINK_OUTSIDE else codes.REFERENCE_MISSING
+            code = (
+                rejection_codes.LINK_IGNORED
+                if error.code == rejection_codes.LINK_OUTSIDE
+                else rejection_codes.REFERENCE_MISSING
+            )
             self.notes.add(code, reference.name, f"{reference.role.value} left out: {error.says}")
             return
         self._budget -= len(data)
@@ -107,7 +113,7 @@ class _Collector:
         for spelling in spellings:
             path = posixpath.normpath(posixpath.join(folder, spelling.replace("\\", "/").removeprefix("file:")))
             if path.startswith("..") and path[2:3] in ("", "/"):
-                refusal = codes.PATH_TRAVERSAL
+                refusal = rejection_codes.PATH_TRAVERSAL
                 continue
             place = self._existing(path, reference)
             if place is not None:
@@ -118,11 +124,11 @@ class _Collector:
 
     def _bad_buffer(self, reference: Reference, refusal: str | None) -> Rejected:
         name = clean(reference.name, 80)
-        if refusal == codes.NETWORK_URI:
+        if refusal == rejection_codes.NETWORK_URI:
             return Rejected(refusal, f"buffer {name!r} lies on the network, which is not read; pack it into the file")
         if refusal:
             return Rejected(refusal, f"buffer {name!r} leaves the package; pack it into the file")
-        return Rejected(codes.MISSING_FILE, f"buffer {name!r} is missing; put it beside the glTF")
+        return Rejected(rejection_codes.MISSING_FILE, f"buffer {name!r} is missing; put it beside the glTF")
 
     def _by_base_name(self, reference: Reference, folder: str, refusal: str | None) -> str | None:
         """A file of the same base name where pictures usually lie; else a note."""
@@ -134,13 +140,13 @@ class _Collector:
             place = None if path.startswith("..") else self._existing(path, reference)
             if place is not None:
                 says = f"`{name}` was found by its base name, as {clean(place, 80)}"
-                self.notes.add(codes.FOUND_BY_BASE_NAME, name, says)
+                self.notes.add(rejection_codes.FOUND_BY_BASE_NAME, name, says)
                 return place
         if refusal:
-            self.notes.add(codes.REFERENCE_IGNORED, name, f"reference `{name}` outside the package ignored")
+            self.notes.add(rejection_codes.REFERENCE_IGNORED, name, f"reference `{name}` outside the package ignored")
         else:
             says = f"{reference.role.value} {name!r} is missing; put it beside the mesh"
-            self.notes.add(codes.REFERENCE_MISSING, name, says)
+            self.notes.add(rejection_codes.REFERENCE_MISSING, name, says)
         return None
 
     def _existing(self, path: str, reference: Reference) -> str | None:
@@ -158,7 +164,7 @@ class _Collector:
         if not fits:
             return None
         says = f"{clean(reference.name, 80)!r} is spelt {clean(fits[0], 80)!r} on disk; rename one"
-        self.notes.add(codes.CASE_MISMATCH, reference.name, says)
+        self.notes.add(rejection_codes.CASE_MISMATCH, reference.name, says)
         return posixpath.join(folder, fits[0])
 
     def _listing(self, folder: str) -> list[str]:
@@ -175,7 +181,7 @@ def _refusal(name: str) -> str | None:
     """Code of what makes a name unacceptable before the disk is looked at, or None."""
     text = unquote(name).strip()
     if _DRIVE.match(text) or text.startswith(("/", "\\")):
-        return codes.PATH_TRAVERSAL
+        return rejection_codes.PATH_TRAVERSAL
     if _SCHEME.match(text):
-        return codes.PATH_TRAVERSAL if text.lower().startswith("file:") else codes.NETWORK_URI
-    return codes.PATH_TRAVERSAL if "\0" in text else None
+        return rejection_codes.PATH_TRAVERSAL if text.lower().startswith("file:") else rejection_codes.NETWORK_URI
+    return rejection_codes.PATH_TRAVERSAL if "\0" in text else None

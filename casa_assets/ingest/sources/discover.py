@@ -9,14 +9,14 @@ from collections.abc import Iterator, Sequence, Set
 from pathlib import Path
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
 from casa_assets.ingest.sources import manifest, objaverse
-from casa_assets.ingest.sources.disk import check_file, shown
+from casa_assets.ingest.sources.bounded_reads import check_file, shown
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.package import Package
-from casa_assets.ingest.sources.rows import hints
-from casa_assets.model.source import Source, SourceKind
+from casa_assets.ingest.sources.untrusted_fields import hints
+from casa_assets.model.ingest.source import Source, SourceKind
 
 DEEPEST_FOLDER = 64
 # Folders of the Gazebo and ROS layout, whose textures lie beside the folder: ../materials/textures
@@ -60,7 +60,7 @@ def _discover(root: Path) -> Iterator[Found | Refused]:
             yield one
         if not inputs and suffix_of(place.name) in SUFFIXES:
             says = f"{shown(place.name)}: a folder, not a regular file; put the file itself there"
-            yield Refused(shown(place.name), codes.NOT_A_FILE, says)
+            yield Refused(shown(place.name), rejection_codes.NOT_A_FILE, says)
     elif place.suffix.lower() in (".jsonl", ".json"):
         yield from _named_manifest(Package(place.parent, ""), place.name)
     else:
@@ -87,7 +87,7 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
         entries = sorted(os.scandir(package.root), key=lambda e: os.fsencode(e.name))
     except OSError as error:
         says = f"{shown(package.prefix) or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
-        yield Refused(shown(package.prefix).rstrip("/"), codes.UNREADABLE, says)
+        yield Refused(shown(package.prefix).rstrip("/"), rejection_codes.UNREADABLE, says)
         return
     entries = [e for e in entries if not e.name.startswith(".") and e.name != "__MACOSX"]
     names = frozenset(e.name.lower() for e in entries)
@@ -109,7 +109,7 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
     for name in folders:
         if depth >= DEEPEST_FOLDER:
             says = f"{shown(name)}: folders nested too deep; move it"
-            yield Refused(shown(package.prefix + name), codes.UNREADABLE, says)
+            yield Refused(shown(package.prefix + name), rejection_codes.UNREADABLE, says)
         else:
             yield from _inner(package, name, claimed, depth)
 
@@ -128,7 +128,7 @@ def _is_unread(name: str, names: Set[str]) -> bool:
 
 def _unread(package: Package, name: str) -> Refused:
     says = f"{shown(name)}: this is {UNREAD_SUFFIXES[suffix_of(name)]}, not a mesh that is read"
-    return Refused(shown(package.prefix + name), codes.WRONG_TYPE, says)
+    return Refused(shown(package.prefix + name), rejection_codes.WRONG_TYPE, says)
 
 
 def _inner(package: Package, name: str, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
@@ -158,7 +158,7 @@ def _loose(package: Package, main: str) -> Found | Refused:
     path = package.prefix + main
     try:
         if shown(path) != path:
-            raise Rejected(codes.BAD_NAME, f"{shown(main)}: the name is not UTF-8; rename the file")
+            raise Rejected(rejection_codes.BAD_NAME, f"{shown(main)}: the name is not UTF-8; rename the file")
         check_file(str(package.root / main), package.root)
     except Rejected as error:
         return Refused(shown(path), error.code, error.says)

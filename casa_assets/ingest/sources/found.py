@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from casa_assets.model.ingest.source import Source
 from casa_assets.model.issue import Issue
-from casa_assets.model.source import Source
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Refused:
 
     Attributes:
         path: POSIX, relative to the folder that the user named; of a manifest row, the manifest.
-        code: of casa_assets.ingest.codes.
+        code: of casa_assets.ingest.rejection_codes.
         says: file, line or place, reason, and what to do.
     """
 

@@ -10,14 +10,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.licence import spdx
 from casa_assets.ingest.sources.package import Package
-from casa_assets.ingest.sources.rows import hints, parse_json, safe_id, word, words
+from casa_assets.ingest.sources.untrusted_fields import hints, parse_json, safe_id, word, words
+from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.model.issue import Issue
-from casa_assets.model.source import Source, SourceKind
 
 # Names that announce a manifest, whatever the state of its content.
 NAMES = frozenset({"manifest.jsonl", "manifest.json"})
@@ -66,13 +66,13 @@ def read_list(package: Package, name: str, is_named: bool) -> Iterator[Found | R
         rows = parse_json(data.removeprefix(codecs.BOM_UTF8), name)
     except Rejected as error:
         if must:
-            yield package.refuse(name, Rejected(codes.BAD_MANIFEST, error.says))
+            yield package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, error.says))
         return
     is_manifest = isinstance(rows, list) and any(isinstance(r, dict) and "id" in r and "file" in r for r in rows)
     if not isinstance(rows, list) or not is_manifest:
         if must:
             says = f"{name}: not a list of rows with `id` and `file`; mend it"
-            yield package.refuse(name, Rejected(codes.BAD_MANIFEST, says))
+            yield package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, says))
         return
     reader = _Rows(package, name)
     yield from reader.bounded(reader.row(f"{name} row {number}", row) for number, row in enumerate(rows, start=1))
@@ -89,11 +89,11 @@ class _Rows:
         """The rows, until there are more, or more broken ones, than any honest manifest has."""
         broken = 0
         for number, one in enumerate(rows, start=1):
-            broken += isinstance(one, Refused) and one.code == codes.BAD_ROW
+            broken += isinstance(one, Refused) and one.code == rejection_codes.BAD_ROW
             if number > MOST_ROWS or broken > MOST_BROKEN_ROWS:
                 most = f"{MOST_ROWS} rows" if number > MOST_ROWS else f"{MOST_BROKEN_ROWS} broken rows"
                 says = f"{clean(self._name)}: more than {most}; what follows was not read, split or mend the file"
-                yield self._package.refuse(self._name, Rejected(codes.BAD_MANIFEST, says))
+                yield self._package.refuse(self._name, Rejected(rejection_codes.BAD_MANIFEST, says))
                 return
             yield one
 
@@ -109,10 +109,14 @@ class _Rows:
         """One row; refused with its place where anything in it is wrong."""
         try:
             if not isinstance(row, dict):
-                raise Rejected(codes.BAD_ROW, f"{place}: {clean(json.dumps(row), 40)} is not an object; mend it")
+                raise Rejected(
+                    rejection_codes.BAD_ROW, f"{place}: {clean(json.dumps(row), 40)} is not an object; mend it"
+                )
             uid = safe_id(row.get("id"), place)
             if uid in self._ids:
-                raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._ids[uid]}; rename one")
+                raise Rejected(
+                    rejection_codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._ids[uid]}; rename one"
+                )
             self._check_types(row, place)
             main = self._package.file(row.get("file"), place)
             self._ids[uid] = place
@@ -125,7 +129,7 @@ class _Rows:
             value = row.get(key)
             if value is not None and not isinstance(value, str):
                 says = f"{place}: {key} {clean(repr(value), 40)} is not text; mend it"
-                raise Rejected(codes.BAD_ROW, says)
+                raise Rejected(rejection_codes.BAD_ROW, says)
 
 
 def _remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
@@ -133,7 +137,9 @@ def _remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
     notes = Notes()
     for key, value in row.items():
         if isinstance(value, float) and not math.isfinite(value):
-            notes.add(codes.NUMBER_IGNORED, place, f"{clean(key, 40)!r} is {value}, which is no number; ignored")
+            notes.add(
+                rejection_codes.NUMBER_IGNORED, place, f"{clean(key, 40)!r} is {value}, which is no number; ignored"
+            )
     return notes.issues
 
 

@@ -12,14 +12,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from casa_assets.errors import CasaError, Rejected, UnknownId
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.notes import clean
-from casa_assets.ingest.sources.disk import check_file, shown
+from casa_assets.ingest.sources.bounded_reads import check_file, shown
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.licence import spdx
 from casa_assets.ingest.sources.package import MOST_INDEX_BYTES, Package
-from casa_assets.ingest.sources.rows import hints, parse_json, safe_id, word, words
-from casa_assets.model.source import Source, SourceKind
+from casa_assets.ingest.sources.untrusted_fields import hints, parse_json, safe_id, word, words
+from casa_assets.model.ingest.source import Source, SourceKind
 
 INDEX_FILES = frozenset(
     f"{stem}.json{end}" for stem in ("object-paths", "annotations", "lvis-annotations") for end in ("", ".gz")
@@ -83,7 +83,7 @@ def _input(package: Package, main: str, uid: str, row: object, category: str) ->
     try:
         check_file(str(package.root / main), package.root)
         if shown(main) != main:
-            raise Rejected(codes.BAD_NAME, f"{shown(main)}: the name is not UTF-8; rename the file")
+            raise Rejected(rejection_codes.BAD_NAME, f"{shown(main)}: the name is not UTF-8; rename the file")
         return package.found(main, _source(main, uid, row, category))
     except Rejected as error:
         return package.refuse(main, error)
@@ -134,9 +134,9 @@ class _Reader:
                 value = parse_json(_plain(self._package.read(name), name), name)
                 if isinstance(value, dict):
                     return value
-                raise Rejected(codes.BAD_MANIFEST, f"{name}: not a JSON object; mend it or remove it")
+                raise Rejected(rejection_codes.BAD_MANIFEST, f"{name}: not a JSON object; mend it or remove it")
             except Rejected as error:
-                self.refused.append(self._package.refuse(name, Rejected(codes.BAD_MANIFEST, error.says)))
+                self.refused.append(self._package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, error.says)))
         return {}
 
     def metadata(self, folder: str) -> Mapping[str, object]:
@@ -153,9 +153,11 @@ def _plain(data: bytes, name: str) -> bytes:
             unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
             data = unpacker.decompress(data, MOST_INDEX_BYTES)
         except zlib.error as error:
-            raise Rejected(codes.BAD_MANIFEST, f"{name}: broken gzip ({error}); fetch it again") from error
+            raise Rejected(rejection_codes.BAD_MANIFEST, f"{name}: broken gzip ({error}); fetch it again") from error
         if unpacker.unconsumed_tail:
-            raise Rejected(codes.BAD_MANIFEST, f"{name}: more than {MOST_INDEX_BYTES} bytes unpacked; mend it")
+            raise Rejected(
+                rejection_codes.BAD_MANIFEST, f"{name}: more than {MOST_INDEX_BYTES} bytes unpacked; mend it"
+            )
     return data.removeprefix(codecs.BOM_UTF8)
 
 
@@ -174,7 +176,7 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
     place = f"{name} row {number}"
     try:
         if not isinstance(row, dict):
-            raise Rejected(codes.BAD_ROW, f"{place}: not an object; mend it")
+            raise Rejected(rejection_codes.BAD_ROW, f"{place}: not an object; mend it")
         main = package.file(row.get("path"), place)
         title = word(row, "name")
         stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]

@@ -9,8 +9,8 @@ import numpy.typing as npt
 from PIL import Image
 from scipy import ndimage
 
-from casa_assets.model.finish import Surface
 from casa_assets.model.record import Record, Vec2
+from casa_assets.model.registry.finish import Surface
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.packs.faults import Fault, refuse
 from casa_assets.textures.seam import jump, repair, seam

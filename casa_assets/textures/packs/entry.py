@@ -6,10 +6,10 @@ from typing import Annotated
 
 from pydantic import Field, StringConstraints
 
-from casa_assets.model.finish import Surface
+from casa_assets.model.asset.material import Positive
 from casa_assets.model.issue import Code
-from casa_assets.model.material import Positive
 from casa_assets.model.record import Id, Record, Sha256
+from casa_assets.model.registry.finish import Surface
 
 Text = Annotated[str, StringConstraints(max_length=4000)]
 Share = Annotated[float, Field(ge=0, le=1)]

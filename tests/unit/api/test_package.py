@@ -10,8 +10,8 @@ from types import ModuleType
 import pytest
 
 import casa_assets as casa
-from casa_assets.pipeline.cache_folder import cache_dir
-from casa_assets.registry_families import family as family_of
+from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.registry.families import family as family_of
 
 ROOT = Path(__file__).parents[3]
 

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.articulate.fragments import fragment_labels
+from casa_assets.articulate.colliders.build_colliders import touched
+from casa_assets.articulate.frame.unit_scale import metres_per_unit
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.size import metres_per_unit
-from casa_assets.articulate.soup import soup_of
-from casa_assets.articulate.touch import touched
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import soup_of
 from casa_assets.errors import Rejected
-from casa_assets.geometry.tessellate import surface
-from casa_assets.model.category import Span
-from casa_assets.model.joint import JointKind
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.articulate_build import Wish, build
+from casa_assets.model.registry.category import Span
+from casa_assets.pipeline.articulate.build import Wish, build
 from tests.unit.articulate.blocks import Floats, Ints, box, drawers, microwave, together
 
 GIVEN = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.bulges import without_stairs
-from casa_assets.articulate.creases import Relief
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frame import given_frame
-from casa_assets.articulate.panels import find_panels
-from casa_assets.articulate.pieces import FRONT, Pieces, measure
-from casa_assets.articulate.raster import Picture
-from casa_assets.articulate.rectangles import Leaf
-from casa_assets.articulate.sides import look
-from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.frame.side_views import look
+from casa_assets.articulate.fronts.bulging_fronts import without_stairs
+from casa_assets.articulate.fronts.panels import find_panels
+from casa_assets.articulate.fronts.rectangles import Leaf
+from casa_assets.articulate.segment.creases import Relief
+from casa_assets.articulate.segment.fragment_measures import FRONT, Pieces, measure
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.raster import Picture
+from casa_assets.articulate.segment.triangle_soup import soup_of
 from tests.unit.articulate.blocks import Floats, Part, box, together
 
 COLUMNS = ((0, 20), (20, 40), (40, 160), (160, 180), (180, 200))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.clear import GAP_M, Solid, clear
-from casa_assets.articulate.shapes import box_cloud, clouds_of, shape_of
-from casa_assets.model.shape import Box, Hull
+from casa_assets.articulate.colliders.clearance import GAP_M, Solid, clear
+from casa_assets.articulate.colliders.link_shapes import box_cloud, clouds_of, shape_of
+from casa_assets.model.asset.shape import Box, Hull
 from tests.unit.articulate.blocks import box, carcass, disc, together
 
 

@@ -7,21 +7,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.articulate.complete_cut import carved
 from casa_assets.articulate.decisions import Decisions, RoomDecision
+from casa_assets.articulate.interior.hollow_out import carved
 from casa_assets.articulate.plan import Articulation, Filling, Frame, PartKind
-from casa_assets.articulate.rays import crossings, grid
-from casa_assets.articulate.soup import soup_of
-from casa_assets.checks.travel import travels
+from casa_assets.articulate.segment.rays import crossings, grid
+from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.checks.motion.joint_travel import travels
 from casa_assets.errors import UnknownId
 from casa_assets.export import mjcf
-from casa_assets.geometry.tessellate import surface
-from casa_assets.model.material import Material
-from casa_assets.model.mesh import Mesh as Triangles
-from casa_assets.model.source import RawModel, RawPart
-from casa_assets.pipeline import articulate_sidecar as sidecar
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.articulate_build import Built, Wish, build
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh as Triangles
+from casa_assets.model.ingest.source import RawModel, RawPart
+from casa_assets.pipeline.articulate import sidecar
+from casa_assets.pipeline.articulate.build import Built, Wish, build
+from casa_assets.pipeline.library import library as disk
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, drawers, microwave, together
 from tests.unit.articulate.test_assemble import obj
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.complete import find_rooms
-from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer
+from casa_assets.articulate.interior.cavities import find_rooms
 from casa_assets.articulate.plan import Articulation, Edge, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.rays import crossings
-from casa_assets.articulate.soup import Soup, soup_of
-from casa_assets.model.joint import JointKind
+from casa_assets.articulate.segment.rays import crossings
+from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
+from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
 from tests.unit.articulate.test_complete import block, door
 

@@ -8,17 +8,17 @@ import manifold3d
 import numpy as np
 import pytest
 
-from casa_assets.articulate.cut import cut, find_shell
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer
 from casa_assets.articulate.plan import Articulation, Edge, PartKind, PartPlan
-from casa_assets.articulate.shells import opened
-from casa_assets.articulate.soup import Soup, soup_of
-from casa_assets.model.joint import JointKind
-from casa_assets.model.material import Material
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.source import RawModel, RawPart
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.shell_cuts import opened
+from casa_assets.articulate.segment.shell_segments import cut, find_shell
+from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.ingest.source import RawModel, RawPart
 from tests.unit.articulate.blocks import box, disc, microwave
 
 Shape = tuple[np.ndarray, np.ndarray]

@@ -11,9 +11,9 @@ import pytest
 from casa_assets.articulate.decisions import Decisions, PartDecision, direction, word_of
 from casa_assets.articulate.plan import Edge, PartKind
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.model.joint import JointKind
-from casa_assets.pipeline import articulate_sidecar as sidecar
-from casa_assets.pipeline.articulate_build import Built, Wish, build
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.pipeline.articulate import sidecar
+from casa_assets.pipeline.articulate.build import Built, Wish, build
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 

@@ -7,10 +7,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame import given_frame, guess_frame
-from casa_assets.articulate.pieces import SIDES
-from casa_assets.articulate.soup import Soup, soup_of
-from casa_assets.articulate.turn import straightened
+from casa_assets.articulate.frame.axes import given_frame, guess_frame
+from casa_assets.articulate.frame.wall_alignment import straightened
+from casa_assets.articulate.segment.fragment_measures import SIDES
+from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, disc, drawers, microwave, together
 
 UP, FRONT = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])

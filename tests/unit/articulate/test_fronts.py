@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer
 from casa_assets.articulate.plan import Articulation, Edge, PartKind, PartPlan
-from casa_assets.articulate.soup import soup_of
-from casa_assets.model.joint import JointKind
+from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together
 
 

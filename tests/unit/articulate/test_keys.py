@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.burners import _discs, find_burners
-from casa_assets.articulate.controls import Control
-from casa_assets.articulate.creases import Blob
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.controls.burners import _discs, find_burners
+from casa_assets.articulate.controls.controls import Control
+from casa_assets.articulate.controls.round_controls import sole_key, without_burners
+from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.fronts.rectangles import is_bar
 from casa_assets.articulate.infer import infer
-from casa_assets.articulate.keys import sole_key, without_burners
-from casa_assets.articulate.pieces import measure
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.rectangles import is_bar
-from casa_assets.articulate.soup import Soup, soup_of
-from casa_assets.model.mesh import Mesh
+from casa_assets.articulate.segment.creases import Blob
+from casa_assets.articulate.segment.fragment_measures import measure
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
+from casa_assets.model.asset.mesh import Mesh
 from tests.assets import textured_box
 from tests.unit.articulate.blocks import Part, box, disc, together
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.frame.kind import HAS, NAMES, Controls, kind_by_parts, kind_named, shape_likelihood
+from casa_assets.articulate.frame.side_views import look
 from casa_assets.articulate.infer import infer
-from casa_assets.articulate.kind import HAS, NAMES, Controls, kind_by_parts, kind_named, shape_likelihood
-from casa_assets.articulate.pieces import BACK, FRONT, measure
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.sides import look
-from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.segment.fragment_measures import BACK, FRONT, measure
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import soup_of
 from tests.unit.articulate.blocks import drawers, microwave, together
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.knife import Knife, split
-from casa_assets.articulate.pieces import FRONT, TOP
-from casa_assets.geometry.measure import face_normals
-from casa_assets.geometry.topology import is_closed
+from casa_assets.articulate.segment.cut_planes import Knife, split
+from casa_assets.articulate.segment.fragment_measures import FRONT, TOP
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import is_closed
 from tests.unit.articulate.blocks import box
 
 WIDE = np.full(3, 10.0)

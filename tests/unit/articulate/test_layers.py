@@ -6,12 +6,12 @@ import manifold3d
 import numpy as np
 import pytest
 
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.soup import soup_of
-from casa_assets.model.joint import JointKind
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
 from tests.unit.articulate.test_fronts import bar, found_in, of_kind, tub
 

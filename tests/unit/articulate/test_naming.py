@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.articulate.naming import named
-from casa_assets.pipeline.articulate_build import Wish, build
+from casa_assets.articulate.semantics.rename import named
+from casa_assets.pipeline.articulate.build import Wish, build
 from tests.unit.articulate.blocks import box, carcass, drawers, microwave, together
 from tests.unit.articulate.test_assemble import obj
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame import guess_frame
+from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.infer import infer
-from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import soup_of
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 Shape = tuple[np.ndarray, np.ndarray]

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.burners import belongs, find_burners
-from casa_assets.articulate.equip import contract_of, equipped
-from casa_assets.articulate.niche import cup_place, slots
-from casa_assets.articulate.rooms import below_racks, box_of, in_drawer, over_rack, split_by_shelves, support
-from casa_assets.model.asset import Asset, Collider, Joint, JointKind, Link, Region
-from casa_assets.model.link import Visual
-from casa_assets.model.mesh import Mesh
+from casa_assets.articulate.controls.burners import belongs, find_burners
+from casa_assets.articulate.interior.niches import cup_place, slots
+from casa_assets.articulate.interior.regions import below_racks, box_of, in_drawer, over_rack, split_by_shelves, support
+from casa_assets.articulate.semantics.annotate_for_runtime import contract_of, equipped
+from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region
+from casa_assets.model.asset.link import Visual
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from casa_assets.model.shape import Box
 from tests.articulated_assets import microwave
 from tests.asset_parts import box_inertial
 from tests.unit.articulate.blocks import Part, box, disc, together

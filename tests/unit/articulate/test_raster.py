@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate import raster
-from casa_assets.articulate.pieces import BACK, FRONT, LEFT, SIDES, TOP
-from casa_assets.articulate.raster import draw
+from casa_assets.articulate.segment import raster
+from casa_assets.articulate.segment.fragment_measures import BACK, FRONT, LEFT, SIDES, TOP
+from casa_assets.articulate.segment.raster import draw
 from tests.unit.articulate.blocks import box, together
 
 

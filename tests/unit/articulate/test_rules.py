@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from casa_assets.articulate.rules import behavior_for
-from casa_assets.checks.machine import Machine, Stimulus, start, step
-from casa_assets.model.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
+from casa_assets.articulate.semantics.state_machines import behavior_for
+from casa_assets.checks.runtime.behavior_interpreter import Machine, Stimulus, start, step
+from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
+from casa_assets.model.asset.shape import Box
 from casa_assets.model.record import Vec2
-from casa_assets.model.shape import Box
 from tests.articulated_assets import microwave
 from tests.asset_parts import box_inertial
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import soup_of
 from tests.unit.articulate.blocks import box, drawers, microwave, together
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.controls.faucets import find_spout
+from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer
-from casa_assets.articulate.pieces import measure
 from casa_assets.articulate.plan import Articulation, PartKind
-from casa_assets.articulate.soup import soup_of
-from casa_assets.articulate.taps import find_spout
-from casa_assets.model.joint import JointKind
+from casa_assets.articulate.segment.fragment_measures import measure
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 

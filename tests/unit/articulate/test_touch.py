@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.air import is_air
-from casa_assets.articulate.clear import Solid, clear
-from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.colliders.clearance import Solid, clear
+from casa_assets.articulate.colliders.edge_grips import WIDE_M, take_by_the_edge
+from casa_assets.articulate.colliders.empty_regions import is_air
+from casa_assets.articulate.colliders.link_shapes import box_cloud, clouds_of, is_frame, plugs
+from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.rims import WIDE_M, take_by_the_edge
-from casa_assets.articulate.shapes import box_cloud, clouds_of, is_frame, plugs
-from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import soup_of
 from tests.unit.articulate.blocks import box, carcass, disc, together
 
 Z = np.array([0.0, 0.0, 1.0])

@@ -7,13 +7,13 @@ from itertools import product
 import numpy as np
 import pytest
 
-from casa_assets.articulate.evidence import FEATURES, evidence, hidden_area
-from casa_assets.articulate.fragments import fragment_labels
-from casa_assets.articulate.frame import CANDIDATES, given_frame, weighed
-from casa_assets.articulate.pieces import BOTTOM, FRONT, LEFT, SIDES, TOP, Pieces, measure
-from casa_assets.articulate.sides import look
-from casa_assets.articulate.soup import soup_of
-from casa_assets.articulate.trial import TRIALS, axes_of, tried, turned
+from casa_assets.articulate.frame.axes import CANDIDATES, given_frame, weighed
+from casa_assets.articulate.frame.evidence import FEATURES, evidence, hidden_area
+from casa_assets.articulate.frame.score_candidate import TRIALS, axes_of, tried, turned
+from casa_assets.articulate.frame.side_views import look
+from casa_assets.articulate.segment.fragment_measures import BOTTOM, FRONT, LEFT, SIDES, TOP, Pieces, measure
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import soup_of
 from tests.unit.articulate.blocks import Part, box, carcass, drawers, microwave, together
 
 PIXELS = 128

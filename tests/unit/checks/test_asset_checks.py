@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.package import Package
+from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
-from casa_assets.model.asset import Asset, Collider, State
+from casa_assets.model.asset.asset import Asset, Collider, State
+from casa_assets.model.asset.shape import Sphere
 from casa_assets.model.issue import Report, Status
-from casa_assets.model.shape import Sphere
 from tests.asset_parts import box_inertial
 from tests.assets import ball, category, microwave, textured_box
 from tests.box_assets import (

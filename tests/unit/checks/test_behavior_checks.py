@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks import operate
-from casa_assets.checks.behavior import position
-from casa_assets.checks.machine import Machine, Stimulus, start, step
-from casa_assets.checks.reachable import unreached
+from casa_assets.checks.motion import operate
 from casa_assets.checks.run import run
+from casa_assets.checks.runtime.behavior import position
+from casa_assets.checks.runtime.behavior_interpreter import Machine, Stimulus, start, step
+from casa_assets.checks.runtime.reachable_values import unreached
 from casa_assets.checks.table import TABLE
-from casa_assets.model.asset import Asset
-from casa_assets.model.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
-from casa_assets.model.contract import Contract
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
+from casa_assets.model.registry.contract import Contract
 from tests.contract_fixtures import HIGH, LOW, block, burning, hob, oven, packed
 from tests.unit.checks.test_contract_checks import codes
 

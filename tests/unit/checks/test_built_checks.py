@@ -10,13 +10,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks import force, motion
+from casa_assets.checks.motion import hand_force, motion_model
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
-from casa_assets.model.asset import Asset, Drive, JointKind
+from casa_assets.model.asset.asset import Asset, Drive, JointKind
+from casa_assets.model.asset.shape import Box
 from casa_assets.model.issue import Status
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import Box
 from tests.articulated_assets import drawer_unit, microwave
 from tests.asset_parts import box_inertial
 from tests.check_reports import LIMITS, codes, judged, number, packed
@@ -123,27 +123,27 @@ class TestForce:
     ) -> None:
         """What the formula says is what the simulator does."""
         asset = cupboard()
-        ready = motion.movable(packed(asset, tmp_path))
+        ready = motion_model.movable(packed(asset, tmp_path))
         assert ready is not None
         data = mujoco.MjData(ready.free)
         joint = {j.name: j for j in asset.joints}[name]
-        effort = force.onset(ready, data, asset, joint) * force.hand_effort(asset, joint) / force.PULL_N
+        effort = hand_force.onset(ready, data, asset, joint) * hand_force.hand_effort(asset, joint) / hand_force.PULL_N
         mujoco.mj_resetData(ready.free, data)
-        data.qfrc_applied[ready.dof[name]] = math.copysign(share * effort, motion.far(joint))
+        data.qfrc_applied[ready.dof[name]] = math.copysign(share * effort, motion_model.far(joint))
         mujoco.mj_step(ready.free, data, nstep=500)
         # A tenth less lets it yield a little, since stops and friction are soft.
-        assert (float(data.qpos[ready.address[name]]) / motion.far(joint) > 0.02) == moves
+        assert (float(data.qpos[ready.address[name]]) / motion_model.far(joint) > 0.02) == moves
 
     def test_twenty_newtons_turn_a_door_by_its_lever_and_a_knob_by_its_rim(self) -> None:
         asset = cupboard()
-        efforts = {j.name: force.hand_effort(asset, j) for j in asset.joints}
+        efforts = {j.name: hand_force.hand_effort(asset, j) for j in asset.joints}
         assert efforts["door_hinge"] == pytest.approx(20 * math.hypot(0.5, 0.048))
         assert efforts["knob_turn"] == pytest.approx(20 * 0.02)
         assert (efforts["drawer_slide"], efforts["key_press"]) == (20.0, 20.0)
 
     def test_nobody_turns_harder_than_the_cap(self) -> None:
         long = with_grip("door_hinge", Box(size=(0.014, 0.014, 0.14)), pose=Pose(position=(1.5, -0.048, 0.0)))
-        assert force.hand_effort(long, long.joints[0]) == force.MOST_NM
+        assert hand_force.hand_effort(long, long.joints[0]) == hand_force.MOST_NM
 
     def test_a_key_need_not_stay_pressed(self, tmp_path: Path) -> None:
         """A named pose in which a key is held down is no pose of rest for it."""
@@ -204,7 +204,7 @@ class TestClearance:
         """The key is pressed while the door is open; while the key is in, the door is not swung."""
         behind = joint_changed("key_press", behind="door_hinge")
         assert codes(behind, tmp_path) == set()
-        assert motion.opened(behind, behind.joints[3]) == {"door_hinge": -math.pi / 2}
+        assert motion_model.opened(behind, behind.joints[3]) == {"door_hinge": -math.pi / 2}
 
 
 class TestGrip:
@@ -235,4 +235,4 @@ class TestGrip:
 def test_a_slide_and_a_hinge_are_told_apart() -> None:
     kinds = {j.name: j.kind for j in cupboard().joints}
     assert kinds["drawer_slide"] is JointKind.SLIDE
-    assert motion.lever(cupboard(), cupboard().joints[1]) == 1.0
+    assert motion_model.lever(cupboard(), cupboard().joints[1]) == 1.0

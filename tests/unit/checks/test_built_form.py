@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.checks import flicker
+from casa_assets.checks.asset import coincident_faces
 from casa_assets.checks.run import run
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
 from tests.check_reports import LIMITS, codes, judged, number
 from tests.cupboard import cupboard, filled_to, link_changed, pictured_at, shape, with_shapes, with_trim
@@ -112,4 +112,6 @@ class TestLooks:
             )
         )
         moved = asset.replace(links=tuple(turned if k.name == "door" else k for k in asset.links))
-        assert flicker.shows_one_face(moved, LIMITS["flicker_m2"]).number == pytest.approx(0.4 * 0.02, rel=1e-6)
+        assert coincident_faces.shows_one_face(moved, LIMITS["flicker_m2"]).number == pytest.approx(
+            0.4 * 0.02, rel=1e-6
+        )

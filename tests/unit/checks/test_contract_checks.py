@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks import contract_names
-from casa_assets.checks.package import Package
+from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
+from casa_assets.checks.runtime import contract_names
 from casa_assets.checks.table import TABLE
-from casa_assets.model.asset import Asset, JointKind, Keyframe, Region
-from casa_assets.model.contract import Choice, Contract, Generation, Needs, Opens, RegionRule, Threshold
+from casa_assets.model.asset.asset import Asset, JointKind, Keyframe, Region
 from casa_assets.model.pose import Pose
+from casa_assets.model.registry.contract import Choice, Contract, Generation, Needs, Opens, RegionRule, Threshold
 from tests.assets import microwave, rigid_mug
 from tests.contract_fixtures import hob, oven, packed
 

@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 import pytest
 
-from casa_assets.checks.design.grade import grade
+from casa_assets.checks.design.rules.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.table import TABLE
-from casa_assets.model.floor import AisleKind, Facts, Fixture, Foot, Leaf, Role
 from casa_assets.model.issue import Status
+from casa_assets.model.kitchen.floor import AisleKind, Facts, Fixture, Foot, Leaf, Role
 from tests.reference_kitchen import (
     DOOR,
     LIMITS,

@@ -8,16 +8,16 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.checks.design.floor_map import CELL, RADIUS, FloorMap
-from casa_assets.checks.design.parking import GAP, GAP_TALL, is_tall, park
-from casa_assets.checks.design.picture import FLOOR, REACHED, floor_picture
-from casa_assets.checks.design.placing import Size, Span, Zone, acceptance, free_area, near, on_worktops, tops
+from casa_assets.checks.design.robot.floor_map import CELL, RADIUS, FloorMap
+from casa_assets.checks.design.robot.parking import GAP, GAP_TALL, is_tall, park
+from casa_assets.checks.design.robot.picture import FLOOR, REACHED, floor_picture
+from casa_assets.checks.design.robot.placing import Size, Span, Zone, acceptance, free_area, near, on_worktops, tops
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import whereabouts
+from casa_assets.core.sampling import rng_for
 from casa_assets.geometry.planar import distance, inside, outline_of, overlap, within
-from casa_assets.model.chance import rng_for
-from casa_assets.model.floor import Facts, Role, Side, Stance
-from casa_assets.model.plan import OpeningKind
+from casa_assets.model.kitchen.floor import Facts, Role, Side, Stance
+from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 from tests.reference_kitchen import DOOR, WALLS, changed, kitchen, thing, with_more
 

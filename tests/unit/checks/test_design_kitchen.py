@@ -11,12 +11,12 @@ import pytest
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.run import run
 from casa_assets.geometry.planar import distance, overlap
-from casa_assets.layouts.facts import facts_of
-from casa_assets.layouts.request import Kitchen
-from casa_assets.model.floor import APPLIANCES, Facts, Role
-from casa_assets.model.plan import OpeningKind
-from casa_assets.model.scene import Scene
-from casa_assets.pipeline.kitchens import Recipe, build_scene
+from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.order.request import Kitchen
+from casa_assets.model.kitchen.floor import APPLIANCES, Facts, Role
+from casa_assets.model.kitchen.plan import OpeningKind
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene
 from tests.reference_kitchen import LIMITS
 
 

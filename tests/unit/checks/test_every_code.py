@@ -14,7 +14,7 @@ import pytest
 from casa_assets import registry
 from casa_assets.checks.check import Check
 from casa_assets.checks.table import TABLE
-from casa_assets.pipeline.books.check_docs import codes, markdown
+from casa_assets.pipeline.reports.check_docs import codes, markdown
 
 ROOT = Path(__file__).parents[3]
 KNOWN = registry.load()

@@ -10,15 +10,15 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.checks.filters.kind import misfit
-from casa_assets.checks.filters.sizes import Sizes
-from casa_assets.checks.package import Package
+from casa_assets.checks.library.size_outliers import Sizes
+from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
 from casa_assets.export.mjcf import write
-from casa_assets.model.asset import Asset, Inertial
-from casa_assets.model.category import Affordance, Build, Category, Upright
+from casa_assets.model.asset.asset import Asset, Inertial
+from casa_assets.model.asset.material import Material
 from casa_assets.model.issue import Report
-from casa_assets.model.material import Material
+from casa_assets.model.registry.category import Affordance, Build, Category, Upright
 from tests.asset_parts import box_inertial
 from tests.assets import write_to
 from tests.box_assets import plain_box

@@ -8,17 +8,18 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks import agreement, drop
-from casa_assets.checks.package import Package
+from casa_assets.checks.motion import drop
+from casa_assets.checks.package import fact_differences
+from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import asset_facts, mjcf_facts, mujoco_load
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
 from casa_assets.checks.table.formats import DROP
 from casa_assets.export.mjcf import write
-from casa_assets.model.asset import Asset, Base
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.asset.shape import Box
 from casa_assets.model.issue import Report
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import Box
 from tests.articulated_assets import grill
 from tests.assets import EVERY, ball, box_inertial, category, drawer_unit, microwave, rigid_mug, textured_box, write_to
 
@@ -180,7 +181,9 @@ class TestFacts:
     @pytest.mark.parametrize("file", ["model.xml", "scene.xml"])
     def test_file_agrees_with_the_asset(self, build: Callable[[], Asset], file: str, tmp_path: Path) -> None:
         package = packed(build(), tmp_path)
-        measured = agreement.agree(asset_facts.facts(package.asset), mjcf_facts.facts(package.root / file), COLOR)
+        measured = fact_differences.agree(
+            asset_facts.facts(package.asset), mjcf_facts.facts(package.root / file), COLOR
+        )
         assert measured.problems == ()
 
     def test_turned_frames_are_in_the_table(self) -> None:
@@ -207,24 +210,24 @@ class TestFacts:
 class TestAgreement:
     def test_equal_tables_agree(self) -> None:
         table = asset_facts.facts(microwave())
-        assert agreement.agree(table, table, 0.0).problems == ()
+        assert fact_differences.agree(table, table, 0.0).problems == ()
 
     def test_number_is_the_largest_difference(self) -> None:
         table = asset_facts.facts(microwave())
         door = table.bodies[0]
         moved = table.replace(bodies=(door.replace(center_of_mass=(0.19, -0.01, 0.002)), table.bodies[1]))
-        measured = agreement.agree(table, moved, 0.001)
+        measured = fact_differences.agree(table, moved, 0.001)
         assert measured.number == pytest.approx(0.002)
         assert [pointer for pointer, _ in measured.problems] == ["bodies/door/center_of_mass"]
 
     def test_a_missing_body_is_a_difference(self) -> None:
         table = asset_facts.facts(microwave())
-        assert agreement.agree(table, table.replace(bodies=table.bodies[:1]), 1.0).problems
+        assert fact_differences.agree(table, table.replace(bodies=table.bodies[:1]), 1.0).problems
 
     def test_the_sign_of_a_quaternion_is_none(self) -> None:
         table = asset_facts.facts(drawer_unit())
         flipped = tuple(b.replace(quaternion=tuple(-q for q in b.quaternion)) for b in table.bodies)
-        assert agreement.agree(table, table.replace(bodies=flipped), 0.0).problems == ()
+        assert fact_differences.agree(table, table.replace(bodies=flipped), 0.0).problems == ()
 
 
 class TestLoad:

@@ -13,13 +13,13 @@ from casa_assets.checks.scene.run import UNLOADED, run_scene
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import walls_seen
 from casa_assets.checks.table import TABLE
-from casa_assets.geometry.hull import convex_hull
-from casa_assets.model.asset import Asset, Base, Drive
+from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.model.asset.asset import Asset, Base, Drive
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box, Hull, Sphere
 from casa_assets.model.issue import Status
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.kitchen.scene import Camera, Scene
 from casa_assets.model.record import Vec3
-from casa_assets.model.scene import Camera, Scene
-from casa_assets.model.shape import Box, Hull, Sphere
 from tests.cupboard import cupboard, joint_changed
 from tests.rooms import LIMITS, TO_THE_LEFT, at, block, judged, room, subject
 

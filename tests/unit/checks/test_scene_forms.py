@@ -11,16 +11,16 @@ import pytest
 
 from casa_assets.checks.readers.mujoco_load import heard
 from casa_assets.checks.run import run
-from casa_assets.checks.scene import stopwatch
-from casa_assets.checks.scene.budget import Speed, holdings
-from casa_assets.checks.scene.files import SceneFiles
-from casa_assets.checks.scene.layer import OF_SINGLE_PROPS
+from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.checks.scene.formats.usd_layer import OF_SINGLE_PROPS
+from casa_assets.checks.scene.motion import stopwatch
+from casa_assets.checks.scene.motion.budget import Speed, holdings
 from casa_assets.checks.scene.views import Pictures
 from casa_assets.checks.table import TABLE
 from casa_assets.errors import CasaError
-from casa_assets.model.asset import Base
+from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report, Status
-from casa_assets.model.scene import Scene
+from casa_assets.model.kitchen.scene import Scene
 from tests.assets import textured_box
 from tests.cupboard import cupboard
 from tests.packages import tamper

@@ -9,14 +9,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.scene import opening, overlap, pulling, rest, support
+from casa_assets.checks.scene.motion import opening, pulling, rest
+from casa_assets.checks.scene.placement import overlap, support
 from casa_assets.checks.scene.subject import SceneSubject, bare, boxes, meet
-from casa_assets.geometry.fitted import beside
-from casa_assets.model.asset import Asset, Base
+from casa_assets.geometry.inertia import beside
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.asset.shape import Box
+from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from casa_assets.model.scene import Scene
-from casa_assets.model.shape import Box
 from tests.cupboard import cupboard, joint_changed, link_changed, shape, with_shapes
 from tests.rooms import TO_THE_LEFT, at, block, room, subject
 

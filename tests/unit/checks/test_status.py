@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from casa_assets import registry
 from casa_assets.checks.check import Check, Measured, clean, not_applicable, not_run
-from casa_assets.checks.package import Package
+from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run, unrun
 from casa_assets.checks.scene.views import Pictures
 from casa_assets.checks.table import TABLE

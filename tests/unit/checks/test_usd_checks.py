@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from casa_assets.checks import usd
-from casa_assets.checks.package import Package
+from casa_assets.checks.package import usd
+from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers.quiet import quiet
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
 from tests.articulated_assets import grill
 from tests.assets import EVERY, microwave, rigid_mug, textured_box
 from tests.packages import Tampering, tamper, thumbnail, tripped, written

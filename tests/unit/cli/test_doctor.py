@@ -8,7 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from casa_assets.cli import doctor as verb
+from casa_assets.cli.verbs import doctor as verb
 from casa_assets.pipeline.doctor import Finding
 
 GOOD = Finding(subject="python", ok=True, says="3.11")

@@ -9,11 +9,11 @@ import pytest
 
 from casa_assets.errors import CasaError
 from casa_assets.families.family import Params
-from casa_assets.model.asset import Asset
-from casa_assets.model.style import Choice
-from casa_assets.pipeline import kitchens
-from casa_assets.pipeline.asset_store import AssetStore
-from casa_assets.pipeline.batch import attempt
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.kitchen.style import Choice
+from casa_assets.pipeline.cache.asset_store import AssetStore
+from casa_assets.pipeline.kitchens import resolve
+from casa_assets.pipeline.workers.batch import attempt
 from tests.libraries import BOXES, box_obj, casa
 
 # `sitecustomize` of the program and its workers: building a vase, and reading a milk carton, meet a fault.
@@ -86,4 +86,4 @@ def test_a_value_error_of_a_builder_is_no_mistake_of_the_user(tmp_path: Path) ->
             raise ValueError("a box needs a positive size")
 
     with pytest.raises(ValueError, match="positive size"):
-        kitchens.build_choice("sink", Choice(preset="vase/white_tulips"), Broken(tmp_path))
+        resolve.build_choice("sink", Choice(preset="vase/white_tulips"), Broken(tmp_path))

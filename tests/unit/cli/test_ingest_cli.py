@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.cli.words import plain
+from casa_assets.cli.text import plain
 from tests.libraries import ROOT, casa, command, entries_of, make_inputs
 
 
@@ -112,7 +112,7 @@ def test_two_runs_at_once(inputs: Path, tmp_path: Path) -> None:
 
 def test_a_bug_is_exit_3(inputs: Path, tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
-        "import sys\nsys.modules['casa_assets.pipeline.isolation.pool'] = None\n",
+        "import sys\nsys.modules['casa_assets.pipeline.workers.pool'] = None\n",
         encoding="ascii",
     )
     done = casa("ingest", inputs, "--library", tmp_path / "library", PYTHONPATH=str(tmp_path))

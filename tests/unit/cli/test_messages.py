@@ -10,13 +10,13 @@ import typer
 from rich.console import Console
 
 from casa_assets import registry
-from casa_assets.cli import ingest as ingesting
 from casa_assets.cli.main import app
 from casa_assets.cli.progress import bar
-from casa_assets.cli.words import counted
+from casa_assets.cli.text import counted
+from casa_assets.cli.verbs import ingest as ingesting
 from casa_assets.errors import UnknownId
-from casa_assets.pipeline.books.entry import Entry
-from casa_assets.pipeline.library import Summary
+from casa_assets.pipeline.library.library import Summary
+from casa_assets.pipeline.reports.entry import Entry
 from tests.libraries import casa
 
 # Paths below a file that is no folder are refused for root as well.

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from casa_assets.cli.scenes import app
+from casa_assets.cli.verbs.scenes import app
 from casa_assets.errors import UnknownId
 from casa_assets.model.issue import Issue, Report, Severity
-from casa_assets.pipeline import scene_check
-from casa_assets.pipeline.kitchens import Recipe
-from casa_assets.pipeline.scenes import SceneBuilt
+from casa_assets.pipeline.kitchens import check
+from casa_assets.pipeline.kitchens.resolve import Recipe
+from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
 from tests.packages import tamper
 
 RUNNER = CliRunner()
@@ -49,7 +49,7 @@ def test_check_prints_one_object_per_scene_and_a_table(checked_kitchen: Checked)
 
 def test_check_prints_a_table_and_writes_it(checked_kitchen: Checked, monkeypatch: pytest.MonkeyPatch) -> None:
     out, done = checked_kitchen
-    monkeypatch.setattr(scene_check, "check_all", lambda *_, drawn: iter([done] if drawn else []))
+    monkeypatch.setattr(check, "check_all", lambda *_, drawn: iter([done] if drawn else []))
     result = RUNNER.invoke(app, ["check", SCENE, "--out", str(out)])
     lines = result.stdout.splitlines()
     heads = next(line for line in lines if "NKBA" in line)
@@ -104,7 +104,7 @@ class TestSample:
             for i, recipe in enumerate(recipes):
                 yield SceneBuilt(recipe, report=report) if i < bad else SceneBuilt(recipe, str(out / recipe.scene_id))
 
-        monkeypatch.setattr(scene_check, "check_all", checked)
+        monkeypatch.setattr(check, "check_all", checked)
         result = RUNNER.invoke(app, ["sample", "4", "--seed", "9", "--out", str(out), "--jobs", "1", "--no-pictures"])
         assert asked == {"jobs": 1, "strict": True, "drawn": False}
         return result.exit_code, result.stdout

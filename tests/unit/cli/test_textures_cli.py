@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from casa_assets.cli.textures import app
+from casa_assets.cli.verbs.textures import app
 from casa_assets.errors import UnknownId
 
 RUNNER = CliRunner()

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.articulate.behave import joint_for
+from casa_assets.articulate.joints.joint_dynamics import joint_for
 from casa_assets.articulate.plan import JointPlan, PartKind, PartPlan
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import Params
 from casa_assets.families.kit.assemble import assemble
-from casa_assets.families.kit.bench import ROOT, Bench
-from casa_assets.families.kit.blocks import box
-from casa_assets.model.asset import Asset, Joint, JointKind
+from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.solids.blocks import box
+from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from tests.unit.families.test_kit import SUPPLIES
 
 QUARTER = math.pi / 2

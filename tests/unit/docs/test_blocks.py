@@ -14,8 +14,8 @@ import typer
 from typer.core import TyperGroup
 
 from casa_assets.cli.main import app
-from casa_assets.pipeline.books import index
-from casa_assets.pipeline.library import Library
+from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.reports import index
 from tests.documents import LANGUAGES, REASONS, ROOT, Block, blocks, indented, pages
 
 BLOCKS = [block for page in pages() for block in blocks(page)]

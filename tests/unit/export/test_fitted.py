@@ -8,12 +8,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.export.mjcf import kitchen as mjcf
-from casa_assets.export.usd import kitchen as usd
-from casa_assets.geometry.fitted import BESIDE_M, beside, felt
-from casa_assets.geometry.light import light_scene
-from casa_assets.model.asset import Asset, Base, Inertial, JointKind
-from casa_assets.model.scene import Scene
+from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.usd.scene import kitchen as usd
+from casa_assets.geometry.inertia import BESIDE_M, beside, felt
+from casa_assets.geometry.lightweight import light_scene
+from casa_assets.model.asset.asset import Asset, Base, Inertial, JointKind
+from casa_assets.model.kitchen.scene import Scene
 from tests.cupboard import cupboard, joint_changed
 from tests.rooms import at, block, room
 from tests.scenes import corner

@@ -15,11 +15,11 @@ import pytest
 from lxml import etree
 
 from casa_assets.export.mjcf import document
-from casa_assets.export.mjcf.kitchen import Groups, write
-from casa_assets.export.mjcf.stock import FOLDER
-from casa_assets.geometry.fitted import beside
-from casa_assets.model.asset import Asset
-from casa_assets.model.scene import Placement, Scene
+from casa_assets.export.mjcf.scene.kitchen import Groups, write
+from casa_assets.export.mjcf.scene.resources import FOLDER
+from casa_assets.geometry.inertia import beside
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.kitchen.scene import Placement, Scene
 from tests.assets import microwave, textured_box
 from tests.scenes import Weight, body, corner, expected, in_form, put
 
@@ -283,7 +283,7 @@ class TestBytes:
     @pytest.mark.parametrize("weight", list(Weight))
     def test_do_not_depend_on_the_hash_seed(self, weight: Weight) -> None:
         program = (
-            "import hashlib; from casa_assets.export.mjcf.kitchen import write;"
+            "import hashlib; from casa_assets.export.mjcf.scene.kitchen import write;"
             "from tests.scenes import Weight, corner, in_form;"
             f"files = write(in_form(corner(), Weight('{weight.value}')));"
             "print(hashlib.sha256(repr(files.sums()).encode()).hexdigest())"

@@ -16,13 +16,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdSemantics, UsdUtils, UsdValidation
 
+from casa_assets.checks.package.usd import UNAVAILABLE
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
-from casa_assets.checks.usd import UNAVAILABLE
-from casa_assets.export.mjcf import kitchen as mjcf
-from casa_assets.export.usd.kitchen import scene_text, write
-from casa_assets.export.usd.lamp import REFERENCE_M, looking_along
-from casa_assets.model.scene import Scene
+from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.usd.scene.kitchen import scene_text, write
+from casa_assets.export.usd.scene.lights_and_cameras import REFERENCE_M, looking_along
+from casa_assets.model.kitchen.scene import Scene
 from tests.scenes import body, corner, expected, put
 
 ROOT = Path(__file__).parents[3]
@@ -215,7 +215,7 @@ class TestRoom:
 
 def test_bytes_do_not_depend_on_the_hash_seed() -> None:
     program = (
-        "import hashlib; from casa_assets.export.usd.kitchen import write; from tests.scenes import corner;"
+        "import hashlib; from casa_assets.export.usd.scene.kitchen import write; from tests.scenes import corner;"
         "print(hashlib.sha256(repr(write(corner()).sums()).encode()).hexdigest())"
     )
     here = hashlib.sha256(repr(write(corner()).sums()).encode()).hexdigest()

@@ -10,14 +10,14 @@ import numpy.typing as npt
 import pytest
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.hull import convex_hull, hull_planes, hull_volume
-from casa_assets.geometry.light import inside, lighten
-from casa_assets.geometry.tessellate import surface
-from casa_assets.model.asset import Asset, Collider
-from casa_assets.model.mesh import Mesh
+from casa_assets.geometry.lightweight import inside, lighten
+from casa_assets.geometry.solid.hull import convex_hull, hull_planes, hull_volume
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.asset import Asset, Collider
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box, Cylinder, Hull, MeshShape
+from casa_assets.model.kitchen.scene import LightScene
 from casa_assets.model.pose import Pose
-from casa_assets.model.scene import LightScene
-from casa_assets.model.shape import Box, Cylinder, Hull, MeshShape
 from tests.articulated_assets import drawer_unit, grill
 from tests.assets import rigid_mug
 from tests.meshes import box_mesh

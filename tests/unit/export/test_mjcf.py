@@ -17,10 +17,10 @@ from lxml import etree
 from casa_assets.export.mjcf import mesh, number, write
 from casa_assets.export.mjcf.body import _inertial
 from casa_assets.export.mjcf.material import display
-from casa_assets.model.asset import Asset, Base, Inertial, Region
+from casa_assets.model.asset.asset import Asset, Base, Inertial, Region
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.files import Files
-from casa_assets.model.material import Material
-from casa_assets.model.mesh import Mesh
 from casa_assets.model.pose import Pose
 from tests.assets import EVERY, ball, drawer_unit, microwave, rigid_mug, textured_box
 from tests.meshes import box_mesh

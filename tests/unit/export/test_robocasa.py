@@ -15,12 +15,12 @@ from lxml import etree
 
 from casa_assets import registry
 from casa_assets.export import mjcf
-from casa_assets.export.robocasa import casa_objects, entries, model, thick, upright
-from casa_assets.model.asset import Asset
-from casa_assets.model.category import Affordance
-from casa_assets.model.contract import Generation
+from casa_assets.export.robocasa import casa_objects, entries, mesh_volume, model, upright
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.provenance import Split
 from casa_assets.model.pose import Pose
-from casa_assets.model.provenance import Split
+from casa_assets.model.registry.category import Affordance
+from casa_assets.model.registry.contract import Generation
 from tests.assets import ball, rigid_mug, textured_box, write_to
 from tests.built_libraries import SLICE_SIZE, slice_of_bread
 from tests.meshes import box_mesh
@@ -148,17 +148,17 @@ class TestThick:
     def test_a_flat_print_gets_a_point_behind_it(self) -> None:
         asset = slice_of_bread()
         crumb, ink = asset.root.visuals
-        assert [thick.has_volume(v.mesh) for v in (crumb, ink)] == [True, False]
-        after = thick.thickened(asset).root.visuals
+        assert [mesh_volume.has_volume(v.mesh) for v in (crumb, ink)] == [True, False]
+        after = mesh_volume.thickened(asset).root.visuals
         assert after[0] == crumb
-        assert thick.has_volume(after[1].mesh)
+        assert mesh_volume.has_volume(after[1].mesh)
         assert len(after[1].mesh.faces) == len(ink.mesh.faces) + 3
         added = after[1].mesh.vertices[-1]
-        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= thick.DEPTH_M + 1e-12
+        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= mesh_volume.DEPTH_M + 1e-12
         assert after[1].mesh.faces[: len(ink.mesh.faces)].tolist() == ink.mesh.faces.tolist()
 
     def test_nothing_else_changes(self) -> None:
-        assert thick.thickened(rigid_mug()) == rigid_mug()
+        assert mesh_volume.thickened(rigid_mug()) == rigid_mug()
 
 
 # ---- categories

@@ -16,8 +16,8 @@ from casa_assets.export.mjcf import write
 from casa_assets.export.mjcf.material import display
 from casa_assets.export.usd import document
 from casa_assets.export.usd.keyframe import joint_motion
-from casa_assets.model.asset import Asset, Base, Region
-from casa_assets.model.behavior import Behavior
+from casa_assets.model.asset.asset import Asset, Base, Region
+from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.pose import Pose
 from tests.articulated_assets import grill
 from tests.assets import drawer_unit, microwave, rigid_mug

@@ -22,8 +22,8 @@ from casa_assets.export.usd.body import principal, single
 from casa_assets.export.usd.joint import axis_and_rotation
 from casa_assets.export.usd.metadata import WRITER_DATE
 from casa_assets.export.usd.visual import face_normals
-from casa_assets.model.asset import Asset, Base, Exclusion, Link
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.asset.asset import Asset, Base, Exclusion, Link
+from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.pose import Pose
 from tests.assets import EVERY, drawer_unit, microwave, rigid_mug, textured_box
 from tests.meshes import box_mesh

@@ -15,15 +15,16 @@ from casa_assets.families.family import Params
 from casa_assets.families.fixtures.cabinets.base_cabinet import BaseCabinet
 from casa_assets.families.fixtures.cabinets.drawer_stack import DrawerStack
 from casa_assets.families.fixtures.cabinets.island_base import IslandBase, stiles
-from casa_assets.families.parts import fronts, handles
-from casa_assets.families.parts.fronts import Edge, FrontKind
-from casa_assets.families.parts.fronts_doors import SWING
-from casa_assets.families.parts.fronts_look import Look
-from casa_assets.families.parts.handles import HandleKind
-from casa_assets.model.asset import Asset, JointKind
-from casa_assets.model.joint import Joint
-from casa_assets.model.shape import Box, Capsule
-from casa_assets.registry_families import family_groups
+from casa_assets.families.parts.fronts import fronts
+from casa_assets.families.parts.fronts.doors import SWING
+from casa_assets.families.parts.fronts.fronts import Edge, FrontKind
+from casa_assets.families.parts.fronts.look import Look
+from casa_assets.families.parts.hardware import handles
+from casa_assets.families.parts.hardware.handles import HandleKind
+from casa_assets.model.asset.asset import Asset, JointKind
+from casa_assets.model.asset.joint import Joint
+from casa_assets.model.asset.shape import Box, Capsule
+from casa_assets.registry.families import family_groups
 from tests.family_members import MANY, known, preset, stock, supplies
 
 BY_NAME = {f.name: f for f in family_groups()["cabinets"]}

@@ -14,14 +14,14 @@ from casa_assets.families.fixtures.cooking.microwave_models import Controls, Mic
 from casa_assets.families.fixtures.cooking.range import WIDE
 from casa_assets.families.fixtures.cooking.range_models import Range
 from casa_assets.families.fixtures.cooking.toaster_oven_models import PanelPlace, ToasterOven
-from casa_assets.families.kit.carve import common
-from casa_assets.families.parts import knobs
-from casa_assets.families.parts.burners import RIM, spots
-from casa_assets.families.parts.grates import cells
-from casa_assets.families.parts.knobs import KnobStyle
-from casa_assets.families.parts.readout import BARS, Sign, figures, sign
-from casa_assets.model.asset import Asset
-from casa_assets.registry_families import family_groups
+from casa_assets.families.kit.solids.boolean import common
+from casa_assets.families.parts.cooktop.burners import RIM, spots
+from casa_assets.families.parts.cooktop.grates import cells
+from casa_assets.families.parts.hardware import knobs
+from casa_assets.families.parts.hardware.knobs import KnobStyle
+from casa_assets.families.parts.hardware.readout import BARS, Sign, figures, sign
+from casa_assets.model.asset.asset import Asset
+from casa_assets.registry.families import family_groups
 from tests.family_members import drawn, known, made, preset, unmet
 
 BY_NAME = {f.name: f for f in family_groups()["cooking"]}

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.families.fixtures.decor import cutting_board, spice_rack, utensil_rack
+from casa_assets.families.fixtures.decor import cutting_board
 from casa_assets.families.fixtures.decor.dish_rack_models import DishRack, Form
-from casa_assets.families.parts.hung_tools import Grip, Hung, hung_tool
-from casa_assets.families.parts.jars import Lid, jar
-from casa_assets.families.parts.tubs import tub
-from casa_assets.model.asset import Asset, Base
-from casa_assets.registry_families import family, family_groups
+from casa_assets.families.fixtures.wall_decor import spice_rack, utensil_rack
+from casa_assets.families.parts.decor.hung_tools import Grip, Hung, hung_tool
+from casa_assets.families.parts.decor.jars import Lid, jar
+from casa_assets.families.parts.hardware.tubs import tub
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.registry.families import family, family_groups
 from tests.family_members import drawn, known, made, preset, unmet
 
 BY_NAME = {f.name: f for f in (*family_groups()["decor"], family("counter_corner"))}

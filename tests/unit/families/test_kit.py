@@ -10,18 +10,18 @@ import pytest
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import FinishId, Params, Supplies
 from casa_assets.families.kit.assemble import assemble
-from casa_assets.families.kit.bench import ROOT, Bench
-from casa_assets.families.kit.blocks import ball, board, box, lathe, rod
-from casa_assets.families.kit.carve import cut, united
-from casa_assets.families.kit.loft import levels, loft, vessel
-from casa_assets.families.kit.skin import skin
-from casa_assets.families.kit.slab import slab
-from casa_assets.families.kit.solid import Solid
-from casa_assets.families.kit.sweep import circle, frame, prism, rectangle, tube
-from casa_assets.geometry.topology import is_closed
-from casa_assets.model.asset import Asset
-from casa_assets.model.finish import Finish
-from casa_assets.model.material import Material, Substance
+from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.solids.blocks import ball, board, box, lathe, rod
+from casa_assets.families.kit.solids.boolean import cut, united
+from casa_assets.families.kit.solids.loft import levels, loft, vessel
+from casa_assets.families.kit.solids.skin import skin
+from casa_assets.families.kit.solids.slab import slab
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.kit.solids.sweep import circle, frame, prism, rectangle, tube
+from casa_assets.geometry.mesh.topology import is_closed
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.material import Material, Substance
+from casa_assets.model.registry.finish import Finish
 from tests.asset_parts import labels
 
 WOOD = Substance(id="wood", density=600.0, static_friction=0.5, dynamic_friction=0.4)

@@ -18,14 +18,14 @@ from casa_assets.families.fixtures.room.room_floor import Floor
 from casa_assets.families.fixtures.room.room_wall import DENSITY, Opening, Structure, Wall
 from casa_assets.families.fixtures.room.skirting import End, Profile, Skirting, section
 from casa_assets.families.fixtures.room.wall_panelling import Panelling, Panels
-from casa_assets.families.kit import cells
-from casa_assets.families.kit.moulding import round_the_room, straight
+from casa_assets.families.kit.solids import cells
+from casa_assets.families.kit.solids.moulding import round_the_room, straight
 from casa_assets.families.parts.room_outline import Lay, Outline, inside, spans
-from casa_assets.geometry.measure import face_normals
-from casa_assets.geometry.topology import is_closed, weld
-from casa_assets.model.asset import Asset, Visual
-from casa_assets.model.shape import Box
-from casa_assets.registry_families import family_groups
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import is_closed, weld
+from casa_assets.model.asset.asset import Asset, Visual
+from casa_assets.model.asset.shape import Box
+from casa_assets.registry.families import family_groups
 from tests.family_members import MANY, TILE_M, known, made, stock
 
 Floats = npt.NDArray[np.float64]

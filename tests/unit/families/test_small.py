@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from casa_assets.model.asset import Asset, Joint, JointKind
-from casa_assets.registry_families import family_groups
+from casa_assets.model.asset.asset import Asset, Joint, JointKind
+from casa_assets.registry.families import family_groups
 from tests.family_members import drawn, known, made, preset, unmet
 
 BY_NAME = {f.name: f for f in family_groups()["small"]}

@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.form import form, form_gap, spread
-from casa_assets.geometry.overlay import cloud, overlay
+from casa_assets.geometry.mesh.registration import cloud, overlay
+from casa_assets.geometry.mesh.shape_descriptor import form, form_gap, spread
 from tests.meshes import box_mesh, lathe
 
 Floats = npt.NDArray[np.float64]

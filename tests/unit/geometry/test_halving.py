@@ -6,13 +6,13 @@ import manifold3d
 import numpy as np
 import pytest
 
-from casa_assets.geometry.cutting import Solid, halves, hull_size, parts, solid_of, surface_of
-from casa_assets.geometry.deviation import buried, protrusion, ruler, signed
-from casa_assets.geometry.halving import Plane, hollow_planes, hulls_size, wire
-from casa_assets.geometry.measure import signed_volume
-from casa_assets.geometry.mend import mended
-from casa_assets.geometry.topology import is_closed
-from casa_assets.model.mesh import Mesh
+from casa_assets.geometry.mesh.hole_filling import mended
+from casa_assets.geometry.mesh.measure import signed_volume
+from casa_assets.geometry.mesh.topology import is_closed
+from casa_assets.geometry.solid.cutting import Solid, halves, hull_size, parts, solid_of, surface_of
+from casa_assets.geometry.solid.deviation import buried, protrusion, ruler, signed
+from casa_assets.geometry.solid.split_planes import Plane, hollow_planes, hulls_size, wire
+from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.cutting import (
+from casa_assets.geometry.grid.fillable_volume import water
+from casa_assets.geometry.grid.implicit_field import matter_field
+from casa_assets.geometry.grid.isosurface import isosurface
+from casa_assets.geometry.grid.voxel import voxelise
+from casa_assets.geometry.mesh.hole_filling import mended
+from casa_assets.geometry.mesh.measure import signed_volume
+from casa_assets.geometry.mesh.topology import is_closed, weld
+from casa_assets.geometry.solid.cutting import (
     Solid,
     contours,
     halves,
@@ -19,17 +26,10 @@ from casa_assets.geometry.cutting import (
     turned_profile,
     without_voids,
 )
-from casa_assets.geometry.deviation import beyond, deviation, excess, ruler
-from casa_assets.geometry.field import matter_field
-from casa_assets.geometry.hull import hull_planes, hull_volume
-from casa_assets.geometry.isosurface import isosurface
-from casa_assets.geometry.measure import signed_volume
-from casa_assets.geometry.mend import mended
-from casa_assets.geometry.revolution import spread, upright_axis, walls
-from casa_assets.geometry.topology import is_closed, weld
-from casa_assets.geometry.voxel import voxelise
-from casa_assets.geometry.water import water
-from casa_assets.model.mesh import Mesh
+from casa_assets.geometry.solid.deviation import beyond, deviation, excess, ruler
+from casa_assets.geometry.solid.hull import hull_planes, hull_volume
+from casa_assets.geometry.solid.revolution import spread, upright_axis, walls
+from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, flipped, joined, moved, turned
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.geometry.exposure import exposure
-from casa_assets.ingest.backs import backs
+from casa_assets.geometry.mesh.visibility import exposure
+from casa_assets.ingest.add_back_faces import backs
 from casa_assets.ingest.draft import Draft
-from casa_assets.model.category import Build
-from casa_assets.model.material import Material
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.source import RawPart
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.ingest.source import RawPart
+from casa_assets.model.registry.category import Build
 from tests.meshes import lathe
 from tests.untrusted_inputs import carton, kind_of, loose, without_side
 

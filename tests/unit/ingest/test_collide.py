@@ -7,26 +7,26 @@ import pytest
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.geometry.coverage import gaps
-from casa_assets.geometry.cutting import halves, solid_of, surface_of
-from casa_assets.geometry.deviation import ruler
-from casa_assets.geometry.hull import convex_hull, hull_volume
-from casa_assets.geometry.measure import signed_volume
-from casa_assets.geometry.solid import intersection_volume, union
-from casa_assets.geometry.tessellate import surface
-from casa_assets.geometry.topology import weld
-from casa_assets.ingest import collide as stage
-from casa_assets.ingest.collide import CollideParams, collide
-from casa_assets.ingest.collide_judge import Verdict, verdict, yardstick
-from casa_assets.ingest.collide_matter import Kind, matter
-from casa_assets.ingest.collide_split import Bound
-from casa_assets.ingest.collide_split import joined as joined_up
-from casa_assets.ingest.collide_ways import WAYS
-from casa_assets.ingest.decompose import Budget, DecompositionFailed
+from casa_assets.geometry.mesh.measure import signed_volume
+from casa_assets.geometry.mesh.topology import weld
+from casa_assets.geometry.solid.coverage import gaps
+from casa_assets.geometry.solid.cutting import halves, solid_of, surface_of
+from casa_assets.geometry.solid.deviation import ruler
+from casa_assets.geometry.solid.hull import convex_hull, hull_volume
+from casa_assets.geometry.solid.manifold import intersection_volume, union
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.ingest.collision import collide as stage
+from casa_assets.ingest.collision.collide import CollideParams, collide
+from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed
+from casa_assets.ingest.collision.fit import Verdict, verdict, yardstick
+from casa_assets.ingest.collision.plane_splits import Bound
+from casa_assets.ingest.collision.plane_splits import joined as joined_up
+from casa_assets.ingest.collision.solid_proxy import Kind, matter
+from casa_assets.ingest.collision.strategies import WAYS
 from casa_assets.ingest.draft import Draft
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box, Cylinder, Hull, Sphere
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import Box, Cylinder, Hull, Sphere
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
 

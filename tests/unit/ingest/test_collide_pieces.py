@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.topology import weld
-from casa_assets.geometry.voxel import Grid, voxelise
-from casa_assets.ingest.collide import CollideParams, collide
-from casa_assets.ingest.collide_matter import CELLS, matter
-from casa_assets.ingest.collide_pieces import SHEET_RATIO, assembled, stands_for
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.shape import Hull
+from casa_assets.geometry.grid.voxel import Grid, voxelise
+from casa_assets.geometry.mesh.topology import weld
+from casa_assets.ingest.collision.collide import CollideParams, collide
+from casa_assets.ingest.collision.component_solids import SHEET_RATIO, assembled, stands_for
+from casa_assets.ingest.collision.solid_proxy import CELLS, matter
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Hull
 from tests.meshes import box_mesh
 from tests.raw_models import category, draft, flipped, joined, moved, turned
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.revolution import RAYS, Walls
-from casa_assets.geometry.tessellate import surface
-from casa_assets.ingest.collide import CollideParams, collide
-from casa_assets.ingest.collide_slabs import table
-from casa_assets.ingest.decompose import Budget
+from casa_assets.geometry.solid.revolution import RAYS, Walls
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.ingest.collision.collide import CollideParams, collide
+from casa_assets.ingest.collision.convex_decomposition import Budget
+from casa_assets.ingest.collision.ring_slabs import table
 from casa_assets.ingest.draft import Draft
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.shape import Box, Cylinder
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box, Cylinder
 from tests.raw_models import category, draft, turned
 
 PARAMS = CollideParams()

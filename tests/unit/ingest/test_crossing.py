@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.geometry.topology import weld
-from casa_assets.ingest.repair.crossing import crossing
-from casa_assets.model.mesh import Mesh
+from casa_assets.geometry.mesh.topology import weld
+from casa_assets.ingest.repair.intersecting_parts import crossing
+from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, joined, moved, turned
 

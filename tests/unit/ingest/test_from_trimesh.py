@@ -10,13 +10,13 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from casa_assets.errors import Rejected
-from casa_assets.geometry.trimesh_exchange import visual_scene
-from casa_assets.ingest import codes
+from casa_assets.geometry.mesh.trimesh_exchange import visual_scene
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.load import load
-from casa_assets.ingest.load.from_trimesh import bundle_from_trimesh, raw_from_trimesh
-from casa_assets.model.source import Up
-from casa_assets.pipeline.stage import build
+from casa_assets.ingest.load.by_trimesh.from_trimesh import bundle_from_trimesh, raw_from_trimesh
+from casa_assets.model.ingest.source import Up
+from casa_assets.pipeline.ingest.stages import build
 from tests.mesh_files import LIMITS, QUARTERS
 from tests.raw_models import brief
 
@@ -44,7 +44,7 @@ def test_units_are_those_that_trimesh_states(units: str | None, metres: float | 
 def test_meshes_of_different_units_are_refused() -> None:
     with pytest.raises(Rejected) as refused:
         raw_from_trimesh(trimesh.Scene([box("mm"), box("inches")]))
-    assert refused.value.code == codes.MIXED_UNITS
+    assert refused.value.code == rejection_codes.MIXED_UNITS
 
 
 def test_nodes_place_and_mirror() -> None:
@@ -109,20 +109,20 @@ def test_the_digest_is_of_the_content() -> None:
 def test_paths_and_clouds_are_passed_over() -> None:
     raw = raw_from_trimesh(trimesh.Scene([box(), trimesh.PointCloud([(0, 0, 0)])]))
     assert len(raw.parts) == 1
-    assert [n.code for n in raw.notes] == [codes.FEATURE_IGNORED]
+    assert [n.code for n in raw.notes] == [rejection_codes.FEATURE_IGNORED]
 
 
 def test_limits_hold_for_what_is_in_memory_too() -> None:
     with pytest.raises(Rejected) as refused:
         raw_from_trimesh(box(), {**LIMITS, "input_faces": 11})
-    assert refused.value.code == codes.TOO_LARGE
+    assert refused.value.code == rejection_codes.TOO_LARGE
     with pytest.raises(Rejected) as refused:
         load(bundle_from_trimesh(box()), {**LIMITS, "input_faces": 11})
-    assert refused.value.code == codes.TOO_LARGE
+    assert refused.value.code == rejection_codes.TOO_LARGE
     broken = trimesh.Trimesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0)], faces=[(0, 1, 7)], process=False)
     with pytest.raises(Rejected) as refused:
         raw_from_trimesh(broken)
-    assert refused.value.code == codes.OUT_OF_BOUNDS
+    assert refused.value.code == rejection_codes.OUT_OF_BOUNDS
 
 
 def test_the_stages_take_it_like_a_file() -> None:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.geometry.exposure import exposure
-from casa_assets.geometry.hull import convex_hull
-from casa_assets.geometry.pinch import pinches
+from casa_assets.geometry.mesh.antipodal_grasps import pinches
+from casa_assets.geometry.mesh.visibility import exposure
+from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.ingest.assemble import assemble
 from casa_assets.ingest.draft import Draft, Placed
 from casa_assets.ingest.grasp import grasp
-from casa_assets.model.category import Build, Category, Front
-from casa_assets.model.grasp import Grasp, Hold
-from casa_assets.model.material import Material
-from casa_assets.model.mesh import Mesh
+from casa_assets.model.asset.grasp import Grasp, Hold
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box
+from casa_assets.model.ingest.source import RawPart, Source, SourceKind
 from casa_assets.model.record import Vec3
-from casa_assets.model.shape import Box
-from casa_assets.model.source import RawPart, Source, SourceKind
+from casa_assets.model.registry.category import Build, Category, Front
 from tests.asset_parts import CARDBOARD, box_inertial
 from tests.meshes import box_mesh
 from tests.untrusted_inputs import carton, cup, kind_of, loose, without_side

@@ -12,9 +12,9 @@ import pytest
 import trimesh
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.sources import Refused, discover
-from casa_assets.model.source import Up
+from casa_assets.model.ingest.source import Up
 from tests.mesh_files import OBJ_TRIANGLE, load_bytes
 
 MESH = (
@@ -86,15 +86,19 @@ def test_xaml_is_metres_and_y_up() -> None:
 @pytest.mark.parametrize(
     ("name", "data", "code"),
     [
-        ("counts.off", "OFF\n1000000000 1000000000 0\n0 0 0\n", codes.EXCHANGE_UNREADABLE),
-        ("index.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n", codes.EXCHANGE_UNREADABLE),
-        ("words.off", "OFF\n3 1 0\n" + "0 " * 2_000_000, codes.TOO_LARGE),
-        ("empty.off", "OFF\n", codes.EXCHANGE_UNREADABLE),
-        ("nan.off", "OFF\n3 1 0\nnan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", codes.NON_FINITE),
-        ("points.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", codes.NO_FACES),
-        ("nested.xaml", XAML.replace("<MeshGeometry3D", "<GeometryModel3D/><MeshGeometry3D"), codes.BAD_SCENE_GRAPH),
-        ("entity.xaml", '<!DOCTYPE a [<!ENTITY b "c">]>' + XAML, codes.XML_ENTITY),
-        ("few.xaml", XAML.replace("1,0,0", "1,0"), codes.EXCHANGE_UNREADABLE),
+        ("counts.off", "OFF\n1000000000 1000000000 0\n0 0 0\n", rejection_codes.EXCHANGE_UNREADABLE),
+        ("index.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n", rejection_codes.EXCHANGE_UNREADABLE),
+        ("words.off", "OFF\n3 1 0\n" + "0 " * 2_000_000, rejection_codes.TOO_LARGE),
+        ("empty.off", "OFF\n", rejection_codes.EXCHANGE_UNREADABLE),
+        ("nan.off", "OFF\n3 1 0\nnan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", rejection_codes.NON_FINITE),
+        ("points.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", rejection_codes.NO_FACES),
+        (
+            "nested.xaml",
+            XAML.replace("<MeshGeometry3D", "<GeometryModel3D/><MeshGeometry3D"),
+            rejection_codes.BAD_SCENE_GRAPH,
+        ),
+        ("entity.xaml", '<!DOCTYPE a [<!ENTITY b "c">]>' + XAML, rejection_codes.XML_ENTITY),
+        ("few.xaml", XAML.replace("1,0,0", "1,0"), rejection_codes.EXCHANGE_UNREADABLE),
     ],
 )
 def test_hostile_text(name: str, data: str, code: str) -> None:
@@ -129,17 +133,17 @@ def test_copies_of_copies_are_counted_before_they_are_made() -> None:
     for level in range(1, 40):
         twice = f'<component objectid="{level - 1}"/>' * 2
         rows.append(f'<object id="{level}"><components>{twice}</components></object>')
-    assert refused("a.3mf", package(model("".join(rows), '<item objectid="39"/>'))) == codes.BAD_SCENE_GRAPH
+    assert refused("a.3mf", package(model("".join(rows), '<item objectid="39"/>'))) == rejection_codes.BAD_SCENE_GRAPH
     ten = MESH.replace("</triangles>", '<triangle v1="0" v2="1" v3="2"/>' * 9 + "</triangles>")
     many = model(f'<object id="1">{ten}</object>', '<item objectid="1"/>' * 15_000)
-    assert refused("a.3mf", package(many)) == codes.TOO_LARGE
+    assert refused("a.3mf", package(many)) == rejection_codes.TOO_LARGE
 
 
 def test_a_bomb_is_not_unpacked() -> None:
     # 200 MB of spaces in 200 kB; the limits of the tests allow 21 MB
     bomb = package(model(" " * 200_000_000, ""))
     assert len(bomb) < 1_000_000
-    assert refused("a.3mf", bomb) == codes.TOO_LARGE
+    assert refused("a.3mf", bomb) == rejection_codes.TOO_LARGE
 
 
 def test_members_that_leave_the_package_and_cut_archives() -> None:
@@ -147,11 +151,11 @@ def test_members_that_leave_the_package_and_cut_archives() -> None:
     with zipfile.ZipFile(slip, "w") as archive:
         archive.writestr("3D/3dmodel.model", model("", ""))
         archive.writestr("../../evil.model", "x")
-    assert refused("a.3mf", slip.getvalue()) == codes.PATH_TRAVERSAL
+    assert refused("a.3mf", slip.getvalue()) == rejection_codes.PATH_TRAVERSAL
     sound = package(model(f'<object id="1">{MESH}</object>', '<item objectid="1"/>'))
     spoilt = bytearray(sound)
     spoilt[60:80] = b"\xff" * 20
-    assert refused("a.3mf", bytes(spoilt)) == codes.EXCHANGE_UNREADABLE
+    assert refused("a.3mf", bytes(spoilt)) == rejection_codes.EXCHANGE_UNREADABLE
 
 
 def test_nothing_is_fetched(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -162,7 +166,7 @@ def test_nothing_is_fetched(monkeypatch: pytest.MonkeyPatch) -> None:
     other = (
         '<object id="1"><components><component objectid="9" path="http://example.com/a.model"/></components></object>'
     )
-    assert refused("a.3mf", package(model(other, '<item objectid="1"/>'))) == codes.NO_GEOMETRY
+    assert refused("a.3mf", package(model(other, '<item objectid="1"/>'))) == rejection_codes.NO_GEOMETRY
 
 
 @pytest.mark.parametrize(
@@ -187,7 +191,7 @@ def test_what_is_not_read_is_said(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"whatever")
     (one,) = discover([tmp_path])
     assert isinstance(one, Refused)
-    assert (one.path, one.code) == (name, codes.WRONG_TYPE)
+    assert (one.path, one.code) == (name, rejection_codes.WRONG_TYPE)
     assert name in one.says
 
 

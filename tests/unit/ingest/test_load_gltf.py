@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf.surface import Mapping2D
-from casa_assets.model.source import Up
+from casa_assets.model.ingest.source import Up
 from tests.mesh_files import QUARTERS, Gltf, codes_of, glb_bytes, load_bytes, png, texel
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
@@ -133,7 +133,7 @@ def test_specular_glossiness_and_unlit_and_emissive_pictures_give_a_base_colour(
     made.document["materials"] = [glow]
     model = load_bytes("x.glb", made.glb())
     assert model.parts[0].material.base_color_texture is not None
-    assert codes.EMISSIVE_AS_BASE in codes_of(model)
+    assert rejection_codes.EMISSIVE_AS_BASE in codes_of(model)
 
 
 def test_alpha_follows_the_mode() -> None:
@@ -154,7 +154,7 @@ def test_an_invisible_material_is_made_opaque() -> None:
     made.primitive["material"] = 0
     model = load_bytes("x.glb", made.glb())
     assert model.parts[0].material.base_color == (1.0, 0.0, 0.0, 1.0)
-    assert codes_of(model) == {codes.FULLY_TRANSPARENT}
+    assert codes_of(model) == {rejection_codes.FULLY_TRANSPARENT}
 
 
 def test_rest_pose_of_a_rigged_mesh_comes_from_its_joints() -> None:
@@ -166,7 +166,7 @@ def test_rest_pose_of_a_rigged_mesh_comes_from_its_joints() -> None:
     made.document["skins"] = [{"joints": [1]}]
     model = load_bytes("x.glb", made.glb())
     assert model.parts[0].mesh.vertices[1].tolist() == [2, 0, 0]
-    assert codes_of(model) == {codes.FEATURE_IGNORED}
+    assert codes_of(model) == {rejection_codes.FEATURE_IGNORED}
 
 
 def test_text_gltf_with_data_uri_and_with_a_buffer_beside_it() -> None:
@@ -183,39 +183,39 @@ def test_nan_uv_and_missing_uv_are_remarked() -> None:
     made.attributes["TEXCOORD_0"] = made.add(np.array([[np.nan, 0], [1, 0], [0, 1]], dtype="<f4"), "VEC2")
     made.paint(png(QUARTERS))
     model = load_bytes("x.glb", made.glb())
-    assert codes_of(model) == {codes.BAD_UV}
+    assert codes_of(model) == {rejection_codes.BAD_UV}
     assert model.parts[0].mesh.uv is not None
     assert model.parts[0].mesh.uv[0].tolist() == [0, 0]
     del made.attributes["TEXCOORD_0"]
     model = load_bytes("x.glb", made.glb())
-    assert codes_of(model) == {codes.TEXTURE_WITHOUT_UV}
+    assert codes_of(model) == {rejection_codes.TEXTURE_WITHOUT_UV}
     assert model.parts[0].material.textures == ()
 
 
 def test_a_mesh_outside_the_scene_is_used() -> None:
     made = Gltf()
     made.document["scenes"] = [{"nodes": []}]
-    assert codes_of(load_bytes("x.glb", made.glb())) == {codes.MESH_OUTSIDE_SCENE}
+    assert codes_of(load_bytes("x.glb", made.glb())) == {rejection_codes.MESH_OUTSIDE_SCENE}
 
 
 @pytest.mark.parametrize(
     ("cut", "code"),
     [
-        (lambda d: d[:8], codes.TRUNCATED),
-        (lambda d: d[:12], codes.TRUNCATED),
-        (lambda d: d[: len(d) // 2], codes.TRUNCATED),
-        (lambda d: d[:-10], codes.TRUNCATED),
-        (lambda d: b"glTX" + d[4:], codes.BAD_MAGIC),
-        (lambda d: d[:4] + struct.pack("<I", 1) + d[8:], codes.UNSUPPORTED_VERSION),
-        (lambda d: d[:8] + struct.pack("<I", 200) + d[12:], codes.LENGTH_MISMATCH),
-        (lambda d: d[:8] + struct.pack("<I", 2**32 - 1) + d[12:], codes.LENGTH_MISMATCH),
-        (lambda d: d[:12] + struct.pack("<I", 2**32 - 1) + d[16:], codes.LENGTH_MISMATCH),
-        (lambda d: d.replace(b'"asset"', b'"asset '), codes.BAD_JSON),
-        (lambda d: b"\x89PNG\r\n\x1a\n" + d, codes.WRONG_TYPE),
-        (lambda d: b"<!DOCTYPE html><html>" + d, codes.WRONG_TYPE),
-        (lambda d: b"\x1f\x8b" + d, codes.WRONG_TYPE),
-        (lambda d: b"version https://git-lfs.github.com/spec/v1\n", codes.WRONG_TYPE),
-        (lambda d: b"", codes.EMPTY_FILE),
+        (lambda d: d[:8], rejection_codes.TRUNCATED),
+        (lambda d: d[:12], rejection_codes.TRUNCATED),
+        (lambda d: d[: len(d) // 2], rejection_codes.TRUNCATED),
+        (lambda d: d[:-10], rejection_codes.TRUNCATED),
+        (lambda d: b"glTX" + d[4:], rejection_codes.BAD_MAGIC),
+        (lambda d: d[:4] + struct.pack("<I", 1) + d[8:], rejection_codes.UNSUPPORTED_VERSION),
+        (lambda d: d[:8] + struct.pack("<I", 200) + d[12:], rejection_codes.LENGTH_MISMATCH),
+        (lambda d: d[:8] + struct.pack("<I", 2**32 - 1) + d[12:], rejection_codes.LENGTH_MISMATCH),
+        (lambda d: d[:12] + struct.pack("<I", 2**32 - 1) + d[16:], rejection_codes.LENGTH_MISMATCH),
+        (lambda d: d.replace(b'"asset"', b'"asset '), rejection_codes.BAD_JSON),
+        (lambda d: b"\x89PNG\r\n\x1a\n" + d, rejection_codes.WRONG_TYPE),
+        (lambda d: b"<!DOCTYPE html><html>" + d, rejection_codes.WRONG_TYPE),
+        (lambda d: b"\x1f\x8b" + d, rejection_codes.WRONG_TYPE),
+        (lambda d: b"version https://git-lfs.github.com/spec/v1\n", rejection_codes.WRONG_TYPE),
+        (lambda d: b"", rejection_codes.EMPTY_FILE),
     ],
 )
 def test_broken_containers_are_refused(cut, code: str) -> None:  # type: ignore[no-untyped-def]
@@ -225,27 +225,27 @@ def test_broken_containers_are_refused(cut, code: str) -> None:  # type: ignore[
 def test_claims_beyond_the_bytes_are_refused_before_allocation() -> None:
     made = Gltf()
     made.accessors[0]["count"] = 10_000
-    assert refused(made.glb()) == codes.OUT_OF_BOUNDS
+    assert refused(made.glb()) == rejection_codes.OUT_OF_BOUNDS
     del made.accessors[0]["bufferView"]
     made.accessors[0]["count"] = 2_000_000_000
-    assert refused(made.glb()) == codes.TOO_LARGE
+    assert refused(made.glb()) == rejection_codes.TOO_LARGE
     buffers = [{"byteLength": 2**40, "uri": "data:;base64,AAAA"}]
     whole = {**made.document, "bufferViews": made.views, "accessors": Gltf().accessors, "buffers": buffers}
-    assert refused(json.dumps(whole).encode(), "x.gltf") == codes.LENGTH_MISMATCH
-    assert refused(Gltf(indices=[0, 1, 9]).glb()) == codes.OUT_OF_BOUNDS
+    assert refused(json.dumps(whole).encode(), "x.gltf") == rejection_codes.LENGTH_MISMATCH
+    assert refused(Gltf(indices=[0, 1, 9]).glb()) == rejection_codes.OUT_OF_BOUNDS
 
 
 @pytest.mark.parametrize(
     ("nodes", "code"),
     [
-        ([{"children": [0], "mesh": 0}], codes.BAD_SCENE_GRAPH),
-        ([{"children": [i + 1, i + 1]} for i in range(30)] + [{"mesh": 0}], codes.BAD_SCENE_GRAPH),
-        ([{"children": [7]}], codes.OUT_OF_BOUNDS),
-        ([{"mesh": 7}], codes.OUT_OF_BOUNDS),
-        ([{"mesh": "0"}], codes.BAD_SCHEMA),
-        ([{"mesh": 0, "translation": [float("nan"), 0, 0]}], codes.NON_FINITE),
-        ([{"mesh": 0, "translation": "up"}], codes.BAD_SCHEMA),
-        (["node"], codes.BAD_SCHEMA),
+        ([{"children": [0], "mesh": 0}], rejection_codes.BAD_SCENE_GRAPH),
+        ([{"children": [i + 1, i + 1]} for i in range(30)] + [{"mesh": 0}], rejection_codes.BAD_SCENE_GRAPH),
+        ([{"children": [7]}], rejection_codes.OUT_OF_BOUNDS),
+        ([{"mesh": 7}], rejection_codes.OUT_OF_BOUNDS),
+        ([{"mesh": "0"}], rejection_codes.BAD_SCHEMA),
+        ([{"mesh": 0, "translation": [float("nan"), 0, 0]}], rejection_codes.NON_FINITE),
+        ([{"mesh": 0, "translation": "up"}], rejection_codes.BAD_SCHEMA),
+        (["node"], rejection_codes.BAD_SCHEMA),
     ],
 )
 def test_bad_scene_graphs_are_refused(nodes: list[object], code: str) -> None:
@@ -264,7 +264,7 @@ def test_deep_node_chains_do_not_overflow_the_stack() -> None:
 def test_required_extensions_that_cannot_be_read_are_refused(name: str) -> None:
     made = Gltf()
     made.document["extensionsRequired"] = [name]
-    assert refused(made.glb()) == codes.UNSUPPORTED_EXTENSION
+    assert refused(made.glb()) == rejection_codes.UNSUPPORTED_EXTENSION
 
 
 def test_compression_that_is_only_used_is_refused_where_the_data_is_missing() -> None:
@@ -272,24 +272,24 @@ def test_compression_that_is_only_used_is_refused_where_the_data_is_missing() ->
     made.primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}}
     assert len(load_bytes("x.glb", made.glb()).parts) == 1
     del made.accessors[0]["bufferView"]
-    assert refused(made.glb()) == codes.UNSUPPORTED_EXTENSION
+    assert refused(made.glb()) == rejection_codes.UNSUPPORTED_EXTENSION
 
 
 def test_nothing_to_show() -> None:
     made = Gltf()
     made.primitive["mode"] = 0
-    assert refused(made.glb()) == codes.NO_FACES
+    assert refused(made.glb()) == rejection_codes.NO_FACES
     made.document["meshes"] = []
     made.document["nodes"] = [{}]
-    assert refused(made.glb()) == codes.NO_GEOMETRY
-    assert refused(glb_bytes({"asset": {"version": "2.0"}})) == codes.NO_GEOMETRY
+    assert refused(made.glb()) == rejection_codes.NO_GEOMETRY
+    assert refused(glb_bytes({"asset": {"version": "2.0"}})) == rejection_codes.NO_GEOMETRY
 
 
 def test_too_many_instances_are_refused_by_their_total() -> None:
     made = Gltf(indices=[0, 1, 2] * 20_000)
     made.document["nodes"] = [{"mesh": 0} for _ in range(6)]
     made.document["scenes"] = [{"nodes": list(range(6))}]
-    assert refused(made.glb()) == codes.TOO_LARGE
+    assert refused(made.glb()) == rejection_codes.TOO_LARGE
 
 
 def test_bad_pictures_cost_the_picture_only() -> None:
@@ -298,7 +298,7 @@ def test_bad_pictures_cost_the_picture_only() -> None:
         made.paint(picture)
         model = load_bytes("x.glb", made.glb())
         assert model.parts[0].material.textures == ()
-        assert codes_of(model) <= {codes.IMAGE_UNREADABLE, codes.IMAGE_REFUSED}
+        assert codes_of(model) <= {rejection_codes.IMAGE_UNREADABLE, rejection_codes.IMAGE_REFUSED}
         assert codes_of(model)
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf.meshopt import decompressed
 from casa_assets.ingest.load.gltf.tree import Node
 from tests.mesh_files import Gltf, load_bytes
@@ -95,17 +95,17 @@ class TestRefused:
     @pytest.mark.parametrize(
         ("changes", "code"),
         [
-            ({"mode": "PICTURES"}, codes.UNSUPPORTED_EXTENSION),
-            ({"filter": "COLOR"}, codes.UNSUPPORTED_EXTENSION),
-            ({"filter": "OCTAHEDRAL"}, codes.BAD_SCHEMA),
-            ({"byteStride": 6}, codes.BAD_SCHEMA),
-            ({"byteStride": 0}, codes.BAD_SCHEMA),
-            ({"byteStride": 260}, codes.BAD_SCHEMA),
-            ({"count": 10**9}, codes.TOO_LARGE),
-            ({"count": 200}, codes.TRUNCATED),
-            ({"mode": "TRIANGLES", "byteStride": 4}, codes.BAD_SCHEMA),
-            ({"mode": "TRIANGLES", "byteStride": 4, "count": 99}, codes.TRUNCATED),
-            ({"mode": "INDICES"}, codes.BAD_SCHEMA),
+            ({"mode": "PICTURES"}, rejection_codes.UNSUPPORTED_EXTENSION),
+            ({"filter": "COLOR"}, rejection_codes.UNSUPPORTED_EXTENSION),
+            ({"filter": "OCTAHEDRAL"}, rejection_codes.BAD_SCHEMA),
+            ({"byteStride": 6}, rejection_codes.BAD_SCHEMA),
+            ({"byteStride": 0}, rejection_codes.BAD_SCHEMA),
+            ({"byteStride": 260}, rejection_codes.BAD_SCHEMA),
+            ({"count": 10**9}, rejection_codes.TOO_LARGE),
+            ({"count": 200}, rejection_codes.TRUNCATED),
+            ({"mode": "TRIANGLES", "byteStride": 4}, rejection_codes.BAD_SCHEMA),
+            ({"mode": "TRIANGLES", "byteStride": 4, "count": 99}, rejection_codes.TRUNCATED),
+            ({"mode": "INDICES"}, rejection_codes.BAD_SCHEMA),
         ],
     )
     def test_what_is_out_of_bounds(self, changes: dict[str, object], code: str) -> None:
@@ -134,4 +134,4 @@ class TestRefused:
         made.views[0]["byteLength"] = 10**6
         with pytest.raises(Rejected) as caught:
             load_bytes("x.glb", made.glb())
-        assert caught.value.code == codes.LENGTH_MISMATCH
+        assert caught.value.code == rejection_codes.LENGTH_MISMATCH

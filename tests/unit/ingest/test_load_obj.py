@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
-from casa_assets.ingest.load.mtl import map_file
-from casa_assets.ingest.load.polygon import triangulate
+from casa_assets.ingest import rejection_codes
+from casa_assets.ingest.load.triangulate import triangulate
+from casa_assets.ingest.load.wavefront.materials import map_file
 from tests.mesh_files import OBJ_TRIANGLE, QUARTERS, codes_of, load_bytes, png, texel
 
 
@@ -107,34 +107,36 @@ def test_height_maps_are_not_taken_for_normal_maps() -> None:
 def test_bad_faces_are_dropped_with_a_note() -> None:
     for line in ("f 0 1 2", "f 1 2 999999999999", "f 1 2", "f a b c", "f -9 1 2"):
         model = load_bytes("x.obj", OBJ_TRIANGLE + line + "\n")
-        assert (len(model.parts[0].mesh.faces), codes_of(model)) == (1, {codes.FACE_DROPPED}), line
+        assert (len(model.parts[0].mesh.faces), codes_of(model)) == (1, {rejection_codes.FACE_DROPPED}), line
 
 
 def test_non_finite_vertices_cost_their_faces_or_the_input() -> None:
     model = load_bytes("x.obj", OBJ_TRIANGLE + "v nan inf 0\nf 1 2 4\n")
-    assert (len(model.parts[0].mesh.faces), codes_of(model)) == (1, {codes.FACE_DROPPED})
-    assert refused(OBJ_TRIANGLE.replace("v 1 0 0", "v nan 0 0")) == codes.NON_FINITE
+    assert (len(model.parts[0].mesh.faces), codes_of(model)) == (1, {rejection_codes.FACE_DROPPED})
+    assert refused(OBJ_TRIANGLE.replace("v 1 0 0", "v nan 0 0")) == rejection_codes.NON_FINITE
 
 
 @pytest.mark.parametrize(
     ("text", "code"),
     [
-        ("", codes.EMPTY_FILE),
-        ("# nothing\n", codes.EMPTY_FILE),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", codes.NO_FACES),
-        ("v 0,5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", codes.BAD_NUMBER),
-        ("v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", codes.BAD_NUMBER),
-        ("v 0 0 0\nf 4 5 6\n", codes.OUT_OF_BOUNDS),
-        ("v 0 0 0\n\0\0\0", codes.WRONG_TYPE),
+        ("", rejection_codes.EMPTY_FILE),
+        ("# nothing\n", rejection_codes.EMPTY_FILE),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", rejection_codes.NO_FACES),
+        ("v 0,5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", rejection_codes.BAD_NUMBER),
+        ("v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", rejection_codes.BAD_NUMBER),
+        ("v 0 0 0\nf 4 5 6\n", rejection_codes.OUT_OF_BOUNDS),
+        ("v 0 0 0\n\0\0\0", rejection_codes.WRONG_TYPE),
     ],
 )
 def test_unusable_files_are_refused(text: str, code: str) -> None:
     found = refused(text)
-    assert found == code or (code == codes.WRONG_TYPE and found == codes.ENCODING)
+    assert found == code or (code == rejection_codes.WRONG_TYPE and found == rejection_codes.ENCODING)
 
 
 def test_commands_in_an_obj_are_ignored() -> None:
-    assert codes_of(load_bytes("x.obj", "csh touch x\ncall y.obj\n" + OBJ_TRIANGLE)) == {codes.DIRECTIVE_IGNORED}
+    assert codes_of(load_bytes("x.obj", "csh touch x\ncall y.obj\n" + OBJ_TRIANGLE)) == {
+        rejection_codes.DIRECTIVE_IGNORED
+    }
 
 
 def test_concave_polygons_keep_their_area() -> None:

@@ -12,11 +12,11 @@ import pytest
 from PIL import Image
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.image import Images, Look
 from casa_assets.ingest.load.names import Names, identifier
 from casa_assets.ingest.load.notes import MOST_NOTES, Notes
-from casa_assets.model.source import Up
+from casa_assets.model.ingest.source import Up
 from tests.mesh_files import LIMITS, QUARTERS, Gltf, codes_of, load_bytes, png, texel
 
 PLY_HEAD = "ply\nformat {} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n{}"
@@ -95,16 +95,22 @@ def test_ply_corner_coordinates_and_its_picture() -> None:
 @pytest.mark.parametrize(
     ("text", "code"),
     [
-        (PLY_HEAD.format("binary_little_endian", ""), codes.TRUNCATED),
-        (PLY_HEAD.format("ebcdic", "") + PLY_FACES.format(0, ""), codes.BAD_HEADER),
+        (PLY_HEAD.format("binary_little_endian", ""), rejection_codes.TRUNCATED),
+        (PLY_HEAD.format("ebcdic", "") + PLY_FACES.format(0, ""), rejection_codes.BAD_HEADER),
         (
             PLY_HEAD.format("ascii", "").replace("4", "2000000000") + PLY_FACES.format(0, "") + "0 0 0",
-            codes.LENGTH_MISMATCH,
+            rejection_codes.LENGTH_MISMATCH,
         ),
-        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(0, "") + "0 0 0 " * 4, codes.NO_FACES),
-        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 4 + "3 0 1 9", codes.OUT_OF_BOUNDS),
-        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 3 + "0 0 x 3 0 1 2", codes.BAD_NUMBER),
-        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 4 + "3 0 1", codes.TRUNCATED),
+        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(0, "") + "0 0 0 " * 4, rejection_codes.NO_FACES),
+        (
+            PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 4 + "3 0 1 9",
+            rejection_codes.OUT_OF_BOUNDS,
+        ),
+        (
+            PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 3 + "0 0 x 3 0 1 2",
+            rejection_codes.BAD_NUMBER,
+        ),
+        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 4 + "3 0 1", rejection_codes.TRUNCATED),
     ],
 )
 def test_bad_ply_is_refused(text: str, code: str) -> None:
@@ -125,11 +131,11 @@ def test_stl_text_with_two_solids() -> None:
 @pytest.mark.parametrize(
     ("data", "code"),
     [
-        (stl_bytes(9)[:-60], codes.TRUNCATED),
-        (stl_bytes(2, claimed=2**32 - 1), codes.LENGTH_MISMATCH),
-        (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\n", codes.TRUNCATED),
-        (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 a\nendsolid", codes.BAD_NUMBER),
-        (b"solid x\nendsolid x\n", codes.EMPTY_FILE),
+        (stl_bytes(9)[:-60], rejection_codes.TRUNCATED),
+        (stl_bytes(2, claimed=2**32 - 1), rejection_codes.LENGTH_MISMATCH),
+        (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\n", rejection_codes.TRUNCATED),
+        (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 a\nendsolid", rejection_codes.BAD_NUMBER),
+        (b"solid x\nendsolid x\n", rejection_codes.EMPTY_FILE),
     ],
 )
 def test_bad_stl_is_refused(data: bytes, code: str) -> None:
@@ -156,18 +162,21 @@ def test_dae_picture_and_mirrored_node() -> None:
 @pytest.mark.parametrize(
     ("text", "code"),
     [
-        (dae()[: len(dae()) // 2], codes.TRUNCATED),
-        (dae().replace("</asset>", "</asse>"), codes.BAD_XML),
+        (dae()[: len(dae()) // 2], rejection_codes.TRUNCATED),
+        (dae().replace("</asset>", "</asse>"), rejection_codes.BAD_XML),
         (
             dae().replace("<COLLADA", '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]>\n<COLLADA', 1),
-            codes.XML_ENTITY,
+            rejection_codes.XML_ENTITY,
         ),
-        (dae().replace("<scene>", "<extra>" * 3000 + "</extra>" * 3000 + "<scene>"), codes.XML_DEPTH),
-        (dae(p="0 0 1 1 2 2 9 3"), codes.OUT_OF_BOUNDS),
-        (dae().replace("<node ", '<node id="q"><instance_node url="#q"/></node><node '), codes.BAD_SCENE_GRAPH),
-        (dae().replace("1 1 0 0 1 0<", "nan 1 0 nan 1 0<"), codes.NON_FINITE),
-        ("<COLLADA></COLLADA>", codes.NO_GEOMETRY),
-        ("<svg></svg>", codes.WRONG_TYPE),
+        (dae().replace("<scene>", "<extra>" * 3000 + "</extra>" * 3000 + "<scene>"), rejection_codes.XML_DEPTH),
+        (dae(p="0 0 1 1 2 2 9 3"), rejection_codes.OUT_OF_BOUNDS),
+        (
+            dae().replace("<node ", '<node id="q"><instance_node url="#q"/></node><node '),
+            rejection_codes.BAD_SCENE_GRAPH,
+        ),
+        (dae().replace("1 1 0 0 1 0<", "nan 1 0 nan 1 0<"), rejection_codes.NON_FINITE),
+        ("<COLLADA></COLLADA>", rejection_codes.NO_GEOMETRY),
+        ("<svg></svg>", rejection_codes.WRONG_TYPE),
     ],
 )
 def test_bad_dae_is_refused(text: str, code: str) -> None:
@@ -208,7 +217,7 @@ def test_large_pictures_are_refused_unseen_and_big_ones_scaled() -> None:
     scaled = images.texture("wide", png(np.zeros((2, 8000), dtype=np.uint8)), "x", Look())
     assert scaled is not None
     assert (scaled.width_px, scaled.height_px) == (4096, 1)
-    assert [n.code for n in notes.issues] == [codes.IMAGE_REFUSED, codes.IMAGE_DOWNSCALED]
+    assert [n.code for n in notes.issues] == [rejection_codes.IMAGE_REFUSED, rejection_codes.IMAGE_DOWNSCALED]
 
 
 @pytest.mark.parametrize(
@@ -230,14 +239,14 @@ def test_any_text_becomes_an_id(text: str) -> None:
 def test_notes_are_few_and_clean() -> None:
     notes = Notes()
     for i in range(100):
-        notes.add(codes.BAD_VALUE, f"p{i}", "a\x00b\u202ec" + "x" * 1000)
+        notes.add(rejection_codes.BAD_VALUE, f"p{i}", "a\x00b\u202ec" + "x" * 1000)
     assert len(notes.issues) == MOST_NOTES + 1
     assert notes.issues[0].says.startswith("a?b?c")
-    assert notes.issues[-1].code == codes.MORE_NOTES
+    assert notes.issues[-1].code == rejection_codes.MORE_NOTES
 
 
 def test_suffix_that_lies_is_remarked() -> None:
-    assert codes.TYPE_BY_CONTENT in codes_of(load_bytes("x.stl", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"))
+    assert rejection_codes.TYPE_BY_CONTENT in codes_of(load_bytes("x.stl", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"))
 
 
 @pytest.mark.parametrize("name", ["x.glb", "x.obj", "x.stl", "x.ply", "x.dae"])

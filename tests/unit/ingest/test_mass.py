@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.geometry.measure import shifted_inertia
+from casa_assets.geometry.mesh.measure import shifted_inertia
 from casa_assets.ingest.draft import Draft, Placed
-from casa_assets.ingest.mass import mass
-from casa_assets.model.material import Substance
-from casa_assets.model.mesh import Mesh
+from casa_assets.ingest.mass.combine import mass
+from casa_assets.model.asset.material import Substance
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box, Cylinder, Shape
 from casa_assets.model.pose import Pose
-from casa_assets.model.shape import Box, Cylinder, Shape
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.ingest.mass_estimates import WALLS, Estimate, Verdict, Way, estimates, judged
-from casa_assets.model.mesh import Mesh
+from casa_assets.ingest.mass.estimates import WALLS, Estimate, Verdict, Way, estimates, judged
+from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, category, flipped, joined, moved, turned, volume
 

@@ -13,9 +13,9 @@ from casa_assets.ingest.pose.cloud import cloud_of, plan_axes
 from casa_assets.ingest.pose.evidence import held, outline_score, stance
 from casa_assets.ingest.pose.front import facing, straightened
 from casa_assets.ingest.pose.ups import UPS, candidates, priors, upright
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.ruling import Ruling, Way
-from casa_assets.model.source import Up
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.ingest.source import Up
+from casa_assets.model.ingest.user_override import Ruling, Way
 from tests.meshes import box_mesh
 from tests.raw_models import BOTTLE, MUG, PLATE, category, draft, joined, knife, moved, turned
 

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from casa_assets.geometry.topology import edge_counts, weld
+from casa_assets.geometry.mesh.topology import edge_counts, weld
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.collide_matter import Kind
+from casa_assets.ingest.collision.solid_proxy import Kind
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.repair.holes import rims
 from casa_assets.ingest.repair.solidity import Solidity, solidity
-from casa_assets.model.material import Material
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.source import RawModel, RawPart
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.ingest.source import RawModel, RawPart
 from tests.meshes import box_mesh, lathe, texture
 from tests.raw_models import MUG, category, codes, flipped, joined, moved, raw, turned, volume
 

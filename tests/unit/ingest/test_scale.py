@@ -7,9 +7,9 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.scale import UNITS, scale
-from casa_assets.ingest.scale_words import told
-from casa_assets.model.mesh import Mesh
+from casa_assets.ingest.size.scale import UNITS, scale
+from casa_assets.ingest.size.size_phrases import told
+from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import category, codes, draft, moved
 

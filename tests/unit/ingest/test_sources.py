@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import CasaError, Rejected, UnknownId
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.sources import Found, Refused, collect, discover, objaverse
 from casa_assets.ingest.sources.licence import spdx
-from casa_assets.model.source import SourceKind
+from casa_assets.model.ingest.source import SourceKind
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, codes_of, load_path, png
 
 UID = "0" * 31 + "1"
@@ -79,7 +79,7 @@ def test_objaverse_package(tmp_path: Path) -> None:
     assert (source.kind, source.uid, source.title) == (SourceKind.OBJAVERSE, UID, "Old Mug")
     assert (source.licence, source.author, source.category) == ("CC-BY-NC-SA-4.0", "An?n", "mug")
     assert source.hints == ("Old Mug", "cup")
-    assert sorted(refusals(tmp_path)) == [codes.PATH_TRAVERSAL, codes.MISSING_FILE]
+    assert sorted(refusals(tmp_path)) == [rejection_codes.PATH_TRAVERSAL, rejection_codes.MISSING_FILE]
 
 
 def test_objaverse_cache_layout(tmp_path: Path) -> None:
@@ -92,7 +92,7 @@ def test_objaverse_cache_layout(tmp_path: Path) -> None:
     write(root / "lvis-annotations.json.gz", gzip.compress(b"{broken"))
     (one,) = found(tmp_path).values()
     assert (one.source.title, one.source.licence, one.source.category) == ("Pan", "CC0-1.0", "")
-    assert refusals(tmp_path) == [codes.BAD_MANIFEST]
+    assert refusals(tmp_path) == [rejection_codes.BAD_MANIFEST]
 
 
 def test_objaverse_xl_list(tmp_path: Path) -> None:
@@ -103,7 +103,7 @@ def test_objaverse_xl_list(tmp_path: Path) -> None:
     (one,) = found(tmp_path).values()
     assert (one.source.kind, one.source.licence) == (SourceKind.OBJAVERSE_XL, "MIT")
     assert (one.source.uri, one.source.hints) == ("https://g/cup.obj", ("A cup", "cup", "1a", "me__repo"))
-    assert refusals(tmp_path) == [codes.PATH_TRAVERSAL, codes.BAD_ROW]
+    assert refusals(tmp_path) == [rejection_codes.PATH_TRAVERSAL, rejection_codes.BAD_ROW]
 
 
 def test_text_to_3d_manifest_and_plain_manifest(tmp_path: Path) -> None:
@@ -133,20 +133,20 @@ def test_bad_rows_are_listed_with_their_line_and_the_others_go_on(tmp_path: Path
     good = '{"id": "%s", "file": "m.obj", "seed": ' + "9" * 5000 + ', "scale": 1e999, "x": NaN}'
     rows = [
         (good % "one", ""),
-        (good % "one", codes.DUPLICATE_ID),
-        ('{"id": "cut", "fi', codes.BAD_ROW),
-        ("[1, 2]", codes.BAD_ROW),
-        ("null", codes.BAD_ROW),
-        ('{"id": "b", "file": "gone.obj"}', codes.MISSING_FILE),
-        ('{"id": "c", "file": "../../etc/passwd"}', codes.PATH_TRAVERSAL),
-        ('{"id": "d", "file": "/etc/passwd"}', codes.PATH_TRAVERSAL),
-        ('{"id": "e", "file": "C:\\\\x.obj"}', codes.PATH_TRAVERSAL),
-        ('{"id": "../e", "file": "m.obj"}', codes.BAD_ID),
-        ('{"id": 17, "file": ["m.obj"]}', codes.BAD_ROW),
-        ('{"id": "f", "file": "m.obj", "prompt": ["a"]}', codes.BAD_ROW),
-        ('{"id": "g", "file": "m\\u0000.obj"}', codes.BAD_ROW),
-        ('{"id": "h", "file": "\\ud800.obj"}', codes.BAD_NAME),
-        ('{"id": "i", "x": ' + "[" * 100_000, codes.BAD_ROW),
+        (good % "one", rejection_codes.DUPLICATE_ID),
+        ('{"id": "cut", "fi', rejection_codes.BAD_ROW),
+        ("[1, 2]", rejection_codes.BAD_ROW),
+        ("null", rejection_codes.BAD_ROW),
+        ('{"id": "b", "file": "gone.obj"}', rejection_codes.MISSING_FILE),
+        ('{"id": "c", "file": "../../etc/passwd"}', rejection_codes.PATH_TRAVERSAL),
+        ('{"id": "d", "file": "/etc/passwd"}', rejection_codes.PATH_TRAVERSAL),
+        ('{"id": "e", "file": "C:\\\\x.obj"}', rejection_codes.PATH_TRAVERSAL),
+        ('{"id": "../e", "file": "m.obj"}', rejection_codes.BAD_ID),
+        ('{"id": 17, "file": ["m.obj"]}', rejection_codes.BAD_ROW),
+        ('{"id": "f", "file": "m.obj", "prompt": ["a"]}', rejection_codes.BAD_ROW),
+        ('{"id": "g", "file": "m\\u0000.obj"}', rejection_codes.BAD_ROW),
+        ('{"id": "h", "file": "\\ud800.obj"}', rejection_codes.BAD_NAME),
+        ('{"id": "i", "x": ' + "[" * 100_000, rejection_codes.BAD_ROW),
         (good % "two", ""),
     ]
     write(tmp_path / "set.jsonl", "\n".join(row for row, _ in rows))
@@ -159,8 +159,8 @@ def test_bad_rows_are_listed_with_their_line_and_the_others_go_on(tmp_path: Path
 
 def test_a_manifest_that_the_user_names_must_be_one(tmp_path: Path) -> None:
     write(tmp_path / "m.obj", OBJ_TRIANGLE)
-    assert only(write(tmp_path / "x.json", {"a": 1})).code == codes.BAD_MANIFEST
-    assert only(write(tmp_path / "y.json", "{")).code == codes.BAD_MANIFEST
+    assert only(write(tmp_path / "x.json", {"a": 1})).code == rejection_codes.BAD_MANIFEST
+    assert only(write(tmp_path / "y.json", "{")).code == rejection_codes.BAD_MANIFEST
     assert len(found(write(tmp_path / "z.json", [{"id": "a", "file": "m.obj"}]))) == 1
     assert [one.code for one in discover([tmp_path]) if isinstance(one, Refused)] == []
 
@@ -178,16 +178,16 @@ def test_what_is_no_file_is_refused_and_never_opened(tmp_path: Path) -> None:
     (root / "g_far").symlink_to(outside)
     write(Path(os.fsdecode(os.fsencode(root) + b"/h_\xff.glb")), b"x")
     assert refusals(root) == [
-        codes.NOT_A_FILE,
-        codes.NOT_A_FILE,
-        codes.LINK_OUTSIDE,
-        codes.NOT_A_FILE,
-        codes.LINK_OUTSIDE,
-        codes.BAD_NAME,
+        rejection_codes.NOT_A_FILE,
+        rejection_codes.NOT_A_FILE,
+        rejection_codes.LINK_OUTSIDE,
+        rejection_codes.NOT_A_FILE,
+        rejection_codes.LINK_OUTSIDE,
+        rejection_codes.BAD_NAME,
     ]
     assert found(root) == {}
-    assert only(root / "b_dir.glb").code == codes.NOT_A_FILE
-    assert only(tmp_path / "nowhere").code == codes.MISSING_FILE
+    assert only(root / "b_dir.glb").code == rejection_codes.NOT_A_FILE
+    assert only(tmp_path / "nowhere").code == rejection_codes.MISSING_FILE
     for one in discover([root]):
         assert isinstance(one, Refused)
         one.path.encode("utf-8")
@@ -205,7 +205,7 @@ def test_size_is_refused_without_reading(tmp_path: Path) -> None:
     assert isinstance(one, Found)
     with pytest.raises(Rejected) as caught:
         collect(one, LIMITS)
-    assert caught.value.code == codes.TOO_LARGE
+    assert caught.value.code == rejection_codes.TOO_LARGE
 
 
 def obj_with_map(root: Path, name: str) -> Path:
@@ -220,17 +220,17 @@ def obj_with_map(root: Path, name: str) -> Path:
         ("-o 0 0 0 -bm 1 my tex.png", "my tex.png", ""),
         ("my%20tex.png", "my tex.png", ""),
         ("sub\\tex.png", "sub/tex.png", ""),
-        ("Tex.PNG", "tex.png", codes.CASE_MISMATCH),
-        ("C:\\Users\\bob\\tex.png", "tex.png", codes.FOUND_BY_BASE_NAME),
-        ("/srv/bob/tex.png", "textures/tex.png", codes.FOUND_BY_BASE_NAME),
-        ("gone.png", "", codes.REFERENCE_MISSING),
-        ("../../../etc/passwd", "", codes.REFERENCE_IGNORED),
-        ("..%2f..%2f..%2fetc/passwd", "", codes.REFERENCE_IGNORED),
-        ("/etc/passwd", "", codes.REFERENCE_IGNORED),
-        ("file:///etc/passwd", "", codes.REFERENCE_IGNORED),
-        ("http://127.0.0.1:9/t.png", "", codes.REFERENCE_IGNORED),
-        ("\\\\127.0.0.1\\share\\t.png", "", codes.REFERENCE_IGNORED),
-        ("/dev/zero", "", codes.REFERENCE_IGNORED),
+        ("Tex.PNG", "tex.png", rejection_codes.CASE_MISMATCH),
+        ("C:\\Users\\bob\\tex.png", "tex.png", rejection_codes.FOUND_BY_BASE_NAME),
+        ("/srv/bob/tex.png", "textures/tex.png", rejection_codes.FOUND_BY_BASE_NAME),
+        ("gone.png", "", rejection_codes.REFERENCE_MISSING),
+        ("../../../etc/passwd", "", rejection_codes.REFERENCE_IGNORED),
+        ("..%2f..%2f..%2fetc/passwd", "", rejection_codes.REFERENCE_IGNORED),
+        ("/etc/passwd", "", rejection_codes.REFERENCE_IGNORED),
+        ("file:///etc/passwd", "", rejection_codes.REFERENCE_IGNORED),
+        ("http://127.0.0.1:9/t.png", "", rejection_codes.REFERENCE_IGNORED),
+        ("\\\\127.0.0.1\\share\\t.png", "", rejection_codes.REFERENCE_IGNORED),
+        ("/dev/zero", "", rejection_codes.REFERENCE_IGNORED),
     ],
 )
 def test_pictures_are_found_inside_the_package_only(tmp_path: Path, written: str, there: str, code: str) -> None:
@@ -248,10 +248,10 @@ def test_links_out_of_the_package_are_not_followed(tmp_path: Path) -> None:
     path = obj_with_map(root, "link.png")
     secret = write(tmp_path / "secret.png", png(QUARTERS))
     (root / "link.png").symlink_to(secret)
-    assert codes_of(load_path(path)) == {codes.LINK_IGNORED}
+    assert codes_of(load_path(path)) == {rejection_codes.LINK_IGNORED}
     (root / "link.png").unlink()
     (root / "far").symlink_to(tmp_path)
-    assert codes_of(load_path(obj_with_map(root, "far/secret.png"))) == {codes.LINK_IGNORED}
+    assert codes_of(load_path(obj_with_map(root, "far/secret.png"))) == {rejection_codes.LINK_IGNORED}
 
 
 def test_a_folder_input_may_reach_its_siblings_and_gazebo_layouts_are_known(tmp_path: Path) -> None:
@@ -266,20 +266,20 @@ def test_material_file_by_stem_where_none_is_named(tmp_path: Path) -> None:
     write(tmp_path / "pot.mtl", "newmtl m\nKd 1 0 0\n")
     path = write(tmp_path / "pot.obj", "mtllib other.mtl\nusemtl m\n" + OBJ_TRIANGLE)
     model = load_path(path)
-    assert codes_of(model) == {codes.REFERENCE_MISSING, codes.MATERIAL_GUESSED}
+    assert codes_of(model) == {rejection_codes.REFERENCE_MISSING, rejection_codes.MATERIAL_GUESSED}
     assert model.parts[0].material.base_color == (1.0, 0.0, 0.0, 1.0)
 
 
 @pytest.mark.parametrize(
     ("uri", "code"),
     [
-        ("gone.bin", codes.MISSING_FILE),
-        ("../../../../etc/passwd", codes.PATH_TRAVERSAL),
-        ("%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd", codes.PATH_TRAVERSAL),
-        ("/etc/passwd", codes.PATH_TRAVERSAL),
-        ("file:///etc/passwd", codes.PATH_TRAVERSAL),
-        ("/dev/zero", codes.PATH_TRAVERSAL),
-        ("http://127.0.0.1:9/x.bin", codes.NETWORK_URI),
+        ("gone.bin", rejection_codes.MISSING_FILE),
+        ("../../../../etc/passwd", rejection_codes.PATH_TRAVERSAL),
+        ("%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd", rejection_codes.PATH_TRAVERSAL),
+        ("/etc/passwd", rejection_codes.PATH_TRAVERSAL),
+        ("file:///etc/passwd", rejection_codes.PATH_TRAVERSAL),
+        ("/dev/zero", rejection_codes.PATH_TRAVERSAL),
+        ("http://127.0.0.1:9/x.bin", rejection_codes.NETWORK_URI),
     ],
 )
 def test_a_gltf_without_its_buffer_is_refused(tmp_path: Path, uri: str, code: str) -> None:

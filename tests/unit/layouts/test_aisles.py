@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from casa_assets.layouts.aisles import find_aisles
-from casa_assets.model.floor import Aisle, AisleKind, Row, RunEnd, Side
+from casa_assets.layouts.plan.aisles import find_aisles
+from casa_assets.model.kitchen.floor import Aisle, AisleKind, Row, RunEnd, Side
 from tests.reference_kitchen import OUTLINE, WALLS
 from tests.reference_kitchen_parts import unit
 

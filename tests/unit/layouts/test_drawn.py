@@ -7,11 +7,11 @@ import math
 
 import pytest
 
-from casa_assets.layouts.beams import HOOD_DEPTH, beams_of
-from casa_assets.layouts.furnish import LAMP_ASIDE
-from casa_assets.layouts.request import Kitchen
-from casa_assets.model.units import UpperKind
-from casa_assets.pipeline.kitchens import Recipe, resolve
+from casa_assets.layouts.order.beams import HOOD_DEPTH, beams_of
+from casa_assets.layouts.order.furnish import LAMP_ASIDE
+from casa_assets.layouts.order.request import Kitchen
+from casa_assets.model.kitchen.units import UpperKind
+from casa_assets.pipeline.kitchens.resolve import Recipe, resolve
 
 
 def drawn(plan: str, style: str, seed: int) -> Kitchen:

@@ -7,16 +7,16 @@ from collections.abc import Iterator
 
 import pytest
 
-from casa_assets.layouts import sizes
-from casa_assets.layouts.furnish import breadth
-from casa_assets.layouts.models import Models
-from casa_assets.layouts.request import Kitchen
-from casa_assets.layouts.runs import CornerPart, EndKind, Slot
-from casa_assets.layouts.tops import BREAKS
-from casa_assets.model.plan import OpeningKind
-from casa_assets.model.units import TALL, BaseKind, UpperKind
-from casa_assets.pipeline.kitchens import offers
-from casa_assets.registry_kitchens import load_plan, plan_names, style_names
+from casa_assets.layouts.order.furnish import breadth
+from casa_assets.layouts.order.models import Models
+from casa_assets.layouts.order.request import Kitchen
+from casa_assets.layouts.order.worktops import BREAKS
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.runs import CornerPart, EndKind, Slot
+from casa_assets.model.kitchen.plan import OpeningKind
+from casa_assets.model.kitchen.units import TALL, BaseKind, UpperKind
+from casa_assets.pipeline.kitchens.resolve import offers
+from casa_assets.registry.kitchens import load_plan, plan_names, style_names
 from tests.plan_geometry import (
     PLAY,
     Rect,
@@ -119,7 +119,7 @@ class TestWork:
                     assert slot.left + shift > hole.right or slot.right + shift < hole.left, says(kitchen, slot.name)
 
     def test_a_hood_hangs_over_the_cooker(self, kitchens: list[Kitchen]) -> None:
-        assert sizes.HOOD_FROM - sizes.TOP >= 0.61
+        assert standard_sizes.HOOD_FROM - standard_sizes.TOP >= 0.61
         for kitchen in kitchens:
             (cooker,), (hood,) = of_kind(kitchen, *COOKERS), of_kind(kitchen, UpperKind.HOOD)
             assert hood.line is cooker.line
@@ -130,9 +130,9 @@ class TestWork:
             for slot in of_kind(kitchen, *APPLIANCES):
                 line = slot.line
                 if line.left.kind is EndKind.CORNER:
-                    assert slot.left - sizes.BASE_DEPTH >= 0.38, says(kitchen, slot.name)
+                    assert slot.left - standard_sizes.BASE_DEPTH >= 0.38, says(kitchen, slot.name)
                 if line.right.kind is EndKind.CORNER:
-                    assert line.length - sizes.BASE_DEPTH - slot.right >= 0.38, says(kitchen, slot.name)
+                    assert line.length - standard_sizes.BASE_DEPTH - slot.right >= 0.38, says(kitchen, slot.name)
 
     def test_one_stands_beside_the_dishwasher(self, kitchens: list[Kitchen]) -> None:
         for kitchen in kitchens:
@@ -141,10 +141,10 @@ class TestWork:
             assert max(washer.left - sink.right, sink.left - washer.right) < 0.02, says(kitchen)
             line = washer.line
             if washer.left > sink.left and line.right.kind in (EndKind.CORNER, EndKind.WALL):
-                edge = sizes.TOP_DEPTH if line.right.kind is EndKind.CORNER else 0.0
+                edge = standard_sizes.TOP_DEPTH if line.right.kind is EndKind.CORNER else 0.0
                 assert line.length - edge - washer.right >= 0.55, says(kitchen)
             elif washer.left < sink.left and line.left.kind in (EndKind.CORNER, EndKind.WALL):
-                edge = sizes.TOP_DEPTH if line.left.kind is EndKind.CORNER else 0.0
+                edge = standard_sizes.TOP_DEPTH if line.left.kind is EndKind.CORNER else 0.0
                 assert washer.left - edge >= 0.55, says(kitchen)
 
     def test_there_is_room_to_set_things_down(self, kitchens: list[Kitchen]) -> None:
@@ -198,8 +198,8 @@ class TestContent:
         for kitchen in kitchens:
             doors = [s.width for s in of_kind(kitchen, UpperKind.DOORS, UpperKind.GLASS)]
             corners = [s for r in kitchen.slots.values() for s in r if s.is_upper and s.kind is CornerPart.BLIND]
-            assert corners or min(doors) <= sizes.ONE_DOOR, says(kitchen)
-            assert max(doors) > sizes.ONE_DOOR, says(kitchen)
+            assert corners or min(doors) <= standard_sizes.ONE_DOOR, says(kitchen)
+            assert max(doors) > standard_sizes.ONE_DOOR, says(kitchen)
             assert any(_stands_free(kitchen, s) for s in of_kind(kitchen, BaseKind.DRAWERS)), says(kitchen)
 
     @pytest.mark.parametrize("style", style_names())

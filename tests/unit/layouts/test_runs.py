@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import Misfit, RegistryError
-from casa_assets.layouts import sizes
-from casa_assets.layouts.request import Kitchen, request
-from casa_assets.layouts.rows import Span, share
-from casa_assets.layouts.runs import CornerPart, EndKind
-from casa_assets.model.units import BaseKind
-from casa_assets.pipeline.kitchens import located, offers
-from casa_assets.registry_kitchens import load_style, read_plan
+from casa_assets.layouts.order.request import Kitchen, request
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.rows import Span, share
+from casa_assets.layouts.plan.runs import CornerPart, EndKind
+from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.pipeline.kitchens.resolve import located, offers
+from casa_assets.registry.kitchens import load_style, read_plan
 from tests.plan_geometry import STYLE, floor_row
 
 PLAN = """\
@@ -98,9 +98,9 @@ class TestCorner:
         blind = kitchen.slot("main_right_corner")
         assert blind.kind is CornerPart.BLIND
         assert blind.right == kitchen.lines["main"].length
-        assert blind.width == pytest.approx(sizes.CORNER + sizes.CORNER_DOOR)
+        assert blind.width == pytest.approx(standard_sizes.CORNER + standard_sizes.CORNER_DOOR)
         strip = kitchen.slot("side_left_filler")
-        assert (strip.left, strip.right) == (sizes.BASE_DEPTH, sizes.CORNER)
+        assert (strip.left, strip.right) == (standard_sizes.BASE_DEPTH, standard_sizes.CORNER)
         assert kitchen.slot("side_doors").hinge == "right"
 
     def test_other_run_may_own_it(self, tmp_path: Path) -> None:
@@ -108,7 +108,7 @@ class TestCorner:
             PLAN.replace("[main, side]}", "[main, side], by: side}").replace("1.9", "2.2"), tmp_path, {"width": 3.4}
         )
         assert kitchen.slot("side_left_corner").kind is CornerPart.BLIND
-        assert kitchen.slot("main_right_filler").right == pytest.approx(3.4 - sizes.BASE_DEPTH)
+        assert kitchen.slot("main_right_filler").right == pytest.approx(3.4 - standard_sizes.BASE_DEPTH)
 
     def test_one_worktop_goes_round(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(PLAN, tmp_path)
@@ -145,8 +145,8 @@ class TestEnds:
     def test_strips_beside_tall_units_are_tall(self, tmp_path: Path) -> None:
         text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - filler: 0.1\n      - pantry: 0.5\n", 1)
         kitchen = kitchen_of(text, tmp_path)
-        assert kitchen.slot("main_filler").high == sizes.UPPER_TO
-        assert kitchen.slot("side_left_filler").high < sizes.TOP
+        assert kitchen.slot("main_filler").high == standard_sizes.UPPER_TO
+        assert kitchen.slot("side_left_filler").high < standard_sizes.TOP
 
     def test_refrigerator_without_housing_has_air(self, tmp_path: Path) -> None:
         text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - fridge: {housing: false}\n", 1).replace(
@@ -174,9 +174,9 @@ class TestPeninsula:
         kitchen = kitchen_of(self.TEXT, tmp_path)
         bar = kitchen.lines["bar"]
         (top,) = [w for w in kitchen.wanted if w.run == "bar" and w.role == "counter"]
-        assert top.spot.u - top.choice.params["width"] / 2 == pytest.approx(sizes.TOP_DEPTH)
-        assert top.spot.v == pytest.approx(-bar.run.overhang - sizes.PANEL)
-        assert top.choice.params["depth"] == pytest.approx(sizes.TOP_DEPTH + 0.32)
+        assert top.spot.u - top.choice.params["width"] / 2 == pytest.approx(standard_sizes.TOP_DEPTH)
+        assert top.spot.v == pytest.approx(-bar.run.overhang - standard_sizes.PANEL)
+        assert top.choice.params["depth"] == pytest.approx(standard_sizes.TOP_DEPTH + 0.32)
 
     def test_has_a_back_from_the_wall_to_its_end(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(self.TEXT, tmp_path)
@@ -245,7 +245,7 @@ class TestMisfits:
         error = self.fault(PLAN, tmp_path, {"width": 2.8})
         assert error.pointer == "runs.main.base"
         assert error.line in (line_of(PLAN, "    base:"), line_of(PLAN, "- drawers"))
-        assert f"{2.8 - sizes.CORNER - sizes.CORNER_DOOR:.3f} m" in error.expected
+        assert f"{2.8 - standard_sizes.CORNER - standard_sizes.CORNER_DOOR:.3f} m" in error.expected
         assert "main_sink" in error.got
 
     def test_run_longer_than_its_wall(self, tmp_path: Path) -> None:

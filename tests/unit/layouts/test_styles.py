@@ -6,17 +6,17 @@ from collections.abc import Iterator
 
 import pytest
 
-from casa_assets import registry_kitchens
 from casa_assets.errors import CasaError, Misfit, UnknownId
-from casa_assets.layouts.models import Models
-from casa_assets.layouts.request import Kitchen, request
-from casa_assets.layouts.trim import LONG, OUT, UNDER, find_rows
-from casa_assets.model.style import Choice, Fronts, Style
-from casa_assets.model.units import UpperKind
-from casa_assets.pipeline.kitchens import offers, params_of
-from casa_assets.pipeline.palette import plain
-from casa_assets.pipeline.textures import recipes
-from casa_assets.registry_families import family, family_names
+from casa_assets.layouts.order.models import Models
+from casa_assets.layouts.order.request import Kitchen, request
+from casa_assets.layouts.order.trim import LONG, OUT, UNDER, find_rows
+from casa_assets.model.kitchen.style import Choice, Fronts, Style
+from casa_assets.model.kitchen.units import UpperKind
+from casa_assets.pipeline.families.finishes import plain
+from casa_assets.pipeline.kitchens.resolve import offers, params_of
+from casa_assets.pipeline.textures.recipes import recipes
+from casa_assets.registry import kitchens
+from casa_assets.registry.families import family, family_names
 
 TWELVE = (
     "coastal",
@@ -80,11 +80,11 @@ ROLES = {
 
 
 def style_of(name: str) -> Style:
-    return registry_kitchens.load_style(name)[0]
+    return kitchens.load_style(name)[0]
 
 
 def kitchen_of(plan: str, style: Style) -> Kitchen:
-    return request(registry_kitchens.load_plan(plan)[0], style, offers())
+    return request(kitchens.load_plan(plan)[0], style, offers())
 
 
 def known_finishes() -> frozenset[str]:
@@ -96,7 +96,7 @@ def number(choice: Choice, name: str) -> object:
 
 
 def test_there_are_the_twelve() -> None:
-    assert set(TWELVE) <= set(registry_kitchens.style_names())
+    assert set(TWELVE) <= set(kitchens.style_names())
 
 
 @pytest.fixture(params=TWELVE)

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.model.category import PICTURES, Affordance, Basis, Category, Kind, Span, sentences
-from casa_assets.model.provenance import TEST_SHARE, Split, split_of
+from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
+from casa_assets.model.registry.category import PICTURES, Affordance, Basis, Category, Kind, Span, sentences
 from tests.assets import category, rigid_mug
 
 

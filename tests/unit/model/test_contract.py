@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.model.contract import (
+from casa_assets.model.registry.contract import (
     Contract,
     ForEach,
     JointRule,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
+from casa_assets.model.kitchen.scene import Camera, Layer, Light, Placement, Scene, Sky
 from casa_assets.model.pose import Pose
-from casa_assets.model.scene import Camera, Layer, Light, Placement, Scene, Sky
 from tests.articulated_assets import microwave
 from tests.assets import rigid_mug
 from tests.scenes import corner

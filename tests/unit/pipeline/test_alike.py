@@ -16,25 +16,25 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.asset import Asset
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.material import Material
+from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.model.issue import Status
-from casa_assets.model.material import Material
 from casa_assets.model.pose import Pose
-from casa_assets.model.source import Source, SourceKind
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.alike import whole
-from casa_assets.pipeline.alike.dedup import CODE, Deduplicator
-from casa_assets.pipeline.alike.pairs import alike_in
-from casa_assets.pipeline.alike.rows import rows
-from casa_assets.pipeline.alike.search import by_look, by_words, tokens
-from casa_assets.pipeline.alike.seen import pictures_in_numbers
-from casa_assets.pipeline.alike.signature import signature
-from casa_assets.pipeline.entry_table import EntryTable
-from casa_assets.pipeline.job import Job, Outcome, Result, stage_refusal
-from casa_assets.pipeline.look import VIEWS, Eye
-from casa_assets.pipeline.resume import cached_outcome
-from casa_assets.pipeline.store import Store
-from casa_assets.pipeline.survey import Survey
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.clip import VIEWS, Eye
+from casa_assets.pipeline.dedup import library_report
+from casa_assets.pipeline.dedup.clip_embeddings import pictures_in_numbers
+from casa_assets.pipeline.dedup.deduplicator import CODE, Deduplicator
+from casa_assets.pipeline.dedup.entries import rows
+from casa_assets.pipeline.dedup.pairs import alike_in
+from casa_assets.pipeline.dedup.search import by_look, by_words, tokens
+from casa_assets.pipeline.dedup.signature import signature
+from casa_assets.pipeline.ingest.job import Job, Outcome, Result, stage_refusal
+from casa_assets.pipeline.ingest.survey import Survey
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_table import EntryTable
+from casa_assets.pipeline.library.resume import cached_outcome
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
 
@@ -247,32 +247,32 @@ def test_pictures_are_looked_at_once_for_each_content_and_weights(tmp_path: Path
 
 def test_the_whole_says_when_nobody_looked_and_remembers_who_did(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, COPY, OTHER)
-    blind = whole.look_over(place, EntryTable(place))
+    blind = library_report.look_over(place, EntryTable(place))
     assert [i.code for i in blind.report.issues] == ["LIB001"] * 3
     unseen = {r.code: r.reason for r in blind.report.results if r.status is Status.NOT_RUN}
     assert unseen == dict.fromkeys(("LIB002", "LIB003"), "no weights of CLIP were given (--clip-weights)")
     assert (blind.weights, blind.seen, blind.looks) == ("", {}, ())
-    seen = whole.look_over(place, EntryTable(place), Painter().eye())
+    seen = library_report.look_over(place, EntryTable(place), Painter().eye())
     assert seen.weights == "painter.pt"
     assert seen.seen[FIRST.id].category == "mug"
     assert len(seen.seen[FIRST.id].others) == 3
     assert seen.looks[0][:2] == (FIRST.id, COPY.id)
     assert [i.pointer for i in seen.report.issues if i.code == "LIB002"] == [COPY.id]
-    assert whole.look_over(place, EntryTable(place)) == seen, "what is still the same is not forgotten"
-    assert whole.read(place.root) == seen
+    assert library_report.look_over(place, EntryTable(place)) == seen, "what is still the same is not forgotten"
+    assert library_report.read(place.root) == seen
     with place.locked():
         place.forget(place.folder("mug", COPY.id))
     keep(place.root, [LARGE])
-    later = whole.look_over(place, EntryTable(place))
+    later = library_report.look_over(place, EntryTable(place))
     (reason,) = {r.reason for r in later.report.results if r.status is Status.NOT_RUN}
     assert "1 of 3 assets were not there when somebody looked" in reason
     assert set(later.seen) == {FIRST.id, OTHER.id}
-    (place.root / whole.NAME).write_text("{", encoding="utf-8")
-    assert whole.read(place.root) is None
+    (place.root / library_report.NAME).write_text("{", encoding="utf-8")
+    assert library_report.read(place.root) is None
     assert (
-        json.loads((whole.look_over(place, EntryTable(place)), (place.root / whole.NAME).read_text())[1])[
-            "schema_version"
-        ]
+        json.loads(
+            (library_report.look_over(place, EntryTable(place)), (place.root / library_report.NAME).read_text())[1]
+        )["schema_version"]
         == 2
     )
 

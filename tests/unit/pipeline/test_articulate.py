@@ -11,13 +11,13 @@ from PIL import Image
 
 from casa_assets.articulate.decisions import Decisions, PartDecision
 from casa_assets.articulate.plan import PartKind
-from casa_assets.checks.travel import travels
+from casa_assets.checks.motion.joint_travel import travels
 from casa_assets.export import mjcf
-from casa_assets.pipeline import articulate_review
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.articulate import STRIP, Done, settled, work
-from casa_assets.pipeline.articulate_build import Wish, build
-from casa_assets.pipeline.job import RunAborted
+from casa_assets.pipeline.articulate import review_page
+from casa_assets.pipeline.articulate.build import Wish, build
+from casa_assets.pipeline.articulate.run import STRIP, Done, settled, work
+from casa_assets.pipeline.ingest.job import RunAborted
+from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.strip import CELL_PX
 from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
 from tests.unit.articulate.test_assemble import obj
@@ -133,7 +133,7 @@ def test_the_review_page_begins_with_the_doubtful(tmp_path: Path) -> None:
     good = work(Wish(obj(tmp_path / "microwave.obj", vertices, faces), out, preview=True, **AXES))
     assert isinstance(good, Done)
     bad = Done(tmp_path / "<cube>.obj", code="ART001", says="no moving part found")
-    page = articulate_review.write(out, [good, bad]).read_text(encoding="utf-8")
+    page = review_page.write(out, [good, bad]).read_text(encoding="utf-8")
     assert page.index("&lt;cube&gt;.obj") < page.index("microwave.obj")
     assert f"{STRIP}" in page
     assert good.folder is not None

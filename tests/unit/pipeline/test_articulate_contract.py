@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.model.asset import Asset
-from casa_assets.pipeline.articulate_contract import KEPT, lacking, without
+from casa_assets.model.asset.asset import Asset
+from casa_assets.pipeline.articulate.contract import KEPT, lacking, without
 from tests.assets import category
 from tests.check_reports import packed
 from tests.contract_fixtures import hob, oven

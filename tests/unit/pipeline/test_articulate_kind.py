@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import soup_of
 from casa_assets.errors import UnknownId
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.record import Vec3
-from casa_assets.pipeline.articulate_kind import NAMED, kind_of
-from casa_assets.pipeline.look import NO_WEIGHTS
+from casa_assets.pipeline.articulate.kind import NAMED, kind_of
+from casa_assets.pipeline.clip import NO_WEIGHTS
 from tests.unit.articulate.blocks import drawers
 from tests.unit.articulate.test_assemble import obj
 

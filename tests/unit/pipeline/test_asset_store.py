@@ -17,12 +17,12 @@ import numpy as np
 import pytest
 
 from casa_assets.families.family import Family, Params, Supplies
-from casa_assets.geometry.light import lighten
-from casa_assets.model.asset import Asset
-from casa_assets.pipeline import asset_store
-from casa_assets.pipeline.asset_bytes import DAMAGE, DIGEST_BYTES, KINDS, TREE, pack, unpack
-from casa_assets.pipeline.asset_store import AssetStore, trim
-from casa_assets.registry_families import family, family_names
+from casa_assets.geometry.lightweight import lighten
+from casa_assets.model.asset.asset import Asset
+from casa_assets.pipeline.cache import asset_store
+from casa_assets.pipeline.cache.asset_bytes import DAMAGE, DIGEST_BYTES, KINDS, TREE, pack, unpack
+from casa_assets.pipeline.cache.asset_store import AssetStore, trim
+from casa_assets.registry.families import family, family_names
 from tests.assets import rigid_mug, textured_box
 from tests.family_members import preset
 

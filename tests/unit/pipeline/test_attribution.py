@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from casa_assets.pipeline.books.attribution import escaped, text
-from casa_assets.pipeline.books.entry import Entry
+from casa_assets.pipeline.reports.attribution import escaped, text
+from casa_assets.pipeline.reports.entry import Entry
 
 HOSTILE = (
     "![](https://evil.example/t.png)",

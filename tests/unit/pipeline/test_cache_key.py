@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.pipeline import cache_key, store
-from casa_assets.pipeline.cache_key import PACKAGE, digest_of, key_of, reach
+from casa_assets.pipeline.cache import cache_key, store
+from casa_assets.pipeline.cache.cache_key import PACKAGE, digest_of, key_of, reach
 
 ROOT = Path(__file__).parents[3]
 # What loads a module by a name that is worked out while the program runs.
@@ -97,7 +97,7 @@ class TestOneConstantChanges:
 
     def test_in_the_preview_of_kitchens(self, copy: Copy) -> None:
         """Pictures and the verdicts on them, and no geometry."""
-        changed = copy.changed_by("casa_assets/preview/room.py", "_SKY_SEEN = 0.5 ", "_SKY_SEEN = 0.4 ")
+        changed = copy.changed_by("casa_assets/preview/kitchen.py", "_SKY_SEEN = 0.5 ", "_SKY_SEEN = 0.4 ")
         assert changed == copy.names("pictures") | copy.names("verdict")
 
     def test_in_the_preview_of_assets(self, copy: Copy) -> None:
@@ -107,7 +107,7 @@ class TestOneConstantChanges:
         assert changed.isdisjoint(copy.names("stage") | copy.names("asset") | copy.names("scene"))
 
     def test_in_a_stage(self, copy: Copy) -> None:
-        changed = copy.changed_by("casa_assets/ingest/mass.py", "THINNEST = 1e-7", "THINNEST = 1e-6")
+        changed = copy.changed_by("casa_assets/ingest/mass/combine.py", "THINNEST = 1e-7", "THINNEST = 1e-6")
         assert changed == {"stage mass", "library ingest"}
 
     def test_in_a_family(self, copy: Copy) -> None:
@@ -149,20 +149,24 @@ class TestImports:
                     loading.add(module)
         # The server of workers is given names by those that call it, in whose text they stand; the renderer takes a
         # module of MuJoCo.
-        assert loading == {"casa_assets.pipeline.isolation.server", "casa_assets.preview.renderer"}
+        assert loading == {"casa_assets.pipeline.workers.server", "casa_assets.preview.renderer"}
 
     def test_types_alone_are_left_out_and_imports_inside_functions_are_not(self) -> None:
-        found = reach("casa_assets.pipeline.scene_facts")
-        assert "casa_assets.pipeline.kitchens" not in found.modules, "imported under TYPE_CHECKING"
-        assert "casa_assets.pipeline.articulate" in reach("casa_assets.cli.articulate:articulate").modules
-        assert "casa_assets.pipeline.worker" in reach("casa_assets.pipeline.ingest:_results").modules, "named in text"
+        found = reach("casa_assets.pipeline.kitchens.scene_json")
+        assert "casa_assets.pipeline.kitchens.resolve" not in found.modules, "imported under TYPE_CHECKING"
+        assert "casa_assets.pipeline.articulate.run" in reach("casa_assets.cli.verbs.articulate:articulate").modules
+        assert "casa_assets.pipeline.ingest.worker" in reach("casa_assets.pipeline.ingest.run:_results").modules, (
+            "named in text"
+        )
 
     def test_a_local_variable_is_not_the_function_of_that_name(self) -> None:
         """`scenes.draw` has a variable `made`, and `scenes.made` builds whole kitchens."""
-        assert not any(".families" in name for name in reach("casa_assets.pipeline.scenes:draw").modules)
+        assert not any(
+            ".families" in name for name in reach("casa_assets.pipeline.kitchens.scene_folders:draw").modules
+        )
 
     def test_packages_of_others_count_by_their_versions(self) -> None:
-        versions = reach("casa_assets.ingest.collide").versions
+        versions = reach("casa_assets.ingest.collision.collide").versions
         assert {"numpy", "scipy", "coacd", "vhacdx", "manifold3d"} <= versions.keys()
         assert cache_key.ABSENT not in versions.values()
 
@@ -178,7 +182,7 @@ class TestRegistry:
         assert {p.name for p in registry.data_root().glob("*.yaml")} <= every
 
     def test_doors_of_registry_name_what_they_open(self) -> None:
-        assert set(reach("casa_assets.registry_kitchens:load_plan").registry) >= {"plans/l_small.yaml"}
+        assert set(reach("casa_assets.registry.kitchens:load_plan").registry) >= {"plans/l_small.yaml"}
         assert "styles/coastal.yaml" not in reach("casa_assets.registry").registry
 
     def test_files_that_are_opened_are_among_those_that_count(self) -> None:
@@ -193,7 +197,7 @@ from casa_assets.registry_kitchens import load_plan, load_style, plan_names, sty
 recipes(), families(), [load_plan(n) for n in plan_names()], [load_style(n) for n in style_names()]
 from casa_assets.pipeline.cache_key import reach
 from casa_assets import registry
-doors = ("casa_assets.pipeline.textures", "casa_assets.registry_families", "casa_assets.registry_kitchens")
+doors = ("casa_assets.pipeline.textures.recipes", "casa_assets.registry.families", "casa_assets.registry.kitchens")
 root = str(registry.data_root())
 print(json.dumps([sorted({o[len(root) + 1:] for o in opened if o.startswith(root)}), reach(*doors).registry]))
 """

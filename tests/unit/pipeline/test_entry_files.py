@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.model.asset import Asset
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.alike.rows import rows
-from casa_assets.pipeline.alike.search import by_words
-from casa_assets.pipeline.books.pictures import library_sheet, models
-from casa_assets.pipeline.books.report import write as write_report
-from casa_assets.pipeline.entry_files import checked_model, file_inside
-from casa_assets.pipeline.robocasa import export
+from casa_assets.model.asset.asset import Asset
+from casa_assets.pipeline.dedup.entries import rows
+from casa_assets.pipeline.dedup.search import by_words
+from casa_assets.pipeline.export_robocasa import export
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_files import checked_model, file_inside
+from casa_assets.pipeline.reports.pictures import library_sheet, models
+from casa_assets.pipeline.reports.report import write as write_report
 from tests.assets import textured_box
 from tests.built_libraries import keep
 

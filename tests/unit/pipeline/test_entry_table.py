@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.geometry.form import form_gap
-from casa_assets.model.signature import Form
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.alike.pairs import FORM_GAP, Forms, alike_in, near
-from casa_assets.pipeline.alike.rows import rows
-from casa_assets.pipeline.books.entry import entries
-from casa_assets.pipeline.entry_table import NAME, EntryTable
-from casa_assets.pipeline.ingest import books
-from casa_assets.pipeline.store import Store
+from casa_assets.geometry.mesh.shape_descriptor import form_gap
+from casa_assets.model.asset.signature import Form
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.dedup.entries import rows
+from casa_assets.pipeline.dedup.pairs import FORM_GAP, Forms, alike_in, near
+from casa_assets.pipeline.ingest.run import books
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_table import NAME, EntryTable
+from casa_assets.pipeline.reports.entry import entries
 from tests.built_libraries import keep
 from tests.unit.pipeline.test_alike import COPY, FIRST, LARGE, OTHER
 

@@ -11,10 +11,10 @@ from typing import Any
 import lxml.html
 from PIL import Image
 
+from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
-from casa_assets.model.provenance import Guess
-from casa_assets.pipeline.books.html_report import Entry, RejectEntry, html, thumbnail
-from casa_assets.pipeline.books.whole_section import section
+from casa_assets.pipeline.reports.html_report import Entry, RejectEntry, html, thumbnail
+from casa_assets.pipeline.reports.library_section import section
 
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
 

@@ -9,10 +9,10 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
-from casa_assets.model.source import Source, SourceKind
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.identity import Identity, Producer, suffix_of
-from casa_assets.pipeline.library import Library, Refusal, identity_of
+from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.identity import Identity, Producer, suffix_of
+from casa_assets.pipeline.library.library import Library, Refusal, identity_of
 
 ONE, OTHER = "a" * 64, "a" * 10 + "b" * 54
 

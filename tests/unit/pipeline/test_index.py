@@ -9,10 +9,10 @@ import pyarrow.parquet
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.model.source import Source, SourceKind
-from casa_assets.pipeline.books import index
-from casa_assets.pipeline.identity import Producer
-from casa_assets.pipeline.library import Library, Refusal, write_refusal
+from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.library.library import Library, Refusal, write_refusal
+from casa_assets.pipeline.reports import index
 
 
 @pytest.fixture

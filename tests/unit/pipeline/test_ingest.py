@@ -12,12 +12,12 @@ import pytest
 
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.sources.found import Found
-from casa_assets.pipeline.books.entry import entries
-from casa_assets.pipeline.discover_inputs import discover_inputs
-from casa_assets.pipeline.ingest import Options, ingest, tally
-from casa_assets.pipeline.job import Event, writing
-from casa_assets.pipeline.library import Library
-from casa_assets.pipeline.refused_rows import MOST_TOLD
+from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
+from casa_assets.pipeline.ingest.job import Event, writing
+from casa_assets.pipeline.ingest.refused_rows import MOST_TOLD
+from casa_assets.pipeline.ingest.run import Options, ingest, tally
+from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.reports.entry import entries
 from tests.libraries import BOXES, box_obj, differences, entries_of
 
 CARTON = "milk/milk_265a5b2e46"

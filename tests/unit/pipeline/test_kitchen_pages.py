@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from casa_assets.pipeline.books import kitchen_report, kitchen_summary, kitchens
-from casa_assets.pipeline.books.kitchen_summary import Row
+from casa_assets.pipeline.reports import kitchen_report, kitchen_summary, kitchens
+from casa_assets.pipeline.reports.kitchen_summary import Row
 
 HOSTILE = "<span class='x' onclick=alert(1)></span><script>alert(1)</script>'\"&"
 BAD = ("<script", "<span class='x'", "onclick=alert(1)>")

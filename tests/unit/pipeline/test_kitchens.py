@@ -14,13 +14,13 @@ import pytest
 
 import casa_assets
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
-from casa_assets.model.surface import Surface
-from casa_assets.pipeline import kitchens, scene_diff, scenes
-from casa_assets.pipeline.books import kitchens as book
-from casa_assets.pipeline.kitchens import Recipe
-from casa_assets.pipeline.scene_ids import recipe_of
-from casa_assets.preview import room
-from casa_assets.registry_kitchens import load_plan, plan_names, read_plan, style_names
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.pipeline.kitchens import diff, resolve, scene_folders
+from casa_assets.pipeline.kitchens.resolve import Recipe
+from casa_assets.pipeline.kitchens.scene_ids import recipe_of
+from casa_assets.pipeline.reports import kitchens as book
+from casa_assets.preview import kitchen
+from casa_assets.registry.kitchens import load_plan, plan_names, read_plan, style_names
 
 PLAN, STYLE = "one_wall_small", "scandinavian"
 SCENE = f"{PLAN}__{STYLE}"
@@ -30,14 +30,14 @@ SCENE = f"{PLAN}__{STYLE}"
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with one built scene."""
     folder = tmp_path_factory.mktemp("scenes")
-    made = scenes.build_one(Recipe(PLAN, STYLE), folder, drawn=False)
+    made = scene_folders.build_one(Recipe(PLAN, STYLE), folder, drawn=False)
     assert made.passed, made.says
     return folder
 
 
 class TestRecipe:
     def test_id_names_all_that_differs(self) -> None:
-        surfaces = kitchens.chosen([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
+        surfaces = resolve.chosen([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
         plain, drawn = Recipe(PLAN, STYLE), Recipe(PLAN, STYLE, 7, surfaces, closed=True)
         assert plain.scene_id == SCENE
         assert drawn.scene_id.startswith(f"{SCENE}__s7__t")
@@ -45,29 +45,29 @@ class TestRecipe:
 
     def test_order_of_surfaces_does_not_matter(self) -> None:
         pairs = [(Surface.WALL, "brick_red_running"), (Surface.COUNTER, "block_oak")]
-        assert kitchens.chosen(pairs) == kitchens.chosen(pairs[::-1])
+        assert resolve.chosen(pairs) == resolve.chosen(pairs[::-1])
 
     def test_surfaces_are_drawn_independently(self) -> None:
-        draws = [dict(kitchens.drawn_surfaces(seed)) for seed in range(12)]
-        assert kitchens.drawn_surfaces(3) == kitchens.drawn_surfaces(3)
+        draws = [dict(resolve.drawn_surfaces(seed)) for seed in range(12)]
+        assert resolve.drawn_surfaces(3) == resolve.drawn_surfaces(3)
         for surface in Surface:
             assert len({d[surface] for d in draws}) > 6
 
     def test_unknown_texture_is_told_with_near_names(self) -> None:
         with pytest.raises(UnknownId, match="brick_red_running"):
-            kitchens.chosen([(Surface.WALL, "brick_red_runing")])
+            resolve.chosen([(Surface.WALL, "brick_red_runing")])
 
     def test_drawn_lengths_are_within_their_bounds(self) -> None:
         plan = load_plan(PLAN)[0]
         for seed in range(20):
-            for name, value in kitchens.drawn_lengths(plan, seed).items():
+            for name, value in resolve.drawn_lengths(plan, seed).items():
                 assert plan.parameters[name].low <= value <= plan.parameters[name].high
 
 
 class TestFaults:
     def test_unknown_style(self) -> None:
         with pytest.raises(UnknownId, match="scandinavian"):
-            kitchens.resolve(Recipe(PLAN, "scandanavian"))
+            resolve.resolve(Recipe(PLAN, "scandanavian"))
 
     @pytest.mark.parametrize(
         ("old", "new", "says"),
@@ -87,7 +87,7 @@ class TestFaults:
         assert caught.value.line == line
 
     def test_fault_of_one_scene_is_told_and_not_raised(self, tmp_path: Path) -> None:
-        made = scenes.build_one(Recipe(PLAN, "no_such_style"), tmp_path, drawn=False)
+        made = scene_folders.build_one(Recipe(PLAN, "no_such_style"), tmp_path, drawn=False)
         assert not made.passed
         assert "no_such_style" in made.says
         assert not list(tmp_path.glob("*__*"))
@@ -110,26 +110,26 @@ class TestScene:
 
     def test_second_build_keeps_it(self, out: Path) -> None:
         before = (out / SCENE / "scene.xml").stat().st_mtime_ns
-        again = scenes.build_one(Recipe(PLAN, STYLE), out, drawn=False)
+        again = scene_folders.build_one(Recipe(PLAN, STYLE), out, drawn=False)
         assert again.kept
         assert (out / SCENE / "scene.xml").stat().st_mtime_ns == before
 
     def test_damaged_scene_is_made_anew(self, out: Path) -> None:
         (out / SCENE / "scene.json").write_text("{", encoding="utf-8")
-        again = scenes.build_one(Recipe(PLAN, STYLE), out, drawn=False)
+        again = scene_folders.build_one(Recipe(PLAN, STYLE), out, drawn=False)
         assert not again.kept
         assert json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))["id"] == SCENE
 
     def test_another_process_writes_the_same_bytes(self, out: Path, tmp_path: Path) -> None:
         code = (
-            "import sys, pathlib; from casa_assets.pipeline.kitchens import Recipe; "
-            "from casa_assets.pipeline.scenes import build_one; out = pathlib.Path(sys.argv[1]); "
+            "import sys, pathlib; from casa_assets.pipeline.kitchens.resolve import Recipe; "
+            "from casa_assets.pipeline.kitchens.scene_folders import build_one; out = pathlib.Path(sys.argv[1]); "
             f"assert build_one(Recipe({PLAN!r}, {STYLE!r}), out, drawn=False).passed"
         )
         subprocess.run(
             [sys.executable, "-c", code, str(tmp_path)], check=True, env={"PYTHONHASHSEED": "7", "PATH": "/usr/bin"}
         )
-        assert scene_diff.compare(out / SCENE, tmp_path / SCENE) == []
+        assert diff.compare(out / SCENE, tmp_path / SCENE) == []
 
     def test_facts_name_joints_and_bodies_of_the_model(self, out: Path) -> None:
         facts = json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))
@@ -246,13 +246,13 @@ class TestIds:
         for recipe in (
             Recipe(PLAN, STYLE),
             Recipe(PLAN, STYLE, 12, closed=True),
-            Recipe(PLAN, STYLE, 7, kitchens.drawn_surfaces(7)),
-            Recipe(PLAN, STYLE, None, kitchens.drawn_surfaces(0)),
+            Recipe(PLAN, STYLE, 7, resolve.drawn_surfaces(7)),
+            Recipe(PLAN, STYLE, None, resolve.drawn_surfaces(0)),
         ):
             assert recipe_of(recipe.scene_id) == recipe
 
     def test_chosen_finishes_are_found_where_the_scene_stands(self, tmp_path: Path) -> None:
-        surfaces = kitchens.chosen([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
+        surfaces = resolve.chosen([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
         recipe = Recipe(PLAN, STYLE, 7, surfaces)
         with pytest.raises(CasaError, match="digest of its finishes"):
             recipe_of(recipe.scene_id, (tmp_path,))
@@ -272,36 +272,36 @@ class TestDiff:
         shutil.copytree(out / SCENE, tmp_path / SCENE)
         facts = json.loads((tmp_path / SCENE / "scene.json").read_text(encoding="utf-8"))
         (tmp_path / SCENE / "scene.json").write_text(json.dumps({**facts, "key": "0" * 64}), encoding="utf-8")
-        assert scene_diff.compare(out / SCENE, tmp_path / SCENE) == []
-        assert scene_diff.is_one_maker(out / SCENE, out / SCENE)
-        assert not scene_diff.is_one_maker(out / SCENE, tmp_path / SCENE)
+        assert diff.compare(out / SCENE, tmp_path / SCENE) == []
+        assert diff.is_one_maker(out / SCENE, out / SCENE)
+        assert not diff.is_one_maker(out / SCENE, tmp_path / SCENE)
 
     def test_difference_is_named(self, out: Path, tmp_path: Path) -> None:
-        made = scenes.build_one(Recipe(PLAN, "industrial"), tmp_path, drawn=False)
-        lines = scene_diff.compare(out / SCENE, Path(made.folder))
+        made = scene_folders.build_one(Recipe(PLAN, "industrial"), tmp_path, drawn=False)
+        lines = diff.compare(out / SCENE, Path(made.folder))
         assert any(line.startswith("style: ") for line in lines)
         assert any(line.startswith("surfaces.floor: ") for line in lines)
 
     def test_no_scene(self, out: Path, tmp_path: Path) -> None:
         with pytest.raises(OutputError, match="built scene"):
-            scene_diff.compare(out / SCENE, tmp_path)
+            diff.compare(out / SCENE, tmp_path)
 
 
 class TestPictures:
     def test_every_camera_sees_the_kitchen(self, out: Path) -> None:
-        made = room.prepare(out / SCENE / "scene.xml", frame=room.Frame(160, 120, 4))
+        made = kitchen.prepare(out / SCENE / "scene.xml", frame=kitchen.Frame(160, 120, 4))
         assert {"overview", "above", "at_sink", "at_stove"} <= set(made.cameras)
-        for name, pixels in room.photograph(made, made.cameras, room.Frame(160, 120, 4)):
+        for name, pixels in kitchen.photograph(made, made.cameras, kitchen.Frame(160, 120, 4)):
             assert pixels.shape == (120, 160, 3)
             assert 30 < pixels.mean() < 245, name
             assert pixels.std() > 12, name
 
     def test_unknown_camera_and_pose(self, out: Path) -> None:
-        made = room.prepare(out / SCENE / "scene.xml", frame=room.Frame(64, 48, 1))
+        made = kitchen.prepare(out / SCENE / "scene.xml", frame=kitchen.Frame(64, 48, 1))
         with pytest.raises(CasaError, match="overview"):
-            list(room.photograph(made, ["overvew"], room.Frame(64, 48, 1)))
+            list(kitchen.photograph(made, ["overvew"], kitchen.Frame(64, 48, 1)))
         with pytest.raises(CasaError, match="half_open"):
-            room.prepare(out / SCENE / "scene.xml", "half_open")
+            kitchen.prepare(out / SCENE / "scene.xml", "half_open")
 
     def test_book_lists_the_scene(self, out: Path) -> None:
         page, picture = book.write(out)
@@ -312,10 +312,10 @@ class TestPictures:
 def test_ten_plans_in_twelve_styles() -> None:
     assert len(plan_names()) == 10
     assert len(style_names()) == 12
-    assert len(scenes.all_recipes()) == 120
+    assert len(scene_folders.all_recipes()) == 120
 
 
 def test_globs() -> None:
-    assert [r.scene_id for r in scenes.matching([SCENE, f"{PLAN}__scand*"])] == [SCENE]
+    assert [r.scene_id for r in scene_folders.matching([SCENE, f"{PLAN}__scand*"])] == [SCENE]
     with pytest.raises(UnknownId):
-        scenes.matching(["no_such__*"])
+        scene_folders.matching(["no_such__*"])

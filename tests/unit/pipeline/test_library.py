@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.model.source import Source, SourceKind
-from casa_assets.pipeline import unreadable_inputs
-from casa_assets.pipeline.books import index
-from casa_assets.pipeline.books.entry import entries
-from casa_assets.pipeline.discover_inputs import escaped
-from casa_assets.pipeline.identity import Producer
-from casa_assets.pipeline.library import Library, Refusal, read_refusal, write_refusal
+from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.pipeline.ingest import unreadable_inputs
+from casa_assets.pipeline.ingest.discover_inputs import escaped
+from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.library.library import Library, Refusal, read_refusal, write_refusal
+from casa_assets.pipeline.reports import index
+from casa_assets.pipeline.reports.entry import entries
 
 HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
 

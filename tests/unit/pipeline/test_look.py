@@ -13,7 +13,7 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.look import PICTURE_PX, VIEWS, WORDS, kind_seen, scorer, shares, there
+from casa_assets.pipeline.clip import PICTURE_PX, VIEWS, WORDS, kind_seen, scorer, shares, there
 from tests.articulated_assets import microwave
 
 

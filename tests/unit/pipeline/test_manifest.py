@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.model.asset import Asset
-from casa_assets.pipeline.manifest import asset_from_manifest, manifest_of
+from casa_assets.model.asset.asset import Asset
+from casa_assets.pipeline.library.asset_json import asset_from_manifest, manifest_of
 from tests.assets import EVERY, textured_box
 from tests.packages import written
 

@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.isolation import memory
-from casa_assets.pipeline.isolation.limits import Limits, WorkerFailure
-from casa_assets.pipeline.isolation.memory import Share, available, share
-from casa_assets.pipeline.isolation.pool import Pool
-from casa_assets.pipeline.isolation.server import OOM_SCORE
+from casa_assets.pipeline.workers import memory
+from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.memory import Share, available, share
+from casa_assets.pipeline.workers.pool import Pool
+from casa_assets.pipeline.workers.server import OOM_SCORE
 
 DO = "tests.pool_jobs:do"
 WARM = "tests.pool_jobs:nothing"

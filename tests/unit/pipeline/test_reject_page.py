@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from casa_assets.model.source import Source, SourceKind
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.books import report
-from casa_assets.pipeline.identity import Producer
+from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.reports import report
 
 CASES = [
     ("FLT005", "links/object/visuals: 2 large parts stand apart; give each object a file of its own, or join them"),

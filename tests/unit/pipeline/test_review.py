@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.model.provenance import Guess
-from casa_assets.model.ruling import NO_RULING, Ruling, Way
-from casa_assets.pipeline.books.entry import Entry, entries
-from casa_assets.pipeline.ingest import Options, ingest
-from casa_assets.pipeline.job import Event
-from casa_assets.pipeline.library import Library
-from casa_assets.pipeline.review import NAME, doubts, rulings, write
-from casa_assets.pipeline.stage import with_overrides
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.ingest.user_override import NO_RULING, Ruling, Way
+from casa_assets.pipeline.ingest.job import Event
+from casa_assets.pipeline.ingest.run import Options, ingest
+from casa_assets.pipeline.ingest.stages import with_overrides
+from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.library.review import NAME, doubts, rulings, write
+from casa_assets.pipeline.reports.entry import Entry, entries
 from tests.libraries import BOXES, box_obj
 
 

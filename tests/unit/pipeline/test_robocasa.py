@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.model.provenance import Split, split_of
-from casa_assets.pipeline import library as disk
-from casa_assets.pipeline.robocasa import Done, export
+from casa_assets.model.asset.provenance import Split, split_of
+from casa_assets.pipeline.export_robocasa import Done, export
+from casa_assets.pipeline.library import library as disk
 from tests.built_libraries import TEST, TRAIN, keep, loose_and_fixed, slice_of_bread
 from tests.libraries import differences, tree
 

@@ -10,20 +10,20 @@ from typing import Any
 import pytest
 
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.scene.files import SceneFiles
+from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import Pictures
 from casa_assets.checks.table import TABLE
 from casa_assets.errors import Misfit
-from casa_assets.layouts.request import Kitchen
+from casa_assets.layouts.order.request import Kitchen
 from casa_assets.model.issue import Issue, Report, Severity
-from casa_assets.model.scene import Scene
-from casa_assets.pipeline import scene_check, scene_draws, scenes
-from casa_assets.pipeline.books import kitchen_summary
-from casa_assets.pipeline.kitchens import Recipe, build_scene
-from casa_assets.pipeline.scenes import Order, SceneBuilt, made
-from casa_assets.preview.room import Frame
-from casa_assets.registry_kitchens import plan_names, style_names
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.pipeline.kitchens import check, sample, scene_folders
+from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene
+from casa_assets.pipeline.kitchens.scene_folders import Order, SceneBuilt, made
+from casa_assets.pipeline.reports import kitchen_summary
+from casa_assets.preview.kitchen import Frame
+from casa_assets.registry.kitchens import plan_names, style_names
 from tests.packages import tamper
 
 Checked = tuple[Path, SceneBuilt]
@@ -51,7 +51,7 @@ def composed(checked_kitchen: Checked) -> tuple[Kitchen, Scene]:
 @pytest.fixture
 def at_hand(composed: tuple[Kitchen, Scene], monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody has to build it again."""
-    for module in (scenes, scene_check):
+    for module in (scene_folders, check):
         monkeypatch.setattr(module, "build_scene", lambda recipe, cache: composed)
 
 
@@ -99,7 +99,7 @@ class TestVerdict:
     def test_it_is_kept_while_nothing_changes(self, checked_kitchen: Checked) -> None:
         out, done = checked_kitchen
         before = (out / RECIPE.scene_id / "report.json").stat().st_mtime_ns
-        again = scene_check.check_one(RECIPE, out)
+        again = check.check_one(RECIPE, out)
         assert (again.kept, again.report) == (True, done.report)
         assert (out / RECIPE.scene_id / "report.json").stat().st_mtime_ns == before
 
@@ -113,9 +113,9 @@ class TestVerdict:
             looked.append(folder)
             return SceneBuilt(recipe)
 
-        monkeypatch.setattr(scene_check, "verdict_key", lambda recipe: "other")
-        monkeypatch.setattr(scene_check, "_checked_in_place", look)
-        assert not scene_check.check_one(RECIPE, out).kept
+        monkeypatch.setattr(check, "verdict_key", lambda recipe: "other")
+        monkeypatch.setattr(check, "_checked_in_place", look)
+        assert not check.check_one(RECIPE, out).kept
         assert looked == [out / RECIPE.scene_id]
 
     @pytest.mark.usefixtures("at_hand")
@@ -124,9 +124,9 @@ class TestVerdict:
         folder = copy / RECIPE.scene_id
         tamper(folder / "scene.xml", (LABEL, LABEL + "cold "))
         tamper(folder / "scene_light.xml", ('name="main_fridge__', 'name="main_frigde__'))
-        monkeypatch.setattr(scene_check, "SMALL", Frame(64, 48, 1))
-        monkeypatch.setattr(scene_check, "in_a_fresh_process", lambda path: (0.5, 4000.0, 0.002))
-        done = scene_check.check_one(RECIPE, copy, anew=True)
+        monkeypatch.setattr(check, "SMALL", Frame(64, 48, 1))
+        monkeypatch.setattr(check, "in_a_fresh_process", lambda path: (0.5, 4000.0, 0.002))
+        done = check.check_one(RECIPE, copy, anew=True)
         assert not done.passed
         assert {i.code for i in done.problems if i.code.startswith("SCN")} == {"SCN017", "SCN021"}
         assert report_of(copy)["passed"] is False
@@ -194,8 +194,8 @@ class TestNothingIsPutInPlace:
         def broken(*_: object) -> None:
             raise OSError("no space left")
 
-        monkeypatch.setattr("casa_assets.export.usd.kitchen.write", broken)
-        done = scenes.build_one(RECIPE, out, drawn=False)
+        monkeypatch.setattr("casa_assets.export.usd.scene.kitchen.write", broken)
+        done = scene_folders.build_one(RECIPE, out, drawn=False)
         assert "no space left" in done.says
         assert files_below(out) == []
 
@@ -205,21 +205,21 @@ class TestNothingIsPutInPlace:
         def misfit(*_: object) -> None:
             raise Misfit("one_wall_small", ("rows", "main"), "at most 3 m", "4 m")
 
-        monkeypatch.setattr(scenes, "build_scene", misfit)
-        done = scenes.build_one(RECIPE, copy, anew=True)
+        monkeypatch.setattr(scene_folders, "build_scene", misfit)
+        done = scene_folders.build_one(RECIPE, copy, anew=True)
         assert not done.passed
         assert not (copy / RECIPE.scene_id).exists()
 
 
 class TestDraws:
     def test_the_same_seed_draws_the_same(self) -> None:
-        many = scene_draws.draws(60, 5)
-        assert many == scene_draws.draws(60, 5)
-        assert many[:20] == scene_draws.draws(20, 5)
-        assert many != scene_draws.draws(60, 6)
+        many = sample.draws(60, 5)
+        assert many == sample.draws(60, 5)
+        assert many[:20] == sample.draws(20, 5)
+        assert many != sample.draws(60, 6)
 
     def test_draws_are_of_every_plan_and_style(self) -> None:
-        many = scene_draws.draws(200, 0)
+        many = sample.draws(200, 0)
         assert {r.plan for r in many} == set(plan_names())
         assert {r.style for r in many} == set(style_names())
         assert len({r.scene_id for r in many}) == 200
@@ -229,20 +229,20 @@ class TestDraws:
         self, copy: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, says="it is outside"),))
-        monkeypatch.setattr(scene_check, "_kept", lambda folder, key: report)
-        done = scene_check.check_one(RECIPE, copy, strict=True)
+        monkeypatch.setattr(check, "_kept", lambda folder, key: report)
+        done = check.check_one(RECIPE, copy, strict=True)
         assert (done.passed, done.folder) == (False, "")
         assert not (copy / RECIPE.scene_id).exists()
 
     def test_rejected_tells_the_reason_of_each(self, tmp_path: Path) -> None:
-        wanted = scene_draws.draws(3, 0)
+        wanted = sample.draws(3, 0)
         report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, says="it is outside"),))
         done = [
             SceneBuilt(wanted[2], says="the run main is too long"),
             SceneBuilt(wanted[0], "somewhere"),
             SceneBuilt(wanted[1], report=report),
         ]
-        data = json.loads(scene_draws.write_rejected(tmp_path, 0, wanted, done).read_text(encoding="utf-8"))
+        data = json.loads(sample.write_rejected(tmp_path, 0, wanted, done).read_text(encoding="utf-8"))
         assert (data["drawn"], data["tried"], data["passed"], data["pass_rate"]) == (3, 3, 1, 0.3333)
         assert [r["id"] for r in data["rejected"]] == [wanted[1].scene_id, wanted[2].scene_id]
         assert data["rejected"][0]["issues"][0]["code"] == "SCN009"

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.kitchens import Recipe
-from casa_assets.pipeline.scenes import SceneBuilt, side_by_side
+from casa_assets.pipeline.kitchens.resolve import Recipe
+from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt, side_by_side
 
 
 def dies(recipe: Recipe) -> SceneBuilt:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.pipeline.store import Store
+from casa_assets.pipeline.cache.store import Store
 
 KEY = "ab" * 32
 

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.pipeline import batch, families
-from casa_assets.pipeline.families import Wish
+from casa_assets.pipeline.families import run
+from casa_assets.pipeline.families.run import Wish
+from casa_assets.pipeline.workers import batch
 from tests.libraries import BOXES, ROOT, box_obj
 
 pytestmark = pytest.mark.slow
@@ -56,4 +57,4 @@ def test_one_thing_starts_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
     for module, name in ((subprocess, "Popen"), (os, "fork"), (batch, "Pool")):
         monkeypatch.setattr(module, name, refused)
-    assert families.build_one(Wish("vase"), tmp_path, drawn=False).passed
+    assert run.build_one(Wish("vase"), tmp_path, drawn=False).passed

@@ -9,10 +9,10 @@ import pytest
 from PIL import Image
 
 from casa_assets.errors import CasaError
-from casa_assets.model.material import Material
-from casa_assets.model.mesh import Mesh
-from casa_assets.model.source import RawModel, RawPart, Up
-from casa_assets.preview import darkroom, raw, splat
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.ingest.source import RawModel, RawPart, Up
+from casa_assets.preview import point_splatting, raw_model, tonemap
 from casa_assets.preview.camera import View
 from tests.meshes import box_mesh, texture
 
@@ -49,34 +49,34 @@ SHAPES = {
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_any_mesh_gives_a_picture(name: str) -> None:
-    assert colored(raw.render_mesh([part(SHAPES[name])], Up.Z, QUICK)) > 0.10
+    assert colored(raw_model.render_mesh([part(SHAPES[name])], Up.Z, QUICK)) > 0.10
 
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_so_does_drawing_by_hand(name: str) -> None:
-    stood = raw._stand_up([part(SHAPES[name])], Up.Z)
-    assert colored(darkroom.png(splat.draw(stood, QUICK))) > 0.10
+    stood = raw_model._stand_up([part(SHAPES[name])], Up.Z)
+    assert colored(tonemap.png(point_splatting.draw(stood, QUICK))) > 0.10
 
 
 def test_a_line_without_area_is_no_reason_to_fail() -> None:
     line = Mesh(vertices=np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]]), faces=np.array([[0, 1, 2]]))
-    assert raw.render_mesh([part(line)], Up.Z, QUICK).startswith(b"\x89PNG")
+    assert raw_model.render_mesh([part(line)], Up.Z, QUICK).startswith(b"\x89PNG")
     point = Mesh(vertices=np.zeros((3, 3)), faces=np.array([[0, 1, 2]]))
-    assert raw.render_mesh([part(point)], Up.Z, QUICK).startswith(b"\x89PNG")
+    assert raw_model.render_mesh([part(point)], Up.Z, QUICK).startswith(b"\x89PNG")
 
 
 def test_no_triangle_is_an_error() -> None:
     empty = Mesh(vertices=np.zeros((3, 3)), faces=np.zeros((0, 3), dtype=np.int32))
     with pytest.raises(CasaError, match="no triangle"):
-        raw.render_mesh([part(empty)], Up.Z, QUICK)
+        raw_model.render_mesh([part(empty)], Up.Z, QUICK)
 
 
 def test_up_axis_of_the_file_is_respected_and_the_bytes_repeat() -> None:
     # Red above blue along y, as glTF stands things up.
     parts = (part(box_mesh((1, 1, 1), (0, 1, 0))), part(box_mesh((1, 1, 1), (0, 0, 0)), BLUE))
     model = RawModel(parts=parts, up=Up.Y, format="glb")
-    png = raw.render_model(model, QUICK)
-    assert raw.render_model(model, QUICK) == png
+    png = raw_model.render_model(model, QUICK)
+    assert raw_model.render_model(model, QUICK) == png
     with Image.open(io.BytesIO(png)) as opened:
         red, _, blue = np.asarray(opened.convert("RGB"), dtype=float).transpose(2, 0, 1)
     rows = [np.flatnonzero((a - b > 40.0).any(axis=1)).mean() for a, b in ((red, blue), (blue, red))]
@@ -89,8 +89,8 @@ def test_an_image_has_its_first_row_at_the_top(by_hand: bool) -> None:
     image[:4, :, 0], image[4:, :, 2] = 220, 220
     material = Material(id="image", base_color=(1, 1, 1, 1), base_color_texture=texture("image", image))
     mesh = Mesh(vertices=FLAT.vertices, faces=FLAT.faces, uv=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]))
-    stood = raw._stand_up([part(mesh, material)], Up.Z)
-    png = darkroom.png(splat.draw(stood, QUICK)) if by_hand else raw.render_mesh(stood, Up.Z, QUICK)
+    stood = raw_model._stand_up([part(mesh, material)], Up.Z)
+    png = tonemap.png(point_splatting.draw(stood, QUICK)) if by_hand else raw_model.render_mesh(stood, Up.Z, QUICK)
     with Image.open(io.BytesIO(png)) as opened:
         red, _, blue = np.asarray(opened.convert("RGB"), dtype=float).transpose(2, 0, 1)
     assert (
@@ -103,4 +103,4 @@ def test_vertex_colours_are_seen() -> None:
     colors[:, :3] = [10, 200, 10]
     mesh = Mesh(vertices=FLAT.vertices, faces=FLAT.faces, colors=colors)
     white = Material(id="white", base_color=(1, 1, 1, 1))
-    assert colored(raw.render_mesh([part(mesh, white)], Up.Z, QUICK)) > 0.10
+    assert colored(raw_model.render_mesh([part(mesh, white)], Up.Z, QUICK)) > 0.10

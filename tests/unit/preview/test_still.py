@@ -14,8 +14,8 @@ from PIL import Image
 
 from casa_assets.errors import CasaError
 from casa_assets.export import mjcf
-from casa_assets.model.asset import Asset
-from casa_assets.model.material import Material
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.material import Material
 from casa_assets.preview import renderer, still, turntable
 from casa_assets.preview.camera import View, fit
 from tests.assets import ball, drawer_unit, rigid_mug, textured_box, write_to

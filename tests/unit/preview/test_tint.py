@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.model.asset import Asset
-from casa_assets.model.material import Material
-from casa_assets.preview.tint import lab_of, tint, tint_gap
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.material import Material
+from casa_assets.preview.color_statistics import lab_of, tint, tint_gap
 from tests.assets import ball, rigid_mug, textured_box
 from tests.meshes import texture
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.model.chance import rng_for
-from casa_assets.model.finish import Surface
-from casa_assets.pipeline.textures import recipes
+from casa_assets.core.sampling import rng_for
+from casa_assets.model.registry.finish import Surface
+from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures import wood
 from casa_assets.textures.distance import oklab
 from casa_assets.textures.kind import Canvas

@@ -10,11 +10,11 @@ import pytest
 from PIL import Image
 
 from casa_assets import registry
-from casa_assets.model.chance import rng_for
-from casa_assets.model.finish import Surface
+from casa_assets.core.sampling import rng_for
+from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Status
-from casa_assets.model.material import Substance
-from casa_assets.pipeline.textures import recipes
+from casa_assets.model.registry.finish import Surface
+from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures import noise
 from casa_assets.textures.check import TABLE, Pictures, check_pictures, check_set, pictures_of
 from casa_assets.textures.distance import Look, look

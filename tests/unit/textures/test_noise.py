@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from casa_assets.model.chance import rng_for
+from casa_assets.core.sampling import rng_for
 from casa_assets.textures import noise
 from casa_assets.textures.layers import Map
 

@@ -13,11 +13,11 @@ import pytest
 from PIL import Image, PngImagePlugin
 
 from casa_assets import registry
+from casa_assets.core.sampling import rng_for
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
-from casa_assets.model.chance import rng_for
-from casa_assets.model.finish import Surface
-from casa_assets.pipeline.library import sums
-from casa_assets.pipeline.texture_packs import PackOptions, PackReport, ingest_pack, load_finishes, load_pack
+from casa_assets.model.registry.finish import Surface
+from casa_assets.pipeline.library.library import sums
+from casa_assets.pipeline.textures.packs import PackOptions, PackReport, ingest_pack, load_finishes, load_pack
 from casa_assets.textures import noise
 from casa_assets.textures.packs import decode as decoding
 from casa_assets.textures.packs.decode import decode
@@ -134,7 +134,7 @@ def test_a_run_goes_on_where_it_was_cut_off(folder: Path, tmp_path: Path, monkey
             raise KeyboardInterrupt
         return tile(image, size_px)
 
-    monkeypatch.setattr("casa_assets.pipeline.pack_survey.tile", counted)
+    monkeypatch.setattr("casa_assets.pipeline.textures.pack_survey.tile", counted)
     with pytest.raises(KeyboardInterrupt):
         taken(folder, tmp_path / "lib")
     assert not (tmp_path / "lib" / "textures").exists()

@@ -9,11 +9,11 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.model.finish import Surface
-from casa_assets.pipeline.store import Store
-from casa_assets.pipeline.texture_check import check_one, check_recipes, check_sets, chosen
-from casa_assets.pipeline.texture_sheet import pages, shots, write_finish
-from casa_assets.pipeline.textures import finish_of, recipe, recipes
+from casa_assets.model.registry.finish import Surface
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.textures.check import check_one, check_recipes, check_sets, chosen
+from casa_assets.pipeline.textures.recipes import finish_of, recipe, recipes
+from casa_assets.pipeline.textures.sheet import pages, shots, write_finish
 
 PLAIN = (
     'one: {kind: plaster, seed: 1, tile_m: [1, 1], substance: stone, params: {color: "#ffffff", second: "#eeeeee"}}\n'

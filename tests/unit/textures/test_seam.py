@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.model.chance import rng_for
+from casa_assets.core.sampling import rng_for
 from casa_assets.textures import noise
 from casa_assets.textures.seam import Picture, jump, repair, seam, smooth_part
 

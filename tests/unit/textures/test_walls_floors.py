@@ -7,10 +7,10 @@ import json
 import numpy as np
 import pytest
 
-from casa_assets.model.chance import rng_for
-from casa_assets.model.finish import Surface
-from casa_assets.model.recipe import Recipe
-from casa_assets.pipeline.textures import recipes
+from casa_assets.core.sampling import rng_for
+from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.texture_recipe import Recipe
+from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures.kind import Canvas
 from casa_assets.textures.kinds import floors, walls
 from casa_assets.textures.kinds.floors.encaustic import Encaustic

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from casa_assets.model.chance import rng_for
+from casa_assets.core.sampling import rng_for
 from casa_assets.textures import wood
 from casa_assets.textures.layers import Map
 from casa_assets.textures.seam import seam

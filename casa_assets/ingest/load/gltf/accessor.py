@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf.container import data_uri
 from casa_assets.ingest.load.gltf.meshopt import EXTENSIONS, decompressed
 from casa_assets.ingest.load.gltf.tree import Node
@@ -42,7 +42,9 @@ class Accessors:
         """(count,) whole numbers of a scalar accessor."""
         array = self._array(index)
         if array.dtype.kind not in "iu" or array.shape[1] != 1:
-            raise Rejected(codes.BAD_SCHEMA, f"glTF accessors/{index}: indices must be whole scalars; export it again")
+            raise Rejected(
+                rejection_codes.BAD_SCHEMA, f"glTF accessors/{index}: indices must be whole scalars; export it again"
+            )
         return array[:, 0].astype(np.int64)
 
     def floats(self, index: int, widths: tuple[int, ...]) -> npt.NDArray[np.float64]:
@@ -57,7 +59,7 @@ class Accessors:
         values = self._floats[index]
         if values.shape[1] not in widths:
             says = f"glTF accessors/{index}: {values.shape[1]} components where {widths} fit; export the file again"
-            raise Rejected(codes.BAD_SCHEMA, says)
+            raise Rejected(rejection_codes.BAD_SCHEMA, says)
         return values
 
     def view_bytes(self, index: int) -> bytes:
@@ -87,13 +89,13 @@ class Accessors:
         component, shape = accessor.count("componentType"), accessor.text("type")
         if component not in _COMPONENTS or shape not in _WIDTHS:
             says = f"glTF {accessor.place}: componentType {component} with type {shape[:12]!r} cannot be read here"
-            raise Rejected(codes.BAD_SCHEMA, says)
+            raise Rejected(rejection_codes.BAD_SCHEMA, says)
         return np.dtype(_COMPONENTS[component]), _WIDTHS[shape]
 
     def _refuse_more_than_most(self, count: int, accessor: Node) -> None:
         if count > self._most:
             says = f"glTF {accessor.place}: {count} elements, more than {self._most}; simplify the mesh first"
-            raise Rejected(codes.TOO_LARGE, says)
+            raise Rejected(rejection_codes.TOO_LARGE, says)
 
     def _strided(self, owner: Node, view_index: int, count: int, dtype: np.dtype[np.generic], width: int) -> Raw:
         view = self._document.pick(view_index, "bufferViews")
@@ -105,7 +107,7 @@ class Accessors:
             raise view.fail("byteStride", f"at least {element}")
         if count and offset + stride * (count - 1) + element > length:
             says = f"glTF {owner.place}: {count} elements need more than the {length} bytes of bufferViews/{view_index}"
-            raise Rejected(codes.OUT_OF_BOUNDS, says + "; fetch or export the file again")
+            raise Rejected(rejection_codes.OUT_OF_BOUNDS, says + "; fetch or export the file again")
         self._refuse_more_than_most(count, owner)
         if not count:
             return np.zeros((0, width), dtype=dtype)
@@ -119,7 +121,9 @@ class Accessors:
             raise places.fail("componentType", "an unsigned type")
         where = self._strided(places, places.count("bufferView"), count, np.dtype(component), 1)[:, 0].astype(np.int64)
         if count and int(where.max()) >= len(array):
-            raise Rejected(codes.OUT_OF_BOUNDS, f"glTF {sparse.place}: an index is past the accessor; export it again")
+            raise Rejected(
+                rejection_codes.OUT_OF_BOUNDS, f"glTF {sparse.place}: an index is past the accessor; export it again"
+            )
         out = array.copy()
         out[where] = self._strided(values, values.count("bufferView"), count, dtype, width)
         return out
@@ -133,7 +137,7 @@ class Accessors:
                 says = (
                     f"glTF {view.place}: says {view.count('byteLength')} bytes, {len(data)} are packed; export it again"
                 )
-                raise Rejected(codes.LENGTH_MISMATCH, says)
+                raise Rejected(rejection_codes.LENGTH_MISMATCH, says)
             return data, 0, view.count("byteLength")
         return self._cut(view)
 
@@ -149,7 +153,7 @@ class Accessors:
         start, length = view.count("byteOffset", 0), view.count("byteLength")
         if start + length > len(data):
             says = f"glTF {view.place}: ends at byte {start + length} of a buffer of {len(data)}; fetch the file again"
-            raise Rejected(codes.OUT_OF_BOUNDS, says)
+            raise Rejected(rejection_codes.OUT_OF_BOUNDS, says)
         return data, start, length
 
     def _buffer(self, index: int) -> bytes:
@@ -159,7 +163,7 @@ class Accessors:
             wanted = buffer.count("byteLength")
             if len(data) < wanted:
                 says = f"glTF {buffer.place}: says {wanted} bytes, there are {len(data)}; fetch the file again"
-                raise Rejected(codes.LENGTH_MISMATCH, says)
+                raise Rejected(rejection_codes.LENGTH_MISMATCH, says)
             self._buffers[index] = data
         return self._buffers[index]
 
@@ -169,9 +173,11 @@ class Accessors:
             return data_uri(uri, buffer.place)
         if uri:
             if uri not in self._files:
-                raise Rejected(codes.MISSING_FILE, f"glTF {buffer.place}: the file {uri[:80]!r} is missing; add it")
+                raise Rejected(
+                    rejection_codes.MISSING_FILE, f"glTF {buffer.place}: the file {uri[:80]!r} is missing; add it"
+                )
             return self._files[uri]
         if index == 0 and self._binary is not None:
             return self._binary
         says = f"glTF {buffer.place}: has neither a file nor a binary chunk; export it again"
-        raise Rejected(codes.MISSING_FILE, says)
+        raise Rejected(rejection_codes.MISSING_FILE, says)

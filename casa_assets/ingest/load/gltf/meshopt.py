@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf.tree import Node
 
 EXTENSIONS = ("KHR_meshopt_compression", "EXT_meshopt_compression")
@@ -42,7 +42,7 @@ def decompressed(extension: Node, data: bytes, most_bytes: int) -> bytes:
         raise extension.fail("byteStride", f"1 to {_WIDEST}")
     if count * stride > most_bytes:
         says = f"glTF {extension.place}: claims {count * stride} bytes, more than {most_bytes}; simplify the mesh first"
-        raise Rejected(codes.TOO_LARGE, says)
+        raise Rejected(rejection_codes.TOO_LARGE, says)
     if not count:
         return b""
     try:
@@ -52,7 +52,7 @@ def decompressed(extension: Node, data: bytes, most_bytes: int) -> bytes:
             return _indices(extension, data, count, stride)
     except (RuntimeError, ValueError) as error:
         says = f"glTF {extension.place}: the compressed data is broken; fetch or export the file again"
-        raise Rejected(codes.TRUNCATED, says) from error
+        raise Rejected(rejection_codes.TRUNCATED, says) from error
     raise _unknown(extension, "mode", mode)
 
 
@@ -89,4 +89,4 @@ def _unknown(extension: Node, key: str, name: str) -> Rejected:
     says = (
         f"glTF {extension.place}: meshopt {key} {name[:20]!r} is not supported; run `gltf-transform copy` on the file"
     )
-    return Rejected(codes.UNSUPPORTED_EXTENSION, says)
+    return Rejected(rejection_codes.UNSUPPORTED_EXTENSION, says)

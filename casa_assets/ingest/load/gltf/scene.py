@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.ingest import codes
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.gltf.accessor import Accessors
 from casa_assets.ingest.load.gltf.container import open_document
@@ -20,8 +20,8 @@ from casa_assets.ingest.load.gltf.surface import Surfaces
 from casa_assets.ingest.load.gltf.tree import Node
 from casa_assets.ingest.load.image import Images, srgb_bytes_from_linear
 from casa_assets.ingest.load.notes import Notes, clean
-from casa_assets.ingest.load.rough import Rough, check_face_count, finish, transformed, used_vertices
-from casa_assets.model.source import Bundle, RawModel, Up
+from casa_assets.ingest.load.raw_parts import Rough, check_face_count, finish, transformed, used_vertices
+from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
@@ -54,7 +54,7 @@ class _Reader:
     def _primitive(self, primitive: Node, placed: Placed, label: str) -> Rough | None:
         attributes = primitive.child("attributes")
         if not attributes.has("POSITION"):
-            self.notes.add(codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
+            self.notes.add(rejection_codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
             return None
         self._refuse_draco(primitive, attributes)
         self._remark(primitive)
@@ -97,7 +97,9 @@ class _Reader:
         """Vertices and normals in the frame of the file, and whether the transform mirrors."""
         skinned = posed(self.document, self.accessors, self.graph, placed, attributes, used, vertices)
         if skinned is not None:
-            self.notes.add(codes.FEATURE_IGNORED, "skins", "a rigged mesh: read in its rest pose, without its rig")
+            self.notes.add(
+                rejection_codes.FEATURE_IGNORED, "skins", "a rigged mesh: read in its rest pose, without its rig"
+            )
             return skinned, None, False
         return transformed(vertices, normals, placed.world_from_mesh)
 
@@ -107,7 +109,7 @@ class _Reader:
         values = self.accessors.floats(attributes.count(key), widths)
         if len(values) <= int(used[-1]):
             says = f"{key} has {len(values)} rows, fewer than the vertices; left out"
-            self.notes.add(codes.BAD_VALUE, attributes.place, says)
+            self.notes.add(rejection_codes.BAD_VALUE, attributes.place, says)
             return None
         return values[used]
 
@@ -117,7 +119,7 @@ class _Reader:
         if values is None:
             return None
         if not np.isfinite(values).all():
-            self.notes.add(codes.BAD_COLOR, attributes.place, "vertex colours hold NaN; left out")
+            self.notes.add(rejection_codes.BAD_COLOR, attributes.place, "vertex colours hold NaN; left out")
             return None
         out = np.full((len(values), 4), 255, dtype=np.uint8)
         out[:, :3] = srgb_bytes_from_linear(values[:, :3])
@@ -129,7 +131,7 @@ class _Reader:
         """(F, 3) indices into the vertices of the primitive."""
         mode = primitive.count("mode", _TRIANGLES)
         if mode not in (_TRIANGLES, _STRIP, _FAN):
-            self.notes.add(codes.FEATURE_IGNORED, primitive.place, "points or lines, not a surface; left out")
+            self.notes.add(rejection_codes.FEATURE_IGNORED, primitive.place, "points or lines, not a surface; left out")
             return np.zeros((0, 3), dtype=np.int64)
         check_face_count(self._claimed_faces(primitive, count, mode), self.limits, self.name)
         if primitive.has("indices"):
@@ -137,7 +139,7 @@ class _Reader:
             flat = self.accessors.integers(index)
             if len(flat) and not 0 <= int(flat.min()) <= int(flat.max()) < count:
                 says = f"glTF accessors/{index}: vertex {int(flat.max())} of {count}; export the file again"
-                raise Rejected(codes.OUT_OF_BOUNDS, says)
+                raise Rejected(rejection_codes.OUT_OF_BOUNDS, says)
         else:
             flat = np.arange(count, dtype=np.int64)
         return _from_mode(flat, mode)
@@ -152,11 +154,13 @@ class _Reader:
         accessor = self.document.pick(attributes.count("POSITION"), "accessors")
         if not accessor.has("bufferView"):
             says = f"{self.name}: compressed by Draco (KHR_draco_mesh_compression); decompress it with gltf-transform"
-            raise Rejected(codes.UNSUPPORTED_EXTENSION, says)
+            raise Rejected(rejection_codes.UNSUPPORTED_EXTENSION, says)
 
     def _remark(self, primitive: Node) -> None:
         if primitive.array("targets"):
-            self.notes.add(codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read")
+            self.notes.add(
+                rejection_codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read"
+            )
 
 
 def _from_mode(flat: Ints, mode: int) -> Ints:
@@ -187,7 +191,7 @@ def read_gltf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawM
     surfaces = Surfaces(document, accessors, bundle.files, Images(limits, notes), notes)
     graph = read_graph(document, notes)
     if document.array("animations"):
-        notes.add(codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
+        notes.add(rejection_codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
     reader = _Reader(document, accessors, surfaces, graph, limits, notes, name)
     found = Format.GLB if data.startswith(b"glTF") else Format.GLTF
     return finish(reader.roughs(), notes, name, found, metres_per_unit=1.0, up=Up.Y)

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field
 from scipy import ndimage
 
-from casa_assets.model.finish import HexColor
 from casa_assets.model.record import Record
+from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas, Kind
 from casa_assets.textures.kinds.counters.veined import Vein, lines

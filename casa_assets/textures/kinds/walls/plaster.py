@@ -9,8 +9,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.model.finish import HexColor
 from casa_assets.model.record import Record
+from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import noise, wood
 from casa_assets.textures.kind import Canvas, Kind
 from casa_assets.textures.layers import Layers

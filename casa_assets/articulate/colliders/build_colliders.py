@@ -1,0 +1,218 @@
+"""The links of a taken-apart mesh -> the shapes that are touched of each, within a budget, clear of each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.articulate.colliders.clearance import Solid, clear, less
+from casa_assets.articulate.colliders.edge_grips import take_by_the_edge
+from casa_assets.articulate.colliders.link_shapes import as_touched, clouds_of, is_frame, plugs, shape_of
+from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
+from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.geometry.solid.coverage import surface_samples
+from casa_assets.geometry.solid.hull import hull_volume
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.link import Collider
+from casa_assets.model.pose import Pose
+
+# Shapes of a link before and after cuts, and of a handle. Ref: registry/limits.yaml, hull_count.
+FIRST, MOST, GRIP = 22, 32, 6
+# Of those at least so many are of what a mesh has itself; faces that were built have shapes of their own.
+LEAST_OWN, BUILT = 14, -2
+# A fragment of which so little lies outside the shapes so far, metres or part of the link, needs none of its own.
+REACH_M, REACH_SHARE = 0.004, 0.012
+# Points of what is seen of a link by which shapes are judged; shapes of what reaches farthest and is open.
+SKIN, ENDS = 30000, 12
+# Sides of a frame; one that is longer than this part of its link is round something that moves.
+FRAME, LARGE = 4, 0.4
+# Fragments of a link that are looked at, the largest first.
+MOST_PIECES = 60
+# What a finger presses or turns is one shape.
+ONE = frozenset({PartKind.KNOB, PartKind.BUTTON})
+_LABELS = {PartKind.TRAY: "rack"}
+
+
+@dataclass(frozen=True)
+class Touched:
+    """Shapes of a link in its frame; `behind` is the index of the part that has to stand open before it moves."""
+
+    colliders: tuple[Collider, ...]
+    behind: int | None = None
+
+
+def label_of(kind: PartKind) -> str:
+    """What shapes and surfaces of a part of a kind are called."""
+    return _LABELS.get(kind, kind.value)
+
+
+def touched(points: Floats, soup: Soup, label: Ints, found: Articulation, substance: str) -> list[Touched]:
+    """Shapes of the body and of each part, in this order.
+
+    Args:
+        points: (P, 3) of the soup, metres, asset frame. label: (F,) fragments. substance: of all shapes.
+    """
+    metres = found.frame.metres or 1.0
+    owner = np.full(len(soup.faces), -1, dtype=np.int64)
+    for i, part in enumerate(found.parts):
+        owner[part.faces] = i
+    names = [p.name for p in found.parts]
+    behind = [_behind(p, found.parts, soup) for p in found.parts]
+    for added in found.added:
+        owner[added.faces] = BUILT
+    solids = [_solid(points, soup, label, np.flatnonzero(owner == -1), None)]
+    for i, part in enumerate(found.parts):
+        solid = _solid(points, soup, label, np.flatnonzero(owner == i), part)
+        before = behind[i]
+        solid.carrier = names.index(part.parent) + 1 if part.parent else 0
+        solid.behind = None if before is None else before + 1
+        solids.append(solid)
+    _place(solids, found, points, soup, metres)
+    _build_in(solids, found, points, soup, metres)
+    for i, solid in enumerate(solids):
+        solid.clouds = [as_touched(c) for c in solid.clouds]
+        own = soup.faces[owner == i - 1]
+        solid.skin = surface_samples(points, own, SKIN) if len(own) else None
+    clear(solids)
+    for solid, part in zip(solids[1:], found.parts, strict=True):
+        take_by_the_edge(solid, part.kind)
+    out = []
+    for i, solid in enumerate(solids):
+        middle = np.zeros(3) if solid.anchor is None else solid.anchor
+        kind = None if i == 0 else found.parts[i - 1].kind
+        name = "object" if i == 0 else names[i - 1]
+        out.append(Touched(_colliders(solid, middle, name, kind, substance), None if i == 0 else behind[i - 1]))
+    return out
+
+
+def _place(solids: Sequence[Solid], found: Articulation, points: Floats, soup: Soup, metres: float) -> None:
+    """Give each part its joint, asset frame; in place."""
+    foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
+    for solid, part in zip(solids[1:], found.parts, strict=True):
+        joint = part.joint
+        solid.turns = joint.kind is JointKind.HINGE
+        solid.axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
+        solid.anchor = np.array(joint.anchor) * metres + foot
+        solid.hidden = part.kind is PartKind.TRAY
+        solid.far = float(joint.range[1]) * (1.0 if solid.turns else metres)
+
+
+def _largest(clouds: Sequence[Floats], most: int) -> list[Floats]:
+    """The largest of some shapes, those among them that reach farthest to a side: a hand meets these first."""
+    ranked = sorted(range(len(clouds)), key=lambda i: (-round(hull_volume(clouds[i]), 12), i))
+    if len(ranked) <= most:
+        return [clouds[i] for i in ranked]
+    low, high = (np.array([f(clouds[i], axis=0) for i in ranked]) for f in (np.min, np.max))
+    ends = {ranked[int(k)] for k in (*np.argmin(np.round(low, 6), axis=0), *np.argmax(np.round(high, 6), axis=0))}
+    kept = [*(i for i in ranked if i in ends), *(i for i in ranked if i not in ends)][:most]
+    return [clouds[i] for i in ranked if i in kept]
+
+
+def _build_in(solids: Sequence[Solid], found: Articulation, points: Floats, soup: Soup, metres: float) -> None:
+    """Give links the shapes that were built with what was added to them, the body holes for its rooms; in place."""
+    foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
+    names = [p.name for p in found.parts]
+    for room in (r for r in found.rooms if r.built and (r.cut is not None or r.furnish)):
+        holes = [room.cut or (room.low, room.high), *room.fronts]
+        for hole in holes:
+            box = np.array(hole) * metres + foot
+            solids[0].clouds = [piece for c in solids[0].clouds for piece in less(c, box)]
+    for added in found.added:
+        solid = solids[names.index(added.part) + 1 if added.part else 0]
+        own = _largest(solid.clouds, max(LEAST_OWN, FIRST - len(added.clouds)))
+        solid.clouds = [*own, *(c * metres + foot for c in added.clouds)]
+
+
+def _solid(points: Floats, soup: Soup, label: Ints, rows: Ints, part: PartPlan | None) -> Solid:
+    """Shapes of one link before any cut."""
+    rows = rows[label[rows] >= 0]
+    if part is not None and part.kind is PartKind.TRAY and len(rows):
+        # Wires by themselves would use up the budget: a rack is touched as the floor and the walls that they make.
+        return Solid(None, clouds_of(points, soup.faces[rows], FIRST), [])
+    # What is taken anywhere has no handle of its own: racks, levers.
+    apart = part is not None and len(part.grip) < len(part.faces)
+    held = np.isin(rows, part.grip) if part is not None and apart else np.zeros(len(rows), dtype=bool)
+    if part is not None and part.kind in ONE and len(rows):
+        return Solid(None, clouds_of(points, soup.faces[rows], 1), [])
+    grips = _covered(points, soup, label, rows[held], GRIP)
+    return Solid(None, _covered(points, soup, label, rows[~held], FIRST), grips)
+
+
+def _covered(points: Floats, soup: Soup, label: Ints, rows: Ints, most: int) -> list[Floats]:
+    """Shapes that cover some faces, fragment by fragment, the largest first, as the budget allows."""
+    if not len(rows):
+        return []
+    areas = np.bincount(label[rows], soup.areas[rows])
+    ranked = np.lexsort((np.arange(len(areas)), -areas))[: int((areas > 0.0).sum())][:MOST_PIECES]
+    extent = np.ptp(points[np.unique(soup.faces[rows])], axis=0)
+    reach = max(REACH_M, REACH_SHARE * float(np.linalg.norm(extent)))
+    out: list[Floats] = []
+    boxes: list[Floats] = []
+    for n, one in enumerate(ranked.tolist()):
+        faces = soup.faces[rows[label[rows] == one]]
+        cloud = points[np.unique(faces)]
+        if any((cloud >= b[0] - reach).all() and (cloud <= b[1] + reach).all() for b in boxes):
+            continue
+        room = most - len(out)
+        if room <= 0:
+            break
+        # Those that follow need some of the budget too.
+        share = max(1, room - min(len(ranked) - n - 1, room // 2))
+        large = float(np.ptp(points[np.unique(faces)], axis=0).max()) > LARGE * float(extent.max())
+        if share < FRAME and large and plugs(points, faces):
+            # A hull of it would close what it leaves open: it has as many shapes as a frame has sides, or none.
+            if room < FRAME:
+                continue
+            share = FRAME
+        found = clouds_of(points, faces, share)[:room]
+        out += found
+        boxes += [np.array([c.min(axis=0), c.max(axis=0)]) for c in found]
+    return out + _ends(points, soup, label, rows, out, reach)
+
+
+def _ends(points: Floats, soup: Soup, label: Ints, rows: Ints, have: list[Floats], reach: float) -> list[Floats]:
+    """Shapes for the fragments that reach farthest, where the budget left one out: a hand meets those first."""
+    seen = points[soup.faces[rows]]
+    low, high = (np.array([f(c, axis=0) for c in have]) for f in (np.min, np.max))
+    wanted: list[int] = []
+    for axis in range(3):
+        if seen[..., axis].min() < low[:, axis].min() - reach:
+            wanted.append(int(label[rows[np.argmin(seen[..., axis].min(axis=1))]]))
+        if seen[..., axis].max() > high[:, axis].max() + reach:
+            wanted.append(int(label[rows[np.argmax(seen[..., axis].max(axis=1))]]))
+    reached = [soup.faces[rows[label[rows] == one]] for one in sorted(set(wanted))]
+    return [c for faces in reached for c in clouds_of(points, faces, ENDS if is_frame(points, faces) else 1)]
+
+
+def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: Soup) -> int | None:
+    """The door before something that slides or turns inside."""
+    if part.kind not in (PartKind.TRAY, PartKind.DRAWER) or part.parent:
+        return None
+    own = soup.points[soup.faces[part.faces].reshape(-1)]
+    low, high = own.min(axis=0), own.max(axis=0)
+    middle = (low + high) / 2
+    for i, other in enumerate(parts):
+        if other is part or other.kind is not PartKind.DOOR or other.parent:
+            continue
+        theirs = soup.points[soup.faces[other.faces].reshape(-1)]
+        a, b = theirs.min(axis=0), theirs.max(axis=0)
+        if a[0] <= middle[0] <= b[0] and a[2] <= middle[2] <= b[2] and a[1] < low[1] and b[1] < middle[1]:
+            return i
+    return None
+
+
+def _colliders(solid: Solid, middle: Floats, name: str, kind: PartKind | None, substance: str) -> tuple[Collider, ...]:
+    """Colliders of a link, its frame; those of the handle first, under its name."""
+    mains = _largest(solid.clouds, MOST - len(solid.grips))
+    label = None if kind is None else label_of(kind)
+    out: list[Collider] = []
+    for clouds, stem, mark in ((solid.grips, f"{name}_handle_main", "handle"), (mains, f"{name}_main", label)):
+        for n, cloud in enumerate(clouds):
+            shape, pose = shape_of(cloud - middle)
+            at = Pose(position=pose.position)
+            own = stem if not n else f"{stem}_{n:02d}"
+            out.append(Collider(name=own, shape=shape, pose=at, substance=substance, label=mark))
+    return tuple(out)

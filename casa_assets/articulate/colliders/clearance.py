@@ -1,0 +1,281 @@
+"""Shapes of links cut back where a moving part passes them: what is touched is coarser than what is seen.
+
+Only what is shallow is cut: there the shapes, or two faces that lie in one plane, are the cause. What goes deep is a
+part that really runs into another, which no cut may hide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import manifold3d
+import numpy as np
+
+from casa_assets.articulate.colliders.empty_regions import is_air
+from casa_assets.articulate.colliders.link_shapes import box_cloud
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.hull import hull_volume
+
+# Link and shape that would be cut, link and shape that asks for it.
+Pair = tuple[int, int, int, int]
+
+# Overlaps up to this deep are left alone; those up to the next (or that part of the whole) are cut; metres.
+SLIGHT_M, DEEP_M, DEEP_SHARE = 0.0001, 0.012, 0.02
+# Left between a part and what it passes: where two touch that cannot give way, friction holds them.
+GAP_M = 0.0004
+# Shares of the range at which a part is looked at; close to shut it matters most.
+SHARES = (0.02, 0.05, 0.09, 0.14, 0.2, 0.28, 0.38, 0.5, 0.62, 0.75, 0.88, 1.0)
+# Shapes that are smaller than this are not worth one.
+LEAST_M3, LEAST_M = 1e-8, 0.001
+MOST_CUTS = 3
+HIDDEN = 2.5
+CROSSING = 0.6
+# A notch takes at most this part of an edge's width, and one way no more than the second.
+NOTCH, SHALLOW = 0.5, 0.2
+# A shape that would lose more than the rest of this is what it seems: it is not cut.
+LEAST_LEFT = 0.5
+
+
+@dataclass
+class Solid:
+    """The shapes of a link, all at rest in one frame.
+
+    Attributes:
+        carrier: index of the link that carries it, None for the body.
+        clouds: (N, 3) points of each convex shape, metres. grips: those of handles, which are never cut.
+        turns: it turns about `axis` through `anchor`; else it slides along it. far: end of its range, rad or m.
+        behind: index of the link that stands open before this one moves, or None.
+        skin: (N, 3) points of what is seen of it, metres, or None.
+        hidden: it is seen only when something else is open, as racks on their rails are: deeper cuts are allowed.
+    """
+
+    carrier: int | None
+    clouds: list[Floats]
+    grips: list[Floats]
+    turns: bool = False
+    axis: Floats | None = None
+    anchor: Floats | None = None
+    far: float = 0.0
+    behind: int | None = None
+    hidden: bool = False
+    skin: Floats | None = None
+
+
+def clear(solids: Sequence[Solid]) -> None:
+    """Cut the shapes of every link where another passes; in place."""
+    points = np.concatenate([c for s in solids for c in s.clouds])
+    whole = float(np.linalg.norm(np.ptp(points, axis=0)))
+    deep = max(DEEP_M, DEEP_SHARE * whole)
+    for i, solid in enumerate(solids):
+        if solid.axis is None or not solid.clouds:
+            continue
+        pairs: dict[Pair, list[Floats]] = {}
+        crossed: set[Pair] = set()
+        _meet(solids, i, 0.0, pairs, crossed)
+        at_rest = frozenset(pairs)
+        for share in SHARES:
+            _meet(solids, i, share, pairs, crossed)
+        cuts: dict[tuple[int, int], list[Floats]] = {}
+        real: set[tuple[int, int]] = set()
+        most = deep * (HIDDEN if solid.hidden else 1.0)
+        for pair, boxes in sorted(pairs.items()):
+            # What is shallow in one pose and deep in the next is a part on its way into another.
+            shallow = all(float((b[1] - b[0]).min()) <= most for b in boxes)
+            still = pair in at_rest
+            air = still and pair[0] == 0 and is_air(solids[0].skin, boxes)
+            if air or (shallow and (still or pair not in crossed)):
+                real |= set() if air else {pair[:2]}
+                cuts.setdefault(pair[:2], []).extend(boxes)
+        for (link, index), boxes in sorted(cuts.items(), reverse=True):
+            least = LEAST_LEFT if (link, index) in real else 0.0
+            solids[link].clouds[index : index + 1] = _without(solids[link].clouds[index], boxes, least)
+
+
+def _meet(
+    solids: Sequence[Solid],
+    mover: int,
+    share: float,
+    pairs: dict[Pair, list[Floats]],
+    crossed: set[Pair],
+) -> None:
+    """Note what would have to be cut while one link stands at a share of its range."""
+    group = [k for k in range(len(solids)) if _carried(solids, k, mover)]
+    stand = {k: _motion(solids, k, {mover: share}) for k in range(len(solids))}
+    for a in group:
+        for b in range(len(solids)):
+            if b in group or not solids[a].clouds or not solids[b].clouds:
+                continue
+            ours = [_at(c, stand[a]) for c in (*solids[a].clouds, *solids[a].grips)]
+            theirs = [_at(c, stand[b]) for c in solids[b].clouds]
+            for p, q in _near(ours, theirs):
+                notch = b == 0 and solids[mover].hidden and _is_notch(ours[p], theirs[q], solids[mover])
+                # The larger shape loses the least.
+                cut_theirs = notch or _bulk(theirs[q]) >= _bulk(ours[p]) or p >= len(solids[a].clouds)
+                pair = (_swollen(ours[p]), theirs[q]) if cut_theirs else (ours[p], _swollen(theirs[q]))
+                shared = _overlap(*pair)
+                if shared is None:
+                    continue
+                link, index = (b, q) if cut_theirs else (a, p)
+                turn, shift = stand[link]
+                own = (shared - shift) @ turn
+                box = np.array([own.min(axis=0), own.max(axis=0)])
+                if float((box[1] - box[0]).min()) > SLIGHT_M:
+                    key = (link, index, *((a, p) if cut_theirs else (b, q)))
+                    if not notch and _crosses(box, ours[p], theirs[q], stand[link]):
+                        crossed.add(key)
+                    _note(pairs.setdefault(key, []), box)
+
+
+def _is_notch(ours: Floats, theirs: Floats, mover: Solid) -> bool:
+    """Whether what slides out takes no more than a corner or a stretch of an edge of something as it passes."""
+    shared = None if mover.turns or mover.axis is None else _overlap(_swollen(ours), theirs)
+    if shared is None or mover.axis is None:
+        return False
+    low, high = theirs.min(axis=0), theirs.max(axis=0)
+    share = np.ptp(shared, axis=0) / np.maximum(high - low, 1e-9)
+    beside = [k for k in range(3) if k != int(np.argmax(np.abs(mover.axis)))]
+    edge = (shared.min(axis=0) <= low + GAP_M) | (shared.max(axis=0) >= high - GAP_M)
+    return any(share[k] <= NOTCH and edge[k] for k in beside) and min(float(share[k]) for k in beside) <= SHALLOW
+
+
+def _crosses(box: Floats, one: Floats, other: Floats, stand: tuple[Floats, Floats]) -> bool:
+    """Whether what two shapes share is, where it is thinnest, most of one of them: a thin bar that runs into a post."""
+    turn, shift = stand
+    thin = int(np.argmin(box[1] - box[0]))
+    wide = min(float(np.ptp((c - shift) @ turn[:, thin])) for c in (one, other))
+    return float(box[1][thin] - box[0][thin]) >= CROSSING * wide
+
+
+def _note(boxes: list[Floats], fresh: Floats) -> None:
+    """Add a box, or let one that it overlaps grow; in place."""
+    for box in boxes:
+        if (box[0] <= fresh[1] + GAP_M).all() and (fresh[0] <= box[1] + GAP_M).all():
+            box[0], box[1] = np.minimum(box[0], fresh[0]), np.maximum(box[1], fresh[1])
+            return
+    boxes.append(fresh)
+
+
+def _carried(solids: Sequence[Solid], link: int | None, by: int) -> bool:
+    while link is not None:
+        if link == by:
+            return True
+        link = solids[link].carrier
+    return False
+
+
+def _motion(solids: Sequence[Solid], link: int, shares: dict[int, float]) -> tuple[Floats, Floats]:
+    """(3, 3) turn and (3,) shift of a link where some stand at shares of their ranges, and what is before them open."""
+    for mover in list(shares):
+        before = solids[mover].behind
+        if before is not None and before not in shares:
+            shares = {**shares, before: 1.0}
+    turn, shift = np.eye(3), np.zeros(3)
+    at: int | None = link
+    while at is not None:
+        solid = solids[at]
+        if at in shares and solid.axis is not None and solid.anchor is not None:
+            if solid.turns:
+                own = _rotation(solid.axis, solid.far * shares[at])
+                own_shift = solid.anchor - own @ solid.anchor
+            else:
+                own, own_shift = np.eye(3), solid.axis * solid.far * shares[at]
+            turn, shift = own @ turn, own @ shift + own_shift
+        at = solid.carrier
+    return turn, shift
+
+
+def _rotation(axis: Floats, angle: float) -> Floats:
+    """(3, 3) turn about a unit axis, right-handed, rad."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    found: Floats = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return found
+
+
+def _swollen(cloud: Floats) -> Floats:
+    """A cloud that is larger by the gap on every side."""
+    middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
+    found: Floats = np.concatenate([cloud, cloud + np.sign(cloud - middle) * GAP_M])
+    return found
+
+
+def _bulk(cloud: Floats) -> float:
+    return float(np.prod(np.ptp(cloud, axis=0)))
+
+
+def _at(cloud: Floats, motion: tuple[Floats, Floats]) -> Floats:
+    found: Floats = cloud @ motion[0].T + motion[1]
+    return found
+
+
+def _near(ours: list[Floats], theirs: list[Floats]) -> list[tuple[int, int]]:
+    """Pairs whose boxes overlap, or nearly."""
+    a, b = (np.array([[c.min(axis=0), c.max(axis=0)] for c in side]) for side in (ours, theirs))
+    over = (a[:, None, 0] < b[None, :, 1] + GAP_M) & (b[None, :, 0] < a[:, None, 1] + GAP_M)
+    return [(int(p), int(q)) for p, q in np.argwhere(over.all(axis=2))]
+
+
+def _overlap(one: Floats, other: Floats) -> Floats | None:
+    """(N, 3) corners of what two convex clouds share, or None."""
+    both = manifold3d.Manifold.hull_points(one) ^ manifold3d.Manifold.hull_points(other)
+    if both.is_empty() or both.volume() < 1e-12:
+        return None
+    return np.array(both.to_mesh64().vert_properties[:, :3], dtype=np.float64)
+
+
+def _without(cloud: Floats, boxes: list[Floats], least: float) -> list[Floats]:
+    """A convex cloud less some boxes, as convex clouds; all of it where less than a part of it would be left."""
+    left = [cloud]
+    for box in _merged(boxes, cloud):
+        left = [piece for c in left for piece in less(c, box)]
+    return left if sum(hull_volume(c) for c in left) >= least * hull_volume(cloud) else [cloud]
+
+
+def _merged(boxes: list[Floats], cloud: Floats) -> list[Floats]:
+    """At most three boxes in place of many."""
+    out = list(boxes)
+    limit = 0.25 * float(np.prod(np.ptp(cloud, axis=0)))
+    while len(out) > 1:
+        grown = [
+            (float(np.prod(np.maximum(out[i][1], out[j][1]) - np.minimum(out[i][0], out[j][0]))), i, j)
+            for i in range(len(out))
+            for j in range(i + 1, len(out))
+        ]
+        least, i, j = min(grown)
+        if len(out) <= MOST_CUTS and least > limit:
+            break
+        joined = np.array([np.minimum(out[i][0], out[j][0]), np.maximum(out[i][1], out[j][1])])
+        out = [b for k, b in enumerate(out) if k not in (i, j)] + [joined]
+    return out
+
+
+def less(cloud: Floats, box: Floats) -> list[Floats]:
+    """A convex cloud less one box, (2, 3) corners: up to six slabs of it."""
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    if (box[0] >= high).any() or (box[1] <= low).any():
+        return [cloud]
+    solid = manifold3d.Manifold.hull_points(cloud)
+    a, b = low - 1e-3, high + 1e-3
+    out: list[Floats] = []
+    # Thick slabs first: the side on which most is left.
+    order = sorted((-(box[0][k] - low[k] if s == 0 else high[k] - box[1][k]), k, s) for k in range(3) for s in (0, 1))
+    for room, axis, side in order:
+        if room >= 0:
+            continue
+        start, stop = a.copy(), b.copy()
+        if side == 0:
+            stop[axis] = min(stop[axis], box[0][axis])
+            a[axis] = box[0][axis]
+        else:
+            start[axis] = max(start[axis], box[1][axis])
+            b[axis] = box[1][axis]
+        if (stop <= start).any():
+            continue
+        slab = manifold3d.Manifold.hull_points(box_cloud(start, stop)) ^ solid
+        if slab.is_empty() or slab.volume() < LEAST_M3:
+            continue
+        points = np.array(slab.to_mesh64().vert_properties[:, :3], dtype=np.float64)
+        if np.ptp(points, axis=0).min() >= LEAST_M and hull_volume(points) > 0:
+            out.append(points)
+    return out

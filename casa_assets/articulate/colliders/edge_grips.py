@@ -1,0 +1,79 @@
+"""Fronts without a handle -> the edge that a hand takes: a strip of their shapes along the edge that opens."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import manifold3d
+import numpy as np
+
+from casa_assets.articulate.colliders.clearance import Solid, less
+from casa_assets.articulate.colliders.link_shapes import box_cloud
+from casa_assets.articulate.plan import PartKind
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.hull import hull_volume
+
+# What opens, and is taken by its edge where it has no handle.
+FRONTS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
+# Fingers reach so far over an edge and behind it; shapes that end within this of each other end together; metres.
+WIDE_M, THICK_M, EVEN_M = 0.02, 0.03, 0.01
+# What is smaller is no hold, m^3.
+LEAST_M3 = 1e-7
+
+
+def take_by_the_edge(solid: Solid, kind: PartKind) -> None:
+    """Give a front without a handle its edge as one: cut from its largest shape there; in place.
+
+    Args:
+        solid: with its joint, metres, z up, the front faces -y.
+    """
+    if kind not in FRONTS or solid.grips or not solid.clouds or solid.axis is None or solid.anchor is None:
+        return
+    low, high = (np.array([f(c, axis=0) for c in solid.clouds]) for f in (np.min, np.max))
+    edge, sign = _edge(solid, low.min(axis=0), high.max(axis=0))
+    # Of a drawer it is the front that is taken, or a lip of it, not a side of its box.
+    first = np.ones(len(low), dtype=bool) if solid.turns else low[:, 1] <= low[:, 1].min() + EVEN_M
+    reach = sign * (high if sign > 0 else low)[:, edge]
+    rows = np.flatnonzero(first & (reach >= reach[first].max() - EVEN_M))
+    chosen = min(rows.tolist(), key=lambda i: (-round(hull_volume(solid.clouds[i]), 9), i))
+    end = sign * float(reach[chosen])
+    box = np.array([low[chosen], high[chosen]])
+    wide = min(WIDE_M, 0.3 * float(box[1][edge] - box[0][edge]))
+    box[0 if sign > 0 else 1][edge] = end - sign * wide
+    thin = _across(solid, edge)
+    # The side that is seen: of a lid the upper one.
+    if box[1][thin] - box[0][thin] > THICK_M:
+        box[1 if thin != 2 else 0][thin] = box[0][thin] + THICK_M if thin != 2 else box[1][thin] - THICK_M
+    strip = _shared(solid.clouds[chosen], box)
+    if strip is not None:
+        solid.grips = [strip]
+        solid.clouds[chosen : chosen + 1] = less(solid.clouds[chosen], box) or [solid.clouds[chosen]]
+
+
+def _edge(solid: Solid, low: Floats, high: Floats) -> tuple[int, float]:
+    """Axis and side of the edge that opens: opposite to the hinge, of what slides its upper one."""
+    assert solid.axis is not None
+    assert solid.anchor is not None
+    if not solid.turns:
+        return 2, 1.0
+    away = (low + high) / 2 - solid.anchor
+    away = away - solid.axis * float(away @ solid.axis)
+    axis = int(np.argmax(np.round(np.abs(away), 6)))
+    return axis, 1.0 if away[axis] > 0 else -1.0
+
+
+def _across(solid: Solid, edge: int) -> int:
+    """The axis along which a front is thin: neither that of its edge nor the one that the edge runs along."""
+    assert solid.axis is not None
+    if not solid.turns:
+        return 1
+    along = int(np.argmax(np.abs(solid.axis)))
+    return next(k for k in (1, 2, 0) if k not in (edge, along))
+
+
+def _shared(cloud: Floats, box: Sequence[Floats] | Floats) -> Floats | None:
+    """(N, 3) corners of what a convex cloud and a box share, None where that is no hold."""
+    both = manifold3d.Manifold.hull_points(cloud) ^ manifold3d.Manifold.hull_points(box_cloud(box[0], box[1]))
+    if both.is_empty() or both.volume() < LEAST_M3:
+        return None
+    return np.array(both.to_mesh64().vert_properties[:, :3], dtype=np.float64)

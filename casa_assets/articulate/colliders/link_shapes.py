@@ -1,0 +1,243 @@
+"""Triangles of one link -> convex point clouds that are touched: a hull where that is what they are, else by cells."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+from scipy.spatial import ConvexHull, QhullError
+
+from casa_assets.articulate.segment.raster import draw
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.errors import DegenerateShape
+from casa_assets.geometry.grid.voxel import Grid, voxelise
+from casa_assets.geometry.solid.coverage import surface_samples
+from casa_assets.geometry.solid.hull import hull_volume, small_hull
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Box, Hull, Shape
+from casa_assets.model.pose import Pose
+
+Bools = npt.NDArray[np.bool_]
+
+# What fills this part of its hull is touched as its hull; what fills this part of its box, as a box.
+FULL, BOXY = 0.8, 0.985
+# What fills less than this part of its hull is open. What is so thin by its length is judged as a sheet: by its largest
+# hole, for a grate closes nothing that was open.
+OPEN, FLAT, HOLE, HOLE_PX = 0.5, 0.06, 0.3, 48
+# A plate without holes or notches fills its outline by this part.
+CONVEX = 0.95
+# Cells along the longest side, the finest first: the first that needs few enough shapes is taken.
+CELLS = (28, 18, 12, 8)
+THINNEST_M = 0.002
+SAMPLES = 6000
+_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
+
+
+def clouds_of(points: Floats, faces: Ints, most: int) -> list[Floats]:
+    """Convex clouds that cover a surface and leave its cavities open, the largest first.
+
+    Args:
+        points: (P, 3) metres. faces: (F, 3) over them. most: how many at most.
+    Returns:
+        (N, 3) points of each, metres, in the frame of `points`; each spans a volume.
+    """
+    used, local = np.unique(faces, return_inverse=True)
+    cloud, triangles = points[used], local.reshape(-1, 3)
+    extent = np.ptp(cloud, axis=0)
+    thin = bool(extent.min() < THINNEST_M)
+    if thin and (most == 1 or _fills_its_box(cloud, triangles)):
+        return [box_cloud(*_thick(cloud))]
+    if thin and _fills_its_outline(cloud, triangles):
+        return [_plate(cloud)]
+    finest = voxelise(cloud, triangles, cells=CELLS[0])
+    if most == 1 or (not thin and finest.volume >= FULL * hull_volume(cloud)):
+        return [_convex(cloud)]
+    samples = np.concatenate([cloud, surface_samples(cloud, triangles, SAMPLES)])
+    found: list[Floats] = []
+    for cells in CELLS:
+        grid = finest if cells == CELLS[0] else voxelise(cloud, triangles, cells=cells)
+        found, left = _cellwise(grid, samples, most)
+        if not left:
+            break
+    return found or [_convex(cloud)]
+
+
+def plugs(points: Floats, faces: Ints) -> bool:
+    """Whether one hull round a surface would close an opening that it leaves: a gasket, a frame, a tub.
+
+    Args:
+        points: (P, 3) metres. faces: (F, 3) over them.
+    """
+    used, local = np.unique(faces, return_inverse=True)
+    cloud, triangles = points[used], local.reshape(-1, 3)
+    if _is_flat(cloud):
+        return is_frame(points, faces)
+    grid = voxelise(cloud, triangles, cells=CELLS[1])
+    return bool((grid.skin | grid.solid).sum() * grid.cell**3 < OPEN * hull_volume(cloud))
+
+
+def is_frame(points: Floats, faces: Ints) -> bool:
+    """Whether a surface is flat and has a large hole, as for `plugs`."""
+    used, local = np.unique(faces, return_inverse=True)
+    cloud = points[used]
+    return _is_flat(cloud) and _largest_hole(cloud, local.reshape(-1, 3)) >= HOLE
+
+
+def _is_flat(cloud: Floats) -> bool:
+    extent = np.ptp(cloud, axis=0)
+    return bool(extent.min() < FLAT * extent.max())
+
+
+def shape_of(cloud: Floats) -> tuple[Shape, Pose]:
+    """The shape of a convex cloud, at its middle."""
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    size = np.maximum(high - low, THINNEST_M)
+    middle = (low + high) / 2
+    if hull_volume(cloud) >= BOXY * float(np.prod(size)):
+        return _box(size), Pose(position=_vec(middle))
+    center = np.array(_vec(middle))
+    try:
+        points, faces = small_hull((cloud - center).astype(np.float32).astype(np.float64))
+    except DegenerateShape:
+        return _box(size), Pose(position=_vec(middle))
+    return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose(position=_vec(middle))
+
+
+def as_touched(cloud: Floats) -> Floats:
+    """A convex cloud as its shape has it: the corners of its box where it nearly fills that."""
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    return box_cloud(low, high) if hull_volume(cloud) >= BOXY * float(np.prod(high - low)) else cloud
+
+
+def box_cloud(low: Floats, high: Floats) -> Floats:
+    """(8, 3) corners of a box."""
+    found: Floats = low + _CORNERS * (high - low)
+    return found
+
+
+def _fills_its_box(cloud: Floats, triangles: Ints) -> bool:
+    """Whether something flat is no frame: its largest side, seen from before it, has no hole to speak of."""
+    extent = np.ptp(cloud, axis=0)
+    return _face_on(cloud, triangles) >= FULL * float(np.prod(np.delete(extent, int(np.argmin(extent)))))
+
+
+def _largest_hole(cloud: Floats, triangles: Ints) -> float:
+    """Of the rectangle of something flat, seen from before its largest side, the largest part that is free."""
+    axes = np.roll(np.eye(3), 2 - int(np.argmin(np.ptp(cloud, axis=0))), axis=0)
+    free, _ = ndimage.label(draw(cloud, triangles, axes, HOLE_PX).face < 0)
+    return float(np.bincount(free.reshape(-1))[1:].max(initial=0) / free.size)
+
+
+def _fills_its_outline(cloud: Floats, triangles: Ints) -> bool:
+    """Whether something flat is a convex plate, such as a disc."""
+    try:
+        outline = float(ConvexHull(np.delete(cloud, int(np.argmin(np.ptp(cloud, axis=0))), axis=1)).volume)
+    except QhullError:
+        return False
+    return _face_on(cloud, triangles) >= CONVEX * outline
+
+
+def _face_on(cloud: Floats, triangles: Ints) -> float:
+    """Area of something flat, seen from before its largest side: of a sheet, or of a plate with two sides."""
+    a, b, c = (cloud[triangles[:, k]] for k in range(3))
+    facing = np.cross(b - a, c - a)[:, int(np.argmin(np.ptp(cloud, axis=0)))] / 2
+    return max(float(facing[facing > 0].sum()), float(-facing[facing < 0].sum()))
+
+
+def _plate(cloud: Floats) -> Floats:
+    """The outline of something flat, at least as thick as contacts hold."""
+    axis = int(np.argmin(np.ptp(cloud, axis=0)))
+    low, high = _thick(cloud)
+    out = np.concatenate([cloud, cloud])
+    out[: len(cloud), axis], out[len(cloud) :, axis] = low[axis], high[axis]
+    return _convex(out)
+
+
+def _thick(cloud: Floats) -> tuple[Floats, Floats]:
+    """The box round something flat, at least as thick as contacts hold."""
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    middle, half = (low + high) / 2, np.maximum(high - low, THINNEST_M) / 2
+    return middle - half, middle + half
+
+
+def _convex(cloud: Floats) -> Floats:
+    """Outermost points of a cloud, a box round it where it has no volume."""
+    try:
+        return small_hull(cloud)[0]
+    except DegenerateShape:
+        return box_cloud(*_thick(cloud))
+
+
+def _cellwise(grid: Grid, samples: Floats, most: int) -> tuple[list[Floats], bool]:
+    """Cells gathered into boxes, the largest first, each drawn in to what lies in it; and whether any are left."""
+    left = grid.skin | grid.solid
+    inner = grid.solid & ~grid.skin
+    at = np.round((samples - grid.origin) / grid.cell).astype(np.int64)
+    out: list[Floats] = []
+    while left.any() and len(out) < most:
+        a, b = _largest(left)
+        window = tuple(slice(int(p), int(q)) for p, q in zip(a, b, strict=True))
+        left[window] = False
+        own = samples[((at >= a) & (at < b)).all(axis=1)]
+        if inner[window].any():
+            full = np.argwhere(inner[window])
+            low = grid.origin + (full.min(axis=0) + a - 0.5) * grid.cell
+            high = grid.origin + (full.max(axis=0) + a + 0.5) * grid.cell
+            own = np.concatenate([own, box_cloud(low, high)])
+        if len(own) >= 4:
+            out.append(_drawn_in(own))
+    return out, bool(left.any())
+
+
+def _drawn_in(own: Floats) -> Floats:
+    """A box where what lies in it nearly fills it, else its hull."""
+    low, high = _thick(own)
+    if hull_volume(own) >= 0.85 * float(np.prod(high - low)) or np.ptp(own, axis=0).min() < THINNEST_M:
+        return box_cloud(low, high)
+    return _convex(own)
+
+
+def _largest(solid: Bools) -> tuple[Ints, Ints]:
+    """A large box of full cells: grown from a full cell along the axes in each order, the best of some seeds."""
+    cells = np.argwhere(solid)
+    best: tuple[int, Ints, Ints] = (0, cells[0], cells[0] + 1)
+    for seed in cells[np.linspace(0, len(cells) - 1, 12).astype(int)]:
+        for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)):
+            a, b = seed.copy(), seed + 1
+            for axis in order:
+                _grow(solid, a, b, axis)
+            volume = int(np.prod(b - a))
+            if volume > best[0]:
+                best = (volume, a, b)
+    return best[1], best[2]
+
+
+def _grow(solid: Bools, a: Ints, b: Ints, axis: int) -> None:
+    """Extend a box both ways along an axis while all new cells are full; in place."""
+    for step in (-1, 1):
+        while True:
+            at = a[axis] - 1 if step < 0 else b[axis]
+            if not 0 <= at < solid.shape[axis]:
+                break
+            window = [slice(int(p), int(q)) for p, q in zip(a, b, strict=True)]
+            window[axis] = slice(int(at), int(at) + 1)
+            if not solid[tuple(window)].all():
+                break
+            if step < 0:
+                a[axis] -= 1
+            else:
+                b[axis] += 1
+
+
+def _box(size: Floats) -> Box:
+    x, y, z = (_seven(v) for v in size)
+    return Box(size=(x, y, z))
+
+
+def _vec(values: Floats) -> tuple[float, float, float]:
+    x, y, z = (_seven(v) for v in values)
+    return (x, y, z)
+
+
+def _seven(value: float) -> float:
+    return float(f"{float(value):.7g}")

@@ -1,0 +1,1 @@
+"""Knobs, buttons, levers, taps and burners among the fragments."""

@@ -1,0 +1,138 @@
+"""Burners of a hob or a range: round things on its top, each with the name of its place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, QhullError
+
+from casa_assets.core.typing import Floats
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.mesh import Mesh
+
+Bools = npt.NDArray[np.bool_]
+
+# Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
+LEAST_M, MOST_M = 0.035, 0.34
+# The smallest of a hob is no smaller than this part of its largest.
+ALIKE = 0.3
+# How far from the highest level of the top burners are, metres; what lies higher is a guard at the back.
+BELOW_M = 0.09
+# Outline of a disc: its sides differ by no more than those of a hexagon, it fills its ellipse to so much.
+SQUARE, ROUND = 0.16, 0.09
+# Rows and columns: a burner nearer to the middle of them than this part of their span is in the middle.
+MIDDLE = 0.2
+PLACES = frozenset(
+    {"rear_left", "rear_center", "rear_right", "front_left", "front_center", "front_right", "center", "left", "right"}
+)
+
+
+@dataclass(frozen=True)
+class Burner:
+    """A burner: its place, the middle of its top and its radius, metres, asset frame."""
+
+    loc: str
+    middle: tuple[float, float, float]
+    radius: float
+
+
+def find_burners(asset: Asset) -> tuple[Burner, ...]:
+    """Burners on the top of the body; none where their places cannot be told apart."""
+    found = _largest_of_heaps([d for v in asset.root.visuals for d in _discs(v.mesh)])
+    if not found:
+        return ()
+    top = float(np.median([z for _, _, z, _ in found]))
+    found = [f for f in found if abs(f[2] - top) <= BELOW_M]
+    if not found:
+        return ()
+    widest = max(r for _, _, _, r in found)
+    found = sorted(f for f in found if f[3] >= ALIKE * widest)
+    points = np.concatenate([v.mesh.vertices for v in asset.root.visuals])
+    burners = []
+    columns, rows = _thirds([f[0] for f in found]), _thirds([f[1] for f in found])
+    for (x, y, z, r), column, row in zip(found, columns, rows, strict=True):
+        words = [w for w in (("front", "", "rear")[row], ("left", "center", "right")[column]) if w]
+        near = np.linalg.norm(points[:, :2] - (x, y), axis=1) <= 0.9 * r
+        high = points[near & (points[:, 2] <= top + BELOW_M), 2]
+        level = float(high.max()) if len(high) else z  # of a mere ring the rim
+        burners.append(Burner("_".join(words), (_mm(x), _mm(y), _mm(level)), _mm(r)))
+    names = [b.loc for b in burners]
+    if len(burners) < 2 or len(set(names)) < len(names) or not set(names) <= PLACES:
+        return ()
+    return tuple(burners)
+
+
+def belongs(mesh: Mesh, burner: Burner, below: float = 0.03) -> Bools:
+    """(F,) faces of a mesh of the body that are of a burner: those within its circle near its top."""
+    corners = mesh.vertices[mesh.faces]
+    away = np.linalg.norm(corners[..., :2] - np.array(burner.middle[:2]), axis=2)
+    near = (away <= 1.06 * burner.radius).all(axis=1)
+    found: Bools = near & (np.abs(corners[..., 2] - burner.middle[2]) <= below).all(axis=1)
+    return found
+
+
+def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
+    """Middle, top and radius of pieces of a mesh whose outline from above is a circle."""
+    vertices = np.asarray(mesh.vertices)
+    grid = np.round(vertices / 1e-5).astype(np.int64)
+    _, same = np.unique(grid, axis=0, return_inverse=True)
+    same = same.reshape(-1)
+    faces = same[np.asarray(mesh.faces, dtype=np.int64)]
+    count = int(same.max()) + 1
+    ends = np.concatenate([faces[:, :2], faces[:, 1:]])
+    link = coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+    number, label = connected_components(link, directed=False)
+    of = label[same]
+    order = np.argsort(of, kind="stable")
+    pieces = np.split(order, np.cumsum(np.bincount(of, minlength=number))[:-1])
+    out = []
+    for piece in pieces:
+        points = vertices[piece]
+        if len(points) < 8:
+            continue
+        low, high = points.min(axis=0), points.max(axis=0)
+        wide = (high - low)[:2]
+        if not LEAST_M <= wide.max() <= MOST_M or wide.max() - wide.min() > SQUARE * wide.max():
+            continue
+        if high[2] - low[2] > 0.6 * wide.max() or not _is_round(points[:, :2], wide):
+            continue
+        middle = (low + high) / 2
+        out.append((float(middle[0]), float(middle[1]), float(high[2]), float(wide.max()) / 2))
+    return out
+
+
+def _is_round(flat: Floats, wide: Floats) -> bool:
+    """Whether the outline of points is a circle, or a polygon with six corners or more."""
+    try:
+        hull = float(ConvexHull(flat).volume)
+    except QhullError:
+        return False
+    return bool(abs(hull / (np.pi / 4 * float(np.prod(wide))) - 1.0) <= ROUND)
+
+
+def _largest_of_heaps(discs: Sequence[tuple[float, float, float, float]]) -> list[tuple[float, float, float, float]]:
+    """Of discs one over the other the widest; none is in another."""
+    out: list[tuple[float, float, float, float]] = []
+    for disc in sorted(discs, key=lambda d: (-round(d[3], 5), d[0], d[1])):
+        if all(np.hypot(disc[0] - o[0], disc[1] - o[1]) > 0.8 * (o[3] + 0.5 * disc[3]) for o in out):
+            out.append(disc)
+    return out
+
+
+def _thirds(values: Sequence[float]) -> list[int]:
+    """0, 1 or 2: low, in the middle, high; all in the middle where they do not differ."""
+    low, high = min(values), max(values)
+    if high - low < LEAST_M:
+        return [1] * len(values)
+    share = [(v - low) / (high - low) - 0.5 for v in values]
+    return [1 if abs(s) < MIDDLE else 0 if s < 0 else 2 for s in share]
+
+
+def _mm(value: float) -> float:
+    """To a tenth of a millimetre."""
+    return round(value, 4)

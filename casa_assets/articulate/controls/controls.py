@@ -1,0 +1,224 @@
+"""Fragments -> controls: compact things that stand out from a side, such as knobs, buttons and the pulls of fronts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from casa_assets.articulate.plan import PartKind
+from casa_assets.articulate.segment.fragment_measures import SIDES, Pieces, face_on
+from casa_assets.articulate.segment.raster import Picture
+from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.core.typing import Floats
+
+# Sizes in diagonals of the thing. Ref: the articulation bench (docs/articulate.md, The sets), which also scores this:
+# the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is 0.258 long.
+SMALLEST, LARGEST = 0.006, 0.14
+# A disc fills pi/4 of its square; a hull that fills this much of that, either way, is round.
+ROUND = 0.09
+LONGEST = 5.0
+# So much of what is round a control is a surface that it sits on: a cap on an edge stands against the sky.
+SITS = 0.6
+# Fingers need so much room round a control, by its width; at most this part of it may be taken.
+ROUND_IT, HEMMED = 0.3, 0.08
+# A pin is so many times longer than wide. Ref: knobs of appliances reach 1.1, push pins start at 1.4.
+PIN = 1.3
+# What stands out by so many times its width is no pin that is pushed: a finger would bend it.
+STICK = 4.0
+# A cap faces within 45 degrees of the side that shows it; its faces agree within 2 degrees; it is so much of the front.
+TILT, FLAT, CAP = 0.707, 0.9994, 0.4
+# It faces within 20 degrees of what it sits on: cones and bumpy shells have caps that do not.
+PARALLEL = 0.94
+
+# What stands in a row with others of about its size and height is what they are: on a scan or a shell of cubes not all
+# knobs of a row are round, and some keys are. So many are a row, they differ by so much; of knobs this part is round.
+ROW, LIKE, PART = 3, 0.25, 0.4
+
+
+@dataclass
+class Control:
+    """Something small on a side.
+
+    Attributes:
+        fragments: that it is made of. low, high: (3,) corners in (u, v, w).
+        stands: how far it stands out from what is round it. round: its outline is a circle.
+    """
+
+    fragments: list[int]
+    low: Floats
+    high: Floats
+    stands: float
+    round: bool
+
+    @property
+    def across(self) -> Floats:
+        """(2,) width and height."""
+        found: Floats = (self.high - self.low)[:2]
+        return found
+
+    @property
+    def middle(self) -> Floats:
+        """(2,) of its rectangle."""
+        found: Floats = (self.high + self.low)[:2] / 2
+        return found
+
+    @property
+    def is_pin(self) -> bool:
+        """Of one piece, and longer than wide: what is pushed, not turned."""
+        return len(self.fragments) == 1 and float((self.high - self.low)[2]) > PIN * float(self.across.max())
+
+    @property
+    def long(self) -> float:
+        """Longer by shorter side."""
+        return float(self.across.max() / max(float(self.across.min()), 1e-9))
+
+
+def find_controls(pieces: Pieces, side: int, taken: Sequence[int]) -> list[Control]:
+    """Compact things on a side, those of fragments in `taken` left out; by place, top down and left to right."""
+    low, high = face_on(pieces, side)
+    size = high - low
+    most = size[:, :2].max(axis=1)
+    foot = size[:, 0] * size[:, 1]
+    free = np.ones(pieces.count, dtype=bool)
+    free[list(taken)] = False
+    fits = (most <= LARGEST) & (most >= SMALLEST / 3) & (size[:, 2] <= 0.2) & free
+    shown = pieces.seen[:, side] > 0
+    rows = np.flatnonzero(fits & (shown | (foot > 0)))
+    found = []
+    for group in _nested(low, high, rows.tolist(), foot):
+        box = low[group].min(axis=0), high[group].max(axis=0)
+        seen = float(pieces.seen[group, side].sum())
+        across = (box[1] - box[0])[:2]
+        if seen < 0.35 * float(np.prod(across)) or across.max() < SMALLEST or across.max() > LARGEST:
+            continue
+        ground, sits = around(pieces.pictures[side], *box)
+        if sits < SITS:
+            continue
+        stands = ground - float(box[0][2] - low[:, 2].min())
+        found.append(Control(sorted(group), *box, stands, is_round(pieces, side, group, across)))
+    found.sort(key=lambda c: (-round(float(c.middle[1]), 3), round(float(c.middle[0]), 3)))
+    return found
+
+
+def facing(pieces: Pieces, side: int, control: Control) -> Floats:
+    """(3,) unit direction that a control faces, in the frame: that of a flat cap along its ground, else of the side."""
+    outward: Floats = -SIDES[side][2]
+    rows = pieces.faces_of(control.fragments)
+    normals, areas = pieces.soup.normals[rows], pieces.soup.areas[rows]
+    ahead = normals @ outward > TILT
+    if not ahead.any():
+        return outward
+    normals, areas = normals[ahead], areas[ahead]
+    share = (normals @ normals.T > FLAT).astype(np.float64) @ areas / max(float(areas.sum()), 1e-18)
+    best = int(np.argmax(np.round(share, 9)))
+    if share[best] < CAP or float(normals[best] @ outward) > FLAT:
+        return outward
+    cap = (areas[:, None] * normals)[normals @ normals[best] > FLAT].sum(axis=0)
+    found: Floats = cap / np.linalg.norm(cap)
+    return found if float(found @ _ground(pieces, side, control)) > PARALLEL else outward
+
+
+def _ground(pieces: Pieces, side: int, control: Control) -> Floats:
+    """(3,) unit direction that most of what is round a control faces, zero where there is nothing."""
+    picture = pieces.pictures[side]
+    face = picture.face[_ring(picture, control.low, control.high)]
+    face = face[face >= 0]
+    face = face[~np.isin(pieces.label[face], control.fragments)]
+    middle = np.median(pieces.soup.normals[face], axis=0) if len(face) else np.zeros(3)
+    found: Floats = middle / max(float(np.linalg.norm(middle)), 1e-9)
+    return found
+
+
+def what_it_is(control: Control, others: Sequence[Control]) -> tuple[PartKind | None, float, str]:
+    """Knob, button, or neither, of a control among those of its side; how sure, and why."""
+    across = float(control.across.max())
+    alike = sum(
+        bool(np.abs(c.across - control.across).max() < 0.12 * across) and abs(c.stands - control.stands) < 0.25 * across
+        for c in others
+    )
+    round_ = _is_round(control, others)
+    if control.is_pin and control.stands > STICK * across:
+        return None, 0.0, ""
+    if control.is_pin and control.round and across <= 0.09 and control.stands >= 0.0005:
+        return PartKind.BUTTON, 0.7, "a round pin"
+    if round_ and control.stands >= 0.22 * across and across >= 0.015:
+        return PartKind.KNOB, 0.8 if alike > 1 else 0.65, "round, and stands out"
+    if control.long <= 5.0 and control.stands >= 0.0005 and (alike > 1 or control.round) and across <= 0.09:
+        return PartKind.BUTTON, 0.6 if alike > 1 else 0.45, "small, and one of several alike" if alike > 1 else "round"
+    return None, 0.0, ""
+
+
+def _is_round(control: Control, others: Sequence[Control]) -> bool:
+    """Whether a control is round, or a good part of the row that it stands in is."""
+    across = float(control.across.max())
+    row = [
+        c
+        for c in others
+        if float(np.abs(c.across - control.across).max()) < LIKE * across
+        and abs(c.stands - control.stands) < LIKE * max(control.stands, c.stands)
+    ]
+    return control.round if len(row) < ROW else sum(c.round for c in row) >= PART * len(row)
+
+
+def is_free(pieces: Pieces, side: int, control: Control) -> bool:
+    """Whether fingers get round a control: little of what is near it stands as far out."""
+    picture = pieces.pictures[side]
+    near = float(face_on(pieces, side)[0][:, 2].min())
+    reach = ROUND_IT * control.across
+    corners = np.array([control.low[:2] - reach, control.high[:2] + reach, control.low[:2], control.high[:2]])
+    row, column = picture.rows_columns(corners)
+    ring = np.zeros(picture.face.shape, dtype=bool)
+    ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
+    ring[row[3] : row[2] + 1, column[2] : column[3] + 1] = False
+    level = float(control.low[2]) - near + 0.4 * max(control.stands, 0.0)
+    return bool((picture.depth[ring] <= level).mean() < HEMMED) if ring.any() else True
+
+
+def _nested(low: Floats, high: Floats, rows: list[int], foot: Floats) -> list[list[int]]:
+    """Groups of pieces whose middles lie within the rectangle of the group's largest, at nearly the same depth."""
+    groups: list[list[int]] = []
+    hosts = np.empty((0, 6))
+    for i in sorted(rows, key=lambda r: (-foot[r], r)):
+        u, v = (low[i, :2] + high[i, :2]) / 2
+        inside = (hosts[:, 0] <= u) & (u <= hosts[:, 3]) & (hosts[:, 1] <= v) & (v <= hosts[:, 4])
+        inside &= (low[i, 2] <= hosts[:, 5] + 0.02) & (high[i, 2] >= hosts[:, 2] - 0.05)
+        if inside.any():
+            groups[int(np.argmax(inside))].append(i)
+        else:
+            groups.append([i])
+            hosts = np.append(hosts, [[*low[i], *high[i]]], axis=0)
+    return groups
+
+
+def around(picture: Picture, low: Floats, high: Floats) -> tuple[float, float]:
+    """Depth of what is seen round a rectangle, from the nearest corner of the thing, and on how much of the way."""
+    depth = picture.depth[_ring(picture, low, high)]
+    seen = depth[np.isfinite(depth)]
+    return (float(np.median(seen)), len(seen) / len(depth)) if len(seen) else (0.0, 0.0)
+
+
+def _ring(picture: Picture, low: Floats, high: Floats) -> Bools:
+    """(H, W) pixels right round a rectangle."""
+    margin = np.maximum(0.25 * (high - low)[:2], 2.5 * picture.pixel)
+    corners = np.array([low[:2] - margin, high[:2] + margin, low[:2] - picture.pixel, high[:2] + picture.pixel])
+    row, column = picture.rows_columns(corners)
+    ring = np.zeros(picture.face.shape, dtype=bool)
+    ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
+    ring[row[3] : row[2] + 1, column[2] : column[3] + 1] = False
+    return ring
+
+
+def is_round(pieces: Pieces, side: int, group: Sequence[int], across: Floats) -> bool:
+    """Whether the outline is a circle, with a pointer or not."""
+    if across.max() > 1.2 * across.min():
+        return False
+    flat = pieces.points_of(group) @ SIDES[side][:2].T
+    try:
+        hull = float(ConvexHull(flat).volume)
+    except QhullError:
+        return False
+    share = hull / (np.pi / 4 * float(np.prod(across)))
+    return bool(abs(share - 1.0) <= ROUND)

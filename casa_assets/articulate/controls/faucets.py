@@ -1,0 +1,137 @@
+"""Sticks that turn what they are rooted in, as those of faucets do, and the spout beside them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.articulate.controls.controls import STICK, is_round
+from casa_assets.articulate.plan import JointPlan, PartKind
+from casa_assets.articulate.segment.fragment_measures import TOP, Pieces
+from casa_assets.core.typing import Floats
+from casa_assets.model.asset.joint import JointKind
+
+# What a stick is rooted in lies across it: so much longer than thick, about as thick both ways, no longer than this by
+# the stick, and no thicker by its width; so many sticks are the most: those of racks are many, and stand on long rails.
+ACROSS, ROUNDISH, SHORT, THICK, MOST = 1.3, 1.4, 1.5, 8.0, 2
+# A stick is so wide and so long, diagonals, and stands out of its root with this part of its length.
+SLIMMEST, STOUTEST, LONGEST, OUT = 0.005, 0.04, 0.25, 0.5
+# Between pieces that hang together there is at most so much air, diagonals.
+MEETS = 0.01
+# A spout has an arm so much longer than wide, and so long, diagonals, over a round column that is so much higher than
+# wide, and as wide as the arm within this part.
+ARM, LEAST_ARM, COLUMN, LIKE = 3.0, 0.15, 2.0, 0.5
+# How far each goes from where it is, rad: a quarter, zero is shut; a spout so far to both sides.
+STICK_WAY, SPOUT_WAY = np.pi / 2, np.pi / 2
+
+
+@dataclass(frozen=True)
+class Stick:
+    """A stick that turns about what it is rooted in.
+
+    Attributes:
+        fragments: it. axis: (3,) unit direction about which it turns. anchor: (3,) a point of that.
+    """
+
+    fragments: list[int]
+    axis: Floats
+    anchor: Floats
+
+
+@dataclass(frozen=True)
+class Spout:
+    """An arm on a column, about which it swivels: fragments, and (3,) a point of the column's axis."""
+
+    fragments: list[int]
+    anchor: Floats
+
+
+def find_taps(pieces: Pieces, taken: set[int]) -> list[tuple[PartKind, list[int], JointPlan]]:
+    """Sticks on top that turn, and the spout beside them: what each is, its fragments, and how it turns.
+
+    Args:
+        taken: fragments of other parts.
+    """
+    sticks = find_sticks(pieces, taken)
+    found = [(PartKind.LEVER, s.fragments, tap_joint(s)) for s in sticks]
+    spout = find_spout(pieces, taken | {f for s in sticks for f in s.fragments}) if sticks else None
+    return found if spout is None else [*found, (PartKind.SPOUT, spout.fragments, tap_joint(spout))]
+
+
+def find_sticks(pieces: Pieces, taken: set[int]) -> list[Stick]:
+    """Long upright sticks across what they are rooted in; none where they are many."""
+    size = pieces.high - pieces.low
+    wide, least = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
+    slim = (size[:, 2] >= STICK * wide) & (wide <= ROUNDISH * least) & (wide >= SLIMMEST) & (wide <= STOUTEST)
+    slim &= (size[:, 2] <= LONGEST) & (pieces.seen[:, TOP] > 0)
+    slim[sorted(taken)] = False
+    found, hosts = [], []
+    for i in np.flatnonzero(slim).tolist():
+        host = _root(pieces, i)
+        if host is not None:
+            axis = np.eye(3)[int(np.argmax(size[host]))]
+            found.append(Stick([i], axis, (pieces.low[host] + pieces.high[host]) / 2))
+            hosts.append(host)
+    return found if len(found) <= MOST and len(set(hosts)) == len(hosts) else []
+
+
+def _root(pieces: Pieces, stick: int) -> int | None:
+    """The piece that a stick is rooted in and lies across; the smallest, None where there is none."""
+    low, high = pieces.low[stick], pieces.high[stick]
+    length, wide = float(high[2] - low[2]), float((high - low)[:2].max())
+    root = (low + high) / 2
+    root[2] = low[2]
+    near = ((pieces.low <= root + MEETS) & (pieces.high >= root - MEETS)).all(axis=1)
+    near &= pieces.high[:, 2] <= high[2] - OUT * length
+    near[stick] = False
+    fits = []
+    for i in np.flatnonzero(near).tolist():
+        size = pieces.high[i] - pieces.low[i]
+        along = int(np.argmax(size))
+        others = np.sort(np.delete(size, along))
+        slim = size[along] >= ACROSS * others[1] and others[1] <= ROUNDISH * max(float(others[0]), 1e-9)
+        if along != 2 and slim and size[along] <= SHORT * length and others[1] <= THICK * wide:
+            fits.append(i)
+    return min(fits, key=lambda i: (round(float(pieces.area[i]), 9), i)) if fits else None
+
+
+def find_spout(pieces: Pieces, taken: set[int]) -> Spout | None:
+    """The longest level arm over a round column, on a thing that has sticks."""
+    size = pieces.high - pieces.low
+    arms = [i for i in range(pieces.count) if i not in taken and _is_arm(size[i])]
+    for arm in sorted(arms, key=lambda i: (-round(float(size[i, :2].max()), 9), i)):
+        along = int(np.argmax(size[arm, :2]))
+        for i in range(pieces.count):
+            wide = float(size[i, :2].max())
+            if i in taken or i == arm or size[i, 2] < COLUMN * wide or not is_round(pieces, TOP, [i], size[i, :2]):
+                continue
+            like = abs(wide - float(size[arm, 1 - along])) <= LIKE * wide
+            under = pieces.high[i, 2] <= pieces.high[arm, 2] and pieces.high[i, 2] >= pieces.low[arm, 2] - MEETS
+            ends = (pieces.low[arm, along] - pieces.low[i, along], pieces.high[arm, along] - pieces.high[i, along])
+            at_end = min(abs(float(e)) for e in ends) <= MEETS
+            middle: Floats = (pieces.low[i] + pieces.high[i]) / 2
+            over = bool(((middle >= pieces.low[arm]) & (middle <= pieces.high[arm]))[:2].all())
+            if like and under and at_end and over:
+                return Spout(sorted((arm, i)), middle)
+    return None
+
+
+def _is_arm(size: Floats) -> bool:
+    """Whether a piece is a level bar, by its size."""
+    return float(size[:2].max()) >= max(LEAST_ARM, ARM * float(size[:2].min()))
+
+
+def tap_joint(tap: Stick | Spout) -> JointPlan:
+    """How a stick turns, or a spout swivels."""
+    if isinstance(tap, Stick):
+        axis, span = tap.axis, (0.0, STICK_WAY)
+        because = "a stick across what it is rooted in"
+    else:
+        axis, span = np.array([0.0, 0.0, 1.0]), (-SPOUT_WAY, SPOUT_WAY)
+        because = "an arm over a round column, beside sticks"
+    x, y, z = (float(v) for v in axis)
+    a, b, c = (float(v) for v in tap.anchor)
+    return JointPlan(
+        kind=JointKind.HINGE, axis=(x, y, z), anchor=(a, b, c), range=span, confidence=0.5, because=because
+    )

@@ -1,0 +1,132 @@
+"""Controls -> levers that run in a slot: which way the slot leads, and how long it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.articulate.controls.controls import Control
+from casa_assets.articulate.segment.fragment_measures import Pieces, face_on
+from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.core.typing import Floats, Ints
+
+# A slot is deeper than what is beside it by so much, and so long, diagonals.
+DEEPER, LONGEST_GAP, LEAST_SLOT = 0.008, 0.02, 0.06
+# A slot that is painted on lies no farther out than what is beside it than this, diagonals.
+FLUSH = 0.001
+# A hand finds a lever that stands out by so much, diagonals.
+LEAST_STAND = 0.01
+# What sits beside a slot hides so much of its border, diagonals.
+LONGEST_BREAK = 0.06
+# Beside the slot one looks so far from its middle, in widths of the lever.
+BESIDE = 0.75
+
+
+@dataclass(frozen=True)
+class Lever:
+    """A thing that slides in a slot.
+
+    Attributes:
+        control: the thing. way: (3,) unit direction in (u, v, w) along which it goes. length: of the slot on that side.
+    """
+
+    control: Control
+    way: Floats
+    length: float
+
+
+def find_levers(pieces: Pieces, side: int, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
+    """Controls that run in a slot, and the other ones."""
+    near = float(face_on(pieces, side)[0][:, 2].min())
+    levers: list[Lever] = []
+    rest: list[Control] = []
+    for control in controls:
+        flush = control.stands < LEAST_STAND
+        found = None if control.round or flush else _longest(pieces, side, control, near)
+        if found is None:
+            rest.append(control)
+        else:
+            levers.append(found)
+    return levers, rest
+
+
+def _longest(pieces: Pieces, side: int, control: Control, near: float) -> Lever | None:
+    """The lever with the longest slot of the four ways from a control, or None."""
+    best: Lever | None = None
+    for along, sign in ((1, -1.0), (1, 1.0), (0, -1.0), (0, 1.0)):
+        found = _slot(pieces, side, control, along, sign, near)
+        if found is not None and (best is None or found.length > best.length + 1e-6):
+            best = found
+    return best
+
+
+def _slot(pieces: Pieces, side: int, control: Control, along: int, sign: float, near: float) -> Lever | None:
+    """The slot that leads away from a control, or None.
+
+    Args:
+        along: 0 for right, 1 for up. sign: of the way. near: depth of what is nearest in the picture.
+    """
+    picture = pieces.pictures[side]
+    across = 1 - along
+    wide = float(control.across[across])
+    start = float((control.high if sign > 0 else control.low)[along])
+    steps = np.arange(1, int(0.7 / picture.pixel)) * picture.pixel
+    lines, marks = [], []
+    for shift in (0.0, -BESIDE * wide, BESIDE * wide):
+        line = np.empty((len(steps), 2))
+        line[:, along] = start + sign * steps
+        line[:, across] = control.middle[across] + shift
+        row, column = picture.rows_columns(line)
+        lines.append(picture.depth[row, column])
+        marks.append(np.where(picture.face[row, column] >= 0, pieces.label[picture.face[row, column]], -1))
+    inside = np.isfinite(lines[1]) & np.isfinite(lines[2])
+    left, right = np.where(inside, lines[1], 0.0), np.where(inside, lines[2], 0.0)
+    beside = np.maximum(left, right)
+    deep = (
+        inside
+        & (np.abs(left - right) < DEEPER)
+        & ((lines[0] > beside + DEEPER) | (_marked(marks) & (lines[0] > beside - FLUSH)))
+    )
+    last = _run(deep, picture.pixel)
+    if last * picture.pixel < max(LEAST_SLOT, 1.2 * float(control.across[along])) or not _ends(deep, inside, last):
+        return None
+    slope = _slope(beside[:last]) / picture.pixel
+    way = np.zeros(3)
+    way[along], way[2] = sign, slope
+    return Lever(control, way / np.linalg.norm(way), last * picture.pixel)
+
+
+def _slope(depth: Floats) -> float:
+    """How much a surface falls back from one step to the next.
+
+    Measured between its first and its last third, for a shell of cubes goes down in stairs.
+    """
+    third = max(1, len(depth) // 3)
+    steps = len(depth) - third
+    return float(np.median(depth[-third:]) - np.median(depth[:third])) / max(steps, 1)
+
+
+def _marked(marks: list[Ints]) -> Bools:
+    """Where a strip of its own runs in the middle and one piece at both sides: a slot that is drawn, not cut."""
+    middle, left, right = marks
+    found: Bools = (middle >= 0) & (left == right) & (middle != left)
+    strip = middle[found][0] if found.any() else -1
+    same: Bools = found & (middle == strip)
+    return same
+
+
+def _run(deep: Bools, pixel: float) -> int:
+    """How many steps a slot goes on from its start, which may lie a little way off."""
+    rows = np.flatnonzero(deep)
+    if not len(rows) or rows[0] * pixel > LONGEST_GAP:
+        return 0
+    breaks = np.flatnonzero(np.diff(rows) * pixel > LONGEST_BREAK)
+    return int(rows[breaks[0]] if len(breaks) else rows[-1]) + 1
+
+
+def _ends(deep: Bools, inside: Bools, last: int) -> bool:
+    """Whether the surface goes on beyond the end of a slot: a gap between fronts runs to the border."""
+    beyond = slice(last + 2, last + 6)
+    return bool(inside[beyond].all() and len(inside[beyond]) == 4 and not deep[beyond].any())

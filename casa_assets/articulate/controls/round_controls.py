@@ -1,0 +1,76 @@
+"""Round things that are keys, or are not: the one on the front of an appliance, and the caps of burners on its top."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from casa_assets.articulate.controls.controls import Control, find_controls, is_round
+from casa_assets.articulate.fronts.panels import find_panels
+from casa_assets.articulate.plan import JointPlan
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, Pieces
+from casa_assets.model.asset.joint import JointKind
+
+# It is no wider than this, diagonals: a ring round a key is wider than keys are. It stands out so far at least, and by
+# its width at most.
+WIDEST, LEAST_OUT, MOST_OUT = 0.22, 0.004, 0.6
+
+# Round a burner stand arms that bear pans: so many, so slim, and so near to its rim by its width. The knobs of a thing
+# are alike: where so many are on its front, what differs in width by so much is none.
+ARMS, SLIM, RIM, KNOBS, ALIKE = 3, 4.0, 0.5, 2, 0.25
+
+
+def without_burners(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
+    """Round things on the top without the caps of burners.
+
+    Args:
+        over: round things that may be knobs. top, front: all controls of those sides.
+    """
+    knobs = [float(c.across.max()) for c in front if c.round and c.stands >= LEAST_OUT]
+    usual = float(np.median(knobs)) if len(knobs) >= KNOBS else 0.0
+    alike = [c for c in over if not usual or abs(float(c.across.max()) - usual) <= ALIKE * usual]
+    return [c for c in alike if len({_way(c, a) for a in top if _is_arm(c, a)}) < ARMS]
+
+
+def _is_arm(cap: Control, bar: Control) -> bool:
+    """Whether something slim begins at the rim of a cap, or nearly."""
+    if bar.long < SLIM:
+        return False
+    middle = cap.middle
+    nearest = np.clip(middle, bar.low[:2], bar.high[:2])
+    away = float(np.linalg.norm(nearest - middle)) / float(cap.across.max())
+    return 0.0 < away <= 0.5 + RIM
+
+
+def _way(cap: Control, bar: Control) -> int:
+    """The side of a cap on which something is: right, up, left, down."""
+    x, y = (float(v) for v in bar.middle - cap.middle)
+    return int(np.round(np.arctan2(y, x) / (np.pi / 2))) % 4
+
+
+def sole_key(pieces: Pieces) -> Control | None:
+    """What is round on a front, where there is one such thing and no more."""
+    found = [c for c in find_controls(pieces, FRONT, []) if c.round]
+    taken = {f for c in found for f in c.fragments}
+    for panel in find_panels(pieces, FRONT):
+        across = (panel.high - panel.low)[:2]
+        own = sorted(panel.members)
+        if taken.isdisjoint(own) and float(across.max()) <= WIDEST and is_round(pieces, FRONT, own, across):
+            found.append(Control(own, panel.low, panel.high, float(panel.high[2] - panel.low[2]), True))
+    standing = [c for c in found if LEAST_OUT <= c.stands <= MOST_OUT * float(c.across.max())]
+    return standing[0] if len(standing) == 1 else None
+
+
+def key_joint(key: Control, way: float) -> JointPlan:
+    """How it is pressed, `way` diagonals at most."""
+    x, y, z = (float(v) for v in (key.low + key.high) / 2 @ SIDES[FRONT])
+    into_x, into_y, into_z = (float(v) for v in SIDES[FRONT][2])
+    return JointPlan(
+        kind=JointKind.SLIDE,
+        axis=(into_x, into_y, into_z),
+        anchor=(x, y, z),
+        range=(0.0, min(way, 0.5 * key.stands)),
+        confidence=0.45,
+        because="round, and all that stands out of its front",
+    )

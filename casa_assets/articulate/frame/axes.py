@@ -1,0 +1,186 @@
+"""Which way is up, and where the front is: the walls laid along axes, then twenty-four candidates weighed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from casa_assets.articulate.frame.evidence import FEATURES, evidence, hidden_area
+from casa_assets.articulate.frame.score_candidate import TRIALS, tried
+from casa_assets.articulate.frame.side_views import look
+from casa_assets.articulate.frame.wall_alignment import straightened
+from casa_assets.articulate.plan import Frame
+from casa_assets.articulate.segment.fragment_measures import SIDES, Pieces, measure
+from casa_assets.articulate.segment.fragments import fragment_labels
+from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.core.typing import Floats
+
+# Weight of each feature in the log odds of a candidate; those that earn none are left out. Ref: conditional logit over
+# members of this project's own families, merged into one mesh each (benchmarks/train_frame.py).
+WEIGHTS: Mapping[str, float] = {
+    "front_detail": 9.51,
+    "back_detail": -3.106,
+    "front_juts": 1.4,
+    "back_juts": -1.963,
+    "top_juts": 1.347,
+    "bottom_juts": -1.129,
+    "back_knobs": -0.8666,
+    "sides_knobs": -1.707,
+    "front_bars": 1.11,
+    "top_bars": -0.1781,
+    "bottom_bars": -0.4074,
+    "sides_bars": -0.6111,
+    "front_panels": 0.7713,
+    "back_panels": -0.8074,
+    "front_stands": 0.4779,
+    "sides_stands": -0.3255,
+    "symmetry": 2.325,
+    "front_level": 0.7783,
+    "support": 0.9878,
+    "shape": 0.5556,
+    "inside_upright": -4.81,
+    "bars_high": 0.06694,
+    "knobs_high": 2.509,
+    "top_rings": 1.637,
+    "top_slots": 0.9141,
+    "knobs_near": 2.816,
+    "low_mass": -2.901,
+    "back_plain": 0.00708,
+    "bottom_legs": 3.768,
+}
+# Prior of the axis that points up where a file says nothing, by the side that is then the top: modellers write y up
+# or z up, hardly anything else.
+PRIOR_UP = (0.02, 0.42, 0.02, 0.02, 0.5, 0.02)
+STATED_UP, ASKEW_UP = 0.95, 0.02
+PIXELS = 256
+# Weight of what a candidate finds when it is tried out, and of the log odds of its looks beside that. Ref: as above.
+SHARPNESS = 0.605
+TRIAL_WEIGHTS: Mapping[str, float] = {
+    "covered": 1.071,
+    "drawers": 0.2748,
+    "boxed": 1.119,
+    # A front that may be drawn and has no box says nothing: this takes back what `drawers` gives it. Not learned.
+    "unboxed": -0.2748,
+    "knobs": 0.2237,
+    "buttons": 0.127,
+    "levers": 0.283,
+    "lids": 1.247,
+    "racks": 2.274,
+    "turntables": 1.5,
+    "surely": 1.565,
+    "joints": 0.7721,
+    "held": 0.9607,
+    "hinged_aside": -0.11,
+    "hinged_below": -0.7205,
+    "hinged_above": -1.274,
+    "nothing": -0.4505,
+}
+# So many of the likeliest are tried out, unless their looks put them so far behind the first, log odds.
+TRIED, HOPELESS = 6, 6.0
+CANDIDATES = tuple((f, t) for f in range(len(SIDES)) for t in range(len(SIDES)) if f // 2 != t // 2)
+GUESSED = "detail, handles, proportions and symmetry of the six sides, and what they would let move"
+
+
+def given_frame(soup: Soup, up: Sequence[float], front: Sequence[float]) -> Frame:
+    """The frame of a thing whose up and front directions are known, file axes; they are at right angles."""
+    z = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
+    y = -np.asarray(front, dtype=np.float64) / np.linalg.norm(front)
+    return _framed(soup, np.stack([np.cross(y, z), y, z]))
+
+
+def _framed(soup: Soup, rotation: Floats) -> Frame:
+    """The frame with these axes, in the middle of the box that they make round the thing."""
+    turned = soup.points @ rotation.T
+    low, high = turned.min(axis=0), turned.max(axis=0)
+    a, b, c = (float(v) for v in (low + high) / 2 @ rotation)
+    scale = 1.0 / max(float(np.linalg.norm(high - low)), 1e-300)
+    return Frame(rotation=rotation, origin=(a, b, c), scale=scale, because="given")
+
+
+def guess_frame(
+    soup: Soup, up: Sequence[float] | None = None, front: Sequence[float] | None = None, stated: int | None = None
+) -> Frame:
+    """The likeliest frame of a thing, which may stand askew in its file.
+
+    Args:
+        soup: file axes and units.
+        up, front: directions that the user gave, file axes; None to guess. They hold within 45 degrees where walls of
+            the thing run along others, but `up` exactly.
+        stated: side (of SIDES) that is the top by the file's word; believed, but not blindly.
+    """
+    straight = straightened(soup, [d for d in (up, front) if d is not None][:1])
+    plain = _framed(soup, straight)
+    placed = soup.placed(plain.rotation, np.array(plain.origin), plain.scale)
+    pieces = measure(placed, fragment_labels(placed), PIXELS)
+    outward = -SIDES[:, 2] @ straight
+    allowed = [(f, t) for f, t in CANDIDATES if _fits(front, outward[f]) and _fits(up, outward[t])]
+    known = {(f, t): float(np.log(_prior(outward[t], stated))) for f, t in allowed}
+    shares = weighed(pieces, known)
+    ranked = sorted(shares, key=lambda k: (-round(shares[k], 9), k))
+    face, top = ranked[0]
+    y, z = -outward[face], outward[top]
+    return _framed(soup, np.stack([np.cross(y, z), y, z])).replace(
+        confidence=round(shares[ranked[0]], 3),
+        because=GUESSED if up is None or front is None else "given",
+        runner_up="; ".join(_words(k, straight) for k in ranked[1:3]),
+    )
+
+
+def weighed(pieces: Pieces, known: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
+    """Share of each candidate (front, top): by its looks; the likeliest are then tried out.
+
+    Args:
+        known: log of what is known of each before.
+    """
+    sides = [look(pieces, i) for i in range(len(SIDES))]
+    inside = hidden_area(pieces)
+    rows = [FEATURES.index(name) for name in WEIGHTS]
+    weights = np.array(list(WEIGHTS.values()))
+    scores = {c: float(weights @ evidence(pieces, sides, *c, inside)[rows]) + known[c] for c in known}
+    ranked = sorted(scores, key=lambda k: (-round(scores[k], 9), k))
+    shares = _shares(scores)
+    likely = [c for c in ranked[:TRIED] if scores[c] > scores[ranked[0]] - HOPELESS]
+    if len(likely) == 1:
+        return shares
+    weights = np.array([TRIAL_WEIGHTS.get(name, 0.0) for name in TRIALS])
+    again = {c: SHARPNESS * (scores[c] - known[c]) + known[c] + float(weights @ tried(pieces, *c)) for c in likely}
+    whole = sum(shares[c] for c in likely)
+    return {**shares, **{c: whole * s for c, s in _shares(again).items()}}
+
+
+def _shares(scores: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
+    """Odds that sum to 1, of logarithms."""
+    best = max(scores.values())
+    odds = {c: float(np.exp(s - best)) for c, s in scores.items()}
+    total = sum(odds.values())
+    return {c: o / total for c, o in odds.items()}
+
+
+def _fits(wanted: Sequence[float] | None, direction: Floats) -> bool:
+    """Whether a direction is the wanted one of those along the walls, or none is wanted."""
+    if wanted is None:
+        return True
+    return float(direction @ np.asarray(wanted, dtype=np.float64)) > 0.7 * float(np.linalg.norm(wanted))
+
+
+def _prior(up: Floats, stated: int | None) -> float:
+    """Prior of a direction of the file pointing up."""
+    near = -SIDES[:, 2] @ up
+    side = int(np.argmax(near))
+    if float(near[side]) < 0.99:
+        return ASKEW_UP
+    if stated is None:
+        return PRIOR_UP[side]
+    return STATED_UP if side == stated else (1 - STATED_UP) / 5
+
+
+def _words(candidate: tuple[int, int], straight: Floats) -> str:
+    face, top = candidate
+    return f"front {axis_name(-SIDES[face][2] @ straight)}, up {axis_name(-SIDES[top][2] @ straight)}"
+
+
+def axis_name(direction: Floats) -> str:
+    """Such as `+x` for a direction nearest to that axis."""
+    axis = int(np.argmax(np.abs(direction)))
+    return f"{'+' if direction[axis] > 0 else '-'}{'xyz'[axis]}"

@@ -1,0 +1,120 @@
+"""The six sides of a thing -> evidence that one of them is its front and another its top."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from casa_assets.articulate.frame.kind import Controls, shape_likelihood
+from casa_assets.articulate.frame.side_views import Blob, Side
+from casa_assets.articulate.segment.fragment_measures import SIDES, Pieces
+from casa_assets.core.typing import Floats
+
+_EACH = ("front", "back", "top", "bottom", "sides")
+FEATURES = (
+    *(f"{side}_{what}" for what in ("detail", "juts", "knobs", "bars", "panels", "stands") for side in _EACH),
+    *("symmetry", "front_level", "support", "shape", "inside_upright"),
+    *("bars_high", "knobs_high", "top_rings", "top_slots", "knobs_near", "low_mass", "back_plain"),
+    *("bottom_legs", "top_legs"),
+)
+# Controls this far from the middle of the front, parts of its size, are at its side or its top.
+ASIDE, ASIDE_MORE = 0.2, 0.05
+
+
+def facing(direction: Floats) -> int:
+    """The side that faces a direction."""
+    return int(np.argmax(-SIDES[:, 2] @ direction))
+
+
+def evidence(pieces: Pieces, sides: Sequence[Side], front: int, top: int, inside: Floats) -> Floats:
+    """(len(FEATURES),) numbers that speak for these sides being front and top.
+
+    Args:
+        sides: of all six, as `look` measures them. inside: as `hidden_area` measures it.
+    """
+    back, bottom = front ^ 1, top ^ 1
+    up, out = -SIDES[top][2], -SIDES[front][2]
+    across = np.cross(up, out)
+    left, right = facing(-across), facing(across)
+    low, high = pieces.low.min(axis=0), pieces.high.max(axis=0)
+    width, depth, height = (float(np.abs(a) @ (high - low)) for a in (across, out, up))
+    face = sides[front]
+    knobs = [_at(b, front, across, up) for b in face.blobs if b.is_knob]
+    level = [_at(b, front, across, up) for b in face.blobs if b.is_bar and _lies(b, front, up)]
+    near = [_at(b, top, across, out) for b in sides[top].blobs if b.is_knob]
+    total = max(sum(s.detail for s in sides), 1e-9)
+    rows = ((front,), (back,), (top,), (bottom,), (left, right))
+
+    def each(number: Callable[[Side], float]) -> list[float]:
+        return [float(np.mean([number(sides[i]) for i in r])) for r in rows]
+
+    rise = ((pieces.low + pieces.high) / 2 - (low + high) / 2) @ up / max(height, 1e-9)
+    return np.array(
+        [
+            *(d / total for d in each(lambda s: s.detail)),
+            *each(lambda s: s.juts),
+            *each(lambda s: float(np.log1p(min(sum(b.is_knob for b in s.blobs), 12)))),
+            *each(lambda s: float(np.log1p(min(sum(b.is_bar for b in s.blobs), 6)))),
+            *each(lambda s: s.panels),
+            *each(lambda s: s.stands),
+            float(np.mean([-_symmetry(sides[i], i, out) for i in (top, bottom, left, right)])),
+            _symmetry(face, front, across),
+            sides[bottom].support,
+            shape_likelihood((width, depth, height), _controls(knobs)),
+            float(inside @ np.abs(out)),
+            _mean(level),
+            max(_mean(knobs), 0.0),
+            sides[top].rings,
+            sides[top].slots,
+            _mean(near),
+            float((rise * pieces.area).sum() / max(float(pieces.area.sum()), 1e-12)),
+            float(sides[back].detail < 0.5 * face.detail),
+            *(max(sides[i].support - sides[i].filled, 0.0) for i in (bottom, top)),
+        ]
+    )
+
+
+def hidden_area(pieces: Pieces) -> Floats:
+    """(3,) share of the surface that no side shows, by the axis that it faces: shelves and racks lie level."""
+    shown = np.zeros(len(pieces.label), dtype=bool)
+    for picture in pieces.pictures:
+        shown[picture.face[picture.face >= 0]] = True
+    weight = np.where(shown, 0.0, pieces.soup.areas)
+    aligned = np.abs(pieces.soup.normals) > 0.9
+    found: Floats = (aligned * weight[:, None]).sum(axis=0) / max(float(pieces.soup.areas.sum()), 1e-12)
+    return found
+
+
+def _at(blob: Blob, side: int, right: Floats, up: Floats) -> tuple[float, float]:
+    """Place of something on a side as parts of its size from the middle, along two directions in its plane."""
+    place = (blob.middle[0] - 0.5) * SIDES[side][0] + (blob.middle[1] - 0.5) * SIDES[side][1]
+    return float(place @ right), float(place @ up)
+
+
+def _lies(blob: Blob, side: int, up: Floats) -> bool:
+    """Whether something on a side is wider than high."""
+    along_up = abs(float(SIDES[side][1] @ up)) > 0.5
+    wide, high = blob.size if along_up else blob.size[::-1]
+    return wide > high
+
+
+def _mean(places: Sequence[tuple[float, float]]) -> float:
+    """Mean of the second coordinate, 0 for none."""
+    return float(np.mean([p[1] for p in places])) if places else 0.0
+
+
+def _symmetry(side: Side, index: int, axis: Floats) -> float:
+    """How much more alike the two ends along one direction are than those along the other."""
+    first = abs(float(SIDES[index][0] @ axis)) > 0.5
+    return (side.mirror[0] - side.mirror[1]) * (1.0 if first else -1.0)
+
+
+def _controls(knobs: Sequence[tuple[float, float]]) -> Controls:
+    """Where the knobs and buttons of a front are."""
+    if not knobs:
+        return Controls.NONE
+    x, z = np.abs(np.mean(np.array(knobs), axis=0))
+    if x > max(ASIDE, z + ASIDE_MORE):
+        return Controls.ASIDE
+    return Controls.ABOVE if z > max(ASIDE, x + ASIDE_MORE) else Controls.NONE

@@ -1,0 +1,196 @@
+"""What kind of thing it is: by its name, else by its proportions and what moves; and how likely its proportions are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.articulate.plan import Articulation, Edge, PartKind
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.registry.vocabulary import Match, Vocabulary
+
+
+class Controls(StrEnum):
+    """Where the knobs and buttons of a front are."""
+
+    NONE = "none"
+    ASIDE = "aside"
+    ABOVE = "above"
+
+
+Extent = tuple[float, float, float]
+# Width, depth and height of usual things, how usual they are, and where their controls are. Ref: `shape` in
+# registry/fixtures.yaml, with the variants that trade catalogues list.
+USUAL: tuple[tuple[Extent, float, Controls], ...] = (
+    ((0.7, 0.7, 1.0), 1.5, Controls.NONE),  # base cabinets, then wide and narrow ones
+    ((1.05, 0.7, 1.0), 1.0, Controls.NONE),
+    ((0.4, 0.7, 1.0), 1.0, Controls.NONE),
+    ((0.85, 0.4, 1.0), 1.0, Controls.NONE),  # wall cabinets
+    ((0.45, 0.4, 1.0), 0.7, Controls.NONE),
+    ((1.0, 0.35, 0.45), 0.5, Controls.NONE),
+    ((0.3, 0.28, 1.0), 0.6, Controls.NONE),  # tall cabinets
+    ((0.5, 0.28, 1.0), 0.6, Controls.NONE),
+    ((1.0, 0.5, 0.7), 1.0, Controls.NONE),  # islands, chests and tables
+    ((1.0, 0.6, 0.6), 0.7, Controls.NONE),
+    ((0.42, 0.4, 1.0), 1.5, Controls.NONE),  # fridges
+    ((0.5, 0.42, 1.0), 0.7, Controls.NONE),
+    ((0.8, 0.7, 1.0), 1.0, Controls.ABOVE),  # ranges, dishwashers, ovens
+    ((0.7, 0.7, 1.0), 1.3, Controls.ABOVE),
+    ((1.0, 0.95, 1.0), 1.0, Controls.ABOVE),
+    ((1.0, 0.7, 0.12), 0.7, Controls.NONE),  # hobs
+    ((1.0, 0.75, 0.58), 2.0, Controls.ASIDE),  # microwaves
+    ((1.0, 0.85, 0.52), 1.0, Controls.ASIDE),
+    ((1.0, 0.75, 0.58), 1.0, Controls.NONE),
+    ((1.0, 0.8, 0.6), 1.0, Controls.ASIDE),  # toaster ovens
+    ((1.0, 0.6, 0.65), 0.7, Controls.NONE),  # toasters, long side or end to the front
+    ((0.62, 1.0, 0.68), 0.7, Controls.NONE),
+    ((0.7, 0.9, 1.0), 0.7, Controls.NONE),  # coffee machines
+    ((0.8, 0.65, 1.0), 0.3, Controls.NONE),  # kettles
+)
+# How far proportions stray, in logarithms; what a kind keeps where the controls are elsewhere, or it has none; and
+# what is left for things that are like none of these.
+SPREAD, OTHERWISE, WITHOUT, STRANGE = 0.15, 0.25, 0.5, 3e-3
+
+# Other names of kinds, by the id of their fixture.
+NAMES: Mapping[str, tuple[str, ...]] = {
+    "base_cabinet": ("cabinet", "kitchen cabinet", "cupboard", "sideboard"),
+    "wall_cabinet": ("upper cabinet", "hanging cabinet"),
+    "tall_cabinet": ("pantry", "wardrobe", "larder"),
+    "drawer_stack": ("drawer", "chest of drawers", "drawer unit", "dresser"),
+    "sink_base": ("sink cabinet",),
+    "island_base": ("island", "kitchen island"),
+    "range": ("stove", "cooker", "kitchen stove", "oven range", "gas stove", "electric stove"),
+    "hob": ("cooktop", "stovetop", "stove top", "cook top"),
+    "wall_oven": ("oven", "built in oven"),
+    "microwave": ("microwave oven",),
+    "refrigerator": ("fridge", "freezer", "fridge freezer"),
+    "dishwasher": ("dish washer",),
+    "coffee_machine": ("coffee maker", "espresso machine", "espresso maker"),
+    "toaster": (),
+    "toaster_oven": ("mini oven",),
+    "kettle": ("electric kettle", "water boiler"),
+    "sink": ("faucet", "basin faucet", "tap", "kitchen sink"),
+    "hood": ("range hood", "cooker hood", "extractor"),
+    "blender": (),
+    "stand_mixer": ("mixer", "food mixer"),
+}
+_VOCABULARY = Vocabulary.of(
+    ((name, kind) for kind, others in NAMES.items() for name in (kind, *others)),
+    ("range", "tap", "island"),
+    ("with", "without", "w", "for", "from", "in", "on", "by", "near", "under"),
+)
+
+# Shapes in which a kind comes, and how often it has what; 0.02 where nothing is said. Ref: conventions of kitchens.
+SELDOM = 0.02
+Shapes = tuple[Extent, ...]
+HAS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
+    "microwave": (
+        ((1, 0.75, 0.58), (1, 0.85, 0.52)),
+        {"door": 0.95, "buttons": 0.7, "knobs": 0.3, "turntable": 0.5, "beside": 0.6, "folds": 0.15},
+    ),
+    "toaster_oven": (((1, 0.8, 0.6),), {"door": 0.95, "knobs": 0.8, "rack": 0.5, "beside": 0.6, "folds": 0.97}),
+    "wall_oven": (
+        ((1, 0.95, 1),),
+        {"door": 0.95, "knobs": 0.6, "buttons": 0.4, "rack": 0.5, "racks": 0.25, "folds": 0.95, "doors": 0.1},
+    ),
+    "range": (
+        ((0.8, 0.7, 1),),
+        {"door": 0.9, "knobs": 0.9, "buttons": 0.2, "rack": 0.5, "racks": 0.2, "folds": 0.9, "drawer": 0.4}
+        | {"above": 0.2},
+    ),
+    "dishwasher": (
+        ((0.7, 0.7, 1),),
+        {"door": 0.98, "buttons": 0.5, "knobs": 0.1, "rack": 0.6, "racks": 0.5, "folds": 0.97},
+    ),
+    "refrigerator": (
+        ((0.42, 0.4, 1), (0.5, 0.42, 1)),
+        {"door": 0.98, "doors": 0.7, "drawer": 0.3},
+    ),
+    "base_cabinet": (
+        ((0.7, 0.7, 1), (1.05, 0.7, 1), (0.4, 0.7, 1), (1, 0.5, 0.7)),
+        {"door": 0.8, "doors": 0.5, "drawer": 0.4},
+    ),
+    "wall_cabinet": (((0.85, 0.4, 1), (0.45, 0.4, 1), (1, 0.35, 0.45)), {"door": 0.97, "doors": 0.6}),
+    "tall_cabinet": (((0.3, 0.28, 1), (0.5, 0.28, 1)), {"door": 0.97, "doors": 0.7, "drawer": 0.2}),
+    "drawer_stack": (((0.7, 0.7, 1), (1, 0.5, 0.7), (0.45, 0.7, 1)), {"drawer": 0.98, "door": 0.05}),
+    "hob": (((1, 0.7, 0.13),), {"knobs": 0.8, "above": 0.8}),
+    "toaster": (((1, 0.6, 0.65), (0.62, 1, 0.68)), {"lever": 0.9, "knobs": 0.5, "buttons": 0.4}),
+    "coffee_machine": (((0.7, 0.9, 1),), {"buttons": 0.7, "knobs": 0.3, "lever": 0.2}),
+    "kettle": (((0.8, 0.65, 1),), {"lid": 0.7, "buttons": 0.3, "lever": 0.3}),
+    "sink": (((0.3, 0.6, 1), (1, 0.7, 0.75)), {"lever": 0.8, "spout": 0.4}),
+}
+# How far real things stray from the shape of their kind, and the surest that this guess may be.
+STRAY, MOST_SURE = 0.28, 0.6
+
+
+def shape_likelihood(extent: Extent, controls: Controls) -> float:
+    """Log of how usual proportions are for things with controls there.
+
+    Args:
+        extent: width, depth, height, any unit.
+    """
+    log = np.log(np.maximum(np.array(extent, dtype=np.float64), 1e-3))
+    shapes = np.log(np.array([e for e, _, _ in USUAL]))
+    away = (log - log.mean()) - (shapes - shapes.mean(axis=1, keepdims=True))
+    often = np.array([w for _, w, _ in USUAL])
+    fits = np.array([1.0 if c is controls else WITHOUT if c is Controls.NONE else OTHERWISE for _, _, c in USUAL])
+    share = often * fits * np.exp(-(away**2).sum(axis=1) / SPREAD**2 / 2)
+    return float(np.log(share.sum() / often.sum() + STRANGE))
+
+
+def kind_named(hints: Sequence[str]) -> Match | None:
+    """The kind that file names or titles speak of, by whole words: the id of its fixture; the best hint first."""
+    return _VOCABULARY.find(hints)
+
+
+def kind_by_parts(extent: Extent, found: Articulation) -> tuple[str, float]:
+    """The likeliest kind by proportions and what moves, and how sure; a guess, so never very.
+
+    Args:
+        extent: width, depth, height, any unit.
+    """
+    if not found.parts:
+        return "", 0.0
+    has = _traits(found)
+    log = np.log(np.maximum(np.array(extent, dtype=np.float64), 1e-3))
+    scores = []
+    for shapes, often in HAS.values():
+        usual = np.log(np.array(shapes))
+        away = (log - log.mean()) - (usual - usual.mean(axis=1, keepdims=True))
+        score = math.log(float(np.exp(-(away**2).sum(axis=1) / STRAY**2 / 2).mean()) + STRANGE)
+        for trait, there in has.items():
+            chance = often.get(trait, SELDOM)
+            score += math.log(chance if there else 1.0 - chance)
+        scores.append(score)
+    best = int(np.argmax(np.round(scores, 9)))
+    share = float(1.0 / np.exp(np.array(scores) - scores[best]).sum())
+    return list(HAS)[best], round(MOST_SURE * share, 3)
+
+
+def _traits(found: Articulation) -> dict[str, bool]:
+    """What a thing has, by the names in HAS."""
+    parts = found.parts
+    doors = [p for p in parts if p.kind is PartKind.DOOR]
+    knobs = [p for p in parts if p.kind is PartKind.KNOB]
+    small = [p for p in parts if p.kind in (PartKind.KNOB, PartKind.BUTTON)]
+    trays = [p for p in parts if p.kind is PartKind.TRAY]
+    across = [p.joint.anchor[0] for p in small]
+    return {
+        "door": bool(doors),
+        "doors": len(doors) > 1,
+        "folds": any(p.joint.edge is Edge.BOTTOM for p in doors),
+        "drawer": any(p.kind is PartKind.DRAWER for p in parts),
+        "knobs": bool(knobs),
+        "above": any(abs(p.joint.axis[2]) > 0.7 for p in knobs),
+        "buttons": any(p.kind is PartKind.BUTTON for p in parts),
+        "beside": bool(across) and abs(sum(across) / len(across)) > 0.2,
+        "turntable": any(p.joint.kind is JointKind.HINGE for p in trays),
+        "rack": any(p.joint.kind is JointKind.SLIDE for p in trays),
+        "racks": sum(p.joint.kind is JointKind.SLIDE for p in trays) > 1,
+        "lever": any(p.kind is PartKind.LEVER for p in parts),
+        "spout": any(p.kind is PartKind.SPOUT for p in parts),
+        "lid": any(p.kind is PartKind.LID for p in parts),
+    }

@@ -1,0 +1,129 @@
+"""What would move if these sides were the front and the top: a candidate for the frame, tried out.
+
+The pieces are measured once; for each candidate they are turned by quarter turns, pictures and all.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.articulate.infer import found_in
+from casa_assets.articulate.plan import Articulation, Edge, Frame, PartKind, PartPlan
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, Pieces
+from casa_assets.articulate.segment.raster import Picture
+from casa_assets.core.typing import Floats
+from casa_assets.model.asset.joint import JointKind
+
+# What a trial says, each for or against the candidate as the fit decides.
+TRIALS = (
+    *("covered", "doors", "drawers", "boxed", "unboxed", "knobs", "buttons", "levers", "lids", "racks", "turntables"),
+    *("surely", "joints", "held", "hinged_aside", "hinged_below", "hinged_above", "nothing"),
+)
+# Things that count at most so often.
+MOST = 8
+# A drawer that reaches back over more than this part of the depth, and so many diagonals, has a box.
+BOXED, BOX_DEEP = 0.3, 0.1
+# Fronts that cover less than this part of the side count for less.
+LITTLE = 0.25
+
+
+def axes_of(front: int, top: int) -> Floats:
+    """(3, 3) rows right, back and up of the candidate, in the axes of the pieces."""
+    back, up = SIDES[front][2], -SIDES[top][2]
+    return np.stack([np.cross(back, up), back, up])
+
+
+def turned(pieces: Pieces, front: int, top: int) -> Pieces:
+    """The pieces in the frame of a candidate: one of their sides the front, another the top."""
+    rotation = axes_of(front, top)
+    a, b = pieces.low @ rotation.T, pieces.high @ rotation.T
+    found = [_side(pieces, rotation, k) for k in range(len(SIDES))]
+    return Pieces(
+        soup=pieces.soup.placed(rotation, np.zeros(3), 1.0),
+        label=pieces.label,
+        low=np.minimum(a, b),
+        high=np.maximum(a, b),
+        area=pieces.area,
+        seen=pieces.seen[:, [old for old, _ in found]],
+        pictures=tuple(picture for _, picture in found),
+    )
+
+
+def _side(pieces: Pieces, rotation: Floats, side: int) -> tuple[int, Picture]:
+    """The side that becomes this one, and its picture turned."""
+    right, up, into = SIDES[side] @ rotation
+    old = int(np.argmax(SIDES[:, 2] @ into))
+    picture, axes = pieces.pictures[old], SIDES[old]
+    # Rows run down: a step to the next row is a step against `up`.
+    face, depth, low = picture.face, picture.depth, picture.low
+    height, width = face.shape
+    high = low + picture.pixel * np.array([width, height])
+    if abs(float(right @ axes[0])) < 0.5:
+        face, depth = face.T[::-1, ::-1], depth.T[::-1, ::-1]
+        low, high, axes = low[::-1], high[::-1], axes[[1, 0, 2]]
+    corner = low.copy()
+    if float(right @ axes[0]) < 0:
+        face, depth, corner[0] = face[:, ::-1], depth[:, ::-1], -high[0]
+    if float(up @ axes[1]) < 0:
+        face, depth, corner[1] = face[::-1], depth[::-1], -high[1]
+    return old, Picture(np.ascontiguousarray(face), np.ascontiguousarray(depth), corner, picture.pixel)
+
+
+def tried(pieces: Pieces, front: int, top: int) -> Floats:
+    """(len(TRIALS),) what a candidate lets find."""
+    seen = turned(pieces, front, top)
+    frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0)
+    return told(found_in(seen, frame), seen)
+
+
+def told(found: Articulation, pieces: Pieces) -> Floats:
+    """(len(TRIALS),) numbers of an articulation."""
+    fronts = [p for p in found.parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
+    doors = [p for p in fronts if p.kind is PartKind.DOOR]
+    trays = [p for p in found.parts if p.kind is PartKind.TRAY]
+    hinged = max(len(doors), 1)
+    covered = _covered(fronts, pieces)
+    # How sure it is of fronts says little where they are a small part of what is seen.
+    much = min(1.0, covered / LITTLE)
+    boxed = sum(p.kind is PartKind.DRAWER and _reaches(p, pieces) for p in fronts)
+    return np.array(
+        [
+            covered,
+            _log(len(doors)),
+            _log(len(fronts) - len(doors)),
+            _log(boxed),
+            _log(len(fronts) - len(doors) - boxed),
+            _log(sum(p.kind is PartKind.KNOB for p in found.parts)),
+            _log(sum(p.kind is PartKind.BUTTON for p in found.parts)),
+            _log(sum(p.kind is PartKind.LEVER for p in found.parts)),
+            _log(sum(p.kind is PartKind.LID for p in found.parts)),
+            _log(sum(p.joint.kind is JointKind.SLIDE for p in trays)),
+            _log(sum(p.joint.kind is JointKind.HINGE for p in trays)),
+            much * float(np.mean([p.confidence for p in fronts])) if fronts else 0.0,
+            much * float(np.mean([p.joint.confidence for p in fronts])) if fronts else 0.0,
+            much * sum(len(p.grip) > 0 for p in fronts) / max(len(fronts), 1),
+            sum(p.joint.edge in (Edge.LEFT, Edge.RIGHT) for p in doors) / hinged,
+            sum(p.joint.edge is Edge.BOTTOM for p in doors) / hinged,
+            sum(p.joint.edge is Edge.TOP for p in doors) / hinged,
+            float(not found.parts),
+        ]
+    )
+
+
+def _log(count: int) -> float:
+    return float(np.log1p(min(count, MOST)))
+
+
+def _reaches(part: PartPlan, pieces: Pieces) -> bool:
+    """Whether a drawer has a box: it reaches far back."""
+    deep = np.ptp(pieces.soup.points[pieces.soup.faces[part.faces], 1])
+    return float(deep) > max(BOXED * float(np.ptp(pieces.soup.points[:, 1])), BOX_DEEP)
+
+
+def _covered(fronts: list[PartPlan], pieces: Pieces) -> float:
+    """Share of the picture of the front that doors and drawers take."""
+    face = pieces.pictures[FRONT].face
+    moves = np.zeros(len(pieces.label) + 1, dtype=bool)
+    for part in fronts:
+        moves[part.faces] = True
+    return float((moves[face] & (face >= 0)).sum() / max(int((face >= 0).sum()), 1))

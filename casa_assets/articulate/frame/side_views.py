@@ -1,0 +1,220 @@
+"""What one side of a thing looks like, as numbers and as a list of the small things that stand out from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+from scipy.spatial import ConvexHull
+
+from casa_assets.articulate.segment.fragment_measures import SIDES, Pieces, face_on
+from casa_assets.articulate.segment.raster import Picture
+from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.core.typing import Floats
+
+# A step in depth between neighbouring pixels that counts as an edge, diagonals; a bend, cosine of 25 degrees.
+STEP, BEND = 0.004, 0.906
+# What is narrower than this one way and stands out so far may be a knob, a button or a handle; diagonals.
+NARROW, OUT, FARTHEST = 0.13, 0.006, 0.3
+SMALLEST, FEWEST_PIXELS = 0.012, 6
+# The plane of a side: so much of what is seen is nearer. Things stand out fully at `JUT` before it.
+PLANE, JUT = 0.3, 0.06
+# What stands on legs stands so far off, diagonals.
+LEG = 0.035
+# A slot is so wide and long, and so deep; a burner so large.
+SLOT_WIDE, SLOT_LONG, SLOT_DEEP, SLOT_WINDOW = 0.015, 0.2, 0.05, 0.1
+RING_SMALLEST, RING_LARGEST = 0.09, 0.45
+MOST_RINGS, MOST_TRIED = 6, 60
+
+
+@dataclass(frozen=True)
+class Blob:
+    """Something small that stands out.
+
+    Attributes:
+        middle: (right, up) in the picture, each 0..1. size: (right, up) in diagonals. stands: how far out.
+    """
+
+    middle: tuple[float, float]
+    size: tuple[float, float]
+    stands: float
+
+    @property
+    def is_knob(self) -> bool:
+        """Compact, as knobs, buttons and feet are."""
+        return max(self.size) <= 0.14 and max(self.size) < 2.5 * min(self.size)
+
+    @property
+    def is_bar(self) -> bool:
+        """Long and far out, as handles are."""
+        return max(self.size) >= 2.5 * min(self.size) and max(self.size) > 0.04 and self.stands >= 0.012
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side, in its own picture.
+
+    Attributes:
+        detail: share of its pixels that are edges of depth, bend, piece or material.
+        panels: share of its rectangle that thin pieces near it cover.
+        stands: share of its pixels that stand out before most of it.
+        juts: how far its nearest points stand out before its plane, 0..1, unless it stands on them.
+        support: hull of what is nearest, as a part of the rectangle. filled: what lies less than a leg's length deep.
+        mirror: how alike it is to its mirror image, left to right and top to bottom, 0..1.
+        blobs: small things that stand out.
+        rings: log of 1 and the number of flat discs larger than knobs. slots: deep narrow grooves, in pairs.
+    """
+
+    detail: float
+    panels: float
+    stands: float
+    juts: float
+    support: float
+    filled: float
+    mirror: tuple[float, float]
+    blobs: tuple[Blob, ...]
+    rings: float
+    slots: float
+
+
+def look(pieces: Pieces, side: int) -> Side:
+    """Measure one side; the thing has a diagonal of 1."""
+    picture = pieces.pictures[side]
+    seen = np.isfinite(picture.depth)
+    low, high = face_on(pieces, side)
+    far = float(high[:, 2].max() - low[:, 2].min())
+    depth = np.where(seen, picture.depth, far)
+    edges = _edges(pieces, picture, seen, depth)
+    values = np.sort(depth[seen]) if seen.any() else np.zeros(1)
+    plane, middle = float(values[int(PLANE * (len(values) - 1))]), float(np.median(values))
+    support = _support(seen & (depth < max(0.02 * far, 0.004)))
+    shown = max(int(seen.sum()), 1)
+    return Side(
+        detail=float(edges.sum() / shown),
+        panels=_panels(pieces, side, low, high),
+        stands=float((seen & (depth < middle - 0.008)).sum() / shown) if middle > 0.008 else 0.0,
+        juts=min(plane / JUT, 1.0) * (1.0 - support),
+        support=support,
+        filled=float((seen & (depth < LEG)).mean()),
+        mirror=(_alike(depth, edges, 1), _alike(depth, edges, 0)),
+        blobs=_blobs(depth, seen, picture.pixel, far),
+        rings=_rings(pieces, side, low, high),
+        slots=_slots(depth, seen, picture.pixel),
+    )
+
+
+def _panels(pieces: Pieces, side: int, low: Floats, high: Floats) -> float:
+    """Share of the rectangle that thin pieces near the side cover."""
+    size = high - low
+    whole = high.max(axis=0) - low.min(axis=0)
+    thin = (size[:, 2] < 0.2 * size[:, :2].min(axis=1)) & (low[:, 2] - low[:, 2].min() < 0.15 * whole[2])
+    thin &= size[:, :2].max(axis=1) > 0.05
+    return min(float(pieces.seen[thin, side].sum() / max(whole[0] * whole[1], 1e-12)), 1.0)
+
+
+def _edges(pieces: Pieces, picture: Picture, seen: Bools, depth: Floats) -> Bools:
+    """(H, W) pixels that differ from the one to the right or below in depth, direction, piece or material."""
+    normals = pieces.soup.normals[np.maximum(picture.face, 0)]
+    label = np.where(seen, pieces.label[np.maximum(picture.face, 0)], -1)
+    tint = np.where(seen, pieces.soup.tint[np.maximum(picture.face, 0)], -1)
+    out: Bools = np.zeros(picture.face.shape, dtype=bool)
+    for axis in (0, 1):
+        a: list[slice] = [slice(None), slice(None)]
+        b: list[slice] = [slice(None), slice(None)]
+        a[axis], b[axis] = slice(None, -1), slice(1, None)
+        here, there = tuple(a), tuple(b)
+        bend = np.abs((normals[here] * normals[there]).sum(axis=2)) < BEND
+        off = np.where(bend, np.abs(np.diff(depth, axis=axis)), _off_slope(depth, axis))
+        step = off > STEP
+        piece = (label[here] != label[there]) & (bend | step | (off > STEP / 8))
+        # A window or a keypad may be no more than another material in the same plane.
+        paint = (tint[here] != tint[there]) & seen[here] & seen[there]
+        out[here] |= (bend | step | piece | paint) & (seen[here] | seen[there])
+    return out
+
+
+def _off_slope(depth: Floats, axis: int) -> Floats:
+    """Steps in depth from each pixel to the next, less those of a slope that goes on before or after: no edge."""
+    fall = np.diff(depth, axis=axis)
+    bends = np.abs(np.diff(fall, axis=axis))
+    wide = [(0, 0), (0, 0)]
+    wide[axis] = (1, 1)
+    bends = np.pad(bends, wide, constant_values=np.inf)
+    before, after = np.delete(bends, -1, axis=axis), np.delete(bends, 0, axis=axis)
+    return np.minimum(np.abs(fall), np.minimum(before, after))
+
+
+def _alike(depth: Floats, edges: Bools, axis: int) -> float:
+    """How alike a picture is to its mirror image: of depth and of edges, which may be a pixel off."""
+    other = np.flip(depth, axis=axis)
+    same = float((np.abs(depth - other) < 0.01).mean())
+    thick = edges.copy()
+    for k in (0, 1):
+        thick |= np.roll(edges, 1, axis=k) | np.roll(edges, -1, axis=k)
+    hit = float((edges & np.flip(thick, axis=axis)).sum() / max(int(edges.sum()), 1))
+    return 0.5 * same + 0.5 * hit
+
+
+def _support(near: Bools) -> float:
+    """Area of the hull of some pixels, as a part of the picture."""
+    rows = np.flatnonzero(near.any(axis=1))
+    if not len(rows):
+        return 0.0
+    # Of each row the first and the last: none between them is a corner.
+    ends = np.argmax(near[rows], axis=1), near.shape[1] - np.argmax(near[rows][:, ::-1], axis=1)
+    corners = np.concatenate([np.stack([rows + a, end], axis=1) for a in (0, 1) for end in ends])
+    return float(ConvexHull(corners).volume / near.size)
+
+
+def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[Blob, ...]:
+    """Parts of the picture that are nearer than what is left when all that is narrow is taken away."""
+    window = max(3, int(NARROW / pixel) | 1)
+    wide = ndimage.maximum_filter(depth, window, mode="nearest")
+    wall = ndimage.minimum_filter(wide, window, mode="nearest")
+    label, _ = ndimage.label(seen & (wall - depth > OUT) & (wall < far - 1e-6), structure=np.ones((3, 3)))
+    height, width = depth.shape
+    found = []
+    for i, box in enumerate(ndimage.find_objects(label)):
+        mask = label[box] == i + 1
+        rows, columns = mask.shape
+        if max(rows, columns) * pixel < SMALLEST or int(mask.sum()) < FEWEST_PIXELS:
+            continue
+        stands = float(np.percentile((wall - depth)[box][mask], 80))
+        if stands <= FARTHEST:
+            middle = (box[1].start + columns / 2) / width, 1 - (box[0].start + rows / 2) / height
+            found.append(Blob(middle, (columns * pixel, rows * pixel), stands))
+    return tuple(found)
+
+
+def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
+    """Deep narrow grooves that end before the border, as those of a toaster: half their number, at most 2."""
+    window = max(3, int(SLOT_WINDOW / pixel) | 1)
+    narrow = ndimage.minimum_filter(depth, window, mode="nearest")
+    lid = ndimage.maximum_filter(narrow, window, mode="nearest")
+    label, _ = ndimage.label(seen & (depth - lid > SLOT_DEEP))
+    count = 0
+    for i, box in enumerate(ndimage.find_objects(label)):
+        mask = label[box] == i + 1
+        short, long = sorted(s * pixel for s in mask.shape)
+        # A groove that runs out at the border is the gap between a door and its body.
+        closed = all(k.start > 0 and k.stop < n for k, n in zip(box, depth.shape, strict=True))
+        slot = long > max(SLOT_LONG, 3.5 * short) and short > SLOT_WIDE and float(mask.mean()) > 0.6
+        count += closed and slot
+    return min(count, 4) / 2.0
+
+
+def _rings(pieces: Pieces, side: int, low: Floats, high: Floats) -> float:
+    """Log of 1 and the number of flat discs that are too large for knobs: burners."""
+    size = high - low
+    across = size[:, :2].max(axis=1)
+    fits = (size[:, :2].min(axis=1) > 0.94 * across) & (across > RING_SMALLEST) & (across < RING_LARGEST)
+    fits &= (size[:, 2] < 0.3 * across) & (pieces.seen[:, side] > 0.15 * size[:, 0] * size[:, 1])
+    found: list[Floats] = []
+    for i in np.flatnonzero(fits)[:MOST_TRIED].tolist():
+        flat = pieces.points_of([i]) @ SIDES[side][:2].T
+        middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
+        is_round = float(np.linalg.norm(flat - middle, axis=1).max()) < 0.54 * float(across[i])
+        if is_round and all(float(np.abs(middle - o).max()) >= 0.05 for o in found):
+            found.append(middle)
+    return float(np.log1p(min(len(found), MOST_RINGS)))

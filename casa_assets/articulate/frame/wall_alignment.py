@@ -1,0 +1,116 @@
+"""A thing that stands askew in its file -> the turn that makes its walls run along the axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.core.typing import Floats
+
+# Faces within this of an axis lie along it; the bins in which directions of walls are counted, radians.
+NEAR, BIN = np.radians(1.5), np.radians(0.25)
+CLOSER = (NEAR, NEAR / 3, NEAR / 10)
+# Directions that most surface faces, of which so many are tried as floors.
+MOST_TILTS = 12
+# Another turn must lay so much more of the surface along the axes, and of what the one before it left askew: what is
+# round all over stays as it is.
+LEAST_GAIN, LEAST_MENDED = 0.05, 0.25
+
+
+def straightened(soup: Soup, floors: Sequence[Sequence[float]] = ()) -> Floats:
+    """(3, 3) proper rotation whose rows are directions of the file that the walls of a thing run along.
+
+    The axes of the file stay where they serve; then they are turned about one of themselves, then about the normal of
+    a large face.
+
+    Args:
+        floors: directions of which one stays a row, such as the known up; empty for any.
+    """
+    weight = soup.areas / max(float(soup.areas.sum()), 1e-300)
+    tiers = (
+        [np.asarray(f, dtype=np.float64) / np.linalg.norm(f) for f in floors],
+        [] if floors else [np.eye(3)[k] for k in (2, 1, 0)],
+        [] if floors else _largest(soup.normals, weight),
+    )
+    best = np.eye(3)
+    if floors and max(float(np.abs(f).max()) for f in tiers[0]) < 1.0 - 1e-9:
+        best = _turned(soup.normals, weight, tiers[0][0])
+    share = _along(soup.normals, weight, best)
+    for tier in tiers:
+        found = [_turned(soup.normals, weight, axis) for axis in tier]
+        shares = [_along(soup.normals, weight, r) for r in found]
+        if not found:
+            continue
+        k = int(np.argmax(np.round(shares, 9)))
+        if shares[k] > share + max(LEAST_GAIN, LEAST_MENDED * (1.0 - share)):
+            best, share = found[k], shares[k]
+    return best
+
+
+def _along(normals: Floats, weight: Floats, rotation: Floats) -> float:
+    """Share of the surface that lies along the axes."""
+    found: Floats = np.abs(normals @ rotation.T).max(axis=1)
+    return float(weight[found > np.cos(NEAR)].sum())
+
+
+def _turned(normals: Floats, weight: Floats, axis: Floats) -> Floats:
+    """The axes turned about one direction so that most walls along it lie along the other two."""
+    first = np.eye(3)[int(np.argmin(np.abs(axis) + np.array([0.0, 1e-6, 2e-6])))]
+    x = first - axis * float(first @ axis)
+    x /= np.linalg.norm(x)
+    y = np.cross(axis, x)
+    wall = np.abs(normals @ axis) < np.sin(NEAR)
+    quarter = np.pi / 2
+    angle = np.mod(np.arctan2(normals[wall] @ y, normals[wall] @ x), quarter)
+    bins = round(quarter / BIN)
+    count = np.bincount(np.minimum((angle / BIN).astype(np.int64), bins - 1), weight[wall], bins)
+    wide = sum(np.roll(count, k) for k in (-2, -1, 0, 1, 2))
+    peak = (int(np.argmax(np.round(wide, 12))) + 0.5) * BIN
+    turn = peak
+    for within in CLOSER:
+        off = np.mod(angle - turn + quarter / 2, quarter) - quarter / 2
+        share = np.where(np.abs(off) < within, weight[wall], 0.0)
+        turn += float(off @ share) / max(float(share.sum()), 1e-300)
+    a = np.cos(turn) * x + np.sin(turn) * y
+    rows = np.stack([a, np.cross(axis, a), axis])
+    return _near_axes(rows)
+
+
+def _near_axes(rows: Floats) -> Floats:
+    """The same three directions in the order and sense nearest to the axes of the file, as a proper rotation."""
+    orders = [(a, b, c) for a in range(3) for b in range(3) for c in range(3) if len({a, b, c}) == 3]
+    sums = [sum(abs(float(rows[o[i], i])) for i in range(3)) for o in orders]
+    order = orders[int(np.argmax(np.round(sums, 9)))]
+    found = rows[list(order)]
+    found = found * np.where(np.diag(found) < 0, -1.0, 1.0)[:, None]
+    if np.linalg.det(found) < 0:
+        found[int(np.argmin(np.round(np.diag(found), 9)))] *= -1.0
+    return found
+
+
+def _largest(normals: Floats, weight: Floats) -> list[Floats]:
+    """Directions that most surface faces, opposite ones as one, the largest first."""
+    sign = np.where(normals[:, 2] < -1e-6, -1.0, 1.0)
+    level = np.abs(normals[:, 2]) <= 1e-6
+    sign = np.where(level & (normals[:, 1] < -1e-6), -1.0, sign)
+    cells = np.round(normals * sign[:, None] * 40).astype(np.int64)
+    _, place = np.unique(cells, axis=0, return_inverse=True)
+    place = place.reshape(-1)
+    area = np.bincount(place, weight)
+    ranked = np.lexsort((np.arange(len(area)), -np.round(area, 12)))[:MOST_TILTS]
+    out = []
+    for cell in ranked.tolist():
+        rows = place == cell
+        mean = (normals[rows] * (sign[rows] * weight[rows])[:, None]).sum(axis=0)
+        for within in CLOSER:
+            mean /= max(float(np.linalg.norm(mean)), 1e-300)
+            along = normals @ mean
+            share = np.where(np.abs(along) > np.cos(within), weight, 0.0) * np.sign(along)
+            mean = (normals * share[:, None]).sum(axis=0)
+            if not mean.any():
+                break
+        else:
+            out.append(mean / np.linalg.norm(mean))
+    return out

@@ -1,0 +1,91 @@
+"""Rectangles that a bulging front fell into -> that front: a shell of cubes goes down towards its edges in stairs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from casa_assets.articulate.fronts.rectangles import Leaf
+from casa_assets.articulate.segment.creases import Relief
+from casa_assets.core.typing import Floats
+
+# A stair is no higher than this, diagonals; what lies deeper between two of them than both is a gap between fronts.
+STAIR, GROOVE = 0.0095, 0.002
+# So many pixels beside a border one looks at the two sides of it.
+BESIDE = 4
+# Strips are as long as the front within this part of it, and fill this part of its length.
+EVEN, FILLED = 0.035, 0.9
+# So many stairs make a bulge, down to both sides: a frame round a panel has one on each.
+STAIRS = 3
+
+
+def without_stairs(side: Relief, leaves: list[Leaf]) -> list[Leaf]:
+    """Rectangles of a side with those made one that lie beside each other like the stairs of a bulging front.
+
+    Args:
+        leaves: as `find_leaves` gives them; so they come back.
+    """
+    left = list(leaves)
+    for core in sorted(leaves, key=lambda m: (round(m.plane, 6), m.rows, m.columns)):
+        if not any(m is core for m in left):
+            continue
+        before, after = _stairs(side, left, core, 0), _stairs(side, left, core, 1)
+        if before and after and len(before) + len(after) >= STAIRS:
+            strips = [core, *(m for stair in (*before, *after) for m in stair)]
+            left = [m for m in left if not any(m is s for s in strips)]
+            left.append(_one(side, core, strips))
+    return sorted(left, key=lambda m: (m.rows, m.columns))
+
+
+def _stairs(side: Relief, leaves: list[Leaf], core: Leaf, end: int) -> list[list[Leaf]]:
+    """Strips beside a rectangle that go down from it, nearest first; each of one rectangle, or of some upon another.
+
+    Args:
+        end: 0 for those to its left, 1 to its right.
+    """
+    out: list[list[Leaf]] = []
+    at, plane = core.columns[end], core.plane
+    while True:
+        strip = _beside(leaves, core, at, end)
+        if not strip or not _goes_down(side, core, at, end):
+            return out
+        deep = float(np.average([m.plane for m in strip], weights=[m.rows[1] - m.rows[0] for m in strip]))
+        if deep <= plane:
+            return out
+        out.append(strip)
+        at, plane = strip[0].columns[end], deep
+
+
+def _beside(leaves: list[Leaf], core: Leaf, at: int, end: int) -> list[Leaf]:
+    """Rectangles that end at a column and are as long as another, together; none where there are no such."""
+    long = core.rows[1] - core.rows[0]
+    slack = max(2, round(EVEN * long))
+    found = [
+        m
+        for m in leaves
+        if m.columns[1 - end] == at and m.rows[0] >= core.rows[0] - slack and m.rows[1] <= core.rows[1] + slack
+    ]
+    even = len({m.columns for m in found}) == 1
+    return found if even and sum(m.rows[1] - m.rows[0] for m in found) >= FILLED * long else []
+
+
+def _goes_down(side: Relief, core: Leaf, at: int, end: int) -> bool:
+    """Whether a border is a stair: a little deeper beyond it, and no deeper between."""
+    first, last = at - BESIDE - 1, at + BESIDE
+    if first < 0 or last >= side.depth.shape[1]:
+        return False
+    band: Floats = side.base[slice(*core.rows), first : last + 1]
+    inner, outer = (band[:, 0], band[:, -1]) if end else (band[:, -1], band[:, 0])
+    step = float(np.median(outer - inner))
+    groove = float(np.median(band.max(axis=1) - np.maximum(inner, outer)))
+    return 0.0 < step <= STAIR and groove <= GROOVE
+
+
+def _one(side: Relief, core: Leaf, strips: list[Leaf]) -> Leaf:
+    """The rectangle that some strips make."""
+    columns = min(m.columns[0] for m in strips), max(m.columns[1] for m in strips)
+    window = slice(*core.rows), slice(*columns)
+    ground = side.depth[window][side.blob[window] < 0]
+    plane = float(np.median(ground)) if len(ground) else core.plane
+    return replace(core, columns=columns, plane=plane, blobs=tuple(sorted({b for m in strips for b in m.blobs})))

@@ -1,0 +1,296 @@
+"""Panels and what belongs to them: handles, trims, boxes behind; and which of them open."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.articulate.controls.controls import LONGEST, Control, what_it_is
+from casa_assets.articulate.fronts.panel_layers import backing, hung
+from casa_assets.articulate.fronts.panels import SLACK, Panel
+from casa_assets.articulate.interior.hollow_parts import behind, from_above, roofed
+from casa_assets.articulate.interior.inner_parts import bears, heaps
+from casa_assets.articulate.segment.fragment_measures import BACK, BOTTOM, LEFT, RIGHT, TOP, Pieces, face_on
+from casa_assets.articulate.segment.shell_segments import BOXY, boxiness
+from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.core.typing import Floats
+
+# A handle stands out at least so far, in diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
+HANDLE_STANDS = 0.013
+# The pull of a large thing is small by it: one that is no rail, shorter than this part of the front, stands out so far,
+# and so far by its own width.
+PULL_STANDS, PULL_BY_WIDTH, SHORT = 0.006, 0.4, 0.5
+# A cup pull is so much longer than high, at least.
+CUP_LONG = 1.4
+# Between a handle and the front that it belongs to there is at most so much air.
+HANDLE_GAP = 0.035
+# What is smaller is no handle but a mark or screw, diagonals.
+LEAST_HANDLE = 0.03
+# A box behind a front begins at most so far behind it.
+BOX_GAP = 0.02
+# A box is at least this part of its front tall: a lesser one is a drawer of its own behind a door.
+LEAST_TALL = 0.2
+# Behind a front that is higher than this by its width, only a tub is a box: shelves and bins of a fridge are many.
+MOST_UPRIGHT = 1.3
+# A shelf begins at most so far behind a front.
+SHELF_GAP = 0.1
+# The box keeps within its front by so much: walls between fronts reach a little beyond their edges.
+TIGHT = 0.002
+# A front without a handle has room behind so much of it.
+HOLLOW = 0.4
+# A small panel with so many knobs or keys on it is one of controls, though a lever stands out of it like a handle.
+PANEL_OF, CONTROL_PANEL = 2, 0.4
+# A panel narrower than this part of the side, and without a handle, is a strip of the body.
+STRIP = 0.13
+
+
+def dress(pieces: Pieces, side: int, panels: list[Panel], controls: list[Control]) -> list[Control]:
+    """Give each panel its handles, trims and box; returns the controls that are none of these."""
+    low, high = face_on(pieces, side)
+    taken = {f for p in panels for f in p.members}
+    rest = _pulls(panels, [c for c in controls if c.long <= LONGEST or c.stands >= HANDLE_STANDS])
+    # What is neither knob nor key is a label, or a trim, of what it sits on.
+    rest = [c for c in rest if what_it_is(c, rest)[0] is not None or _host(panels, c.low, c.high) is None]
+    taken |= {f for p in panels for g in p.grips for f in g} | {f for c in rest for f in c.fragments}
+    for i in [*range(pieces.count), *range(pieces.count)]:
+        if i in taken:
+            continue
+        panel = _host(panels, low[i], high[i])
+        if panel is None:
+            continue
+        if high[i, 2] <= panel.high[2] + SLACK and not _wraps(panel, low[i], high[i]):
+            stands = float(panel.low[2] - low[i, 2])
+            held = stands >= HANDLE_STANDS and not (panel.controls and _is_mark(low[i], high[i]))
+            (panel.grips.append([i]) if held else panel.trims.append(i))
+            panel.fore.append(float(low[i, 2]))
+            taken.add(i)
+    rest = _feet(panels, rest, low, high)
+    for panel in panels:
+        more = backing(pieces, side, panel, taken)
+        panel.trims += more
+        taken |= set(more)
+        more = hung(pieces, side, panel, taken)
+        panel.trims += more
+        taken |= set(more)
+    for panel in panels:
+        panel.box = [i for i in _box(pieces, side, panel, low, high) if i not in taken]
+        taken |= set(panel.box)
+    return rest
+
+
+def handle_spots(pieces: Pieces, side: int, panels: list[Panel], controls: list[Control]) -> list[Floats]:
+    """(2,) middles in (u, v) of what stands out from some panel like a handle."""
+    low, high = face_on(pieces, side)
+    taken = {f for p in panels for f in p.members}
+    spots = []
+    for i in range(pieces.count):
+        host = None if i in taken else _host(panels, low[i], high[i])
+        size = high[i, :2] - low[i, :2]
+        if host is not None and float(host.low[2] - low[i, 2]) >= HANDLE_STANDS and size.max() > 2.5 * size.min():
+            spots.append((low[i, :2] + high[i, :2]) / 2)
+    spots += [c.middle for c in controls if (c.long > 2.5 or c.round) and c.stands >= HANDLE_STANDS]
+    out: list[Floats] = []
+    for spot in spots:
+        if not any(np.abs(spot - o).max() < 0.03 for o in out):
+            out.append(spot)
+    return out
+
+
+def _host(panels: list[Panel], low: Floats, high: Floats) -> Panel | None:
+    """The panel that a piece lies on: the smallest that holds its middle and most of it, and touches its depth."""
+    middle = (low + high)[:2] / 2
+    found = None
+    for p in panels:
+        over = np.minimum(high, p.high)[:2] - np.maximum(low, p.low)[:2]
+        share = float(np.prod(np.maximum(over, 1e-9)) / max(float(np.prod(np.maximum((high - low)[:2], 1e-9))), 1e-18))
+        inside = bool((middle >= p.low[:2]).all() and (middle <= p.high[:2]).all()) and share >= 0.7
+        reach = min((float(p.low[2]), *p.fore))
+        near = low[2] >= p.low[2] - 0.12 and low[2] <= p.high[2] and high[2] >= reach - HANDLE_GAP
+        if inside and near and (found is None or p.width * p.height < found.width * found.height):
+            found = p
+    return found
+
+
+def _is_mark(low: Floats, high: Floats) -> bool:
+    """Whether a piece is so small that beside knobs it belongs to them, and is no handle."""
+    return float((high - low)[:2].max()) < LEAST_HANDLE
+
+
+def _wraps(panel: Panel, low: Floats, high: Floats) -> bool:
+    """Whether a piece that reaches behind a deep panel sticks out over its rectangle: it is a shell round it."""
+    behind = float(high[2]) > float(panel.low[2]) + 0.35 * float(panel.high[2] - panel.low[2])
+    return behind and panel.is_deep and not panel.holds(low, high, TIGHT)
+
+
+def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
+    """Take from the controls those that are pulls of a panel: alone on it, or a pair in mirrored places."""
+    for panel in panels:
+        own = [c for c in controls if _host([panel], c.low, c.high) is panel]
+        bars = [c for c in own if c.long > 2.5 and _is_bar(c, panel)]
+        bars += [c for c in own if not any(c is b for b in bars) and any(_bears(c, b) for b in bars)]
+        panel.grips += [c.fragments for c in bars]
+        panel.fore += [float(c.low[2]) for c in bars]
+        own = [c for c in own if not any(c is b for b in bars)]
+        small = [
+            c for c in own if _is_pull(c, float(panel.low[2] - c.low[2])) and (_is_small(c, panel) or _is_cup(c, panel))
+        ]
+        mirrored = len(small) == 2 and abs(sum(float(c.middle[0]) for c in small) - panel.low[0] - panel.high[0]) < 0.02
+        if not bars and ((len(own) == 1 and len(small) == 1) or (len(own) == 2 and mirrored)):
+            panel.grips += [c.fragments for c in small]
+            own = []
+        panel.controls = len(own)
+    held = {f for p in panels for g in p.grips for f in g}
+    return [c for c in controls if not set(c.fragments) & held]
+
+
+def _is_bar(control: Control, panel: Panel) -> bool:
+    """Whether something long on a panel is a handle: it stands far out, or is no rail and stands out by its width."""
+    stands = float(panel.low[2] - control.low[2])
+    rail = (control.across > SHORT * (panel.high - panel.low)[:2]).any()
+    return stands >= HANDLE_STANDS or (not rail and _is_pull(control, stands))
+
+
+def _is_small(control: Control, panel: Panel) -> bool:
+    return float(control.across.max()) <= 0.3 * min(panel.width, panel.height)
+
+
+def _is_cup(control: Control, panel: Panel) -> bool:
+    """Whether something on a panel is as wide as a hand by its height: no knob, but what a low front is drawn by."""
+    within = bool((control.across <= SHORT * (panel.high - panel.low)[:2]).all())
+    return within and not control.round and control.long > CUP_LONG
+
+
+def _is_pull(control: Control, stands: float) -> bool:
+    """Whether a small thing stands out of a panel far enough for fingers: a knob or bar by its own width too."""
+    shaped = control.round or control.long > 2.5
+    return stands >= HANDLE_STANDS or (
+        shaped and stands >= max(PULL_STANDS, PULL_BY_WIDTH * float(control.across.min()))
+    )
+
+
+def _bears(control: Control, bar: Control) -> bool:
+    """Whether a small thing touches a bar: a foot of it."""
+    return bool((control.low <= bar.high + 0.003).all() and (control.high >= bar.low - 0.003).all())
+
+
+def _feet(panels: list[Panel], controls: list[Control], low: Floats, high: Floats) -> list[Control]:
+    """Give handles the small things that they stand on; returns the other controls."""
+    rest = []
+    for control in controls:
+        host = _host(panels, control.low, control.high)
+        grips = [] if host is None else host.grips
+        on = [g for g in grips if _touches(control, low[g].min(axis=0), high[g].max(axis=0))]
+        if on:
+            on[0] += control.fragments
+        else:
+            rest.append(control)
+    return rest
+
+
+def _touches(control: Control, low: Floats, high: Floats) -> bool:
+    """Whether a small thing meets a handle that is larger than itself."""
+    meet = bool((control.low <= high + 0.003).all() and (control.high >= low - 0.003).all())
+    return meet and float((high - low)[:2].max()) >= 1.5 * float(control.across.max())
+
+
+def _box(pieces: Pieces, side: int, panel: Panel, low: Floats, high: Floats) -> list[int]:
+    """Pieces behind a panel that would go with it as a drawer's box: within its rectangle, from it backwards."""
+    hidden = pieces.seen[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+    aside = pieces.seen[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
+    surface = np.maximum(pieces.area, 1e-12)
+    inside: Bools = np.ones(pieces.count, dtype=bool)
+    for k in (0, 1):
+        inside &= (low[:, k] >= panel.low[k] - TIGHT) & (high[:, k] <= panel.high[k] + TIGHT)
+    back = (low[:, 2] >= panel.low[2] - SLACK) & (high[:, 2] > panel.high[2] + 0.01)
+    close = low[:, 2] <= panel.high[2] + BOX_GAP
+    inside[panel.members] = False
+    inside &= ~_open_above(pieces, low, high)
+    boards = _boards(low, high, inside, panel)
+    inside[boards] = False
+    middle = [float(low[i, 1] + high[i, 1]) / 2 for i in boards if low[i, 2] <= panel.high[2] + SHELF_GAP]
+    panel.shelved = any(0.15 * panel.height < v - panel.low[1] < 0.85 * panel.height for v in middle)
+    for shown in (hidden, aside):
+        free = inside & (shown <= 0.05 * surface)
+        first = np.flatnonzero(free & back & close)
+        if not len(first):
+            continue
+        reach = float(high[first, 2].max()) + SLACK
+        more = np.flatnonzero(free & (low[:, 2] >= panel.low[2]) & (high[:, 2] <= reach))
+        every = sorted({*first.tolist(), *more.tolist()})
+        tall = float(high[every, 1].max() - low[every, 1].min()) >= LEAST_TALL * panel.height
+        wide = panel.height <= MOST_UPRIGHT * panel.width
+        if shown is hidden and tall and wide and from_above(pieces, every).is_box:
+            return every
+        near = set(first.tolist())
+        found = [h for h in heaps(low, high, every) if not near.isdisjoint(h) and _is_box(pieces, h, panel, low, high)]
+        if len(found) == 1:
+            return found[0]
+    return []
+
+
+def _boards(low: Floats, high: Floats, inside: Bools, panel: Panel) -> list[int]:
+    """Level plates behind a panel that stand between walls of the body: a drawer has no room there."""
+    size = high - low
+    wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
+    return [i for i in np.flatnonzero(inside & wide).tolist() if bears(low, high, i, ~inside)]
+
+
+def _open_above(pieces: Pieces, low: Floats, high: Floats) -> Bools:
+    """(N,) pieces at the very top that one looks into: basins, and no drawers."""
+    plan = np.maximum((high - low)[:, 0] * (high - low)[:, 2], 1e-12)
+    top = high[:, 1] >= float(high[:, 1].max()) - 0.05
+    found: Bools = top & (pieces.seen[:, TOP] >= 0.5 * plan)
+    return found
+
+
+def _is_box(pieces: Pieces, heap: list[int], panel: Panel, low: Floats, high: Floats) -> bool:
+    """Whether a heap behind a panel is a tub that fills most of the panel's width and a good part of its height."""
+    wide = float(high[heap, 0].max() - low[heap, 0].min()) >= 0.6 * panel.width
+    tall = float(high[heap, 1].max() - low[heap, 1].min()) >= LEAST_TALL * panel.height
+    return wide and tall and from_above(pieces, heap).is_tub
+
+
+def box_depth(pieces: Pieces, side: int, panel: Panel) -> float:
+    """How far the box of a panel reaches behind it."""
+    _, high = face_on(pieces, side)
+    return max((float(high[i, 2] - panel.high[2]) for i in panel.box), default=0.0)
+
+
+def which_open(pieces: Pieces, side: int, panels: list[Panel]) -> list[tuple[Panel, float, str]]:
+    """Panels that open, with confidence and reason."""
+    low, high = face_on(pieces, side)
+    whole = high.max(axis=0) - low.min(axis=0)
+    gripped = [p for p in panels if p.grips]
+    boxed = [p for p in panels if p.box or p.high[2] - p.low[2] > 0.34 * whole[2]]
+    sure = {id(p) for p in [*gripped, *boxed]}
+    boxy = boxiness(pieces.soup, pieces.pictures) >= BOXY
+    least = min((p.width * p.height for p in panels if id(p) in sure), default=0.0)
+    out: list[tuple[Panel, float, str]] = []
+    for p in panels:
+        foot = p.width * p.height
+        if p.far and not p.grips:
+            continue
+        if p.grips and p.controls >= PANEL_OF and foot < CONTROL_PANEL * whole[0] * whole[1]:
+            continue
+        strip = p.height < STRIP * whole[1] or p.width < STRIP * whole[0]
+        if p.grips and p.controls <= 3:
+            out.append((p, 0.95, "has a handle"))
+        elif p.grips and foot >= 0.25 * whole[0] * whole[1]:
+            out.append((p, 0.9, "has a handle, and is large"))
+        elif id(p) in sure:
+            out.append((p, 0.8, "has a box behind it"))
+        elif (
+            strip
+            or (p.controls and foot < 0.4 * whole[0] * whole[1])
+            or (sure and foot < 0.6 * least)
+            or (gripped and foot < 0.35 * max(q.width * q.height for q in gripped))
+        ):
+            continue
+        elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(pieces, side, p):
+            out.append((p, 0.55, "lies on the front like a door"))
+    return out
+
+
+def _closes(pieces: Pieces, side: int, panel: Panel) -> bool:
+    """Whether there is a roofed room behind a panel."""
+    room = behind(pieces, side, panel.everything, panel.low, panel.high)
+    return room >= HOLLOW and roofed(pieces, side, panel.low, panel.high) >= HOLLOW

@@ -1,0 +1,69 @@
+"""What goes with a panel though one does not see it: the plates that a door is made of, and what hangs on its back."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.articulate.fronts.panels import Panel
+from casa_assets.articulate.segment.fragment_measures import SIDES, Pieces, face_on
+from casa_assets.articulate.segment.raster import draw
+
+# What hangs on the back of a door, or is a layer of it, is so shallow; what hangs keeps so far from its edges.
+SHALLOW, INSET = 0.14, 0.008
+# What begins at least so far inside a leaf, by its thickness, is a bin, and may be so deep by the whole.
+INTO, BIN = 0.25, 0.3
+# Layers of a door have one outline, touch, and are no frames that one looks through: so much of the outline is filled.
+OUTLINE, FILLS, MOST_LAYERS = 0.006, 0.8, 3
+
+
+def backing(pieces: Pieces, side: int, panel: Panel, taken: set[int]) -> list[int]:
+    """Plates right behind a panel with its outline: a door is made of layers. The panel grows by them."""
+    low, high = face_on(pieces, side)
+    whole = float(high[:, 2].max() - low[:, 2].min())
+    found: list[int] = []
+    for _ in range(MOST_LAYERS):
+        flush = (np.abs(low[:, :2] - panel.low[:2]) < OUTLINE).all(axis=1)
+        flush &= (np.abs(high[:, :2] - panel.high[:2]) < OUTLINE).all(axis=1)
+        flush &= (np.abs(low[:, 2] - panel.high[2]) < OUTLINE) & (high[:, 2] - low[:, 2] < SHALLOW * whole)
+        rows = [i for i in np.flatnonzero(flush).tolist() if i not in taken and i not in found]
+        rows = [i for i in rows if _fills(pieces, side, i) >= FILLS]
+        if not rows:
+            break
+        found += rows
+        panel.high = np.append(panel.high[:2], high[rows, 2].max())
+    return found
+
+
+def _fills(pieces: Pieces, side: int, fragment: int) -> float:
+    """Share of its rectangle that a piece covers, looked at alone."""
+    faces = pieces.soup.faces[pieces.faces_of([fragment])]
+    used, local = np.unique(faces, return_inverse=True)
+    return float((draw(pieces.soup.points[used], local.reshape(-1, 3), SIDES[side], 48).face >= 0).mean())
+
+
+def hung(pieces: Pieces, side: int, panel: Panel, taken: set[int]) -> list[int]:
+    """What hangs on the back of a panel: shallow, hidden, away from its edges, and in touch with it."""
+    low, high = face_on(pieces, side)
+    size = high - low
+    hidden = pieces.seen.sum(axis=1) <= 0.02 * np.maximum(pieces.area, 1e-12)
+    inset = (low[:, :2] >= panel.low[:2] + INSET).all(axis=1) & (high[:, :2] <= panel.high[:2] - INSET).all(axis=1)
+    whole = float(high[:, 2].max() - low[:, 2].min())
+    # A bin that reaches into the leaf hangs on it, though it is deep.
+    into = low[:, 2] <= panel.high[2] - INTO * (panel.high[2] - panel.low[2])
+    most = np.where(into, BIN, SHALLOW) * whole
+    fits = inset & hidden & (low[:, 2] >= panel.low[2]) & (size[:, 2] <= most)
+    found: list[int] = []
+    edge = float(panel.high[2])
+    rows = [i for i in np.flatnonzero(fits).tolist() if i not in taken]
+    while True:
+        hosts = [(panel.low, np.append(panel.high[:2], edge)), *((low[i], high[i]) for i in found)]
+        more = [
+            i
+            for i in rows
+            if i not in found
+            and high[i, 2] <= edge + most[i]
+            and any((low[i] <= b + 0.003).all() and (high[i] >= a - 0.003).all() for a, b in hosts)
+        ]
+        if not more:
+            return sorted(found)
+        found += more

@@ -1,0 +1,198 @@
+"""Panels that are one leaf: stiles and rails with what they hold, which a file may keep as single boards."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from casa_assets.articulate.fronts.panels import Panel
+from casa_assets.articulate.segment.fragment_measures import Pieces, face_on
+from casa_assets.core.typing import Floats
+
+# Boards of one leaf begin at the same depth, and touch; diagonals.
+FLUSH, TOUCH = 0.006, 0.006
+# A stile or rail is at most this part of the leaf wide.
+NARROW = 0.26
+# A strip that lies upon a leaf is no thicker than this, diagonals.
+THIN = 0.05
+# The boards cover at least this part of the leaf.
+FULL = 0.93
+# A stile of a narrow leaf is wider by it, where two rails run between the stiles.
+BROAD, RAILS = 0.36, 2
+# Boards that are too slim for panels are at least so wide and long, and seen on this part of their rectangle.
+SLIMMEST, SHORTEST, SEEN = 0.006, 0.025, 0.5
+MOST_SLATS = 80
+# It is flat, or square in section as rails of thin fronts are.
+SQUARE = 1.1
+# What a leaf frames lies a little deeper than its stiles, and meets them: the door in a frame of the body does neither.
+DEEPER, MEETS = 0.0004, 0.0012
+
+
+def joined(panels: list[Panel], gripped: list[Floats], slats: list[Panel]) -> list[Panel]:
+    """Panels with the boards of one leaf made one panel.
+
+    Args:
+        gripped: (2,) middles in (u, v) of things that look like handles.
+        slats: boards that are too slim to be panels: they may be part of one, and are left out otherwise.
+    """
+    left = [*panels, *slats]
+    while True:
+        found = _best(left, gripped)
+        if found is None:
+            alone = {id(p) for p in slats}
+            return sorted((p for p in left if id(p) not in alone), key=lambda p: (-p.width * p.height, p.members[0]))
+        left = [p for p in left if not any(p is q for q in found)] + [_merged(found)]
+
+
+def _merged(found: list[Panel]) -> Panel:
+    """One leaf of some panels."""
+    return Panel(
+        members=[f for p in found for f in p.members],
+        low=np.min([p.low for p in found], axis=0),
+        high=np.max([p.high for p in found], axis=0),
+        shown=sum(p.shown for p in found),
+        boards=sum(p.boards for p in found),
+        far=any(p.far for p in found),
+    )
+
+
+def find_slats(pieces: Pieces, side: int, panels: list[Panel]) -> list[Panel]:
+    """Flat boards on a side that are too slim to be panels, largest first."""
+    low, high = face_on(pieces, side)
+    size = high - low
+    foot = size[:, 0] * size[:, 1]
+    slim = (size[:, :2].min(axis=1) >= SLIMMEST) & (size[:, :2].max(axis=1) >= SHORTEST) & (size[:, 2] < THIN)
+    slim &= (size[:, 2] <= SQUARE * size[:, :2].min(axis=1)) & (pieces.seen[:, side] >= SEEN * foot)
+    slim[[f for p in panels for f in p.members]] = False
+    rows = np.flatnonzero(slim)
+    order = rows[np.lexsort((rows, -foot[rows]))][:MOST_SLATS].tolist()
+    return [Panel([i], low[i], high[i], shown=float(pieces.seen[i, side])) for i in order]
+
+
+def bridged(pieces: Pieces, side: int, panels: list[Panel]) -> list[Panel]:
+    """Panels with those made one on which a stile lies that runs over the border between them."""
+    low, high = face_on(pieces, side)
+    size = high - low
+    slim = (size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1)) & (size[:, 2] < THIN) & (pieces.seen[:, side] > 0)
+    slim[[f for p in panels for f in p.members]] = False
+    stiles = np.flatnonzero(slim).tolist()
+    left = list(panels)
+    while True:
+        pair = next(
+            ((a, b) for a, b in combinations(left, 2) if any(_bridges(low[i], high[i], a, b) for i in stiles)), None
+        )
+        if pair is None:
+            return left
+        left = [p for p in left if p is not pair[0] and p is not pair[1]] + [_merged(list(pair))]
+
+
+def _bridges(low: Floats, high: Floats, a: Panel, b: Panel) -> bool:
+    """Whether a strip lies upon two flush panels, along most of both."""
+    along = int(np.argmax((high - low)[:2]))
+    across = 1 - along
+    flush = abs(float(a.low[2] - b.low[2])) < FLUSH and abs(float(a.low[across] - b.low[across])) < TOUCH
+    flush &= abs(float(a.high[across] - b.high[across])) < TOUCH
+    apart = max(float(a.low[along]), float(b.low[along])) - min(float(a.high[along]), float(b.high[along]))
+    if not flush or abs(apart) > TOUCH:
+        return False
+    for p in (a, b):
+        upon = low[2] < p.low[2] - 0.002 and high[2] >= p.low[2] - 0.001
+        inner = low[across] >= p.low[across] - TOUCH and high[across] <= p.high[across] + TOUCH
+        length = float(min(high[along], p.high[along]) - max(low[along], p.low[along]))
+        if not (upon and inner and length >= 0.6 * float(p.high[along] - p.low[along])):
+            return False
+    return True
+
+
+def _best(panels: list[Panel], gripped: list[Floats]) -> list[Panel] | None:
+    """The boards of the smallest leaf that two of the panels frame, or None."""
+    best: tuple[float, list[Panel]] | None = None
+    for a, b in combinations(panels, 2):
+        for along in (0, 1):
+            if not _frame(a, b, along):
+                continue
+            low, high = np.minimum(a.low, b.low), np.maximum(a.high, b.high)
+            area = float(np.prod((high - low)[:2]))
+            if best is not None and area >= best[0]:
+                continue
+            inner = [p for p in panels if _within(p, low, high)]
+            if len(inner) >= 3 and _is_leaf(inner, low, high, area, gripped, (a, b)):
+                best = (area, inner)
+    return best[1] if best else None
+
+
+def _frame(a: Panel, b: Panel, along: int) -> bool:
+    """Whether two panels are parallel boards of equal length at two sides of something; `along` is their long side."""
+    across = 1 - along
+    long_a, long_b = float(a.high[along] - a.low[along]), float(b.high[along] - b.low[along])
+    wide_a, wide_b = float(a.high[across] - a.low[across]), float(b.high[across] - b.low[across])
+    flush = abs(float(a.low[along] - b.low[along])) < TOUCH and abs(float(a.high[along] - b.high[along])) < TOUCH
+    whole = max(float(a.high[across]), float(b.high[across])) - min(float(a.low[across]), float(b.low[across]))
+    slim = max(wide_a, wide_b) < BROAD * whole and max(wide_a, wide_b) < 0.8 * min(long_a, long_b)
+    return flush and slim and abs(float(a.low[2] - b.low[2])) < FLUSH
+
+
+def _within(panel: Panel, low: Floats, high: Floats) -> bool:
+    inside = (panel.low[:2] >= low[:2] - TOUCH).all() and (panel.high[:2] <= high[:2] + TOUCH).all()
+    return (
+        bool(inside) and float(panel.low[2]) >= float(low[2]) - FLUSH and float(panel.low[2]) <= float(high[2]) + 0.02
+    )
+
+
+def _is_leaf(
+    inner: list[Panel], low: Floats, high: Floats, area: float, gripped: list[Floats], frame: tuple[Panel, Panel]
+) -> bool:
+    """Whether boards fill a rectangle, and what they frame has no handle of its own."""
+    covered = sum(p.width * p.height for p in inner)
+    if covered < FULL * area or not (_is_narrow(frame, low, high) or _has_rails(inner, frame)):
+        return False
+    for p in inner:
+        slim = min(p.width, p.height) < NARROW * float(min((high - low)[:2]))
+        if p is frame[0] or p is frame[1] or slim or p.boards > 1 or _is_sunk(p, frame):
+            continue
+        if any(((g >= p.low[:2]) & (g <= p.high[:2])).all() for g in gripped):
+            return False
+    held = sum(any(((g >= p.low[:2]) & (g <= p.high[:2])).all() for g in gripped) for p in inner)
+    return held <= 1
+
+
+def _is_narrow(frame: tuple[Panel, Panel], low: Floats, high: Floats) -> bool:
+    """Whether two stiles are narrow by the leaf that they frame."""
+    across = 1 - _along(frame)
+    wide = max(float((p.high - p.low)[across]) for p in frame)
+    return wide < NARROW * float((high - low)[across])
+
+
+def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:
+    """Whether boards run between two stiles, from one to the other, at both ends of them."""
+    along = _along(frame)
+    across = 1 - along
+    first, last = sorted(frame, key=lambda p: float(p.low[across]))
+    rails = [
+        p
+        for p in inner
+        if p is not first
+        and p is not last
+        and abs(float(p.low[across] - first.high[across])) < TOUCH
+        and abs(float(last.low[across] - p.high[across])) < TOUCH
+        and abs(float(p.low[2] - first.low[2])) < FLUSH
+    ]
+    low, high = float(first.low[along]), float(first.high[along])
+    ends = [any(abs(float(p.low[along]) - low) < TOUCH for p in rails)]
+    ends += [any(abs(float(p.high[along]) - high) < TOUCH for p in rails)]
+    plain = all(p.boards == 1 for p in frame)
+    return plain and sum(p.boards for p in rails) >= RAILS and all(ends)
+
+
+def _along(frame: tuple[Panel, Panel]) -> int:
+    """The axis along which two stiles run: the one on which they lie at the same place."""
+    return int(np.argmin(np.abs(frame[0].low - frame[1].low)[:2]))
+
+
+def _is_sunk(panel: Panel, frame: tuple[Panel, Panel]) -> bool:
+    """Whether a panel lies a little deeper than two stiles and meets both."""
+    across = 1 - _along(frame)
+    first, last = sorted(frame, key=lambda p: float(p.low[across]))
+    gaps = float(panel.low[across] - first.high[across]), float(last.low[across] - panel.high[across])
+    return max(gaps) <= MEETS and float(panel.low[2]) >= max(float(p.low[2]) for p in frame) + DEEPER

@@ -1,0 +1,299 @@
+"""A relief -> rectangles that its front is made of: split along gaps and steps, then between handles and controls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import find_objects, label
+
+from casa_assets.articulate.segment.creases import FAR, STEP, Blob, Relief, thick_lines
+from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.core.typing import Floats
+
+# No rectangle is narrower than this, diagonals.
+LEAST = 0.012
+# A line may waver by so much, diagonals.
+WAVER = 0.0022
+# A line is looked at in so many stretches: each must show it, and all together even more.
+STRETCHES, EACH, ALL = 12, 0.5, 0.75
+# It shows so much more than the rest of the rectangle does: a rough surface has edges everywhere.
+CONTRAST = 0.45
+# A stretch of which less lies open says nothing; so many must speak.
+OPEN, SPEAK = 0.3, 5
+# What stands out and is so long is a handle, from so far on. Ref: as for whole fragments, fronts.HANDLE_STANDS.
+BAR_LONG, BAR_STANDS = 2.5, 0.012
+# What stands out farther is the ragged border of the thing, before what lies behind it.
+FARTHEST = 0.13
+# A handle keeps so far from the border of the thing, what stands out less than handles do farther: flaps of cartons end
+# there. So much of what is round something set on a surface is that surface, or itself.
+SURELY, AWAY, FAR_AWAY, ALL_ROUND = 0.024, 0.012, 0.03, 0.97
+# Handles whose middles differ by less lie in one row or column.
+ROW = 0.04
+# Pulls are so many at most, on a rectangle of this part of the width of the side, as large as each other within this
+# part; so many in a row are controls.
+MOST_PULLS, WIDE, ALIKE, CONTROLS = 10, 0.45, 0.3, 3
+# A pull is so near to a side of its front, by its width, or so near to the middle.
+AT_SIDE, CENTRED = 0.25, 0.12
+# The frame round what is sunk is this quantile of the depth of a rectangle; what is sunk is so large and no deeper than
+# this, diagonals, and fills so much of its own rectangle.
+FRAME, LEAST_SUNK, DEEPEST, FILLED = 0.15, 0.04, 0.05, 0.85
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A rectangle of the front, half-open ranges of pixels.
+
+    Attributes:
+        plane: median depth of its ground. blobs: numbers of the things whose middle lies in it.
+    """
+
+    rows: tuple[int, int]
+    columns: tuple[int, int]
+    plane: float = 0.0
+    blobs: tuple[int, ...] = ()
+
+
+def find_leaves(side: Relief) -> list[Leaf]:
+    """Rectangles of a side, top down and left to right; together they cover it."""
+    seen = side.depth < FAR / 2
+    rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+    if not len(rows):
+        return []
+    whole = Leaf((int(rows[0]), int(rows[-1]) + 1), (int(columns[0]), int(columns[-1]) + 1))
+    waver = max(1, round(WAVER / side.picture.pixel))
+    lines = thick_lines(side, False, waver), thick_lines(side, True, waver)
+    parted = [m for leaf in _parted(whole, lines, max(4, round(LEAST / side.picture.pixel))) for m in _held(side, leaf)]
+    return sorted((_measured(side, m) for m in parted), key=lambda m: (m.rows, m.columns))
+
+
+def _parted(leaf: Leaf, lines: tuple[tuple[Bools, Bools], tuple[Bools, Bools]], least: int) -> list[Leaf]:
+    """A rectangle split along its best line, and the parts likewise, until none is left."""
+    level = _best(lines[0], leaf.rows, leaf.columns, least)
+    upright = _best(lines[1], leaf.columns, leaf.rows, least)
+    if max(level[0], upright[0]) < ALL:
+        return [leaf]
+    halves = _at_row(leaf, level[1]) if level[0] >= upright[0] else _at_column(leaf, upright[1])
+    return [m for half in halves for m in _parted(half, lines, least)]
+
+
+def _best(line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, int], least: int) -> tuple[float, int]:
+    """How well the best line that crosses a rectangle from end to end is seen, 0..1, and where it lies."""
+    low, high = across[0] + least, across[1] - least
+    if high <= low or along[1] - along[0] < 2 * STRETCHES:
+        return 0.0, 0
+    window = slice(low, high), slice(*along)
+    edges, free = line[0][window], line[1][window]
+    cuts = np.linspace(0, edges.shape[1], STRETCHES + 1).astype(np.int64)[:-1]
+    hit = np.add.reduceat(edges.astype(np.int64), cuts, axis=1)
+    can = np.add.reduceat(free.astype(np.int64), cuts, axis=1)
+    width = np.diff(np.append(cuts, edges.shape[1]))
+    speaks = can >= OPEN * width
+    share = np.where(speaks, hit / np.maximum(can, 1), 1.0)
+    mean = np.where(speaks, hit, 0).sum(axis=1) / np.maximum(np.where(speaks, can, 0).sum(axis=1), 1)
+    good = (share >= EACH).all(axis=1) & (speaks.sum(axis=1) >= SPEAK)
+    mean = np.where(good & (mean - float(edges.mean()) >= CONTRAST), mean, 0.0)
+    best = float(mean.max())
+    # Of equal neighbours the middle one.
+    at = np.flatnonzero(mean >= best - 0.02)
+    run = at[(at - at[0]) <= np.arange(len(at)) + 1]
+    return best, low + int(run[len(run) // 2])
+
+
+def _at_row(leaf: Leaf, row: int) -> list[Leaf]:
+    return [replace(leaf, rows=(leaf.rows[0], row)), replace(leaf, rows=(row, leaf.rows[1]))]
+
+
+def _at_column(leaf: Leaf, column: int) -> list[Leaf]:
+    return [replace(leaf, columns=(leaf.columns[0], column)), replace(leaf, columns=(column, leaf.columns[1]))]
+
+
+def _inside(side: Relief, leaf: Leaf) -> list[Blob]:
+    """What stands out with its middle in a rectangle."""
+    return [
+        b
+        for b in side.blobs
+        if leaf.rows[0] <= sum(b.rows) / 2 < leaf.rows[1] and leaf.columns[0] <= sum(b.columns) / 2 < leaf.columns[1]
+    ]
+
+
+def is_bar(blob: Blob) -> bool:
+    """Whether something is a handle by its shape."""
+    return blob.long >= BAR_LONG and BAR_STANDS <= blob.stands <= FARTHEST
+
+
+def is_handle(side: Relief, blob: Blob) -> bool:
+    """Whether something is a handle: a bar that is no stretch of the border of the thing, nor a flap near it."""
+    return is_bar(blob) and is_set(side, blob, AWAY if blob.stands >= SURELY else FAR_AWAY)
+
+
+def is_set(side: Relief, blob: Blob, away: float) -> bool:
+    """Whether something stands on a surface that goes on all round it, as far as `away`, diagonals."""
+    (a, b), (c, d) = blob.rows, blob.columns
+    near = max(1, round(away / side.picture.pixel))
+    ring = np.zeros((b - a + 2 * near, d - c + 2 * near), dtype=bool)
+    height, width = side.depth.shape
+    top, left = max(a - near, 0), max(c - near, 0)
+    part = side.depth[top : min(b + near, height), left : min(d + near, width)] < FAR / 2
+    ring[top - a + near : top - a + near + part.shape[0], left - c + near : left - c + near + part.shape[1]] = part
+    return float(ring.mean()) >= ALL_ROUND
+
+
+def _held(side: Relief, leaf: Leaf, drawn: bool = False) -> list[Leaf]:
+    """A rectangle without seams, split so that a part has one handle, and no handle shares one with controls.
+
+    Args:
+        drawn: it is part of one that had pulls.
+    """
+    inside = _inside(side, leaf)
+    bars = [b for b in inside if is_bar(b)]
+    others = [b for b in inside if not is_bar(b)]
+    if bars and others:
+        parts = _band(leaf, bars, others)
+        if parts:
+            return [m for part in parts for m in _held(side, part)]
+    if len(bars) >= 2:
+        parts = _between(leaf, bars, max(2, round(ROW / side.picture.pixel)))
+        if parts:
+            return [m for part in parts for m in _held(side, part)]
+    if not bars and len(inside) >= 2 and (drawn or _are_pulls(side, leaf, inside)):
+        parts = _apart(leaf, inside, _sunk(side, leaf))
+        leaves = [m for part in parts for m in _held(side, part, True)]
+        if leaves and (drawn or all(_is_drawn(side, m, leaves) for m in leaves)):
+            return leaves
+    return [leaf]
+
+
+def _are_pulls(side: Relief, leaf: Leaf, inside: list[Blob]) -> bool:
+    """Whether small things on a wide rectangle are what fronts are drawn by: far out, alike, and no row of controls."""
+    pixel = side.picture.pixel
+    wide = (leaf.columns[1] - leaf.columns[0]) >= WIDE * side.depth.shape[1]
+    if not wide or len(inside) > MOST_PULLS:
+        return False
+    size = np.array([b.high - b.low for b in inside])
+    middle = np.array([b.middle for b in inside])
+    alike = bool((np.abs(size - np.median(size, axis=0)) <= ALIKE * np.median(size) + 2 * pixel).all())
+    out = all(b.long < BAR_LONG and BAR_STANDS <= b.stands <= FARTHEST for b in inside)
+    row = max(int((np.abs(middle[:, 1] - v) < ROW / 2).sum()) for v in middle[:, 1])
+    return alike and out and row < CONTROLS
+
+
+def _is_drawn(side: Relief, leaf: Leaf, leaves: list[Leaf]) -> bool:
+    """Whether a rectangle has its pull at one side, as doors do, or in the middle and is framed, stacked or wide."""
+    (pull,) = _inside(side, leaf)[:1]
+    place = (sum(pull.columns) / 2 - leaf.columns[0]) / (leaf.columns[1] - leaf.columns[0])
+    if min(place, 1 - place) <= AT_SIDE:
+        return True
+    # None beside it: what lies above or below it lies within its columns.
+    stacked = all(m is leaf or m.rows[1] <= leaf.rows[0] or m.rows[0] >= leaf.rows[1] for m in leaves)
+    stacked |= any(m is not leaf and m.columns == leaf.columns for m in leaves)
+    return abs(place - 0.5) <= CENTRED and (stacked or bool(_sunk(side, leaf)))
+
+
+def _sunk(side: Relief, leaf: Leaf) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """Rows and columns of the rectangles that lie deeper than the frames round them: one is never of two fronts."""
+    window = slice(*leaf.rows), slice(*leaf.columns)
+    depth, free = side.depth[window], side.blob[window] < 0
+    if not free.any():
+        return []
+    frame = float(np.quantile(depth[free], FRAME))
+    number, _ = label((depth > frame + STEP) & (depth < frame + DEEPEST) | ~free)
+    least = LEAST_SUNK / side.picture.pixel
+    out = []
+    for i, (rows, columns) in enumerate(find_objects(number), start=1):
+        mask = number[rows, columns] == i
+        if min(mask.shape) >= least and float(mask.mean()) >= FILLED:
+            top, left = leaf.rows[0], leaf.columns[0]
+            out.append(((rows.start + top, rows.stop + top), (columns.start + left, columns.stop + left)))
+    return out
+
+
+def _apart(leaf: Leaf, pulls: list[Blob], sunk: list[tuple[tuple[int, int], tuple[int, int]]]) -> list[Leaf]:
+    """A rectangle split between its pulls, in the widest gap from end to end that meets no pull and nothing sunk."""
+    best: tuple[int, int, int] | None = None
+    for way in (0, 1):
+        own = sorted((b.rows, b.columns)[way] for b in pulls)
+        spans = sorted([*own, *(s[way] for s in sunk)])
+        reach = spans[0][1]
+        for low, high in spans[1:]:
+            parted = any(b <= reach for _, b in own) and any(a >= low for a, _ in own)
+            if low > reach and parted and (best is None or low - reach > best[0]):
+                best = (low - reach, way, (low + reach) // 2)
+            reach = max(reach, high)
+    if best is None:
+        return []
+    return _at_row(leaf, best[2]) if best[1] == 0 else _at_column(leaf, best[2])
+
+
+def _band(leaf: Leaf, bars: list[Blob], others: list[Blob]) -> list[Leaf]:
+    """The strip along a side that holds the controls, and the rest; controls lie in the middle of their strip."""
+    found: list[tuple[float, int, list[Leaf]]] = []
+    for order, (name, first, step) in enumerate(
+        (("rows", 0, 1), ("rows", 1, -1), ("columns", 1, -1), ("columns", 0, 1))
+    ):
+        ends = getattr(leaf, name)
+        span = ends[1] - ends[0]
+        near = [abs(getattr(b, name)[first] - ends[first]) for b in others]
+        far = [abs(getattr(b, name)[1 - first] - ends[first]) for b in others]
+        hand = min(abs(getattr(b, name)[first] - ends[first]) for b in bars)
+        if max(far) >= hand or max(far) > 0.45 * span:
+            continue
+        at = ends[first] + step * min(max(far) + min(near), (max(far) + hand) // 2)
+        halves = _at_row(leaf, at) if name == "rows" else _at_column(leaf, at)
+        found.append((max(far) / span, order, halves))
+    return min(found, key=lambda f: f[:2])[2] if found else []
+
+
+def _between(leaf: Leaf, bars: list[Blob], row: int) -> list[Leaf]:
+    """A rectangle with several handles, split between the first and the others.
+
+    Fronts with level handles have them all at one distance from their tops; one above doors is drawn by its middle.
+    """
+    by_row = _gap([b.rows for b in bars], row)
+    by_column = _gap([b.columns for b in bars], row)
+    over = [] if by_row is None else [b for b in bars if b.rows[1] <= by_row[0]]
+    under = [] if by_row is None else [b for b in bars if b.rows[1] > by_row[0]]
+    drawn = bool(over and under) and _lie(over) and not _lie(under)
+    if by_row is not None and (drawn or _lie(bars) or by_column is None):
+        top = min(b.rows[0] for b in bars) - leaf.rows[0]
+        at = sum(by_row) // 2
+        if drawn:
+            at = min(at, by_row[0] + top)
+        elif _lie(bars) and top < 0.9 * (by_row[1] - by_row[0]):
+            at = by_row[1] - top
+        return _at_row(leaf, at)
+    return _at_column(leaf, sum(by_column) // 2) if by_column is not None else []
+
+
+def _lie(bars: list[Blob]) -> bool:
+    """Whether at least half of some bars are wider than high."""
+    return 2 * sum(b.columns[1] - b.columns[0] > b.rows[1] - b.rows[0] for b in bars) >= len(bars)
+
+
+def _gap(spans: list[tuple[int, int]], least: int) -> tuple[int, int] | None:
+    """The first stretch between spans that none of them covers, where it is long enough."""
+    ordered = sorted(spans)
+    reach = ordered[0][1]
+    for low, high in ordered[1:]:
+        if low - reach >= least // 2:
+            return reach, low
+        reach = max(reach, high)
+    return None
+
+
+def _measured(side: Relief, leaf: Leaf) -> Leaf:
+    """A rectangle with its plane and what stands on it."""
+    window = slice(*leaf.rows), slice(*leaf.columns)
+    ground = side.depth[window][side.blob[window] < 0]
+    inside = _inside(side, leaf)
+    numbers = tuple(i for i, b in enumerate(side.blobs) if any(b is o for o in inside))
+    return replace(leaf, plane=float(np.median(ground)) if len(ground) else FAR, blobs=numbers)
+
+
+def corners(side: Relief, leaf: Leaf) -> tuple[Floats, Floats]:
+    """(2,) lower and upper corner of a rectangle in (u, v)."""
+    height = side.depth.shape[0]
+    picture = side.picture
+    low = picture.low + picture.pixel * np.array([leaf.columns[0], height - leaf.rows[1]])
+    high = picture.low + picture.pixel * np.array([leaf.columns[1], height - leaf.rows[0]])
+    return low, high

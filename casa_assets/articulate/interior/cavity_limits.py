@@ -1,0 +1,196 @@
+"""How large a room can be that has to be built: within its front, before the back of the thing, inside its skin."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from casa_assets.articulate.interior.cavity_views import View, border
+from casa_assets.articulate.plan import Filling, Room
+from casa_assets.articulate.segment.rays import grid
+from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.core.typing import Floats
+from casa_assets.model.record import Vec3
+
+# Lines across a front, each way, to see how much of it is open; a border that is open over so much is none.
+FINE, OPEN_BORDER = 24, 0.7
+# A frame reaches at least so far inwards from the edge of its front, diagonals; else there is none.
+FRAME = 0.006
+# What is built keeps so far from the skin, diagonals, and shrinks by this part of itself while it pierces it.
+SKIN, SHRINK, TRIES = 0.004, 0.06, 8
+# Something lies in a hollow thing where so many lines meet it.
+CONTENTS = 0.25
+# A front covers so much of a line that runs inside its border, by this part of its size; else it is round, and what
+# can be behind it is smaller by the last part on every side, and again.
+COVERS, EDGE, ROUND = 0.85, 0.02, 0.03
+# What lies within a leaf and is not its own keeps so far from its border, diagonals.
+OFF = 0.001
+# Lines to each side of what is built, each way; so many of those near its corners have to meet the skin.
+AROUND = 5
+# A line whose last surface is so much nearer than that of most left through a hole of the skin.
+HOLE = 0.45
+
+
+def fitted(
+    view: View,
+    own: Sequence[int],
+    leaf: tuple[Floats, Floats],
+    mouth: float,
+    back: float,
+    wall: float,
+    filling: Filling,
+    closed: bool,
+) -> Room:
+    """The largest room behind a front.
+
+    Args:
+        own: places of its parts. leaf: their corners without handles.
+        mouth, back: depths between which the body lies. wall: thickness of what is built round it.
+        closed: the body is solid there, or closed off: it is cut open.
+    """
+    low, high = _covered(view, own, *leaf)
+    low[1], high[1] = mouth, back - max(wall, SKIN)
+    low[[0, 2]] += wall
+    high[[0, 2]] -= wall
+    if not closed:
+        low, high = _within_frame(view, own, leaf, mouth, low, high)
+    outer_low, outer_high = _kept_inside(view, own, low - wall, high + wall)
+    # The front of what is built lies in the mouth.
+    outer_low[1] = mouth
+    inner_low, inner_high = np.maximum(low, outer_low + _sheet(wall)), np.minimum(high, outer_high - _sheet(wall))
+    inner_low[1] = mouth
+    cut = None
+    if closed:
+        half = 0.5 * np.minimum(inner_low - outer_low, outer_high - inner_high)
+        start = np.array([inner_low[0] - half[0], float(leaf[0][1]), inner_low[2] - half[2]])
+        cut = (_vec(start), _vec(inner_high + half))
+    return Room(
+        parts=(),
+        filling=filling,
+        low=_vec(inner_low),
+        high=_vec(inner_high),
+        wall=wall,
+        outer=(_vec(outer_low), _vec(outer_high)),
+        built=True,
+        cut=cut,
+        fronts=_fronts(view, own, mouth) if closed else (),
+        furnish=closed or not _has_contents(view, own, inner_low, inner_high),
+    )
+
+
+def _covered(view: View, own: Sequence[int], low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """The corners of a front, drawn in where it is round until it covers the border of what is left."""
+    low, high = low.copy(), high.copy()
+    for _ in range(TRIES):
+        spots = border(low[[0, 2]], high[[0, 2]], EDGE * float((high - low)[[0, 2]].min()))
+        covered = np.isfinite(view.through(1, spots, own).first())
+        if float(covered.mean()) >= COVERS and _corners(covered, spots):
+            return low, high
+        low[[0, 2]], high[[0, 2]] = (
+            low[[0, 2]] + ROUND * (high - low)[[0, 2]],
+            high[[0, 2]] - ROUND * (high - low)[[0, 2]],
+        )
+    return np.array(low), np.array(high)
+
+
+def _corners(covered: Bools, spots: Floats) -> bool:
+    """Whether the places nearest to the corners of all are covered."""
+    low, high = spots.min(axis=0), spots.max(axis=0)
+    away = [np.abs(spots - (x, y)).sum(axis=1) for x in (low[0], high[0]) for y in (low[1], high[1])]
+    return all(bool(covered[np.round(d, 9) <= round(float(d.min()), 9)].all()) for d in away)
+
+
+def _fronts(view: View, own: Sequence[int], mouth: float) -> tuple[tuple[Vec3, Vec3], ...]:
+    """Boxes of leaves that are rectangles, a little off the body round and behind them."""
+    out = []
+    for part in own:
+        low, high = view.leaf(part)
+        a, b = _covered(view, (part,), low, high)
+        end = min(mouth, view.slab((part,), low, high)) - OFF
+        if (a == low).all() and (b == high).all() and end > low[1] + OFF:
+            shift = np.array([OFF, -OFF, OFF])
+            out.append((_vec(low + shift), _vec([high[0] - OFF, end, high[2] - OFF])))
+    return tuple(out)
+
+
+def _sheet(wall: float) -> Floats:
+    """Least that a wall needs, each way."""
+    return np.full(3, 0.3 * wall)
+
+
+def _within_frame(
+    view: View, own: Sequence[int], leaf: tuple[Floats, Floats], mouth: float, low: Floats, high: Floats
+) -> tuple[Floats, Floats]:
+    """The room drawn in to the frame that a hollow thing has round its opening."""
+    a, b = leaf[0][[0, 2]], leaf[1][[0, 2]]
+    lines = view.lines(1, grid(a, b, FINE), own)
+    depth = lines.only(lines.at > float(leaf[0][1])).first().reshape(FINE, FINE)
+    clear: Bools = depth > mouth + 0.05
+    step = (b - a) / FINE
+    low, high = low.copy(), high.copy()
+    for axis, k in ((0, 0), (2, 1)):
+        share = clear.mean(axis=1 - k)
+        rows = np.flatnonzero(share >= OPEN_BORDER * share.max(initial=0.0))
+        if not len(rows) or share.max() < 0.3:
+            continue
+        start, stop = float(a[k] + rows[0] * step[k]), float(b[k] - (FINE - 1 - rows[-1]) * step[k])
+        if start - float(a[k]) > FRAME:
+            low[axis] = max(low[axis], start) if start - float(a[k]) > 2 * step[k] else low[axis]
+        if float(b[k]) - stop > FRAME:
+            high[axis] = min(high[axis], stop) if float(b[k]) - stop > 2 * step[k] else high[axis]
+    return low, high
+
+
+def _kept_inside(view: View, own: Sequence[int], low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """A box drawn in until the skin of the thing lies round all of it that one meets from its middle."""
+    body = view.points[view.faces[view.owner == -1]].reshape(-1, 3)
+    if len(body):
+        low = np.maximum(low, body.min(axis=0) + SKIN)
+        high = np.minimum(high, body.max(axis=0) - SKIN)
+    for _ in range(TRIES):
+        moved = False
+        for axis in (0, 1, 2):
+            for sign in (-1.0, 1.0) if axis != 1 else (1.0,):
+                end = _reach(view, own, low, high, axis, sign)
+                if sign > 0 and end < high[axis] - 1e-6:
+                    high[axis], moved = max(end, high[axis] - SHRINK * (high[axis] - low[axis])), True
+                if sign < 0 and end > low[axis] + 1e-6:
+                    low[axis], moved = min(end, low[axis] + SHRINK * (high[axis] - low[axis])), True
+        if not moved:
+            break
+    return low, high
+
+
+def _reach(view: View, own: Sequence[int], low: Floats, high: Floats, axis: int, sign: float) -> float:
+    """How far a box may go to a side before it comes out of the skin at one of its edges there."""
+    a, b = (k for k in range(3) if k != axis)
+    share = np.linspace(0.004, 0.996, AROUND)
+    x, y = (low[k] + share * (high[k] - low[k]) for k in (a, b))
+    lines = view.lines(axis, np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2), own)
+    # The farthest surface on each line is the skin; a line that leaves through a hole says nothing.
+    far = lines.last() if sign > 0 else lines.first()
+    away = np.where(np.isfinite(far), (far - (low[axis] + high[axis]) / 2) * sign, -1.0)
+    if not (away > 0).any():
+        return float(high[axis] if sign > 0 else low[axis])
+    seen = away >= HOLE * float(np.median(away[away > 0]))
+    least = float((far[seen] * sign).min()) * sign
+    return least - sign * SKIN
+
+
+def _has_contents(view: View, own: Sequence[int], low: Floats, high: Floats) -> bool:
+    """Whether something lies in a hollow room already: shelves, racks, pipes."""
+    inset = 0.1 * (high - low)
+    a, b = low + inset, high - inset
+    for axis in (2, 0):
+        p, q = (k for k in range(3) if k != axis)
+        lines = view.lines(axis, grid(a[[p, q]], b[[p, q]], AROUND), own)
+        inside = lines.only((lines.at > a[axis]) & (lines.at < b[axis]))
+        if float(np.isfinite(inside.first()).mean()) >= CONTENTS:
+            return True
+    return False
+
+
+def _vec(values: Floats | Sequence[float]) -> Vec3:
+    x, y, z = (float(v) for v in values)
+    return (x, y, z)

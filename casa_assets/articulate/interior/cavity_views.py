@@ -1,0 +1,234 @@
+"""What lies behind a front, measured with lines along the axes: where it begins and ends, and which walls it has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from casa_assets.articulate.plan import PartPlan
+from casa_assets.articulate.segment.rays import Crossings, crossings, grid
+from casa_assets.articulate.segment.triangle_soup import Bools, Soup
+from casa_assets.core.typing import Floats, Ints
+
+# The body round a front is looked for so far beyond its edges, diagonals.
+ASIDE = 0.008
+# So much of the border has to show it; it begins no farther from the back of the front than this.
+SHOWS, STANDS_BACK = 0.3, 0.05
+# Lines that have to meet the back of a thing; else its box says where it is.
+MEETS = 0.5
+# What lies nearer than this part of the depth is not the back.
+FAR_BACK = 0.4
+# Where so many of the first faces that lines meet look away, the faces of a mesh are turned inside out.
+INSIDE_OUT = 0.5
+# A wall shows over at least this much of what one sees from the middle.
+WALL_SHOWS = 0.5
+# So much of the depth behind the mouth is free of shelves.
+RIM = 0.04
+# How far from its border the back of a leaf is looked for, by its narrower side; a rim is no thicker, diagonals.
+RIMS, THICKEST = (0.05, 0.008), 0.06
+# A room is at least this part of its front; what is found to be less is a board.
+SLIVER = 0.25
+COUNT, LINES_DOWN = 7, 9
+# A drawer's own floor shows from above over so much of it.
+FLOOR = 0.4
+
+
+class Front(Protocol):
+    """What is asked of an opening."""
+
+    @property
+    def own(self) -> tuple[int, ...]:
+        """Places of its parts."""
+
+    @property
+    def low(self) -> Floats:
+        """(3,) lower corner."""
+
+    @property
+    def high(self) -> Floats:
+        """(3,) upper corner."""
+
+
+@dataclass(frozen=True)
+class View:
+    """Triangles and whose they are.
+
+    Attributes:
+        points: (P, 3) in the frame. faces: (F, 3) those that have an area. owner: (F,) part of each, -1 the body.
+        grip: (F,) whether it is a handle's. carried: part -> those that it carries, itself included.
+        turned: 1, or -1 where the faces of the mesh look inwards.
+    """
+
+    points: Floats
+    faces: Ints
+    owner: Ints
+    grip: Ints
+    carried: tuple[tuple[int, ...], ...]
+    turned: float
+
+    def leaf(self, part: int) -> tuple[Floats, Floats]:
+        """(3,) corners of a part without its handle."""
+        rows = (self.owner == part) & (self.grip == 0)
+        rows = rows if rows.any() else self.owner == part
+        own = self.points[self.faces[rows]].reshape(-1, 3)
+        return own.min(axis=0), own.max(axis=0)
+
+    def lines(self, axis: int, spots: Floats, but: Sequence[int]) -> Crossings:
+        """Lines through everything but some parts and what they carry."""
+        gone = [k for i in but for k in self.carried[i]]
+        return self._cross(np.flatnonzero(~np.isin(self.owner, gone)), axis, spots)
+
+    def through(self, axis: int, spots: Floats, parts: Sequence[int]) -> Crossings:
+        """Lines through the leaves of some parts alone."""
+        return self._cross(np.flatnonzero(np.isin(self.owner, list(parts)) & (self.grip == 0)), axis, spots)
+
+    def _cross(self, rows: Ints, axis: int, spots: Floats) -> Crossings:
+        a, b = (k for k in range(3) if k != axis)
+        flat = self.points[self.faces[rows]][:, :, [a, b]]
+        low, high = spots.min(axis=0), spots.max(axis=0)
+        rows = rows[((flat.min(axis=1) <= high) & (flat.max(axis=1) >= low)).all(axis=1)]
+        found = crossings(self.points, self.faces[rows], axis, spots)
+        return Crossings(found.line, found.at, found.towards * self.turned, rows[found.face], found.count)
+
+    def slab(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
+        """Depth of the back of a front near its border, where nothing hangs on it."""
+        narrow = float(min(high[0] - low[0], high[2] - low[2]))
+        backs = []
+        # A leaf that is open behind, like a pan, is as thick as its rim.
+        for inset in RIMS:
+            last = self.through(1, border(low[[0, 2]], high[[0, 2]], inset * narrow), parts).last()
+            seen = last[np.isfinite(last)]
+            # A box behind it reaches far back at some places only.
+            backs += [float(np.percentile(seen, 30))] if len(seen) else []
+        return max([*backs[:1], *(b for b in backs[1:] if b <= float(low[1]) + THICKEST)], default=float(high[1]))
+
+    def mouth(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
+        """Depth at which the body begins round a front, at the back of that or behind it."""
+        slab = self.slab(parts, low, high)
+        spots = border(low[[0, 2]], high[[0, 2]], -ASIDE)
+        body = self._cross(np.flatnonzero(self.owner == -1), 1, spots)
+        first = body.only((body.at >= float(low[1]) - STANDS_BACK) & (body.at <= slab + STANDS_BACK)).first()
+        seen = first[np.isfinite(first)]
+        return max(slab, float(np.median(seen))) if len(seen) >= SHOWS * len(spots) else slab
+
+    def has_stile(self, pair: Sequence[int], left: tuple[Floats, Floats], right: tuple[Floats, Floats]) -> bool:
+        """Whether the body comes forward between two leaves, given by their corners, or a wall stands behind there."""
+        x = float(left[1][0] + right[0][0]) / 2
+        z = np.linspace(float(left[0][2]), float(left[1][2]), COUNT + 2)[1:-1]
+        first = self.lines(1, np.stack([np.full(COUNT, x), z], axis=1), pair).first()
+        if float(np.median(first)) < float(left[0][1] + left[1][1]) / 2:
+            return True
+        start, end = float(left[1][1]), float(self.points[:, 1].max())
+        behind = np.array([[start + 0.2 * (end - start), left[0][2]], [start + 0.7 * (end - start), left[1][2]]])
+        across = self.lines(0, grid(behind[0], behind[1], COUNT, 0.1), pair)
+        inner = [float(a[0] + b[0]) / 2 for a, b in (left, right)]
+        wall = across.only((across.at > inner[0]) & (across.at < inner[1])).first()
+        return float(np.isfinite(wall).mean()) >= WALL_SHOWS
+
+    def back(self, behind: Crossings, start: float) -> float:
+        """Depth of the rearmost surface behind a front."""
+        body = self.points[self.faces[self.owner == -1]].reshape(-1, 3)
+        end = float(body[:, 1].max()) if len(body) else start
+        last = behind.last()
+        seen = last[last > start + max(STANDS_BACK, FAR_BACK * (end - start))]
+        return float(np.percentile(seen, 25)) if len(seen) >= MEETS * behind.count else end
+
+    def walls(self, front: Front, start: float, free: float) -> tuple[int, tuple[Floats, Floats]]:
+        """How many of left, right, floor, roof and back one sees from the middle, and the corners of that room."""
+        low = np.array([front.low[0], start, front.low[2]])
+        high = np.array([front.high[0], max(free, start + 1e-3), front.high[2]])
+        middle, size = (low + high) / 2, high - low
+        count, out = 0, [low.copy(), high.copy()]
+        for axis, signs in ((0, (-1.0, 1.0)), (2, (-1.0, 1.0)), (1, (1.0,))):
+            a, b = (k for k in range(3) if k != axis)
+            lines = self.lines(axis, grid(low[[a, b]], high[[a, b]], COUNT, 0.2), front.own)
+            for sign in signs:
+                way, looks = lines.beyond(float(middle[axis]), sign)
+                near = np.isfinite(way) & (way <= 0.75 * size[axis] if axis != 1 else way < np.inf)
+                count += int(float((near & looks).mean()) >= WALL_SHOWS)
+                if axis == 2:
+                    # Shelves stand back: right behind the mouth one sees the floor and the roof.
+                    rim = np.array([high[0], start + RIM * size[1]])
+                    edge = self.lines(2, grid(low[:2], rim, COUNT, 0.2), front.own)
+                    way, _ = edge.beyond(float(middle[2]), sign)
+                    near = np.isfinite(way) & (way <= 0.5 * size[2])
+                if near.any():
+                    end = float(middle[axis]) + sign * float(np.percentile(way[near], 25))
+                    k = int(sign > 0)
+                    out[k][axis] = min(out[k][axis], end) if sign > 0 else max(out[k][axis], end)
+            if out[1][axis] - out[0][axis] < SLIVER * size[axis]:
+                # The middle lies in a shelf.
+                out[0][axis], out[1][axis] = low[axis], high[axis]
+        return count, (out[0], out[1])
+
+    def tub(self, part: int, front: float) -> tuple[Floats, Floats] | None:
+        """(3,) corners of what a drawer holds behind its front, None where one does not look into it from above."""
+        low, high = self.leaf(part)
+        low = np.array([low[0], front, low[2]])
+        down = self.through(2, grid(low[:2], high[:2], LINES_DOWN, 0.12), (part,))
+        top = down.last()
+        seen = np.isfinite(top)
+        deep = seen & (top <= low[2] + 0.5 * (high[2] - low[2]))
+        if float(deep.mean()) < FLOOR:
+            return None
+        floor = float(np.median(top[deep]))
+        inset = 0.06 * (high - low)
+        return np.array([low[0] + inset[0], low[1] + inset[1], floor]), np.array(
+            [high[0] - inset[0], high[1] - inset[1], high[2] - 0.1 * (high[2] - floor)]
+        )
+
+
+def view_of(soup: Soup, parts: Sequence[PartPlan]) -> View:
+    """A soup with its parts, to be measured."""
+    owner = np.full(len(soup.faces), -1, dtype=np.int64)
+    grip = np.zeros(len(soup.faces), dtype=np.int64)
+    for i, part in enumerate(parts):
+        owner[part.faces] = i
+        grip[part.grip] = 1
+    names = [p.name for p in parts]
+    parent = [names.index(p.parent) if p.parent in names else -1 for p in parts]
+    carried = tuple(tuple(k for k in range(len(parts)) if _is_on(k, i, parent)) for i in range(len(parts)))
+    rows = np.flatnonzero(soup.areas > 0.0)
+    view = View(soup.points, soup.faces[rows], owner[rows], grip[rows], carried, 1.0)
+    return View(view.points, view.faces, view.owner, view.grip, carried, _turned(view))
+
+
+def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
+    while part >= 0:
+        if part == host:
+            return True
+        part = parent[part]
+    return False
+
+
+def _turned(view: View) -> float:
+    """-1 where most of what one meets from outside looks away."""
+    low, high = view.points.min(axis=0), view.points.max(axis=0)
+    away: list[Bools] = []
+    for axis in range(3):
+        a, b = (k for k in range(3) if k != axis)
+        lines = crossings(view.points, view.faces, axis, grid(low[[a, b]], high[[a, b]], 2 * COUNT, 0.05))
+        for sign, start in ((1.0, float(low[axis]) - 1.0), (-1.0, float(high[axis]) + 1.0)):
+            way, looks = lines.beyond(start, sign)
+            away.append(~looks[np.isfinite(way)])
+    found = np.concatenate(away)
+    return -1.0 if len(found) and float(found.mean()) > INSIDE_OUT else 1.0
+
+
+def border(low: Floats, high: Floats, inset: float) -> Floats:
+    """(N, 2) places along the border of a rectangle, moved inwards."""
+    a, b = low + inset, high - inset
+    # The ends lie a little inside the corners, so that no line runs along an edge.
+    share = np.linspace(0.003, 0.9961, COUNT)
+    x, z = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+    return np.concatenate(
+        [
+            np.stack([x, np.full(COUNT, a[1])], axis=1),
+            np.stack([x, np.full(COUNT, b[1])], axis=1),
+            np.stack([np.full(COUNT, a[0]), z], axis=1),
+            np.stack([np.full(COUNT, b[0]), z], axis=1),
+        ]
+    )

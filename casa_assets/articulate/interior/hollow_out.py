@@ -1,0 +1,108 @@
+"""Bodies that are solid where a room has to be -> the same with holes: cut, and what lies in the room taken out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from casa_assets.articulate.plan import Articulation, Frame
+from casa_assets.articulate.segment.cut_planes import Knife, split
+from casa_assets.articulate.segment.fragment_measures import FRONT
+from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.ingest.source import RawModel
+from casa_assets.model.record import Vec3
+
+Box = tuple[Vec3, Vec3]
+
+# Blades reach through whatever crosses a room, diagonals.
+FAR = 10.0
+
+
+def carved(
+    model: RawModel, placed: Soup, found: Articulation, holes: Sequence[Box]
+) -> tuple[RawModel, Soup, Articulation]:
+    """Take all of the body away that lies in some boxes of the frame.
+
+    Args:
+        model: its faces, part by part, are those of `placed`.
+    """
+    if not holes:
+        return model, placed, found
+    body = np.ones(len(placed.faces), dtype=bool)
+    for part in found.parts:
+        body[part.faces] = False
+    parts, parents = [], []
+    start = 0
+    for raw in model.parts:
+        count = len(raw.mesh.faces)
+        mesh, parent = _carved(raw.mesh, np.flatnonzero(body[start : start + count]), found.frame, holes)
+        if len(parent):
+            parts.append(raw.replace(mesh=mesh))
+            parents.append(parent + start)
+        start += count
+    model = model.replace(parts=tuple(parts))
+    kept = np.concatenate(parents)
+    return model, in_frame(model, found.frame), _renumbered(found, kept, len(placed.faces))
+
+
+def in_frame(model: RawModel, frame: Frame) -> Soup:
+    """All triangles of a model as one soup in the frame."""
+    starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
+    faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
+    soup = soup_of(np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces))
+    return soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+
+
+def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple[Mesh, Ints]:
+    """A mesh without what lies in the boxes, and the face that each of its faces was part of.
+
+    Args:
+        rows: faces that may be cut.
+    """
+    parent = np.arange(len(mesh.faces))
+    free = np.zeros(len(mesh.faces), dtype=bool)
+    free[rows] = True
+    for low, high in ((np.array(a), np.array(b)) for a, b in holes):
+        place = (mesh.vertices - np.array(frame.origin)) @ frame.rotation.T * frame.scale
+        corners = place[mesh.faces]
+        near = free & ((corners.min(axis=1) < high) & (corners.max(axis=1) > low)).all(axis=1)
+        if not near.any():
+            continue
+        done = split(place, mesh.faces[near].astype(np.int64), _blades(low, high))
+        middle = done.carried(place)[done.faces].mean(axis=1)
+        out = ~((middle > low) & (middle < high)).all(axis=1)
+        normals = None if mesh.normals is None else _unit(done.carried(mesh.normals))
+        colors = None if mesh.colors is None else np.rint(done.carried(mesh.colors.astype(np.float64))).astype(np.uint8)
+        mesh = Mesh(
+            vertices=done.carried(mesh.vertices),
+            faces=np.concatenate([mesh.faces[~near].astype(np.int64), done.faces[out]]).astype(np.int32),
+            uv=None if mesh.uv is None else done.carried(mesh.uv),
+            normals=normals,
+            colors=colors,
+        )
+        cut = np.flatnonzero(near)[done.parent[out]]
+        parent, free = np.concatenate([parent[~near], parent[cut]]), np.concatenate([free[~near], free[cut]])
+    return mesh, parent
+
+
+def _blades(low: Floats, high: Floats) -> list[Knife]:
+    """Planes through the sides of a box."""
+    a, b = np.full(3, -FAR), np.full(3, FAR)
+    # A blade on the front counts right, up and depth: x, z and y.
+    return [Knife(FRONT, k, float(end[axis]), a, b) for k, axis in ((0, 0), (1, 2), (2, 1)) for end in (low, high)]
+
+
+def _unit(vectors: Floats) -> Floats:
+    found: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
+    return found
+
+
+def _renumbered(found: Articulation, kept: Ints, count: int) -> Articulation:
+    """The parts over the faces that are left, of which `kept` says which each was."""
+    place = np.full(count, -1, dtype=np.int64)
+    place[kept] = np.arange(len(kept))
+    parts = tuple(p.replace(faces=place[p.faces], grip=place[p.grip]) for p in found.parts)
+    return found.replace(parts=parts)

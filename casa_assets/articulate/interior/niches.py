@@ -1,0 +1,143 @@
+"""Where a cup stands in a coffee machine, and the slots of a toaster: hollows that are open to one side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
+from casa_assets.articulate.segment.raster import Picture, draw
+from casa_assets.core.typing import Floats
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.shape import Box
+from casa_assets.model.pose import Pose
+
+Bools = npt.NDArray[np.bool_]
+
+PIXELS = 192
+# A cup needs so much height, and stands so far under what pours; metres and part of the depth of the machine.
+CUP_M, UNDER = 0.055, 0.15
+# A slot goes down by this part of the height, is so wide and so much longer, metres and ratio.
+DEEP, NARROW_M, LONGER = 0.2, (0.015, 0.06), 2.0
+
+
+@dataclass(frozen=True)
+class Hollow:
+    """A box, metres, asset frame."""
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+    @property
+    def middle(self) -> Floats:
+        """(3,) metres."""
+        found: Floats = (np.array(self.low) + np.array(self.high)) / 2
+        return found
+
+    @property
+    def size(self) -> Floats:
+        """(3,) metres."""
+        found: Floats = np.array(self.high) - np.array(self.low)
+        return found
+
+
+def cup_place(asset: Asset) -> Hollow | None:
+    """The room under the spout of a machine, open to its front; its floor is what a cup stands on.
+
+    A machine without a tray pours onto what it stands on itself.
+    """
+    points, faces = _body(asset)
+    picture = draw(points, faces, SIDES[FRONT], PIXELS)
+    deep = float(np.ptp(points[:, 1]))
+    back = np.where(np.isfinite(picture.depth), picture.depth, deep)
+    inner = back >= UNDER * deep
+    # What is open above is no place under something.
+    under = inner & _above(~inner)
+    floored = under & np.flip(_above(np.flip(~inner, 0)), 0)
+    best = _largest(floored, picture) or _largest(under, picture)
+    return None if best is None else _box(picture, points, back, best)
+
+
+def _largest(places: Bools, picture: Picture) -> tuple[int, int, int, int] | None:
+    """Rows and columns of the largest place that a cup fits into."""
+    best: tuple[float, int, int, int, int] | None = None
+    label, _ = ndimage.label(places)
+    for number, place in enumerate(ndimage.find_objects(label), start=1):
+        mask = label[place] == number
+        a, b = place[0].start, place[0].stop
+        c, d = place[1].start, place[1].stop
+        tall, wide = (b - a) * picture.pixel, (d - c) * picture.pixel
+        if tall < CUP_M or wide < CUP_M or mask.mean() < 0.6:
+            continue
+        size = float(mask.sum())
+        if best is None or size > best[0]:
+            best = (size, a, b, c, d)
+    return None if best is None else best[1:]
+
+
+def slots(asset: Asset) -> list[Hollow]:
+    """Long narrow hollows that are open above, from the left, or from the front where they lie across."""
+    points, faces = _body(asset)
+    picture = draw(points, faces, SIDES[TOP], PIXELS)
+    low, high = points.min(axis=0), points.max(axis=0)
+    tall = float(high[2] - low[2])
+    deep = np.isfinite(picture.depth) & (picture.depth >= DEEP * tall)
+    label, _ = ndimage.label(deep)
+    out = []
+    for number, place in enumerate(ndimage.find_objects(label), start=1):
+        mask = label[place] == number
+        a, b = place[0].start, place[0].stop
+        c, d = place[1].start, place[1].stop
+        sides = sorted(((b - a) * picture.pixel, (d - c) * picture.pixel))
+        edge = c == 0 or a == 0 or d == deep.shape[1] or b == deep.shape[0]
+        if edge or not NARROW_M[0] <= sides[0] <= NARROW_M[1] or sides[1] < LONGER * sides[0] or mask.mean() < 0.8:
+            continue
+        floor = float(high[2]) - float(np.median(picture.depth[place][mask]))
+        # Row 0 is the far side.
+        y1, y0 = (float(picture.low[1]) + (deep.shape[0] - r) * picture.pixel for r in (a, b))
+        x0, x1 = (float(picture.low[0]) + k * picture.pixel for k in (c, d))
+        px = picture.pixel
+        out.append(Hollow((_mm(x0 + px), _mm(y0 + px), _mm(floor)), (_mm(x1 - px), _mm(y1 - px), _mm(float(high[2])))))
+    along = bool(out) and float(out[0].size[1]) >= float(out[0].size[0])
+    return sorted(out, key=lambda h: h.low[0] if along else h.low[1])
+
+
+def floor_under(hollow: Hollow, thick: float = 0.003) -> tuple[Box, Pose]:
+    """A thin board whose top is the floor of a hollow."""
+    x, y, _ = (float(v) for v in hollow.size)
+    at = hollow.middle
+    return Box(size=(_mm(x), _mm(y), thick)), Pose(position=(_mm(at[0]), _mm(at[1]), _mm(hollow.low[2] - thick / 2)))
+
+
+def _above(solid: Bools) -> Bools:
+    """Where something solid is anywhere above in the same column."""
+    found: Bools = np.maximum.accumulate(solid, axis=0)
+    return found
+
+
+def _box(picture: Picture, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Hollow:
+    a, b, c, d = span
+    rows = back.shape[0]
+    front = float(points[:, 1].min())
+    x0, x1 = (float(picture.low[0]) + k * picture.pixel for k in (c, d))
+    z1, z0 = (float(picture.low[1]) + (rows - r) * picture.pixel for r in (a, b))
+    far = front + float(np.median(back[a:b, c:d]))
+    # It begins where what stands under it does.
+    near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front
+    return Hollow((_mm(x0), _mm(min(near, far - 0.02)), _mm(z0)), (_mm(x1), _mm(far), _mm(z1)))
+
+
+def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """(P, 3) points and (F, 3) faces of what is seen of the body, metres."""
+    meshes = [v.mesh for v in asset.root.visuals]
+    starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
+    faces = [np.asarray(m.faces, dtype=np.int64) + s for m, s in zip(meshes, starts, strict=True)]
+    return np.concatenate([m.vertices for m in meshes]), np.concatenate(faces)
+
+
+def _mm(value: float) -> float:
+    """To a tenth of a millimetre."""
+    return round(float(value), 4)

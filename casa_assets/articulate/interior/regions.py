@@ -1,0 +1,289 @@
+"""Regions of a taken-apart thing made exact: split by the shelves in them, laid over racks, their floors found."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.coverage import surface_samples
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.asset import Asset, Region
+from casa_assets.model.asset.link import Link
+from casa_assets.model.pose import Pose
+
+Bounds = tuple[Floats, Floats]
+
+# What is this near to a wall is the wall; a level covers so much of the plan of its room; a room is so high.
+APART_M, COVERS, LEAST_M = 0.03, 0.5, 0.06
+# Plan of a room in cells each way, how thick what is one shelf may be, points that are looked at of a surface.
+CELLS, THICK_M, SAMPLES = 12, 0.02, 40000
+# Places along an axis that count as one, and how far a region keeps off a board, metres.
+PEAK_M, WALL_M = 0.002, 0.002
+# Over a rack there is this much room at most, and this much is left below what is above it, metres.
+OVER_M, AIR_M = 0.14, 0.01
+# Of a room that is theirs drawers and racks take so much.
+TAKEN = 0.4
+# Walls and front of a drawer take no more of its sides than this.
+DRAWER_INSET = 0.12
+
+
+def bounds_of(asset: Asset, link: str, held: bool = True) -> Bounds:
+    """Lower and upper corner of what is seen of a link, asset frame, metres; `held`: with its handle."""
+    pose = asset.asset_from_link(link)
+    clouds = [pose.apply(v.mesh.vertices) for v in asset.link(link).visuals if held or v.label != "handle"]
+    points = np.concatenate(clouds or [np.array([pose.position])])
+    return points.min(axis=0), points.max(axis=0)
+
+
+def box_of(asset: Asset, region: Region) -> Bounds:
+    """Lower and upper corner of a region that stands upright, asset frame, metres."""
+    middle = asset.asset_from_link(region.link).apply(np.array([region.pose.position]))[0]
+    half = np.array(region.size) / 2
+    return middle - half, middle + half
+
+
+def behind(asset: Asset, region: Region) -> str:
+    """Name of the link that closes a room: the smallest front before its middle; empty for none."""
+    low, high = box_of(asset, region)
+    middle = (low + high) / 2
+    found = []
+    for joint in asset.joints:
+        a, b = bounds_of(asset, joint.child)
+        before = a[1] < low[1] + 0.02
+        if before and a[0] <= middle[0] <= b[0] and a[2] <= middle[2] <= b[2] and joint.behind is None:
+            found.append((round(float((b - a)[0] * (b - a)[2]), 6), joint.child))
+    return min(found)[1] if found else ""
+
+
+def split_by_shelves(asset: Asset, region: Region) -> list[Region]:
+    """A room of the body as the levels between the shelves in it, the lowest first; itself where it has none.
+
+    Upright boards part it before. Each goes from what is touched of its floor to what is touched of the shelf above.
+    """
+    if region.link != "object" or region.kind != "box":
+        return [region]
+    low, high = box_of(asset, region)
+    if (high - low).min() < LEAST_M or _filled(asset, (low + high) / 2):
+        low, high = _before(asset, low, high)
+    boards = _boards(asset, low, high, 0)
+    lefts = [float(low[0]), *(far + WALL_M for _, far in boards)]
+    rights = [*(near - WALL_M for near, _ in boards), float(high[0])]
+    out = []
+    for left, right in zip(lefts, rights, strict=True):
+        a, b = low.copy(), high.copy()
+        a[0], b[0] = left, right
+        if right - left >= LEAST_M:
+            out += _levels(asset, region, a, b)
+    return out or [region]
+
+
+def _before(asset: Asset, low: Floats, high: Floats) -> Bounds:
+    """All that lies behind the fronts before a place, as far as the walls: for rooms that boards have cut up."""
+    middle = (low + high) / 2
+    fronts = [bounds_of(asset, j.child) for j in asset.joints if shown(asset, j.child) == "door" and j.behind is None]
+    fronts = [(a, b) for a, b in fronts if a[2] <= middle[2] <= b[2] and b[1] <= middle[1]]
+    near = [(a, b) for a, b in fronts if a[0] - APART_M <= middle[0] <= b[0] + APART_M]
+    if not near:
+        return low, high
+    a, b = np.min([f[0] for f in near], axis=0), np.max([f[1] for f in near], axis=0)
+    whole = bounds_of(asset, "object")
+    a, b = np.maximum(a, whole[0]), np.minimum(b, whole[1])
+    return np.array([a[0], float(low[1]), a[2]]) + WALL_M, np.array([b[0], float(high[1]), b[2]]) - WALL_M
+
+
+def _levels(asset: Asset, region: Region, low: Floats, high: Floats) -> list[Region]:
+    """What lies between two corners of a region as levels between shelves."""
+    x, y = _mm(float(low[0] + high[0]) / 2), _mm(float(low[1] + high[1]) / 2)
+    spans = _column(asset, asset.root, x, y)
+    out = []
+    boards = _boards(asset, low, high, 2)
+    floors = [float(low[2]), *(far for _, far in boards)]
+    for floor, roof in zip(floors, [*(near for near, _ in boards), float(high[2])], strict=True):
+        middle = (floor + roof) / 2
+        under = [t for _, t, _ in spans if floor - APART_M <= t <= middle]
+        floor = max(under, default=floor)
+        roof = min([roof, *(b for b, _, _ in spans if b >= middle)]) - WALL_M
+        if roof - floor >= LEAST_M and not _filled(asset, np.array([x, y, (floor + roof) / 2])):
+            left, right = _between(asset, np.array([x, y, (floor + roof) / 2]), float(low[0]), float(high[0]))
+            pose = Pose(position=(_mm((left + right) / 2), y, _mm((floor + roof) / 2)))
+            size = (_mm(right - left), _mm(float(high[1] - low[1])), _mm(roof - floor))
+            out.append(region.replace(pose=pose, size=size))
+    return out
+
+
+def _filled(asset: Asset, point: Floats) -> bool:
+    """Whether a shape of the body is there."""
+    return any(b < point[2] < t for b, t, _ in _column(asset, asset.root, float(point[0]), float(point[1])))
+
+
+def _between(asset: Asset, point: Floats, low: float, high: float) -> tuple[float, float]:
+    """How far it is free to the left and to the right of a point, between two ends; asset frame."""
+    turned = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    y, z = float(point[1]), float(point[2])
+    for collider in asset.root.colliders:
+        span = _upright(surface(collider.shape, collider.pose)[0] @ turned.T, -z, y)
+        if span is not None and span[1] <= point[0]:
+            low = max(low, span[1] + WALL_M)
+        elif span is not None and span[0] >= point[0]:
+            high = min(high, span[0] - WALL_M)
+    return low, high
+
+
+def below_racks(asset: Asset, region: Region) -> Region | None:
+    """A room up to the lowest rack that slides in it; itself where there is none; None where none of it is left."""
+    if region.link != "object":
+        return region
+    low, high = box_of(asset, region)
+    racks = [bounds_of(asset, k.name) for k in asset.links if k.name.startswith("rack")]
+    within = [a for a, b in racks if (a < high).all() and (b > low).all()]
+    if not within:
+        return region
+    roof = min(float(a[2]) for a in within) - AIR_M
+    if roof - low[2] < LEAST_M:
+        return None
+    x, y, _ = region.pose.position
+    size = (region.size[0], region.size[1], _mm(roof - float(low[2])))
+    return region.replace(pose=Pose(position=(x, y, _mm((roof + float(low[2])) / 2))), size=size)
+
+
+def is_taken(asset: Asset, region: Region) -> bool:
+    """Whether drawers or racks stand where a room of the body is: it is theirs."""
+    low, high = box_of(asset, region)
+    boxes = [bounds_of(asset, j.child) for j in asset.joints if j.behind is not None]
+    inside = [np.minimum(b[1], high) - np.maximum(b[0], low) for b in boxes]
+    share = sum(float(np.prod(np.maximum(i, 0.0))) for i in inside) / float(np.prod(high - low))
+    return region.link == "object" and share >= TAKEN
+
+
+def over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | None:
+    """The room over a rack, which moves with it: from its floor up to what is above."""
+    link = asset.link(rack)
+    low, high = bounds_of(asset, rack)
+    middle = (low + high) / 2
+    spans = _column(asset, link, float(middle[0]), float(middle[1]))
+    if not spans:
+        return None
+    floor = spans[0][1]
+    above = [float(box_of(asset, r)[1][2]) for r in rooms if _holds(box_of(asset, r), middle)]
+    for other in asset.links:
+        if other.name != rack and other.name.startswith("rack"):
+            a, b = bounds_of(asset, other.name)
+            if a[2] > middle[2] and a[0] < middle[0] < b[0]:
+                above.append(float(a[2]))
+    roof = min([floor + OVER_M, *(z - AIR_M for z in above)])
+    if roof - floor < 0.03:
+        return None
+    inset = 0.08 * (high - low)[:2]
+    a, b = low[:2] + inset, high[:2] - inset
+    center = np.array([(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (floor + roof) / 2])
+    local = asset.asset_from_link(rack).inverse().apply(center[None])[0]
+    size = (_mm(float(b[0] - a[0])), _mm(float(b[1] - a[1])), _mm(roof - floor))
+    x, y, z = (_mm(float(v)) for v in local)
+    return Region(name=rack, link=rack, pose=Pose(position=(x, y, z)), size=size)
+
+
+def in_drawer(asset: Asset, drawer: str) -> Region | None:
+    """The room in a drawer's box, which moves with it; None where it has no floor, or is full."""
+    link = asset.link(drawer)
+    low, high = bounds_of(asset, drawer, held=False)
+    inset = DRAWER_INSET * (high - low)[:2]
+    a, b = low[:2] + inset, high[:2] - inset
+    middle = (a + b) / 2
+    spans = _column(asset, link, float(middle[0]), float(middle[1]))
+    if not spans or spans[0][1] > low[2] + 0.4 * (high[2] - low[2]):
+        return None
+    floor, roof = spans[0][1], min([float(high[2]) - AIR_M, *(s[0] for s in spans[1:])])
+    if roof - floor < 0.03:
+        return None
+    center = np.array([[middle[0], middle[1], (floor + roof) / 2]])
+    x, y, z = (_mm(float(v)) for v in asset.asset_from_link(drawer).inverse().apply(center)[0])
+    size = (_mm(float(b[0] - a[0])), _mm(float(b[1] - a[1])), _mm(roof - floor))
+    return Region(name=drawer, link=drawer, pose=Pose(position=(x, y, z)), size=size)
+
+
+def support(asset: Asset, region: Region) -> str | None:
+    """Name of the collider of the body that the floor of a room is; None where nothing is under its middle."""
+    low, high = box_of(asset, region)
+    middle = (low + high) / 2
+    spans = _column(asset, asset.root, float(middle[0]), float(middle[1]))
+    under = [(round(abs(t - float(low[2])), 6), name) for _, t, name in spans if abs(t - low[2]) <= APART_M]
+    return min(under)[1] if under else None
+
+
+def _boards(asset: Asset, low: Floats, high: Floats, axis: int) -> list[tuple[float, float]]:
+    """Where in a box something of the body lies across an axis: boards, glass, wires; both faces of each, ascending."""
+    clouds = [surface_samples(v.mesh.vertices, v.mesh.faces.astype(np.int64), SAMPLES) for v in asset.root.visuals]
+    points = np.concatenate(clouds)
+    inset = np.full(3, APART_M)
+    inset[axis] = LEAST_M
+    points = points[((points > low + inset) & (points < high - inset)).all(axis=1)]
+    if not len(points):
+        return []
+    others = [k for k in range(3) if k != axis]
+    cell = np.floor((points[:, others] - low[others]) / (high - low)[others] * CELLS).astype(np.int64)
+    slab = np.floor((points[:, axis] - low[axis]) / THICK_M).astype(np.int64)
+    filled = np.zeros((int(slab.max()) + 2, CELLS, CELLS), dtype=bool)
+    filled[slab, cell[:, 0], cell[:, 1]] = True
+    # A board may lie across the border of two slabs.
+    both = (filled[:-1] | filled[1:]).mean(axis=(1, 2))
+    found: list[tuple[float, float]] = []
+    for i in np.flatnonzero(both >= COVERS).tolist():
+        faces = _faces(points[(slab >= i) & (slab <= i + 1), axis])
+        if found and faces[0] - found[-1][1] < LEAST_M:
+            found[-1] = (min(found[-1][0], faces[0]), max(found[-1][1], faces[1]))
+        else:
+            found.append(faces)
+    return found
+
+
+def _faces(at: Floats) -> tuple[float, float]:
+    """The first and the last place along an axis where many points are: what else crosses it has fewer."""
+    low = float(at.min())
+    count = np.bincount(np.floor((at - low) / PEAK_M).astype(np.int64))
+    many = np.flatnonzero(count >= 0.25 * count.max())
+    return low + float(many[0]) * PEAK_M, low + float(many[-1] + 1) * PEAK_M
+
+
+def _column(asset: Asset, link: Link, x: float, y: float) -> list[tuple[float, float, str]]:
+    """Where a line upright through a place of the plan runs in shapes of a link: bottom, top, name; asset frame."""
+    pose = asset.asset_from_link(link.name)
+    out = []
+    for collider in link.colliders:
+        span = _upright(surface(collider.shape, pose @ collider.pose)[0], x, y)
+        if span is not None:
+            out.append((*span, collider.name))
+    return sorted(out)
+
+
+def _upright(points: Floats, x: float, y: float) -> tuple[float, float] | None:
+    """Bottom and top of the hull of some points on an upright line; None beside it."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    if not (low[0] <= x <= high[0] and low[1] <= y <= high[1]):
+        return None
+    try:
+        planes = ConvexHull(points).equations
+    except QhullError:
+        return float(low[2]), float(high[2])
+    off = -(planes[:, 0] * x + planes[:, 1] * y + planes[:, 3])
+    up, down, level = planes[:, 2] > 1e-9, planes[:, 2] < -1e-9, np.abs(planes[:, 2]) <= 1e-9
+    if (off[level] < -1e-9).any():
+        return None
+    top = float((off[up] / planes[up, 2]).min(initial=float(high[2])))
+    bottom = float((off[down] / planes[down, 2]).max(initial=float(low[2])))
+    return (bottom, top) if bottom < top else None
+
+
+def shown(asset: Asset, link: str) -> str:
+    """What a link is: the label of what is seen of it besides its handle."""
+    labels = [v.label for v in asset.link(link).visuals if v.label and v.label != "handle"]
+    return labels[0] if labels else ""
+
+
+def _holds(box: Bounds, point: Floats) -> bool:
+    return bool((point[:2] >= box[0][:2]).all() and (point[:2] <= box[1][:2]).all() and point[2] <= box[1][2])
+
+
+def _mm(value: float) -> float:
+    """To a tenth of a millimetre."""
+    return round(value, 4)

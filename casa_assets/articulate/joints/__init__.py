@@ -1,0 +1,1 @@
+"""Joint of each moving part: hinge, slide or lid, its axis and range, friction and damping."""

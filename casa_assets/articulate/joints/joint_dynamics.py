@@ -1,0 +1,103 @@
+"""How a part moves: its joint, with the friction, damping and springs that a hand feels, and its named states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from casa_assets.articulate.plan import PartKind, PartPlan
+from casa_assets.core import hand_dynamics
+from casa_assets.core.hand_dynamics import START_N
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.asset import Collider, Drive, Joint, JointKind, Link, State
+
+# Force that starts a part, N; all others are started as a door is.
+STARTS_N = {
+    PartKind.KNOB: hand_dynamics.KNOB_START_N,
+    PartKind.LEVER: hand_dynamics.TAP_START_N,
+    PartKind.SPOUT: hand_dynamics.TAP_START_N,
+    PartKind.TRAY: hand_dynamics.TRAY_START_N,
+}
+# A door whose weight turns it by less, N*m, needs no spring.
+LIGHT_NM = 0.05
+# Taken at the rim.
+TURNED = frozenset({PartKind.KNOB})
+# What counts as the shortest way, rad or m.
+LEAST_WAY = 1e-4
+
+
+def joint_for(part: PartPlan, metres: float, link: Link, behind: int | None, names: Sequence[str]) -> Joint:
+    """The joint of a part, child frame; friction and damping by what moves it.
+
+    Args:
+        metres: length of the diagonal, in which the ranges of slides are given. link: that moves.
+        behind: index of the part that has to stand open before, or None. names: of all links, the body first.
+    """
+    slides = part.joint.kind is JointKind.SLIDE
+    low, high = (r * metres if slides else r for r in part.joint.range)
+    way = high - low
+    axis = np.array(part.joint.axis)
+    grip = next((c for c in link.colliders if c.label == "handle"), link.colliders[0] if link.colliders else None)
+    arm = 1.0 if slides else _arm(link, grip, axis, part.kind in TURNED)
+    inertia = link.inertial.mass if slides else _about(link, axis)
+    spring = None if slides else _balance(link, axis, high)
+    feel = hand_dynamics.feel_against(spring, inertia, arm, max(way, LEAST_WAY), STARTS_N.get(part.kind, START_N))
+    if part.kind is PartKind.BUTTON:
+        spring = hand_dynamics.press(max(way, LEAST_WAY), hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
+        feel = hand_dynamics.KEY
+    return Joint(
+        name=f"{part.name}_joint",
+        child=part.name,
+        kind=part.joint.kind,
+        axis=part.joint.axis,
+        range=(_seven(low), _seven(high)),
+        damping=feel.damping,
+        frictionloss=feel.frictionloss,
+        armature=feel.armature,
+        drive=None if spring is None else Drive(stiffness=spring.stiffness, damping=0.0, target=spring.rest),
+        grip=None if grip is None else grip.name,
+        behind=None if behind is None else f"{names[behind + 1]}_joint",
+    )
+
+
+def _balance(link: Link, axis: Floats, far: float) -> hand_dynamics.Spring | None:
+    """The spring of a door that would fall open, None where it does not."""
+    center = np.array(link.inertial.center_of_mass)
+    turned = center * math.cos(far) + np.cross(axis, center) * math.sin(far)
+    turned = turned + axis * float(axis @ center) * (1 - math.cos(far))
+    falls = float(np.cross(turned, np.array([0.0, 0.0, -9.81 * link.inertial.mass])) @ axis)
+    return None if falls <= LIGHT_NM else hand_dynamics.carry(falls, far)
+
+
+def _arm(link: Link, grip: Collider | None, axis: Floats, rim: bool) -> float:
+    """From the axis to the hand, metres: the middle of the handle, or the rim of what is turned between fingers."""
+    if grip is None:
+        return 0.01
+    points = surface(grip.shape, grip.pose)[0] if rim else np.array([grip.pose.position])
+    off = points - np.outer(points @ axis, axis)
+    return max(0.005, float(np.linalg.norm(off, axis=1).max()))
+
+
+def _about(link: Link, axis: Floats) -> float:
+    """Inertia of a link about an axis through its origin, kg*m^2."""
+    center = np.array(link.inertial.center_of_mass)
+    off = center - axis * float(center @ axis)
+    return float(axis @ link.inertial.tensor @ axis) + link.inertial.mass * float(off @ off)
+
+
+def states_for(part: PartPlan) -> tuple[State, ...]:
+    """Closed and open of a front. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
+    if part.kind not in (PartKind.DOOR, PartKind.DRAWER, PartKind.LID):
+        return ()
+    joint = f"{part.name}_joint"
+    return (
+        State(name=f"{joint}_closed", joint=joint, value="closed", interval=(0.0, 0.005)),
+        State(name=f"{joint}_open", joint=joint, value="open", interval=(0.9, 1.0)),
+    )
+
+
+def _seven(value: float) -> float:
+    return float(f"{float(value):.7g}")

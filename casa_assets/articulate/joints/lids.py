@@ -1,0 +1,158 @@
+"""What lies on top of a vessel and lifts: a round cover with a knob in its middle, or one over an open vessel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from casa_assets.articulate.controls.controls import is_round
+from casa_assets.articulate.interior.hollow_parts import from_above
+from casa_assets.articulate.segment.fragment_measures import FRONT, LEFT, TOP, Pieces, face_on
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.coverage import surface_samples
+
+# A lid is at least so wide, diagonals, at most so thick by its width, and at most this part of all surface.
+LEAST, THICK, MOST_AREA = 0.12, 0.5, 0.3
+# So much of its square is seen from above; under a bail less, where a knob tells.
+BARE, BARE_UNDER_BAIL = 0.6, 0.2
+# Its knob sits so near to its middle and is so small, by its width.
+MIDDLE, KNOB = 0.12, 0.4
+# A vessel has something in the upper quarter of its height in at most this part of its plan.
+MOUTH = 0.35
+# Ways from a lid to its hinge: backwards, as jugs have it, before the sides and the front.
+WAYS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+# A handle sticks out of a vessel by so much, and is so much taller than what sticks out elsewhere; diagonals.
+STICKS_OUT, TALLER = 0.04, 1.3
+# A lid that opens so far, rad, is open; it passes other things at this distance, diagonals.
+WIDE, CLEAR, SAMPLES = 1.2, 0.012, 1500
+# Between a lid and what it lies on there is at most so much air, diagonals.
+GAP = 0.015
+
+
+@dataclass(frozen=True)
+class Lid:
+    """A lid.
+
+    Attributes:
+        fragments: all of it. knob: those of its knob. low, high: corners in the frame.
+        way: (3,) level unit direction from its middle to its hinge. far: how far it opens, rad.
+    """
+
+    fragments: list[int]
+    knob: list[int]
+    low: Floats
+    high: Floats
+    way: Floats
+    far: float
+
+    @property
+    def hinge(self) -> tuple[Floats, Floats]:
+        """(3,) axis about which a positive turn lifts it, and a point of it."""
+        middle = (self.low + self.high) / 2
+        return np.cross([0.0, 0.0, 1.0], self.way), middle + self.way * (self.high - self.low) / 2
+
+
+def find_lids(pieces: Pieces, taken: set[int]) -> list[Lid]:
+    """The lid of a thing; none where several things look like one, as burners do."""
+    low, high = face_on(pieces, TOP)
+    size = high - low
+    across = size[:, :2].max(axis=1)
+    fits = (across >= LEAST) & (size[:, :2].min(axis=1) >= across / 1.2) & (size[:, 2] <= THICK * across)
+    fits &= pieces.area <= MOST_AREA * float(pieces.area.sum())
+    bare = pieces.seen[:, TOP] / np.maximum(size[:, 0] * size[:, 1], 1e-12)
+    fits &= bare >= BARE_UNDER_BAIL
+    fits[sorted(taken)] = False
+    discs = [i for i in np.flatnonzero(fits).tolist() if is_round(pieces, TOP, [i], size[i, :2])]
+    if len(discs) != 1:
+        return []
+    disc = discs[0]
+    knob = _knob(low, high, disc, across)
+    host = _host(low, high, disc)
+    if host is None or not (knob or (bare[disc] >= BARE and _is_vessel(pieces, host))):
+        return []
+    fragments = [disc, *knob]
+    corners = pieces.box(fragments)
+    held = _handle_side(pieces, host, fragments)
+    ways = sorted(range(len(WAYS)), key=lambda k: (k != held, k))
+    lids = [_opened(pieces, Lid(fragments, knob, *corners, WAYS[k], 0.0)) for k in ways]
+    wide = [lid for lid in lids if lid.far >= WIDE]
+    return [wide[0] if wide else max(lids, key=lambda lid: lid.far)]
+
+
+def _handle_side(pieces: Pieces, host: int, lid: list[int]) -> int:
+    """Number of the way to the handle of a vessel, or away from its spout; the back where nothing tells.
+
+    Of what sticks out at the sides the tallest is the handle; under a bail what sticks out alone is the spout.
+    """
+    own = [host, *lid]
+    reach = []
+    for way in WAYS:
+        out = pieces.low @ np.minimum(way, 0.0) + pieces.high @ np.maximum(way, 0.0)
+        out = out - out[host]
+        out[own] = 0.0
+        rows = np.flatnonzero(out > STICKS_OUT)
+        reach.append(float(pieces.high[rows, 2].max() - pieces.low[rows, 2].min()) if len(rows) else 0.0)
+    best = int(np.argmax(reach))
+    others = max(r for k, r in enumerate(reach) if k != best)
+    if reach[best] <= TALLER * others:
+        return 0
+    low, high = pieces.box(lid)
+    over = (pieces.low[:, :2] < high[:2]).all(axis=1) & (pieces.high[:, :2] > low[:2]).all(axis=1)
+    over &= pieces.high[:, 2] > high[2] + STICKS_OUT
+    over[own] = False
+    spout = others == 0.0 and bool(over.any())
+    return next(k for k, way in enumerate(WAYS) if float(way @ WAYS[best]) < -0.5) if spout else best
+
+
+def _opened(pieces: Pieces, lid: Lid) -> Lid:
+    """A lid with the angle to which it opens before it meets what does not touch it while it is shut."""
+    rows = np.zeros(len(pieces.label), dtype=bool)
+    rows[pieces.faces_of(lid.fragments)] = True
+    others = ~rows & (pieces.label >= 0)
+    points, faces = pieces.soup.points, pieces.soup.faces
+    own = surface_samples(points, faces[rows], SAMPLES)
+    tree = cKDTree(surface_samples(points, faces[others], 8 * SAMPLES))
+    own = own[tree.query(own)[0] > CLEAR]
+    axis, anchor = lid.hinge
+    own = own[(anchor - own) @ lid.way > CLEAR]
+    far = 0.0
+    for angle in np.radians(np.arange(5.0, 90.1, 5.0)):
+        moved = Rotation.from_rotvec(axis * angle).apply(own - anchor) + anchor
+        if len(own) and float(tree.query(moved)[0].min()) < CLEAR:
+            break
+        far = float(angle)
+    return replace(lid, far=far)
+
+
+def _is_vessel(pieces: Pieces, host: int) -> bool:
+    """Whether a piece is open at the top and closed all round."""
+    size = pieces.high[host] - pieces.low[host]
+    closed = all(pieces.seen[host, s] >= 0.6 * size[a] * size[2] for s, a in ((FRONT, 0), (LEFT, 1)))
+    return closed and from_above(pieces, [host]).lid <= MOUTH
+
+
+def _knob(low: Floats, high: Floats, disc: int, across: Floats) -> list[int]:
+    """Small pieces in the middle of a disc that stand up from it."""
+    off = np.linalg.norm((low + high)[:, :2] / 2 - (low + high)[disc, :2] / 2, axis=1)
+    stands = (
+        (low[:, 2] < low[disc, 2] - 0.01) & (high[:, 2] >= low[disc, 2] - GAP) & (high[:, 2] <= high[disc, 2] + GAP)
+    )
+    found = stands & (off <= MIDDLE * across[disc]) & (across <= KNOB * across[disc])
+    found[disc] = False
+    return [int(i) for i in np.flatnonzero(found)]
+
+
+def _host(low: Floats, high: Floats, disc: int) -> int | None:
+    """The largest piece that a disc lies on."""
+    under = (low[:, 2] <= high[disc, 2] + GAP) & (high[:, 2] > high[disc, 2] + GAP)
+    middle = (low[disc, :2] + high[disc, :2]) / 2
+    under &= (low[:, :2] <= middle).all(axis=1) & (high[:, :2] >= middle).all(axis=1)
+    under[disc] = False
+    rows = np.flatnonzero(under)
+    if not len(rows):
+        return None
+    foot = np.prod((high - low)[rows, :2], axis=1)
+    return int(rows[int(np.argmax(foot))])

@@ -1,0 +1,60 @@
+"""Does a door run sideways? It stands in a niche wider than itself, and not where a hinge would want its handle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.articulate.fronts.panels import Panel
+from casa_assets.articulate.joints.hinges import Grip
+from casa_assets.articulate.segment.fragment_measures import Pieces, face_on
+from casa_assets.articulate.segment.raster import Picture
+from casa_assets.core.typing import Floats
+
+# Beside the door the niche is open for this part of its width, and deeper than the door by so much, diagonals.
+OPEN, DEEPER = 0.85, 0.02
+# What it runs on or under stands no farther back than the door by more than this.
+FRAME = 0.006
+# The handle keeps from the edge towards which a hinged door would be open by this part of the width.
+AWAY = 0.3
+
+
+def slide_way(pieces: Pieces, side: int, panel: Panel, grip: Grip | None) -> float | None:
+    """1 for a door that runs to the right, -1 to the left, None for one that does not run.
+
+    Args:
+        grip: its handle; a door without one is not taken for a sliding one.
+    """
+    if grip is None:
+        return None
+    low, high = face_on(pieces, side)
+    picture, near = pieces.pictures[side], float(low[:, 2].min())
+    margin = 4 * picture.pixel
+    inset = 0.1 * panel.height
+    frame = [
+        _depths(picture, (panel.low[0], panel.high[1]), (panel.high[0], panel.high[1] + margin)),
+        _depths(picture, (panel.low[0], panel.low[1] - margin), (panel.high[0], panel.low[1])),
+    ]
+    if all(float((f + near <= panel.low[2] + FRAME).mean()) < 0.4 for f in frame):
+        return None
+    for sign in (1.0, -1.0):
+        edge = float(panel.high[0] if sign > 0 else panel.low[0])
+        far = edge + sign * OPEN * panel.width
+        if not float(low[:, 0].min()) <= far <= float(high[:, 0].max()):
+            continue
+        a, b = sorted((edge + sign * margin, far))
+        beside = _depths(picture, (a, panel.low[1] + inset), (b, panel.high[1] - inset))
+        clear = float((np.isfinite(beside) & (beside + near > panel.high[2] + DEEPER)).mean())
+        place = float(grip.middle[0]) if sign < 0 else 1.0 - float(grip.middle[0])
+        if clear >= 0.95 and place >= AWAY:
+            return sign
+    return None
+
+
+def _depths(picture: Picture, low: tuple[Any, Any], high: tuple[Any, Any]) -> npt.NDArray[np.float64]:
+    """Depths of the pixels of a rectangle in (u, v)."""
+    corners: Floats = np.array([low, high], dtype=np.float64)
+    row, column = picture.rows_columns(corners)
+    return picture.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]

@@ -1,0 +1,1 @@
+"""Segmentation of a static mesh into fragments, and exact cuts along their borders."""

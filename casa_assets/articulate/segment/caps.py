@@ -1,0 +1,168 @@
+"""Parts cut from a shell -> the faces that close what the cut left open, on the part and on what it was cut from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import manifold3d
+import numpy as np
+
+from casa_assets.articulate.plan import PartKind, PartPlan
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
+from casa_assets.articulate.segment.triangle_soup import Bools, Soup
+from casa_assets.core.typing import Floats, Ints
+
+# Parts that close with a board; what else is cut from a shell is closed where it was cut off.
+BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
+# A board whose back takes this part of its front has one, and what is behind it stays open.
+HAS_BACK = 0.15
+# A border of a board lies no deeper than this behind its back: what does is that of its box.
+FALLS = 0.05
+
+
+@dataclass(frozen=True)
+class Caps:
+    """Faces that close cuts.
+
+    Attributes:
+        points: (P, 3) in the frame. faces: (F, 3) over them. owner: (F,) place of the part in the list, -1 the body.
+    """
+
+    points: Floats
+    faces: Ints
+    owner: Ints
+
+
+def caps(soup: Soup, owner: Ints, parts: Sequence[PartPlan], backs: Mapping[int, float]) -> Caps:
+    """Close every part against what it was cut from.
+
+    Args:
+        soup: cut, in the frame. owner: (F,) part of each face, -1 the body.
+        backs: depth of the back of each board, seen from the front, by its place in `parts`.
+    """
+    edges, one, other = _borders(soup, owner)
+    depth = soup.points @ SIDES[FRONT][2]
+    points: list[Floats] = []
+    faces: list[Ints] = []
+    owners: list[Ints] = []
+    for i, part in enumerate(parts):
+        board = i in backs
+        rows = np.flatnonzero(one == i)
+        rows = rows[[(other[r] < 0 or parts[other[r]].kind in BOARDS) if board else True for r in rows.tolist()]]
+        if board:
+            rows = rows[(depth[edges[rows]] <= backs[i] + FALLS).all(axis=1)]
+        elif part.kind in BOARDS:
+            continue
+        normal = SIDES[FRONT][2] if board else _inwards(part)
+        level = float(max(backs[i], depth[edges[rows]].max(initial=backs[i]))) if board else None
+        shape, walls = _closed(soup.points, edges[rows], normal, level)
+        if not len(shape[1]):
+            continue
+        far = int(np.bincount(other[rows] + 1).argmax()) - 1
+        open_back = board and _has_back(soup, owner == i)
+        against = shape[1][:walls] if open_back else shape[1]
+        start = sum(len(p) for p in points)
+        points.append(shape[0])
+        faces += [shape[1] + start, against[:, ::-1] + start]
+        owners += [np.full(len(shape[1]), i), np.full(len(against), -1 if board else far)]
+    if not points:
+        return Caps(np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64))
+    return Caps(np.concatenate(points), np.concatenate(faces), np.concatenate(owners).astype(np.int64))
+
+
+def _borders(soup: Soup, owner: Ints) -> tuple[Ints, Ints, Ints]:
+    """Edges between faces of two owners, both ways: (E, 2) as the first owner's face has it, its owner, the other."""
+    alive = np.flatnonzero((soup.areas > 0) & (soup.twin == np.arange(len(soup.faces))))
+    corners = soup.faces[alive]
+    directed = np.concatenate([corners[:, [i, (i + 1) % 3]] for i in range(3)])
+    mine = np.tile(owner[alive], 3)
+    ends = np.sort(directed, axis=1)
+    order = np.lexsort((ends[:, 1], ends[:, 0]))
+    same = (ends[order][1:] == ends[order][:-1]).all(axis=1)
+    first = np.flatnonzero(same)
+    alone = np.ones(len(first), dtype=bool)
+    alone[1:] &= np.diff(first) > 1
+    alone[:-1] &= np.diff(first) > 1
+    a, b = order[first[alone]], order[first[alone] + 1]
+    apart = mine[a] != mine[b]
+    a, b = a[apart], b[apart]
+    return (
+        np.concatenate([directed[a], directed[b]]),
+        np.concatenate([mine[a], mine[b]]),
+        np.concatenate([mine[b], mine[a]]),
+    )
+
+
+def _inwards(part: PartPlan) -> Floats:
+    """The way in which a small part sits on what carries it: that of the front or of the top."""
+    axis = np.abs(np.array(part.joint.axis))
+    found: Floats = SIDES[TOP if axis[2] > 0.7 else FRONT][2]
+    return found
+
+
+def _has_back(soup: Soup, mine: Bools) -> bool:
+    """Whether a board has a surface that faces back."""
+    facing = soup.normals @ SIDES[FRONT][2]
+    front = float(soup.areas[mine & (facing < -0.8)].sum())
+    return float(soup.areas[mine & (facing > 0.8)].sum()) >= HAS_BACK * front
+
+
+def _closed(points: Floats, edges: Ints, normal: Floats, level: float | None) -> tuple[tuple[Floats, Ints], int]:
+    """Points and faces that close a border, walls first, and how many of them are walls.
+
+    Args:
+        edges: (E, 2) as the part's faces have them. normal: the way in which the faces look.
+        level: how deep along it the border is drawn before it is filled, None to fill it where it is.
+    """
+    nothing = (np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)), 0
+    loops = _loops(edges)
+    if not loops:
+        return nothing
+    rim = points[np.concatenate(loops)]
+    flat = rim if level is None else rim + np.outer(np.maximum(level - rim @ normal, 0.0), normal)
+    right = np.cross(normal, [0.0, 0.0, 1.0] if abs(normal[2]) < 0.5 else [0.0, 1.0, 0.0])
+    plane = np.stack([right, np.cross(normal, right)], axis=1)
+    sizes = [len(loop) for loop in loops]
+    starts = np.cumsum([0, *sizes])
+    rings = [(flat @ plane)[a:b] for a, b in pairwise(starts.tolist())]
+    if sum(_signed(r) for r in rings) <= 0:
+        return nothing
+    fill = np.asarray(manifold3d.triangulate(rings), dtype=np.int64).reshape(-1, 3)
+    if level is None:
+        return (rim, fill), 0
+    count = len(rim)
+    onward = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in pairwise(starts.tolist())])
+    here = np.arange(count)
+    walls = np.concatenate(
+        [np.stack([here, onward, onward + count], axis=1), np.stack([here, onward + count, here + count], axis=1)]
+    )
+    return (np.concatenate([rim, flat]), np.concatenate([walls, fill + count])), len(walls)
+
+
+def _loops(edges: Ints) -> list[Ints]:
+    """Borders as closed rings of points, run against the faces that they bound: as faces that close them have them."""
+    after: dict[int, list[int]] = {}
+    for a, b in edges.tolist():
+        after.setdefault(b, []).append(a)
+    out = []
+    for start in sorted(after):
+        while after.get(start):
+            ring = [start]
+            while after.get(ring[-1]):
+                following = after[ring[-1]].pop()
+                if following == start:
+                    break
+                ring.append(following)
+            else:
+                continue
+            if len(ring) >= 3:
+                out.append(np.array(ring, dtype=np.int64))
+    return out
+
+
+def _signed(ring: Floats) -> float:
+    """Twice the area of a ring in the plane, negative where it runs clockwise."""
+    x, y = ring.T
+    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())

@@ -1,0 +1,192 @@
+"""One side of a shell as a relief: how deep it lies, where it steps or bends, and what small things stand out of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import binary_dilation, find_objects, grey_closing, label, maximum_filter1d
+
+from casa_assets.articulate.segment.fragment_measures import SIDES
+from casa_assets.articulate.segment.raster import Picture, draw
+from casa_assets.articulate.segment.triangle_soup import Bools, Soup
+from casa_assets.core.typing import Floats, Ints
+
+# Pixels along the longer side of a relief.
+PIXELS = 640
+# A square of this side, diagonals, fits into no knob and no handle: what closing with it removes stands out.
+WINDOWS = (0.06, 0.14)
+# What stands out does so by this much, diagonals; what stands out less lies within the noise of a shell.
+STANDS = 0.0025
+LEVELS = tuple(STANDS * 1.5**k for k in range(10))
+LEAST_PIXELS, LEAST = 12, 0.007
+# It stands out so many times farther than what is seen strays (median of the differences from their median): a scan is
+# bumpy everywhere.
+ROUGH = 6.0
+# So much of what is round it is a surface that it sits on.
+SITS = 0.55
+# A small thing is no larger than this; a bar is no wider, and stands out at least so far.
+SMALL, NARROW, BAR_STANDS = 0.13, 0.075, 0.009
+# An edge: a step between neighbouring pixels, diagonals, or a bend, cosine of 20 degrees.
+STEP, BEND = 0.0022, 0.94
+# Background is this far behind everything.
+FAR = 2.0
+
+
+@dataclass(frozen=True)
+class Blob:
+    """A small thing that stands out.
+
+    Attributes:
+        rows, columns: half-open ranges of its pixels. low, high: (2,) corners in (u, v).
+        stands: how far it stands out at most. area: of its picture.
+    """
+
+    rows: tuple[int, int]
+    columns: tuple[int, int]
+    low: Floats
+    high: Floats
+    stands: float
+    area: float
+
+    @property
+    def long(self) -> float:
+        """Longer by shorter side."""
+        size = self.high - self.low
+        return float(size.max() / max(float(size.min()), 1e-9))
+
+    @property
+    def middle(self) -> Floats:
+        """(2,) of its rectangle."""
+        found: Floats = (self.low + self.high) / 2
+        return found
+
+
+@dataclass(frozen=True)
+class Relief:
+    """A side.
+
+    Attributes:
+        picture: what is seen. depth: (H, W) without infinities. base: (H, W) depth with small things taken off.
+        blob: (H, W) number of the thing in `blobs` that stands out there, -1 for none.
+        across, along: (H, W) edges between a pixel and the one at its right, below it.
+    """
+
+    picture: Picture
+    depth: Floats
+    base: Floats
+    blob: Ints
+    blobs: tuple[Blob, ...]
+    across: Bools
+    along: Bools
+
+
+def relief(soup: Soup, side: int) -> Relief:
+    """Look at a side of a soup that is in the frame."""
+    picture = draw(soup.points, soup.faces, SIDES[side], PIXELS)
+    depth = np.where(picture.face >= 0, picture.depth, FAR)
+    base = depth
+    for window in WINDOWS:
+        base = np.maximum(base, _closed(depth, max(3, round(window / picture.pixel))))
+    # Where closing reaches past the outline there is no ground to stand out of.
+    base = np.where(base > FAR / 2, depth, base)
+    blob, blobs = _blobs(picture, depth, base)
+    across, along = _edges(soup, side, picture, depth)
+    return Relief(picture, depth, base, blob, blobs, across, along)
+
+
+def _closed(depth: Floats, size: int) -> Floats:
+    """Depth with everything near that is narrower than `size` pixels pushed back to what is round it."""
+    padded = np.pad(depth, size, mode="edge")
+    closed: Floats = grey_closing(padded, size=(size, size))[size:-size, size:-size]
+    return closed
+
+
+def _blobs(picture: Picture, depth: Floats, base: Floats) -> tuple[Ints, tuple[Blob, ...]]:
+    """Connected regions that stand out: of nested ones the widest that is a small thing, not a frame or a board."""
+    out = base - depth
+    found = np.full(depth.shape, -1, dtype=np.int64)
+    blobs: list[Blob] = []
+    seen = depth < FAR / 2
+    rough = float(np.median(np.abs(out[seen] - np.median(out[seen])))) if seen.any() else 0.0
+    for level in LEVELS:
+        if level < ROUGH * rough:
+            continue
+        number, _ = label((out > level) & (found < 0))
+        for i, (rows, columns) in enumerate(find_objects(number), start=1):
+            mask = number[rows, columns] == i
+            if mask.sum() < LEAST_PIXELS or min(mask.shape) * picture.pixel < LEAST:
+                continue
+            blob = _blob(picture, rows, columns, mask, out)
+            if _sits(mask, seen, rows, columns) < SITS:
+                continue
+            # What touches one that was found is its rim, or the rest of the frame from which it rose.
+            if _is_small(blob) and not (found[_around(rows), _around(columns)] >= 0).any():
+                found[rows, columns][mask] = len(blobs)
+                blobs.append(blob)
+    return found, tuple(blobs)
+
+
+def _sits(mask: Bools, seen: Bools, rows: slice, columns: slice) -> float:
+    """Share of what is right round a region that is part of the thing: a ragged border stands out of nothing."""
+    grown = widened(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
+    window = np.pad(seen, 3)[rows.start : rows.stop + 6, columns.start : columns.stop + 6]
+    return float(window[grown].mean())
+
+
+def _around(span: slice) -> slice:
+    return slice(max(0, span.start - 1), span.stop + 1)
+
+
+def _blob(picture: Picture, rows: slice, columns: slice, mask: Bools, out: Floats) -> Blob:
+    height = out.shape[0]
+    low = picture.low + picture.pixel * np.array([columns.start, height - rows.stop])
+    high = picture.low + picture.pixel * np.array([columns.stop, height - rows.start])
+    stands = float(np.percentile(out[rows, columns][mask], 95))
+    area = float(mask.sum()) * picture.pixel**2
+    return Blob((rows.start, rows.stop), (columns.start, columns.stop), low, high, stands, area)
+
+
+def _is_small(blob: Blob) -> bool:
+    """Whether a region is a knob, a button or a bar, by its size and by how much of its rectangle it fills."""
+    size = blob.high - blob.low
+    fill = blob.area / float(np.prod(size))
+    if size.max() <= SMALL:
+        return fill >= 0.4
+    return bool(size.min() <= NARROW and blob.stands >= BAR_STANDS and (fill >= 0.4 or size.max() <= 2 * SMALL))
+
+
+def _edges(soup: Soup, side: int, picture: Picture, depth: Floats) -> tuple[Bools, Bools]:
+    """Pixels that step, or bend inwards, against the one at their right, and the one below.
+
+    Outward bends are left out: they are the facets of a bulging front, while a gap always has an inward one.
+    """
+    normals = soup.normals[np.maximum(picture.face, 0)]
+    across, along = np.zeros(depth.shape, dtype=bool), np.zeros(depth.shape, dtype=bool)
+    for found, axis, way in ((across, 1, SIDES[side][0]), (along, 0, -SIDES[side][1])):
+        a = (slice(None), slice(None, -1)) if axis else (slice(None, -1), slice(None))
+        b = (slice(None), slice(1, None)) if axis else (slice(1, None), slice(None))
+        bend = (normals[a] * normals[b]).sum(axis=2) < BEND
+        inwards = (normals[b] - normals[a]) @ way < 0
+        found[a] = (np.abs(depth[a] - depth[b]) > STEP) | (bend & inwards)
+    return across, along
+
+
+def widened(mask: Bools, pixels: int) -> Bools:
+    """A mask grown by some pixels, all ways."""
+    found: Bools = binary_dilation(mask, iterations=pixels) if pixels else mask
+    return found
+
+
+def thick_lines(relief_: Relief, upright: bool, pixels: int) -> tuple[Bools, Bools]:
+    """Edges along one way, each a few pixels wide, and where nothing hides the ground.
+
+    Returns:
+        (H, W) edges and (H, W) mask; transposed for upright lines, so that a line is always a row.
+    """
+    edges = relief_.across if upright else relief_.along
+    hidden = widened(relief_.blob >= 0, 2)
+    axis = 1 if upright else 0
+    thick: Bools = maximum_filter1d((edges & ~hidden).astype(np.uint8), 2 * pixels + 1, axis=axis).astype(bool)
+    free = ~hidden
+    return (thick.T, free.T) if upright else (thick, free)

@@ -1,0 +1,130 @@
+"""Triangles cut along flat blades of limited size; whatever hangs on the points is carried over to the new ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.articulate.segment.fragment_measures import SIDES
+from casa_assets.core.typing import Floats, Ints
+
+# An edge is not cut so near its ends, as a part of its length: that would leave slivers.
+END = 1e-4
+# A blade reaches beyond its limits by this, diagonals, so that two that meet leave no edge between them uncut.
+REACH = 1e-6
+
+
+@dataclass(frozen=True)
+class Knife:
+    """A blade: the rectangle in which one of (right, up, depth) of a side has a value.
+
+    Attributes:
+        side: of SIDES. axis: 0, 1 or 2 of its (right, up, depth). at: the value there.
+        low, high: (3,) limits in (right, up, depth); those along `axis` do not count.
+    """
+
+    side: int
+    axis: int
+    at: float
+    low: Floats
+    high: Floats
+
+
+@dataclass(frozen=True)
+class Split:
+    """Triangles after cutting.
+
+    Attributes:
+        made: for each blade that cut: (a, b, share) of each new point, which is `a + share * (b - a)`; new points are
+            counted on from the last.
+        faces: (F', 3). parent: (F',) triangle of which each is a part, ascending.
+    """
+
+    made: tuple[tuple[Ints, Ints, Floats], ...]
+    faces: Ints
+    parent: Ints
+
+    def carried(self, values: Floats) -> Floats:
+        """(P', k) values at the old and the new points, from (P, k) values at the old ones."""
+        out = values
+        for a, b, share in self.made:
+            out = np.concatenate([out, out[a] + share[:, None] * (out[b] - out[a])])
+        return out
+
+
+def split(points: Floats, faces: Ints, knives: Sequence[Knife]) -> Split:
+    """Cut triangles wherever an edge meets a blade: triangles that share an edge share the new point.
+
+    Args:
+        points: (P, 3) in the frame. faces: (F, 3).
+    """
+    made: list[tuple[Ints, Ints, Floats]] = []
+    parent = np.arange(len(faces))
+    for knife in knives:
+        found = _cut(points, faces, knife)
+        if found is None:
+            continue
+        (a, b, share), faces, kept = found
+        points = np.concatenate([points, points[a] + share[:, None] * (points[b] - points[a])])
+        parent = parent[kept]
+        made.append((a, b, share))
+    order = np.argsort(parent, kind="stable")
+    return Split(tuple(made), faces[order], parent[order])
+
+
+def _cut(points: Floats, faces: Ints, knife: Knife) -> tuple[tuple[Ints, Ints, Floats], Ints, Ints] | None:
+    """New points, triangles, and the one that each was part of; None where the blade meets nothing."""
+    axes = SIDES[knife.side]
+    level = points @ axes[knife.axis] - knife.at
+    over = level[faces] > 0
+    near = np.flatnonzero(over.any(axis=1) & ~over.all(axis=1))
+    ends = np.sort(np.concatenate([faces[near][:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
+    ends, place = np.unique(ends, axis=0, return_inverse=True)
+    a, b = ends[:, 0], ends[:, 1]
+    fall = level[b] - level[a]
+    share = np.where(np.abs(fall) > 1e-15, -level[a] / np.where(fall == 0, 1.0, fall), -1.0)
+    at = (points[a] + share[:, None] * (points[b] - points[a])) @ axes.T
+    others = [i for i in range(3) if i != knife.axis]
+    inside = ((at >= knife.low - REACH) & (at <= knife.high + REACH))[:, others].all(axis=1)
+    good = inside & (share > END) & (share < 1 - END)
+    if not good.any():
+        return None
+    number = np.full(len(ends), -1, dtype=np.int64)
+    number[good] = len(points) + np.arange(int(good.sum()))
+    middle = number[place.reshape(3, -1).T]
+    fresh, kept = _pieces(faces[near], middle)
+    rest = np.ones(len(faces), dtype=bool)
+    rest[near] = False
+    whole = np.flatnonzero(rest)
+    return (
+        (a[good], b[good], share[good]),
+        np.concatenate([faces[whole], fresh]),
+        np.concatenate([whole, near[kept]]),
+    )
+
+
+def _pieces(faces: Ints, middle: Ints) -> tuple[Ints, Ints]:
+    """Triangles parted at the points on their edges (-1 for none), of which at most two have one; and their owners."""
+    count = (middle >= 0).sum(axis=1)
+    none = np.flatnonzero(count == 0)
+    one = np.flatnonzero(count == 1)
+    two = np.flatnonzero(count == 2)
+    p, m = _turned(faces[one], middle[one], np.argmax(middle[one] >= 0, axis=1) if len(one) else one)
+    single = [np.stack([p[:, 0], m[:, 0], p[:, 2]], axis=1), np.stack([m[:, 0], p[:, 1], p[:, 2]], axis=1)]
+    # Turn those with two so that the edge without a point comes last: the corner between the cut edges is the second.
+    bare = (np.argmin(middle[two], axis=1) + 1) % 3 if len(two) else two
+    q, n = _turned(faces[two], middle[two], bare)
+    double = [
+        np.stack([n[:, 0], q[:, 1], n[:, 1]], axis=1),
+        np.stack([q[:, 0], n[:, 0], n[:, 1]], axis=1),
+        np.stack([q[:, 0], n[:, 1], q[:, 2]], axis=1),
+    ]
+    return np.concatenate([faces[none], *single, *double]), np.concatenate([none, one, one, two, two, two])
+
+
+def _turned(faces: Ints, middle: Ints, first: Ints) -> tuple[Ints, Ints]:
+    """Corners and edge points counted from another corner; edge i runs from corner i to the next."""
+    order = (np.asarray(first)[:, None] + np.arange(3)) % 3
+    return np.take_along_axis(faces, order, axis=1), np.take_along_axis(middle, order, axis=1)

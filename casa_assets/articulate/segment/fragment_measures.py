@@ -1,0 +1,91 @@
+"""Fragments measured: where each lies, how large it is, and how much of it is seen from each side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.articulate.segment.raster import Picture, draw
+from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.core.typing import Floats, Ints
+
+# Rows of each: right, up, and the way one looks. Front, back, left, right, top, bottom.
+SIDES = np.array(
+    [
+        [[1, 0, 0], [0, 0, 1], [0, 1, 0]],
+        [[-1, 0, 0], [0, 0, 1], [0, -1, 0]],
+        [[0, -1, 0], [0, 0, 1], [1, 0, 0]],
+        [[0, 1, 0], [0, 0, 1], [-1, 0, 0]],
+        [[1, 0, 0], [0, 1, 0], [0, 0, -1]],
+        [[1, 0, 0], [0, -1, 0], [0, 0, 1]],
+    ],
+    dtype=np.float64,
+)
+FRONT, BACK, LEFT, RIGHT, TOP, BOTTOM = range(6)
+PIXELS = 512
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """All fragments of a soup, in the frame.
+
+    Attributes:
+        label: (F,) fragment of each face, -1 for none.
+        low, high: (N, 3) corners of each. area: (N,) surface.
+        seen: (N, 6) area of its picture from each of SIDES. pictures: those pictures, of faces.
+    """
+
+    soup: Soup
+    label: Ints
+    low: Floats
+    high: Floats
+    area: Floats
+    seen: Floats
+    pictures: tuple[Picture, ...]
+
+    @property
+    def count(self) -> int:
+        """How many fragments there are."""
+        return len(self.area)
+
+    def faces_of(self, fragments: Sequence[int]) -> Ints:
+        """Faces of some fragments, ascending."""
+        mask = np.zeros(self.count + 1, dtype=bool)
+        mask[list(fragments)] = True
+        return np.flatnonzero(mask[self.label] & (self.label >= 0))
+
+    def box(self, fragments: Sequence[int]) -> tuple[Floats, Floats]:
+        """(3,) lower and upper corner of some fragments."""
+        rows = list(fragments)
+        return self.low[rows].min(axis=0), self.high[rows].max(axis=0)
+
+    def points_of(self, fragments: Sequence[int]) -> Floats:
+        """(P, 3) points that some fragments use."""
+        found: Floats = self.soup.points[np.unique(self.soup.faces[self.faces_of(fragments)])]
+        return found
+
+
+def measure(soup: Soup, label: Ints, pixels: int = PIXELS) -> Pieces:
+    """Measure the fragments of a soup that is in the frame."""
+    count = int(label.max()) + 1 if len(label) else 0
+    alive = np.flatnonzero(label >= 0)
+    corners = soup.points[soup.faces[alive]]
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, label[alive], corners.min(axis=1))
+    np.maximum.at(high, label[alive], corners.max(axis=1))
+    area = np.bincount(label[alive], soup.areas[alive], count).astype(np.float64)
+    pictures = tuple(draw(soup.points, soup.faces, axes, pixels) for axes in SIDES)
+    seen = np.zeros((count, len(SIDES)))
+    for i, picture in enumerate(pictures):
+        shown = label[picture.face[picture.face >= 0]]
+        seen[:, i] = np.bincount(shown[shown >= 0], minlength=count) * picture.pixel**2
+    return Pieces(soup, label, low, high, area, seen, pictures)
+
+
+def face_on(pieces: Pieces, side: int) -> tuple[Floats, Floats]:
+    """(N, 3) corners of every fragment as seen from a side: right, up, and depth from the viewer."""
+    axes = SIDES[side]
+    a, b = pieces.low @ axes.T, pieces.high @ axes.T
+    return np.minimum(a, b), np.maximum(a, b)

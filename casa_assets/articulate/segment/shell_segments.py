@@ -1,0 +1,289 @@
+"""A shell that is one piece -> labels as if it were many: what stands out of it, and the fronts that it closes with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from casa_assets.articulate.fronts.bulging_fronts import without_stairs
+from casa_assets.articulate.fronts.rectangles import FAR_AWAY, Leaf, corners, find_leaves, is_handle, is_set
+from casa_assets.articulate.segment.creases import FAR, Relief, relief, widened
+from casa_assets.articulate.segment.cut_planes import Knife
+from casa_assets.articulate.segment.fragment_measures import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
+from casa_assets.articulate.segment.raster import Picture, draw
+from casa_assets.articulate.segment.triangle_soup import Bools, Soup
+from casa_assets.core.typing import Floats, Ints
+
+# A piece that holds this part of all surface, is so large every way, and is so much of what is seen of the front, is a
+# shell that may have parts in it: a body whose parts are pieces of their own shows between them only.
+SHELL_AREA, SHELL_EXTENT, SHELL_SHOWN = 0.55, 0.6, 0.5
+# What has fronts is boxy: so much of what is seen of it faces along an axis within 12 degrees, all sides alike. Ref: of
+# fused appliances and cabinets 0.64 to 0.97; of fruit, bottles, mugs, bowls and toys 0.07 to 0.60.
+BOXY, ALONG = 0.62, 0.978
+# So much of a front faces the viewer within 35 degrees: a bulging one does, the side of a can does not.
+FACES, TOWARDS = 0.75, 0.819
+# A front whose back does not show is so thick, diagonals; none is thicker, or more than this part of the depth.
+THICK, THICKEST, THICK_OF_DEPTH = 0.022, 0.06, 0.15
+# A back that shows is at least this part of the surface near a front.
+BACK_SHOWN = 0.15
+# What lies behind a front keeps within it by so much, and is a surface of at least this size.
+TIGHT, LEAST_BEHIND = 0.004, 0.002
+# A front begins no deeper than this part of the depth of the shell, and covers this much of its rectangle.
+DEEPEST, COVERS = 0.3, 0.7
+# Rectangles at least so wide, so near each other, and flush to so much, set each other off; diagonals.
+LEAST_LEAF, GAP, FLUSH = 0.03, 0.03, 0.04
+# A rectangle that is more than this part of the side is that side of the body, unless it has a handle.
+WHOLE = 0.92
+# Where nothing stands out of a side, one seam across it is a crease of a box: so many rectangles are fronts.
+PLAIN = 3
+# What stands out is cut off this far before its ground.
+FOOT = 0.0015
+# Its triangles keep within this of its outline, diagonals.
+RIM = 0.006
+
+
+@dataclass(frozen=True)
+class Shell:
+    """What is to be cut.
+
+    Attributes:
+        mine: (F,) faces of the shell. shown: (F,) those seen from the front. skin: (F,) those seen from elsewhere.
+        front, top: views of it. fronts: each a rectangle and the depth of its back.
+    """
+
+    mine: Bools
+    shown: Bools
+    skin: Bools
+    front: Relief
+    top: Relief
+    fronts: tuple[tuple[Leaf, float], ...]
+
+
+def cut(soup: Soup, label: Ints) -> Ints:
+    """Take a shell apart on its front and top, along the edges that its triangles have.
+
+    Args:
+        soup: in the frame, a diagonal of 1. label: (F,) fragment of each face, -1 for none.
+
+    Returns:
+        (F,) labels: those that came in, and new ones for what was taken from a shell.
+    """
+    shell = find_shell(soup, label)
+    if shell is None:
+        return label
+    zone = zones(shell, soup, np.arange(len(label)))
+    fresh = int(label.max()) + 1
+    number = np.cumsum(np.bincount(zone[zone >= 0], minlength=1) > 0) - 1
+    out = np.where(zone >= 0, fresh + number[np.maximum(zone, 0)], label)
+    for group in _behind(shell, soup, zone):
+        out[group] = int(out.max()) + 1
+    return out
+
+
+def find_shell(soup: Soup, label: Ints) -> Shell | None:
+    """What of a soup is one shell that has parts in it, as for `cut`; None where each part is a piece of its own."""
+    mine = _shell(soup, label)
+    if not mine.any():
+        return None
+    around = [draw(soup.points, soup.faces, SIDES[side], 256) for side in (BACK, LEFT, RIGHT, BOTTOM)]
+    front, top = relief(soup, FRONT), relief(soup, TOP)
+    seen = front.picture.face[front.picture.face >= 0]
+    if float(mine[seen].mean()) < SHELL_SHOWN or boxiness(soup, [front.picture, top.picture, *around]) < BOXY:
+        return None
+    shown = np.zeros(len(label), dtype=bool)
+    shown[seen] = True
+    flat, deep = _seen_from(soup, FRONT)
+    fronts = []
+    filled = [leaf for leaf in without_stairs(front, find_leaves(front)) if _may_open(soup, front, leaf, deep)]
+    marked = len(filled) >= PLAIN or any(is_set(front, b, FAR_AWAY) for b in front.blobs)
+    for leaf in filled:
+        beside = marked and any(_beside(front, leaf, o) for o in filled) and _pixels(leaf) < WHOLE * len(seen)
+        if any(is_handle(front, front.blobs[i]) for i in leaf.blobs) or beside:
+            inside = mine & _in_leaf(front, leaf, flat)
+            fronts.append((leaf, leaf.plane + _thickness(soup, inside, flat[:, 2] - leaf.plane, deep)))
+    skin = np.zeros(len(label), dtype=bool)
+    for picture in around:
+        skin[picture.face[picture.face >= 0]] = True
+    return Shell(mine, shown, skin, front, top, tuple(fronts))
+
+
+def knives(shell: Shell, soup: Soup, chosen: Sequence[int]) -> list[Knife]:
+    """Blades that give zones clean edges: round a front and behind it, under what stands out.
+
+    Args:
+        chosen: numbers of zones, as `zones` gives them.
+    """
+    nearest = float((soup.points @ SIDES[FRONT][2]).min())
+    out = []
+    for leaf, back in (shell.fronts[i] for i in chosen if i < len(shell.fronts)):
+        a, b = corners(shell.front, leaf)
+        low, high = np.append(a, nearest - 1.0), np.append(b, nearest + back)
+        out += [Knife(FRONT, axis, float(end[axis]), low, high) for axis in (0, 1) for end in (low, high)]
+        out.append(Knife(FRONT, 2, nearest + back, low, high))
+    first = len(shell.fronts)
+    for side, view in ((FRONT, shell.front), (TOP, shell.top)):
+        nearest = float((soup.points @ SIDES[side][2]).min())
+        for number, blob in enumerate(view.blobs):
+            if first + number in chosen:
+                rim = 3 * view.picture.pixel
+                low, high = np.append(blob.low - rim, nearest), np.append(blob.high + rim, nearest)
+                out.append(Knife(side, 2, nearest + _foot(view, number), low, high))
+        first += len(view.blobs)
+    return out
+
+
+def zones(shell: Shell, soup: Soup, parent: Ints) -> Ints:
+    """(F',) which front, then which thing that stands out before it, then on the top, each face is of; -1 for none.
+
+    Args:
+        soup: that of the shell, or cut. parent: (F',) face of the shell's soup that each face is part of.
+    """
+    free = shell.mine[parent]
+    out = np.full(len(parent), -1, dtype=np.int64)
+    flat, deep = _seen_from(soup, FRONT)
+    falls = min(THICKEST, THICK_OF_DEPTH * deep)
+    for i, (leaf, back) in enumerate(shell.fronts):
+        inside = free & _in_leaf(shell.front, leaf, flat)
+        # A bulging front falls off towards its edges.
+        out[inside & ((flat[:, 2] <= back) | (shell.shown[parent] & (flat[:, 2] <= leaf.plane + falls)))] = i
+    plain = out < 0
+    first = len(shell.fronts)
+    _take_blobs(out, free, shell.front, soup, FRONT, first)
+    _take_blobs(out, free & plain & (out < 0), shell.top, soup, TOP, first + len(shell.front.blobs))
+    return out
+
+
+def _behind(shell: Shell, soup: Soup, zone: Ints) -> list[Ints]:
+    """Faces of surfaces behind fronts, each in one piece: boxes of drawers, walls and shelves."""
+    flat, _ = _seen_from(soup, FRONT)
+    out = []
+    for leaf, _ in shell.fronts:
+        low, high = corners(shell.front, leaf)
+        within = ((flat[:, :2] >= low + TIGHT) & (flat[:, :2] <= high - TIGHT)).all(axis=1)
+        rows = np.flatnonzero(shell.mine & within & ~shell.skin & (zone < 0))
+        out += [g for g in _hanging_together(soup, rows) if float(soup.areas[g].sum()) >= LEAST_BEHIND]
+    return out
+
+
+def _seen_from(soup: Soup, side: int) -> tuple[Floats, float]:
+    """(F, 3) middle of each face as right, up and depth from the nearest point; and the depth of the whole."""
+    flat = soup.points[soup.faces].mean(axis=1) @ SIDES[side].T
+    depth = soup.points @ SIDES[side][2]
+    flat[:, 2] -= float(depth.min())
+    return flat, float(np.ptp(depth))
+
+
+def _in_leaf(front: Relief, leaf: Leaf, flat: Floats) -> Bools:
+    """(F,) faces whose middle is in a rectangle, at any depth."""
+    row, column = front.picture.rows_columns(flat[:, :2])
+    found: Bools = (row >= leaf.rows[0]) & (row < leaf.rows[1])
+    return found & (column >= leaf.columns[0]) & (column < leaf.columns[1])
+
+
+def _shell(soup: Soup, label: Ints) -> Bools:
+    """(F,) faces of the piece that is most of the thing, none where there is no such piece."""
+    alive = label >= 0
+    none: Bools = np.zeros(len(label), dtype=bool)
+    if not alive.any():
+        return none
+    area = np.bincount(label[alive], soup.areas[alive])
+    most = int(np.argmax(area))
+    mine: Bools = label == most
+    points = soup.points[soup.faces[mine]].reshape(-1, 3)
+    whole = np.ptp(soup.points, axis=0)
+    large = bool((np.ptp(points, axis=0) >= SHELL_EXTENT * whole).all())
+    return mine if large and area[most] >= SHELL_AREA * area.sum() else none
+
+
+def _thickness(soup: Soup, inside: Bools, behind: Floats, deep: float) -> float:
+    """How thick a front is: to its back where that lies open, else what fronts usually are."""
+    most = min(THICKEST, THICK_OF_DEPTH * deep)
+    facing = soup.normals @ SIDES[FRONT][2] > 0.8
+    rows = np.flatnonzero(inside & facing & (behind > 0.004) & (behind < most))
+    least = BACK_SHOWN * float(soup.areas[inside & (behind < most)].sum())
+    if not len(rows) or float(soup.areas[rows].sum()) < least:
+        return min(THICK, most)
+    order = rows[np.argsort(behind[rows], kind="stable")]
+    reach = np.cumsum(soup.areas[order])
+    return float(behind[order[np.searchsorted(reach, 0.9 * reach[-1])]]) + 0.002
+
+
+def boxiness(soup: Soup, views: Sequence[Picture]) -> float:
+    """Share of what is seen that faces along an axis, all pictures by their area."""
+    along = np.abs(soup.normals).max(axis=1) > ALONG
+    area = [(float((v.face >= 0).sum()), float(along[v.face[v.face >= 0]].sum()), v.pixel**2) for v in views]
+    return sum(a * p for _, a, p in area) / max(sum(n * p for n, _, p in area), 1e-12)
+
+
+def _hanging_together(soup: Soup, rows: Ints) -> list[Ints]:
+    """Some faces in groups that share points, each ascending."""
+    if not len(rows):
+        return []
+    used, local = np.unique(soup.faces[rows], return_inverse=True)
+    local = local.reshape(-1, 3)
+    ends = np.concatenate([local[:, [0, 1]], local[:, [1, 2]]])
+    graph = coo_matrix((np.ones(len(ends), dtype=np.int8), (ends[:, 0], ends[:, 1])), shape=(len(used), len(used)))
+    count, of_point = connected_components(graph, directed=False)
+    of_face = of_point[local[:, 0]]
+    return [rows[of_face == k] for k in range(count) if (of_face == k).sum() >= 12]
+
+
+def _may_open(soup: Soup, front: Relief, leaf: Leaf, deep: float) -> bool:
+    """Whether a rectangle may be a front: filled, not far back, and facing the viewer."""
+    window = slice(*leaf.rows), slice(*leaf.columns)
+    if float((front.depth[window] < FAR / 2).mean()) < COVERS or leaf.plane > DEEPEST * deep:
+        return False
+    ground = front.picture.face[window][(front.blob[window] < 0) & (front.picture.face[window] >= 0)]
+    towards = np.abs(soup.normals[ground] @ SIDES[FRONT][2]) > TOWARDS
+    return bool(len(ground)) and float(towards.mean()) >= FACES
+
+
+def _beside(front: Relief, leaf: Leaf, other: Leaf) -> bool:
+    """Whether two rectangles lie side by side and nearly flush: the seam between them sets a front off."""
+    apart = abs(leaf.plane - other.plane)
+    least, gap = LEAST_LEAF / front.picture.pixel, GAP / front.picture.pixel
+    spans = [(leaf.rows, other.rows), (leaf.columns, other.columns)]
+    over = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in spans]
+    slim = min(b - a for m in (leaf, other) for a, b in (m.rows, m.columns)) < least
+    meet = any(-gap <= over[i] <= 0 and over[1 - i] >= 0.5 * min(b - a for a, b in spans[1 - i]) for i in (0, 1))
+    return leaf is not other and meet and not slim and apart <= FLUSH
+
+
+def _pixels(leaf: Leaf) -> int:
+    return (leaf.rows[1] - leaf.rows[0]) * (leaf.columns[1] - leaf.columns[0])
+
+
+def _foot(view: Relief, number: int) -> float:
+    """Depth at which a thing that stands out is cut off: a little before the ground that it hides."""
+    ground = float(np.median(view.base[view.blob == number]))
+    return ground - min(FOOT, 0.3 * view.blobs[number].stands)
+
+
+def _take_blobs(out: Ints, free: Bools, view: Relief, soup: Soup, side: int, first: int) -> None:
+    """Number the faces of each thing that stands out, from `first` on.
+
+    Long triangles that reach from it far over the ground are neither: they would make both larger than they are.
+    """
+    if not view.blobs:
+        return
+    corners_ = soup.points[soup.faces] @ SIDES[side].T
+    corners_[:, :, 2] -= float((soup.points @ SIDES[side][2]).min())
+    middle = corners_.mean(axis=1)
+    row, column = view.picture.rows_columns(middle[:, :2])
+    nearest = corners_[:, :, 2].min(axis=1)
+    for number, blob in enumerate(view.blobs):
+        rows = slice(max(0, blob.rows[0] - 2), blob.rows[1] + 2)
+        columns = slice(max(0, blob.columns[0] - 2), blob.columns[1] + 2)
+        mask = np.zeros(view.blob.shape, dtype=bool)
+        mask[rows, columns] = widened(view.blob[rows, columns] == number, 1)
+        foot = _foot(view, number)
+        rim = max(RIM, 3 * view.picture.pixel)
+        within = ((corners_[:, :, :2] >= blob.low - rim) & (corners_[:, :, :2] <= blob.high + rim)).all(axis=(1, 2))
+        mine = free & mask[row, column] & (middle[:, 2] < foot)
+        out[mine & within] = first + number
+        near = ((middle[:, :2] >= blob.low - rim) & (middle[:, :2] <= blob.high + rim)).all(axis=1)
+        out[free & near & ~(mine & within) & (nearest < foot - 0.4 * blob.stands)] = -1

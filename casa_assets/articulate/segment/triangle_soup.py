@@ -1,0 +1,82 @@
+"""Any triangles -> welded points with a face index that leads back to the triangles that came in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import weld
+
+Bools = npt.NDArray[np.bool_]
+
+# Vertices closer than this part of the diagonal are one point. Ref: measured, parts of clean appliance meshes lie
+# farther apart, float32 exports of one point nearer.
+WELD_RELATIVE = 1e-5
+
+
+@dataclass(frozen=True)
+class Soup:
+    """Triangles, all parts of a file as one set.
+
+    Attributes:
+        points: (P, 3) welded, any unit.
+        faces: (F, 3) over the points, as many and in the order in which they came in; a triangle that welding
+            collapses stays, with no area.
+        normals: (F, 3) unit, zero where a face has no area. areas: (F,).
+        twin: (F,) the first face with the same three points and the same side; itself where it is the first.
+        tint: (F,) number of the material of each face; faces of two materials are not one piece of a thing.
+    """
+
+    points: Floats
+    faces: Ints
+    normals: Floats
+    areas: Floats
+    twin: Ints
+    tint: Ints
+
+    @property
+    def diagonal(self) -> float:
+        """Of the box around all triangles."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0))) if len(self.points) else 0.0
+
+    def placed(self, rotation: Floats, origin: Floats, scale: float) -> Soup:
+        """The triangles as seen in another frame: `scale * rotation @ (point - origin)`; rotation is proper."""
+        points = (self.points - origin) @ rotation.T * scale
+        return Soup(points, self.faces, self.normals @ rotation.T, self.areas * scale**2, self.twin, self.tint)
+
+
+def soup_of(vertices: Floats, faces: Ints, tint: Ints | None = None) -> Soup:
+    """Weld triangles.
+
+    Args:
+        vertices: (V, 3) finite. faces: (F, 3) within range. tint: (F,) materials, None where all have one.
+    """
+    extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 0.0
+    diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0))) if len(vertices) else 0.0
+    points, place = weld(vertices, WELD_RELATIVE * diagonal / max(extent, 1e-300))
+    ids = place[faces]
+    normals, areas = face_normals(points, ids)
+    flat = (ids[:, 0] == ids[:, 1]) | (ids[:, 1] == ids[:, 2]) | (ids[:, 2] == ids[:, 0])
+    areas = np.where(flat, 0.0, areas)
+    plain = np.zeros(len(ids), dtype=np.int64)
+    return Soup(points, ids, normals, areas, _twins(ids, len(points)), plain if tint is None else tint)
+
+
+def _twins(faces: Ints, count: int) -> Ints:
+    """(F,) index of the first face that has the same points in the same sense of turning."""
+    if not len(faces):
+        return np.empty(0, dtype=np.int64)
+    start = np.argmin(faces, axis=1)
+    rows = np.arange(len(faces))
+    turned = np.stack([faces[rows, (start + k) % 3] for k in range(3)], axis=1)
+    order = np.lexsort((rows, turned[:, 2], turned[:, 1], turned[:, 0]))
+    new = np.ones(len(faces), dtype=bool)
+    new[1:] = (turned[order][1:] != turned[order][:-1]).any(axis=1)
+    first = order[np.flatnonzero(new)]
+    twin = np.empty(len(faces), dtype=np.int64)
+    twin[order] = first[np.cumsum(new) - 1]
+    return twin

@@ -1,0 +1,282 @@
+"""What a thing of a known kind has besides parts: regions and sites by their names, named poses, states, a contract.
+
+Only what is there is named. Whether it is enough for the contract is for the checks to say.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.articulate.controls.burners import Burner, belongs
+from casa_assets.articulate.interior.niches import Hollow, cup_place, floor_under, slots
+from casa_assets.articulate.interior.regions import (
+    behind,
+    below_racks,
+    bounds_of,
+    in_drawer,
+    is_taken,
+    over_rack,
+    shown,
+    split_by_shelves,
+    support,
+)
+from casa_assets.articulate.semantics.state_machines import behavior_for
+from casa_assets.core.typing import Floats
+from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, JointValue, Keyframe, Region, Site
+from casa_assets.model.asset.link import Visual
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec4
+
+OUTER = "main"
+HIDDEN: Vec4 = (0.06, 0.2, 0.75, 0.0)
+POURED: Vec4 = (0.05, 0.025, 0.012, 0.0)
+LAMP: Vec4 = (1.0, 0.88, 0.65, 0.0)
+FLAME_M, STREAM_M = 0.02, 0.012
+# Kinds of which a fixture class of the same name reads the contract.
+CONTRACTS = {
+    "microwave": "microwave",
+    "wall_oven": "oven",
+    "toaster_oven": "toaster_oven",
+    "range": "stove",
+    "hob": "stovetop",
+    "dishwasher": "dishwasher",
+    "coffee_machine": "coffee_machine",
+    "toaster": "toaster",
+    "kettle": "electric_kettle",
+    "sink": "sink",
+    "island_base": "island_base",
+    "hood": "hood",
+}
+CABINETS = ("cabinet", "drawer_stack", "sink_base")
+COLD = "refrigerator"
+
+
+def equipped(asset: Asset, category: str, burners: Sequence[Burner] = ()) -> Asset:
+    """A thing under the names of its kind, with regions, sites, poses and states of that kind, and its contract.
+
+    Args:
+        asset: its joints under the names of its kind, `main` among its regions. burners: on its top.
+    """
+    asset = asset.replace(regions=tuple(_regions(asset, category)))
+    if category in ("hob", "range"):
+        asset = _with_burners(asset, burners)
+    if category == "coffee_machine":
+        asset = _with_cup(asset)
+    if category == "toaster":
+        asset = _with_slots(asset)
+    if category == "microwave":
+        asset = _with_tray(asset)
+    if category == COLD:
+        asset = _with_lamp(asset)
+    asset = asset.replace(behavior=behavior_for(asset, category), contract=contract_of(asset, category))
+    return asset.replace(keyframes=tuple(_poses(asset)))
+
+
+def contract_of(asset: Asset, category: str) -> str | None:
+    """Id of what a runtime expects of such a thing; None where no class reads it."""
+    names = [j.name for j in asset.joints]
+    if category == COLD:
+        return _fridge(asset, names)
+    if any(word in category for word in CABINETS):
+        if any(n.endswith(("leftdoorhinge", "rightdoorhinge")) for n in names):
+            return "hinge_cabinet"
+        if any(n.endswith("doorhinge") for n in names):
+            return "single_cabinet"
+        return "drawer" if any(n.endswith("slidejoint") for n in names) else None
+    return CONTRACTS.get(category)
+
+
+def _fridge(asset: Asset, names: Sequence[str]) -> str | None:
+    if "fridge_left_door_joint" in names:
+        return "fridge_french_door"
+    if "fridge_door_joint" not in names:
+        return None
+    if "freezer_door_joint" not in names:
+        return "fridge_bottom_freezer"
+    fridge, freezer = (bounds_of(asset, f"{w}_door") for w in ("fridge", "freezer"))
+    if fridge[0][0] >= freezer[1][0] - 0.01:
+        return "fridge_side_by_side"
+    return "fridge_top_freezer" if freezer[0][2] > fridge[0][2] else "fridge_bottom_freezer"
+
+
+def _regions(asset: Asset, category: str) -> Iterator[Region]:
+    """Regions under the names of the kind, the lower ones first; those of racks where they have none."""
+    inner = [r for r in asset.regions if r.name != OUTER]
+    inner.sort(key=lambda r: (round(_middle(asset, r)[2], 3), round(_middle(asset, r)[0], 3)))
+    count: dict[str, int] = {}
+    yield from (r for r in asset.regions if r.name == OUTER)
+    racks = [k.name for k in asset.links if re.fullmatch(r"rack[0-9]|tray", k.name)]
+    for region in inner:
+        if region.link in racks:
+            continue
+        shelved = category == COLD or _is_cabinet(category)
+        below = None if shelved else below_racks(asset, region)
+        for part in split_by_shelves(asset, region) if shelved else [below] if below is not None else []:
+            if is_taken(asset, part):
+                continue
+            word = _word(asset, part, category)
+            number = count.get(word, 0)
+            count[word] = number + 1
+            numbered = word.endswith(("shelf", "level", "drawer"))
+            name = f"{word}{number}" if numbered else word if not number else f"{word}_{number}"
+            yield part.replace(name=name)
+    filled = {r.link for r in inner}
+    for drawer in (k.name for k in asset.links if k.name not in filled and shown(asset, k.name) == "drawer"):
+        room = in_drawer(asset, drawer)
+        if room is not None:
+            word = _word(asset, room, category)
+            number = count.get(word, 0)
+            count[word] = number + 1
+            yield room.replace(name=f"{word}{number}" if word.endswith("drawer") else word)
+    for rack in racks:
+        room = over_rack(asset, rack, [r for r in inner if r.link == "object"])
+        if room is not None:
+            yield room.replace(name=rack)
+
+
+def _word(asset: Asset, region: Region, category: str) -> str:
+    """What a region is called, without its number."""
+    if region.link != "object":
+        if category == COLD:
+            return ("freezer" if region.link.startswith("freezer") else "fridge") + "_drawer"
+        return "int" if region.link == "drawer" and _is_cabinet(category) else f"{region.link}_int"
+    if category == COLD:
+        door = behind(asset, region)
+        return ("freezer" if door.startswith("freezer") else "fridge") + "_shelf"
+    return "level" if _is_cabinet(category) else "int"
+
+
+def _is_cabinet(category: str) -> bool:
+    return any(word in category for word in (*CABINETS, "island_base"))
+
+
+def _middle(asset: Asset, region: Region) -> Floats:
+    found: Floats = asset.asset_from_link(region.link).apply(np.array([region.pose.position]))[0]
+    return found
+
+
+def _with_burners(asset: Asset, burners: Sequence[Burner]) -> Asset:
+    """Flames and places over the burners that a knob belongs to; what is seen of a burner is called so."""
+    knobs = {j.name for j in asset.joints}
+    used = [b for b in burners if f"knob_{b.loc}_joint" in knobs]
+    sites: list[Site] = []
+    for b in used:
+        x, y, z = b.middle
+        wide = 1.3 * b.radius
+        flame = Pose(position=(x, y, round(z + FLAME_M / 2, 4)))
+        sites.append(
+            Site(name=f"burner_on_{b.loc}", pose=flame, kind="cylinder", size=(wide, wide, FLAME_M), color=HIDDEN)
+        )
+        sites.append(Site(name=f"burner_{b.loc}_place_site", pose=Pose(position=b.middle), radius=0.01))
+    visuals: list[Visual] = []
+    for visual in asset.root.visuals:
+        left = np.ones(len(visual.mesh.faces), dtype=bool)
+        for b in used:
+            own = belongs(visual.mesh, b) & left
+            if own.any() and not own.all():
+                left &= ~own
+                name = f"burner_{b.loc}_{visual.name.removeprefix('object_')}"
+                visuals.append(visual.replace(name=name, mesh=_rows(visual.mesh, own), label="burner"))
+        kept = visual if left.all() else visual.replace(mesh=_rows(visual.mesh, left))
+        visuals += [kept] if left.any() else []
+    root = asset.root.replace(visuals=tuple(visuals))
+    return asset.replace(links=(root, *asset.links[1:]), sites=(*asset.sites, *sites))
+
+
+def _rows(mesh: Mesh, own: npt.NDArray[np.bool_]) -> Mesh:
+    """Some faces of a mesh."""
+    faces = mesh.faces[own]
+    used, local = np.unique(faces, return_inverse=True)
+    return Mesh(
+        vertices=mesh.vertices[used],
+        faces=local.reshape(-1, 3),
+        uv=None if mesh.uv is None else mesh.uv[used],
+        normals=None if mesh.normals is None else mesh.normals[used],
+    )
+
+
+def _with_cup(asset: Asset) -> Asset:
+    """Where a cup stands, and the stream that falls into it."""
+    place = cup_place(asset)
+    if place is None:
+        return asset
+    x, y, _ = (round(float(v), 4) for v in place.middle)
+    z, tall = place.low[2], float(place.size[2])
+    stream = Pose(position=(x, y, round(z + 0.6 * tall, 4)))
+    size = (STREAM_M, STREAM_M, round(0.8 * tall, 4))
+    sites = (
+        Site(name="receptacle_place_site", pose=Pose(position=(x, y, z)), radius=0.01),
+        Site(name="coffee_liquid", pose=stream, kind="cylinder", size=size, color=POURED),
+    )
+    return asset.replace(sites=(*asset.sites, *sites))
+
+
+def _with_slots(asset: Asset) -> Asset:
+    """The slots of a toaster with their floors; a toaster of two or four."""
+    found = slots(asset)
+    words = {2: ("slot_l", "slot_r"), 4: tuple(f"side_{a}_slot_{b}" for a in "lr" for b in "lr")}.get(len(found), ())
+    regions, floors = [], []
+    for word, hollow in zip(words, found, strict=False):
+        regions.append(_region(word, hollow))
+        shape, pose = floor_under(hollow)
+        substance = asset.root.colliders[0].substance
+        floors.append(Collider(name=f"{word}_floor", shape=shape, pose=pose, substance=substance))
+    root = asset.root.replace(colliders=(*asset.root.colliders, *floors))
+    return asset.replace(links=(root, *asset.links[1:]), regions=(*asset.regions, *regions))
+
+
+def _region(name: str, hollow: Hollow) -> Region:
+    x, y, z = (round(float(v), 4) for v in hollow.middle)
+    a, b, c = (round(max(float(v), 1e-3), 4) for v in hollow.size)
+    return Region(name=name, pose=Pose(position=(x, y, z)), size=(a, b, c))
+
+
+def _with_tray(asset: Asset) -> Asset:
+    """The floor that things stand on in a microwave is its tray, where it has no turntable."""
+    room = next((r for r in asset.regions if r.name == "int"), None)
+    shapes = {c.name for k in asset.links for c in k.colliders}
+    regions = {r.name for r in asset.regions}
+    if room is not None and "tray" not in regions:
+        asset = asset.replace(regions=(*asset.regions, room.replace(name="tray")))
+    under = support(asset, room) if room is not None and "tray" not in shapes else None
+    if under is None:
+        return asset
+    colliders = tuple(c.replace(name="tray") if c.name == under else c for c in asset.root.colliders)
+    return asset.replace(links=(asset.root.replace(colliders=colliders), *asset.links[1:]))
+
+
+def _with_lamp(asset: Asset) -> Asset:
+    """A lamp under the roof of the highest room of the fridge."""
+    rooms = [r for r in asset.regions if r.name.startswith("fridge_shelf")]
+    if not rooms:
+        return asset
+    high = max(rooms, key=lambda r: (round(_middle(asset, r)[2], 4), r.name))
+    x, y, z = _middle(asset, high)
+    at = (round(float(x), 4), round(float(y), 4), round(float(z) + high.size[2] / 2 - 0.012, 4))
+    return asset.replace(sites=(*asset.sites, Site(name="lamp", pose=Pose(position=at), radius=0.01, color=LAMP)))
+
+
+def _poses(asset: Asset) -> Iterator[Keyframe]:
+    """Closed, with every front open, and on."""
+    joints = asset.joints
+    yield Keyframe(name="closed")
+    fronts = [j for j in joints if j.behind is None and shown(asset, j.child) in ("door", "drawer", "lid")]
+    upper = [j for j in joints if j.name == "rack1_joint" and asset.contract == "dishwasher"]
+    wide = [*((j, 1.0) for j in fronts), *((j, 0.6) for j in upper)]
+    if wide:
+        yield _pose("open", wide)
+    turned = [(j, 0.5) for j in joints if re.fullmatch(r"knob_(rear|front|center|left|right).*_joint", j.name)]
+    turned += [(j, 0.5) for j in joints if j.name == "handle_joint" and j.kind is JointKind.HINGE]
+    turned += [(j, 1.0) for j in joints if j.name.endswith("lever_joint") or j.name == "switch_joint"]
+    if turned:
+        yield _pose("on", turned)
+
+
+def _pose(name: str, stands: Sequence[tuple[Joint, float]]) -> Keyframe:
+    values = tuple(JointValue(joint=j.name, value=max(j.range, key=abs) * share) for j, share in stands)
+    return Keyframe(name=name, joints=values)

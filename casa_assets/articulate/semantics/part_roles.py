@@ -1,0 +1,272 @@
+"""Which part is which, of a thing whose kind is known: the names that runtimes look for, by where parts are.
+
+Ref: registry/contracts, and the fixture classes of RoboCasa that they were read from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.articulate.controls.burners import Burner
+from casa_assets.articulate.plan import Edge, PartKind, PartPlan
+from casa_assets.core.typing import Floats
+from casa_assets.model.asset.joint import JointKind
+
+CABINETS = ("cabinet", "drawer_stack", "island_base", "sink_base")
+# Two keys are in one row where their heights differ by less than this part of the higher one.
+ROW = 0.6
+
+
+@dataclass(frozen=True)
+class Name:
+    """Of a part: its link, its joint, and the first of its shapes where that has a name of its own."""
+
+    link: str
+    joint: str
+    shape: str = ""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A part, and the middle and size of what it is made of: right, back, up, metres."""
+
+    part: PartPlan
+    middle: Floats
+    size: Floats
+
+
+Names = dict[str, Name]
+
+
+def names_for(places: Sequence[Place], category: str, burners: Sequence[Burner] = ()) -> Names:
+    """Names of those parts that a category has names for, by the names that they have; burners of its top."""
+    if category == "microwave":
+        return _microwave(places)
+    if category in ("refrigerator", "fridge"):
+        return _fridge(places)
+    if category in ("wall_oven", "toaster_oven", "oven"):
+        return _folding(places) | _settings(places, category)
+    if category == "dishwasher":
+        return _folding(places)
+    if category == "range":
+        return _folding(places) | _hob(places, burners)
+    if category == "hob":
+        return _hob(places, burners, oven=False)
+    if category == "toaster":
+        return _toaster(places)
+    if category == "coffee_machine":
+        return _starts(places)
+    if category == "kettle":
+        return _kettle(places)
+    if category == "sink":
+        return _faucet(places)
+    if any(word in category for word in CABINETS):
+        return _cabinet(places)
+    return {}
+
+
+def _named(place: Place, link: str, joint: str = "", shape: str = "") -> Names:
+    return {place.part.name: Name(link, joint or f"{link}_joint", shape)}
+
+
+def _microwave(places: Sequence[Place]) -> Names:
+    """One door, a turntable, and the keys that start and stop it: the lowest ones, stop to the left of start."""
+    names: dict[str, Name] = {}
+    doors = _of(places, PartKind.DOOR)
+    if len(doors) == 1:
+        names |= _named(doors[0], "door", "microjoint")
+    for disc in (p for p in _of(places, PartKind.TRAY) if p.part.joint.endless):
+        names |= _named(disc, "tray", shape="tray") if "tray" not in [n.link for n in names.values()] else {}
+    keys = sorted((p for p in places if p.part.kind is PartKind.BUTTON), key=lambda p: (_mm(p, 2), -_mm(p, 0)))
+    if len(keys) > 1:
+        row = [k for k in keys if k.middle[2] - keys[0].middle[2] <= ROW * max(k.size[2], keys[0].size[2])]
+        start = max(row, key=lambda p: _mm(p, 0))
+        stop = min(row, key=lambda p: _mm(p, 0)) if len(row) > 1 else keys[1]
+        names |= _named(start, "start_button", shape="start_button") | _named(stop, "stop_button", shape="stop_button")
+    return names
+
+
+def _folding(places: Sequence[Place]) -> Names:
+    """Doors from above, and racks from below: the rack1 of a dishwasher is the upper one."""
+    doors = sorted(_of(places, PartKind.DOOR), key=lambda p: -_mm(p, 2))
+    names: dict[str, Name] = {}
+    words = [""] if len(doors) == 1 else ["upper_", "lower_"] if len(doors) == 2 else []
+    for word, door in zip(words, doors, strict=False):
+        names |= _named(door, f"{word}door")
+    racks = [p for p in _of(places, PartKind.TRAY) if p.part.joint.kind is JointKind.SLIDE]
+    for i, rack in enumerate(sorted(racks, key=lambda p: _mm(p, 2))[:6]):
+        names |= _named(rack, f"rack{i}")
+    return names
+
+
+def _settings(places: Sequence[Place], category: str) -> Names:
+    """Knobs of an oven, from the left or from above: temperature, function, time."""
+    knobs = _in_line(_of(places, PartKind.KNOB))
+    words = {2: ("temp", "time"), 3: ("temp", "function", "time"), 4: ("temp", "function", "doneness", "time")}
+    if category == "wall_oven":
+        words = {2: words[2], 3: words[3]}
+    names: dict[str, Name] = {}
+    for word, knob in zip(words.get(len(knobs), ()), knobs, strict=False):
+        names |= _named(knob, f"knob_{word}")
+    return names
+
+
+def _hob(places: Sequence[Place], burners: Sequence[Burner], oven: bool = True) -> Names:
+    """A knob for each burner: of a row in the order from left to right, of a column from the far end.
+
+    Of the two burners of a side the knob farther out is that of the front one. Knobs more than burners in the middle
+    of the row are those of the oven; where there is none, something was not found, and no knob has a name.
+    """
+    knobs = _in_line(_of(places, PartKind.KNOB))
+    spare = len(knobs) - len(burners)
+    if not burners or spare < 0 or (spare and not oven):
+        return {}
+    names: dict[str, Name] = {}
+    first = (len(knobs) - spare + 1) // 2
+    for word, knob in zip(("temp", "time", "function"), knobs[first : first + spare], strict=False):
+        names |= _named(knob, f"knob_{word}")
+    own = knobs[:first] + knobs[first + spare :]
+    span = np.ptp([k.middle for k in own], axis=0)
+    middle = float(np.mean([b.middle[0] for b in burners]))
+    if span[0] >= span[1]:
+        ordered = sorted(burners, key=lambda b: (_side(b, middle), b.middle[1] * (1 if b.middle[0] < middle else -1)))
+    else:
+        ordered = sorted(burners, key=lambda b: (-round(b.middle[1], 3), b.middle[0]))
+    for burner, knob in zip(ordered, own, strict=True):
+        names |= _named(knob, f"knob_{burner.loc}")
+    return names
+
+
+def _side(burner: Burner, middle: float) -> int:
+    """-1, 0, 1: left of the middle, in it, right of it."""
+    off = burner.middle[0] - middle
+    return 0 if abs(off) < burner.radius / 2 else 1 if off > 0 else -1
+
+
+def _toaster(places: Sequence[Place]) -> Names:
+    """A lever to each pair of slots, with the knob and the key that are nearest to it: the lowest key cancels."""
+    names: dict[str, Name] = {}
+    levers = _in_line(_of(places, PartKind.LEVER))
+    for word, lever in zip({1: ("",), 2: ("side_l_", "side_r_")}.get(len(levers), ()), levers, strict=False):
+        names |= _named(lever, f"{word}lever")
+        knobs, keys = (_nearest(lever, levers, _of(places, k)) for k in (PartKind.KNOB, PartKind.BUTTON))
+        names |= _named(knobs[0], f"{word}knob_doneness") if len(knobs) == 1 else {}
+        cancel = f"{word}button_cancel"
+        names |= _named(min(keys, key=lambda p: _mm(p, 2)), cancel, shape=cancel) if keys else {}
+    return names
+
+
+def _nearest(one: Place, all_: Sequence[Place], others: Sequence[Place]) -> list[Place]:
+    """Of others those that are nearer to one thing than to all that are like it; of two as near it is the first's."""
+
+    def away(place: Place, other: Place) -> float:
+        return round(float(np.linalg.norm(place.middle - other.middle)), 4)
+
+    return [o for o in others if min(all_, key=lambda p: away(p, o)) is one]
+
+
+def _starts(places: Sequence[Place]) -> Names:
+    """The largest key starts a coffee machine."""
+    keys = sorted(
+        _of(places, PartKind.BUTTON), key=lambda p: (-round(float(np.prod(np.sort(p.size)[1:])), 6), _mm(p, 0))
+    )
+    return _named(keys[0], "start_button", shape="start_button") if keys else {}
+
+
+def _kettle(places: Sequence[Place]) -> Names:
+    """Its lid, the switch that is lowest, and the key above it that opens the lid."""
+    names: dict[str, Name] = {}
+    lids = _of(places, PartKind.LID)
+    if len(lids) == 1:
+        names |= _named(lids[0], "lid")
+    keys = sorted((p for p in places if p.part.kind in (PartKind.LEVER, PartKind.BUTTON)), key=lambda p: _mm(p, 2))
+    if keys:
+        names |= _named(keys[0], "switch")
+    if len(keys) > 1:
+        names |= _named(keys[-1], "button_lid")
+    return names
+
+
+def _faucet(places: Sequence[Place]) -> Names:
+    """The spout, the handle of the flow, and that of the temperature: the left one, where there are two."""
+    names: dict[str, Name] = {}
+    spouts = _of(places, PartKind.SPOUT)
+    if len(spouts) == 1:
+        names |= _named(spouts[0], "spout")
+    taken = [*_of(places, PartKind.LEVER), *_of(places, PartKind.KNOB)]
+    handles = sorted((p for p in taken if p.part.joint.kind is JointKind.HINGE), key=lambda p: -_mm(p, 0))
+    for word, handle in zip(("handle", "handle_temp"), handles, strict=False):
+        names |= _named(handle, word)
+    return names
+
+
+def _fridge(places: Sequence[Place]) -> Names:
+    """Doors and drawers by where they are: beside each other, or one above the other."""
+    doors = sorted(_of(places, PartKind.DOOR), key=lambda p: _mm(p, 0))
+    drawers = sorted(_of(places, PartKind.DRAWER), key=lambda p: -_mm(p, 2))
+    parts: list[tuple[Place, str]] = []
+    if len(doors) == 1:
+        parts = [(doors[0], "fridge_door")]
+    elif len(doors) == 2:
+        beside = abs(doors[0].middle[0] - doors[1].middle[0]) > abs(doors[0].middle[2] - doors[1].middle[2])
+        if beside and drawers:
+            parts = [(doors[0], "fridge_left_door"), (doors[1], "fridge_right_door")]
+        elif beside:
+            parts = [(doors[0], "freezer_door"), (doors[1], "fridge_door")]
+        else:
+            small, large = sorted(doors, key=lambda p: float(p.size[2]))
+            parts = [(small, "freezer_door"), (large, "fridge_door")]
+    elif len(doors) == 3:
+        low = min(doors, key=lambda p: _mm(p, 2))
+        left, right = [p for p in doors if p is not low]
+        parts = [(left, "fridge_left_door"), (right, "fridge_right_door"), (low, "freezer_door")]
+    names: dict[str, Name] = {}
+    for place, word in parts:
+        names |= _named(place, word)
+    if parts and not any(w.startswith("freezer") for _, w in parts) and drawers:
+        names |= _named(drawers[-1], "freezer_door")
+        drawers = drawers[:-1]
+    for i, drawer in enumerate(drawers if parts else []):
+        names |= _named(drawer, f"fridge_drawer{i}")
+    return names
+
+
+def _cabinet(places: Sequence[Place]) -> Names:
+    """Doors that hinge at the side, from the left and from above, and drawers."""
+    doors = [p for p in _of(places, PartKind.DOOR) if p.part.joint.edge in (Edge.LEFT, Edge.RIGHT)]
+    doors.sort(key=lambda p: (-round(float(p.middle[2]), 2), _mm(p, 0)))
+    drawers = sorted(_of(places, PartKind.DRAWER), key=lambda p: (-round(float(p.middle[2]), 3), _mm(p, 0)))
+    pairs = len({p.part.joint.edge for p in doors}) == 2
+    names: dict[str, Name] = {}
+    count: dict[str, int] = {}
+    for p in doors:
+        word = f"{p.part.joint.edge.value}door" if pairs and p.part.joint.edge else "door"
+        alike = sum(d.part.joint.edge is p.part.joint.edge for d in doors)
+        prefix = f"unit{count.get(word, 0)}_" if alike > 1 else ""
+        count[word] = count.get(word, 0) + 1
+        names |= _named(p, f"{prefix}{word}", f"{prefix}{word}hinge")
+    for i, p in enumerate(drawers):
+        word = "drawer" if len(drawers) == 1 else f"drawer{i}"
+        names |= _named(p, word, "slidejoint" if len(drawers) == 1 else f"{word}_slidejoint")
+    return names
+
+
+def _in_line(places: Sequence[Place]) -> list[Place]:
+    """Things in a row from the left, in a column from above, on a top from the far end."""
+    if len(places) < 2:
+        return list(places)
+    axis = int(np.argmax(np.ptp([p.middle for p in places], axis=0)))
+    return sorted(places, key=lambda p: _mm(p, axis) * (1 if axis == 0 else -1))
+
+
+def _of(places: Sequence[Place], kind: PartKind) -> list[Place]:
+    """Parts of a kind that the body carries."""
+    return [p for p in places if p.part.kind is kind and not p.part.parent]
+
+
+def _mm(place: Place, axis: int) -> float:
+    """Where a part is along an axis, to a tenth of a millimetre: order must not hang on the last digit."""
+    return round(float(place.middle[axis]), 4)

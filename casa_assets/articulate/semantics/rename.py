@@ -1,0 +1,128 @@
+"""A thing under the names that runtimes look for, in place of `door_0`: links, joints, shapes, regions and states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from casa_assets.articulate.controls.burners import find_burners
+from casa_assets.articulate.interior.regions import bounds_of
+from casa_assets.articulate.plan import Articulation, PartKind
+from casa_assets.articulate.semantics.annotate_for_runtime import equipped
+from casa_assets.articulate.semantics.part_roles import Name, Place, names_for
+from casa_assets.core.typing import Floats
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.joint import Joint
+from casa_assets.model.asset.link import Collider, Link, Visual
+from casa_assets.model.asset.site import Region
+from casa_assets.model.pose import Pose
+
+# Doors and drawers whose ranges runtimes read as -a..0 or 0..a about +x, +y or +z.
+_PLAIN_AXES = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY, PartKind.LEVER})
+# What stands out of the box by which a thing is placed.
+_OUTSIDE = frozenset({"handle", "knob", "button", "lever"})
+# A knob that sets something turns so far. Ref: RoboCasa v1.0, class Stove: less than 2 pi - 0.35.
+SETTING = math.radians(300)
+# An axis this near to x, y or z is meant to be it: loaders that scale fixtures know no other. Cosine of 3 degrees.
+NEARLY = math.cos(math.radians(3))
+
+
+def named(asset: Asset, found: Articulation, category: str) -> tuple[Asset, dict[str, str]]:
+    """The asset under the names that its category has, with what else the category has; part -> name of its joint.
+
+    What a category has no names for keeps its own, as does all of a thing without a category. The contract is the one
+    that is aimed at: whether it is met is for the checks to say.
+    """
+    boxes = {p.name: bounds_of(asset, p.name) for p in found.parts}
+    places = [
+        Place(p, (boxes[p.name][0] + boxes[p.name][1]) / 2, boxes[p.name][1] - boxes[p.name][0]) for p in found.parts
+    ]
+    burners = find_burners(asset) if category in ("hob", "range") else ()
+    names = names_for(places, category, burners)
+    called = {p.name: names.get(p.name, Name(p.name, f"{p.name}_joint")) for p in found.parts}
+    plain = {p.name for p in found.parts if p.name in names and p.kind in _PLAIN_AXES}
+    joints = {part: name.joint for part, name in called.items()}
+    links = {part: name.link for part, name in called.items()}
+    spelled = {f"{part}_joint": joint for part, joint in joints.items()}
+    asset = asset.replace(
+        links=tuple(_link(k, called) for k in asset.links),
+        joints=tuple(_setting(_joint(j, called, spelled, j.child in plain), j.child in names) for j in asset.joints),
+        states=tuple(
+            s.replace(name=s.name.replace(s.joint, spelled[s.joint]), joint=spelled[s.joint]) for s in asset.states
+        ),
+        exclusions=tuple(
+            e.replace(first=links.get(e.first, e.first), second=links.get(e.second, e.second)) for e in asset.exclusions
+        ),
+        regions=(main_region(asset), *(r.replace(link=links.get(r.link, r.link)) for r in asset.regions)),
+    )
+    return (equipped(asset, category, burners) if category else asset), joints
+
+
+def main_region(asset: Asset) -> Region:
+    """The box by which it is placed: all of it but its handles and controls."""
+    clouds = []
+    for link in asset.links:
+        pose = asset.asset_from_link(link.name)
+        clouds += [pose.apply(v.mesh.vertices) for v in link.visuals if v.label not in _OUTSIDE]
+    points = np.concatenate(clouds or [asset.bounds])
+    low, high = points.min(axis=0), points.max(axis=0)
+    return Region(name="main", pose=Pose(position=_vec((low + high) / 2)), size=_vec(np.maximum(high - low, 1e-3)))
+
+
+def _link(link: Link, called: Mapping[str, Name]) -> Link:
+    name = called[link.name].link if link.name in called else link.name
+    parent = called[link.parent].link if link.parent is not None and link.parent in called else link.parent
+    first = called[link.name].shape if link.name in called else ""
+
+    def own(word: str) -> str:
+        return name + word[len(link.name) :] if word.startswith(link.name) else word
+
+    colliders: tuple[Collider, ...] = tuple(
+        c.replace(name=first if first and not i else own(c.name)) for i, c in enumerate(link.colliders)
+    )
+    visuals: tuple[Visual, ...] = tuple(v.replace(name=own(v.name)) for v in link.visuals)
+    return link.replace(name=name, parent=parent, colliders=colliders, visuals=visuals)
+
+
+def _joint(joint: Joint, called: Mapping[str, Name], spelled: Mapping[str, str], plain: bool) -> Joint:
+    """The joint under its name, on an axis that loaders know; of a front, about +x, +y or +z."""
+    name = called[joint.child]
+    grip = None
+    if joint.grip is not None:
+        grip = name.shape or name.link + joint.grip[len(joint.child) :]
+    fresh = joint.replace(
+        name=name.joint,
+        child=name.link,
+        grip=grip,
+        axis=_straight(joint.axis),
+        behind=None if joint.behind is None else spelled[joint.behind],
+    )
+    if not plain or max(fresh.axis, key=abs) > 0:
+        return fresh
+    x, y, z = (-c if c else 0.0 for c in fresh.axis)
+    drive = None if fresh.drive is None else fresh.drive.replace(target=-fresh.drive.target)
+    low, high = fresh.range
+    return fresh.replace(axis=(x, y, z), range=(-high, -low if low else 0.0), drive=drive)
+
+
+def _setting(joint: Joint, known: bool) -> Joint:
+    """A knob that sets something does not turn round and round."""
+    if known and joint.name.startswith("knob_") and joint.range[1] > SETTING:
+        return joint.replace(range=(joint.range[0], SETTING))
+    return joint
+
+
+def _straight(axis: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Along x, y or z where it nearly is."""
+    k = max(range(3), key=lambda i: abs(axis[i]))
+    if abs(axis[k]) < NEARLY:
+        return axis
+    x, y, z = (float(np.sign(axis[k])) if i == k else 0.0 for i in range(3))
+    return (x, y, z)
+
+
+def _vec(values: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(f"{float(v):.7g}") if abs(v) > 1e-9 else 0.0 for v in values)
+    return (x, y, z)

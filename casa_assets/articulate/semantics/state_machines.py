@@ -1,0 +1,233 @@
+"""What a thing does when its doors, knobs and keys are moved: the state machines of kinds, on the names they have.
+
+The same machines as those of the families of these kinds; thresholds are those of registry/contracts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
+from casa_assets.model.asset.joint import Joint
+from casa_assets.model.record import Vec4
+
+# Share of its way at which a door counts as shut. Ref: RoboCasa v1.0, is_closed.
+SHUT = 0.005
+# Where a knob lights its burner, and where it burns high, rad. Ref: class Stove, STOVE_LOW_MIN, STOVE_HIGH_MIN.
+ON, HIGH = 0.35, math.radians(80)
+# Shares of its way at which a toaster's lever is down, and up again. Ref: class Toaster.
+DOWN, UP = 0.9, 0.7
+# Shares of their way: a kettle's switch that heats, its lid that is shut or open. Ref: class ElectricKettle.
+SWITCHED, LID_SHUT, LID_OPEN = 0.95, 0.01, 0.9
+# Where a faucet begins to run, rad. Ref: class Sink.
+FLOWS = 0.4
+# How long a coffee machine pours, s.
+POURS_S = 25.0
+# Beyond its stops a joint gives a little.
+SLACK = 0.01
+FLAME: Vec4 = (0.06, 0.2, 0.75, 0.6)
+BREW: Vec4 = (0.05, 0.025, 0.012, 1.0)
+WATER: Vec4 = (0.45, 0.62, 0.75, 0.6)
+WARM: Vec4 = (1.0, 0.88, 0.65, 1.0)
+WHITE: Vec4 = (1.0, 1.0, 1.0, 1.0)
+OFF_ON = ("off", "on")
+
+
+def behavior_for(asset: Asset, category: str) -> Behavior | None:
+    """The state machine of a thing of a kind, of what of it is there; None where it has no states.
+
+    Args:
+        asset: under the names of its kind, with its regions and sites.
+    """
+    joints = {j.name: j for j in asset.joints}
+    shapes = [c.name for k in asset.links for c in k.colliders]
+    if category == "microwave":
+        return _microwave(asset, joints, shapes)
+    if category in ("hob", "range"):
+        return _burners(asset, joints)
+    if category == "refrigerator":
+        return _fridge(asset, joints)
+    if category == "toaster_oven":
+        return _timer(asset, joints)
+    if category == "toaster":
+        return _toaster(asset, joints, shapes)
+    if category == "coffee_machine":
+        return _pours(asset, shapes)
+    if category == "kettle":
+        return _kettle(asset, joints)
+    if category == "sink":
+        return _faucet(asset, joints)
+    return None
+
+
+def _microwave(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -> Behavior | None:
+    """Start heats while the door is shut; stop and the door end it."""
+    if not {"start_button", "stop_button"} <= set(shapes):
+        return None
+    start, stop = (Condition(contact=c, begins=True) for c in ("start_button", "stop_button"))
+    rules = [Rule(variable="power", from_values=("on",), to="off", when=(stop,))]
+    shut: tuple[Condition, ...] = ()
+    if "microjoint" in joints:
+        shut = (_shut(joints["microjoint"]),)
+        rules.insert(0, Rule(variable="power", from_values=("on",), to="off", when=(shut[0].replace(negated=True),)))
+    rules.append(Rule(variable="power", from_values=("off",), to="on", when=(start, *shut)))
+    spins = [v.name for k in asset.links if k.name == "tray" for v in k.visuals]
+    effects = [*_effects(asset, "power", "on", EffectKind.HEAT, ("int",))]
+    effects += [Effect(variable="power", value="on", kind=EffectKind.SPIN, target=name) for name in spins]
+    return Behavior(variables=(_switch("power"),), rules=tuple(rules), effects=tuple(effects))
+
+
+def _burners(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+    """Each knob sets its burner to off, low or high."""
+    variables, rules, effects = [], [], []
+    for site in (s.name for s in asset.sites if s.name.startswith("burner_on_")):
+        loc = site.removeprefix("burner_on_")
+        name, joint = f"burner_{loc}", joints.get(f"knob_{loc}_joint")
+        if joint is None:
+            continue
+        variables.append(Variable(name=name, values=("off", "low", "high"), initial="off"))
+        spans = (("off", (-0.1, ON)), ("low", (ON, HIGH)), ("high", (HIGH, joint.range[1] + 0.1)))
+        rules += [Rule(variable=name, to=v, when=(Condition(joint=joint.name, interval=s),)) for v, s in spans]
+        for value, strength in (("low", 0.5), ("high", 1.0)):
+            for kind in (EffectKind.SHOW, EffectKind.HEAT):
+                shown = Effect(variable=name, value=value, kind=kind, target=site, strength=strength)
+                effects.append(shown.replace(color=FLAME) if kind is EffectKind.SHOW else shown)
+    return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects)) if variables else None
+
+
+def _fridge(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+    """The lamp burns while a door of the fridge is not shut."""
+    shut = [_shut(j) for n, j in joints.items() if n.startswith("fridge") and "door" in n]
+    if not shut:
+        return None
+    rules = [Rule(variable="light", to="off", when=tuple(shut))]
+    rules += [Rule(variable="light", to="on", when=(s.replace(negated=True),)) for s in shut]
+    effects = _effects(asset, "light", "on", EffectKind.SHOW, ("lamp",), WARM)
+    return Behavior(variables=(_switch("light"),), rules=tuple(rules), effects=tuple(effects))
+
+
+def _timer(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+    """It heats while its timer, and its other knobs where they are there, stand away from zero."""
+    knobs = [joints[n] for n in ("knob_time_joint", "knob_temp_joint", "knob_function_joint") if n in joints]
+    if not knobs or knobs[0].name != "knob_time_joint":
+        return None
+    turned = [Condition(joint=j.name, interval=(0.1 * j.range[1], j.range[1] + SLACK)) for j in knobs]
+    rules = [Rule(variable="power", from_values=("on",), to="off", when=(t.replace(negated=True),)) for t in turned]
+    rules.append(Rule(variable="power", from_values=("off",), to="on", when=tuple(turned)))
+    heats = [r.name for r in asset.regions if r.name.startswith(("rack", "tray", "int"))]
+    effects = _effects(asset, "power", "on", EffectKind.HEAT, heats)
+    return Behavior(variables=(_switch("power"),), rules=tuple(rules), effects=tuple(effects))
+
+
+def _toaster(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -> Behavior | None:
+    """A lever that comes down switches its slots on; its key, or the lever that comes up, switches them off."""
+    variables, rules, effects = [], [], []
+    for stem, power in (("", "power"), ("side_l_", "power_l"), ("side_r_", "power_r")):
+        lever = joints.get(f"{stem}lever_joint")
+        if lever is None:
+            continue
+        variables.append(_switch(power))
+        down = _share(lever, DOWN, 1.0, begins=True)
+        rules.append(Rule(variable=power, from_values=("off",), to="on", when=(down,)))
+        if f"{stem}button_cancel" in shapes:
+            cancel = Condition(contact=f"{stem}button_cancel", begins=True)
+            rules.append(Rule(variable=power, from_values=("on",), to="off", when=(cancel,)))
+        rules.append(Rule(variable=power, from_values=("on",), to="off", when=(_share(lever, 0.0, UP),)))
+        slots = [r.name for r in asset.regions if r.name.startswith(f"{stem}slot_")]
+        effects += _effects(asset, power, "on", EffectKind.HEAT, slots)
+    return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects)) if variables else None
+
+
+def _pours(asset: Asset, shapes: Sequence[str]) -> Behavior | None:
+    """The key starts a brew, which ends by itself."""
+    if "start_button" not in shapes:
+        return None
+    press, on = Condition(contact="start_button", begins=True), Condition(variable="power", equals="on")
+    effects = _effects(asset, "power", "on", EffectKind.SHOW, ("coffee_liquid",), BREW)
+    effects += _effects(asset, "power", "on", EffectKind.FLOW, ("coffee_liquid",), BREW)
+    return Behavior(
+        variables=(_switch("power"),),
+        rules=(
+            Rule(variable="power", from_values=("off",), to="on", when=(press,)),
+            Rule(variable="power", from_values=("on",), to="off", when=(on,), after_s=POURS_S),
+        ),
+        effects=tuple(effects),
+    )
+
+
+def _kettle(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+    """It heats while its switch is down; its lid counts as open or shut at the ends of its way."""
+    variables, rules = [], []
+    if "switch_joint" in joints:
+        down = _share(joints["switch_joint"], SWITCHED, 1.0)
+        variables.append(_switch("power"))
+        rules.append(Rule(variable="power", from_values=("off",), to="on", when=(down,)))
+        rules.append(Rule(variable="power", from_values=("on",), to="off", when=(down.replace(negated=True),)))
+    if "lid_joint" in joints:
+        lid = joints["lid_joint"]
+        variables.append(Variable(name="lid", values=("closed", "open"), initial="closed"))
+        wide, shut = _share(lid, LID_OPEN, 1.0), _share(lid, 0.0, LID_SHUT)
+        rules.append(Rule(variable="lid", from_values=("closed",), to="open", when=(wide,)))
+        rules.append(Rule(variable="lid", from_values=("open",), to="closed", when=(shut,)))
+    effects = _effects(asset, "power", "on", EffectKind.HEAT, ("int",)) if "switch_joint" in joints else []
+    return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects)) if variables else None
+
+
+def _faucet(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+    """Water by the flow handle; hot or cold by the other, where there is one."""
+    handle, other = joints.get("handle_joint"), joints.get("handle_temp_joint")
+    if handle is None or handle.range[1] <= FLOWS:
+        return None
+    far = handle.range[1]
+    half = max(far / 2, FLOWS)
+    levels = {"off": (-SLACK, FLOWS), "low": (FLOWS, half), "high": (half, far + SLACK)}
+    variables = [Variable(name="water", values=("off", "low", "high"), initial="off")]
+    rules = [Rule(variable="water", to=v, when=(Condition(joint=handle.name, interval=i),)) for v, i in levels.items()]
+    if other is not None:
+        low, high = other.range
+        middle = (low + high) / 2
+        variables.append(Variable(name="temperature", values=("cold", "hot"), initial="cold"))
+        for value, span in (("cold", (low - SLACK, middle)), ("hot", (middle, high + SLACK))):
+            rules.append(Rule(variable="temperature", to=value, when=(Condition(joint=other.name, interval=span),)))
+    effects = []
+    for value, strength in (("low", 0.5), ("high", 1.0)):
+        shown = _effects(asset, "water", value, EffectKind.SHOW, ("water",), WATER)
+        shown += _effects(asset, "water", value, EffectKind.FLOW, ("water",), WATER)
+        effects += [e.replace(strength=strength) for e in shown]
+    return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects))
+
+
+def _switch(name: str) -> Variable:
+    return Variable(name=name, values=OFF_ON, initial="off")
+
+
+def _shut(joint: Joint) -> Condition:
+    """It stands no farther open than counts as shut, or a little beyond its stop."""
+    return _share(joint, 0.0, SHUT)
+
+
+def _share(joint: Joint, first: float, last: float, begins: bool = False) -> Condition:
+    """It stands between two shares of its way from zero to the end that is farther."""
+    far = max(joint.range, key=abs)
+    ends = [first * far, last * far]
+    if first <= 0.0:
+        ends[0] = -math.copysign(SLACK, far)
+    if last >= 1.0:
+        ends[1] += math.copysign(SLACK, far)
+    return Condition(joint=joint.name, interval=(min(ends), max(ends)), begins=begins)
+
+
+def _effects(
+    asset: Asset,
+    variable: str,
+    value: str,
+    kind: EffectKind,
+    targets: Sequence[str],
+    color: Vec4 = (1.0, 1.0, 1.0, 1.0),
+) -> list[Effect]:
+    """What is seen of a value, on those targets that are there."""
+    there = {s.name for s in asset.sites} | {r.name for r in asset.regions}
+    there |= {v.name for k in asset.links for v in k.visuals}
+    return [Effect(variable=variable, value=value, kind=kind, target=t, color=color) for t in targets if t in there]

@@ -1,0 +1,1 @@
+"""Checks of the asset record: size, mass, colliders, triangles, normals, textures."""

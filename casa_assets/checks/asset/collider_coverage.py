@@ -1,0 +1,40 @@
+"""Check of how much of what is seen can be touched."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.checks.check import Measured, largest
+from casa_assets.geometry.solid.coverage import gaps, surface_samples
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.asset import Asset, Link
+
+SAMPLES = 4000
+# Farther than this from every collision shape, metres or part of the longest side of the link, is bare: twice what
+# the boxes around the two may differ by.
+REACH_M = 0.008
+REACH_RATIO = 0.04
+
+
+def is_covered(asset: Asset, limit: float | None) -> Measured:
+    """The number is the largest share of the surface of a link that is bare of collision shapes, 0..1."""
+    assert limit is not None, "the row names a limit"
+    found = {k.name: _bare(k) for k in asset.links if k.visuals and k.colliders}
+    says = "{:.0%} of what is seen lies outside every collision shape; add shapes, or close the holes of the mesh"
+    problems = tuple((f"links/{name}/colliders", says.format(bare)) for name, bare in found.items() if bare > limit)
+    return largest(found.values(), problems, "none of its links is both seen and touched")
+
+
+def _bare(link: Link) -> float:
+    meshes = [v.mesh for v in link.visuals]
+    starts = np.cumsum([0] + [len(m.vertices) for m in meshes[:-1]])
+    vertices = np.concatenate([m.vertices for m in meshes])
+    faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=True)])
+    reach = max(REACH_M, REACH_RATIO * float(np.ptp(vertices, axis=0).max()))
+    bare = surface_samples(vertices, faces, SAMPLES)
+    for collider in link.colliders:
+        # What one shape covers no other has to.
+        bare = bare[gaps(bare, [surface(collider.shape, collider.pose)[0]]) > reach]
+        if not len(bare):
+            break
+    return len(bare) / SAMPLES

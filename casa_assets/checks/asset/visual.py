@@ -1,0 +1,206 @@
+"""Checks of what is seen of an asset: triangles, normals, texture coordinates and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from casa_assets.checks.asset.built import UNSEEN
+from casa_assets.checks.check import Measured, largest, least, not_applicable
+from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
+from casa_assets.model.asset.asset import Asset, Link, Visual
+from casa_assets.model.asset.material import Texture
+from casa_assets.model.pose import Pose
+
+NO_PICTURES = "it shows no picture"
+LEAST_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.
+UNIT_SLACK = 0.00674  # Ref: glTF-Validator, how far a normal's length may be from 1.
+SAME_M = 1e-6  # what float32 storage may move a vertex by
+
+
+def has_whole_triangles(asset: Asset, limit: float | None) -> Measured:
+    """The number is how many triangles have no area."""
+    counts = {p: int((_sides(v)[1] <= 0).sum()) for p, v in _visuals(asset)}
+    if not counts:
+        return not_applicable(UNSEEN)
+    problems = tuple((p, f"{n} triangles have no area; leave them out") for p, n in counts.items() if n)
+    return Measured(float(sum(counts.values())), problems)
+
+
+def is_lit_from_outside(asset: Asset, limit: float | None) -> Measured:
+    """The number is the share of the area of a mesh at whose corners the normal looks away from the front."""
+    shares, problems = [], []
+    for pointer, visual in _visuals(asset):
+        normals = visual.mesh.normals
+        if normals is None:
+            continue
+        if np.abs(np.linalg.norm(normals, axis=1) - 1).max(initial=0.0) > UNIT_SLACK:
+            problems.append((pointer, "normals are not of length one; normalise them"))
+        fronts, areas = _sides(visual)
+        behind = np.einsum("fkj,fj->fk", normals[visual.mesh.faces], fronts) < 0
+        share = float((behind.mean(axis=1) * areas).sum() / max(float(areas.sum()), 1e-300))
+        shares.append(share)
+        if share > _number(limit):
+            problems.append(
+                (pointer, f"{share:.1%} of it has normals that look inwards; compute them from the triangles")
+            )
+    return largest(shares, tuple(problems), "none of its meshes carries normals")
+
+
+def is_not_inside_out(asset: Asset, limit: float | None) -> Measured:
+    """The number is the share of the surface of a link on closed pieces that wind inwards and line no other piece."""
+    shares, problems = [], []
+    for link in asset.links:
+        if not link.visuals:
+            continue
+        share = _inverted_share(link)
+        shares.append(share)
+        if share > _number(limit):
+            says = f"{share:.1%} of the surface is inside out; turn those triangles"
+            problems.append((f"links/{link.name}/visuals", says))
+    return largest(shares, tuple(problems), UNSEEN)
+
+
+def has_few_faces(asset: Asset, limit: float | None) -> Measured:
+    """The number is how many triangles are seen."""
+    count = sum(len(v.mesh.faces) for _, v in _visuals(asset))
+    if not count:
+        return not_applicable(UNSEEN)
+    problems = (("", f"has {count} triangles; simplify it further"),) if count > _number(limit) else ()
+    return Measured(float(count), problems)
+
+
+def has_room_for_textures(asset: Asset, limit: float | None) -> Measured:
+    """The number is how many meshes show a picture, but have no usable texture coordinates."""
+    textured = {m.id for m in asset.materials if m.textures}
+    shown = [(p, v) for p, v in _visuals(asset) if v.material in textured]
+    if not shown:
+        return not_applicable(NO_PICTURES)
+    bare = [p for p, v in shown if not _is_unwrapped(v)]
+    says = "shows a picture, but all its texture coordinates are missing or one point; unwrap it or drop the picture"
+    return Measured(float(len(bare)), tuple((p, says) for p in bare))
+
+
+def has_small_textures(asset: Asset, limit: float | None) -> Measured:
+    """The number is the longest side of a picture, as its file says it, pixels."""
+    sides, problems = [], []
+    for material in asset.materials:
+        for texture in material.textures:
+            size = _png_size(texture)
+            sides.append(float(max(size)))
+            pointer = f"materials/{material.id}/{texture.name}"
+            if size != (texture.width_px, texture.height_px):
+                problems.append((pointer, f"is {size[0]} x {size[1]} pixels, not as stated; read its size again"))
+            if max(size) > _number(limit):
+                problems.append((pointer, f"is {size[0]} x {size[1]} pixels; scale it down"))
+    return largest(sides, tuple(problems), NO_PICTURES)
+
+
+def has_enough_vertices(asset: Asset, limit: float | None) -> Measured:
+    """The number is the fewest vertices that a mesh has."""
+    counts = {p: len(v.mesh.vertices) for p, v in _visuals(asset)}
+    says = "has {} vertices, MuJoCo asks for 4; join it to another mesh"
+    problems = tuple((p, says.format(n)) for p, n in counts.items() if n < LEAST_VERTICES)
+    return least(map(float, counts.values()), problems, UNSEEN)
+
+
+def is_seen_once(asset: Asset, limit: float | None) -> Measured:
+    """The number is how many meshes lie exactly on another one."""
+    if not any(link.visuals for link in asset.links):
+        return not_applicable(UNSEEN)
+    first: dict[bytes, str] = {}
+    problems = []
+    for link in asset.links:
+        pose = asset.asset_from_link(link.name)
+        for visual in link.visuals:
+            pointer = f"links/{link.name}/visuals/{visual.name}"
+            twin = first.setdefault(_triangles(visual, pose), pointer)
+            if twin != pointer:
+                problems.append((pointer, f"is the same mesh in the same place as {twin}; leave one out"))
+    return Measured(float(len(problems)), tuple(problems))
+
+
+def _number(limit: float | None) -> float:
+    assert limit is not None, "the row of this check names a limit"
+    return limit
+
+
+def _visuals(asset: Asset) -> Iterator[tuple[str, Visual]]:
+    """(pointer, visual) of all that is seen."""
+    for link in asset.links:
+        for visual in link.visuals:
+            yield f"links/{link.name}/visuals/{visual.name}", visual
+
+
+def _sides(visual: Visual) -> tuple[Floats, Floats]:
+    """(F, 3) unit vectors out of the front of each triangle and (F,) areas in square metres."""
+    return face_normals(visual.mesh.vertices, visual.mesh.faces.astype(np.int64))
+
+
+def _is_unwrapped(visual: Visual) -> bool:
+    uv = visual.mesh.uv
+    return uv is not None and bool(np.isfinite(uv).all()) and float(np.ptp(uv, axis=0).max(initial=0.0)) > 0
+
+
+def _png_size(texture: Texture) -> tuple[int, int]:
+    """Width and height in pixels, from the header of the file. Ref: PNG 1.2, the first chunk is IHDR."""
+    return int.from_bytes(texture.png[16:20], "big"), int.from_bytes(texture.png[20:24], "big")
+
+
+def _triangles(visual: Visual, pose: Pose) -> bytes:
+    """The same for meshes that show the same triangles, however their vertices are shared or ordered."""
+    cells = np.round(pose.apply(visual.mesh.vertices) / SAME_M).astype(np.int64)
+    corners = cells[visual.mesh.faces]
+    # Each triangle starts at its least corner, which keeps its winding; then they are sorted.
+    rank = np.lexsort((corners[..., 2], corners[..., 1], corners[..., 0]), axis=1)[:, :1]
+    turned = np.take_along_axis(corners, ((rank + np.arange(3)) % 3)[..., None], axis=1).reshape(-1, 9)
+    return np.unique(turned, axis=0).tobytes()
+
+
+def _inverted_share(link: Link) -> float:
+    """Share of the area of a link that lies on closed pieces of negative volume which are no lining."""
+    starts = np.cumsum([0, *(len(v.mesh.vertices) for v in link.visuals)])
+    faces = np.concatenate([v.mesh.faces + s for v, s in zip(link.visuals, starts, strict=False)]).astype(np.int64)
+    points, place = weld(np.concatenate([v.mesh.vertices for v in link.visuals]))
+    ids = place[faces]
+    label = face_components(ids, len(points))
+    _, areas = face_normals(points, ids)
+    if areas.sum() <= 0:
+        return 0.0
+    low, high, volume = _pieces(points, ids, label)
+    least = -1e-9 * (high - low).max(axis=1) ** 3  # a closed piece may be flat: then it has no inside
+    inverted = np.flatnonzero(_closed(ids, label, len(points)) & (volume < least))
+    bad = [k for k in inverted if not _lines_another(low, high, int(k))]
+    return float(areas[np.isin(label, bad)].sum() / areas.sum())
+
+
+def _pieces(points: Floats, ids: Ints, label: Ints) -> tuple[Floats, Floats, Floats]:
+    """(C, 3) lower and (C, 3) upper corner and (C,) signed volume of each piece; the last holds for closed ones."""
+    count = int(label.max()) + 1
+    corners = points[ids] - points.mean(axis=0)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, label, corners.min(axis=1))
+    np.maximum.at(high, label, corners.max(axis=1))
+    cones = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    volume = np.bincount(label, weights=cones, minlength=count).astype(np.float64)
+    return low, high, volume
+
+
+def _closed(ids: Ints, label: Ints, count: int) -> Mask:
+    """(C,) whether each edge of a piece is used by two faces, once each way."""
+    of_point = np.zeros(count, dtype=np.int64)
+    of_point[ids] = label[:, None]
+    ends, uses, balance = edge_counts(ids)
+    closed = np.ones(int(label.max()) + 1, dtype=bool)
+    closed[of_point[ends[(uses != 2) | (balance != 0), 0]]] = False
+    return closed
+
+
+def _lines_another(low: Floats, high: Floats, piece: int) -> bool:
+    """Whether a piece lies within the bounds of a larger one: the inner wall of a hollow thing winds inwards."""
+    within = (low <= low[piece]).all(axis=1) & (high >= high[piece]).all(axis=1)
+    larger = (high - low).prod(axis=1) > (high - low)[piece].prod()
+    return bool((within & larger).any())

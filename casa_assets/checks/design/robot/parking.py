@@ -1,0 +1,140 @@
+"""Where a robot's base parks to work at each fixture, with all doors shut and with each of the fixture's own open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from casa_assets.checks.design.robot.floor_map import RADIUS, STANDS, TALL, FloorMap, toward
+from casa_assets.core.typing import Mask
+from casa_assets.model.kitchen.floor import Facts, Fixture, Movable, Parking, Role, Stance
+from casa_assets.model.record import Vec2
+
+# Ref: RoboCasa (robocasa/utils/env_utils.py) parks 0.20 m before fixtures and 0.30 m before housings and fridges.
+GAP, GAP_TALL = 0.20, 0.30
+TALL_UNIT = 1.5  # height from which a unit on the floor is a tall one, metres
+STEP = 0.05  # metres between the places that are tried to the left and right
+ASIDE = 0.3  # metres by which the base may stand beside a fixture's own width
+PLAY = 0.04  # metres between the base and the side of an open leaf
+VISITED = (
+    Role.SINK,
+    Role.RANGE,
+    Role.HOB,
+    Role.OVEN,
+    Role.MICROWAVE,
+    Role.HOOD,
+    Role.FRIDGE,
+    Role.DISHWASHER,
+    Role.COFFEE_MACHINE,
+    Role.TOASTER,
+    Role.CABINET,
+    Role.DRAWERS,
+    Role.SINK_BASE,
+    Role.CORNER,
+    Role.ISLAND,
+    Role.PANTRY,
+    Role.HOUSING,
+    Role.UPPER,
+    Role.SHELF,
+)
+
+
+@dataclass(frozen=True)
+class Lots:
+    """Parking places of a kitchen.
+
+    Attributes:
+        shut: fixture -> its place while all is shut; None where it cannot be reached.
+        open: (fixture, joint) -> its place while that joint's leaf stands open; None likewise.
+    """
+
+    shut: dict[str, Parking | None]
+    open: dict[tuple[str, str], Parking | None]
+
+    @property
+    def every(self) -> tuple[Parking, ...]:
+        """All places that there are, by fixture."""
+        places = [*self.shut.values(), *self.open.values()]
+        return tuple(p for p in places if p is not None)
+
+
+def park(facts: Facts, floor: FloorMap) -> Lots:
+    """Places for all fixtures that a robot works at."""
+    shut: dict[str, Parking | None] = {}
+    opened: dict[tuple[str, str], Parking | None] = {}
+    for fixture in facts.of(*VISITED):
+        edge = front_of(facts, fixture) + (GAP_TALL if is_tall(facts, fixture) else GAP)
+        shut[fixture.name] = _first(_in_front(fixture, edge), floor, floor.reached)
+        for joint in fixture.joints:
+            if joint.leaf is None or joint.behind is not None:
+                continue
+            if joint.leaf.low > TALL:
+                place = shut[fixture.name]
+                opened[fixture.name, joint.name] = place and place.replace(open=joint.name)
+                continue
+            reached = floor.connected(floor.beside(joint.leaf.open))
+            found = _first(_around(fixture, joint, edge), floor, reached)
+            opened[fixture.name, joint.name] = found and found.replace(open=joint.name)
+    return Lots(shut, opened)
+
+
+def is_tall(facts: Facts, fixture: Fixture) -> bool:
+    """Whether a fixture stands in a unit that is higher than worktops."""
+    row = facts.row(fixture.run)
+    high = max((u.high for u in row.units if u.name == fixture.unit), default=0.0) if row else 0.0
+    on_floor = fixture.low < STANDS and fixture.high > TALL_UNIT
+    return fixture.role in (Role.FRIDGE, Role.PANTRY) or high > TALL_UNIT or on_floor
+
+
+def front_of(facts: Facts, fixture: Fixture) -> float:
+    """How far before a fixture's own front the edge is at which the base has to stop: that of a worktop, say."""
+    row = facts.row(fixture.run)
+    if row is None:
+        return 0.0
+    u, v = row.of(fixture.foot.at(0.0, 0.0))
+    half = 0.45 * fixture.foot.size[0]
+    below = [n.front for n in row.units if n.left < u + half and n.right > u - half and n.kind != "gap"]
+    return max([*below, v] if below else [row.depth, v]) - v
+
+
+def _in_front(fixture: Fixture, edge: float) -> Iterator[Parking]:
+    """Places where the base's rim is at `edge` metres before a fixture's front, the middle one first."""
+    reach = fixture.foot.size[0] / 2 + ASIDE
+    for k in range(int(reach / STEP) + 1):
+        for aside in (k * STEP, -k * STEP)[: 1 if k == 0 else 2]:
+            yield _place(fixture, aside, edge + RADIUS, Stance.FRONT)
+
+
+def _place(fixture: Fixture, aside: float, before: float, stance: Stance, look: Vec2 | None = None) -> Parking:
+    at = fixture.foot.at(aside, before)
+    x, y = fixture.foot.front
+    yaw = math.atan2(-y, -x) if look is None else toward(at, look)
+    return Parking(
+        fixture=fixture.name,
+        at=(round(at[0], 4), round(at[1], 4)),
+        yaw=round(yaw, 4) + 0.0,
+        stance=stance,
+        aside=round(aside, 4),
+    )
+
+
+def _around(fixture: Fixture, joint: Movable, edge: float) -> Iterator[Parking]:
+    """Places before a fixture, then beside the open leaf, then behind it."""
+    assert joint.leaf is not None
+    if not joint.leaf.down:
+        yield from _in_front(fixture, edge)
+    points = [fixture.foot.of(p) for p in joint.leaf.open]
+    left, right = min(p[0] for p in points), max(p[0] for p in points)
+    out = max(p[1] for p in points)
+    look = fixture.foot.at((left + right) / 2, 0.0)
+    for k in range(5):
+        more = RADIUS + PLAY + k * STEP
+        for aside, stance in ((right + more, Stance.RIGHT), (left - more, Stance.LEFT)):
+            yield _place(fixture, aside, edge + RADIUS, stance, look)
+    for k in range(5):
+        yield _place(fixture, (left + right) / 2, max(out + GAP / 2, edge) + RADIUS + k * STEP, Stance.BEHIND)
+
+
+def _first(places: Iterator[Parking], floor: FloorMap, reached: Mask) -> Parking | None:
+    return next((p for p in places if floor.holds(reached, p.at)), None)

@@ -1,0 +1,166 @@
+"""Trying out where things can be put: boxes drawn into zones, and how many of them lie well."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.checks.design.robot.floor_map import RADIUS
+from casa_assets.core.typing import Floats
+from casa_assets.model.kitchen.floor import Facts, Fixture, Foot, Parking, Role, Volume
+from casa_assets.model.record import Vec2, Vec3
+
+ARM = 0.8  # metres that an arm reaches from the front of the base, seen from above
+LOWEST, HIGHEST = 0.3, 1.9  # heights between which it works, metres
+TINY = 1e-9
+SUNK, ON_TOP = 0.1, 0.45  # metres below and above a worktop between which the foot of what stands on it is
+
+
+@dataclass(frozen=True)
+class Span:
+    """An upright box along the axes of the world, metres."""
+
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+    z0: float
+    z1: float
+
+    @property
+    def area(self) -> float:
+        """Square metres, seen from above."""
+        return max(0.0, self.x1 - self.x0) * max(0.0, self.y1 - self.y0)
+
+    def meets(self, other: Span) -> Span:
+        """What two boxes share; empty where nothing."""
+        return Span(
+            max(self.x0, other.x0),
+            max(self.y0, other.y0),
+            min(self.x1, other.x1),
+            min(self.y1, other.y1),
+            max(self.z0, other.z0),
+            min(self.z1, other.z1),
+        )
+
+
+@dataclass(frozen=True)
+class Size:
+    """Boxes to be put: least and greatest width and depth, and least and greatest height, metres."""
+
+    low: float
+    high: float
+    least: float
+    most: float
+
+
+@dataclass(frozen=True)
+class Zone:
+    """Where boxes are put.
+
+    Attributes:
+        fixture, region: what it belongs to. span: of the room that there is.
+        taken: what stands there. shoulders: (N, 2) points from which an arm reaches for it.
+        middles: whether the middle of a box alone has to lie inside, as for a pan on a burner.
+    """
+
+    fixture: str
+    region: str
+    span: Span
+    taken: tuple[Span, ...]
+    shoulders: Floats
+    middles: bool = False
+
+
+def span_of(foot: Foot, low: float, high: float) -> Span:
+    """The box around a foot."""
+    xs, ys = zip(*foot.corners, strict=True)
+    return Span(min(xs), min(ys), max(xs), max(ys), low, high)
+
+
+def shoulders(places: Iterable[Parking]) -> Floats:
+    """(N, 2) front of the base at each place: where a mobile manipulator carries its arm."""
+    points = [(p.at[0] + RADIUS * math.cos(p.yaw), p.at[1] + RADIUS * math.sin(p.yaw)) for p in places]
+    return np.array(points, dtype=np.float64).reshape(-1, 2)
+
+
+def tops(facts: Facts) -> list[tuple[Fixture, Volume]]:
+    """Regions of worktops on which things can stand."""
+    return [(f, v) for f in facts.of(Role.WORKTOP) for v in f.volumes if v.name == "top" or v.name.startswith("top_")]
+
+
+def on_worktops(facts: Facts) -> list[Span]:
+    """What stands on worktops or is let into them."""
+    standing = facts.of(Role.THING, Role.COFFEE_MACHINE, Role.TOASTER, Role.MICROWAVE)
+    heights = [row.height for row in facts.rows]
+    return [span_of(f.foot, f.low, f.high) for f in standing if any(h - SUNK < f.low < h + ON_TOP for h in heights)]
+
+
+def near(facts: Facts, fixture: Fixture, reach: float) -> list[tuple[str, str, Span]]:
+    """Worktops before and beside a fixture, up to `reach` metres to its left and right."""
+    w, d = fixture.foot.size
+    window = Foot(middle=fixture.foot.middle, size=(w + 2 * reach, d + 1.0), yaw=fixture.foot.yaw)
+    box = span_of(window, -1.0, 9.0)
+    found = []
+    for top, volume in tops(facts):
+        shared = span_of(volume.foot, volume.low, volume.high).meets(box)
+        if shared.x1 - shared.x0 > 0.05 and shared.y1 - shared.y0 > 0.05:
+            found.append((top.name, volume.name, shared))
+    return found
+
+
+def free_area(zones: Sequence[Zone], cell: float = 0.02) -> float:
+    """Square metres of zones on which nothing stands."""
+    total = 0.0
+    for zone in zones:
+        s = zone.span
+        xs, ys = np.arange(s.x0 + cell / 2, s.x1, cell), np.arange(s.y0 + cell / 2, s.y1, cell)
+        free = np.ones((len(ys), len(xs)), dtype=bool)
+        for t in zone.taken:
+            free &= ~(((xs > t.x0) & (xs < t.x1))[None, :] & ((ys > t.y0) & (ys < t.y1))[:, None])
+        total += float(free.sum()) * cell**2
+    return total
+
+
+def acceptance(zones: Sequence[Zone], size: Size, count: int, rng: np.random.Generator) -> float:
+    """Share of `count` boxes drawn into zones, by their area, that lie inside, on nothing else, and within reach."""
+    # Samplers look for a place that is large enough before they draw.
+    zones = [z for z in zones if z.middles or min(z.span.x1 - z.span.x0, z.span.y1 - z.span.y0) >= size.low]
+    areas = np.array([z.span.area for z in zones])
+    if not zones or areas.sum() <= 0:
+        return 0.0
+    which = rng.choice(len(zones), size=count, p=areas / areas.sum())
+    wide, deep = rng.uniform(size.low, size.high, (2, count))
+    high = rng.uniform(size.least, size.most, count)
+    at = rng.random((count, 2))
+    good = 0
+    for k in range(count):
+        zone = zones[int(which[k])]
+        box = _drawn(zone, (float(wide[k]), float(deep[k]), float(high[k])), (float(at[k, 0]), float(at[k, 1])))
+        good += _lies_well(box, zone)
+    return good / count
+
+
+def _drawn(zone: Zone, size: Vec3, at: Vec2) -> Span:
+    """A box somewhere in a zone; as samplers of tasks do it, only where it does not reach out, if there is room."""
+    s, (w, d, h) = zone.span, size
+    mx, my = (0.0, 0.0) if zone.middles else (w / 2, d / 2)
+    x = s.x0 + mx + at[0] * max(0.0, s.x1 - s.x0 - 2 * mx)
+    y = s.y0 + my + at[1] * max(0.0, s.y1 - s.y0 - 2 * my)
+    return Span(x - w / 2, y - d / 2, x + w / 2, y + d / 2, s.z0, s.z0 + h)
+
+
+def _lies_well(box: Span, zone: Zone) -> bool:
+    s, middle = zone.span, ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2)
+    inside = box.x1 <= s.x1 + TINY and box.y1 <= s.y1 + TINY
+    if not (inside or zone.middles) or box.z1 > s.z1:
+        return False
+    if not LOWEST <= (box.z0 + box.z1) / 2 <= HIGHEST:
+        return False
+    if any(m.x1 > m.x0 and m.y1 > m.y0 for m in (box.meets(t) for t in zone.taken)):
+        return False
+    reach = np.hypot(zone.shoulders[:, 0] - middle[0], zone.shoulders[:, 1] - middle[1])
+    return bool(len(reach)) and float(reach.min()) <= ARM

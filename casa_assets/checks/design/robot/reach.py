@@ -1,0 +1,47 @@
+"""Whether a robot gets to every fixture."""
+
+from __future__ import annotations
+
+from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.model.kitchen.plan import OpeningKind
+
+BARE = "it has no fixture to park before"
+
+
+def is_reached(subject: DesignSubject, limit: float | None) -> Measured:
+    """A base can park before every fixture, coming from a doorway or an open side; counts those that it cannot."""
+    assert limit is not None
+    if not subject.lots.shut:
+        return not_applicable(BARE)
+    lost = [name for name, place in subject.lots.shut.items() if place is None]
+    says = "no base of 0.30 m radius can park before it: leave floor free there, and a way to it"
+    return Measured(float(len(lost)), tuple((f"fixtures/{n}", says) for n in lost) if len(lost) > limit else ())
+
+
+def is_reached_open(subject: DesignSubject, limit: float | None) -> Measured:
+    """The same with each door, flap or drawer of it open, one after the other; counts those that it cannot.
+
+    Fixtures that are not reached with all shut are the business of `is_reached`.
+    """
+    assert limit is not None
+    lots = subject.lots
+    if not lots.open:
+        return not_applicable("nothing in it opens")
+    lost = [key for key, place in lots.open.items() if place is None and lots.shut[key[0]] is not None]
+    says = "no base of 0.30 m radius can stand before, beside or behind it once it is open"
+    problems = tuple((f"fixtures/{name}/{joint}", says) for name, joint in lost)
+    return Measured(float(len(lost)), problems if len(lost) > limit else ())
+
+
+def is_entered_by_base(subject: DesignSubject, limit: float | None) -> Measured:
+    """From every door and passage a base gets on to the floor of the kitchen; counts those that are blocked."""
+    assert limit is not None
+    ways = [w for w in subject.facts.ways if w.kind is not OpeningKind.WINDOW]
+    if not ways:
+        return not_applicable("it has no door and no passage")
+    blocked = [w.id for w in ways if not subject.floor.leads_in(w.start, w.end)]
+    says = "what stands before it leaves no way for a base of 0.30 m radius"
+    return Measured(
+        float(len(blocked)), tuple((f"openings/{n}", says) for n in blocked) if len(blocked) > limit else ()
+    )

@@ -1,0 +1,124 @@
+"""A kitchen as tasks look at it: what a base gets to, what worktop is free beside it, and what a task was found."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from casa_assets.checks.design.robot.floor_map import RADIUS, FloorMap
+from casa_assets.checks.design.robot.parking import Lots, front_of
+from casa_assets.checks.design.robot.placing import Size, Span, Zone, near, on_worktops, shoulders, span_of
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.kitchen.floor import Facts, Fixture, Movable, Role
+from casa_assets.model.record import Record
+
+NEAR = 0.6  # metres beside a fixture within which its worktop begins
+
+
+class Afforded(Record):
+    """What a kitchen has for a task.
+
+    Attributes:
+        number, task: of the table. fixtures, joints, sites, regions: that it can be done with, `<fixture>__<name>`.
+        counter_m2: free worktop beside them. floor_m2: floor around their parking places that the base gets to.
+        rate: share of drawn boxes that could be put, the least of all that the task puts; None where nothing is put.
+        tightest: where that is.
+        wants: what is missing, empty where nothing is.
+    """
+
+    number: int
+    task: str
+    fixtures: tuple[str, ...] = ()
+    joints: tuple[str, ...] = ()
+    sites: tuple[str, ...] = ()
+    regions: tuple[str, ...] = ()
+    counter_m2: float = 0.0
+    floor_m2: float = 0.0
+    rate: float | None = None
+    tightest: str = ""
+    wants: str = ""
+
+
+@dataclass(frozen=True)
+class Put:
+    """Boxes that a task puts into zones."""
+
+    zones: tuple[Zone, ...]
+    size: Size
+
+
+@dataclass(frozen=True)
+class Found:
+    """What was found for a task, before boxes are drawn.
+
+    Attributes:
+        fixtures: with which it can be done. joints, sites, regions: names. puts: what is put where.
+        counter: worktops beside them. wants: what is missing.
+    """
+
+    fixtures: tuple[Fixture, ...]
+    joints: tuple[str, ...] = ()
+    sites: tuple[str, ...] = ()
+    regions: tuple[str, ...] = ()
+    puts: tuple[Put, ...] = ()
+    counter: tuple[Zone, ...] = ()
+    wants: str = ""
+
+
+class Desk:
+    """A kitchen as tasks look at it."""
+
+    def __init__(self, facts: Facts, floor: FloorMap, lots: Lots) -> None:
+        self.facts, self.floor, self.lots = facts, floor, lots
+        self.taken = tuple(on_worktops(facts))
+        self.everywhere = shoulders(p for p in lots.shut.values() if p is not None)
+
+    def reached(self, *roles: Role) -> tuple[Fixture, ...]:
+        """Fixtures of these roles before which the base parks."""
+        return tuple(f for f in self.facts.of(*roles) if self.lots.shut.get(f.name) is not None)
+
+    def counter(self, fixtures: Sequence[Fixture], reach: float = NEAR) -> tuple[Zone, ...]:
+        """Free worktops beside fixtures, each once for each of them."""
+        return tuple(
+            Zone(top, region, span, self.taken, self.everywhere)
+            for f in fixtures
+            for top, region, span in near(self.facts, f, reach)
+        )
+
+    def inside(self, fixture: Fixture, pattern: str) -> tuple[Zone, ...]:
+        """Regions of a fixture, as an arm reaches them from where the base parks for it."""
+        place = self.lots.shut.get(fixture.name)
+        points = shoulders([place] if place is not None else [])
+        return tuple(
+            Zone(fixture.name, v.name, span_of(v.foot, v.low, v.high), (), points)
+            for v in fixture.volumes
+            if re.fullmatch(pattern, v.name)
+        )
+
+    def at(self, fixture: Fixture, site: str, side: float) -> Zone:
+        """A square around a site, in which the middle of a thing has to lie."""
+        x, y, z = next(m.at for m in fixture.marks if m.name == site)
+        place = self.lots.shut.get(fixture.name)
+        points = shoulders([place] if place is not None else [])
+        span = Span(x - side / 2, y - side / 2, x + side / 2, y + side / 2, z, z + 0.5)
+        return Zone(fixture.name, site, span, (), points, middles=True)
+
+    def stands_beside(self, fixture: Fixture, joint: Movable) -> bool:
+        """Whether the base gets to the left or right of a fixture while its drawer is open."""
+        if joint.leaf is None:
+            return False
+        reached = self.floor.connected(self.floor.beside(joint.leaf.open))
+        before = front_of(self.facts, fixture) + 0.2 + RADIUS
+        aside = fixture.foot.size[0] / 2 + RADIUS + 0.05
+        return any(self.floor.holds(reached, fixture.foot.at(s * aside, before)) for s in (1.0, -1.0))
+
+
+def names(fixture: Fixture, found: Sequence[str]) -> tuple[str, ...]:
+    """Names as scene files have them."""
+    return tuple(f"{fixture.name}__{n}" for n in found)
+
+
+def doors(fixture: Fixture) -> tuple[Movable, ...]:
+    """Upright doors of a fixture."""
+    return tuple(j for j in fixture.joints if j.kind is JointKind.HINGE and j.leaf is not None and not j.leaf.down)

@@ -1,0 +1,275 @@
+"""The 25 atomic tasks of RoboCasa: what of a kitchen affords each, and how often things can be put for it.
+
+Ref: robocasa/environments/kitchen/single_stage, v0.2: the tasks, what each looks for, and the sizes of what it puts.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from casa_assets.checks.design.robot.floor_map import FloorMap
+from casa_assets.checks.design.robot.parking import Lots
+from casa_assets.checks.design.robot.placing import Size, Zone, acceptance, free_area
+from casa_assets.checks.design.robot.task_view import Afforded, Desk, Found, Put, doors, names
+from casa_assets.core.sampling import rng_for
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.kitchen.floor import Facts, Fixture, Role
+
+SAMPLES = 200
+AROUND = 1.0  # metres around a parking place in which floor is measured
+GRASPED = Size(0.05, 0.12, 0.05, 0.18)
+PLATE = Size(0.22, 0.26, 0.02, 0.03)
+FOOD = Size(0.05, 0.15, 0.04, 0.10)
+PAN = Size(0.18, 0.26, 0.05, 0.08)
+MUG = Size(0.08, 0.11, 0.08, 0.11)
+FLAT = Size(0.05, 0.10, 0.04, 0.10)
+TOP_DRAWER = (0.7, 0.9)  # heights between which the middle of a top drawer lies, metres
+UPPER_FROM, UPPER_TO = 1.0, 1.6  # heights between which a wall cabinet begins, metres
+SPOUT = 0.52  # rad to either side that a spout has to turn: 30 degrees
+APART = 1.0  # metres between the start and the aim of a drive
+ONCE = (
+    Role.COFFEE_MACHINE,
+    Role.TOASTER,
+    Role.RANGE,
+    Role.HOB,
+    Role.SHELF,
+    Role.MICROWAVE,
+    Role.SINK,
+    Role.HOOD,
+    Role.OVEN,
+    Role.FRIDGE,
+    Role.DISHWASHER,
+)
+
+
+def _uppers(desk: Desk, count: tuple[int, ...]) -> tuple[Fixture, ...]:
+    found = desk.reached(Role.UPPER)
+    return tuple(f for f in found if UPPER_FROM <= f.low <= UPPER_TO and len(doors(f)) in count)
+
+
+def _cabinet(desk: Desk) -> Found:
+    cabinets = _uppers(desk, (1, 2))
+    zones = tuple(z for f in cabinets for z in desk.inside(f, r"level\d+|int"))
+    counter = desk.counter(cabinets, 0.1)
+    return Found(
+        cabinets,
+        joints=tuple(n for f in cabinets for n in names(f, [j.name for j in doors(f)])),
+        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        puts=(Put(counter, GRASPED), Put(zones, GRASPED)),
+        counter=counter,
+        wants="" if cabinets and zones else "a wall cabinet with doors and room inside, before which the base parks",
+    )
+
+
+def _sink(desk: Desk, size: Size) -> Found:
+    sinks = desk.reached(Role.SINK)
+    zones = tuple(z for f in sinks for z in desk.inside(f, r"basin.*|int"))
+    counter = desk.counter(sinks)
+    return Found(
+        sinks,
+        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        puts=(Put(counter, size), Put(zones, GRASPED)),
+        counter=counter,
+        wants="" if zones else "a sink with a basin",
+    )
+
+
+def _microwaves(desk: Desk) -> Found:
+    ovens = tuple(f for f in desk.reached(Role.MICROWAVE) if f.joint("microjoint"))
+    zones = tuple(z for f in ovens for z in desk.inside(f, r"tray|int"))
+    counter = desk.counter(ovens)
+    return Found(
+        ovens,
+        joints=tuple(f"{f.name}__microjoint" for f in ovens),
+        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        puts=(Put(counter, PLATE), Put(zones, PLATE)),
+        counter=counter,
+        wants="" if zones else "a microwave with a door and a tray",
+    )
+
+
+def _burners(fixture: Fixture) -> list[tuple[str, str, str]]:
+    """Joint of the knob, site of the flame and place of the pan for each burner that has all three."""
+    marks = {m.name for m in fixture.marks}
+    found = []
+    for joint in fixture.joints:
+        match = re.fullmatch(r"knob_(.+)_joint", joint.name)
+        if match and {f"burner_on_{match[1]}", f"burner_{match[1]}_place_site"} <= marks:
+            found.append((joint.name, f"burner_on_{match[1]}", f"burner_{match[1]}_place_site"))
+    return found
+
+
+def _stove(desk: Desk, counter_wanted: bool) -> Found:
+    stoves = tuple(f for f in desk.reached(Role.RANGE, Role.HOB) if _burners(f))
+    pans = tuple(desk.at(f, place, 0.10) for f in stoves for _, _, place in _burners(f))
+    counter = desk.counter(stoves) if counter_wanted else ()
+    return Found(
+        stoves,
+        joints=tuple(n for f in stoves for n in names(f, [b[0] for b in _burners(f)])),
+        sites=tuple(n for f in stoves for b in _burners(f) for n in names(f, b[1:])),
+        puts=(*((Put(counter, PLATE),) if counter_wanted else ()), Put(pans, PAN)),
+        counter=counter,
+        wants="" if stoves else "a range or hob with a knob, a flame and a place for a pan",
+    )
+
+
+def _doors(desk: Desk, count: int) -> Found:
+    cabinets = _uppers(desk, (count,))
+    ovens = tuple(f for f in desk.reached(Role.MICROWAVE) if f.joint("microjoint")) if count == 1 else ()
+    every = (*cabinets, *ovens)
+    zones = tuple(z for f in cabinets for z in desk.inside(f, r"level\d+|int"))
+    zones += tuple(z for f in ovens for z in desk.inside(f, r"tray|int"))
+    return Found(
+        every,
+        joints=tuple(n for f in every for n in names(f, [j.name for j in doors(f)])),
+        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        puts=(Put(zones, GRASPED),),
+        wants="" if every else f"a wall cabinet with {'one door' if count == 1 else 'two doors'}",
+    )
+
+
+def _drawers(desk: Desk) -> Found:
+    found: list[Fixture] = []
+    joints: list[str] = []
+    zones: list[Zone] = []
+    for fixture in desk.reached(Role.DRAWERS, Role.CABINET, Role.ISLAND):
+        for joint in fixture.joints:
+            height = None if joint.grip is None else joint.grip[2]
+            if joint.kind is not JointKind.SLIDE or height is None or not TOP_DRAWER[0] <= height <= TOP_DRAWER[1]:
+                continue
+            if not desk.stands_beside(fixture, joint):
+                continue
+            inner = desk.inside(fixture, re.sub(r"_?slidejoint$|_joint$", "", joint.name) + r"(_int)?|int")
+            if inner:
+                found.append(fixture)
+                joints += names(fixture, [joint.name])
+                zones += inner
+    return Found(
+        tuple(dict.fromkeys(found)),
+        joints=tuple(joints),
+        regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
+        puts=(Put(tuple(zones), FLAT),),
+        wants="" if joints else "a top drawer with free floor to its left or right",
+    )
+
+
+def _faucet(desk: Desk, joint: str) -> Found:
+    sinks = tuple(
+        f for f in desk.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.marks}
+    )
+    if joint == "spout_joint":
+        sinks = tuple(f for f in sinks if all(abs(end) >= SPOUT for end in _range(f, joint)))
+    counter = desk.counter(sinks)
+    return Found(
+        sinks,
+        joints=tuple(f"{f.name}__{joint}" for f in sinks),
+        sites=tuple(f"{f.name}__water" for f in sinks),
+        puts=(Put(counter, GRASPED),),
+        counter=counter,
+        wants="" if sinks else f"a sink with {joint} and a stream of water",
+    )
+
+
+def _range(fixture: Fixture, name: str) -> tuple[float, float]:
+    joint = fixture.joint(name)
+    return (0.0, 0.0) if joint is None else joint.range
+
+
+def _pressed(desk: Desk, role: Role, button: str) -> Found:
+    found = tuple(f for f in desk.reached(role) if any(button in b.name for b in f.buttons))
+    joints = tuple(n for f in found for n in names(f, [j.name for j in f.joints if button in j.name]))
+    return Found(found, joints=joints, wants="" if found else f"a {role.value.replace('_', ' ')} with a {button}")
+
+
+def _coffee(desk: Desk, put_down: bool) -> Found:
+    place = "receptacle_place_site"
+    pressed = _pressed(desk, Role.COFFEE_MACHINE, "start_button")
+    found = tuple(f for f in pressed.fixtures if place in {m.name for m in f.marks})
+    counter = desk.counter(found, 0.35)
+    zones = tuple(desk.at(f, place, 0.02) for f in found)
+    return Found(
+        found,
+        joints=pressed.joints,
+        sites=tuple(f"{f.name}__{place}" for f in found),
+        puts=(Put(zones, MUG), *((Put(counter, MUG),) if put_down else ())),
+        counter=counter,
+        wants="" if found else "a coffee machine with a start button and a place for a mug",
+    )
+
+
+def _heated(desk: Desk, button: str) -> Found:
+    pressed, ovens = _pressed(desk, Role.MICROWAVE, button), _microwaves(desk)
+    return Found(
+        pressed.fixtures, pressed.joints, regions=ovens.regions, puts=ovens.puts[1:], wants=pressed.wants or ovens.wants
+    )
+
+
+def _drive(desk: Desk) -> Found:
+    once = [f for role in ONCE if len(found := desk.facts.of(role)) == 1 for f in found]
+    places = [p for p in desk.lots.shut.values() if p is not None]
+    aims = []
+    for f in once:
+        aim = desk.lots.shut.get(f.name)
+        far = [p for p in places if aim and abs(complex(*p.at) - complex(*aim.at)) > APART]
+        if far:
+            aims.append(f)
+    return Found(tuple(aims), wants="" if aims else "a thing that there is once, more than 1 m from another")
+
+
+TASKS: tuple[tuple[str, Callable[[Desk], Found]], ...] = (
+    ("pnp_counter_to_cab", _cabinet),
+    ("pnp_cab_to_counter", _cabinet),
+    ("pnp_counter_to_sink", lambda d: _sink(d, GRASPED)),
+    ("pnp_sink_to_counter", lambda d: _sink(d, PLATE)),
+    ("pnp_counter_to_microwave", _microwaves),
+    ("pnp_microwave_to_counter", _microwaves),
+    ("pnp_counter_to_stove", lambda d: _stove(d, True)),
+    ("pnp_stove_to_counter", lambda d: _stove(d, True)),
+    ("open_single_door", lambda d: _doors(d, 1)),
+    ("close_single_door", lambda d: _doors(d, 1)),
+    ("open_double_door", lambda d: _doors(d, 2)),
+    ("close_double_door", lambda d: _doors(d, 2)),
+    ("open_drawer", _drawers),
+    ("close_drawer", _drawers),
+    ("turn_on_stove", lambda d: _stove(d, False)),
+    ("turn_off_stove", lambda d: _stove(d, False)),
+    ("turn_on_sink_faucet", lambda d: _faucet(d, "handle_joint")),
+    ("turn_off_sink_faucet", lambda d: _faucet(d, "handle_joint")),
+    ("turn_sink_spout", lambda d: _faucet(d, "spout_joint")),
+    ("coffee_press_button", lambda d: _coffee(d, False)),
+    ("turn_on_microwave", lambda d: _heated(d, "start_button")),
+    ("turn_off_microwave", lambda d: _heated(d, "stop_button")),
+    ("coffee_setup_mug", lambda d: _coffee(d, True)),
+    ("coffee_serve_mug", lambda d: _coffee(d, True)),
+    ("navigate_kitchen", _drive),
+)
+
+
+def afforded(facts: Facts, floor: FloorMap, lots: Lots, seed: int) -> tuple[Afforded, ...]:
+    """What a kitchen has for each of the tasks, in order."""
+    desk = Desk(facts, floor, lots)
+    return tuple(_afforded(desk, k + 1, name, find(desk), seed) for k, (name, find) in enumerate(TASKS))
+
+
+def _afforded(desk: Desk, number: int, name: str, found: Found, seed: int) -> Afforded:
+    rates = [
+        acceptance(put.zones, put.size, SAMPLES, rng_for(seed, f"tasks/{desk.facts.id}/{name}/{k}"))
+        for k, put in enumerate(found.puts)
+    ]
+    tightest = min(range(len(rates)), key=rates.__getitem__, default=None)
+    zones = () if tightest is None else found.puts[tightest].zones
+    places = [p for f in found.fixtures if (p := desk.lots.shut.get(f.name)) is not None]
+    return Afforded(
+        number=number,
+        task=name,
+        fixtures=tuple(f.name for f in found.fixtures),
+        joints=found.joints,
+        sites=found.sites,
+        regions=found.regions,
+        counter_m2=round(free_area(found.counter), 3),
+        floor_m2=round(max((desk.floor.area(p.at, AROUND) for p in places), default=0.0), 3),
+        rate=None if found.wants or not rates else round(min(rates), 4),
+        tightest=", ".join(dict.fromkeys(f"{z.fixture}__{z.region}" for z in zones)),
+        wants=found.wants,
+    )

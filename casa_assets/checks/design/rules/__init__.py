@@ -1,0 +1,1 @@
+"""Guidelines of kitchen design as checks: doorways, aisles, landing areas, heights, the work triangle."""

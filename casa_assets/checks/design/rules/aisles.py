@@ -1,0 +1,44 @@
+"""Rules of room to work and to walk."""
+
+from __future__ import annotations
+
+from casa_assets.checks.check import Measured, least, not_applicable
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.model.kitchen.floor import AisleKind
+
+NO_AISLE = {
+    AisleKind.WORK: "no two fronts face each other",
+    AisleKind.WALK: "no way leads between two things, or a thing and a wall",
+}
+
+
+def is_roomy(subject: DesignSubject, limit: float | None) -> Measured:
+    """Fronts that face each other leave `limit` metres, in kitchens that are not declared compact; the narrowest."""
+    # Ref: NKBA planning guideline 6: 42 inches for one cook.
+    if subject.facts.compact:
+        return not_applicable("its plan says that it is compact (NKB005)")
+    return _narrowest(subject, limit, AisleKind.WORK)
+
+
+def is_roomy_enough(subject: DesignSubject, limit: float | None) -> Measured:
+    """The same in kitchens that are declared compact; metres of the narrowest."""
+    if not subject.facts.compact:
+        return not_applicable("its plan does not say that it is compact (NKB004)")
+    return _narrowest(subject, limit, AisleKind.WORK)
+
+
+def lets_pass(subject: DesignSubject, limit: float | None) -> Measured:
+    """Ways between what stands in a kitchen, and along walls, are `limit` metres wide; metres of the narrowest."""
+    # Ref: NKBA planning guideline 7: 36 inches.
+    return _narrowest(subject, limit, AisleKind.WALK)
+
+
+def _narrowest(subject: DesignSubject, limit: float | None, kind: AisleKind) -> Measured:
+    assert limit is not None
+    aisles = [a for a in subject.facts.aisles if a.kind is kind]
+    problems = tuple(
+        (f"aisles/{a.one}", f"{a.width:.3f} m between {a.one} and {a.other}, {limit:g} wanted")
+        for a in aisles
+        if a.width < limit
+    )
+    return least((a.width for a in aisles), problems, NO_AISLE[kind])

@@ -1,0 +1,162 @@
+"""Rules of where appliances stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from casa_assets.checks.check import Measured, least, not_applicable
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.geometry.planar import overlap
+from casa_assets.model.kitchen.floor import Facts, Fixture, Role, Row, RunEnd, Side
+from casa_assets.model.kitchen.plan import OpeningKind
+from casa_assets.model.record import Vec2
+
+COOKTOPS = (Role.RANGE, Role.HOB)
+# Kinds of units that are appliances whose doors or cooks need room beside a corner.
+APPLIANCE_UNITS = ("range", "hob", "dishwasher", "oven", "microwave", "fridge")
+STANDING = 0.6  # metres before a dishwasher in which the one who loads it stands
+BEHIND = 0.8  # metres from a wall within which a cooktop stands at it
+OVER = 0.02  # metres by which something has to reach over a cooktop to be above it
+
+
+def has_standing_room(subject: DesignSubject, limit: float | None) -> Measured:
+    """A dishwasher keeps `limit` metres from what stands at a right angle to it; metres of the narrowest."""
+    # Ref: NKBA planning guideline 13: 21 inches.
+    assert limit is not None
+    facts, found = subject.facts, []
+    for row in facts.rows:
+        for unit in (u for u in row.units if u.kind == "dishwasher"):
+            found += [(unit.name, o.id, gap) for o in facts.rows for gap in _beside(row, unit.left, unit.right, o)]
+    problems = tuple(
+        (f"units/{name}", f"{gap:.3f} m to {other} at a right angle to it, {limit:g} wanted to stand in")
+        for name, other, gap in found
+        if gap < limit
+    )
+    return least((gap for _, _, gap in found), problems, "nothing stands at a right angle to a dishwasher")
+
+
+def _beside(row: Row, left: float, right: float, other: Row) -> Iterator[float]:
+    """Distance along a row from a unit to another row that reaches out before the fronts beside it."""
+    if other.id == row.id:
+        return
+    (us, vs), front = _box_in(row, other), row.depth
+    if vs[1] <= front + OVER or vs[0] >= front + STANDING:
+        return
+    if us[0] >= right - 1e-3:
+        yield round(us[0] - right, 4)
+    elif us[1] <= left + 1e-3:
+        yield round(left - us[1], 4)
+
+
+def _box_in(row: Row, other: Row) -> tuple[Vec2, Vec2]:
+    """Least and greatest distance along a row's line, and before it, of another row."""
+    first, last = other.span
+    points = [row.of(other.at(u, v)) for u in (first, last) for v in (-other.back, other.depth)]
+    us, vs = [p[0] for p in points], [p[1] for p in points]
+    return (min(us), max(us)), (min(vs), max(vs))
+
+
+def is_below_a_hood(subject: DesignSubject, limit: float | None) -> Measured:
+    """A hood hangs `limit` metres over the cooktop or higher; metres of the lowest."""
+    # Ref: NKBA planning guideline 18: 24 inches to a protected surface.
+    return _clearance(subject, limit, hoods=True)
+
+
+def is_below_nothing_else(subject: DesignSubject, limit: float | None) -> Measured:
+    """Cabinets and shelves hang `limit` metres over a cooktop or higher where no hood is between; the lowest."""
+    # Ref: NKBA planning guideline 18: 30 inches to a surface that can burn.
+    return _clearance(subject, limit, hoods=False)
+
+
+def _clearance(subject: DesignSubject, limit: float | None, hoods: bool) -> Measured:
+    assert limit is not None
+    found = []
+    for cooktop in subject.facts.of(*COOKTOPS):
+        above = sorted(over(subject.facts, cooktop), key=lambda f: f.low)
+        first = above[:1] if hoods or (above and above[0].role is Role.HOOD) else above
+        found += [
+            (cooktop.name, f.name, round(f.low - _cooks_at(cooktop), 4))
+            for f in first
+            if (f.role is Role.HOOD) is hoods
+        ]
+    problems = tuple(
+        (f"fixtures/{name}", f"{other} hangs {gap:.3f} m over it, {limit:g} wanted")
+        for name, other, gap in found
+        if gap < limit
+    )
+    return least(
+        (gap for _, _, gap in found), problems, f"no {'hood' if hoods else 'cabinet or shelf'} hangs over a cooktop"
+    )
+
+
+def _cooks_at(cooktop: Fixture) -> float:
+    """Height of the surface that pans stand on; a range may have a panel behind it that is higher."""
+    places = [m.at[2] for m in cooktop.marks if m.name.endswith("_place_site")]
+    return min(cooktop.high, max(places, default=cooktop.high))
+
+
+def over(facts: Facts, below: Fixture) -> list[Fixture]:
+    """What hangs on the wall or under the ceiling above a fixture, except lamps and what lies on worktops."""
+    hung = facts.of(Role.HOOD, Role.UPPER, Role.SHELF, Role.HOUSING)
+    return [f for f in hung if f.low >= below.high and overlap(f.foot.corners, below.foot.corners) > OVER]
+
+
+def is_not_below_a_window(subject: DesignSubject, limit: float | None) -> Measured:
+    """No cooktop stands under a window that opens; metres of window over it."""
+    # Ref: NKBA planning guideline 20.
+    assert limit is not None
+    windows = [w for w in subject.facts.ways if w.kind is OpeningKind.WINDOW and w.movable]
+    if not windows or not subject.facts.of(*COOKTOPS):
+        return not_applicable("it has no cooktop" if windows else "none of its windows opens")
+    worst, problems = 0.0, []
+    walls = {w.id: w for w in subject.facts.walls}
+    for way in windows:
+        for cooktop in subject.facts.of(*COOKTOPS):
+            shared = _before(walls[way.wall], way.start, way.end, cooktop)
+            worst = max(worst, shared)
+            if shared > limit:
+                says = f"it stands under {way.id}, which opens, along {shared:.2f} m: move it, or fix the sash"
+                problems.append((f"fixtures/{cooktop.name}", says))
+    return Measured(worst, tuple(problems))
+
+
+def _before(wall: Side, start: Vec2, end: Vec2, fixture: Fixture) -> float:
+    """Length of a piece of wall that a fixture stands right before, metres."""
+    (ax, ay), (bx, by) = wall.start, wall.end
+    length = max(math.hypot(bx - ax, by - ay), 1e-9)
+    cx, cy = (bx - ax) / length, (by - ay) / length
+
+    def along(p: Vec2) -> float:
+        return (p[0] - ax) * cx + (p[1] - ay) * cy
+
+    corners = fixture.foot.corners
+    away = [(p[0] - ax) * cy - (p[1] - ay) * cx for p in corners]
+    if min(away) > BEHIND or max(away) < 0.0:
+        return 0.0
+    us = [along(p) for p in corners]
+    low, high = sorted((along(start), along(end)))
+    return max(0.0, min(max(us), high) - max(min(us), low))
+
+
+def keeps_off_corners(subject: DesignSubject, limit: float | None) -> Measured:
+    """Appliances stand `limit` metres from an inside corner of the worktops or farther; metres of the nearest."""
+    # Ref: Louisiana State University AgCenter, kitchen guidelines: 15 inches, so that handles clear drawers.
+    assert limit is not None
+    found = [gap for row in subject.facts.rows for gap in _from_corners(subject.facts, row)]
+    problems = tuple(
+        (f"units/{name}", f"{gap:.3f} m to the inside corner, {limit:g} wanted") for name, gap in found if gap < limit
+    )
+    return least((gap for _, gap in found), problems, "no appliance stands in a row with a corner")
+
+
+def _from_corners(facts: Facts, row: Row) -> Iterator[tuple[str, float]]:
+    """Appliances of a row beside a corner, and how far they are from where the two worktops' edges meet."""
+    before = next((r for r in facts.rows if r.next == row.id), None)
+    after = facts.row(row.next) if row.next else None
+    units = [u for u in row.units if u.kind in APPLIANCE_UNITS]
+    for unit in units:
+        if before is not None and row.left is RunEnd.CORNER:
+            yield unit.name, round(unit.left - before.depth, 4)
+        if after is not None and row.right is RunEnd.CORNER:
+            yield unit.name, round(row.length - after.depth - unit.right, 4)

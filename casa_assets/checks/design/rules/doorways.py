@@ -1,0 +1,84 @@
+"""Rules of doorways, and of doors that swing into each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from casa_assets.checks.check import Measured, least, not_applicable
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.geometry.planar import overlap
+from casa_assets.model.kitchen.floor import APPLIANCES, Corners, Facts, Leaf
+from casa_assets.model.kitchen.plan import OpeningKind
+
+
+def is_entered(subject: DesignSubject, limit: float | None) -> Measured:
+    """Doors and passages are at least `limit` metres wide for who walks through them; metres of the narrowest."""
+    # Ref: NKBA planning guideline 1: 32 inches clear.
+    assert limit is not None
+    ways = [w for w in subject.facts.ways if w.kind is not OpeningKind.WINDOW]
+    problems = tuple(
+        (f"openings/{w.id}", f"{w.clear:.3f} m clear with its leaf open, {limit:g} wanted: make the opening wider")
+        for w in ways
+        if w.clear < limit
+    )
+    return least((w.clear for w in ways), problems, "it has no door and no passage")
+
+
+def enters_freely(subject: DesignSubject, limit: float | None) -> Measured:
+    """No leaf of an entry door passes an appliance or its door; metres of the deepest overlap."""
+    # Ref: NKBA planning guideline 2.
+    assert limit is not None
+    worst, problems = 0.0, []
+    if not any(way.leaf for way in subject.facts.ways):
+        return not_applicable("it has no door with a leaf")
+    bodies = [*_bodies(subject.facts), *_leaves(subject.facts)]
+    for way in subject.facts.ways:
+        for name, outline, low, high in bodies if way.leaf else ():
+            assert way.leaf is not None
+            if _level(way.leaf.low, way.leaf.high, low, high):
+                deep = overlap(way.leaf.swept, outline)
+                worst = max(worst, deep)
+                if deep > limit:
+                    problems.append((f"openings/{way.id}", f"its leaf swings {deep:.3f} m into {name}"))
+    return Measured(worst, tuple(problems))
+
+
+def opens_apart(subject: DesignSubject, limit: float | None) -> Measured:
+    """No door of an appliance passes where that of another one does; metres of the deepest overlap, seen from above."""
+    # Ref: NKBA planning guideline 2.
+    assert limit is not None
+    worst, problems = 0.0, []
+    leaves = list(_leaves(subject.facts))
+    if len({name.split("/")[0] for name, *_ in leaves}) < 2:
+        return not_applicable("it has no two appliances that open")
+    for i, (one, a, low, high) in enumerate(leaves):
+        for other, b, bottom, top in leaves[i + 1 :]:
+            if one.split("/")[0] == other.split("/")[0] or not _level(low, high, bottom, top):
+                continue
+            deep = overlap(a, b)
+            worst = max(worst, deep)
+            if deep > limit:
+                problems.append((f"fixtures/{one}", f"its way crosses that of {other} by {deep:.3f} m"))
+    return Measured(worst, tuple(problems))
+
+
+Solid = tuple[str, Corners, float, float]
+
+
+def _bodies(facts: Facts) -> Iterator[Solid]:
+    for fixture in facts.of(*APPLIANCES):
+        yield fixture.name, fixture.foot.corners, fixture.low, fixture.high
+
+
+def _leaves(facts: Facts) -> Iterator[Solid]:
+    """Doors, flaps and drawers of appliances; what is behind a door moves only once that is open."""
+    for fixture in facts.of(*APPLIANCES):
+        for joint in fixture.joints:
+            leaf: Leaf | None = joint.leaf
+            if leaf is not None and joint.behind is None:
+                yield f"{fixture.name}/{joint.name}", leaf.swept, leaf.low, leaf.high
+
+
+def _level(low: float, high: float, bottom: float, top: float) -> bool:
+    """Whether two ranges of height share more than a centimetre."""
+    return min(high, top) - max(low, bottom) > 0.01

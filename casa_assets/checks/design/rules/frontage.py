@@ -1,0 +1,171 @@
+"""Worktop beside what is worked at, along the fronts of a row."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+from casa_assets.model.kitchen.floor import Facts, Fixture, Role, Row, RunEnd
+from casa_assets.model.record import Vec2
+
+COOKTOPS = (Role.RANGE, Role.HOB)
+# Panels and strips between an appliance and its worktop, metres.
+STRIP = 0.13
+
+
+def along(facts: Facts, fixture: Fixture) -> tuple[Row, float, float] | None:
+    """The row of a fixture, and where it begins and ends along that; None where it stands in no row."""
+    row = facts.row(fixture.run)
+    if row is None:
+        return None
+    u = row.of(fixture.foot.middle)[0]
+    half = fixture.foot.size[0] / 2
+    return row, u - half, u + half
+
+
+def beside(facts: Facts, row: Row, left: float, right: float) -> Vec2:
+    """Metres of uninterrupted worktop to the left and to the right of a stretch of a row, up to inside corners."""
+    before = after = 0.0
+    for a, b in row.frontages:
+        if a < left + 0.01 and b > left - STRIP:
+            before = max(0.0, min(left, b) - a) + (_to_corner(facts, row) if _first(row, a) else 0.0)
+        if b > right - 0.01 and a < right + STRIP:
+            after = max(0.0, b - max(right, a)) + (_past_corner(facts, row) if _last(row, b) else 0.0)
+    return before, after
+
+
+def _first(row: Row, at: float) -> bool:
+    return row.left is RunEnd.CORNER and abs(at - row.corner_left) < 0.01
+
+
+def _last(row: Row, at: float) -> bool:
+    return row.right is RunEnd.CORNER and abs(at - (row.length - row.corner_right)) < 0.01
+
+
+def _to_corner(facts: Facts, row: Row) -> float:
+    """Frontage between the first unit and the corner where the edges of two worktops meet."""
+    before = next((r for r in facts.rows if r.next == row.id), None)
+    return max(0.0, row.corner_left - (before.depth if before else 0.0))
+
+
+def _past_corner(facts: Facts, row: Row) -> float:
+    after = facts.row(row.next) if row.next else None
+    return max(0.0, row.corner_right - (after.depth if after else 0.0))
+
+
+def landings(facts: Facts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]]:
+    """Fixtures of these roles with the worktop to their left and right."""
+    for fixture in facts.of(*roles):
+        place = along(facts, fixture)
+        if place is not None:
+            yield fixture, beside(facts, *place)
+
+
+def unit_landings(facts: Facts, kind: str) -> Iterator[tuple[Row, Vec2]]:
+    """Units of a kind with the worktop to their left and right."""
+    for row in facts.rows:
+        for unit in row.units:
+            if unit.kind == kind:
+                yield row, beside(facts, row, unit.left, unit.right)
+
+
+def across(facts: Facts, row: Row, most: float) -> bool:
+    """Whether a worktop lies within reach at the other side of the aisle before a row."""
+    return any(a.width <= most for a in facts.aisles if row.id in (a.one, a.other) and a.kind.value == "work")
+
+
+def longer_sink_side(facts: Facts) -> float | None:
+    """Metres of worktop at the better side of the sink that has most."""
+    return max((max(sides) for _, sides in landings(facts, Role.SINK)), default=None)
+
+
+def shorter_sink_side(facts: Facts) -> float | None:
+    """Metres of worktop at the other side of that sink."""
+    best = max((sides for _, sides in landings(facts, Role.SINK)), key=max, default=None)
+    return None if best is None else min(best)
+
+
+def prep_area(facts: Facts) -> float | None:
+    """Metres of the widest uninterrupted worktop that begins at a sink."""
+    return longer_sink_side(facts)
+
+
+def longer_cook_side(facts: Facts) -> float | None:
+    """Metres of worktop at the better side of the cooktop that has least."""
+    return min((max(sides) for _, sides in landings(facts, *COOKTOPS)), default=None)
+
+
+def shorter_cook_side(facts: Facts) -> float | None:
+    """Metres of worktop at the other side of the cooktop that has least."""
+    return min((min(sides) for _, sides in landings(facts, *COOKTOPS)), default=None)
+
+
+def behind_cooktop(facts: Facts) -> float | None:
+    """Metres of worktop behind cooktops in islands; None where there is none."""
+    found = []
+    for fixture in facts.of(*COOKTOPS):
+        row = facts.row(fixture.run)
+        if row is not None and not row.at_wall:
+            _, v = row.of(fixture.foot.at(0.0, -fixture.foot.size[1]))
+            found.append(v + row.back)
+    return min(found, default=None)
+
+
+def fridge_side(facts: Facts) -> float | None:
+    """Metres of worktop on the side to which a refrigerator opens; with two doors, on the better side."""
+    found = []
+    for row, (left, right) in unit_landings(facts, "fridge"):
+        if across(facts, row, 1.219):
+            left = right = max(left, right, 0.381)
+        fridge = next((f for f in facts.of(Role.FRIDGE) if f.run == row.id), None)
+        grips = [f.grip for f in fridge.joints if f.grip and f.leaf and not f.leaf.down] if fridge else []
+        sides = [fridge.foot.of((g[0], g[1]))[0] for g in grips] if fridge else []
+        one_sided = bool(sides) and (min(sides) > 0.1 or max(sides) < -0.1)
+        found.append((right if min(sides) > 0 else left) if one_sided else max(left, right))
+    return min(found, default=None)
+
+
+def oven_side(facts: Facts) -> float | None:
+    """Metres of worktop beside wall ovens, or across from them."""
+    found = []
+    for row, sides in unit_landings(facts, "oven"):
+        found.append(max(*sides, 0.381 if across(facts, row, 1.219) else 0.0))
+    return min(found, default=None)
+
+
+def microwave_side(facts: Facts) -> float | None:
+    """Metres of worktop beside, below or next to the microwave that has least of it."""
+    found = []
+    for fixture in facts.of(Role.MICROWAVE):
+        place = along(facts, fixture)
+        if place is None:
+            continue
+        row, left, right = place
+        below = any(a < right and b > left for a, b in row.frontages)
+        # Before one that stands on a worktop there is none of use, under one that hangs there is all of it.
+        sides = beside(facts, row, left, right)
+        found.append(max(*sides, fixture.foot.size[0] if below and fixture.low > 1.2 else 0.0))
+    return min(found, default=None)
+
+
+def total_frontage(facts: Facts) -> float | None:
+    """Metres of worktop edge in the whole kitchen, sinks and hobs not counted."""
+    total = sum(b - a for row in facts.rows for a, b in row.frontages)
+    taken = sum(f.foot.size[0] for f in facts.of(Role.SINK, Role.HOB))
+    return total - taken if facts.rows else None
+
+
+# What NKBA asks for beside each, metres, the least that serves.
+LANDING = {"sink": 0.61, "range": 0.381, "hob": 0.381, "fridge": 0.381, "oven": 0.381}
+
+
+def shared_landing(facts: Facts) -> float | None:
+    """Metres by which worktop between two places of work exceeds the longer landing and 0.305 m; the least."""
+    found = []
+    for row in facts.rows:
+        centres = [u for u in row.units if u.kind in LANDING]
+        for one, other in itertools.pairwise(centres):
+            between = [u for u in row.units if one.right - 0.01 <= u.left and u.right <= other.left + 0.01]
+            if between and all(u.worktop for u in between):
+                found.append(other.left - one.right - max(LANDING[one.kind], LANDING[other.kind]) - 0.305)
+    return min(found, default=None)

@@ -1,0 +1,167 @@
+"""The grade of a kitchen: every advisory rule of design with what was measured, and a score.
+
+Ref: NKBA Kitchen Planning Guidelines with Access Standards, 2nd edition (numbers N...); Louisiana State University
+AgCenter, kitchen guidelines (L...); trade sizes (D...); 2010 ADA Standards (A...).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.design.rules import frontage, seating, wheelchair_access, work_triangle
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.model.kitchen.floor import Facts
+from casa_assets.model.record import Record
+
+Measure = Callable[[DesignSubject], float | None]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """An advisory rule.
+
+    Attributes:
+        id: of the guideline, with a letter where it has several numbers. title: what is measured.
+        limit, unit: what it is held against. most: whether the number may be at most that, else at least.
+        measure: the number, None where the rule does not apply.
+    """
+
+    id: str
+    title: str
+    limit: float
+    unit: str
+    most: bool
+    measure: Measure
+
+
+class Finding(Record):
+    """What a rule found; `passed` is None where it does not apply. `waived`: not counted, since the plan is compact."""
+
+    rule: str
+    title: str
+    number: float | None = None
+    limit: float
+    unit: str
+    most: bool
+    passed: bool | None = None
+    waived: bool = False
+
+
+class Grade(Record):
+    """All findings.
+
+    Attributes:
+        score: 0..100, share of the rules that apply and are kept. access_score: the same of the access profile.
+    """
+
+    score: float
+    access_score: float
+    design: tuple[Finding, ...]
+    wheelchair_access: tuple[Finding, ...]
+
+
+def _plain(measure: Callable[[Facts], float | None]) -> Measure:
+    return lambda subject: measure(subject.facts)
+
+
+DESIGN: tuple[Rule, ...] = (
+    Rule("N3a", "round the work triangle", 7.925, "m", True, _plain(work_triangle.total)),
+    Rule("N3b_short", "shortest leg of the triangle", 1.219, "m", False, _plain(work_triangle.shortest)),
+    Rule("N3b_long", "longest leg of the triangle", 2.743, "m", True, _plain(work_triangle.longest)),
+    Rule("N3c", "leg across an island", 0.305, "m", True, _plain(work_triangle.cut)),
+    Rule("N4", "tall units between places of work", 0, "", True, _plain(work_triangle.tall_between)),
+    Rule("N5", "way from door to door through the triangle", 0, "m", True, _plain(work_triangle.crossed)),
+    Rule("N8", "free behind those who sit", 0.813, "m", False, seating.behind_seats),
+    Rule("N9_width", "from seat to seat", 0.6, "m", False, seating.seat_width),
+    Rule("N9_knees", "room for knees", 0.381, "m", False, seating.knee_depth),
+    Rule("N10", "places of work away from the sink", 0, "", True, _plain(work_triangle.between_sink)),
+    Rule("N11_long", "worktop at the better side of the sink", 0.61, "m", False, _plain(frontage.longer_sink_side)),
+    Rule("N11_short", "worktop at its other side", 0.457, "m", False, _plain(frontage.shorter_sink_side)),
+    Rule("N12", "worktop to prepare food beside the sink", 0.914, "m", False, _plain(frontage.prep_area)),
+    Rule("N13", "from dishwasher to sink", 0.914, "m", True, seating.sink_to_dishwasher),
+    Rule("N16", "worktop beside the refrigerator", 0.381, "m", False, _plain(frontage.fridge_side)),
+    Rule("N17_long", "worktop at the better side of cooktops", 0.381, "m", False, _plain(frontage.longer_cook_side)),
+    Rule("N17_short", "worktop at their other side", 0.305, "m", False, _plain(frontage.shorter_cook_side)),
+    Rule("N17_behind", "worktop behind a cooktop in an island", 0.229, "m", False, _plain(frontage.behind_cooktop)),
+    Rule("N19", "cooktops under a hood", 1, "", False, seating.hoods),
+    Rule("N21_high", "foot of the highest microwave", 1.372, "m", True, seating.microwave_high),
+    Rule("N21_low", "foot of the lowest microwave", 0.381, "m", False, seating.microwave_low),
+    Rule("N22", "worktop beside the microwave", 0.381, "m", False, _plain(frontage.microwave_side)),
+    Rule("N23", "worktop beside wall ovens", 0.381, "m", False, _plain(frontage.oven_side)),
+    Rule("N24", "room to spare where landings are shared", 0, "m", False, _plain(frontage.shared_landing)),
+    Rule("N25", "worktop edge in all", 4.013, "m", False, _plain(frontage.total_frontage)),
+    Rule("L1_least", "from worktop to wall units", 0.381, "m", False, seating.least_over_worktop),
+    # 18 inches are 0.457 m; wall units hang at whole centimetres.
+    Rule("L1_most", "from worktop to the highest of them", 0.462, "m", True, seating.most_over_worktop),
+    Rule("L3", "from cooktop to the end wall", 0.076, "m", False, seating.cooktop_to_wall),
+    Rule("D1_height", "worktops off 36 inches", 0.025, "m", True, seating.height_off),
+    Rule("D1_depth", "depth of worktops", 0.61, "m", False, seating.least_depth),
+)
+ACCESS: tuple[Rule, ...] = (
+    Rule("A1", "aisle to pass through", 1.015, "m", False, wheelchair_access.pass_aisle),
+    Rule("A2", "aisle within a U", 1.525, "m", False, wheelchair_access.u_aisle),
+    Rule("A3", "places of work without clear floor", 0, "", True, wheelchair_access.lacking_floor),
+    Rule("A4", "lowest worktop", 0.865, "m", True, wheelchair_access.lowest_worktop),
+    Rule("A5", "rim of the sink", 0.865, "m", True, wheelchair_access.sink_rim),
+    Rule("A6", "gap for knees below a worktop", 0.762, "m", False, wheelchair_access.knee_room),
+    Rule("A7", "share of handles in reach", 0.5, "", False, wheelchair_access.reached_grips),
+    Rule("A8", "share of shelves in reach", 0.5, "", False, wheelchair_access.reached_shelves),
+    Rule("A10", "circle to turn in", 1.525, "m", False, wheelchair_access.turning_circle),
+    Rule("A11", "narrowest doorway", 0.815, "m", False, wheelchair_access.clear_doorway),
+)
+# What small kitchens cannot keep; not counted where a plan says that it is compact.
+COMPACT = frozenset({"N3b_short", "N11_short", "N12", "N17_short", "N24", "N25"})
+
+
+@lru_cache(maxsize=1)
+def grade(subject: DesignSubject) -> Grade:
+    """Every advisory rule and the access profile, measured once."""
+    design = tuple(_find(rule, subject, subject.facts.compact and rule.id in COMPACT) for rule in DESIGN)
+    profile = tuple(_find(rule, subject, False) for rule in ACCESS)
+    return Grade(score=_score(design), access_score=_score(profile), design=design, access=profile)
+
+
+def _find(rule: Rule, subject: DesignSubject, waived: bool) -> Finding:
+    number = rule.measure(subject)
+    number = None if number is None else round(number, 4) + 0.0
+    passed = None if number is None else (number <= rule.limit if rule.most else number >= rule.limit)
+    return Finding(
+        rule=rule.id,
+        title=rule.title,
+        number=number,
+        limit=rule.limit,
+        unit=rule.unit,
+        most=rule.most,
+        passed=passed,
+        waived=waived and passed is False,
+    )
+
+
+def _score(findings: tuple[Finding, ...]) -> float:
+    counted = [f.passed for f in findings if f.passed is not None and not f.waived]
+    return round(100.0 * sum(counted) / len(counted), 1) if counted else 100.0
+
+
+def is_well_designed(subject: DesignSubject, limit: float | None) -> Measured:
+    """At least `limit` of 100 advisory rules of design that apply are kept; the score."""
+    assert limit is not None
+    found = grade(subject)
+    if all(f.passed is None or f.waived for f in found.design):
+        return not_applicable("none of the advisory rules applies to it")
+    if found.score >= limit:
+        return Measured(found.score)
+    missed = [f for f in found.design if f.passed is False and not f.waived]
+    return Measured(
+        found.score,
+        tuple(
+            (f"rules/{f.rule}", f"{f.title}: {f.number:g} {f.unit}, {_word(f)} {f.limit:g} advised".replace(" ,", ","))
+            for f in missed
+        ),
+    )
+
+
+def _word(finding: Finding) -> str:
+    return "at most" if finding.most else "at least"

@@ -1,0 +1,107 @@
+"""The access profile: what a kitchen is like for who works in it from a wheelchair. Measured, and held against nothing.
+
+Ref: 2010 ADA Standards 804, 305, 306, 308, 309; ICC A117.1 1003.12.
+"""
+
+from __future__ import annotations
+
+from casa_assets.checks.design.robot.floor_map import CELL, RADIUS
+from casa_assets.checks.design.robot.parking import GAP
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.model.kitchen.floor import APPLIANCES, AisleKind, Foot, Role
+from casa_assets.model.kitchen.plan import OpeningKind
+
+CLEAR = (0.762, 1.219)  # metres of free floor at each place of work, either way round
+REACH = (0.381, 1.219)  # heights that a seated person reaches, metres
+
+
+def pass_aisle(subject: DesignSubject) -> float | None:
+    """Metres between fronts that face each other, the least; None where none do."""
+    return min((a.width for a in subject.facts.aisles if a.kind is AisleKind.WORK), default=None)
+
+
+def u_aisle(subject: DesignSubject) -> float | None:
+    """The same in the middle of three rows that join, or None where no three do."""
+    facts = subject.facts
+    ends = {r.id: r.next for r in facts.rows}
+    trios = [(a, n) for a, b in ends.items() if b is not None and (n := ends.get(b)) is not None]
+    found = [x.width for x in facts.aisles if any({x.one, x.other} == set(trio) for trio in trios)]
+    return min(found, default=None)
+
+
+def lacking_floor(subject: DesignSubject) -> float | None:
+    """Sinks and appliances without that much free floor before them."""
+    worked = subject.facts.of(Role.SINK, *APPLIANCES)
+    return float(sum(not _has_floor(subject, f.name) for f in worked)) if worked else None
+
+
+def _has_floor(subject: DesignSubject, name: str) -> bool:
+    place = subject.lots.shut.get(name)
+    if place is None:
+        return False
+    fixture = next(f for f in subject.facts.fixtures if f.name == name)
+    _, before = fixture.foot.of(place.at)
+    start = before - RADIUS - GAP
+    for wide, deep in (CLEAR, CLEAR[::-1]):
+        middle = fixture.foot.at(0.0, start + deep / 2 + CELL)
+        if not _is_taken(subject, Foot(middle=middle, size=(wide - CELL, deep - CELL), yaw=fixture.foot.yaw)):
+            return True
+    return False
+
+
+def _is_taken(subject: DesignSubject, foot: Foot) -> bool:
+    floor = subject.floor
+    w, d = foot.size
+    for i in range(int(w / CELL) + 1):
+        for k in range(int(d / CELL) + 1):
+            if floor.holds(floor.solid, foot.at(-w / 2 + i * CELL, -k * CELL)):
+                return True
+    return False
+
+
+def lowest_worktop(subject: DesignSubject) -> float | None:
+    """Height of the lowest worktop or table, metres."""
+    heights = [r.height for r in subject.facts.rows] + [t.high for t in subject.facts.of(Role.TABLE)]
+    return min(heights, default=None)
+
+
+def sink_rim(subject: DesignSubject) -> float | None:
+    """Height of the lowest sink's rim, metres."""
+    heights = [r.height for f in subject.facts.of(Role.SINK) if (r := subject.facts.row(f.run)) is not None]
+    return min(heights, default=None)
+
+
+def knee_room(subject: DesignSubject) -> float | None:
+    """Metres of the widest gap below a worktop."""
+    gaps = [u.right - u.left for r in subject.facts.rows for u in r.units if u.kind == "gap" and u.worktop]
+    return max(gaps, default=0.0)
+
+
+def reached_grips(subject: DesignSubject) -> float | None:
+    """Share of all handles, knobs and keys that a seated person reaches."""
+    grips = [j.grip[2] for f in subject.facts.fixtures for j in f.joints if j.grip is not None]
+    return sum(REACH[0] <= z <= REACH[1] for z in grips) / len(grips) if grips else None
+
+
+def reached_shelves(subject: DesignSubject) -> float | None:
+    """Share of shelves and drawers, by their area, whose floor a seated person reaches."""
+    kept = (Role.CABINET, Role.DRAWERS, Role.UPPER, Role.SHELF, Role.PANTRY, Role.CORNER, Role.ISLAND, Role.SINK_BASE)
+    found = [
+        (v.foot.size[0] * v.foot.size[1], REACH[0] <= v.low <= REACH[1])
+        for f in subject.facts.of(*kept)
+        for v in f.volumes
+        if v.name not in ("main", "int")
+    ]
+    total = sum(area for area, _ in found)
+    return sum(area for area, good in found if good) / total if total else None
+
+
+def turning_circle(subject: DesignSubject) -> float | None:
+    """Metres across the widest free circle on the floor."""
+    floor = subject.floor
+    return 2.0 * float((floor.clear * floor.room).max())
+
+
+def clear_doorway(subject: DesignSubject) -> float | None:
+    """Metres of the narrowest doorway."""
+    return min((w.clear for w in subject.facts.ways if w.kind is not OpeningKind.WINDOW), default=None)

@@ -1,0 +1,126 @@
+"""The work triangle of sink, cooktop and refrigerator, and what lies in its way."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from casa_assets.checks.design.rules.frontage import COOKTOPS
+from casa_assets.geometry.planar import outline_of, within
+from casa_assets.model.kitchen.floor import Facts, Fixture, Role, Row
+from casa_assets.model.kitchen.plan import OpeningKind
+from casa_assets.model.record import Vec2
+
+TALL = 1.5  # metres
+FULL_DEPTH = 0.5
+
+
+def centres(facts: Facts) -> list[tuple[Fixture, Vec2]]:
+    """The first sink, cooktop and refrigerator, and the middles of their fronts."""
+    found = []
+    for roles in ((Role.SINK,), COOKTOPS, (Role.FRIDGE,)):
+        first = next(iter(facts.of(*roles)), None)
+        if first is not None:
+            found.append((first, first.foot.at(0.0, 0.0)))
+    return found
+
+
+def legs(facts: Facts) -> list[tuple[Vec2, Vec2]]:
+    """Straight ways between them, three where all are there."""
+    points = [p for _, p in centres(facts)]
+    return list(itertools.combinations(points, 2)) if len(points) == 3 else []
+
+
+def total(facts: Facts) -> float | None:
+    """Metres round the triangle."""
+    return sum(math.dist(a, b) for a, b in legs(facts)) if legs(facts) else None
+
+
+def shortest(facts: Facts) -> float | None:
+    """Metres of the shortest leg."""
+    return min((math.dist(a, b) for a, b in legs(facts)), default=None)
+
+
+def longest(facts: Facts) -> float | None:
+    """Metres of the longest leg."""
+    return max((math.dist(a, b) for a, b in legs(facts)), default=None)
+
+
+def cut(facts: Facts) -> float | None:
+    """Metres of a leg that lie across an island or a peninsula, the most; None where there is neither."""
+    rows = [r for r in facts.rows if not r.at_wall and r.units]
+    own = {f.run for f, _ in centres(facts)}
+    crossed = [within(_outline(r), a, b) for r in rows if r.id not in own for a, b in legs(facts)]
+    return max(crossed, default=None)
+
+
+def _outline(row: Row) -> np.ndarray:
+    left, right = row.span
+    corners = [row.at(u, v) for u in (left, right) for v in (-row.back, row.depth)]
+    return outline_of(corners)
+
+
+def tall_between(facts: Facts) -> float | None:
+    """Tall units of full depth between two of the three in one row."""
+    if not legs(facts):
+        return None
+    count = 0
+    for row in facts.rows:
+        us = sorted(row.of(p)[0] for f, p in centres(facts) if f.run == row.id)
+        own = {f.unit for f, _ in centres(facts)}
+        for a, b in itertools.pairwise(us):
+            inner = [u for u in row.units if u.left > a and u.right < b and u.name not in own]
+            count += sum(1 for u in inner if u.high > TALL and u.front > FULL_DEPTH)
+    return float(count)
+
+
+def crossed(facts: Facts) -> float | None:
+    """Metres of a straight way from door to door inside the triangle, the most; None with fewer than two doors."""
+    doors = [w for w in facts.ways if w.kind is not OpeningKind.WINDOW]
+    points = [p for _, p in centres(facts)]
+    if len(doors) < 2 or len(points) < 3:
+        return None
+    middles = [((w.start[0] + w.end[0]) / 2, (w.start[1] + w.end[1]) / 2) for w in doors]
+    triangle = outline_of(points)
+    return max(within(triangle, a, b) for a, b in itertools.combinations(middles, 2)) if len(triangle) == 3 else 0.0
+
+
+def between_sink(facts: Facts) -> float | None:
+    """How many of cooktop and refrigerator are neither next to a sink nor across from it, round corners included."""
+    found = centres(facts)
+    if len(found) < 3:
+        return None
+    places = {f.name: _place(facts, f, p) for f, p in found}
+    sink = found[0][0]
+    lost = 0
+    for fixture, _ in found[1:]:
+        other = next(f for f, _ in found[1:] if f is not fixture)
+        chain, at = places[fixture.name]
+        here, middle = places[sink.name]
+        there, third = places[other.name]
+        next_to = chain == here and not (there == here and min(at, middle) < third < max(at, middle))
+        lost += not (next_to or _across(sink, fixture))
+    return float(lost)
+
+
+def _place(facts: Facts, fixture: Fixture, point: Vec2) -> tuple[str, float]:
+    """First row of the chain of rows round corners that a fixture stands in, and how far along the chain it is."""
+    row = facts.row(fixture.run)
+    if row is None:
+        return "", 0.0
+    at = row.of(point)[0]
+    seen = {row.id}
+    while (before := next((r for r in facts.rows if r.next == row.id), None)) is not None and before.id not in seen:
+        seen.add(before.id)
+        at += before.length
+        row = before
+    return row.id, at
+
+
+def _across(one: Fixture, other: Fixture) -> bool:
+    """Whether two fixtures look at each other."""
+    (ax, ay), (bx, by) = one.foot.front, other.foot.front
+    aside, before = one.foot.of(other.foot.at(0.0, 0.0))
+    return ax * bx + ay * by < -0.9 and before > 0 and abs(aside) < 1.2

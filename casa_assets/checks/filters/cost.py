@@ -1,0 +1,58 @@
+"""Filters of what weighs on a simulator: inertia that no such body has, meshes and pictures that are slow to load."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.checks.asset.built import NO_COLLIDERS, is_loose_mesh
+from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.filters.welded_surface import NOT_LOOSE
+from casa_assets.geometry.mesh.measure import signed_volume, solid_moments
+from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.geometry.solid.manifold import union
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.asset import Asset
+
+# Milliseconds that MuJoCo takes to load a thousand triangles, and a million pixels, as benchmarks/ingest_filters.py
+# measures them on one core; reckoned and not timed, so that the number is the same on any machine.
+FACES_MS, PIXELS_MS = 5.0, 25.0
+# Part of the greatest moment of inertia that another one may be off without being felt.
+SLIGHT = 0.05
+
+
+def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
+    """The number is the factor between its inertia and that of its shapes filled evenly, on the worst axis."""
+    if not is_loose_mesh(asset) or not asset.root.colliders:
+        return not_applicable(NO_COLLIDERS if is_loose_mesh(asset) else NOT_LOOSE)
+    link = asset.root
+    surfaces = [surface(c.shape, c.pose) for c in link.colliders]
+    solid = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
+    volume = signed_volume(*solid)
+    if volume <= 0:
+        return not_run("its collision shapes enclose no volume")
+    tensor = solid_moments(*solid)[2]
+    expected = np.linalg.eigvalsh(tensor * (link.inertial.mass / volume))
+    found = np.linalg.eigvalsh(link.inertial.tensor)
+    # About its own length a knife turns as easily as it is thin, which no mesh says exactly: that much does not count.
+    slight = SLIGHT * expected.max()
+    ratio = (found + slight) / (expected + slight)
+    factor = float(np.maximum(ratio, 1 / ratio).max())
+    says = f"turns {factor:.1f} times harder or easier than its shapes filled evenly; measure the inertia again"
+    return Measured(factor, (("links/object/inertial", says),) if factor > _number(limit) else ())
+
+
+def loads_fast(asset: Asset, limit: float | None) -> Measured:
+    """The number is how long a simulator takes to load it, reckoned from its triangles and pixels, milliseconds."""
+    if not is_loose_mesh(asset):
+        return not_applicable(NOT_LOOSE)
+    faces = sum(len(v.mesh.faces) for v in asset.root.visuals)
+    # MuJoCo reads the colours alone; the other pictures are read by those who load the USD.
+    images = {t.file_name: t.width_px * t.height_px for m in asset.materials for t in m.textures}
+    took = FACES_MS * faces / 1e3 + PIXELS_MS * sum(images.values()) / 1e6
+    says = f"takes about {took:.0f} ms to load ({faces} triangles, {sum(images.values()) / 1e6:.1f} million pixels)"
+    return Measured(took, (("", f"{says}; scale its pictures down"),) if took > _number(limit) else ())
+
+
+def _number(limit: float | None) -> float:
+    assert limit is not None, "the row of this check names a limit"
+    return limit

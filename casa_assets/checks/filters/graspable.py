@@ -1,0 +1,36 @@
+"""Filter of what a hand can take: too wide for a gripper, and without a rim or handle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.checks.asset.built import is_loose_mesh
+from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.filters.welded_surface import NOT_LOOSE
+from casa_assets.checks.package.package import Package
+from casa_assets.model.asset.asset import Base
+from casa_assets.model.registry.category import Affordance
+
+# Sites that say where a hand takes a thing; their x is what the fingers open to.
+GRASP = "grasp_"
+
+
+def can_be_taken(package: Package, limit: float | None) -> Measured:
+    """The number is the narrowest grasp of what is said to be graspable, metres; its least side where it has none."""
+    assert limit is not None, "the row of this check names a limit"
+    asset, category = package.asset, package.category
+    if not is_loose_mesh(asset):
+        return not_applicable(NOT_LOOSE)
+    if asset.base is not Base.FREE or not category.can(Affordance.GRASPABLE):
+        return not_applicable(f"a {category.id} is not said to be graspable")
+    found = {s.name: s.size[0] for s in asset.sites if s.name.startswith(GRASP) and s.size is not None}
+    if not found:
+        least = float(np.ptp(asset.bounds, axis=0).min())
+        says = f"has no body, rim or handle that a gripper of {limit:g} m takes (its least side is {least:.3f} m)"
+        return Measured(least, (("sites", f"{says}; look at its size, or do not call it graspable"),))
+    problems = tuple(
+        (f"sites/{name}", f"is {wide:.3f} m wide; a gripper opens to {limit:g} m")
+        for name, wide in found.items()
+        if wide > limit
+    )
+    return Measured(min(found.values()), problems)

@@ -1,0 +1,64 @@
+"""What is seen of a loose mesh as one welded surface, and pictures of it from all around; worked out once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from casa_assets.checks.asset.built import is_loose_mesh
+from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import face_components, weld
+from casa_assets.geometry.mesh.visibility import Exposure, exposure
+from casa_assets.model.asset.asset import Asset, Visual
+
+NOT_LOOSE = "it did not come as one loose mesh"
+
+
+@dataclass(frozen=True)
+class Skin:
+    """A surface.
+
+    Attributes:
+        points, faces: (P, 3) welded, metres, and (F, 3); faces in the order of the visuals.
+        piece: (F,) connected piece of each face. areas: (F,) square metres.
+        seen: what pictures from all around show of it.
+    """
+
+    points: Floats
+    faces: Ints
+    piece: Ints
+    areas: Floats
+    seen: Exposure
+
+    @property
+    def longest(self) -> float:
+        """Longest side of the box around it, metres."""
+        return float(np.ptp(self.seen.samples, axis=0).max())
+
+
+def skin(asset: Asset) -> Skin | None:
+    """The surface of a loose mesh; None where an asset is something else, or shows nothing."""
+    if not is_loose_mesh(asset) or not asset.root.visuals:
+        return None
+    return _skin(asset.root.visuals)
+
+
+def skinless(asset: Asset) -> Measured:
+    """Why an asset has no skin to look at."""
+    return not_applicable("nothing of it is seen" if is_loose_mesh(asset) else NOT_LOOSE)
+
+
+@lru_cache(maxsize=4)
+def _skin(visuals: tuple[Visual, ...]) -> Skin | None:
+    starts = np.cumsum([0, *(len(v.mesh.vertices) for v in visuals)])
+    faces = np.concatenate([v.mesh.faces + s for v, s in zip(visuals, starts, strict=False)]).astype(np.int64)
+    points, place = weld(np.concatenate([v.mesh.vertices for v in visuals]))
+    ids = place[faces]
+    _, areas = face_normals(points, ids)
+    if areas.sum() <= 0:
+        return None
+    return Skin(points, ids, face_components(ids, len(points)), areas, exposure(points, ids))

@@ -1,0 +1,1 @@
+"""Checks of a whole library: duplicates and outliers of size."""

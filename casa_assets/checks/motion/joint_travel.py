@@ -1,0 +1,154 @@
+"""How far each joint of a written asset really goes: under a hand, and before its part runs into something."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.checks.asset.built import NO_COMPILE, NO_JOINTS, from_numbers
+from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.motion.collision_only import slim
+from casa_assets.checks.motion.hand_force import CHUNK, LONGEST_S, hand_effort
+from casa_assets.checks.motion.motion_model import STEP_S, far, opened
+from casa_assets.checks.motion.sweep import moved_by
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.readers import mujoco_load
+from casa_assets.model.asset.asset import Asset, Joint, JointKind
+
+# A contact this much deeper than the same two shapes have at rest is one. Ref: what soft contacts forgive.
+BEYOND_M = 0.001
+# Of its range, what counts as all of it. Ref: registry/limits.yaml, reach_share.
+ALL = 0.95
+# Poses at which a sweep looks: enough for a corner of a door of 0.6 m to go 20 mm between two.
+POSES = 48
+
+
+@dataclass(frozen=True)
+class Travel:
+    """What became of one joint.
+
+    Attributes:
+        joint: its name.
+        free: share of its range before a contact is deeper than at rest by over 1 mm; 1 where none is.
+        against: name of the body that it then runs into, or nothing.
+        reached: share of its range to which 20 N take it in 2 s, as the file is written.
+    """
+
+    joint: str
+    free: float
+    against: str
+    reached: float
+
+    @property
+    def whole(self) -> bool:
+        """Whether it goes all of its range, touching nothing."""
+        return self.free >= 1.0 and self.reached >= ALL
+
+
+def goes_all_its_way(package: Package, limit: float | None) -> Measured:
+    """Share of the joints that go all their range under 20 N, nothing over 1 mm deeper than at rest.
+
+    For what came as a mesh. What families build is held to more, by the rows for reach and clearance.
+    """
+    assert limit is not None
+    asset = package.asset
+    if not asset.joints or from_numbers(asset):
+        return not_applicable("it was built from numbers, and KIN001 holds it to more" if asset.joints else NO_JOINTS)
+    if mujoco_load.load(package.mjcf).error:
+        return not_run(NO_COMPILE)
+    found = travels(asset, package.mjcf)
+    share = sum(t.whole for t in found) / len(found)
+    short = [t for t in found if not t.whole] if share < limit else []
+    return Measured(share, tuple((f"joints/{t.joint}", _says(t)) for t in short))
+
+
+def _says(travel: Travel) -> str:
+    if travel.free < 1.0:
+        return f"goes {travel.free:.0%} of its range, then runs into {travel.against}"
+    return f"goes {travel.reached:.0%} of its range under 20 N"
+
+
+def travels(asset: Asset, model_xml: Path, pushed: bool = True) -> tuple[Travel, ...]:
+    """Every joint of an asset, in its order.
+
+    Args:
+        asset: as written to `model_xml`.
+        pushed: also move each by force; else `reached` is as `free`.
+    Raises:
+        ValueError: MuJoCo cannot read the file.
+    """
+    spec = mujoco.MjSpec.from_file(str(model_xml))
+    slim(spec)
+    spec.option.timestep = STEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    written = spec.compile()
+    for pair in list(spec.excludes):
+        spec.delete(pair)
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
+    open_to_all = spec.compile()
+    found = []
+    for joint in asset.joints:
+        free, against = _free(open_to_all, asset, joint)
+        found.append(Travel(joint.name, free, against, _reached(written, asset, joint) if pushed else free))
+    return tuple(found)
+
+
+def _free(model: mujoco.MjModel, asset: Asset, joint: Joint) -> tuple[float, str]:
+    """Share of the range before the first contact that rest does not have, and with what."""
+    data = mujoco.MjData(model)
+    number = int(model.joint(joint.name).id)
+    moved = moved_by(model, number)
+    _stand(model, data, {**opened(asset, joint), joint.name: 0.0})
+    rest = _depths(model, data, moved)
+    end = far(joint)
+    for i in range(1, POSES + 1):
+        data.qpos[model.jnt_qposadr[number]] = end * i / POSES
+        for pair, depth in sorted(_depths(model, data, moved).items()):
+            if depth > rest.get(pair, 0.0) + BEYOND_M:
+                other = next(g for g in pair if not moved[model.geom_bodyid[g]])
+                return (i - 1) / POSES, str(model.body(int(model.geom_bodyid[other])).name)
+    return 1.0, ""
+
+
+def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: npt.NDArray[np.bool_]) -> dict[tuple[int, int], float]:
+    """How deep each pair of a moved and another geom is in each other, metres, > 0."""
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_collision(model, data)
+    geom, dist = data.contact.geom, data.contact.dist
+    mine = moved[model.geom_bodyid[geom]]
+    apart = (mine[:, 0] != mine[:, 1]) & (dist < 0) & (model.geom_bodyid[geom] > 0).all(axis=1)
+    found: dict[tuple[int, int], float] = {}
+    for row in np.flatnonzero(apart):
+        pair = (int(geom[row, 0]), int(geom[row, 1]))
+        found[pair] = max(found.get(pair, 0.0), -float(dist[row]))
+    return found
+
+
+def _reached(model: mujoco.MjModel, asset: Asset, joint: Joint) -> float:
+    """Share of the range to which the force of a hand takes a joint, all others left alone."""
+    data = mujoco.MjData(model)
+    _stand(model, data, opened(asset, joint))
+    number = int(model.joint(joint.name).id)
+    end = far(joint)
+    turns = joint.kind is JointKind.HINGE
+    effort = hand_effort(asset, joint) if turns or abs(end) > 0 else 0.0
+    data.qfrc_applied[model.jnt_dofadr[number]] = math.copysign(effort, end)
+    best = 0.0
+    for _ in range(int(LONGEST_S / STEP_S / CHUNK)):
+        mujoco.mj_step(model, data, nstep=CHUNK)
+        best = max(best, float(data.qpos[model.jnt_qposadr[number]]) / end)
+        if best >= ALL:
+            break
+    return best
+
+
+def _stand(model: mujoco.MjModel, data: mujoco.MjData, pose: dict[str, float]) -> None:
+    mujoco.mj_resetData(model, data)
+    for name, value in pose.items():
+        data.qpos[model.jnt_qposadr[model.joint(name).id]] = value

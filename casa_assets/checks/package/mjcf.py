@@ -1,0 +1,140 @@
+"""Checks of the MJCF package: it compiles, says what the asset says, and stands where it is put."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from casa_assets.checks.asset.built import NO_COMPILE, NO_JOINTS
+from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.motion import drop, sweep
+from casa_assets.checks.package import fact_differences, robosuite_conventions
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.readers import asset_facts, mjcf_facts, mujoco_load
+from casa_assets.model.asset.asset import Base
+from casa_assets.model.registry.category import Upright
+
+# What cannot be read or compiled is told by MJC001 alone; the other checks are then not run.
+FIXED = "it is fixed in its place and cannot fall"
+NEITHER = "neither file compiles"
+
+
+def compiles(package: Package, limit: float | None) -> Measured:
+    """Both files compile; the number is how many do not."""
+    errors = [(path.name, mujoco_load.load(path).error) for path in _files(package)]
+    problems = tuple((name, f"does not compile: {error}") for name, error in errors if error)
+    return Measured(float(len(problems)), problems)
+
+
+def loads_in_silence(package: Package, limit: float | None) -> Measured:
+    """MuJoCo warns of nothing; the number is how many warnings there were."""
+    if not _compiled(package):
+        return not_run(NEITHER)
+    problems = tuple((path.name, said) for path in _compiled(package) for said in mujoco_load.load(path).warnings)
+    return Measured(float(len(problems)), problems)
+
+
+def keeps_the_rules(package: Package, limit: float | None) -> Measured:
+    """Names, groups, sizes and files are as robosuite and robocasa read them; the number counts the faults."""
+    if package.mjcf not in _compiled(package):
+        return not_run(NO_COMPILE)
+    problems = tuple(robosuite_conventions.faults(package.mjcf))
+    return Measured(float(len(problems)), problems)
+
+
+def visuals_weigh_nothing(package: Package, limit: float | None) -> Measured:
+    """What is seen has no mass and touches nothing; the number counts the faults."""
+    if not _compiled(package):
+        return not_run(NEITHER)
+    problems = tuple(fault for path in _compiled(package) for fault in robosuite_conventions.visual_faults(path))
+    return Measured(float(len(problems)), problems)
+
+
+def agrees_with_asset(package: Package, limit: float | None) -> Measured:
+    """Both files, as compiled, have the facts of the asset; the number is the largest difference."""
+    if not _compiled(package):
+        return not_run(NEITHER)
+    expected = asset_facts.facts(package.asset)
+    worst, problems = 0.0, []
+    for path in _compiled(package):
+        try:
+            found = mjcf_facts.facts(path)
+        except ValueError as error:
+            problems.append((path.name, str(error)))
+            continue
+        measured = fact_differences.agree(expected, found, _number(limit))
+        worst = max(worst, measured.number or 0.0)
+        problems += [(f"{path.name}/{pointer}", says) for pointer, says in measured.problems]
+    return Measured(worst, tuple(problems))
+
+
+def comes_to_rest(package: Package, limit: float | None, *how: float) -> Measured:
+    """Dropped from twice its height it rests in time and falls through nothing; the number is when, in seconds."""
+    protocol = drop.Protocol(*how)
+    fall = _fall(package, protocol)
+    if fall is None:
+        return _unfallen(package, fall)
+    problems = [("scene.xml", f"simulation in trouble: {said}") for said in fall.troubles]
+    if fall.rest_s is None or fall.rest_s + protocol.rest_s > _number(limit):
+        problems.append(("scene.xml", f"is not at rest {_number(limit):g} s after it was dropped"))
+    if fall.deepest_m > drop.TUNNEL_M:
+        problems.append(("scene.xml", f"sank {fall.deepest_m:.3f} m into the floor"))
+    return Measured(fall.rest_s, tuple(problems))
+
+
+def stays_upright(package: Package, limit: float | None, *how: float) -> Measured:
+    """After the drop it stands as it was released; the number is the tilt in degrees."""
+    protocol = drop.Protocol(*how)
+    fall = _fall(package, protocol)
+    if package.category.upright is Upright.ANY:
+        return not_applicable(f"a {package.category.id} lies as it falls")
+    if fall is None or fall.rest_s is None:
+        return _unfallen(package, fall)
+    problems = (("scene.xml", f"tipped by {fall.tilt_deg:.1f} degrees"),) if fall.tilt_deg > _number(limit) else ()
+    return Measured(fall.tilt_deg, problems)
+
+
+def rests_on_the_floor(package: Package, limit: float | None, *how: float) -> Measured:
+    """At rest it is not sunk into the floor; the number is the deepest penetration in metres."""
+    protocol = drop.Protocol(*how)
+    fall = _fall(package, protocol)
+    if fall is None or fall.rest_s is None:
+        return _unfallen(package, fall)
+    problems = (("scene.xml", f"rests {fall.rest_m:.4f} m inside the floor"),) if fall.rest_m > _number(limit) else ()
+    return Measured(fall.rest_m, problems)
+
+
+def joints_move_freely(package: Package, limit: float | None) -> Measured:
+    """Each joint moves through its range without its parts meeting; the number is the deepest meeting in metres."""
+    if not package.asset.joints:
+        return not_applicable(NO_JOINTS)
+    depths = sweep.deepest(package.scene)
+    problems = tuple(
+        (f"joints/{name}", f"its part sinks {depth:.4f} m into another on the way")
+        for name, depth in depths.items()
+        if depth > _number(limit)
+    )
+    return Measured(max(depths.values()), problems) if depths else not_run("scene.xml does not compile")
+
+
+def _files(package: Package) -> tuple[Path, Path]:
+    return package.mjcf, package.scene
+
+
+def _compiled(package: Package) -> list[Path]:
+    return [path for path in _files(package) if not mujoco_load.load(path).error]
+
+
+def _fall(package: Package, protocol: drop.Protocol) -> drop.Fall | None:
+    return drop.drop(package.scene, protocol) if package.asset.base is Base.FREE else None
+
+
+def _unfallen(package: Package, fall: drop.Fall | None) -> Measured:
+    """Why there is no rest after a fall to look at."""
+    if package.asset.base is not Base.FREE:
+        return not_applicable(FIXED)
+    return not_run("it never came to rest" if fall else "scene.xml does not compile or holds nothing free")
+
+
+def _number(limit: float | None) -> float:
+    assert limit is not None, "the row of this check names a limit"
+    return limit

@@ -1,0 +1,42 @@
+"""An asset together with the folder that it was written to: the subject of every check on files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.registry.category import Category
+from casa_assets.model.registry.contract import Contract
+
+
+@dataclass(frozen=True)
+class Package:
+    """A written asset.
+
+    Attributes:
+        asset: what the writers were given.
+        category: what the registry knows of its kind.
+        root: its folder, with `model.xml`, `scene.xml`, and the USD file at `usd/<id>.usda`.
+        contract: what runtimes expect of it, None where the registry has none of the name that the asset gives.
+    """
+
+    asset: Asset
+    category: Category
+    root: Path
+    contract: Contract | None = None
+
+    @property
+    def mjcf(self) -> Path:
+        """The model file: one body `object`, no floor, no free joint."""
+        return self.root / "model.xml"
+
+    @property
+    def scene(self) -> Path:
+        """The model on a floor under a light, free to move where its base is free."""
+        return self.root / "scene.xml"
+
+    @property
+    def usd(self) -> Path:
+        """The USD package's root layer."""
+        return self.root / "usd" / f"{self.asset.id}.usda"

@@ -1,0 +1,161 @@
+"""MJCF and USD of one asset say the same.
+
+What one of the two files does not load is said by the checks of that format; parity then has nothing to add.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple, TypeVar
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+from pxr import Tf
+
+from casa_assets.checks.check import Measured, not_run
+from casa_assets.checks.package.fact_differences import Difference, differences, ratio
+from casa_assets.checks.package.facts import Facts
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.readers import mjcf_facts, mujoco_load, usd_facts
+from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, collides, resistance, short_name
+from casa_assets.checks.readers.quiet import quiet
+from casa_assets.model.asset.asset import JointKind
+
+UNREAD = "one of the two files cannot be read"
+T = TypeVar("T")
+Values = npt.NDArray[np.float64]
+# Cells of the table in metres; a range is one where the joint slides.
+LENGTHS = frozenset({"position", "center_of_mass", "lower", "upper", "anchor", "size"})
+
+
+class Row(NamedTuple):
+    """A difference and whether it is a length."""
+
+    difference: Difference
+    length: bool
+
+
+def compare(left: Facts, right: Facts, relative: float, length: float) -> list[tuple[str, str]]:
+    """(pointer, says) for each cell in which two tables differ by more than they may.
+
+    Args:
+        left, right: what it should be, and what it is.
+        relative: tolerance of ratios, unit vectors, radians and of masses and moments relative to those of the body.
+        length: tolerance of lengths, metres.
+    """
+    rows = list(_rows(left, right))
+    return [(r.difference.pointer, r.difference.says) for r in rows if _exceeds(r, length if r.length else relative)]
+
+
+def agrees_in_mujoco(package: Package, limit: float | None) -> Measured:
+    """MuJoCo reads the same from both; the number is the largest difference that is no length."""
+    rows = _between(package, usd_facts.mujoco_facts)
+    return not_run(UNREAD) if rows is None else _measured([r for r in rows if not r.length], limit)
+
+
+def agrees_in_usd(package: Package, limit: float | None) -> Measured:
+    """What UsdPhysics reads is what MuJoCo reads from the MJCF; the number is the largest difference but lengths."""
+    rows = _between(package, usd_facts.pxr_facts)
+    return not_run(UNREAD) if rows is None else _measured([r for r in rows if not r.length], limit)
+
+
+def lengths_agree(package: Package, limit: float | None) -> Measured:
+    """Positions, sizes and travels are the same for both readers; the number is the largest difference in metres."""
+    one, other = _between(package, usd_facts.mujoco_facts), _between(package, usd_facts.pxr_facts)
+    if one is None or other is None:
+        return not_run(UNREAD)
+    return _measured([r for r in (*one, *other) if r.length], limit)
+
+
+def contacts_and_joints_agree(package: Package, limit: float | None) -> Measured:
+    """Contact and joint parameters that no fact table holds; the number is the largest relative difference."""
+    mjcf = mujoco_load.load(package.mjcf).model if package.mjcf.is_file() else None
+    usd = _quietly(lambda path: usd_facts.imported(path).model, package.usd)
+    if mjcf is None or usd is None:
+        return not_run(UNREAD)
+    return _measured([Row(d, False) for d in parameters(mjcf, usd)], limit)
+
+
+def parameters(ours: mujoco.MjModel, theirs: mujoco.MjModel) -> list[Difference]:
+    """Contact and joint parameters of what two models have in common, relative to the larger of two numbers."""
+    left, right = _parameters(ours), _parameters(theirs)
+    return [_differ(key, left[key], right[key]) for key in sorted(left.keys() & right.keys())]
+
+
+def _between(package: Package, read: Callable[[Path], Facts]) -> list[Row] | None:
+    """Differences of the two files; None where one of them cannot be read."""
+    left = _quietly(mjcf_facts.facts, package.mjcf)
+    right = _quietly(read, package.usd)
+    return None if left is None or right is None else list(_rows(left, right))
+
+
+def _quietly(read: Callable[[Path], T], path: Path) -> T | None:
+    """What a reader makes of a file, or None where it cannot."""
+    if not path.is_file():
+        return None
+    with quiet():
+        try:
+            return read(path)
+        except (ValueError, Tf.ErrorException):
+            return None
+
+
+def _rows(left: Facts, right: Facts) -> Iterator[Row]:
+    slides = {b.name for b in left.bodies if b.joint is not None and b.joint.kind is JointKind.SLIDE}
+    for difference in differences(left, right):
+        cell = difference.pointer.rsplit("/", 1)[-1]
+        slide = cell == "range" and difference.pointer.split("/")[1] in slides
+        yield Row(difference, difference.size is not None and (cell in LENGTHS or slide))
+
+
+def _exceeds(row: Row, tolerance: float) -> bool:
+    size = row.difference.size
+    return size is None or not size <= tolerance
+
+
+def _measured(rows: list[Row], limit: float | None) -> Measured:
+    assert limit is not None, "the row of this check names a limit"
+    worst = max((r.difference.size for r in rows if r.difference.size is not None), default=0.0)
+    faults = dict.fromkeys((r.difference.pointer, r.difference.says) for r in rows if _exceeds(r, limit))
+    return Measured(worst, tuple(faults))
+
+
+def _parameters(model: mujoco.MjModel) -> dict[str, Values]:
+    """Pointer -> numbers: one row per collider of a body, in an order that does not depend on names; one per joint."""
+    table: dict[str, Values] = {}
+    for body in range(1, model.nbody):
+        start = int(model.body_geomadr[body])
+        geoms = [g for g in range(start, start + int(model.body_geomnum[body])) if collides(model, g)]
+        if geoms:
+            rows = sorted(_contact(model, g) for g in geoms)
+            table[f"bodies/{short_name(model.body(body).name)}/contacts"] = np.array(rows)
+    for joint in range(model.njnt):
+        if int(model.jnt_type[joint]) != FREE_JOINT:
+            table[f"joints/{short_name(model.joint(joint).name)}"] = np.array(_friction_too(model, joint))
+    return table
+
+
+def _contact(model: mujoco.MjModel, geom: int) -> tuple[float, ...]:
+    """(contype, conaffinity, condim, priority, solmix, margin, gap, solref, solimp) of a geom."""
+    plain = (model.geom_contype, model.geom_conaffinity, model.geom_condim, model.geom_priority)
+    soft = (model.geom_solmix, model.geom_margin, model.geom_gap)
+    return (*(float(a[geom]) for a in (*plain, *soft)), *model.geom_solref[geom], *model.geom_solimp[geom])
+
+
+def _friction_too(model: mujoco.MjModel, joint: int) -> tuple[float, ...]:
+    """Resistance of a joint, and how its dry friction gives way: solref and solimp."""
+    dof = int(model.jnt_dofadr[joint])
+    return (*resistance(model, joint), *model.dof_solref[dof], *model.dof_solimp[dof])
+
+
+def _differ(pointer: str, ours: Values, theirs: Values) -> Difference:
+    says = f"is {_text(theirs)}, should be {_text(ours)}"
+    if ours.shape != theirs.shape:
+        return Difference(pointer, None, says)
+    return Difference(pointer, ratio(ours, theirs), says)
+
+
+def _text(values: Values) -> str:
+    return "; ".join(" ".join(f"{v:.6g}" for v in row) for row in np.atleast_2d(values))

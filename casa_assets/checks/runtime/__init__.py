@@ -1,0 +1,1 @@
+"""Checks of what a runtime reads: names, sites, regions, thresholds, state machines."""

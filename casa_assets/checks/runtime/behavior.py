@@ -1,0 +1,174 @@
+"""Checks of behaviours: every value can be got, every effect can be seen, and the thing does what its contract says."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+
+from casa_assets.checks.asset.built import NO_COMPILE
+from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.motion import operate
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.runtime import contract_names, reachable_values
+from casa_assets.checks.runtime.behavior_interpreter import Machine, Stimulus, start, step
+from casa_assets.checks.runtime.contract_names import Fault
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.behavior import Behavior, Effect, EffectKind
+from casa_assets.model.registry.contract import Contract, KeyRule, Trial
+
+INERT = "it has no behaviour: nothing about it changes"
+# The reference runtime controls at 20 Hz.
+TICK_S = 0.05
+# Steps that a chain of rules is given to come to an end, and for which a key is held.
+SETTLE, HELD = 3, 2
+# How far the end of an interval may be from the threshold that it stands for, rad or m.
+SAME = 1e-3
+SMALLEST_M = 0.004
+# What each kind of effect can act on.
+ACTS_ON = {
+    EffectKind.SHOW: ("site", "visual"),
+    EffectKind.LIGHT: ("visual",),
+    EffectKind.HEAT: ("region", "site"),
+    EffectKind.COOL: ("region", "site"),
+    EffectKind.FLOW: ("site",),
+    EffectKind.SPIN: ("visual",),
+}
+
+
+def can_take_every_value(asset: Asset, limit: float | None) -> Measured:
+    """Every value of every variable is got by moving joints and touching colliders; counts those that are not."""
+    if asset.behavior is None:
+        return not_applicable(INERT)
+    missing = reachable_values.unreached(asset.behavior, {j.name: j.range for j in asset.joints})
+    problems = tuple((f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing)
+    return Measured(float(len(problems)), problems)
+
+
+def is_seen_to_change(asset: Asset, limit: float | None) -> Measured:
+    """Every effect acts on something that can show it; the number counts those that do not."""
+    if asset.behavior is None:
+        return not_applicable(INERT)
+    faults = [(f"behavior/effects/{i}", says) for i, e in enumerate(asset.behavior.effects) for says in _form(asset, e)]
+    return Measured(float(len(faults)), tuple(faults))
+
+
+def does_as_asked(package: Package, limit: float | None) -> Measured:
+    """Operated in MuJoCo it takes the values that its contract names, at its thresholds; counts what it does not."""
+    asset, contract = package.asset, package.contract
+    if asset.contract is None:
+        return not_applicable("it names no contract that says how it behaves")
+    if contract is None or contract.id != asset.contract:
+        return not_run(f"registry/contracts has no {asset.contract!r}")
+    faults = contract_names.wanting(asset, contract, contract_names.variables)
+    if asset.behavior is not None:
+        faults += _thresholds(asset, asset.behavior, contract)
+        wanted = any(key.values for key in contract.keyframes) or bool(contract.trials)
+        model = operate.operated(package) if wanted else None
+        if wanted and model is None:
+            return Measured(float(len(faults)), tuple(faults)) if faults else not_run(NO_COMPILE)
+        if model is not None:
+            for key in contract.keyframes:
+                faults += _pose(model, asset, asset.behavior, key)
+            for trial in contract.trials:
+                faults += _trial(model, asset, asset.behavior, trial)
+    return Measured(float(len(faults)), tuple(faults))
+
+
+def _form(asset: Asset, effect: Effect) -> Iterator[str]:
+    sites = {s.name: s for s in asset.sites}
+    visuals = {v.name for k in asset.links for v in k.visuals}
+    kinds = [k for k, there in (("site", effect.target in sites), ("visual", effect.target in visuals)) if there]
+    kinds += ["region"] if any(r.name == effect.target for r in asset.regions) else []
+    allowed = ACTS_ON[effect.kind]
+    if not any(kind in allowed for kind in kinds):
+        wanted = " or a ".join(allowed)
+        yield f"{effect.kind.value}s {effect.target!r}, which is a {' and a '.join(kinds)}, not a {wanted}"
+        return
+    if effect.kind in (EffectKind.SHOW, EffectKind.LIGHT):
+        if effect.color[3] <= 0.0:
+            yield f"shows {effect.target!r} in a colour that is wholly see-through"
+        if effect.kind is EffectKind.LIGHT and max(effect.color[:3]) <= 0.0:
+            yield f"lights {effect.target!r} in black"
+    if effect.kind is EffectKind.SHOW and effect.target in sites:
+        site = sites[effect.target]
+        extent = 2 * site.radius if site.size is None else max(site.size)
+        if extent < SMALLEST_M:
+            yield f"shows {effect.target!r}, which is {extent:.4f} m large; nobody sees that"
+
+
+def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterator[Fault]:
+    """Ends of intervals that are neither a threshold of the contract nor an end of the joint's range."""
+    ranges = {j.name: j.range for j in asset.joints}
+    for i, rule in enumerate(behavior.rules):
+        for condition in rule.when:
+            if condition.joint is None or condition.interval is None:
+                continue
+            low, high = ranges[condition.joint]
+            named = {
+                t.name: t.position((low, high)) for t in contract.thresholds if re.fullmatch(t.joint, condition.joint)
+            }
+            for end in condition.interval if named else ():
+                if low + SAME < end < high - SAME and all(abs(end - at) > SAME for at in named.values()):
+                    there = ", ".join(f"{name} {at:.4g}" for name, at in named.items())
+                    says = (
+                        f"{condition.joint} changes {rule.variable} at {end:.4g}; the runtime's thresholds are {there}"
+                    )
+                    yield f"behavior/rules/{i}", says
+
+
+def _pose(model: operate.Operated, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[Fault]:
+    key = next((k for k in asset.keyframes if k.name == rule.name), None)
+    if key is None or not rule.values:
+        return
+    machine = _settled(start(behavior), model.measure({}))
+    machine = _settled(machine, model.measure({at.joint: at.value for at in key.joints}))
+    for says in _unlike(machine, rule.values):
+        yield f"keyframes/{rule.name}", f"in this pose {says}"
+
+
+def _trial(model: operate.Operated, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[Fault]:
+    """What goes otherwise than the trial says; it ends with the first step that does."""
+    stands: dict[str, float] = {}
+    machine = _settled(start(behavior), model.measure(stands))
+    for number, act in enumerate(trial.steps):
+        pointer = f"trials/{trial.name}/{number}"
+        for pattern, way in act.move.items():
+            for joint in asset.joints:
+                if re.fullmatch(pattern, joint.name):
+                    stands[joint.name] = position(joint.range, way)
+        machine = _settled(machine, model.measure(stands))
+        if act.press is not None:
+            names = [c.name for k in asset.links for c in k.colliders if re.fullmatch(act.press, c.name)]
+            if not names:  # CON003 says so
+                return
+            pressed = model.press(stands, names[0])
+            if pressed is None:
+                yield pointer, f"{names[0]!r} cannot be touched by a fingertip without touching something else"
+                return
+            machine = _settled(machine, pressed, HELD)
+            machine = _settled(machine, model.measure(stands), HELD)
+        machine = _settled(machine, model.measure(stands), round(act.wait_s / TICK_S))
+        unlike = list(_unlike(machine, act.then))
+        if unlike:
+            done = ", ".join([*(f"{p} to {w:g}" for p, w in act.move.items()), act.press or ""]).strip(", ")
+            yield pointer, f"after {done or 'waiting'} {unlike[0]}"
+            return
+
+
+def position(span: tuple[float, float], way: float) -> float:
+    """Where a joint of this range stands at a share of its way from zero, rad or m; negative: to the nearer end."""
+    near, far = sorted(span, key=abs)
+    return way * far if way >= 0 else -way * near
+
+
+def _settled(machine: Machine, stimulus: Stimulus, steps: int = SETTLE) -> Machine:
+    for _ in range(steps):
+        machine = step(machine, stimulus, TICK_S)
+    return machine
+
+
+def _unlike(machine: Machine, wanted: Mapping[str, str]) -> Iterator[str]:
+    for pattern, value in wanted.items():
+        for name, found in machine.values.items():
+            if re.fullmatch(pattern, name) and not re.fullmatch(value, found):
+                yield f"{name} is {found!r}, not {value!r}"

@@ -1,0 +1,93 @@
+"""A small interpreter of behaviours: what values its variables take while joints move and colliders are touched."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from casa_assets.model.asset.behavior import Behavior, Condition, Effect, Rule
+
+# Sums of steps of time: a rule that waits a second has waited it after fifty steps of 0.02 s.
+TIME_SLACK_S = 1e-9
+
+
+@dataclass(frozen=True)
+class Stimulus:
+    """What a runtime measures in one step.
+
+    Attributes:
+        joints: name -> position, rad or m.
+        touched: names of colliders that something else touches.
+    """
+
+    joints: Mapping[str, float]
+    touched: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Where a behaviour stands; `step` gives the next one.
+
+    Attributes:
+        behavior: its rules.
+        values: variable -> value.
+        before: which conditions of which rules held in the last step, None before the first.
+        held_s: for each rule, how long it has held, seconds.
+    """
+
+    behavior: Behavior
+    values: Mapping[str, str]
+    before: tuple[tuple[bool, ...], ...] | None = None
+    held_s: tuple[float, ...] = field(default=())
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """What is seen now."""
+        return tuple(e for e in self.behavior.effects if self.values[e.variable] == e.value)
+
+
+def start(behavior: Behavior) -> Machine:
+    """The machine with every variable at its initial value."""
+    return Machine(behavior, {v.name: v.initial for v in behavior.variables}, None, (0.0,) * len(behavior.rules))
+
+
+def step(machine: Machine, stimulus: Stimulus, dt: float) -> Machine:
+    """One control step of `dt` seconds: of each variable the first rule that applies; all see the values of before.
+
+    A condition that holds in the very first step has not begun: the runtime has not seen it otherwise.
+    """
+    values, decided = dict(machine.values), set[str]()
+    now: list[tuple[bool, ...]] = []
+    held: list[float] = []
+    for i, rule in enumerate(machine.behavior.rules):
+        raw = tuple(_holds(c, stimulus, machine.values) for c in rule.when)
+        was = raw if machine.before is None else machine.before[i]
+        now.append(raw)
+        if not _applies(rule, raw, was, machine.values[rule.variable]):
+            held.append(0.0)
+            continue
+        held.append(machine.held_s[i] + dt)
+        due = rule.after_s == 0.0 or held[i] >= rule.after_s - TIME_SLACK_S
+        if due and rule.variable not in decided:
+            decided.add(rule.variable)
+            values[rule.variable] = rule.to
+            held[i] = 0.0 if rule.after_s else held[i]
+    return Machine(machine.behavior, values, tuple(now), tuple(held))
+
+
+def _applies(rule: Rule, raw: tuple[bool, ...], was: tuple[bool, ...], value: str) -> bool:
+    if rule.from_values and value not in rule.from_values:
+        return False
+    true = [r and not w if c.begins else r for c, r, w in zip(rule.when, raw, was, strict=True)]
+    return all(t != c.negated for t, c in zip(true, rule.when, strict=True))
+
+
+def _holds(condition: Condition, stimulus: Stimulus, values: Mapping[str, str]) -> bool:
+    """The bare fact, before `begins` and `negated`."""
+    if condition.joint is not None:
+        assert condition.interval is not None, "the record has looked"
+        low, high = condition.interval
+        return low <= stimulus.joints[condition.joint] <= high
+    if condition.contact is not None:
+        return condition.contact in stimulus.touched
+    return condition.variable is not None and values[condition.variable] == condition.equals

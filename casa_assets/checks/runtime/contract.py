@@ -1,0 +1,207 @@
+"""Checks of the contract: what runtimes look for by name, path, range and threshold is there and as they take it."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.runtime import contract_names as names
+from casa_assets.checks.runtime import contract_paths
+from casa_assets.model.asset.asset import Asset, Collider, Joint, Region, Visual
+from casa_assets.model.registry.contract import Contract, KeyRule
+
+Bounds = npt.NDArray[np.float64]
+UNNAMED = "it names no contract: no runtime looks things of its kind up by name"
+NO_FILE = "model.xml is missing"
+# Rounding of what nine written digits hold, and of sums of lengths.
+SLACK_M = 1e-4
+# A threshold closer than this to an end of the range is met by chance: rad or m.
+MARGIN = 1e-3
+
+
+def has_links_and_joints(package: Package, limit: float | None) -> Measured:
+    """Links and joints that a runtime looks for, with kind, axis, sign, range, depth; counts the faults."""
+    if package.asset.contract is None:
+        return not_applicable(UNNAMED)
+    contract = package.contract
+    if contract is None or contract.id != package.asset.contract:
+        says = f"there is no contract {package.asset.contract!r} in registry/contracts"
+        return Measured(1.0, (("contract", says),))
+    faults = names.wanting(package.asset, contract, names.links_and_joints)
+    for each in contract.for_each:
+        used = names.in_use(package.asset, contract, each.key)
+        if len(used) < each.least:
+            says = f"{len(used)} in use, {each.least} wanted: {', '.join(each.values)}"
+            faults.append((f"contract/for_each/{each.key}", says))
+    for joint in package.asset.joints:
+        for pattern in contract.forbidden_joints:
+            if re.fullmatch(pattern, joint.name):
+                faults.append((f"joints/{joint.name}", f"a runtime mistakes it for another: {pattern!r}"))
+    return _counted(faults)
+
+
+def has_sites(package: Package, limit: float | None) -> Measured:
+    """Sites that a runtime looks for, on the link where it looks; the number counts the faults."""
+    contract = _contract(package)
+    return _counted(names.wanting(package.asset, contract, names.sites)) if contract else _without(package)
+
+
+def has_shapes(package: Package, limit: float | None) -> Measured:
+    """Colliders and visuals that a runtime looks for, and labels; the number counts the faults."""
+    contract, asset = _contract(package), package.asset
+    if contract is None:
+        return _without(package)
+    faults = names.wanting(asset, contract, names.shapes)
+    shown: list[Collider | Visual] = []
+    for link in asset.links:
+        shown += [*link.colliders, *link.visuals]
+    labels = {s.label for s in shown}
+    faults += [("links", f"nothing is labelled {label!r}") for label in contract.labels if label not in labels]
+    for shape in shown:
+        for pattern in contract.forbidden_geoms:
+            if re.fullmatch(pattern, shape.name):
+                faults.append((f"links/{shape.name}", f"a runtime mistakes it for another: {pattern!r}"))
+    return _counted(faults)
+
+
+def has_regions(package: Package, limit: float | None) -> Measured:
+    """Regions that a runtime looks for; `main` fits the thing, interiors lie in it; the most one is off, m."""
+    contract, asset = _contract(package), package.asset
+    if contract is None:
+        return _without(package)
+    faults = names.wanting(asset, contract, names.regions)
+    main = next((r for r in asset.regions if r.name == "main"), None)
+    if main is None:
+        return Measured(0.0, tuple(faults))
+    worst = 0.0
+    low, high = _box(asset, main)
+    seen = seen_bounds(asset, contract)
+    if seen is not None:
+        gap = float(max((low - seen[0]).max(), (seen[1] - high).max()))
+        whole = asset.bounds
+        spare = float(max((whole[0] - low).max(), (high - whole[1]).max()))
+        worst = max(gap, 0.0)
+        assert limit is not None, "the row of this check names a limit"
+        if gap > limit:
+            faults.append(("regions/main", f"leaves out {gap:.4f} m of what is seen"))
+        if spare > contract.wide_m:
+            faults.append(("regions/main", f"is {spare:.4f} m wider than what is seen; {contract.wide_m:g} is enough"))
+    for region in asset.regions:
+        if region.name == "main" or not _is_inside(contract, region):
+            continue
+        inner = _box(asset, region)
+        gap = float(max((low - inner[0]).max(), (inner[1] - high).max()))
+        if gap > SLACK_M:
+            worst = max(worst, gap)
+            faults.append((f"regions/{region.name}", f"reaches {gap:.4f} m out of the region main"))
+    return Measured(worst, tuple(faults))
+
+
+def is_found_in_the_file(package: Package, limit: float | None) -> Measured:
+    """What the runtime finds by literal paths in model.xml is found there; the number counts the faults."""
+    contract = _contract(package)
+    if contract is None:
+        return _without(package)
+    if not package.mjcf.is_file():
+        return not_run(NO_FILE)
+    return _counted(list(contract_paths.faults(package.mjcf, package.asset, contract)))
+
+
+def reaches_thresholds(package: Package, limit: float | None) -> Measured:
+    """Each threshold lies within the range of its joints, named poses stand as asked; the number counts the faults."""
+    contract, asset = _contract(package), package.asset
+    if contract is None:
+        return _without(package)
+    if not contract.thresholds and not contract.keyframes:
+        return not_applicable("its contract names no threshold and no pose")
+    faults = []
+    for threshold in contract.thresholds:
+        for joint in asset.joints:
+            at = threshold.position(joint.range)
+            if re.fullmatch(threshold.joint, joint.name) and not _within(at, joint, threshold.share is None):
+                says = f"{threshold.name} is at {at:.4g}, out of the range {joint.range[0]:.4g}..{joint.range[1]:.4g}"
+                faults.append((f"joints/{joint.name}", says))
+    for rule in contract.keyframes:
+        faults += _pose(asset, rule)
+    return _counted(faults)
+
+
+def is_spelled_as_read(package: Package, limit: float | None) -> Measured:
+    """Names are written as the runtime spells them, capitals too; the number counts those that are not."""
+    contract = _contract(package)
+    if contract is None:
+        return _without(package)
+    if not contract.spelled:
+        return not_applicable("its contract names nothing whose spelling is free")
+    if not package.mjcf.is_file():
+        return not_run(NO_FILE)
+    return _counted(list(contract_paths.misspelled(package.mjcf, package.asset, contract)))
+
+
+def seen_bounds(asset: Asset, contract: Contract) -> Bounds | None:
+    """(2, 3) corners of what `main` has to hold: all visuals but those whose labels may stick out; asset frame, m."""
+    clouds = [
+        asset.asset_from_link(k.name).apply(v.mesh.vertices)
+        for k in asset.links
+        for v in k.visuals
+        if v.label not in contract.outside
+    ]
+    if not clouds:
+        return None
+    cloud = np.concatenate(clouds)
+    return np.array([cloud.min(axis=0), cloud.max(axis=0)])
+
+
+def _contract(package: Package) -> Contract | None:
+    # An id that the registry does not know is the business of CON001 alone.
+    contract = package.contract
+    return contract if contract is not None and contract.id == package.asset.contract else None
+
+
+def _without(package: Package) -> Measured:
+    """Why there is no contract to look at."""
+    named = package.asset.contract
+    return not_applicable(UNNAMED) if named is None else not_run(f"registry/contracts has no {named!r}")
+
+
+def _counted(faults: list[names.Fault]) -> Measured:
+    return Measured(float(len(faults)), tuple(faults))
+
+
+def _box(asset: Asset, region: Region) -> Bounds:
+    half = np.array(region.size) / 2
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    points = asset.asset_from_link(region.link).apply(region.pose.apply(signs * half))
+    return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def _is_inside(contract: Contract, region: Region) -> bool:
+    """Whether a rule names this region and wants it inside `main`; extra regions may lie anywhere."""
+    rules = [*contract.regions, *(r for c in contract.one_of for needs in c.any_of for r in needs.regions)]
+    named = [rule for rule in rules if rule.matches(region.name)]
+    return bool(named) and all(rule.inside for rule in named)
+
+
+def _within(at: float, joint: Joint, fixed: bool) -> bool:
+    low, high = joint.range
+    margin = MARGIN if fixed else 0.0
+    return low + margin <= at <= high - margin
+
+
+def _pose(asset: Asset, rule: KeyRule) -> list[names.Fault]:
+    key = next((k for k in asset.keyframes if k.name == rule.name), None)
+    if key is None:
+        return [(f"keyframes/{rule.name}", "there is no such pose")] if rule.least else []
+    stands = {at.joint: at.value for at in key.joints}
+    faults = []
+    for joint in asset.joints:
+        share = stands.get(joint.name, 0.0) / max(joint.range, key=abs)
+        wanted = [least for pattern, least in rule.stands.items() if re.fullmatch(pattern, joint.name)]
+        if any(share < least for least in wanted):
+            says = f"{joint.name} stands at {share:.2f} of its way, not at {max(wanted):.2f}"
+            faults.append((f"keyframes/{rule.name}", says))
+    return faults

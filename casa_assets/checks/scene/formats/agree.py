@@ -1,0 +1,20 @@
+"""Both files of a scene tell of the same kitchen."""
+
+from __future__ import annotations
+
+from casa_assets.checks.check import Measured, not_run
+from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.checks.scene.formats.parity import parity_of
+
+
+def formats_agree(files: SceneFiles, limit: float | None) -> Measured:
+    """How many cells of the fact tables differ: bodies, poses, joints, masses, shapes, filters, labels, places.
+
+    A file that nobody can read is the business of the checks of loading.
+    """
+    assert limit is not None
+    ours, theirs = files.kitchen.loaded.model, files.imported.model
+    if ours is None or theirs is None or files.composed[0] is None:
+        return not_run("one of scene.xml and scene.usda cannot be read")
+    problems = tuple(parity_of(ours, theirs, files.usd))
+    return Measured(float(len(problems)), problems if len(problems) > limit else ())

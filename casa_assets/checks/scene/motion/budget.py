@@ -1,0 +1,108 @@
+"""What a scene asks of a simulator and of a graphics card."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from casa_assets.checks.check import Measured, not_run
+from casa_assets.checks.scene.motion.rest import rest
+from casa_assets.checks.scene.subject import SceneSubject
+
+MEGABYTE = 1e6
+
+
+@dataclass(frozen=True)
+class Speed:
+    """What a stopwatch said of a scene, on the machine of the check.
+
+    Attributes:
+        load_ms: to compile the whole file, milliseconds.
+        steps_per_s: with nothing touched, one core.
+        timestep_s: of the model, seconds.
+    """
+
+    load_ms: float
+    steps_per_s: float
+    timestep_s: float
+
+    @property
+    def pace(self) -> float:
+        """Seconds that are simulated in a second."""
+        return self.steps_per_s * self.timestep_s
+
+
+def has_few_bodies(subject: SceneSubject, limit: float | None) -> Measured:
+    """Bodies of the model."""
+    return _held(subject.model.nbody, limit, "bodies; merge links that never move against each other")
+
+
+def has_few_shapes(subject: SceneSubject, limit: float | None) -> Measured:
+    """Shapes that are touched."""
+    return _held(subject.model.ngeom, limit, "shapes that are touched; merge some, or leave a thing out")
+
+
+def has_few_freedoms(subject: SceneSubject, limit: float | None) -> Measured:
+    """Degrees of freedom: a step costs more than their number."""
+    return _held(subject.model.nv, limit, "degrees of freedom; fix what nobody has to move")
+
+
+def has_few_vertices(subject: SceneSubject, limit: float | None) -> Measured:
+    """Vertices of all hulls that are touched, each as often as it stands in the scene."""
+    model = subject.model
+    hulls = model.geom_dataid[model.geom_type == mujoco.mjtGeom.mjGEOM_MESH]
+    return _held(int(np.sum(model.mesh_vertnum[hulls])), limit, "vertices of hulls; use boxes and cylinders")
+
+
+def has_small_pictures(subject: SceneSubject, limit: float | None) -> Measured:
+    """Megabytes of all pictures as they lie in memory, decoded, without mipmaps."""
+    model = subject.loaded.model
+    if model is None:
+        return not_run("MuJoCo cannot read scene.xml")
+    return _held(model.ntexdata / MEGABYTE, limit, "MB of pictures; share them, or make them smaller")
+
+
+def touches_little(subject: SceneSubject, limit: float | None) -> Measured:
+    """Pairs of shapes that touch as the scene begins and after 1 s, the larger number."""
+    stood = rest(subject)
+    return _held(
+        max(len(stood.begins), len(stood.settled)), limit, "pairs in contact at rest; set things down on fewer feet"
+    )
+
+
+def loads_soon(speed: Speed, limit: float | None) -> Measured:
+    """Milliseconds to compile the whole scene with its pictures."""
+    return _held(speed.load_ms, limit, "ms to load; fewer vertices and smaller pictures load faster")
+
+
+def keeps_pace(speed: Speed, limit: float | None) -> Measured:
+    """Seconds that are simulated in a second on one core, at rest."""
+    assert limit is not None
+    says = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
+    return Measured(speed.pace, () if speed.pace >= limit else (("scene", says),))
+
+
+def holdings(subject: SceneSubject) -> dict[str, float]:
+    """What a scene holds, by word: counts, and megabytes of decoded pictures. It has to load."""
+    whole, bare = subject.loaded.model, subject.model
+    assert whole is not None
+    hulls = bare.geom_type == mujoco.mjtGeom.mjGEOM_MESH
+    return {
+        "bodies": whole.nbody,
+        "geoms": whole.ngeom,
+        "colliders": bare.ngeom,
+        "hulls": int(hulls.sum()),
+        "meshes": whole.nmesh,
+        "joints": len(subject.parts),
+        "nv": whole.nv,
+        "textures": whole.ntex,
+        "texture_mb": round(whole.ntexdata / MEGABYTE, 3),
+    }
+
+
+def _held(count: float, limit: float | None, what: str) -> Measured:
+    assert limit is not None
+    problems = (("scene", f"has {count:,.0f} {what}"),) if count > limit else ()
+    return Measured(float(count), problems)

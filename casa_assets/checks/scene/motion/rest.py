@@ -1,0 +1,147 @@
+"""How a scene loads, begins and stays when nobody touches it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.scene.subject import AllPairs, SceneSubject, reset
+from casa_assets.core.typing import Floats
+from casa_assets.model.asset.asset import JointKind
+
+SETTLED_S, REST_S = 1.0, 5.0
+MM = 1000.0
+# Why a check is not asked of a scene, as reports say it.
+STIFF, FAST = "nothing in it has a joint", "nothing in it stands by its weight alone"
+# A short range counts as one of which the limit is a millimetre or half a degree: stops are soft, light keys yield.
+STILL = {JointKind.SLIDE: 0.001, JointKind.HINGE: 0.0087}
+# At most so many of one kind are listed: a scene that explodes has one fault, not a thousand.
+LISTED = 20
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Two geoms in each other: their names and the depth, metres."""
+
+    one: str
+    other: str
+    depth: float
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A scene that was left alone as its file is, so without contacts of the pairs that this excludes.
+
+    Attributes:
+        begins, settled: contacts at the start and after 1 s, those of such pairs among them, the deepest first.
+        start, end: qpos at the start and after 5 s.
+        moved: name of a free placement -> how far any of its shapes has gone in 5 s, metres.
+        troubles: what the simulator complained of.
+    """
+
+    begins: tuple[Touch, ...]
+    settled: tuple[Touch, ...]
+    start: Floats
+    end: Floats
+    moved: dict[str, float]
+    troubles: tuple[str, ...]
+
+
+def loads_in_silence(subject: SceneSubject, limit: float | None) -> Measured:
+    """MuJoCo reads the file without an error or a warning, and simulates 5 s of it without one; counts what it says."""
+    assert limit is None
+    said = [subject.loaded.error] if subject.loaded.error else list(subject.loaded.warnings)
+    if not subject.loaded.error:
+        said += rest(subject).troubles
+    return Measured(float(len(said)), tuple((subject.mjcf.name, text) for text in said))
+
+
+def begins_apart(subject: SceneSubject, limit: float | None) -> Measured:
+    """Nothing is deeper than `limit` in anything as the scene begins; metres of the worst."""
+    return _deep(rest(subject).begins, limit, "as the scene begins; move one of them, or shrink its shape")
+
+
+def settles_apart(subject: SceneSubject, limit: float | None) -> Measured:
+    """Nothing is deeper than `limit` in anything after 1 s; metres of the worst."""
+    return _deep(rest(subject).settled, limit, f"after {SETTLED_S:g} s; it is pressed there by weight or a spring")
+
+
+def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
+    """No joint moves by `limit` of its range in 5 s; the worst share."""
+    assert limit is not None
+    if not subject.parts:
+        return not_applicable(STIFF)
+    stood, worst, problems = rest(subject), 0.0, []
+    for part in subject.parts:
+        way = max(part.joint.range[1] - part.joint.range[0], STILL[part.joint.kind] / limit)
+        share = abs(float(stood.end[part.address] - stood.start[part.address])) / way
+        worst = max(worst, share)
+        if share > limit:
+            says = (
+                f"drifts by {share:.1%} of its range in {REST_S:g} s; see what touches it, or its friction and spring"
+            )
+            problems.append((_pointer(part.name), says))
+    return Measured(worst, tuple(problems))
+
+
+def keeps_things(subject: SceneSubject, limit: float | None) -> Measured:
+    """Nothing that stands by its weight moves by `limit` in 5 s; metres of the farthest."""
+    assert limit is not None
+    moved = rest(subject).moved
+    if not moved:
+        return not_applicable(FAST)
+    problems = [
+        (f"placements/{name}", f"moves {far * MM:.1f} mm in {REST_S:g} s; set it down where it stands firmly")
+        for name, far in moved.items()
+        if far > limit
+    ]
+    return Measured(max(moved.values()), tuple(problems))
+
+
+@lru_cache(maxsize=1)
+def rest(subject: SceneSubject) -> Rest:
+    """The scene left alone for 5 s, done once."""
+    model, data = subject.model, mujoco.MjData(subject.model)
+    reset(model, data)
+    mujoco.mj_forward(model, data)
+    begins, start = tuple(touches(subject, data)), data.qpos.copy()
+    free = {p.name: subject.geoms_of[p.name] for p in subject.free}
+    before = {name: data.geom_xpos[geoms].copy() for name, geoms in free.items()}
+    mujoco.mj_step(model, data, nstep=round(SETTLED_S / model.opt.timestep))
+    settled = tuple(touches(subject, data))
+    mujoco.mj_step(model, data, nstep=round((REST_S - SETTLED_S) / model.opt.timestep))
+    moved = {n: float(np.linalg.norm(data.geom_xpos[g] - before[n], axis=1).max(initial=0)) for n, g in free.items()}
+    kinds = {int(k): k.name.removeprefix("mjWARN_").lower() for k in mujoco.mjtWarning.__members__.values()}
+    troubles = tuple(f"simulating it: {kinds[i]} x {w.number}" for i, w in enumerate(data.warning) if w.number)
+    return Rest(begins, settled, start, data.qpos.copy(), moved, troubles)
+
+
+def touches(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Touch]:
+    """What is in each other where everything is now, one per pair of geoms, the deepest first; `data` is only read."""
+    seen = mujoco.MjData(subject.model)
+    seen.qpos[:] = data.qpos
+    with AllPairs(subject.model):
+        mujoco.mj_kinematics(subject.model, seen)
+        mujoco.mj_collision(subject.model, seen)
+    deepest: dict[tuple[int, int], float] = {}
+    for pair, distance in zip(seen.contact.geom.tolist(), seen.contact.dist.tolist(), strict=True):
+        key = (min(pair), max(pair))
+        deepest[key] = max(deepest.get(key, -1.0), -distance)
+    for (one, other), depth in sorted(deepest.items(), key=lambda item: (-item[1], item[0])):
+        yield Touch(subject.says(one), subject.says(other), depth)
+
+
+def _deep(found: tuple[Touch, ...], limit: float | None, when: str) -> Measured:
+    assert limit is not None
+    deep = [t for t in found if t.depth > limit]
+    problems = [(f"geoms/{t.one}", f"is {t.depth * MM:.2f} mm in {t.other} {when}") for t in deep[:LISTED]]
+    return Measured(max((t.depth for t in found), default=0.0), tuple(problems))
+
+
+def _pointer(joint: str) -> str:
+    return f"joints/{joint}"

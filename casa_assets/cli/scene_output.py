@@ -1,0 +1,122 @@
+"""What the verbs on scenes print: each scene as it is done, a table of numbers, counts at the end."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from casa_assets.cli.progress import bar
+from casa_assets.cli.text import counted
+from casa_assets.errors import BatchFault
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
+
+LONG = 40  # characters of a name that are kept on one line
+WIDE = 140  # characters that the whole table takes
+NARROW = 5  # columns of numbers where there is less room
+
+
+def follow(done_ones: Iterator[SceneBuilt], count: int, word: str, console: Console, json_: bool) -> list[SceneBuilt]:
+    """Tell of each scene as it is done; returns all of them.
+
+    Args:
+        word: what is done with them, for the bar. console: for people. json_: one JSON object per scene on standard
+            output.
+    """
+    results: list[SceneBuilt] = []
+    with bar(console) as progress:
+        task = progress.add_task(word, total=count)
+        for done in done_ones:
+            results.append(done)
+            progress.update(task, completed=len(results))
+            if json_:
+                typer.echo(json.dumps(_row(done), sort_keys=True))
+            else:
+                _tell(done, progress.console)
+    return results
+
+
+def close(results: list[SceneBuilt], out: Path, console: Console) -> None:
+    """Write the books of the folder, and tell where they are and how many scenes were made."""
+    from casa_assets.pipeline.ingest.job import writing
+    from casa_assets.pipeline.reports import kitchen_summary
+    from casa_assets.pipeline.reports.kitchens import write as write_book
+
+    with writing(out):
+        page, picture = write_book(out)
+    made = sum(r.passed for r in results)
+    kept = sum(r.kept for r in results)
+    says = f"{made} of {counted(len(results), 'scene')} in {out}"
+    console.print(f"{says} ({kept} unchanged)", highlight=False, soft_wrap=True)
+    for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchen_summary.PAGE)):
+        console.print(f"{name + ':':9} {path}", highlight=False, soft_wrap=True)
+
+
+def check_faults(results: list[SceneBuilt]) -> None:
+    """Raises BatchFault where some were not made or checked by a fault of the program."""
+    faults = [r.recipe.scene_id for r in results if r.is_fault]
+    if faults:
+        raise BatchFault(faults)
+
+
+def tabulate(results: list[SceneBuilt], out: Path, console: Console) -> None:
+    """Print numbers of the scenes of this run, as far as they are in the folder, and their sum."""
+    from casa_assets.pipeline.reports.kitchen_summary import COLUMNS, cells, rows, sentence
+
+    mine = {r.recipe.scene_id for r in results if r.folder}
+    found = [row for row in rows(out) if row.id in mine]
+    if not found:
+        return
+    if not console.is_terminal:
+        console.width = max(console.width, WIDE)
+    shown = COLUMNS if console.width >= WIDE else COLUMNS[:NARROW]
+    table = Table(box=None, padding=(0, 1), header_style="bold")
+    table.add_column("scene", overflow="fold", min_width=min(LONG, max(len(row.id) for row in found)))
+    table.add_column("verdict", overflow="fold")
+    for heading, _, _ in shown:
+        table.add_column(heading, justify="right", min_width=max(map(len, heading.split())))
+    for row in found:
+        mark = "[green]passed[/]" if row.passed else f"[red]{escape(row.verdict)}[/]"
+        table.add_row(row.id, mark, *cells(row)[: len(shown)])
+    console.print(table, highlight=False)
+    console.print(sentence(found), highlight=False, soft_wrap=True)
+
+
+def _row(done: SceneBuilt) -> dict[str, object]:
+    return {
+        "id": done.recipe.scene_id,
+        "folder": done.folder,
+        "passed": done.passed,
+        "kept": done.kept,
+        "says": done.says,
+        "issues": [{"code": i.code, "pointer": i.pointer, "says": i.says} for i in done.problems],
+        "build_s": round(done.build_s, 3),
+        "write_s": round(done.write_s, 3),
+        "draw_s": round(done.draw_s, 3),
+        "check_s": round(done.check_s, 3),
+        **done.counts,
+    }
+
+
+def _tell(done: SceneBuilt, console: Console) -> None:
+    if done.kept and done.passed:
+        console.print(f"[green]kept[/] [bold]{done.recipe.scene_id}[/]", soft_wrap=True)
+        return
+    mark = "[red]failed[/]" if not done.passed else "[green]made[/]" if done.report is None else "[green]passed[/]"
+    seconds = f"build {done.build_s:.1f} s, write {done.write_s:.1f} s, draw {done.draw_s:.1f} s"
+    if done.report is not None:
+        seconds += f", check {done.check_s:.1f} s"
+    console.print(f"{mark} [bold]{done.recipe.scene_id}[/] ({seconds})", highlight=False, soft_wrap=True)
+    if done.says:
+        console.print(f"  {escape(done.says)}", highlight=False, soft_wrap=True)
+    for issue in done.problems:
+        text = f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.says)}"
+        console.print(text, highlight=False, soft_wrap=True)

@@ -1,0 +1,1 @@
+"""Commands of casa-assets, one file each."""

@@ -1,0 +1,142 @@
+"""casa-assets articulate: static meshes of appliances or cabinets into ones that open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from casa_assets.cli.text import counted, plain
+from casa_assets.errors import BatchFault
+
+if TYPE_CHECKING:
+    from casa_assets.model.record import Vec3
+    from casa_assets.pipeline.articulate.run import Done
+
+
+def articulate(
+    meshes: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="MESH...", help="OBJ, GLB, glTF, PLY, STL or DAE, each of one thing.", exists=True, dir_okay=False
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Library to write to, made where it is missing.")] = Path("out/articulated"),
+    category: Annotated[str, typer.Option(help="What it is, such as microwave; else its name, then its shape.")] = "",
+    up: Annotated[str, typer.Option(help="Axis of the file that points up, such as +z; else it is guessed.")] = "",
+    front: Annotated[str, typer.Option(help="Axis of the file that the front faces, such as -y.")] = "",
+    size: Annotated[float, typer.Option(min=0, help="Longest side in metres; 0: by unit and category.")] = 0.0,
+    decisions: Annotated[
+        Path | None,
+        typer.Option(help="The decisions.yaml of an earlier run, mended by hand.", exists=True, dir_okay=False),
+    ] = None,
+    preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, coloured, apart, open.")] = False,
+    report: Annotated[bool, typer.Option("--report", help="Print every part with confidence and runner-up.")] = False,
+    review: Annotated[bool, typer.Option("--review", help="Write review.html with the strips of all meshes.")] = False,
+    clip: Annotated[
+        Path | None,
+        typer.Option(help="Weights of CLIP (open_clip), which then name what --category does not.", exists=True),
+    ] = None,
+    complete: Annotated[bool, typer.Option(help="Build an interior where a door or drawer opens onto nothing.")] = True,
+    anew: Annotated[bool, typer.Option("--anew", help="Also those that nothing has changed for.")] = False,
+    jobs: Annotated[int, typer.Option(min=1, help="Meshes at once.")] = 1,
+) -> None:
+    """Find doors, drawers, knobs and buttons of static meshes and write them as MJCF and USD that open.
+
+    What an earlier run made of the same file with the same options is kept.
+    Every decision stands in decisions.yaml beside the model: mend a line and give the file back with --decisions.
+    Exit 0 when all are in the library, 1 when something was rejected (nothing moves: ART001), 2 on misuse.
+
+    Example:  casa-assets articulate microwave.obj --preview --report
+    """
+    from casa_assets.articulate.decisions import Decisions
+    from casa_assets.pipeline.articulate import review_page
+    from casa_assets.pipeline.articulate.build import Wish
+    from casa_assets.pipeline.articulate.run import articulate as run
+    from casa_assets.pipeline.articulate.sidecar import read
+    from casa_assets.pipeline.ingest.run import FAULT
+
+    if decisions is not None and len(meshes) > 1:
+        raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
+    said = Decisions() if decisions is None else read(decisions)
+    axes = _axis(up, "--up"), _axis(front, "--front")
+    wishes = [Wish(m, out, category, *axes, size, said, preview or review, clip, complete, anew) for m in meshes]
+    console = Console()
+    every = []
+    for done in run(wishes, jobs):
+        every.append(done)
+        _tell(done, console)
+        if report and done.found is not None:
+            console.print(_table(done))
+            for line in done.lacking:
+                console.print(f"  {escape(plain(line))}", highlight=False)
+    if review:
+        console.print(f"{review_page.write(out, every)}", highlight=False)
+    if faults := [str(d.mesh) for d in every if d.code == FAULT]:
+        raise BatchFault(map(plain, faults))
+    if not all(d.accepted for d in every):
+        raise typer.Exit(1)
+
+
+def _axis(word: str, option: str) -> Vec3 | None:
+    """A direction from such words as `+z`, `-y`, `x`. Raises typer.BadParameter."""
+    from casa_assets.articulate.decisions import direction
+
+    try:
+        return direction(word) if word else None
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint=option) from None
+
+
+def _tell(done: Done, console: Console) -> None:
+    """One line for what became of a mesh, one for each warning."""
+    name = escape(plain(done.mesh.name))
+    if done.found is None:
+        console.print(f"[red]{done.code}[/] {escape(plain(done.says))}", highlight=False)
+        return
+    count = sum(not p.added for p in done.found.parts)
+    whole = sum(t.whole for t in done.travels.values())
+    rooms = sum(r.built for r in done.found.rooms)
+    added = f", {counted(rooms, 'interior')} added" if rooms else ""
+    way = "goes all its way" if len(done.travels) == 1 else "go all their way"
+    says = f"{counted(count, 'moving part')}, {whole} of {len(done.travels)} {way}{added}"
+    mark = (
+        f"[green]{'kept' if done.kept else 'accepted'}[/]"
+        if done.accepted
+        else f"[red]{done.code}[/] {escape(plain(done.says))};"
+    )
+    console.print(f"{mark} {name}: {says}", highlight=False)
+    console.print(f"  {escape(plain(str(done.folder)))}", highlight=False, soft_wrap=True)
+    if done.contract:
+        console.print(f"  holds the contract {done.contract}", highlight=False)
+    elif done.lacking:
+        more = f" (and {len(done.lacking) - 2} more: --report)" if len(done.lacking) > 2 else ""
+        console.print(f"  {escape(plain(': '.join(done.lacking[:2])))}{more}", highlight=False)
+    for issue in done.report.issues if done.report else ():
+        console.print(
+            f"  {issue.severity.value} {issue.code} {escape(plain(issue.pointer + ' ' + issue.says))}", highlight=False
+        )
+
+
+def _table(done: Done) -> Table:
+    assert done.found is not None
+    frame = done.found.frame
+    title = f"{done.category}; size: {done.size}; frame: {frame.confidence:.0%} sure ({frame.because})" + (
+        f"; next: {frame.runner_up}" if frame.runner_up else ""
+    )
+    table = Table("part", "on", "joint", "goes", "sure", "because", "else", title=escape(title), title_justify="left")
+    for part in done.found.parts:
+        joint = part.joint
+        how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
+        because = "; ".join(w for w in (part.because, joint.because) if w)
+        way = done.travels.get(part.name)
+        goes = "" if way is None else "all" if way.whole else f"{min(way.free, way.reached):.0%} {way.against}"
+        table.add_row(part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", because, joint.runner_up)
+    for room in done.found.rooms:
+        if room.built:
+            table.add_row(f"+ {room.filling.value}", room.parts[0], "", "", f"{room.confidence:.0%}", room.because, "")
+    return table

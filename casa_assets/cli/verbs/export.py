@@ -1,0 +1,91 @@
+"""casa-assets export: a library in the form that a runtime reads."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from casa_assets.cli.progress import bar
+from casa_assets.cli.text import counted, plain
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.export_robocasa import Done
+
+app = typer.Typer(name="export", help="A library in the form that a runtime reads.", no_args_is_help=True)
+
+EXAMPLES = """
+Examples:
+
+  casa-assets export robocasa out/library --out out/robocasa      models, categories, splits, and how to add them
+
+  casa-assets export robocasa lib --out ours --registry acme      under a registry of another name
+
+  casa-assets export robocasa lib --out ours --json > rows.jsonl  one JSON object per asset
+"""
+
+
+@app.callback()
+def common() -> None:
+    """A library in the form that a runtime reads."""
+
+
+def robocasa(
+    library: Annotated[
+        Path, typer.Argument(help="Library that ingest wrote.", exists=True, file_okay=False, readable=True)
+    ],
+    out: Annotated[Path, typer.Option(help="Folder to write: missing, empty, or an earlier export.")],
+    registry: Annotated[str, typer.Option(help="Name of the object registry, and of the folder below objects/.")] = (
+        "casa"
+    ),
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object per asset on standard output.")] = False,
+) -> None:
+    """Write the loose objects of a library as RoboCasa v0.2 and v1.0 read them; exit 0, or 2 with OUT as it was."""
+    from casa_assets.pipeline.export_robocasa import export
+
+    done: list[Done] = []
+    with bar(Console(stderr=True)) as progress, closing(export(library, out, registry)) as running:
+        task = progress.add_task("reading", total=None)
+        for one in running:
+            done.append(one)
+            progress.update(task, total=one.total, completed=len(done), description=escape(plain(one.id)))
+    if json_:
+        for one in done:
+            row = {name: value for name, value in vars(one).items() if name != "total"}
+            typer.echo(json.dumps({"status": "exported" if one.model else "left_out", **row}, sort_keys=True))
+        return
+    _tell(done, out)
+
+
+robocasa.__doc__ = f"{robocasa.__doc__}\n{EXAMPLES}"
+app.command()(robocasa)
+
+
+def _tell(done: list[Done], out: Path, most: int = 40) -> None:
+    console = Console()
+    written = [one for one in done if one.model]
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in ("category", "train", "test"):
+        table.add_column(name, justify="left" if name == "category" else "right")
+    counts = Counter((one.category, one.split) for one in written)
+    kinds = sorted({one.category for one in written})
+    for kind in kinds[:most]:
+        table.add_row(kind, str(counts[kind, "train"] or ""), str(counts[kind, "test"] or ""))
+    if len(kinds) > most:
+        table.add_row(f"... and {len(kinds) - most} more", "", "")
+    console.print(table)
+    for one in done:
+        if not one.model:
+            line = f"[yellow]left out[/] {escape(plain(one.id))}: {escape(plain(one.says))}"
+            console.print(line, highlight=False, soft_wrap=True)
+    place = escape(plain(str(out)))
+    says = f"{counted(len(written), 'object')} in {counted(len(kinds), 'category')}"
+    console.print(f"{says}; read {place}/README.md for how to add them", highlight=False, soft_wrap=True)

@@ -1,0 +1,251 @@
+"""casa-assets ingest: sources into a library."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterable
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from casa_assets.cli.progress import bar
+from casa_assets.cli.text import counted, plain
+from casa_assets.errors import BatchFault
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.ingest.job import Event
+    from casa_assets.pipeline.reports.entry import Entry
+
+KINDS = ".glb, .gltf, .obj, .ply, .stl, .dae, a manifest .jsonl or an Objaverse folder"
+EXAMPLES = """
+Examples:
+
+  casa-assets ingest ~/meshes                      every mesh of a folder
+
+  casa-assets ingest mug.glb --category mug        one file of a known kind
+
+  casa-assets ingest objaverse/ t3d/manifest.jsonl --library lib --jobs 8
+
+  casa-assets ingest ~/meshes --json > run.jsonl   one JSON object per input
+"""
+
+
+def ingest(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Files, folders, Objaverse package folders, manifests (.jsonl).", exists=True, readable=True
+        ),
+    ],
+    library: Annotated[
+        Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")
+    ] = Path("out/library"),
+    category: Annotated[str, typer.Option(help="Category of every input; else the sources and names decide.")] = "",
+    jobs: Annotated[int, typer.Option(min=0, help="Inputs worked on at once.", show_default="one per core")] = 0,
+    timeout: Annotated[
+        float, typer.Option(min=0, help="Seconds of processor time for one input.", show_default="300")
+    ] = 0.0,
+    memory: Annotated[float, typer.Option(min=0, help="Gigabytes of memory for one input.", show_default="8")] = 0.0,
+    max_size: Annotated[
+        float, typer.Option(min=0, help="Megabytes of one input with its files.", show_default="512")
+    ] = 0.0,
+    max_faces: Annotated[int, typer.Option(min=0, help="Faces of one input.", show_default="2500000")] = 0,
+    max_texture: Annotated[
+        int, typer.Option(min=0, help="Pixels along a side of a picture.", show_default="16384")
+    ] = 0,
+    max_pixels: Annotated[float, typer.Option(min=0, help="Million pixels of a picture.", show_default="67.2")] = 0.0,
+    clip_weights: Annotated[
+        str, typer.Option(help="Weights of CLIP that look at the pictures: a file, a folder or a name of open_clip's.")
+    ] = "",
+    keep_duplicates: Annotated[
+        bool, typer.Option("--keep-duplicates", help="Keep what has form, size and colours of another.")
+    ] = False,
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object per input on standard output.")] = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Print every guess, with its confidence and reason.")
+    ] = False,
+) -> None:
+    """Turn meshes into simulation-ready assets; exit 0 when all were accepted, 1 when some were not, 2 on misuse."""
+    from casa_assets.pipeline.ingest.run import FAULT, Options
+    from casa_assets.pipeline.ingest.run import ingest as run
+
+    guards = _guards(max_size, max_faces, max_texture, max_pixels)
+    options = Options(library, category, jobs, timeout, int(memory * 1e9), guards, clip_weights, keep_duplicates)
+    console = Console(stderr=json_)
+    with closing(run(sources, options)) as running:
+        events = _follow(running, console, json_)
+    if not events:
+        places = ", ".join(_safe(str(source)) for source in sources)
+        Console(stderr=True).print(f"[red]no mesh found[/] in {places}; name {KINDS}", highlight=False, soft_wrap=True)
+        raise typer.Exit(2)
+    if not json_ or explain:
+        _conclude(events, library, console, explain)
+    if faults := [event.path for event in events if event.code == FAULT]:
+        raise BatchFault(map(plain, faults))
+    if any(event.was_rejected for event in events):
+        raise typer.Exit(1)
+
+
+ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
+
+
+def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) -> dict[str, float]:
+    """Limits of the registry that this run changes; what is 0 stays as it is."""
+    said = {
+        "input_bytes": megabytes * 1e6,
+        "input_faces": faces,
+        "input_texture_px": pixels,
+        "input_texture_pixels": million_pixels * 1e6,
+    }
+    return {name: value for name, value in said.items() if value}
+
+
+def _follow(running: Iterable[Event], console: Console, as_json: bool) -> list[Event]:
+    """Tell of each input as it is done with; returns all of them."""
+    events: list[Event] = []
+    done = bad = 0
+    with bar(console) as progress:
+        task = progress.add_task("looking", total=None)
+        for event in running:
+            events.append(event)
+            done += event.count
+            bad += event.count * event.was_rejected
+            words = f"[green]{done - bad} accepted[/], [red]{bad} rejected[/]"
+            progress.update(task, total=event.total, completed=done, description=words)
+            _tell(event, progress.console, as_json)
+    return events
+
+
+def _tell(event: Event, console: Console, as_json: bool) -> None:
+    if as_json:
+        row = {
+            "status": "rejected" if event.was_rejected else "accepted",
+            "kept": event.kind == "kept",
+            "path": event.path,
+            "id": event.asset_id,
+            "code": event.code,
+            "says": event.says,
+            "count": event.count,
+            "warnings": [{"code": w.code, "pointer": w.pointer, "says": w.says} for w in event.warnings],
+        }
+        typer.echo(json.dumps(row, sort_keys=True))
+    elif event.kind == "rejected":
+        console.print(
+            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.says)}",
+            highlight=False,
+            soft_wrap=True,
+        )
+
+
+def _conclude(events: list[Event], library: Path, console: Console, explain: bool) -> None:
+    from casa_assets import registry
+    from casa_assets.checks.table import explained
+    from casa_assets.pipeline.ingest.run import tally
+    from casa_assets.pipeline.library.entry_table import EntryTable
+    from casa_assets.pipeline.library.library import Library
+
+    counts = tally(events)
+    whole = registry.load()
+    known = whole.rejections
+    touched = {e.asset_id for e in events}
+    rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched}
+    console.print(_accepted_table([e for e in rows.values() if e.accepted]))
+    codes: Counter[str] = Counter()
+    for event in events:
+        if event.code:
+            codes[event.code] += event.count
+    if codes:
+        table = Table(title="Rejected by reason", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+        for name in ("code", "reason", "inputs", "what to do"):
+            table.add_column(name, no_wrap=name == "code")
+        why = explained(whole.limits)
+        for code, count in codes.most_common():
+            row = known.get(code)
+            meaning, mend = (row.meaning, row.mend) if row else (why.get(code, ""), "as the line of each input says")
+            table.add_row(code, meaning, str(count), mend)
+        console.print(table)
+    if explain:
+        for entry in rows.values():
+            _explain(entry, console)
+    _on_all(library, console)
+    good = counts["all"] - counts["refused"]
+    was = "was" if counts["kept"] == 1 else "were"
+    kept = f" ({counts['kept']} {was} there already)" if counts["kept"] else ""
+    says = f"[green]{good} accepted[/], [red]{counts['refused']} rejected[/]{kept}"
+    console.print(f"{counted(counts['all'], 'input')}: {says}", highlight=False)
+    place = _safe(str(library))
+    lines = f"Library: {place}/", f"Index:   {place}/index.sqlite", f"Next:    casa-assets report --library {place}"
+    console.print("\n".join(lines), highlight=False, soft_wrap=True)
+
+
+def _on_all(library: Path, console: Console, most: int = 6) -> None:
+    """What was found on all assets of the library together."""
+    from casa_assets.model.issue import Status
+    from casa_assets.pipeline.dedup.library_report import read
+
+    whole = read(library)
+    issues = whole.report.issues if whole else ()
+    for issue in issues[:most]:
+        place = f"{issue.pointer} " if issue.pointer else ""
+        console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.says)}", highlight=False)
+    for result in whole.report.results if whole else ():
+        if result.status is Status.NOT_RUN:
+            console.print(f"[yellow]{result.code}[/] not run: {_safe(result.reason)}", highlight=False)
+    if len(issues) > most:
+        console.print(f"... and {len(issues) - most} more about the library as a whole, see the report", soft_wrap=True)
+
+
+def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
+    table = Table(title="Accepted", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    rows = [_cells(entry) for entry in accepted[:most]]
+    names = "asset", "size (cm)", "mass", "shapes", "checks", "warn"
+    for i, name in enumerate(names):
+        wide = max((len(row[i]) for row in rows), default=0)
+        # A column that may shrink is cut before the last one folds.
+        justify: Literal["left", "right"] = "left" if i < 2 else "right"
+        table.add_column(name, no_wrap=True, min_width=max(wide, len(name)), justify=justify)
+    table.add_column("source", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    if len(accepted) > most:
+        table.add_row(f"... and {len(accepted) - most} more", "", "", "", "", "", "")
+    return table
+
+
+def _cells(entry: Entry) -> tuple[str, ...]:
+    """Id, size, mass, collision shapes, checks passed of those that apply, warnings and source of an accepted asset."""
+    assert entry.summary is not None
+    size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
+    mass = f"{entry.summary.mass:.3g} kg" if entry.summary.mass >= 1 else f"{1000 * entry.summary.mass:.3g} g"
+    told = entry.checks
+    shapes, warned = str(entry.summary.colliders), str(len(entry.warnings))
+    return entry.id, size, mass, shapes, f"{told.passed}/{told.applying}", warned, _safe(entry.source_path)
+
+
+def _explain(entry: Entry, console: Console) -> None:
+    console.print(f"\n[bold]{entry.id}[/] {_safe(entry.source_path)}")
+    for guess in entry.guesses:
+        console.print(
+            f"  {guess.subject}: {_safe(guess.value)} ({guess.confidence:.0%}): {_safe(guess.because)}",
+            highlight=False,
+        )
+    for issue in entry.warnings:
+        console.print(f"  [yellow]{issue.code}[/] {_safe(issue.pointer)}: {_safe(issue.says)}", highlight=False)
+    if not entry.accepted:
+        console.print(f"  [red]{entry.code}[/] {_safe(entry.says)}", highlight=False)
+
+
+def _safe(words: str) -> str:
+    """Words of strangers, fit for a line with markup."""
+    return escape(plain(words))
+
+
+def _lines(words: str) -> str:
+    return "\n".join(_safe(line) for line in words.split("\n"))

@@ -1,0 +1,43 @@
+"""casa-assets report: one HTML page about a library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from casa_assets.cli.library_option import library_at
+
+
+def report(
+    library: Annotated[Path, typer.Option(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
+    output: Annotated[
+        Path | None, typer.Option("--out", "--output", "-o", help="Default: report.html in the library.")
+    ] = None,
+    clip_weights: Annotated[
+        str, typer.Option(help="Weights of CLIP that look at the pictures first, see `casa-assets find --help`.")
+    ] = "",
+) -> None:
+    """Write one self-contained HTML page: counts, rejects by reason, every asset with picture and numbers.
+
+    Example:
+
+      casa-assets report --library out/library
+    """
+    from casa_assets.pipeline.clip import eye
+    from casa_assets.pipeline.dedup import library_report
+    from casa_assets.pipeline.ingest.job import writing
+    from casa_assets.pipeline.library.entry_table import EntryTable
+    from casa_assets.pipeline.reports.report import write
+
+    place = library_at(library)
+    if clip_weights or library_report.read(library) is None:
+        model = eye(clip_weights) if clip_weights else None
+        with place.locked(), writing(library):
+            library_report.look_over(place, EntryTable(place), model)
+    target = output or library / "report.html"
+    with writing(target.parent):
+        path = write(library, target)
+    Console().print(f"Report: {path}", highlight=False, soft_wrap=True)

@@ -1,0 +1,81 @@
+"""Assets of a scene -> the meshes, images and materials that it names, each once, in a folder that scenes share."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lxml import etree
+
+from casa_assets.export.mjcf import material, mesh
+from casa_assets.export.mjcf.mesh import Meshes, MeshFile, Use
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.material import Material, Texture
+
+# Hexadecimal digits of a mesh's name: of a million meshes two share one with a probability of 1e-13.
+DIGITS = 24
+# The shared folder, as the files that a writer returns name it.
+FOLDER = "assets"
+
+
+@dataclass(frozen=True)
+class Stock:
+    """What the assets of a scene have in common.
+
+    Attributes:
+        meshes: asset id -> its meshes; their paths are relative to the shared folder.
+        textures: path relative to the shared folder -> image.
+        materials: name in the document -> material.
+    """
+
+    meshes: dict[str, Meshes]
+    textures: dict[str, Texture]
+    materials: dict[str, Material]
+
+    @property
+    def mesh_files(self) -> tuple[MeshFile, ...]:
+        """Every `<mesh>` once, in the order of first use."""
+        return tuple({file.name: file for of in self.meshes.values() for file in of.files}.values())
+
+    @property
+    def entries(self) -> dict[str, bytes]:
+        """`assets/...` -> content."""
+        found = {f"{FOLDER}/{file.path}": file.data for file in self.mesh_files}
+        return found | {f"{FOLDER}/{path}": image.png for path, image in self.textures.items()}
+
+
+def gather(assets: Sequence[Asset]) -> Stock:
+    """What the assets name. Meshes are called by their content, so that equal ones of different assets are one."""
+    seen: dict[str, Texture] = {}
+    worn: dict[str, Material] = {}
+    for asset in assets:
+        seen |= material.textures(asset)
+        worn |= {material_name(asset.id, item.id): item for item in asset.materials}
+    return Stock({asset.id: _meshes(asset) for asset in assets}, seen, worn)
+
+
+def material_name(asset: str, item: str) -> str:
+    """Name of a material in the document of a scene."""
+    return f"{asset}__{item}"
+
+
+def add_all(element: etree._Element, stock: Stock, folder: str) -> None:
+    """Every `<texture>`, `<material>` and `<mesh>` below `<asset>`; `folder` leads from the document to the files."""
+    for path, image in stock.textures.items():
+        material.add_texture(element, image, f"{folder}/{path}")
+    for name, item in stock.materials.items():
+        material.add(element, item, name)
+    for file in stock.mesh_files:
+        mesh.add(element, file, folder)
+
+
+def _meshes(asset: Asset) -> Meshes:
+    of: dict[str, MeshFile] = {}
+    for name, item, use in mesh.uses(asset):
+        data = mesh.obj(item, bare=use is Use.HULL)
+        content = hashlib.sha256(data).hexdigest()[:DIGITS]
+        # A surface without normals may have the very file of a hull; MuJoCo takes the two for different meshes.
+        called = content if use is Use.SURFACE else f"{content}__{use.value}"
+        of[name] = MeshFile(called, f"{mesh.FOLDER}/{content}.obj", data, use)
+    return Meshes(tuple({file.name: file for file in of.values()}.values()), of)

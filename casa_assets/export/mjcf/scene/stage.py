@@ -1,0 +1,93 @@
+"""Asset -> scene.xml: the asset on a floor under a soft light, to look at and to drop."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from lxml import etree
+
+from casa_assets.export.mjcf import body, number, site
+from casa_assets.model.asset.asset import Asset, Base
+
+# Pale floor, pale sky: neutral for any colour of object.
+SKY = {
+    "name": "scene__sky",
+    "type": "skybox",
+    "builtin": "gradient",
+    "rgb1": "0.92 0.94 0.96",
+    "rgb2": "0.62 0.66 0.7",
+    "width": "256",
+    "height": "1536",
+}
+FLOOR_MATERIAL = {"name": "scene__floor", "rgba": "0.78 0.78 0.76 1", "specular": "0.1", "shininess": "0.1"}
+HEADLIGHT = {"ambient": "0.38 0.38 0.38", "diffuse": "0.3 0.3 0.3", "specular": "0.1 0.1 0.1"}
+LIGHT_DISTANCE = 1.5  # diagonals of the asset
+LIGHTS = (
+    ((0.4, 0.5, -0.8), {"diffuse": "0.45 0.44 0.42", "specular": "0.4 0.4 0.4", "castshadow": "true"}),
+    ((-0.7, 0.3, -0.8), {"diffuse": "0.12 0.13 0.15", "specular": "0.1 0.1 0.1", "castshadow": "false"}),
+)
+
+
+def add_frame(root: etree._Element, asset: Asset) -> None:
+    """`<statistic>` and `<visual>`: where the viewer looks from, and its light."""
+    middle, diagonal = _seen(asset)
+    etree.SubElement(root, "statistic", {"center": number.numbers(middle), "extent": number.number(diagonal)})
+    view = etree.SubElement(root, "visual")
+    etree.SubElement(
+        view, "global", {"azimuth": "60", "elevation": "-22", "fovy": "40", "offwidth": "1280", "offheight": "960"}
+    )
+    etree.SubElement(view, "quality", {"shadowsize": "4096", "offsamples": "8"})
+    etree.SubElement(view, "headlight", HEADLIGHT)
+    etree.SubElement(view, "map", {"znear": "0.02", "zfar": "80", "shadowclip": "2"})
+    etree.SubElement(view, "rgba", {"haze": "0.92 0.94 0.96 1"})
+
+
+def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> None:
+    """Sky, floor and lights."""
+    etree.SubElement(assets, "texture", SKY)
+    etree.SubElement(assets, "material", FLOOR_MATERIAL)
+    middle, diagonal = _seen(asset)
+    for i, (direction, light) in enumerate(LIGHTS):
+        # A directional light shines from everywhere, but its shadows are drawn from here: near, so that they are sharp.
+        position = number.numbers(middle - LIGHT_DISTANCE * diagonal * np.array(direction))
+        place = {"name": f"scene__light_{i}", "type": "directional", "pos": position, "dir": number.numbers(direction)}
+        etree.SubElement(world, "light", place | light)
+    substances = asset.substances
+    # MuJoCo takes the larger of two frictions. The least of the asset's own lets each collider's value act.
+    least = (
+        min(s.dynamic_friction for s in substances),
+        min(s.torsional_friction for s in substances),
+        min(s.rolling_friction for s in substances),
+    )
+    floor = {"name": "scene__floor", "type": "plane", "size": "0 0 0.05", "material": "scene__floor", "group": "1"}
+    floor |= {"contype": "1", "conaffinity": "1", "condim": "3", "friction": number.numbers(least)}
+    etree.SubElement(world, "geom", floor)
+
+
+def add_object(world: etree._Element, draft: body.Draft) -> tuple[float, ...]:
+    """The asset, standing on the floor: free to move where its base is free, else welded to the world.
+
+    Returns:
+        Positions of the free joint (x, y, z, w, x, y, z); none where it is welded.
+    """
+    asset = draft.asset
+    placed = body.add(world, asset.root, draft)
+    x, y, z = asset.root.pose.position
+    placed.set("pos", number.numbers((x, y, z + _lift(asset))))
+    if asset.base is Base.FREE:
+        placed.insert(0, etree.Element("freejoint", {"name": "scene__free"}))
+        return (x, y, z + _lift(asset), *asset.root.pose.quaternion)
+    return ()
+
+
+def _seen(asset: Asset) -> tuple[npt.NDArray[np.float64], float]:
+    """Middle of what is seen, where it stands in the scene, and the diagonal of its bounds, metres."""
+    lower, upper = asset.bounds
+    middle = (lower + upper) / 2
+    middle[2] += _lift(asset)
+    return middle, float(np.linalg.norm(upper - lower))
+
+
+def _lift(asset: Asset) -> float:
+    """How far up the asset has to go for its lowest collider to touch z = 0, metres."""
+    return -float(site.touched_bounds(asset)[0, 2])

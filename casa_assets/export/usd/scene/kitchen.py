@@ -1,0 +1,138 @@
+"""Scene -> scene.usda, which refers to the layers of its assets in a folder that many scenes share.
+
+/World                         kind assembly; variant sets pose (start, closed, open), room and ceiling (shown, hidden)
+  /physicsScene /ambientLight
+  /<light> /<camera>
+  /<placement>                 a reference to ../assets/usd/<asset>/<asset>.usda, standing where it is placed
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
+
+from casa_assets.export.usd import contact, document, keyframe, metadata, number
+from casa_assets.export.usd.scene import lights_and_cameras, placement
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.files import Files
+from casa_assets.model.kitchen.scene import Layer, Placement, Scene
+
+FILE = "scene.usda"
+WORLD = Sdf.Path("/World")
+# camelCase, which no placement is.
+PHYSICS = "physicsScene"
+# The shared folder, as the files that a writer returns name it, and what is in it.
+FOLDER = "assets"
+LAYERS = "usd"
+SHOWN, HIDDEN = "shown", "hidden"
+LAYER = "casa:layer"
+
+
+def write(scene: Scene, shared: str = "../assets") -> Files:
+    """The USD of a scene; the same scene is the same bytes.
+
+    Args:
+        scene: what to write.
+        shared: leads from the folder of scene.usda to the shared folder.
+    Returns:
+        `scene.usda`, and the files of the shared folder as `assets/usd/<asset>/<asset>.usda` and
+        `assets/textures/<name>_<hash>.png`, which are those that the MJCF of the scene names.
+    """
+    entries = {FILE: scene_text(scene, shared).encode("utf-8")}
+    for asset in scene.assets:
+        layer = document.layer_text(asset, f"../../{document.TEXTURES}")
+        entries[f"{FOLDER}/{LAYERS}/{asset.id}/{asset.id}.usda"] = layer.encode("utf-8")
+        for item in asset.materials:
+            entries |= {f"{FOLDER}/{document.TEXTURES}/{t.file_name}": t.png for t in item.textures}
+    return Files.of(entries)
+
+
+def scene_text(scene: Scene, shared: str = "../assets") -> str:
+    """The root layer as usda text: nothing of an asset is copied into it."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    _define(Usd.Stage.Open(layer), scene)
+    # From here on without a stage: it would look for layers that are not on disk yet.
+    assets = scene.asset_of
+    for place in scene.placements:
+        spec = layer.GetPrimAtPath(WORLD.AppendChild(place.name))
+        spec.referenceList.prependedItems = [Sdf.Reference(f"{shared}/{LAYERS}/{place.asset}/{place.asset}.usda")]
+        asset = assets[place.name]
+        if asset.base is Base.FIXED:
+            placement.anchor(layer, spec.path, WORLD, place.pose @ asset.root.pose)
+    for pair in scene.exclusions:
+        first, second = (WORLD.AppendChild(end.placement).AppendChild(end.link) for end in pair)
+        contact.filter_pair(layer, first, second)
+    _poses(layer, scene)
+    for kind in (Layer.ROOM, Layer.CEILING):
+        _hideable(layer, kind.value, [place for place in scene.placements if place.layer is kind])
+    text: str = layer.ExportToString()
+    return text
+
+
+def _define(stage: Usd.Stage, scene: Scene) -> None:
+    """Everything that refers to no other layer."""
+    root = UsdGeom.Xform.Define(stage, WORLD).GetPrim()
+    metadata.set_stage(stage, root)
+    Usd.ModelAPI(root).SetKind(Kind.Tokens.assembly)
+    physics = UsdPhysics.Scene.Define(stage, WORLD.AppendChild(PHYSICS))
+    strength = float(np.linalg.norm(scene.gravity))
+    down = [g / strength for g in scene.gravity] if strength else (0.0, 0.0, -1.0)
+    physics.CreateGravityDirectionAttr(Gf.Vec3f(*down))
+    physics.CreateGravityMagnitudeAttr(strength)
+    lights_and_cameras.define_all(stage, WORLD, scene)
+    for place in scene.placements:
+        prim = UsdGeom.Xform.Define(stage, WORLD.AppendChild(place.name)).GetPrim()
+        number.place(prim, place.pose)
+        prim.CreateAttribute(LAYER, Sdf.ValueTypeNames.Token, True, Sdf.VariabilityUniform).Set(place.layer.value)
+
+
+def _poses(layer: Sdf.Layer, scene: Scene) -> None:
+    """The variant set `pose`, `closed` selected: each asset's own variant, and what no asset has, the start."""
+    poses = (placement.START, placement.CLOSED, placement.OPEN)
+    variants = _variants(layer, keyframe.SET, poses, placement.CLOSED)
+    assets = scene.asset_of
+    for pose in poses:
+        for place in scene.placements:
+            asset = assets[place.name]
+            own = placement.variant(asset, pose)
+            if own is not None:
+                _over(layer, variants, pose, place).variantSelections[keyframe.SET] = own
+            if pose == placement.START:
+                _start(layer, variants, place, asset)
+
+
+def _start(layer: Sdf.Layer, variants: str, place: Placement, asset: Asset) -> None:
+    """What is said of the start, where it is not the closed pose: a variant here is stronger than one of the asset."""
+    values = {at.joint: at.value for at in place.joints}
+    closed = placement.values(asset, placement.CLOSED)
+    if all(values.get(joint.name, 0.0) == closed.get(joint.name, 0.0) for joint in asset.joints):
+        return
+    root = _over(layer, variants, placement.START, place).path
+    placement.stand(layer, root, asset, values)
+
+
+def _hideable(layer: Sdf.Layer, name: str, places: list[Placement]) -> None:
+    """A variant set that hides some placements from every eye; they collide all the same."""
+    if not places:
+        return
+    variants = _variants(layer, name, (SHOWN, HIDDEN), SHOWN)
+    for place in places:
+        spec = _over(layer, variants, HIDDEN, place)
+        attribute = Sdf.AttributeSpec(spec, UsdGeom.Tokens.visibility, Sdf.ValueTypeNames.Token)
+        attribute.default = UsdGeom.Tokens.invisible
+
+
+def _variants(layer: Sdf.Layer, name: str, options: tuple[str, ...], chosen: str) -> str:
+    """A variant set of the world; its name."""
+    world = layer.GetPrimAtPath(WORLD)
+    world.variantSetNameList.prependedItems = [*world.variantSetNameList.prependedItems, name]
+    world.variantSelections[name] = chosen
+    found = Sdf.VariantSetSpec(world, name)
+    for option in options:
+        Sdf.VariantSpec(found, option)
+    return name
+
+
+def _over(layer: Sdf.Layer, variants: str, option: str, place: Placement) -> Sdf.PrimSpec:
+    """What a variant of the world says of a placement."""
+    return Sdf.CreatePrimInLayer(layer, WORLD.AppendVariantSelection(variants, option).AppendChild(place.name))

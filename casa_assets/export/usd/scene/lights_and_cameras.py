@@ -1,0 +1,79 @@
+"""Lights and cameras of a scene -> UsdLux and UsdGeom.Camera."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
+
+from casa_assets.export.usd import number
+from casa_assets.model.kitchen.scene import Camera, Light, LightKind, Scene
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
+
+# camelCase, which no placement is.
+AMBIENT = "ambientLight"
+# USD's bulbs fade with the square of the distance; this far away one is as bright as the scene says, metres: a worktop
+# under the ceiling.
+REFERENCE_M = 1.5
+# Millimetres, of the sensor that USD takes a camera to have. Ref: UsdGeomCamera, verticalAperture, horizontalAperture.
+APERTURE_HIGH, APERTURE_WIDE = 15.2908, 20.955
+CLIPPING_M = (0.015, 60.0)
+
+
+def define_all(stage: Usd.Stage, world: Sdf.Path, scene: Scene) -> None:
+    """Lights, light from all sides and cameras below the prim of the world."""
+    if any(scene.ambient):
+        dome = UsdLux.DomeLight.Define(stage, world.AppendChild(AMBIENT))
+        dome.CreateColorAttr(Gf.Vec3f(*scene.ambient))
+        dome.CreateIntensityAttr(1.0)
+    for light in scene.lights:
+        _light(stage, world.AppendChild(light.name), light)
+    for camera in scene.cameras:
+        _camera(stage, world.AppendChild(camera.name), camera)
+
+
+def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
+    """Normalised, so that its brightness does not depend on its size.
+
+    A white surface that receives E shows E / pi. A directional light of intensity I gives E = I; a ball of radiance
+    I / (4 pi r^2) gives I / (4 d^2) at a distance of d.
+    """
+    if light.kind is LightKind.DIRECTIONAL:
+        lamp = UsdLux.DistantLight.Define(stage, path)
+        lamp.CreateIntensityAttr(math.pi)
+    else:
+        lamp = UsdLux.SphereLight.Define(stage, path)
+        a, b, c = light.attenuation
+        faded = 1.0 / (a + b * REFERENCE_M + c * REFERENCE_M**2)
+        lamp.CreateIntensityAttr(4.0 * math.pi * REFERENCE_M**2 * faded)
+        lamp.CreateRadiusAttr(light.radius)
+        lamp.CreateExtentAttr(number.extent(np.array([[-light.radius] * 3, [light.radius] * 3])))
+    lamp.CreateNormalizeAttr(True)
+    lamp.CreateColorAttr(Gf.Vec3f(*light.color))
+    if light.kind is LightKind.SPOT:
+        shaping = UsdLux.ShapingAPI.Apply(lamp.GetPrim())
+        shaping.CreateShapingConeAngleAttr(light.cone_deg)
+        shaping.CreateShapingConeSoftnessAttr(light.softness)
+    UsdLux.ShadowAPI.Apply(lamp.GetPrim()).CreateShadowEnableAttr(light.castshadow)
+    number.place(lamp.GetPrim(), Pose(position=light.position, quaternion=looking_along(light.direction).quaternion))
+
+
+def _camera(stage: Usd.Stage, path: Sdf.Path, camera: Camera) -> None:
+    lens = UsdGeom.Camera.Define(stage, path)
+    lens.CreateVerticalApertureAttr(APERTURE_HIGH)
+    lens.CreateHorizontalApertureAttr(APERTURE_WIDE)
+    lens.CreateFocalLengthAttr(APERTURE_HIGH / 2 / math.tan(math.radians(camera.fov_y_deg) / 2))
+    lens.CreateClippingRangeAttr(Gf.Vec2f(*CLIPPING_M))
+    number.place(lens.GetPrim(), camera.pose)
+
+
+def looking_along(direction: Vec3) -> Pose:
+    """The turn that takes -z, along which lights shine, to a direction by the shortest way."""
+    length = math.sqrt(sum(d * d for d in direction))
+    x, y, z = (d / length for d in direction)
+    if z > 1.0 - 1e-12:  # straight up: any axis in the plane will do
+        return Pose(quaternion=(0.0, 1.0, 0.0, 0.0))
+    # The half-way quaternion between a = (0, 0, -1) and b: (1 + a . b, a x b).
+    return Pose(quaternion=(1.0 - z, y, -x, 0.0))

@@ -1,0 +1,241 @@
+"""The bench: parts are put on links, links on joints, and an Asset comes off it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from casa_assets.core import hand_dynamics
+from casa_assets.families.family import Supplies
+from casa_assets.families.kit.mass_properties import Weight, weight_of
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.model.asset.asset import Base, Collider, JointKind, JointValue, Keyframe, Region, Site, State
+from casa_assets.model.asset.behavior import Behavior
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec2, Vec3
+
+ROOT = "object"
+
+
+@dataclass
+class Part:
+    """A solid on a link, with how it is drawn."""
+
+    solid: Solid
+    finish: str
+    label: str | None
+    name: str | None
+    grain: Vec3
+
+
+@dataclass
+class Moved:
+    """A joint whose friction is chosen once the masses are known."""
+
+    name: str
+    child: str
+    kind: JointKind
+    axis: Vec3
+    anchor: Vec3
+    range: Vec2
+    grip: str | None
+    start_n: float
+    spring: hand_dynamics.Spring | None
+    lever: float | None
+    push_n: float
+    feel: hand_dynamics.Feel | None
+    behind: str | None = None
+
+
+@dataclass
+class Piece:
+    """A link on the bench. `pose` is parent_from_link."""
+
+    name: str
+    parent: str | None
+    pose: Pose
+    parts: list[Part] = field(default_factory=list)
+    colliders: list[Collider] = field(default_factory=list)
+    weights: list[Weight] = field(default_factory=list)
+
+
+class Bench:
+    """Where an asset is put together.
+
+    Lengths are metres, z up, x right, the front faces -y. Everything may be built about any origin: `assemble` moves it
+    to the middle of the footprint, on the ground.
+    """
+
+    def __init__(self, supplies: Supplies, base: Base = Base.FIXED) -> None:
+        self.supplies = supplies
+        self.base = base
+        self.pieces: dict[str, Piece] = {ROOT: Piece(ROOT, None, Pose())}
+        self.moved: list[Moved] = []
+        self.sites: list[Site] = []
+        self.regions: list[Region] = []
+        self.states: list[State] = []
+        self.keyframes: list[Keyframe] = []
+        self.behavior: Behavior | None = None
+        self.contract: str | None = None
+
+    # Links and parts ------------------------------------------------------------------------------------------------
+
+    def link(self, name: str, at: Vec3 | Pose = (0.0, 0.0, 0.0), parent: str = ROOT) -> str:
+        """A new link; `at` is parent_from_link. Returns its name."""
+        if name in self.pieces:
+            raise ValueError(f"link {name!r} occurs twice")
+        self.pieces[name] = Piece(name, parent, at if isinstance(at, Pose) else Pose(position=at))
+        return name
+
+    def add(
+        self,
+        link: str,
+        solid: Solid,
+        finish: str,
+        label: str | None = None,
+        name: str | None = None,
+        grain: Vec3 = (0.0, 0.0, 1.0),
+        *,
+        touch: str | bool = True,
+        density: float | str | None = None,
+        seen: bool = True,
+    ) -> None:
+        """Put a solid on a link.
+
+        Args:
+            solid: link frame.
+            finish: id of a finish in the supplies; its substance gives density and friction.
+            label: what part it is; parts of one finish and label are drawn as one mesh.
+            name: of its mesh; a named part is drawn as a mesh of its own called `<name>_visual`.
+            grain: direction that the grain of its finish runs along, link frame.
+            touch: False: not touched; a name: of its (first) collider; True: touched under a made-up name.
+            density: instead of the substance's, for what is drawn solid and is not: a name in the supplies, or kg/m^3
+                where it is worked out; 0 weighs nothing.
+            seen: False for what is touched and weighs but is hidden.
+        """
+        piece = self.pieces[link]
+        found = self.supplies.finish(finish)
+        if seen:
+            piece.parts.append(Part(solid, finish, label, name, grain))
+        if density is None:
+            density = found.substance.density
+        elif isinstance(density, str):
+            density = self.supplies.density(density)
+        if density > 0:
+            piece.weights.append(weight_of(solid, density))
+        if touch is not False:
+            base = touch if isinstance(touch, str) else name
+            self._touch(piece, solid if solid.shapes else solid.hulled(), found.substance.id, label, base)
+
+    def _touch(self, piece: Piece, solid: Solid, substance: str, label: str | None, base: str | None) -> None:
+        stem = base or f"{piece.name}_{label or 'body'}"
+        for i, (shape, pose) in enumerate(solid.shapes):
+            name = base if base and i == 0 else f"{stem}_{len(piece.colliders):02d}"
+            piece.colliders.append(Collider(name=str(name), shape=shape, pose=pose, substance=substance, label=label))
+
+    def ballast(self, link: str, mass: float, at: Vec3, size: Vec3) -> None:
+        """A weight of kilograms that is neither seen nor touched: a motor, a compressor, a transformer. A box."""
+        x, y, z = size
+        inertia = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * mass / 12
+        self.pieces[link].weights.append(Weight(mass, np.array(at), inertia))
+
+    # Joints ---------------------------------------------------------------------------------------------------------
+
+    def hinge(
+        self,
+        name: str,
+        child: str,
+        axis: Vec3,
+        span: Vec2,
+        grip: str | None,
+        *,
+        anchor: Vec3 = (0.0, 0.0, 0.0),
+        start_n: float = hand_dynamics.START_N,
+        spring: hand_dynamics.Spring | None = None,
+        lever: float | None = None,
+        push_n: float = hand_dynamics.PULL_N,
+        feel: hand_dynamics.Feel | None = None,
+        behind: str | None = None,
+    ) -> None:
+        """A hinge that moves `child`; friction and damping are found from the hand's force at the grip.
+
+        Args:
+            axis: child frame. span: (low, high) rad, one of them 0 (closed).
+            grip: collider that the hand takes, on the child.
+            anchor: a point of the axis, child frame.
+            start_n: force at the grip that just moves it, N.
+            spring: as `hand_dynamics.balance` and `hand_dynamics.press` make it.
+            lever: metres from the axis to the hand; None measures it to the middle of the grip.
+            push_n: strongest force that opens it, N.
+            feel: instead of all that.
+            behind: joint that has to be open before this one can move.
+        """
+        hinge = JointKind.HINGE
+        self.moved.append(
+            Moved(name, child, hinge, axis, anchor, span, grip, start_n, spring, lever, push_n, feel, behind)
+        )
+
+    def slide(
+        self,
+        name: str,
+        child: str,
+        axis: Vec3,
+        span: Vec2,
+        grip: str | None,
+        *,
+        start_n: float = hand_dynamics.START_N,
+        spring: hand_dynamics.Spring | None = None,
+        push_n: float = hand_dynamics.PULL_N,
+        feel: hand_dynamics.Feel | None = None,
+        behind: str | None = None,
+    ) -> None:
+        """A slide that moves `child`; span in metres, one end 0. As `hinge`."""
+        kind, here = JointKind.SLIDE, (0.0, 0.0, 0.0)
+        self.moved.append(Moved(name, child, kind, axis, here, span, grip, start_n, spring, 1.0, push_n, feel, behind))
+
+    # Names ----------------------------------------------------------------------------------------------------------
+
+    def site(self, name: str, at: Vec3 | Pose, link: str = ROOT, radius: float = 0.005) -> None:
+        """A named point."""
+        pose = at if isinstance(at, Pose) else Pose(position=at)
+        self.sites.append(Site(name=name, link=link, pose=pose, radius=radius))
+
+    def column(
+        self, name: str, at: Vec3, size: Vec3, color: tuple[float, float, float, float], link: str = ROOT
+    ) -> None:
+        """A named cylinder about z that a runtime shows: a flame, a stream. Full size (diameter, diameter, height)."""
+        pose = Pose(position=at)
+        self.sites.append(Site(name=name, link=link, pose=pose, kind="cylinder", size=size, color=color))
+
+    def region(self, name: str, low: Vec3, high: Vec3, link: str = ROOT) -> None:
+        """A named box between two corners, link frame."""
+        middle = tuple((a + b) / 2 for a, b in zip(low, high, strict=True))
+        size = tuple(b - a for a, b in zip(low, high, strict=True))
+        self.regions.append(Region(name=name, link=link, pose=Pose(position=middle), size=size))
+
+    def round_region(self, name: str, at: Vec3, diameter: float, height: float, link: str = ROOT) -> None:
+        """A named cylinder about z; `at` is the middle of its floor."""
+        pose = Pose(position=(at[0], at[1], at[2] + height / 2))
+        size = (diameter, diameter, height)
+        self.regions.append(Region(name=name, link=link, pose=pose, kind="cylinder", size=size))
+
+    def state(self, joint: str, value: str, interval: Vec2) -> None:
+        """A named interval of a joint, as fractions of its way from closed to open."""
+        self.states.append(State(name=f"{joint}_{value}", joint=joint, value=value, interval=interval))
+
+    def door_states(self, *joints: str) -> None:
+        """`closed` and `open` as the runtime's tasks count them. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
+        for joint in joints:
+            self.state(joint, "closed", (0.0, 0.005))
+            self.state(joint, "open", (0.9, 1.0))
+
+    def keyframe(self, name: str, **joints: float) -> None:
+        """A named pose: joint name -> rad or m."""
+        values = tuple(JointValue(joint=j, value=v) for j, v in joints.items())
+        self.keyframes.append(Keyframe(name=name, joints=values))
+
+    def far(self, joint: str, share: float = 1.0) -> float:
+        """The position of a joint at a share of its way from zero, rad or m."""
+        span = next(m.range for m in self.moved if m.name == joint)
+        return share * max(span, key=abs)

@@ -1,0 +1,41 @@
+"""Mass properties of a solid part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.geometry.mesh.measure import solid_moments
+
+
+@dataclass(frozen=True)
+class Weight:
+    """A mass (kg) at `center` ((3,) metres, link frame) with its inertia ((3, 3) kg*m^2) about that point."""
+
+    mass: float
+    center: Floats
+    inertia: Floats
+
+
+def weight_of(solid: Solid, density: float) -> Weight:
+    """The weight of a closed solid of a density in kg/m^3."""
+    volume, center, inertia = solid_moments(solid.points, solid.faces)
+    if volume <= 0:
+        raise ValueError(f"a solid of volume {volume:.3g} m^3 has no weight")
+    return Weight(volume * density, np.array(center), np.array(inertia) * density)
+
+
+def total(weights: list[Weight]) -> Weight:
+    """Several weights as one rigid body. Raises ValueError where there are none."""
+    mass = sum(w.mass for w in weights)
+    if mass <= 0:
+        raise ValueError("nothing that weighs anything")
+    center: Floats = sum((w.mass * w.center for w in weights), np.zeros(3)) / mass
+    tensor = np.zeros((3, 3))
+    for w in weights:
+        off = w.center - center
+        tensor += w.inertia + w.mass * (float(off @ off) * np.eye(3) - np.outer(off, off))
+    return Weight(mass, center, tensor)

@@ -1,0 +1,73 @@
+"""Skins over a row of rings: vessels, tapering bodies, anything with a changing section."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import manifold3d
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solids.slab import offset
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.model.record import Vec2
+
+
+def loft(rings: Sequence[Floats], crease_deg: float = 40.0) -> Solid:
+    """A closed skin over rings of equally many points; the first and last are closed by flat caps.
+
+    Args:
+        rings: (N, 3) each, metres, counter-clockwise seen from the side that the row of rings goes to. The row may turn
+            back on itself: up outside, over the rim, and down inside makes a vessel.
+    Returns:
+        A solid without collision shapes.
+    """
+    n = len(rings[0])
+    index = np.arange(n)
+    faces = []
+    for k in range(len(rings) - 1):
+        a, d = k * n + index, (k + 1) * n + index
+        b, c = np.roll(a, -1), np.roll(d, -1)
+        faces += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+    first, last = _cap(rings[0]), _cap(rings[-1])
+    faces += [first[:, ::-1], last + (len(rings) - 1) * n]
+    return Solid(np.concatenate(list(rings)), np.concatenate(faces).astype(np.int64), crease_deg=crease_deg)
+
+
+def levels(outline: Floats, steps: Sequence[Vec2]) -> list[Floats]:
+    """Rings of an outline: (inset, z) each, metres; a negative inset widens it.
+
+    Args:
+        outline: (N, 2), counter-clockwise.
+        steps: in order, such as up the outside and down the inside of a basin.
+    """
+    loop = np.asarray(outline, dtype=np.float64)
+    return [np.column_stack([offset(loop, [d] * len(loop)) if d else loop, np.full(len(loop), z)]) for d, z in steps]
+
+
+def vessel(outline: Floats, depth: float, wall: float, fillet: float, lip: float = 0.0) -> Solid:
+    """An open basin below z = 0: `outline` is the inside of its mouth.
+
+    Args:
+        outline: (N, 2), counter-clockwise, metres. depth: of the inside. wall: thickness.
+        fillet: radius between wall and floor. lip: how far a rim of the wall's thickness reaches outwards at the mouth.
+    """
+    turn = [(fillet * (1 - np.cos(t)), -depth + fillet * (1 - np.sin(t))) for t in np.linspace(0.0, np.pi / 2, 5)]
+    outer = [(-wall, -depth - wall), (-wall, -wall), (-wall - lip, -wall), (-wall - lip, 0.0)]
+    if lip <= 0:
+        outer = [(-wall, -depth - wall), (-wall, 0.0)]
+    inner = [(0.0, 0.0), *[(float(d), float(z)) for d, z in turn]]
+    return loft(levels(outline, [*outer, *inner]), 50.0)
+
+
+def _cap(ring: Floats) -> np.ndarray:
+    """(F, 3) triangles of a flat ring, counter-clockwise as it is."""
+    normal = np.cross(np.roll(ring, -1, axis=0) - ring.mean(axis=0), ring - ring.mean(axis=0)).sum(axis=0)
+    drop = int(np.argmax(np.abs(normal)))
+    flat = np.delete(ring, drop, axis=1)
+    x, y = flat[:, 0], flat[:, 1]
+    turns = float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
+    if turns < 0:
+        triangles = np.asarray(manifold3d.triangulate([flat[::-1]]), dtype=np.int64)
+        return np.asarray((len(ring) - 1 - triangles)[:, ::-1])
+    return np.asarray(manifold3d.triangulate([flat]), dtype=np.int64)

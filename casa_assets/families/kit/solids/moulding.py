@@ -1,0 +1,87 @@
+"""Mouldings: a profile carried round the inside of a room, or along a straight piece whose ends are cut aslant."""
+
+from __future__ import annotations
+
+import manifold3d
+import numpy as np
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.families.kit.solids.slab import offset
+from casa_assets.families.kit.solids.solid import Solid
+
+
+def round_the_room(loop: Floats, profile: Floats) -> Solid:
+    """A moulding along all walls, mitred at every corner.
+
+    Args:
+        loop: (N, 2) corners of the room, counter-clockwise, metres.
+        profile: (M, 2) closed outline, counter-clockwise: distance from the wall, and z.
+    Returns:
+        A closed ring, touched as the hulls of its N sides; its picture's height runs along each side.
+    """
+    n, m = len(loop), len(profile)
+    rings = np.stack([np.column_stack([offset(loop, [d] * n), np.full(n, z)]) for d, z in profile])
+    points = rings.transpose(1, 0, 2).reshape(-1, 3)  # corner by corner
+    run = np.roll(loop, -1, axis=0) - loop
+    run /= np.linalg.norm(run, axis=1)[:, None]
+    around = _perimeter(profile)
+    faces: list[tuple[int, int, int]] = []
+    metres: list[Floats] = []
+    for k in range(n):
+        for i in range(m):
+            a, b = k * m + i, k * m + (i + 1) % m
+            d, c = (k + 1) % n * m + i, (k + 1) % n * m + (i + 1) % m
+            quad = [a, b, c, d]
+            along = points[quad, :2] @ run[k]
+            flat = np.column_stack([[around[i], around[i + 1], around[i + 1], around[i]], along])
+            faces += [(a, d, c), (a, c, b)]
+            metres += [flat[[0, 3, 2]], flat[[0, 2, 1]]]
+    body = _outwards(Solid(points, np.array(faces, dtype=np.int64), spread=np.array(metres), crease_deg=40.0))
+    sides = [np.concatenate([points[k * m : (k + 1) * m], np.roll(points, -m, axis=0)[k * m : (k + 1) * m]])
+             for k in range(n)]  # fmt: skip
+    return body.touched_as(*(Solid(cloud, np.zeros((0, 3), dtype=np.int64)).hulled() for cloud in sides))
+
+
+def straight(profile: Floats, length: float, left: float, right: float) -> Solid:
+    """A moulding along x from 0 to `length`, measured at y = 0.
+
+    Args:
+        profile: (M, 2) closed outline, counter-clockwise: distance from the wall (towards -y), and z.
+        left, right: how much further than at the wall an end reaches out, per metre of distance from it: 0 for a square
+            cut, 1 for a mitre round an outer corner, -1 for one in an inner corner.
+    Returns:
+        A solid; touched as its hull unless told otherwise. Its picture's height runs along x.
+    """
+    m = len(profile)
+    d, z = profile[:, 0], profile[:, 1]
+    ends = [np.column_stack([x, -d, z]) for x in (-left * d, length + right * d)]
+    points = np.concatenate(ends)
+    around = _perimeter(profile)
+    faces: list[tuple[int, int, int]] = []
+    metres: list[Floats] = []
+    for i in range(m):
+        j = (i + 1) % m
+        flat = np.column_stack([around[[i, i + 1, i + 1, i]], points[[i, j, j + m, i + m], 0]])
+        faces += [(i, j, j + m), (i, j + m, i + m)]
+        metres += [flat[[0, 1, 2]], flat[[0, 2, 3]]]
+    cap = np.asarray(manifold3d.triangulate([profile]), dtype=np.int64)
+    for first, slope, order in ((0, left, [2, 1, 0]), (m, right, [0, 1, 2])):
+        wide = np.column_stack([d * np.hypot(1.0, slope), z])
+        for t in cap[:, order]:
+            faces.append((int(t[0]) + first, int(t[1]) + first, int(t[2]) + first))
+            metres.append(wide[t])
+    return _outwards(Solid(points, np.array(faces, dtype=np.int64), spread=np.array(metres), crease_deg=40.0))
+
+
+def _perimeter(profile: Floats) -> Floats:
+    """(M + 1,) length along the outline up to each point, metres."""
+    steps = np.linalg.norm(np.roll(profile, -1, axis=0) - profile, axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _outwards(solid: Solid) -> Solid:
+    if solid.volume > 0:
+        return solid
+    faces: Ints = solid.faces[:, ::-1]
+    spread = None if solid.spread is None else solid.spread[:, ::-1]
+    return Solid(solid.points, faces, solid.shapes, spread, solid.crease_deg)

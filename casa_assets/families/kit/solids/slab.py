@@ -1,0 +1,91 @@
+"""Slabs with a moulded edge: an outline whose chosen sides follow a profile."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import manifold3d
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.model.record import Vec2
+
+
+def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], holes: Sequence[Floats] = ()) -> Solid:
+    """A slab between two planes.
+
+    Args:
+        outline: (N, 2) simple polygon, metres, counter-clockwise; side i runs from point i to point i + 1.
+        profile: (inset, z) from the lower plane to the upper one, metres; inset is measured from the outline inwards.
+        moulded: for each side whether it follows the profile; the others stand straight.
+        holes: (M, 2) outlines inside it, counter-clockwise; their rims are eased by a millimetre on top.
+    Returns:
+        A solid without collision shapes.
+    """
+    loop = np.asarray(outline, dtype=np.float64)
+    rings = [
+        np.column_stack([offset(loop, [d if m else 0.0 for m in moulded]), np.full(len(loop), z)]) for d, z in profile
+    ]
+    low, high = profile[0][1], profile[-1][1]
+    ease = min(0.001, 0.2 * (high - low))
+    stacks = [rings]
+    for hole in holes:
+        back = np.asarray(hole, dtype=np.float64)[::-1]
+        wide = offset(back, [ease] * len(back))
+        levels = ((back, low), (back, high - ease), (wide, high))
+        stacks.append([np.column_stack([ring, np.full(len(ring), z)]) for ring, z in levels])
+    return _stacked(stacks)
+
+
+def offset(loop: Floats, by: Sequence[float]) -> Floats:
+    """(N, 2) polygon whose side i is moved inwards (to the left of its run) by `by[i]` metres."""
+    n = len(loop)
+    run = np.roll(loop, -1, axis=0) - loop
+    run /= np.linalg.norm(run, axis=1)[:, None]
+    inwards = np.stack([-run[:, 1], run[:, 0]], axis=1)
+    out = np.empty_like(loop)
+    for i in range(n):
+        a, b = inwards[i - 1], inwards[i]
+        da, db = by[i - 1], by[i]
+        det = a[0] * b[1] - a[1] * b[0]
+        if abs(det) < 0.02:
+            out[i] = loop[i] + (a * da + b * db) / 2
+            continue
+        x = (da * b[1] - db * a[1]) / det
+        y = (db * a[0] - da * b[0]) / det
+        out[i] = loop[i] + (x, y)
+    return out
+
+
+def _stacked(stacks: Sequence[Sequence[Floats]]) -> Solid:
+    """Walls between the rings of each stack, and a cap below and above all of them."""
+    points: list[Floats] = []
+    faces: list[np.ndarray] = []
+    low: list[np.ndarray] = []
+    high: list[np.ndarray] = []
+    start = 0
+    for rings in stacks:
+        n = len(rings[0])
+        index = np.arange(n)
+        for k in range(len(rings) - 1):
+            a, d = start + k * n + index, start + (k + 1) * n + index
+            b, c = np.roll(a, -1), np.roll(d, -1)
+            faces += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+        low.append(start + index)
+        high.append(start + (len(rings) - 1) * n + index)
+        points += list(rings)
+        start += n * len(rings)
+    cloud = np.concatenate(points)
+    for ids, flip in ((low, True), (high, False)):
+        flat = [cloud[i, :2] for i in ids]
+        triangles = np.concatenate(ids)[np.asarray(manifold3d.triangulate(flat), dtype=np.int64)]
+        faces.append(triangles[:, ::-1] if flip else triangles)
+    return Solid(cloud, np.concatenate(faces).astype(np.int64), crease_deg=35.0)
+
+
+def arc(cx: float, cz: float, radius: float, start_deg: float, end_deg: float, steps: int = 6) -> list[Vec2]:
+    """(inset, z) points of an arc: 0 degrees looks inwards (+ inset), 90 up."""
+    turns = np.linspace(math.radians(start_deg), math.radians(end_deg), steps + 1)
+    return [(cx + radius * math.cos(t), cz + radius * math.sin(t)) for t in turns]

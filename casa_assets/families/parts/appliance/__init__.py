@@ -1,0 +1,1 @@
+"""Parts of appliances: cases, handles, ovens, racks, trim."""

@@ -1,0 +1,106 @@
+"""Cases of what stands on a counter: outlines with round corners pulled across or up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solids.blocks import board, rod
+from casa_assets.families.kit.solids.loft import loft
+from casa_assets.families.kit.solids.solid import Placed, Solid
+from casa_assets.families.kit.solids.sweep import bent, prism, rectangle
+from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Hull
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec2, Vec3
+
+FLAT_BAND = 0.0015  # metres
+
+
+def rounded(points: Sequence[Vec2], radius: float, steps: int = 5) -> Floats:
+    """(N, 2) closed polygon with its corners rounded; points counter-clockwise, metres."""
+    first, last = np.array(points[0]), np.array(points[-1])
+    middle = (first + last) / 2
+    line = [(float(middle[0]), float(middle[1]), 0.0)]
+    path = bent([*line, *((x, y, 0.0) for x, y in points), *line], radius, steps)[:-1, :2]
+    # Neighbours that fall together would have no direction.
+    apart = np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1) > 1e-6
+    return np.asarray(path[apart])
+
+
+def across(outline: Floats, width: float, ease: float) -> Solid:
+    """An outline in y, z (counter-clockwise, y to the right) pulled along x, centred on x = 0."""
+    solid = prism(outline, width, ease)
+    points = solid.points[:, [2, 0, 1]] - np.array([width / 2, 0.0, 0.0])
+    return Solid(points, solid.faces, crease_deg=40.0)
+
+
+def along(outline: Floats, depth: float, ease: float) -> Solid:
+    """An outline in x, z pulled along y from 0 to depth; counter-clockwise seen from the front."""
+    solid = prism(outline, depth, ease)
+    points = np.column_stack([solid.points[:, 0], depth - solid.points[:, 2], solid.points[:, 1]])
+    return Solid(points, solid.faces, crease_deg=40.0)
+
+
+def tapered(width: float, depth: float, steps: Sequence[tuple[float, float]], radius: float, corner: int = 6) -> Solid:
+    """A body of rounded rectangles above each other: (inset, z) each from below, metres, about the origin.
+
+    Insets above half of the narrower side are cut to it.
+    """
+    rings = []
+    # A narrow flat band inside each cap keeps the shading of the round edge off the cap.
+    (low, bottom), (high, top) = steps[0], steps[-1]
+    for inset, z in ((low + FLAT_BAND, bottom), *steps, (high + FLAT_BAND, top)):
+        w, d = max(width - 2 * inset, 0.004), max(depth - 2 * inset, 0.004)
+        ring = rectangle(w, d, max(radius - inset, 0.15 * min(w, d)), corner)
+        rings.append(np.column_stack([ring, np.full(len(ring), z)]))
+    return loft(rings)
+
+
+def dome(rise: float, reach: float, z: float, steps: int = 5) -> list[tuple[float, float]]:
+    """(inset, z) of a rounded upper edge that goes in by `reach` while it rises by `rise` to z, metres."""
+    turns = np.linspace(0.0, math.pi / 2, steps + 1)
+    return [(float(reach * (1 - math.cos(t))), float(z - rise + rise * math.sin(t))) for t in turns]
+
+
+def staves(inner: Sequence[Vec2], outer: Sequence[Vec2], count: int = 12, start: float = 0.0) -> list[Placed]:
+    """Convex pieces of a round wall: between (radius, z) profiles that run upwards, one piece for each stretch.
+
+    Args:
+        inner, outer: equally many points, metres.
+        count: pieces around. start: angle of the first one's edge, rad.
+    """
+    out: list[Placed] = []
+    for k in range(len(inner) - 1):
+        for i in range(count):
+            a, b = start + 2 * math.pi * i / count, start + 2 * math.pi * (i + 1) / count
+            # Chords of the inner wall lie inside the circle: the hollow is as wide as it says at their middles.
+            grow = 1.0 / math.cos(math.pi / count)
+            cloud = [
+                (r * g * math.cos(t), r * g * math.sin(t), z)
+                for profile, g in ((inner, grow), (outer, 1.0))
+                for r, z in (profile[k], profile[k + 1])
+                for t in (a, b)
+            ]
+            points, faces = convex_hull(np.array(cloud))
+            out.append((Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()))
+    return out
+
+
+def feet(places: Sequence[Vec2], radius: float, height: float) -> list[Solid]:
+    """Round feet from z = 0 to height at points of the ground."""
+    return [rod(radius, height, min(0.0015, 0.3 * height)).at(x, y, height / 2) for x, y in places]
+
+
+def corners(width: float, front: float, back: float, inset: float) -> list[Vec2]:
+    """Four points inside a rectangle that is centred on x = 0, metres."""
+    return [(s * (width / 2 - inset), y) for s in (-1, 1) for y in (front + inset, back - inset)]
+
+
+def plate(low: Vec3, high: Vec3, ease: float = 0.0012, steps: int = 2) -> Solid:
+    """A panel between two corners that nothing touches."""
+    return board(low, high, ease, steps).untouched()

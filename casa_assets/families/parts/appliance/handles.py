@@ -1,0 +1,140 @@
+"""Pulls of large appliances: stouter than those of cabinets, along x on the plane y = 0, standing out to -y."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.families.kit.solids.blocks import box, rod
+from casa_assets.families.kit.solids.solid import Placed, box_shape
+from casa_assets.families.kit.solids.sweep import rectangle, tube
+from casa_assets.families.parts.hardware.handles import Handle
+from casa_assets.model.asset.shape import Capsule
+from casa_assets.model.pose import Pose
+
+
+class Pull(StrEnum):
+    """What one opens a large appliance with."""
+
+    TUBE = "tube"
+    PRO = "pro"
+    BLADE = "blade"
+    BOW = "bow"
+    BOXED = "boxed"
+    LEDGE = "ledge"
+    LATCH = "latch"
+
+
+LATCH_LENGTH = 0.2  # metres; a latch has one length and lies across
+
+
+def pull(kind: Pull, length: float) -> Handle:
+    """A pull of a length in metres; its first collision shape is what a hand takes."""
+    return _MAKERS[kind](length)
+
+
+def reach_of(kind: Pull) -> float:
+    """How far a pull stands out, metres."""
+    return -min(float(s.bounds[0, 1]) for s in pull(kind, 0.4).metal)
+
+
+def _capsule(length: float, radius: float, y: float) -> Placed:
+    pose = Pose(position=(0.0, y, 0.0), quaternion=(math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0))
+    return Capsule(radius=radius, height=length - 2 * radius), pose
+
+
+def _feet(at: float, reach: float, wide: float, high: float) -> tuple[Placed, ...]:
+    return tuple(box_shape((x - wide / 2, -reach, -high / 2), (x + wide / 2, 0.0, high / 2)) for x in (-at, at))
+
+
+def _tube(length: float) -> Handle:
+    radius, reach, at = 0.0105, 0.05, length / 2 - 0.04
+    grip = rod(radius, length, 0.002, "x").at(y=-reach)
+    posts = [rod(0.008, reach, 0.001, "y").at(x, -reach / 2) for x in (-at, at)]
+    roses = [rod(0.012, 0.004, 0.001, "y").at(x, -0.002) for x in (-at, at)]
+    shapes = (_capsule(length, radius, -reach), *_feet(at, reach - radius, 0.02, 0.02))
+    return Handle((grip, *posts, *roses), shapes)
+
+
+def _pro(length: float) -> Handle:
+    """A thick tube between end blocks, as on ranges of restaurants."""
+    radius, reach, at = 0.0145, 0.058, length / 2 - 0.055
+    grip = rod(radius, length, 0.003, "x").at(y=-reach)
+    rings = [rod(radius + 0.0025, 0.007, 0.0012, "x").at(s * (length / 2 - 0.014), -reach) for s in (-1, 1)]
+    posts = [box((0.03, reach, 0.026), (x, -reach / 2, 0.0), 0.006, 3) for x in (-at, at)]
+    plates = [box((0.05, 0.005, 0.04), (x, -0.0025, 0.0), 0.002) for x in (-at, at)]
+    shapes = (_capsule(length, radius, -reach), *_feet(at, reach - radius, 0.04, 0.034))
+    return Handle((grip, *rings, *posts, *plates), shapes)
+
+
+def _blade(length: float) -> Handle:
+    reach, thick, at = 0.048, 0.009, length / 2 - 0.05
+    grip = box((length, thick, 0.03), (0.0, -reach, 0.0), 0.002, 2)
+    posts = [box((0.016, reach, 0.016), (x, -reach / 2, 0.0), 0.0015) for x in (-at, at)]
+    shape = box_shape((-length / 2, -reach - thick / 2, -0.015), (length / 2, -reach + thick / 2, 0.015))
+    return Handle((grip, *posts), (shape, *_feet(at, reach - thick, 0.016, 0.016)))
+
+
+def _bow(length: float) -> Handle:
+    reach, h = 0.056, length / 2 - 0.012
+    steps = np.linspace(-1.0, 1.0, 17)
+    path = [(float(s) * h, float(-reach * (1 - abs(s) ** 5)) if abs(s) < 0.999 else 0.0, 0.0) for s in steps]
+    grip = tube(path, rectangle(0.016, 0.026, 0.007, 3))
+    plates = [box((0.026, 0.005, 0.034), (s * h, -0.0025, 0.0), 0.002, 2) for s in (-1, 1)]
+    inner = 0.62 * h
+    shapes = [box_shape((-inner, -reach - 0.008, -0.013), (inner, -reach + 0.012, 0.013))]
+    for s in (-1, 1):
+        for a, b, near, far in ((0.62, 0.84, 0.5, 1.06), (0.84, 1.0, 0.0, 0.72)):
+            ends = sorted((s * a * h, s * b * h))
+            shapes.append(box_shape((ends[0], -far * reach, -0.013), (ends[1], -near * reach, 0.013)))
+    return Handle((grip, *plates), tuple(shapes))
+
+
+def _boxed(length: float) -> Handle:
+    thick, reach = 0.018, 0.05
+    h = length / 2 - thick / 2
+    path = [(-h, 0.0, 0.0), (-h, -reach, 0.0), (h, -reach, 0.0), (h, 0.0, 0.0)]
+    grip = tube(path, rectangle(thick, thick, 0.003, 2))
+    shape = box_shape((-length / 2, -reach - thick / 2, -thick / 2), (length / 2, -reach + thick / 2, thick / 2))
+    return Handle((grip,), (shape, *_feet(h, reach - thick / 2, thick, thick)))
+
+
+def _ledge(length: float) -> Handle:
+    """An extruded profile with a hook: a line along the edge of the door."""
+    reach, thick = 0.03, 0.006
+    web = box((length, reach, 0.005), (0.0, -reach / 2, 0.0), 0.001)
+    hook = box((length, thick, 0.02), (0.0, -reach + thick / 2, 0.0076), 0.0018, 2)
+    shapes = (
+        box_shape((-length / 2, -reach, -0.0024), (length / 2, -reach + thick, 0.0176)),
+        box_shape((-length / 2, -reach + thick, -0.0025), (length / 2, 0.0, 0.0025)),
+    )
+    return Handle((web, hook), shapes)
+
+
+def _latch(length: float) -> Handle:
+    """The lever of an old refrigerator: a drop of metal on a boat-shaped plate. Its length is its own."""
+    h, reach = LATCH_LENGTH / 2, 0.046
+    plate = box((2 * h, 0.009, 0.044), (0.0, -0.0045, 0.0), 0.0088, 4)
+    foot = rod(0.017, reach - 0.006, 0.003, "y").at(0.62 * h, -(reach - 0.006) / 2)
+    steps = np.linspace(-1.0, 1.0, 9)
+    path = [(float(0.94 * s * h), float(-reach + 0.008 * s * s), 0.0) for s in steps]
+    lever = tube(path, rectangle(0.016, 0.03, 0.0075, 4))
+    shapes = (
+        box_shape((-0.94 * h, -reach - 0.008, -0.015), (0.94 * h, -reach + 0.015, 0.015)),
+        box_shape((0.62 * h - 0.017, -reach + 0.015, -0.017), (0.62 * h + 0.017, 0.0, 0.017)),
+        box_shape((-h, -0.009, -0.022), (h, 0.0, 0.022)),
+    )
+    return Handle((lever, plate, foot), shapes)
+
+
+_MAKERS = {
+    Pull.TUBE: _tube,
+    Pull.PRO: _pro,
+    Pull.BLADE: _blade,
+    Pull.BOW: _bow,
+    Pull.BOXED: _boxed,
+    Pull.LEDGE: _ledge,
+    Pull.LATCH: _latch,
+}

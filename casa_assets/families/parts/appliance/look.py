@@ -1,0 +1,124 @@
+"""What large appliances have in common: form and finish of the fronts, and the pull."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.families.family import FinishId, Params, Stock, between, pick
+from casa_assets.families.parts.appliance.handles import Pull
+from casa_assets.families.parts.fronts.fronts import FrontKind
+from casa_assets.model.registry.finish import Surface
+
+
+class Form(StrEnum):
+    """How a front is shaped."""
+
+    FLAT = "flat"  # folded sheet with sharp edges
+    SOFT = "soft"  # edges of about a centimetre
+    ROUND = "round"  # edges as round as a bun: the fifties
+    PANEL = "panel"  # a cabinet's front is hung on it
+    GLASS = "glass"  # a pane in a frame of metal
+
+
+class Kick(StrEnum):
+    """What is below the doors."""
+
+    GRILLE = "grille"
+    PLINTH = "plinth"
+    FEET = "feet"
+
+
+class Look(Params):
+    """Form and finishes of a large appliance.
+
+    Attributes:
+        form, pull, kick. front: kind of cabinet front where the form is `panel`.
+        face: of the fronts; `lower`, where given, of the lower or left one. body: of sides and back. metal: of pulls.
+        trim: of shelf edges and rails inside. share: of the height of a door that its pull takes.
+        badge: a plate without a name. display: a touch panel in the front.
+    """
+
+    form: Form = Form.FLAT
+    pull: Pull = Pull.TUBE
+    kick: Kick = Kick.GRILLE
+    front: FrontKind = FrontKind.SHAKER
+    face: FinishId = "stainless_brushed"
+    lower: FinishId | None = None
+    body: FinishId = "enamel_grey"
+    metal: FinishId = "stainless_polished"
+    trim: FinishId = "plastic_grey_light"
+    share: Annotated[float, Field(ge=0.2, le=0.9)] = 0.5
+    badge: bool = True
+    display: bool = False
+
+    @property
+    def thick(self) -> float:
+        """Thickness of a door, metres."""
+        return {Form.ROUND: 0.07, Form.PANEL: 0.068}.get(self.form, 0.056)
+
+
+SHEETS = ("stainless_brushed", "stainless_black", "enamel_white", "enamel_grey", "gunmetal", "enamel_charcoal")
+PASTELS = (
+    "enamel_cream",
+    "enamel_mint",
+    "enamel_red",
+    "enamel_pale_blue",
+    "enamel_butter",
+    "enamel_dusty_pink",
+    "enamel_black",
+    "enamel_sage",
+    "enamel_navy",
+)
+PANES = ("glass_white", "glass_black", "enamel_white", "stainless_black")
+KINDS = (FrontKind.SLAB, FrontKind.SHAKER, FrontKind.SLIM_SHAKER, FrontKind.RAISED, FrontKind.V_GROOVE)
+MODERN = (Pull.TUBE, Pull.PRO, Pull.BLADE, Pull.BOW, Pull.BOXED, Pull.LEDGE)
+# Sides of a case go with its fronts: the same enamel, or grey behind steel.
+BODIES = {
+    "stainless_brushed": ("enamel_grey", "stainless_brushed", "enamel_charcoal"),
+    "stainless_black": ("enamel_charcoal", "enamel_black"),
+    "gunmetal": ("enamel_charcoal",),
+    "glass_white": ("enamel_white",),
+    "glass_black": ("enamel_black",),
+}
+
+
+def draw_look(rng: np.random.Generator, stock: Stock) -> Look:
+    """A look as shops have it."""
+    form = pick(rng, (Form.FLAT, Form.FLAT, Form.SOFT, Form.SOFT, Form.ROUND, Form.PANEL, Form.GLASS))
+    share = between(rng, 0.35, 0.8, 0.01)
+    if form is Form.PANEL:
+        metal = pick(rng, ("brass_brushed", "black_matt", "stainless_brushed", "nickel_satin", "bronze_dark"))
+        pull, kind, face = pick(rng, MODERN[:-1]), pick(rng, KINDS), stock.draw(rng, Surface.CABINET)
+        return Look(
+            form=form,
+            pull=pull,
+            front=kind,
+            face=face,
+            body="enamel_charcoal",
+            metal=metal,
+            kick=Kick.PLINTH,
+            badge=False,
+            share=share,
+        )
+    if form is Form.ROUND:
+        face = pick(rng, PASTELS)
+        kick = pick(rng, (Kick.FEET, Kick.GRILLE))
+        pull = pick(rng, (Pull.LATCH, Pull.LATCH, Pull.BOW))
+        return Look(form=form, pull=pull, face=face, body=face, metal="chrome", kick=kick, share=share)
+    face = pick(rng, PANES if form is Form.GLASS else SHEETS)
+    return Look(
+        form=form,
+        pull=pick(rng, MODERN),
+        face=face,
+        body=pick(rng, BODIES.get(face, (face,))),
+        metal=pick(rng, ("stainless_polished", "stainless_brushed", "black_matt", "aluminium_anodised")),
+        trim=pick(rng, ("plastic_grey_light", "chrome", "plastic_white")),
+        kick=pick(rng, (Kick.GRILLE, Kick.PLINTH)),
+        share=share,
+        badge=bool(rng.random() < 0.6),
+        display=bool(rng.random() < 0.4),
+    )

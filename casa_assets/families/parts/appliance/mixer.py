@@ -1,0 +1,150 @@
+"""Parts of stand mixers: the head, and the tools that hang from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solids.blocks import lathe, rod
+from casa_assets.families.kit.solids.loft import loft
+from casa_assets.families.kit.solids.solid import Solid, joined
+from casa_assets.families.kit.solids.sweep import circle, rectangle, tube
+from casa_assets.model.record import Vec3
+
+FLAT = 0.8  # share of half the height at which a section of the head is cut off below
+
+
+class Tool(StrEnum):
+    """What stirs."""
+
+    WHISK = "whisk"
+    BEATER = "beater"
+    HOOK = "hook"
+
+
+def section(y: float, wide: float, tall: float, middle: float, power: float, count: int = 28) -> Floats:
+    """(N, 3) outline of the head in a plane across it, flat below; metres. `power` 2 is an ellipse, more is boxy."""
+    turns = np.arange(count) * 2 * np.pi / count
+    c, s = np.cos(turns), np.sin(turns)
+    x = wide / 2 * np.sign(c) * np.abs(c) ** (2 / power)
+    z = tall / 2 * np.sign(s) * np.abs(s) ** (2 / power)
+    return np.column_stack([-x, np.full(count, y), middle + np.maximum(z, -FLAT * tall / 2)])
+
+
+@dataclass(frozen=True)
+class Head:
+    """A head from y = front to back, its flat underside on z = 0.
+
+    Attributes:
+        wide, tall: metres. nose: share of both that is left at the front. power: of its sections.
+        blunt: of its ends; 2 is a half ball, 8 nearly flat.
+    """
+
+    front: float
+    back: float
+    wide: float
+    tall: float
+    nose: float
+    power: float
+    blunt: float
+
+    @property
+    def middle(self) -> float:
+        """Height of the axis, metres."""
+        return FLAT * self.tall / 2
+
+    def scale(self, t: float) -> float:
+        """Share of the full section at a share of its length from the front."""
+        end = (1 - abs(2 * t - 1) ** self.blunt) ** (1 / self.blunt)
+        return float(end * (1 - (1 - self.nose) * (1 - t) ** 1.6))
+
+    def ring(self, t: float, more: float = 0.0, count: int = 28) -> Floats:
+        """(N, 3) outline at a share of its length, wider all round by `more` metres."""
+        k, y = self.scale(t), self.front + t * (self.back - self.front)
+        return section(y, self.wide * k + 2 * more, self.tall * k + 2 * more, self.middle, self.power, count)
+
+
+def head(form: Head) -> Solid:
+    """The skin of a head."""
+    shares = 0.5 - 0.5 * np.cos(np.linspace(0.04, math.pi - 0.04, 17))
+    return _outward(loft([form.ring(float(t)) for t in shares], 50.0))
+
+
+def band(form: Head, y: float, long: float) -> Solid:
+    """A strip round a head at y, of a length along it; it stands out by a millimetre."""
+    shares = [(y + d - form.front) / (form.back - form.front) for d in (-long / 2, 0.0, long / 2)]
+    return _outward(loft([form.ring(t, 0.001, 44) for t in shares], 50.0)).untouched()
+
+
+def _outward(solid: Solid) -> Solid:
+    return solid if solid.volume > 0 else Solid(solid.points, solid.faces[:, ::-1], crease_deg=50.0)
+
+
+def tool(kind: Tool, length: float) -> Solid:
+    """What hangs from z = 0 down to -length on the axis x = y = 0; touched as its hull."""
+    shaft = rod(0.0055, 0.034, 0.001).at(z=-0.017)
+    collar = lathe([(0.011, -0.036), (0.013, -0.033), (0.013, -0.027), (0.008, -0.024)], 20)
+    made = joined([shaft, collar, *_MAKERS[kind](length)])
+    return made.hulled()
+
+
+def _whisk(length: float) -> list[Solid]:
+    wires = []
+    for k in range(5):
+        turn = math.pi * k / 5
+        path: list[Vec3] = []
+        for t in np.linspace(0.0, 2 * math.pi, 19)[1:-1]:
+            r = 0.043 * math.sin(t) * (1.0 - 0.3 * (1 + math.cos(t)) / 2)
+            z = -0.03 - (length - 0.032) * (1 - math.cos(t)) / 2
+            path.append((r * math.cos(turn), r * math.sin(turn), z))
+        wires.append(tube(path, circle(0.0011, 6)).untouched())
+    return wires
+
+
+def _beater(length: float) -> list[Solid]:
+    """A flat frame with ribs."""
+    wide, low = 0.041, -length
+    loop: list[Vec3] = [
+        (0.0, 0.0, -0.034),
+        (wide, 0.0, -0.05),
+        (wide, 0.0, low + 0.03),
+        (0.004, 0.0, low + 0.003),
+        (-0.004, 0.0, low + 0.003),
+        (-wide, 0.0, low + 0.03),
+        (-wide, 0.0, -0.05),
+        (0.0, 0.0, -0.034),
+    ]
+    frame = tube(loop, rectangle(0.006, 0.0075, 0.002, 2), 0.006, up=(0.0, 1.0, 0.0)).untouched()
+    rib = tube([(0.0, 0.0, -0.036), (0.0, 0.0, low + 0.004)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
+    bar = tube([(-wide, 0.0, -0.068), (wide, 0.0, -0.068)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
+    return [frame, rib.untouched(), bar.untouched()]
+
+
+def _hook(length: float) -> list[Solid]:
+    path: list[Vec3] = [(0.0, 0.0, -0.03)]
+    for t in np.linspace(0.0, 1.0, 15):
+        angle = 2 * math.pi * 0.9 * float(t)
+        r = 0.034 * math.sin(math.pi * (0.15 + 0.75 * float(t)))
+        path.append((r * math.cos(angle), r * math.sin(angle), -0.04 - (length - 0.046) * float(t)))
+    return [tube(path, circle(0.0055, 10)).untouched()]
+
+
+_MAKERS = {Tool.WHISK: _whisk, Tool.BEATER: _beater, Tool.HOOK: _hook}
+
+
+def bowl_profile(foot: float, mouth: float, depth: float, steps: int = 9) -> list[tuple[float, float]]:
+    """(radius, z) of a bowl's outside from its foot to its rim, metres; z from 0 to depth."""
+    line = []
+    for t in np.linspace(0.0, 1.0, steps):
+        line.append((float(foot + (mouth - foot) * math.sin(t * math.pi / 2) ** 0.8), float(depth * t)))
+    return line
+
+
+def between(line: Sequence[tuple[float, float]], z: float) -> float:
+    """Radius of a profile at a height, metres."""
+    return float(np.interp(z, [b for _, b in line], [a for a, _ in line]))

@@ -1,0 +1,273 @@
+"""An oven: a cavity with racks behind a door that folds down."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.core import hand_dynamics
+from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.solids.blocks import board, box, lathe
+from casa_assets.families.kit.solids.boolean import cut
+from casa_assets.families.kit.solids.solid import Solid, box_shape, joined
+from casa_assets.families.kit.solids.sweep import rectangle, tube
+from casa_assets.families.parts.hardware.legs import bar
+from casa_assets.model.record import Vec3
+
+WALL = 0.045  # metres of insulation between liner and shell
+GAP = 0.003
+THICK = 0.045  # of a door: two panes and air
+FOLD = 1.48  # rad
+SPAN = 0.26  # metres that a rack comes out
+
+
+class Grip(StrEnum):
+    """What one pulls the door with."""
+
+    BAR = "bar"
+    PRO = "pro"
+    FLAT = "flat"
+    CURVED = "curved"
+
+
+@dataclass(frozen=True)
+class Looks:
+    """Finishes and forms of an oven.
+
+    Attributes:
+        shell, liner, face, glass, metal: finishes. grip: of the door. window: share of the door that is glass, 0..1.
+        border: finish of a border round the window, or None.
+    """
+
+    shell: str
+    face: str
+    metal: str
+    grip: Grip = Grip.BAR
+    window: float = 0.62
+    liner: str = "enamel_charcoal"
+    glass: str = "glass_oven_dark"
+    border: str | None = None
+
+
+def cavity(
+    bench: Bench,
+    low: Vec3,
+    high: Vec3,
+    looks: Looks,
+    racks: int,
+    first: int = 0,
+    door: str = "door_joint",
+    touched: bool = True,
+) -> None:
+    """Walls round a cavity, open to the front (-y), and its racks.
+
+    Args:
+        low, high: corners of the outside; the front plane is low[1].
+        racks: how many; they are named rack<first>, rack<first + 1> from below.
+        door: joint that has to be open before a rack can move. touched: False where the caller adds shapes for walls.
+    """
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    t, e = WALL, 0.0006
+    inner = ((x0 + t, y0, z0 + t), (x1 - t, y1 - t, z1 - t))
+    walls = (
+        board((x0, y0, z0), (x0 + t, y1, z1), 0.0),
+        board((x1 - t, y0, z0), (x1, y1, z1), 0.0),
+        board((x0 + t, y0, z0), (x1 - t, y1, z0 + t), 0.0),
+        board((x0 + t, y0, z1 - t), (x1 - t, y1, z1), 0.0),
+        board((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t), 0.0),
+    )
+    for wall in walls:
+        bench.add(ROOT, wall, looks.shell, label="case", touch=touched, density="oven_wall")
+    (a0, b0, c0), (a1, b1, c1) = inner
+    liners = (
+        board((a0, b0 + 0.001, c0), (a0 + e, b1, c1), 0.0),
+        board((a1 - e, b0 + 0.001, c0), (a1, b1, c1), 0.0),
+        board((a0 + e, b0 + 0.001, c0), (a1 - e, b1 - e, c0 + e), 0.0),
+        board((a0 + e, b0 + 0.001, c1 - e), (a1 - e, b1 - e, c1), 0.0),
+        board((a0 + e, b1 - e, c0 + e), (a1 - e, b1, c1 - e), 0.0),
+    )
+    for sheet in liners:
+        bench.add(ROOT, sheet, looks.liner, label="liner", touch=False, density="steel")
+    seal = cut(
+        board((a0 - 0.014, y0 - 0.0013, c0 - 0.014), (a1 + 0.014, y0 - 0.0003, c1 + 0.014), 0.0),
+        board((a0 - 0.004, y0 - 0.01, c0 - 0.004), (a1 + 0.004, y0 + 0.01, c1 + 0.004), 0.0),
+    )
+    bench.add(ROOT, seal, "gasket_grey", label="gasket", touch=False, density="soft_gasket")
+    furnish(bench, (a0, b0, c0), (a1, b1, c1), f"lamp{first}")
+    height = c1 - c0
+    for k in range(racks):
+        z = c0 + height * (0.22 + 0.56 * k / max(1, racks - 1) if racks > 1 else 0.4)
+        room = height * (0.56 / max(1, racks - 1)) - 0.03 if k < racks - 1 else c1 - z - 0.05
+        rack(bench, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, room)), looks, door)
+
+
+def furnish(bench: Bench, low: Vec3, high: Vec3, lamp: str) -> None:
+    """The grill's element under the roof; a fan behind a cover and a lamp on the back wall.
+
+    Args:
+        low, high: corners of the inside. lamp: name of the lamp's mesh.
+    """
+    (a0, b0, _), (a1, b1, c1) = low, high
+    element = tube(
+        [
+            (a0 + 0.05, b1 - 0.04, c1 - 0.03),
+            (a0 + 0.05, b0 + 0.08, c1 - 0.03),
+            (a1 - 0.05, b0 + 0.08, c1 - 0.03),
+            (a1 - 0.05, b1 - 0.04, c1 - 0.03),
+        ],
+        0.004,
+        0.03,
+    )
+    bench.add(ROOT, element, "heating_element", label="element", touch=False)
+    x, z = (a0 + a1) / 2, (low[2] + c1) / 2
+    r = min(0.085, 0.33 * (c1 - low[2]), 0.3 * (a1 - a0))
+    face = b1 - 0.0008  # the liner's front
+    cover = lathe([(r, 0.0), (r, 0.004), (0.9 * r, 0.009), (0.0, 0.009)]).turned("x", math.pi / 2)
+    bench.add(ROOT, cover.at(x, face, z), "enamel_charcoal", label="fan", touch=False, density="oven_fan")
+    slots = [box((0.0035, 0.0008, 0.5 * r), (0.0, -0.0098, 0.52 * r), 0.0) for _ in range(12)]
+    ring = joined([s.turned("y", 2 * math.pi * k / 12) for k, s in enumerate(slots)])
+    bench.add(ROOT, ring.at(x, face, z), "rubber_black", label="fan", touch=False, density=0.0)
+    bulb = lathe([(0.026, 0.0), (0.026, 0.003), (0.021, 0.005), (0.017, 0.011), (0.0, 0.014)]).turned("x", math.pi / 2)
+    at = (a1 - 0.055, face, c1 - 0.05)
+    bench.add(ROOT, bulb.at(*at), "glass_opal", label="lamp", name=lamp, touch=False, density="oven_lamp")
+
+
+def rack(bench: Bench, name: str, low: Vec3, high: Vec3, looks: Looks, door: str) -> None:
+    """A wire rack on ledges; its region rides on it."""
+    (x0, y0, z), (x1, y1, top) = low, high
+    for x in (x0 + 0.0008, x1 - 0.0088):
+        ledge = board((x, y0 + 0.02, z - 0.016), (x + 0.008, y1 - 0.01, z - 0.009), 0.001)
+        bench.add(ROOT, ledge, looks.liner, label="ledge", touch=False)
+    bench.link(name, at=((x0 + x1) / 2, y0, z))
+    half, deep, front = (x1 - x0) / 2 - 0.004, y1 - y0 - 0.014, 0.022
+    for x in (-half + 0.004, half - 0.004):
+        bench.add(name, bar((x, front, 0.0), (x, deep, 0.0), 0.0036), "chrome", label="rack", touch=False)
+    for y in (front + 0.004, deep - 0.004):
+        bench.add(
+            name, bar((-half + 0.004, y, 0.0), (half - 0.004, y, 0.0), 0.0036), "chrome", label="rack", touch=False
+        )
+    count = 15
+    for k in range(count):
+        x = -half + 0.02 + (2 * half - 0.04) * k / (count - 1)
+        wire = bar((x, front + 0.004, 0.0035), (x, deep - 0.004, 0.0035), 0.0015)
+        bench.add(name, wire, "chrome", label="rack", touch=False)
+    plate = board((-half, front, -0.005), (half, deep, 0.005), 0.0)
+    bench.add(name, plate, "chrome", label="rack", touch=f"{name}_main", density=0.0, seen=False)
+    way = min(SPAN, 0.6 * deep)
+    bench.slide(f"{name}_joint", name, (0.0, 1.0, 0.0), (-way, 0.0), f"{name}_main", start_n=6.0, behind=door)
+    bench.region(name, (-half + 0.01, front + 0.01, 0.005), (half - 0.01, deep - 0.01, top - z), link=name)
+
+
+def door(
+    bench: Bench, link: str, low: tuple[float, float], high: tuple[float, float], front: float, looks: Looks
+) -> str:
+    """A door in front of the plane y = front, hinged along its lower front edge; returns its joint.
+
+    Args:
+        low, high: corners in x and z.
+    """
+    (x0, z0), (x1, z1) = low, high
+    w, h = x1 - x0, z1 - z0
+    bench.link(link, at=(x0, front - THICK - GAP, z0))
+    slab = board((0.0, 0.0, 0.0), (w, THICK, h), 0.004, 2)
+    m = 0.09 + 0.1 * (1 - looks.window)
+    pane_low, pane_high = (m, h * (0.5 - looks.window / 2) * 0.8), (w - m, h * (0.5 + looks.window / 2) * 0.96)
+    hole = board((pane_low[0], -0.01, pane_low[1]), (pane_high[0], THICK + 0.01, pane_high[1]), 0.0)
+    frame = cut(slab, hole, shapes=(box_shape((0, 0, 0), (w, THICK, h)),))
+    bench.add(link, frame, looks.face, label="door", name=f"{link}_main", density="oven_door")
+    if looks.border:
+        rim = cut(
+            board(
+                (pane_low[0] - 0.016, -0.0009, pane_low[1] - 0.016),
+                (pane_high[0] + 0.016, -0.0003, pane_high[1] + 0.016),
+            ),
+            board((pane_low[0], -0.1, pane_low[1]), (pane_high[0], 0.1, pane_high[1]), 0.0),
+        )
+        bench.add(link, rim, looks.border, label="window", touch=False)
+    for y in (0.004, THICK - 0.008):
+        pane = board(
+            (pane_low[0] - 0.004, y, pane_low[1] - 0.004), (pane_high[0] + 0.004, y + 0.003, pane_high[1] + 0.004), 0.0
+        )
+        bench.add(link, pane, looks.glass, label="window", touch=False)
+    inner = cut(
+        board((0.012, THICK - 0.0002, 0.012), (w - 0.012, THICK + 0.0012, h - 0.012), 0.0),
+        board((pane_low[0] + 0.002, 0.0, pane_low[1] + 0.002), (pane_high[0] - 0.002, 1.0, pane_high[1] - 0.002), 0.0),
+    )
+    bench.add(link, inner, looks.liner, label="door", touch=False, density="oven_door_liner")
+    _handle(bench, link, w, h, looks)
+    return fold(bench, link)
+
+
+def _handle(bench: Bench, link: str, w: float, h: float, looks: Looks) -> None:
+    z, reach, inset = h - 0.05, 0.048, 0.06
+    if looks.grip is Grip.PRO:
+        for x in (inset, w - inset):
+            post = box((0.03, reach, 0.034), (x, -reach / 2, z), 0.005, 2)
+            bench.add(link, post, looks.metal, label="handle", density="metal_rod")
+        grip = tube([(inset - 0.035, -reach - 0.002, z), (w - inset + 0.035, -reach - 0.002, z)], 0.0145)
+        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
+    elif looks.grip is Grip.FLAT:
+        for x in (inset, w - inset):
+            post = box((0.02, reach - 0.01, 0.016), (x, -(reach - 0.01) / 2, z), 0.002)
+            bench.add(link, post, looks.metal, label="handle", density="metal_rod")
+        flat = box((w - 2 * inset + 0.05, 0.012, 0.026), (w / 2, -reach + 0.004, z), 0.003, 2)
+        bench.add(link, flat, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
+    elif looks.grip is Grip.CURVED:
+        steps = np.linspace(-1, 1, 13)
+        path = [
+            (
+                float(w / 2 + s * (w / 2 - inset)),
+                float(-reach * (1 - 0.35 * s**4) * (1.0 if abs(s) < 0.999 else 0.0)),
+                z,
+            )
+            for s in steps
+        ]
+        grip = tube(path, rectangle(0.016, 0.022, 0.006, 3))
+        whole = box_shape((inset, -reach - 0.008, z - 0.011), (w - inset, -reach + 0.012, z + 0.011))
+        ends = [
+            box_shape((x - 0.012, -reach, z - 0.011), (x + 0.012, 0.0, z + 0.011))
+            for x in (inset + 0.012, w - inset - 0.012)
+        ]
+        body = Solid(grip.points, grip.faces, (whole, *ends), grip.spread, 50.0)
+        bench.add(link, body, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
+    else:
+        for x in (inset, w - inset):
+            post = box((0.018, reach, 0.018), (x, -reach / 2, z), 0.004, 2)
+            bench.add(link, post, looks.metal, label="handle", density="metal_rod")
+        grip = tube([(inset - 0.02, -reach, z), (w - inset + 0.02, -reach, z)], 0.0105)
+        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
+
+
+def fold(bench: Bench, link: str) -> str:
+    """The hinge: a spring that carries the door, and friction that holds it where it is left."""
+    piece = bench.pieces[link]
+    mass = sum(q.mass for q in piece.weights)
+    center = sum((q.mass * q.center for q in piece.weights), np.zeros(3)) / mass
+    grip = next(c for c in piece.colliders if c.name == f"{link}_handle_main").pose.position
+    lever = math.hypot(grip[1], grip[2])
+    turns = np.linspace(0.0, FOLD, 25)
+    pull = mass * 9.81 * (center[2] * np.sin(turns) - center[1] * np.cos(turns))
+    # The straight line that comes nearest to the weight's moment at its worst.
+    best = (math.inf, 0.0, 0.0)
+    for stiffness in np.linspace(0.2, 1.4, 61) * max(float(pull[-1]), 0.5) / FOLD:
+        rest = pull - stiffness * turns
+        middle = (float(rest.max()) + float(rest.min())) / 2
+        worst = float(np.abs(rest - middle).max())
+        if worst < best[0]:
+            best = (worst, float(stiffness), middle)
+    worst, stiffness, bias = best
+    start = max(6.0, 1.25 * worst / lever)
+    joint = f"{link}_joint"
+    spring = hand_dynamics.Spring(float(f"{stiffness:.4g}"), float(f"{-bias / stiffness:.4g}"))
+    feel = hand_dynamics.feel(
+        mass * (center[1] ** 2 + center[2] ** 2) * 1.35,
+        lever,
+        FOLD,
+        start,
+        max(start + 2.5, hand_dynamics.PULL_N - worst / lever),
+    )
+    bench.hinge(joint, link, (1.0, 0.0, 0.0), (0.0, FOLD), f"{link}_handle_main", spring=spring, feel=feel)
+    return joint

@@ -1,0 +1,1 @@
+"""Carcasses of cabinets: boards, cells, niches for appliances, interiors."""

@@ -1,0 +1,224 @@
+"""Carcasses: sides, bottom, top, back, plinth and shelves of boards of real thickness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.solids.blocks import board
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.parts.fronts.fronts import THICK
+from casa_assets.families.parts.fronts.look import Look
+from casa_assets.families.parts.hardware.handles import HandleKind
+from casa_assets.model.record import Vec3
+
+WALL = 0.018  # metres, boards of a carcass
+BAND = 0.0012  # edge banding
+SKIN = 0.003  # of it, the outer layer that is finished like the fronts
+BACK = 0.004
+RAIL = 0.09  # height of the rails of an open top
+GAP = 0.003  # between fronts
+OFFSET = 0.0022  # between the back of a front and the carcass: bumpers and hinges
+SHEET = 0.006  # of the board under what stands in a niche on the floor
+CHANNEL_DEEP = 0.032  # from the carcass's edge to the web of the channel behind fronts with a finger groove
+KICK_SET_BACK = 0.07
+ACROSS: Vec3 = (1.0, 0.0, 0.0)
+ALONG: Vec3 = (0.0, 1.0, 0.0)
+UPRIGHT: Vec3 = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Carcass:
+    """A box of boards, open in front. Metres; the fronts' faces lie in y = 0, the floor in z = 0.
+
+    Attributes:
+        width, depth, height: outside, with fronts and plinth. plinth: height of the plinth, 0 for none.
+        look: finishes. fronted: whether fronts hang before it; else its own edges lie in y = 0.
+        open_top: two rails instead of a board, for a sink. open_bottom: none, for a niche on the floor.
+        skinned: outer faces that are finished like the fronts, of left, right, bottom, top, back.
+        x: of the outer face of the left side. back_from: height at which the back begins.
+        dip: how far the front rail of an open top lies lower, for a basin whose front is seen.
+        footed: whether it stands on a plinth of its own.
+    """
+
+    width: float
+    depth: float
+    height: float
+    plinth: float
+    look: Look
+    fronted: bool = True
+    open_top: bool = False
+    open_bottom: bool = False
+    skinned: tuple[str, ...] = ("left", "right")
+    x: float = 0.0
+    back_from: float = 0.0
+    dip: float = 0.0
+    footed: bool = True
+
+    @property
+    def front(self) -> float:
+        """y of the carcass's front edges."""
+        return THICK + OFFSET if self.fronted else 0.0
+
+    @property
+    def left(self) -> float:
+        """x of the inner face of the left side."""
+        return self.x + WALL
+
+    @property
+    def right(self) -> float:
+        """x of the inner face of the right side."""
+        return self.x + self.width - WALL
+
+    @property
+    def back(self) -> float:
+        """y of the inner face of the back."""
+        return self.depth - (SKIN + WALL if "back" in self.skinned else BACK)
+
+    @property
+    def floor(self) -> float:
+        """z of the upper face of the bottom."""
+        return SHEET if self.open_bottom else self.plinth + WALL
+
+    @property
+    def ceiling(self) -> float:
+        """z of the lower face of the top."""
+        return self.height - WALL
+
+
+def raise_carcass(bench: Bench, c: Carcass) -> None:
+    """Put a carcass on the bench."""
+    _sides(bench, c)
+    _levels(bench, c)
+    _back(bench, c)
+    if c.plinth > 0 and c.footed and not c.open_bottom:
+        _plinth(bench, c)
+
+
+def _put(bench: Bench, solid: Solid, finish: str, label: str, grain: Vec3) -> None:
+    bench.add(ROOT, solid, finish, label=label, grain=grain, density="board")
+
+
+def layered(bench: Bench, c: Carcass, low: Vec3, high: Vec3, axis: int, outer: bool, skinned: bool) -> None:
+    """A board whose outer layer may be finished like the fronts.
+
+    Args:
+        low, high: corners, metres. axis: across its thickness, 0 to 2.
+        outer: whether the seen side is at the high end. skinned: whether it has such a layer.
+    """
+    grain = ACROSS if axis == 2 else UPRIGHT
+    whole = board(low, high)
+    if axis != 1:  # the edge towards the front is banded like the fronts
+        band = board(low, (high[0], low[1] + BAND, high[2]), 0.0004)
+        bench.add(ROOT, band, c.look.face, label="carcass", grain=grain, density="board", touch=False)
+        low = (low[0], low[1] + BAND, low[2])
+    inner_low, inner_high, skin_low, skin_high = list(low), list(high), list(low), list(high)
+    if skinned:
+        at = high[axis] - SKIN if outer else low[axis] + SKIN
+        (inner_high if outer else inner_low)[axis] = at
+        (skin_low if outer else skin_high)[axis] = at
+        skin = board(_corner(skin_low), _corner(skin_high), 0.0004)
+        bench.add(ROOT, skin, c.look.face, label="carcass", grain=grain, density="board", touch=False)
+    inner = board(_corner(inner_low), _corner(inner_high), 0.0004)
+    bench.add(ROOT, inner.touched_as(whole), c.look.inside, label="carcass", grain=grain, density="board")
+
+
+def _corner(values: list[float]) -> Vec3:
+    return values[0], values[1], values[2]
+
+
+def _sides(bench: Bench, c: Carcass) -> None:
+    z0 = (0.0 if c.open_bottom else c.plinth) + (SKIN if "bottom" in c.skinned else 0.0)
+    z1 = c.height - (SKIN if "top" in c.skinned else 0.0)
+    for name, x0, x1, outer in (("left", c.x, c.left, False), ("right", c.right, c.x + c.width, True)):
+        layered(bench, c, (x0, c.front, z0), (x1, c.depth, z1), 0, outer, name in c.skinned)
+
+
+def _levels(bench: Bench, c: Carcass) -> None:
+    """Bottom and top, or the rails that stand for a top."""
+    x0, x1, y1 = c.left, c.right, c.back
+    for name, z in (("bottom", c.plinth), ("top", c.height - SKIN)):
+        if name in c.skinned:
+            sheet = board((c.x, c.front, z), (c.x + c.width, c.depth, z + SKIN), 0.0004)
+            _put(bench, sheet, c.look.face, "carcass", ACROSS)
+    if not c.open_bottom:
+        low = c.plinth + (SKIN if "bottom" in c.skinned else 0.0)
+        layered(bench, c, (x0, c.front, low), (x1, y1, c.floor), 2, False, False)
+    if not c.open_top:
+        high = c.height - (SKIN if "top" in c.skinned else 0.0)
+        layered(bench, c, (x0, c.front, c.ceiling), (x1, y1, high), 2, True, False)
+        return
+    # The rail stands behind the channel into which fingers reach over the fronts.
+    y0 = c.front + (CHANNEL_DEEP + 0.004 if c.look.handle is HandleKind.FINGER_GROOVE else 0.0)
+    z = c.height - c.dip
+    rail = board((x0, y0, z - RAIL), (x1, y0 + WALL, z))
+    _put(bench, rail, c.look.inside, "carcass", ACROSS)
+    stay = board((x0, y1 - WALL, c.height - RAIL), (x1, y1, c.height))
+    _put(bench, stay, c.look.inside, "carcass", ACROSS)
+
+
+def _back(bench: Bench, c: Carcass) -> None:
+    z = max(c.plinth, c.back_from)
+    top = c.height - (SKIN if "top" in c.skinned else 0.0)
+    z += SKIN if "bottom" in c.skinned and z == c.plinth else 0.0
+    low, high = (c.left, c.back, z), (c.right, c.depth, top)
+    if "back" in c.skinned:
+        layered(bench, c, low, high, 1, True, True)
+        return
+    _put(bench, board(low, high, 0.0), c.look.inside, "carcass", UPRIGHT)
+
+
+def _plinth(bench: Bench, c: Carcass) -> None:
+    """A recessed board in front, and the strips that carry the sides."""
+    y = c.front + KICK_SET_BACK
+    x0, x1 = c.x + 0.001, c.x + c.width - 0.001
+    kick = board((x0, y, 0.0), (x1, y + 0.016, c.plinth), 0.001)
+    bench.add(ROOT, kick, c.look.face, label="toe_kick", grain=ACROSS, density="board")
+    for x in (x0, x1 - 0.016):
+        strip = board((x, y + 0.016, 0.0), (x + 0.016, c.depth - 0.001, c.plinth), 0.001)
+        _put(bench, strip, c.look.face, "toe_kick", ALONG)
+
+
+def shelve(bench: Bench, c: Carcass, low: float, high: float, count: int, first: int) -> int:
+    """Shelves in the room between two heights, with a region over each level.
+
+    Args:
+        low, high: clear room, metres. count: of shelves, which divide it evenly. first: number of the lowest level.
+    Returns:
+        The number of the next level.
+    """
+    y0 = c.front + (0.025 if c.fronted else 0.0)
+    gap = 0.0005  # a shelf lies loose between the sides
+    clear = (high - low - count * WALL) / (count + 1)
+    z = low
+    for k in range(count + 1):
+        bench.region(f"level{first + k}", (c.left, c.front, z), (c.right, c.back, z + clear))
+        z += clear
+        if k < count:
+            shelf = board((c.left + gap, y0, z), (c.right - gap, c.back - gap, z + WALL))
+            bench.add(ROOT, shelf, c.look.inside, label="shelf", grain=ACROSS, density="board")
+            z += WALL
+    return first + count + 1
+
+
+def shelves_for(height: float) -> int:
+    """How many shelves a room of that height has. Ref: RoboCasa v1.0, cabinets: levels by height."""
+    levels = next((n for n, top in ((1, 0.6), (2, 0.8), (3, 1.5), (4, 2.0)) if height <= top), 5)
+    return levels - 1
+
+
+WIDEST_DOOR, LEAST_PAIR = 0.62, 0.45  # metres; of a door, and of a cabinet with two
+
+
+def check_doors(doors: int, width: float) -> None:
+    """Whether one or two doors suit a cabinet of a width in metres. Raises ValueError where they do not."""
+    if doors == 1 and width > WIDEST_DOOR:
+        raise ValueError(f"a door of {width} m is too wide; take two")
+    if doors == 2 and width < LEAST_PAIR:
+        raise ValueError(f"two doors need {LEAST_PAIR} m, not {width} m")
+
+
+def check_shelves(room: float, count: int | None) -> None:
+    """Raises ValueError where so many shelves leave less than 0.1 m between them in a clear height of metres."""
+    if count and (room - count * WALL) / (count + 1) < 0.1:
+        raise ValueError(f"{count} shelves in {room:.3f} m leave less than 0.1 m each")

@@ -1,0 +1,1 @@
+"""Parts of cooktops: burners and grates."""

@@ -1,0 +1,1 @@
+"""Parts of what stands and hangs about: jars, leaves, kitchen tools."""

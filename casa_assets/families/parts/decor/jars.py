@@ -1,0 +1,131 @@
+"""Jars of glass or clay with what is in them and a lid; bottles share their way of being filled."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.families.kit.solids.blocks import ball, lathe, rod
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.kit.solids.sweep import circle, prism, tube
+from casa_assets.model.record import Vec2
+
+SMALL = 0.03  # metres; a jar below this radius is drawn with fewer faces
+GAP = 0.0006  # metres between glass and what is in it, so that neither flickers
+
+
+class Lid(StrEnum):
+    """What closes a jar."""
+
+    FLAT = "flat"  # a disc that overlaps
+    KNOB = "knob"  # a disc with a ball to lift it
+    CORK = "cork"
+    SCREW = "screw"  # a ribbed cap
+    CLIP = "clip"  # a glass lid with a wire clip
+    DOME = "dome"
+
+
+@dataclass(frozen=True)
+class Jar:
+    """Solids of a jar about z that stands on z = 0, by what they are made of."""
+
+    body: Solid
+    shell: Solid  # its outside alone: what is seen of glass, which has no need of a second face behind the first
+    inside: Solid
+    lid: tuple[Solid, ...]
+    fittings: tuple[Solid, ...]  # wires, seals
+    top: float  # of its lid
+
+
+def hollow(outer: list[Vec2], wall: float, floor: float, segments: int = 32) -> Solid:
+    """A turned vessel: `outer` goes up from the foot to the mouth; its inside keeps `wall` away."""
+    inner = [(max(0.001, r - wall), max(floor, z)) for r, z in outer if z >= floor]
+    inner = [(outer[0][0] - wall, floor), *inner] if inner and inner[0][1] > floor + 1e-6 else inner
+    return lathe([*outer, *inner[::-1]], segments, 45.0)
+
+
+def filling(outer: list[Vec2], wall: float, floor: float, share: float, segments: int = 32) -> Solid:
+    """What fills a vessel like that to a share of its height, a little apart from its wall."""
+    top = floor + GAP + share * (outer[-1][1] - floor)
+    zs = sorted({floor + GAP, top, *(z for _, z in outer if floor + GAP < z < top)})
+    away = wall + GAP
+    profile = [(float(np.interp(z, [q for _, q in outer], [r for r, _ in outer])) - away, z) for z in zs]
+    return lathe([(max(0.002, r), z) for r, z in profile], segments, 45.0)
+
+
+def body_of(radius: float, height: float, shoulder: float, neck: float) -> list[Vec2]:
+    """The outline of a jar: straight sides, a shoulder of a height, a neck of a share of its radius."""
+    r, h = radius, height
+    line = [(r - 0.004, 0.0), (r - 0.001, 0.0012), (r, 0.004), (r, h - shoulder - 0.012)]
+    if neck < 1:
+        for t in np.linspace(0.25, 1.0, 4):
+            s = 0.5 - 0.5 * math.cos(math.pi * t)
+            line.append((r * (1 - (1 - neck) * s), h - 0.012 - shoulder * (1 - t)))
+    return [*line, (r * min(1.0, neck), h)]
+
+
+def jar(
+    radius: float,
+    height: float,
+    lid: Lid,
+    *,
+    shoulder: float = 0.0,
+    neck: float = 1.0,
+    wall: float = 0.003,
+    fill: float = 0.8,
+) -> Jar:
+    """A jar of a radius and a height without its lid, metres; `fill` is a share of its height."""
+    outer = body_of(radius, height, shoulder, neck)
+    around = 24 if radius < SMALL else 32
+    body = hollow(outer, wall, wall * 1.4, around)
+    inside = filling(outer, wall, wall * 1.4, fill, around)
+    solids, fittings, top = _lid(lid, radius * min(1.0, neck), height, wall)
+    return Jar(body, lathe(outer, around, 45.0), inside, tuple(solids), tuple(fittings), top)
+
+
+def _lid(lid: Lid, r: float, h: float, wall: float) -> tuple[list[Solid], list[Solid], float]:
+    """Solids of a lid on a mouth of radius r at h, its fittings, and its top."""
+    z = h + 0.0005
+    if lid is Lid.CORK:
+        inside = r - wall - GAP
+        cork = [(0.92 * inside, h - 0.014), (inside, h - 0.002), (r + 0.001, z), (r + 0.001, z + 0.014)]
+        return [lathe(cork, 28)], [], z + 0.014
+    if lid is Lid.SCREW:
+        tall = max(0.012, min(0.02, 0.2 * h))
+        ribs = 16 if r < SMALL else 24
+        turns = np.linspace(0, 2 * np.pi, 4 * ribs + 1)[:-1]
+        ring = r + 0.0022 + 0.0008 * np.cos(ribs * turns)
+        outline = np.column_stack([ring * np.cos(turns), ring * np.sin(turns)])
+        cap = prism(outline, tall, 0.0012).at(z=h - tall + 0.003)
+        return [cap], [], h + 0.003
+    if lid is Lid.DOME:
+        curve = [(1.02 * r * math.cos(t), z + 0.42 * r * math.sin(t)) for t in np.linspace(0, math.pi / 2, 8)]
+        knob = ball(max(0.006, 0.13 * r), 10).untouched().at(z=z + 0.42 * r + 0.006)
+        shell = lathe([(1.02 * r, z - 0.0002), *curve[1:]], 32, 60.0)
+        return [shell, knob], [], z + 0.42 * r + 0.006 + max(0.006, 0.13 * r)
+    thick = 0.008 if lid is not Lid.CLIP else 0.011
+    disc = lathe([(r, z), (1.03 * r, z + 0.0015), (1.03 * r, z + thick - 0.002), (1.03 * r - 0.002, z + thick)], 36)
+    if lid is Lid.FLAT:
+        return [disc], [], z + thick
+    if lid is Lid.KNOB:
+        size = max(0.007, 0.2 * r)
+        stem = rod(0.5 * size, size, 0.0005).untouched().at(z=z + thick + 0.4 * size)
+        knob = ball(size, 12).untouched().at(z=z + thick + 1.3 * size)
+        return [disc, stem, knob], [], z + thick + 2.3 * size
+    seal = lathe([(0.9 * r, h - 0.001), (1.045 * r, h - 0.0005), (1.045 * r, z + 0.0018), (0.9 * r, z + 0.002)], 36)
+    return [disc], [seal, *_clip(r, h, z + thick)], z + thick + 0.002
+
+
+def _clip(r: float, h: float, top: float) -> list[Solid]:
+    """A band round the neck and a wire over the lid, with its lever at the front."""
+    w = circle(0.0012, 6)
+    low = h - 0.006
+    band = [(1.02 * r * math.sin(t), 1.02 * r * math.cos(t), low) for t in np.linspace(0, 2 * math.pi, 33)]
+    front, up = -r - 0.0022, top + 0.001
+    over = [(0.0, 1.06 * r, low), (0.0, 1.08 * r, up), (0.0, front, up), (0.0, front, low - 0.01)]
+    drop, out = low - 0.028, -r - 0.0026
+    lever = [(-0.008, front, low), (-0.01, out, drop), (0.01, out, drop), (0.008, front, low)]
+    return [tube(band, w).untouched(), tube(over, w, 0.006).untouched(), tube(lever, w, 0.006).untouched()]

@@ -1,0 +1,1 @@
+"""Fronts of cabinets: panels, doors, drawers, glazing and their looks."""

@@ -1,0 +1,270 @@
+"""Fronts of doors and drawers: a kind and a size become boards, panels and panes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.families.kit.asset_builder import Bench
+from casa_assets.families.kit.solids.blocks import board
+from casa_assets.families.kit.solids.boolean import cut
+from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape
+from casa_assets.families.kit.solids.sweep import prism
+from casa_assets.families.parts.fronts import panels
+from casa_assets.families.parts.fronts.panels import ACROSS, UPRIGHT, Opening
+from casa_assets.model.record import Vec3
+
+THICK = 0.02  # metres; fronts are 19 to 22 mm
+EASE = 0.0012
+LIP, GROOVE = 0.007, 0.03  # thickness of the lip in front of a finger groove, and how far the groove reaches in
+
+
+class FrontKind(StrEnum):
+    """How a front is made."""
+
+    SLAB = "slab"
+    SHAKER = "shaker"
+    SLIM_SHAKER = "slim_shaker"
+    RAISED = "raised"
+    ARCHED = "arched"
+    BEADBOARD = "beadboard"
+    V_GROOVE = "v_groove"
+    FLUTED = "fluted"
+    LOUVRED = "louvred"
+    GLASS_CLEAR = "glass_clear"
+    GLASS_FROSTED = "glass_frosted"
+    GLASS_DIVIDED = "glass_divided"
+
+
+class Edge(StrEnum):
+    """An edge of a front, seen from before it."""
+
+    TOP = "top"
+    BOTTOM = "bottom"
+    LEFT = "left"
+    RIGHT = "right"
+
+
+GLAZED = (FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED, FrontKind.GLASS_DIVIDED)
+# What a drawer has where the doors beside it are made so.
+OF_DRAWERS = {
+    FrontKind.ARCHED: FrontKind.RAISED,
+    FrontKind.BEADBOARD: FrontKind.SHAKER,
+    FrontKind.LOUVRED: FrontKind.SHAKER,
+    FrontKind.GLASS_CLEAR: FrontKind.SLIM_SHAKER,
+    FrontKind.GLASS_FROSTED: FrontKind.SLIM_SHAKER,
+    FrontKind.GLASS_DIVIDED: FrontKind.SHAKER,
+}
+# Width of stiles: as joiners cut them; a frame of thin metal or wood round a large pane.
+STILES = {
+    FrontKind.SLIM_SHAKER: 0.02,
+    FrontKind.GLASS_CLEAR: 0.045,
+    FrontKind.GLASS_FROSTED: 0.045,
+    FrontKind.ARCHED: 0.062,
+}
+STILE = 0.06
+
+
+@dataclass(frozen=True)
+class FrontPart:
+    """A board or a pane of a front.
+
+    Attributes:
+        solid: the front's lower left corner is the origin, its face lies in y = 0 and looks to -y. Metres.
+        pane: whether it is glass. grain: direction of its grain.
+    """
+
+    solid: Solid
+    pane: bool = False
+    grain: Vec3 = UPRIGHT
+
+
+def front(
+    kind: FrontKind, width: float, height: float, thick: float = THICK, drawer: bool = False, groove: Edge | None = None
+) -> tuple[FrontPart, ...]:
+    """The parts of a front, none of which says how it is touched: touch it as one box.
+
+    Args:
+        kind: how it is made; small fronts that leave no room for a panel are slabs.
+        width, height, thick: metres.
+        drawer: lies across: glass and louvres become panels, and the grain of a slab runs across.
+        groove: the edge that is hollowed from behind, so that fingers can take hold of the lip.
+    Returns:
+        Boards and panes; x from 0 to width, y from 0 (face) to thick, z from 0 to height.
+    """
+    kind = OF_DRAWERS.get(kind, kind) if drawer else kind
+    stile, rail = members(kind, width, height, drawer)
+    least = min(width - 2 * stile, height - 2 * rail)
+    if kind in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED) or least < 0.03:
+        parts = _plain(kind, width, height, thick, drawer)
+    else:
+        parts = _framed(kind, width, height, thick, stile, rail)
+    return parts if groove is None else tuple(_grooved(part, width, height, thick, groove) for part in parts)
+
+
+def members(kind: FrontKind, width: float, height: float, drawer: bool = False) -> tuple[float, float]:
+    """Width of the stiles and of the rails of a front, metres, where it has a frame."""
+    kind = OF_DRAWERS.get(kind, kind) if drawer else kind
+    usual = STILES.get(kind, STILE)
+    return min(usual, 0.24 * width), min(usual, 0.3 * height if drawer else 0.2 * height)
+
+
+def has_frame(kind: FrontKind) -> bool:
+    """Whether a front of the kind has stiles wide enough to carry a handle."""
+    return kind not in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED, FrontKind.SLIM_SHAKER)
+
+
+def lay(
+    bench: Bench,
+    link: str,
+    parts: tuple[FrontPart, ...],
+    size: Vec3,
+    finish: str,
+    glass: str,
+    *,
+    label: str = "door",
+    name: str | None = None,
+    at: Vec3 = (0.0, 0.0, 0.0),
+    groove: Edge | None = None,
+    grip: str | None = None,
+) -> None:
+    """Put a front on a link, touched as one box; one with a groove as a box and the lip before the groove.
+
+    Args:
+        parts: of `front`. size: its width, thickness, height, metres.
+        finish, glass: of boards and panes. name: of its collider; its mesh is `<name>_visual`.
+        at: of its lower left front corner, link frame.
+        groove: as it was given to `front`. grip: name of the lip's collider.
+    """
+    for part in parts:
+        solid = part.solid.at(*at)
+        if part.pane:
+            bench.add(link, solid, glass, label="glass", touch=False, density="glass")
+        else:
+            bench.add(link, solid, finish, label, name, part.grain, touch=False, density="board")
+    low, high = [0.0, 0.0, 0.0], list(size)
+    if groove in (Edge.TOP, Edge.RIGHT):
+        high[2 if groove is Edge.TOP else 0] -= GROOVE
+    elif groove is not None:
+        low[2 if groove is Edge.BOTTOM else 0] += GROOVE
+    whole = board((low[0], low[1], low[2]), (high[0], high[1], high[2]), 0.0)
+    bench.add(link, whole.at(*at), finish, label, name, density=0.0, seen=False)
+    if groove is not None:
+        shapes = (lip(size[0], size[2], groove),)
+        held = Solid(whole.points, whole.faces, shapes).at(*at)
+        bench.add(link, held, finish, "handle", grip, density=0.0, seen=False)
+
+
+def glass_of(kind: FrontKind) -> str:
+    """Finish of the panes of a kind."""
+    return "glass_frosted" if kind is FrontKind.GLASS_FROSTED else "glass_clear"
+
+
+def depth_at(parts: tuple[FrontPart, ...], spots: Sequence[tuple[float, float]]) -> float:
+    """How far behind the face the wood lies at points x, z of a front: the most of them, metres."""
+    corners = np.concatenate([p.solid.points[p.solid.faces] for p in parts if not p.pane])
+    found = [_hit(corners, x, z) for x, z in spots]
+    return max([y for y in found if y is not None], default=0.0)
+
+
+def _hit(corners: np.ndarray, x: float, z: float) -> float | None:
+    """Least y at which a line along y through x, z meets (F, 3, 3) triangles."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    ux, uz, vx, vz = b[:, 0] - a[:, 0], b[:, 2] - a[:, 2], c[:, 0] - a[:, 0], c[:, 2] - a[:, 2]
+    det = ux * vz - uz * vx
+    safe = np.where(np.abs(det) < 1e-12, np.inf, det)
+    s = ((x - a[:, 0]) * vz - (z - a[:, 2]) * vx) / safe
+    t = (ux * (z - a[:, 2]) - uz * (x - a[:, 0])) / safe
+    inside = (np.abs(det) > 1e-12) & (s >= 0) & (t >= 0) & (s + t <= 1)
+    y = a[:, 1] + s * (b[:, 1] - a[:, 1]) + t * (c[:, 1] - a[:, 1])
+    return float(y[inside].min()) if inside.any() else None
+
+
+def is_glazed(kind: FrontKind) -> bool:
+    """Whether one sees through a door of the kind, or light comes through it."""
+    return kind in GLAZED
+
+
+def lip(width: float, height: float, groove: Edge) -> Placed:
+    """The lip that a hand takes of a grooved front, as a collision box in the front's frame."""
+    low = {
+        Edge.TOP: (0.0, 0.0, height - GROOVE),
+        Edge.BOTTOM: (0.0, 0.0, 0.0),
+        Edge.LEFT: (0.0, 0.0, 0.0),
+        Edge.RIGHT: (width - GROOVE, 0.0, 0.0),
+    }[groove]
+    flat = groove in (Edge.TOP, Edge.BOTTOM)
+    across, up = (width, GROOVE) if flat else (GROOVE, height)
+    return box_shape(low, (low[0] + across, LIP, low[2] + up))
+
+
+def _plain(kind: FrontKind, w: float, h: float, t: float, drawer: bool) -> tuple[FrontPart, ...]:
+    if kind is FrontKind.V_GROOVE:
+        line = panels.grooves(w, 0.1, 0.003, 0.003)
+    elif kind is FrontKind.FLUTED:
+        line = panels.reeds(w, 0.024, 0.0045)
+    else:
+        grain = ACROSS if drawer else UPRIGHT
+        return (FrontPart(board((0.0, 0.0, 0.0), (w, t, h), EASE), grain=grain),)
+    outline = np.concatenate([line, [(w, t), (0.0, t)]])
+    return (FrontPart(prism(outline, h, 0.0)),)
+
+
+def _framed(kind: FrontKind, w: float, h: float, t: float, stile: float, rail: float) -> tuple[FrontPart, ...]:
+    """Stiles run through, rails stand between them."""
+    out = [FrontPart(board((x, 0.0, 0.0), (x + stile, t, h), EASE)) for x in (0.0, w - stile)]
+    rise = min(0.055, 0.2 * (w - 2 * stile)) if kind is FrontKind.ARCHED else 0.0
+    splits = _splits(kind, h, rail, rise)
+    last = len(splits) - 1
+    for k, z in enumerate(splits):
+        if rise and k == last:
+            solid = panels.arched_rail(stile, w - stile, z, rise, h, t)
+        else:
+            solid = board((stile, 0.0, z), (w - stile, t, z + rail), EASE)
+        out.append(FrontPart(solid, grain=ACROSS))
+    for k in range(last):
+        arch = rise if k == last - 1 else 0.0
+        out += _filled(kind, Opening(stile, splits[k] + rail, w - stile, splits[k + 1] + arch, arch), t)
+    return tuple(out)
+
+
+def _splits(kind: FrontKind, h: float, rail: float, rise: float) -> list[float]:
+    """Lower edges of the rails, bottom up; a tall door has one at hand height."""
+    top = h - rail - rise
+    if kind in (FrontKind.SLIM_SHAKER, FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED) or h < 1.25:
+        return [0.0, top]
+    return [0.0, 0.42 * h - rail / 2, top]
+
+
+def _filled(kind: FrontKind, opening: Opening, t: float) -> list[FrontPart]:
+    if kind in GLAZED:
+        bars = panels.muntins(opening, t) if kind is FrontKind.GLASS_DIVIDED else []
+        stops = [FrontPart(s) for s in panels.stops(opening, t)]
+        pane = FrontPart(panels.pane(opening, t / 2), pane=True)
+        return [pane, *stops, *(FrontPart(s, grain=g) for s, g in bars)]
+    if kind is FrontKind.LOUVRED:
+        return [FrontPart(s, grain=ACROSS) for s in panels.slats(opening, t)]
+    if kind is FrontKind.BEADBOARD:
+        return [FrontPart(panels.beaded(opening))]
+    if kind is FrontKind.RAISED or kind is FrontKind.ARCHED:
+        return [FrontPart(panels.raised(opening, t)), *(FrontPart(s) for s in panels.sticking(opening))]
+    return [FrontPart(panels.flat(opening, 0.006 if kind is FrontKind.SLIM_SHAKER else 0.008))]
+
+
+def _grooved(part: FrontPart, w: float, h: float, t: float, edge: Edge) -> FrontPart:
+    """The part without what the groove takes away behind the lip."""
+    far = 0.05
+    low, high = [-far, LIP, -far], [w + far, t + far, h + far]
+    axis, at_end = (2, edge is Edge.TOP) if edge in (Edge.TOP, Edge.BOTTOM) else (0, edge is Edge.RIGHT)
+    if at_end:
+        low[axis] = (h if axis == 2 else w) - GROOVE
+    else:
+        high[axis] = GROOVE
+    bounds = part.solid.bounds
+    if (bounds[1] <= np.array(low)).any() or (bounds[0] >= np.array(high)).any() or part.pane:
+        return part
+    tool = board((low[0], low[1], low[2]), (high[0], high[1], high[2]), 0.004, 3)
+    return replace(part, solid=cut(part.solid, tool))

@@ -1,0 +1,58 @@
+"""Sashes: a frame of stiles and rails round panes of glass, divided by bars."""
+
+from __future__ import annotations
+
+from casa_assets.families.kit.asset_builder import Bench
+from casa_assets.families.kit.solids.blocks import board
+from casa_assets.families.kit.solids.solid import Solid, box_shape
+
+GLASS = 0.004  # metres
+BAR = 0.02
+
+
+def sash(
+    bench: Bench,
+    link: str,
+    size: tuple[float, float, float],
+    *,
+    stile: float,
+    grid: tuple[int, int],
+    finish: str,
+    glass: str,
+    name: str,
+    label: str = "window",
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> None:
+    """Put a sash on a link: its lower left front corner at `at`, touched as one box.
+
+    Args:
+        size: width, depth (towards +y), height, metres. stile: width of the frame's boards.
+        grid: columns and rows of panes. name: of its collider and of its mesh.
+    """
+    w, d, h = size
+    e = 0.002
+    sides = [board((0, 0, 0), (stile, d, h), e), board((w - stile, 0, 0), (w, d, h), e)]
+    for solid in sides:
+        bench.add(link, solid.at(*at), finish, label=label, touch=False)
+    for z in (0.0, h - stile):
+        rail = board((stile - 5e-4, 2e-4, z), (w - stile + 5e-4, d - 2e-4, z + stile), e)
+        bench.add(link, rail.at(*at), finish, label=label, touch=False, grain=(1.0, 0.0, 0.0))
+    pane = board(
+        (stile - 0.004, d / 2 - GLASS / 2, stile - 0.004),
+        (w - stile + 0.004, d / 2 + GLASS / 2, h - stile + 0.004),
+        0.0,
+    )
+    bench.add(link, pane.at(*at), glass, label="glass", touch=False)
+    columns, rows = grid
+    y0, y1 = d / 2 - 0.011, d / 2 + 0.011
+    for k in range(1, columns):
+        x = stile + (w - 2 * stile) * k / columns
+        bar = board((x - BAR / 2, y0, stile - 5e-4), (x + BAR / 2, y1, h - stile + 5e-4), e)
+        bench.add(link, bar.at(*at), finish, label=label, touch=False)
+    for k in range(1, rows):
+        z = stile + (h - 2 * stile) * k / rows
+        bar = board((stile - 5e-4, y0 + 4e-4, z - BAR / 2), (w - stile + 5e-4, y1 - 4e-4, z + BAR / 2), e)
+        bench.add(link, bar.at(*at), finish, label=label, touch=False, grain=(1.0, 0.0, 0.0))
+    whole = board((0, 0, 0), (w, d, h), 0.0)
+    touched = Solid(whole.points, whole.faces, (box_shape((0, 0, 0), (w, d, h)),))
+    bench.add(link, touched.at(*at), finish, label=label, name=name, density=0.0, seen=False)

@@ -1,0 +1,91 @@
+"""Keys that are pressed and come back, and the toggle that one key makes."""
+
+from __future__ import annotations
+
+from casa_assets.core import hand_dynamics
+from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.solids.blocks import box, rod
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.model.asset.behavior import Condition, Rule, Variable
+from casa_assets.model.record import Vec3
+
+STROKE = 0.0025  # metres
+CLEAR = 0.0004  # metres that are left under a pressed key
+
+
+def round_key(radius: float, height: float = 0.005) -> Solid:
+    """A round cap that stands on z = 0."""
+    return rod(radius, height, min(0.0015, 0.3 * height)).at(z=height / 2)
+
+
+def flat_key(wide: float, tall: float, height: float = 0.005) -> Solid:
+    """A rectangular cap that stands on z = 0; wide along x, tall along y."""
+    return box((wide, tall, height), (0.0, 0.0, height / 2), 0.0015, 2)
+
+
+def key(
+    bench: Bench,
+    name: str,
+    joint: str,
+    at: Vec3,
+    cap: Solid,
+    finish: str,
+    *,
+    face: str = "front",
+    parent: str = ROOT,
+    stroke: float = STROKE,
+) -> None:
+    """A sprung key; its collider is called `name`, its link `<name>_key`.
+
+    Args:
+        at: middle of its foot on the surface that it is set in, parent's frame, metres.
+        cap: standing on z = 0. face: where it looks: `front` (-y), `up`, `left` (-x), `right` or `back`.
+    """
+    turn, way = _FACES[face]
+    lift = stroke + CLEAR
+    place = (at[0] - way[0] * lift, at[1] - way[1] * lift, at[2] - way[2] * lift)
+    link = bench.link(f"{name}_key", at=place, parent=parent)
+    bench.add(link, _turned(cap, turn), finish, label="button", name=name)
+    low, high = cap.bounds
+    wide, tall = float(high[0] - low[0]) - 0.003, float(high[1] - low[1]) - 0.003
+    stem = box((wide, tall, lift + 0.0015), (0.0, 0.0, -(lift + 0.0015) / 2 + 0.001), 0.0)
+    # The stem goes into its hole when the key is pressed.
+    bench.add(link, _turned(stem, turn), "plastic_black", label="button", touch=False, density=0.0)
+    spring = hand_dynamics.press(stroke, hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
+    bench.slide(joint, link, way, (0.0, stroke), name, spring=spring, feel=hand_dynamics.KEY)
+
+
+_FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {
+    "front": (("x", 1.5707963267948966), (0.0, 1.0, 0.0)),
+    "back": (("x", -1.5707963267948966), (0.0, -1.0, 0.0)),
+    "left": (("y", -1.5707963267948966), (1.0, 0.0, 0.0)),
+    "right": (("y", 1.5707963267948966), (-1.0, 0.0, 0.0)),
+    "up": (None, (0.0, 0.0, -1.0)),
+}
+
+
+def _turned(solid: Solid, turn: tuple[str, float] | None) -> Solid:
+    return solid if turn is None else solid.turned(*turn)
+
+
+def toggle(variable: str, collider: str) -> tuple[tuple[Variable, ...], tuple[Rule, ...]]:
+    """A variable that one key switches on and off: on a press, once for each press.
+
+    A second variable, `<variable>_latch`, follows when the key is let go, so that one press counts once.
+    """
+    latch = f"{variable}_latch"
+    press = Condition(contact=collider, begins=True)
+    free = Condition(contact=collider, negated=True)
+    was_on, was_off = Condition(variable=latch, equals="on"), Condition(variable=latch, equals="off")
+    now_on, now_off = Condition(variable=variable, equals="on"), Condition(variable=variable, equals="off")
+    variables = (
+        Variable(name=variable, values=("off", "on"), initial="off"),
+        Variable(name=latch, values=("off", "on"), initial="off"),
+    )
+    rules = (
+        Rule(variable=variable, from_values=("on",), to="off", when=(press, was_on)),
+        Rule(variable=variable, from_values=("off",), to="on", when=(press, was_off)),
+        Rule(variable=latch, from_values=("off",), to="on", when=(free, now_on)),
+        Rule(variable=latch, from_values=("on",), to="off", when=(free, now_off)),
+    )
+    return variables, rules

@@ -1,0 +1,77 @@
+"""Legs and rails of furniture: bars between two points."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solids.loft import loft
+from casa_assets.families.kit.solids.solid import Solid, box_shape
+from casa_assets.families.kit.solids.sweep import circle, rectangle, tube
+from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.model.asset.shape import Cylinder
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
+
+
+def bar(a: Vec3, b: Vec3, radius: float) -> Solid:
+    """A round bar from a to b, touched as a cylinder."""
+    solid = tube([a, b], radius)
+    axis = np.array(b) - np.array(a)
+    length = float(np.linalg.norm(axis))
+    middle = (np.array(a) + np.array(b)) / 2
+    x, y, z = (float(v) for v in middle)
+    shape = Cylinder(radius=radius, height=length)
+    return Solid(
+        solid.points,
+        solid.faces,
+        ((shape, Pose(position=(x, y, z), quaternion=_onto(axis / length))),),
+        solid.spread,
+        40.0,
+    )
+
+
+def beam(a: Vec3, b: Vec3, width: float, depth: float, up: Vec3 = (0.0, 1.0, 0.0)) -> Solid:
+    """A square-edged bar from a to b: `depth` along `up`, `width` across; touched as a box."""
+    return tube([a, b], rectangle(width, depth, min(width, depth) * 0.12, 1), up=up)
+
+
+def tapered(a: Vec3, b: Vec3, start: float, end: float, sides: int = 20) -> Solid:
+    """A round leg whose radius goes from `start` at a to `end` at b; touched as a cylinder of the mean."""
+    axis = np.array(b) - np.array(a)
+    length = float(np.linalg.norm(axis))
+    ring = circle(1.0, sides)
+    low = np.column_stack([ring * start, np.zeros(sides)])
+    high = np.column_stack([ring * end, np.full(sides, length)])
+    points, faces = convex_hull(np.concatenate([low, high]))
+    x, y, z = a
+    pose = Pose(position=(x, y, z), quaternion=_onto(axis / length))
+    shape = (Cylinder(radius=(start + end) / 2, height=length), Pose(position=(0.0, 0.0, length / 2)))
+    return Solid(points, faces, (shape,), crease_deg=40.0).posed(pose)
+
+
+def slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
+    """A board that bows backwards (+y) in its middle: width x, thickness y, height z; touched as its box."""
+    w, t, h = size
+    xs = np.linspace(-w / 2, w / 2, steps + 1)
+    ys = bow * (1 - (2 * xs / w) ** 2)
+    front = np.column_stack([xs, ys - t / 2])
+    back = np.column_stack([xs, ys + t / 2])[::-1]
+    outline = np.concatenate([front, back])
+    low = np.column_stack([outline, np.full(len(outline), -h / 2)])
+    high = np.column_stack([outline, np.full(len(outline), h / 2)])
+    solid = loft([low, high], 40.0)
+    lo, hi = solid.bounds
+    return Solid(solid.points, solid.faces, (box_shape(lo, hi),), crease_deg=40.0).at(*at)
+
+
+def _onto(direction: Floats) -> tuple[float, float, float, float]:
+    """Quaternion that takes z to a unit vector."""
+    x, y, z = (float(v) for v in direction)
+    if z < -1 + 1e-9:
+        return (0.0, 1.0, 0.0, 0.0)
+    w = 1.0 + z
+    n = math.sqrt(w * w + x * x + y * y)
+    return (w / n, -y / n, x / n, 0.0)

@@ -1,0 +1,114 @@
+"""Figures of seven bars on a display, and signs printed beside keys; all face the front (-y)."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solids.blocks import box, lathe
+from casa_assets.families.kit.solids.solid import Solid, joined
+from casa_assets.families.kit.solids.sweep import prism
+
+# Bars of each figure: top, upper left, upper right, middle, lower left, lower right, bottom.
+BARS = {
+    "0": "1110111",
+    "1": "0010010",
+    "2": "1011101",
+    "3": "1011011",
+    "4": "0111010",
+    "5": "1101011",
+    "6": "1101111",
+    "7": "1010010",
+    "8": "1111111",
+    "9": "1111011",
+    "-": "0001000",
+}
+WIDE = 0.52  # width of a figure over its height
+PITCH = 0.74  # from one figure to the next, over their height
+COLON = 0.36  # width of a colon, over the height
+INK = 0.0004  # metres: thickness of what is printed or glows; its back stands free of what is behind it
+
+
+class Sign(StrEnum):
+    """What is printed on a key."""
+
+    PLUS = "plus"
+    MINUS = "minus"
+    PLAY = "play"
+    STOP = "stop"
+    LAMP = "lamp"
+    POWER = "power"
+    BARS = "bars"
+
+
+def figures(text: str, height: float) -> Solid:
+    """A line of figures about the origin, its back in the plane y = 0.
+
+    Args:
+        text: of figures, `-` and `:`. height: of a figure, metres.
+    Raises:
+        KeyError: a character that seven bars do not show.
+    """
+    t = 0.13 * height
+    long = sum(COLON if c == ":" else PITCH for c in text) - (PITCH - WIDE)
+    x = -long * height / 2
+    parts: list[Solid] = []
+    for c in text:
+        if c == ":":
+            at = x + (COLON - (PITCH - WIDE)) * height / 2
+            parts += [_ink(t, t, at, sign * 0.2 * height) for sign in (-1, 1)]
+            x += COLON * height
+            continue
+        parts += _figure(BARS[c], x, height, t)
+        x += PITCH * height
+    return joined(parts)
+
+
+def _figure(bars: str, x: float, h: float, t: float) -> list[Solid]:
+    w = WIDE * h
+    flat, tall = w - 1.3 * t, h / 2 - 1.15 * t
+    low, high = -h / 4, h / 4
+    places = (
+        (flat, t, x + w / 2, h / 2 - t / 2),
+        (t, tall, x + t / 2, high),
+        (t, tall, x + w - t / 2, high),
+        (flat, t, x + w / 2, 0.0),
+        (t, tall, x + t / 2, low),
+        (t, tall, x + w - t / 2, low),
+        (flat, t, x + w / 2, -h / 2 + t / 2),
+    )
+    return [_ink(*place) for on, place in zip(bars, places, strict=True) if on == "1"]
+
+
+def sign(kind: Sign, size: float) -> Solid:
+    """A sign about the origin, its back in the plane y = 0, as wide as `size`, metres."""
+    t = 0.16 * size
+    if kind is Sign.PLUS:
+        return joined(
+            [_ink(size, t, 0.0, 0.0), _ink(t, 0.42 * size, 0.0, 0.29 * size), _ink(t, 0.42 * size, 0.0, -0.29 * size)]
+        )
+    if kind is Sign.MINUS:
+        return _ink(size, t, 0.0, 0.0)
+    if kind is Sign.STOP:
+        return _ink(0.8 * size, 0.8 * size, 0.0, 0.0)
+    if kind is Sign.BARS:
+        return joined([_ink(size, t, 0.0, z * size) for z in (-0.32, 0.0, 0.32)])
+    if kind is Sign.PLAY:
+        half = size / 2
+        wedge = prism(_points((-0.8 * half, -half), (half, 0.0), (-0.8 * half, half)), INK, 0.0)
+        return wedge.turned("x", math.pi / 2).untouched()
+    ring = lathe([(0.5 * size - t, 0.0), (0.5 * size, 0.0), (0.5 * size, INK), (0.5 * size - t, INK)], 20, closed=True)
+    ring = ring.turned("x", math.pi / 2)
+    inner = _ink(t, 0.5 * size, 0.0, 0.0) if kind is Sign.POWER else _ink(0.3 * size, 0.3 * size, 0.0, 0.0)
+    return joined([ring, inner])
+
+
+def _points(*corners: tuple[float, float]) -> Floats:
+    return np.array(corners)
+
+
+def _ink(wide: float, tall: float, x: float, z: float) -> Solid:
+    return box((wide, INK, tall), (x, -INK / 2, z), 0.0).untouched()

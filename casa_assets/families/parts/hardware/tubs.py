@@ -1,0 +1,63 @@
+"""Open boxes with rounded corners, and loops and rows of wire: what racks and baskets are made of."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.families.kit.solids.blocks import board
+from casa_assets.families.kit.solids.loft import levels, loft
+from casa_assets.families.kit.solids.solid import Solid, joined
+from casa_assets.families.kit.solids.sweep import circle, rectangle, tube
+from casa_assets.model.record import Vec3
+
+SIDES = 6  # of a wire
+
+
+def tub(width: float, depth: float, height: float, wall: float, radius: float, floor: float = 0.0) -> Solid:
+    """An open box about x = 0, y = 0 from z = 0 up, its corners rounded; touched as a floor and four walls.
+
+    Args:
+        width, depth, height: outside, metres. wall: its thickness. radius: of the upright corners.
+        floor: thickness of the bottom; 0 for that of the walls.
+    """
+    base = floor or wall
+    ease = min(0.004, 0.3 * height)
+    outline = rectangle(width, depth, radius, 5)
+    steps = [(ease, 0.0), (0.0, ease), (0.0, height - 0.001), (0.3 * wall, height), (0.7 * wall, height)]
+    body = loft(levels(outline, [*steps, (wall, height - 0.001), (wall, base)]), 45.0)
+    w, d = width / 2, depth / 2
+    touched = (
+        board((-w, -d, 0.0), (w, d, base), 0.0),
+        board((-w, -d, base), (w, -d + wall, height), 0.0),
+        board((-w, d - wall, base), (w, d, height), 0.0),
+        board((-w, -d + wall, base), (-w + wall, d - wall, height), 0.0),
+        board((w - wall, -d + wall, base), (w, d - wall, height), 0.0),
+    )
+    return body.touched_as(*touched)
+
+
+def loop(width: float, depth: float, z: float, radius: float, corner: float) -> Solid:
+    """A level ring of wire about x = 0, y = 0: `width` by `depth` over the middle of the wire; not touched."""
+    w, d = width / 2, depth / 2
+    path = [(0.0, -d, z), (w, -d, z), (w, d, z), (-w, d, z), (-w, -d, z), (0.0, -d, z)]
+    return tube(path, circle(radius, 8), corner).untouched()
+
+
+def wire(path: list[Vec3], radius: float, bend: float = 0.0) -> Solid:
+    """A wire along corner points, bent round with a radius, metres; not touched."""
+    return tube(path, circle(radius, SIDES), bend).untouched()
+
+
+def grid(width: float, depth: float, z: float, radius: float, across: int, along: int) -> Solid:
+    """Crossed wires about x = 0, y = 0: `across` run from front to back, `along` from left to right just below them."""
+    w, d = width / 2, depth / 2
+    out = [wire([(float(x), -d, z), (float(x), d, z)], radius) for x in np.linspace(-w, w, across)]
+    out += [
+        wire([(-w, float(y), z - 1.6 * radius), (w, float(y), z - 1.6 * radius)], radius) for y in _spread(d, along)
+    ]
+    return joined(out)
+
+
+def _spread(half: float, count: int) -> list[float]:
+    """`count` places within -half .. half, evenly, none of them at the ends."""
+    return [float(v) for v in np.linspace(-half, half, count + 2)[1:-1]]

@@ -1,0 +1,1 @@
+"""Parts of refrigerators: case, doors, gaskets, shelves, drawers, the lower freezer."""

@@ -1,0 +1,87 @@
+"""What is built in: which of its inertia can be felt, and what moves beside what is fixed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.bounds import link_bounds
+from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind, Link
+from casa_assets.model.kitchen.scene import PlacedLink, Scene
+
+# What moves is beside what is fixed where the boxes around them are this near while all is shut, metres.
+BESIDE_M = 0.1
+# Sine of the angle by which an axis may lean and still be one of the link's own.
+STRAIGHT = 1e-9
+
+
+def ready_to_simulate(scene: Scene) -> Scene:
+    """The scene with what a simulator need not work out: products of inertia unfelt, and pairs that never touch."""
+    return scene.replace(assets=tuple(map(felt, scene.assets)), exclusions=beside(scene))
+
+
+def beside(scene: Scene) -> tuple[tuple[PlacedLink, PlacedLink], ...]:
+    """What moves on something fixed, and each fixed thing beside it while all is shut, its own frame among them.
+
+    A door and the frame, walls and worktops around it are so near each other that a simulator looks at every step
+    whether they touch, and they never do: its joint holds it, and that it runs into nothing over its whole range is
+    checked of every scene.
+
+    Returns:
+        (what moves, what is fixed), in the order of the placements and their links.
+    """
+    moving, fixed = _boxes(scene)
+    if not moving or not fixed:
+        return ()
+    own, other = (np.array(list(side.values())) for side in (moving, fixed))
+    gaps = np.maximum(own[:, None, 0] - other[None, :, 1], other[None, :, 0] - own[:, None, 1])
+    near = (gaps <= BESIDE_M).all(axis=-1)
+    bodies, frames = list(moving), list(fixed)
+    return tuple((bodies[i], frames[j]) for i, j in np.argwhere(near))
+
+
+def felt(asset: Asset) -> Asset:
+    """The asset with what it has of inertia in its own axes alone, where no motion that it is free for can tell.
+
+    What never turns has no use for inertia, and what turns about an axis of its own link, on something that does not
+    turn, for no more than the moment about it. MuJoCo lays its tree of boxes around shapes along the axes of inertia,
+    so that those of a cupboard, which lean by chance, make boxes of straight panels that all overlap.
+    """
+    if asset.base is Base.FREE:
+        return asset
+    return asset.replace(links=tuple(_straight(asset, link) for link in asset.links))
+
+
+def _boxes(scene: Scene) -> tuple[dict[PlacedLink, Floats], dict[PlacedLink, Floats]]:
+    """(2, 3) corners around what moves and around what is fixed, everything at zero, world frame, metres."""
+    moving: dict[PlacedLink, Floats] = {}
+    fixed: dict[PlacedLink, Floats] = {}
+    assets = scene.asset_of
+    for place in scene.placements:
+        asset = assets[place.name]
+        for link in asset.links if asset.base is Base.FIXED else ():
+            box = link_bounds(link, place.pose @ asset.asset_from_link(link.name))
+            if box is not None:
+                side = moving if _movers(asset, link) else fixed
+                side[PlacedLink(placement=place.name, link=link.name)] = box
+    return moving, fixed
+
+
+def _movers(asset: Asset, link: Link) -> tuple[Joint, ...]:
+    """The joints that move a link, its own first."""
+    own = asset.joint_of(link.name)
+    carried = () if link.parent is None else _movers(asset, asset.link(link.parent))
+    return carried if own is None else (own, *carried)
+
+
+def _straight(asset: Asset, link: Link) -> Link:
+    turning = [joint for joint in _movers(asset, link) if joint.kind is JointKind.HINGE]
+    inertial = link.inertial
+    if not any(inertial.inertia[3:]) or len(turning) > 1:
+        return link
+    if turning:
+        asset_from_axis = asset.asset_from_link(turning[0].child).rotation @ np.array(turning[0].axis)
+        axis = np.abs(asset.asset_from_link(link.name).rotation.T @ asset_from_axis)
+        if np.sort(axis)[1] > STRAIGHT:
+            return link
+    return link.replace(inertial=inertial.replace(inertia=(*inertial.inertia[:3], 0.0, 0.0, 0.0)))

@@ -1,0 +1,266 @@
+"""Asset -> the same asset without meshes: every mesh that collides becomes a box or a cylinder inside of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linprog
+
+from casa_assets.core.typing import Floats
+from casa_assets.errors import DegenerateShape
+from casa_assets.geometry.solid.hull import hull_planes, hull_volume
+from casa_assets.model.asset.asset import Asset, Base, Collider, Link
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
+from casa_assets.model.kitchen.scene import LightScene, Scene
+from casa_assets.model.pose import Pose
+
+# Sizes are multiples of this, rounded down, metres: the last digits of a solver are no promise.
+GRID = 1e-6
+# Half the size of the smallest primitive, metres, for shapes that are too thin for the grid.
+LEAST = 1e-5
+# Share of a hull that one primitive has to fill for the search to end.
+FULL = 0.97
+# A further box is worth this share of the hull, and there are no more than so many.
+WORTH, MORE = 0.04, 3
+# A shape that ends less than this above the lowest point stands there, metres; half the height of a foot.
+LEVEL, FOOT = 2e-4, 1.5e-3
+# Cosine of the angle by which a shape may lean and still stand flat.
+FLAT = 0.99999
+
+
+class Inside(NamedTuple):
+    """A primitive inside a hull: half sizes (x, y, z) of a box, (radius, half height) of a cylinder, in a frame."""
+
+    frame: Floats
+    center: Floats
+    half: Floats
+
+    @property
+    def volume(self) -> float:
+        """m^3."""
+        if len(self.half) == 3:
+            return float(8 * self.half.prod())
+        return float(2 * np.pi * self.half[0] ** 2 * self.half[1])
+
+
+def lighten(asset: Asset) -> Asset:
+    """The asset without visuals and materials; its colliders are primitives that nowhere stick out of what they were.
+
+    So nothing that was apart touches. Mass, joints, sites and regions stay; effects on visuals are left out.
+    """
+    effects = _effects(asset)
+    behavior = asset.behavior
+    if behavior is not None and len(effects) < len(behavior.effects):
+        behavior = behavior.replace(effects=tuple(behavior.effects[i] for i in effects))
+    # What stands has to stand on what it stood on; only the root link's frame is upright.
+    low = _lowest(asset.root) if asset.base is Base.FREE else None
+    links = tuple(_light_link(link, low if link is asset.root else None) for link in asset.links)
+    return asset.replace(links=links, materials=(), behavior=behavior)
+
+
+def light_scene(scene: Scene, form: Callable[[Asset], Asset] = lighten) -> LightScene:
+    """The light form of a scene.
+
+    Args:
+        form: `lighten`, or what gives the same faster.
+    """
+    return LightScene(scene=scene, forms=tuple(form(asset) for asset in scene.assets))
+
+
+def inside(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:
+    """A box, a few boxes or a cylinder inside the convex hull of (N, 3) points, and their poses in its frame.
+
+    Where a box leaves much of the hull empty (the corner of a worktop), a few more follow, which do not overlap it or
+    each other; they stand where one cylinder would fill less.
+
+    Raises:
+        DegenerateShape: the points span no volume.
+    """
+    planes, volume = hull_planes(points), hull_volume(points)
+    boxes: list[Inside] = []
+    rods: list[Inside] = []
+    for frame in _frames(points):
+        spans = np.ptp(points @ frame, axis=0) / 2
+        round_ = np.array([min(spans[0], spans[1]), spans[2]])
+        boxes += _largest(planes, frame, _box_reach(planes, frame), spans)
+        rods += _largest(planes, frame, _rod_reach(planes, frame), round_)
+        if any(found.volume >= FULL * volume for found in (*boxes, *rods)):
+            break
+    if not boxes or not rods:
+        raise DegenerateShape("nothing fits inside the hull")
+    # Of equals the first: a later frame has to be better by more than rounding.
+    box, rod = (max(found, key=lambda f: float(f"{f.volume:.6g}")) for found in (boxes, rods))
+    several = [box, *_beside(planes, box, volume)]
+    best = [rod] if rod.volume > sum(one.volume for one in several) else several
+    return tuple(_rounded(found) for found in best)
+
+
+def _beside(planes: Floats, first: Inside, volume: float) -> list[Inside]:
+    """The largest boxes in what is left of a hull on each side of a box, largest first."""
+    if first.volume >= FULL * volume:
+        return []
+    found: list[Inside] = []
+    rest = planes
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            normal = sign * first.frame[:, axis]
+            face = sign * first.center[axis] + first.half[axis]
+            beyond = np.vstack([rest, [*-normal, face]])
+            boxes = _largest(beyond, first.frame, _box_reach(beyond, first.frame), first.half)
+            found += [box for box in boxes if box.volume >= WORTH * volume]
+            # What comes after stays on the near side of this face.
+            rest = np.vstack([rest, [*normal, -face]])
+    return sorted(found, key=lambda box: -box.volume)[:MORE]
+
+
+def _rounded(found: Inside) -> tuple[Box | Cylinder, Pose]:
+    matrix = np.eye(4)
+    matrix[:3, :3] = found.frame
+    # Thousandths of the grid first: what lies on a line of the grid must not fall to either side by its last bit.
+    matrix[:3, 3] = np.round((found.frame @ found.center / GRID).round(3)) * GRID
+    # The centre was rounded by up to half a unit along each axis.
+    half = np.maximum(np.floor(((found.half - GRID) / GRID).round(3)) * GRID, LEAST)
+    pose = _settled(Pose.from_matrix(matrix))
+    if len(half) == 3:
+        x, y, z = (2 * float(h) for h in half)
+        return Box(size=(x, y, z)), pose
+    return Cylinder(radius=float(half[0]), height=2 * float(half[1])), pose
+
+
+def _settled(pose: Pose) -> Pose:
+    """The pose with a turn that has no last digits."""
+    w, x, y, z = (round(c, 12) + 0.0 for c in pose.quaternion)
+    return pose.replace(quaternion=(w, x, y, z))
+
+
+def _light_link(link: Link, low: float | None = None) -> Link:
+    return link.replace(visuals=(), colliders=tuple(c for item in link.colliders for c in _light_collider(item, low)))
+
+
+def _light_collider(item: Collider, low: float | None) -> tuple[Collider, ...]:
+    """The collider as primitives; a mesh without volume is left out, as it would hold nothing up anyway."""
+    if not isinstance(item.shape, Hull | MeshShape):
+        return (item,)
+    points = item.shape.mesh.vertices
+    try:
+        found = inside(points)
+        if low is not None and item.pose.apply(points)[:, 2].min() < low + LEVEL:
+            found = (*found, *_foot(item.pose, points, found))
+    except DegenerateShape:
+        return ()
+    names = [item.name, *(LightScene.part_name(item.name, k) for k in range(1, len(found)))]
+    pairs = zip(names, found, strict=True)
+    return tuple(item.replace(name=name, shape=shape, pose=item.pose @ pose) for name, (shape, pose) in pairs)
+
+
+def _lowest(link: Link) -> float | None:
+    """Height of the lowest point of the colliders of a link."""
+    heights = [_foot_of(c.shape, c.pose) for c in link.colliders]
+    return min(heights, default=None)
+
+
+def _foot_of(shape: Shape, pose: Pose) -> float:
+    """Height of the lowest point of a shape."""
+    if isinstance(shape, Hull | MeshShape):
+        return float(pose.apply(shape.mesh.vertices)[:, 2].min())
+    down = pose.rotation[2]
+    if isinstance(shape, Box):
+        return float(pose.position[2] - np.abs(down) @ (np.array(shape.size) / 2))
+    if isinstance(shape, Sphere):
+        return float(pose.position[2] - shape.radius)
+    along = abs(float(down[2])) * shape.height / 2
+    round_ = shape.radius * (1.0 if isinstance(shape, Capsule) else float(np.hypot(down[0], down[1])))
+    return float(pose.position[2] - along - round_)
+
+
+def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tuple[tuple[Box, Pose], ...]:
+    """A thin box in the lowest part of a hull, upright where it stands; none where another shape stands there flat.
+
+    Args:
+        pose: of the hull in its link. points: (N, 3) its vertices. found: what stands for it, in its frame.
+    """
+    low = float(pose.apply(points)[:, 2].min())
+    flat = [(shape, pose @ at) for shape, at in found if np.abs((pose @ at).rotation[2]).max() > FLAT]
+    if min((_foot_of(shape, at) for shape, at in flat), default=np.inf) < low + LEVEL:
+        return ()
+    planes, spans = hull_planes(pose.apply(points)), np.ptp(pose.apply(points), axis=0) / 2
+    thick = min(FOOT, spans[2] / 2)
+    normals, height = planes[:, :3], low + GRID + thick
+    reach, wide = np.abs(normals[:, :2]), spans[:2]
+    room = GRID - planes[:, 3] - normals[:, 2] * height - np.abs(normals[:, 2]) * thick
+    # As in `_largest`, in the plane: first of the proportions of the hull, then as much wider as there is room.
+    first = linprog(
+        [0, 0, -1],
+        A_ub=np.column_stack([normals[:, :2], reach @ wide]),
+        b_ub=room,
+        bounds=[(None, None), (None, None), (0, None)],
+    )
+    if first.status != 0 or first.x[2] <= 0:
+        return ()
+    least = [(float(0.999 * first.x[2] * w), None) for w in wide]
+    best = linprog(
+        [0, 0, *(-1 / wide)],
+        A_ub=np.column_stack([normals[:, :2], reach]),
+        b_ub=room,
+        bounds=[(None, None), (None, None), *least],
+    )
+    if best.status != 0:
+        return ()
+    half = np.array([*best.x[2:], thick])
+    upright = Inside(np.eye(3), np.array([best.x[0], best.x[1], height]), half)
+    if half.min() <= LEAST:
+        return ()
+    shape, at = _rounded(upright)
+    assert isinstance(shape, Box)
+    return ((shape, pose.inverse() @ at),)
+
+
+def _effects(asset: Asset) -> list[int]:
+    """Indices of the effects that act on something other than a visual."""
+    if asset.behavior is None:
+        return []
+    visuals = {v.name for link in asset.links for v in link.visuals}
+    return [i for i, effect in enumerate(asset.behavior.effects) if effect.target not in visuals]
+
+
+def _frames(points: Floats) -> list[Floats]:
+    """Rotations (cloud from shape) worth trying: each axis of the cloud as z, then those of its covariance."""
+    x, y, z = np.eye(3)
+    axes = [np.stack([x, y, z], axis=1), np.stack([y, z, x], axis=1), np.stack([z, x, y], axis=1)]
+    _, vectors = np.linalg.eigh(np.cov(points.T))
+    a, b, c = (v * np.sign(v[np.argmax(np.abs(v))]) for v in vectors.T)
+    return [*axes, np.stack([a, np.cross(c, a), c], axis=1), np.stack([b, np.cross(a, b), a], axis=1)]
+
+
+def _box_reach(planes: Floats, frame: Floats) -> Floats:
+    """(F, 3) how far a box of half size one along each axis reaches towards each plane."""
+    return np.abs(planes[:, :3] @ frame)
+
+
+def _rod_reach(planes: Floats, frame: Floats) -> Floats:
+    """(F, 2) how far a cylinder of radius one, and of half height one, reaches towards each plane."""
+    normals = planes[:, :3] @ frame
+    return np.stack([np.hypot(normals[:, 0], normals[:, 1]), np.abs(normals[:, 2])], axis=1)
+
+
+def _largest(planes: Floats, frame: Floats, reach: Floats, wide: Floats) -> list[Inside]:
+    """None or one: first the largest of the proportions of `wide`, then as much wider as there is room.
+
+    Both are linear programs in the centre and the half sizes: normal . centre + reach . half <= -offset.
+    """
+    normals, offsets = planes[:, :3] @ frame, -planes[:, 3]
+    free = [(None, None)] * 3
+    first = linprog(
+        [0, 0, 0, -1], A_ub=np.column_stack([normals, reach @ wide]), b_ub=offsets, bounds=[*free, (0, None)]
+    )
+    if first.status != 0 or first.x[3] <= 0:
+        return []
+    least = [(float(0.999 * first.x[3] * w), None) for w in wide]
+    second = linprog(
+        [0, 0, 0, *(-1 / wide)], A_ub=np.column_stack([normals, reach]), b_ub=offsets, bounds=[*free, *least]
+    )
+    if second.status != 0:
+        return [Inside(frame, first.x[:3], first.x[3] * wide)]
+    return [Inside(frame, second.x[:3], second.x[3:])]

@@ -1,0 +1,1 @@
+"""Functions on triangle meshes: topology, normals, mass properties, visibility, registration, grasps."""

@@ -1,0 +1,153 @@
+"""Two surfaces laid over each other as well as turning, moving and scaling allows, and what then still lies apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.shape_descriptor import spread
+from casa_assets.geometry.solid.coverage import placed_samples
+
+# Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
+DENSE, FIRST, FITTED, MEASURED = 8000, 100, 400, 1500
+# Spreads along two axes that differ by less than this share do not tell the axes apart.
+SAME_AXES = 0.12
+# Turns that are tried: about one axis, and of all kinds.
+ROUND, EVERY = 36, 1000
+# Starts that are followed up, and steps of each.
+STARTS, STEPS = 6, 30
+# A place is measured to the planes of so many neighbours, where it is not farther aside than so many spacings.
+NEIGHBORS, ASIDE = 4, 2.0
+# In fitting, places farther off than this many times the median pull no more than that.
+TRIMMED = 3.0
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """A surface made ready: centred, root mean square distance 1.
+
+    Attributes:
+        places, normals: (DENSE, 3). spacing: between two places.
+        axes: (3,) spread along the principal axes. frame: (3, 3) these axes as columns.
+    """
+
+    places: Floats
+    normals: Floats
+    tree: cKDTree
+    spacing: float
+    axes: Floats
+    frame: Floats
+
+    def some(self, count: int) -> Floats:
+        """(count, 3) of the places, evenly picked."""
+        return self.places[np.arange(count) * len(self.places) // count]
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """How two surfaces lie over each other, in parts of their radius.
+
+    Attributes:
+        most: 95 % of either surface lies this near to the other. all: nearly all of it (99.5 %).
+        turn: (3, 3) rotation from the first to the second.
+    """
+
+    most: float
+    all: float
+    turn: Floats
+
+
+def cloud(points: Floats, faces: Ints) -> Cloud:
+    """Make a surface ready; (P, 3) points, (F, 3) faces. Raises DegenerateShape where it has no area."""
+    center, radius, axes, frame = spread(points, faces)
+    normals, areas = face_normals(points, faces)
+    places, face = placed_samples(points, faces, DENSE)
+    # The places follow the order of the faces; fixed jumps through them make any part of them a fair sample.
+    order = np.arange(DENSE) * 4801 % DENSE
+    spacing = float(np.sqrt(areas.sum() / DENSE)) / radius
+    local = (places[order] - center) / radius
+    return Cloud(local, normals[face[order]], cKDTree(local), spacing, axes / radius, frame)
+
+
+def overlay(one: Cloud, other: Cloud) -> Overlay:
+    """The best overlay of the first surface on the second that was found; mirror images are not tried."""
+    best: Overlay | None = None
+    for turn in _starts(one, other):
+        found, shift = _followed(one.some(FITTED), turn, other)
+        off = _apart(one.some(MEASURED) @ found.T + shift, other)
+        back = _apart((other.some(MEASURED) - shift) @ found, one)
+        most = max(float(np.quantile(off, 0.95)), float(np.quantile(back, 0.95)))
+        every = max(float(np.quantile(off, 0.995)), float(np.quantile(back, 0.995)))
+        if best is None or (most, every) < (best.most, best.all):
+            best = Overlay(round(most, 5), round(every, 5), found)
+    assert best is not None, "there are starts"
+    return best
+
+
+def _starts(one: Cloud, other: Cloud) -> list[Floats]:
+    """The rotations, best first, from which the first surface comes nearest to the second at once."""
+    turns = _candidates(one, other)
+    coarse = cKDTree(other.some(1000))
+    moved = np.einsum("kij,nj->kni", turns, one.some(FIRST))
+    far = coarse.query(moved.reshape(-1, 3))[0].reshape(len(turns), -1)
+    order = np.argsort(np.mean(far, axis=1).round(9), kind="stable")
+    return [turns[i] for i in order[:STARTS]]
+
+
+def _candidates(one: Cloud, other: Cloud) -> Floats:
+    """(K, 3, 3) rotations that lay principal axes on principal axes; all kinds of where these are not to be told."""
+    x, y, z = (one.axes + other.axes) / 2
+    first, second = y > (1 - SAME_AXES) * x, z > (1 - SAME_AXES) * y
+    if first and second:
+        return np.asarray(Rotation.from_quat(_quaternions(EVERY)).as_matrix())
+    flips = [np.diag(signs) for signs in ((1.0, 1, 1), (1.0, -1, -1), (-1.0, 1, -1), (-1.0, -1, 1))]
+    within = [np.eye(3)]
+    if first or second:
+        axis = np.array([0.0, 0.0, 1.0]) if first else np.array([1.0, 0.0, 0.0])
+        angles = np.arange(ROUND) * 2 * np.pi / ROUND
+        within = list(Rotation.from_rotvec(angles[:, None] * axis).as_matrix())
+    return np.array([other.frame @ flip @ turn @ one.frame.T for turn in within for flip in flips])
+
+
+def _quaternions(count: int) -> Floats:
+    """(count, 4) rotations spread evenly over all there are. Ref: Alexa 2022, super-Fibonacci spirals."""
+    share = (np.arange(count) + 0.5) / count
+    inner, outer = np.sqrt(share), np.sqrt(1 - share)
+    alpha = 2 * np.pi * (np.arange(count) + 0.5) / np.sqrt(2.0)
+    beta = 2 * np.pi * (np.arange(count) + 0.5) / 1.533751168755204288118041
+    rows = (inner * np.sin(alpha), inner * np.cos(alpha), outer * np.sin(beta), outer * np.cos(beta))
+    return np.stack(rows, axis=1)
+
+
+def _followed(places: Floats, turn: Floats, other: Cloud) -> tuple[Floats, Floats]:
+    """Rotation and shift after fitting from a start. Ref: point to plane, Chen and Medioni 1992."""
+    shift = np.zeros(3)
+    for _ in range(STEPS):
+        moved = places @ turn.T + shift
+        far, nearest = other.tree.query(moved)
+        normal = other.normals[nearest]
+        level = np.einsum("ij,ij->i", other.places[nearest] - moved, normal)
+        pull = np.minimum(1.0, TRIMMED * float(np.median(far)) / np.maximum(far, 1e-9))
+        rows = np.hstack([np.cross(moved, normal), normal]) * pull[:, None]
+        # A round thing may slide along itself: the least step that fits is taken.
+        step = np.linalg.lstsq(rows, level * pull, rcond=1e-4)[0]
+        small = Rotation.from_rotvec(step[:3]).as_matrix()
+        turn, shift = small @ turn, small @ shift + step[3:]
+        if float(np.abs(step).max()) < 1e-5:
+            break
+    return turn, shift
+
+
+def _apart(places: Floats, of: Cloud) -> Floats:
+    """(N,) distance of places from a surface: to the planes of its nearest places, where these are near enough."""
+    far, nearest = of.tree.query(places, k=NEIGHBORS)
+    way = places[:, None] - of.places[nearest]
+    level = np.abs(np.einsum("nkj,nkj->nk", way, of.normals[nearest]))
+    aside = np.sqrt(np.maximum(far**2 - level**2, 0.0))
+    nearest_of: Floats = np.where(aside < ASIDE * of.spacing, level, far).min(axis=1)
+    return nearest_of

@@ -1,0 +1,81 @@
+"""A surface -> numbers that no turn, scale, order of vertices or triangulation changes, and how far two are apart."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.distance import pdist
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.errors import DegenerateShape
+from casa_assets.geometry.mesh.measure import shell_moments
+from casa_assets.geometry.solid.coverage import surface_samples
+from casa_assets.model.asset.signature import PAIR_SHARES, REACH_SHARES, Form
+
+# Places on a surface whose distances to each other are measured: a million pairs.
+PLACES = 1500
+
+
+def form(points: Floats, faces: Ints) -> Form:
+    """The form of a surface.
+
+    Ref: distances between random pairs of places, the D2 of Osada et al. 2002.
+
+    Args:
+        points: (P, 3) metres. faces: (F, 3).
+    Raises:
+        DegenerateShape: the surface has no area.
+    """
+    center, radius, axes, _ = spread(points, faces)
+    places = (surface_samples(points, faces, PLACES) - center) / radius
+    x, y, z = (_short(float(side)) for side in axes / radius)
+    return Form(
+        radius=float(f"{radius:.6g}"),
+        pairs=tuple(_short(v) for v in shares(pdist(places), PAIR_SHARES)),
+        reach=tuple(_short(v) for v in shares(np.linalg.norm(places, axis=1), REACH_SHARES)),
+        axes=(x, y, z),
+    )
+
+
+def spread(points: Floats, faces: Ints) -> tuple[Floats, float, Floats, Floats]:
+    """How a surface is spread about its middle.
+
+    Returns:
+        (3,) centre of area, m; root mean square distance from it, m; (3,) the same along the principal axes, the widest
+        first, m; (3, 3) these axes as columns, right-handed.
+    Raises:
+        DegenerateShape: the surface has no area.
+    """
+    corners = points[faces]
+    if (
+        not len(faces)
+        or not np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).sum()
+    ):
+        raise DegenerateShape("a surface without an area has no form")
+    area, center, inertia = shell_moments(points, faces)
+    covariance = (np.trace(inertia) / 2 * np.eye(3) - inertia) / area
+    values, vectors = np.linalg.eigh(covariance)
+    sides, frame = np.sqrt(np.maximum(values[::-1], 0.0)), vectors[:, ::-1]
+    if np.linalg.det(frame) < 0:
+        frame = frame * np.array([1.0, 1.0, -1.0])
+    return center, float(np.sqrt(np.maximum(values, 0.0).sum())), sides, frame
+
+
+def shares(values: Floats, count: int) -> list[float]:
+    """The means of `count` equal shares of the values, ascending.
+
+    The distance between two such lists is about that of Wasserstein, which one value more or less hardly moves.
+    """
+    return [float(part.mean()) for part in np.array_split(np.sort(values), count)]
+
+
+def form_gap(one: Form, other: Form) -> float:
+    """How far two forms are apart whatever their size, as a part of their radius; copies stay below some hundredths."""
+    pairs = np.abs(np.subtract(one.pairs, other.pairs)).mean()
+    reach = np.abs(np.subtract(one.reach, other.reach)).mean()
+    axes = np.abs(np.subtract(one.axes, other.axes)).max()
+    return float(max(pairs, reach, axes))
+
+
+def _short(value: float) -> float:
+    """Four digits: more would be noise of the places that were picked."""
+    return round(value, 4) + 0.0

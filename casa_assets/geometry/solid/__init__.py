@@ -1,0 +1,1 @@
+"""Functions on solids and convex shapes: booleans, cuts, hulls, primitives, bounds, deviation."""

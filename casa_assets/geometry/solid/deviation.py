@@ -1,0 +1,158 @@
+"""How far convex shapes reach beyond the solid that they stand in for, and how far it reaches beyond them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.errors import DegenerateShape
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.solid.coverage import placed_samples
+from casa_assets.geometry.solid.hull import convex_hull, hull_planes
+
+SURFACE_SAMPLES = 20_000
+HULL_SAMPLES = 400  # on each shape
+PROBES = 5000
+# What lies so little beyond another shape, as a part of the longest side, is the joint between two.
+JOINT = 0.004
+# The normal of the nearest sample tells the distance where that sample is not farther aside than this many spacings.
+ASIDE = 3.0
+VOTERS = 9
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """A closed surface that distances are taken to.
+
+    Attributes:
+        samples, normals: (N, 3) points spread over it and where they face. spacing: between two of them, metres.
+        longest: side of the box around it, metres.
+        probes: (M, 3) fewer points, of what can be touched, for how deep shapes bury it.
+    """
+
+    samples: Floats
+    normals: Floats
+    tree: cKDTree
+    spacing: float
+    longest: float
+    probes: Floats
+
+
+def ruler(points: Floats, faces: Ints, count: int = SURFACE_SAMPLES) -> Ruler:
+    """Prepare a closed outward surface, (P, 3) points and (F, 3) faces, for distances to it."""
+    normals, areas = face_normals(points, faces)
+    samples, face = placed_samples(points, faces, count)
+    spacing = float(np.sqrt(areas.sum() / count))
+    longest = float(np.ptp(points, axis=0).max())
+    return Ruler(samples, normals[face], cKDTree(samples), spacing, longest, samples[:: max(1, count // PROBES)])
+
+
+def signed(queries: Floats, of: Ruler) -> Floats:
+    """(N,) how far each query lies outside the surface, below 0 within it; rounded to a micrometre."""
+    far, nearest = of.tree.query(queries)
+    level = np.einsum("ij,ij->i", queries - of.samples[nearest], of.normals[nearest])
+    aside = np.sqrt(np.maximum(far**2 - level**2, 0.0))
+    found: Floats = np.where(aside < ASIDE * of.spacing, level, np.where(level > 0, far, -far))
+    # One sample says little of what is far from it: where it lies aside, the nearest ones vote for the side.
+    unsure = np.flatnonzero((aside >= ASIDE * of.spacing) & (level > 0))
+    if len(unsure):
+        _, voters = of.tree.query(queries[unsure], k=min(VOTERS, len(of.samples)))
+        votes = np.einsum("ikj,ikj->ik", queries[unsure][:, None] - of.samples[voters], of.normals[voters])
+        found[unsure] = np.where(votes.sum(axis=1) > 0, far[unsure], -far[unsure])
+    return found.round(6)
+
+
+def beyond(queries: Floats, of: Ruler) -> Floats:
+    """(N,) how far each query lies outside the surface, 0 within it; rounded to a micrometre."""
+    return np.maximum(signed(queries, of), 0.0)
+
+
+def depths(queries: Floats, planes: Floats) -> Floats:
+    """(N,) how deep each query lies within a convex shape, below 0 outside; rounded to a micrometre."""
+    out = np.full(len(queries), -1.0)
+    for start in range(0, len(queries), 4096):
+        rows = slice(start, start + 4096)
+        out[rows] = -(queries[rows] @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+    return out.round(6)
+
+
+def buried(cloud: Floats, of: Ruler) -> Floats:
+    """(N,) how deep the probes that one shape touches lie within it, metres.
+
+    Raises:
+        DegenerateShape: the cloud spans no volume.
+    """
+    planes = hull_planes(cloud)
+    near = ((of.probes >= cloud.min(axis=0)) & (of.probes <= cloud.max(axis=0))).all(axis=1)
+    found = depths(of.probes[near], planes)
+    return np.maximum(found[found > -of.spacing], 0.0)
+
+
+def protrusion(cloud: Floats, of: Ruler) -> Floats:
+    """(N,) how far the surface of one shape lies outside the solid, where it is not a face that cutting has made.
+
+    Raises:
+        DegenerateShape: the cloud spans no volume.
+    """
+    points, faces = convex_hull(cloud)
+    found = signed(placed_samples(points, faces, HULL_SAMPLES)[0], of)
+    return np.maximum(found[found > -JOINT * of.longest], 0.0)
+
+
+def excess(cloud: Floats, of: Ruler, others: Sequence[Floats] = ()) -> tuple[Floats, float]:
+    """(N,) how far the surface of one shape lies outside the solid, at points evenly spread over it; its area, m^2.
+
+    Args:
+        cloud: vertices of the shape. of: the solid.
+        others: planes of other shapes; what lies in one of these is no outer surface and is left out.
+    Raises:
+        DegenerateShape: the cloud spans no volume.
+    """
+    points, faces = convex_hull(cloud)
+    normals, areas = face_normals(points, faces)
+    samples, face = placed_samples(points, faces, HULL_SAMPLES)
+    free = np.ones(len(samples), dtype=bool)
+    probes = samples + JOINT * of.longest * normals[face]
+    for planes in others:
+        free &= ~((probes @ planes[:, :3].T + planes[:, 3]).round(9) <= 0).all(axis=1)
+    return beyond(samples[free], of), float(areas.sum()) * float(free.mean())
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Errors of shapes, metres: of what they add, by area and at worst, of what they leave bare, of what they bury."""
+
+    added_p95: float
+    added_worst: float
+    bare_p95: float
+    bare_worst: float
+    buried_p95: float
+    buried_worst: float
+
+
+def deviation(clouds: Sequence[Floats], of: Ruler, bare: Floats) -> Deviation:
+    """How shapes differ from a solid.
+
+    Args:
+        clouds: vertices of each shape. of: the solid. bare: (N,) how far samples of the mesh lie outside the shapes.
+    Raises:
+        DegenerateShape: a cloud spans no volume, or there are none.
+    """
+    if not clouds:
+        raise DegenerateShape("there are no shapes")
+    planes = [hull_planes(cloud) for cloud in clouds]
+    rows = [excess(c, of, [p for j, p in enumerate(planes) if j != i]) for i, c in enumerate(clouds)]
+    values = np.concatenate([v for v, _ in rows])
+    weights = np.concatenate([np.full(len(v), a / max(len(v), 1)) for v, a in rows])
+    order = np.argsort(values, kind="stable")
+    reach = np.cumsum(weights[order])
+    at = min(int(np.searchsorted(reach, 0.95 * reach[-1])), len(order) - 1) if len(order) else 0
+    p95 = float(values[order][at]) if len(order) else 0.0
+    worst = float(values.max(initial=0.0))
+    sunk = np.max([np.maximum(depths(of.probes, p), 0.0) for p in planes], axis=0)
+    missed = float(np.percentile(bare, 95)), float(bare.max())
+    return Deviation(p95, worst, *missed, float(np.percentile(sunk, 95)), float(sunk.max(initial=0.0)))

@@ -1,0 +1,109 @@
+"""Collision shapes: the ways to them are tried in turn and judged, and the first that lies close enough is taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from casa_assets.core.typing import Floats
+from casa_assets.errors import DegenerateShape, Rejected
+from casa_assets.geometry.mesh.topology import weld
+from casa_assets.geometry.solid.coverage import surface_samples
+from casa_assets.ingest.collision.components import measured
+from casa_assets.ingest.collision.convex_decomposition import DecompositionFailed, decompose
+from casa_assets.ingest.collision.fit import SAMPLES, Verdict, in_words, verdict, yardstick
+from casa_assets.ingest.collision.solid_proxy import matter
+from casa_assets.ingest.collision.strategies import (
+    WAYS,
+    CollideParams,
+    Decomposer,
+    Task,
+    clouds_of,
+    one_shape,
+    whole_shape,
+)
+from casa_assets.ingest.draft import Draft, Placed, warning
+from casa_assets.model.issue import Issue
+from casa_assets.model.registry.category import Build, Category, Upright
+
+# The share of the surface that may be bare; a little below the limit of the check, which samples the finished mesh.
+BARE_BAD = 0.04
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Shapes, how they were made, and how they do; strain 1 is the bound."""
+
+    shapes: tuple[Placed, ...]
+    how: str
+    found: Verdict
+
+
+def collide(draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose) -> Draft:
+    """Shapes that stand in for the surface in contacts.
+
+    The cheap and exact ways come first; the first that lies close enough all over is taken, else the closest.
+
+    Args:
+        draft: metres, z up.
+        category: vessels keep their opening; solid and filled things are closed where the mesh is not.
+        decomposer: runs CoACD or V-HACD out of process.
+    Raises:
+        Rejected: no shape with a volume can be made (MSH004).
+    """
+    vertices, faces = draft.soup()
+    points, place = weld(vertices)
+    ids = place[faces]
+    full = category.build in (Build.SOLID, Build.FILLED)
+    whole = measured(points, ids, bridge=full)
+    if whole is None:
+        raise Rejected("MSH004", "no collision shape with a volume fits; the mesh is a sheet or a line")
+    notes: list[Issue] = []
+    because = f"the mesh fills {whole.fill:.0%} of its hull"
+    is_one = full and whole.fill >= params.hull_ratio
+    made = None if is_one else matter(points, ids, full)
+    shapes: tuple[Placed, ...]
+    if is_one:
+        samples = surface_samples(points, ids, SAMPLES)
+        one = whole_shape(whole.points, category.build is Build.FILLED, params, samples)
+        shapes, how, sure = (one,), "one shape: the mesh fills its hull", 1.0
+    elif made is None:
+        shapes, how, sure = (_last_resort(whole.points, params, notes),), "one hull", 0.5
+    else:
+        by = yardstick(points, ids, made.solid, not full)
+        rolls = category.upright is Upright.ANY
+        packed = category.build is Build.FILLED
+        best = _best(Task(points, ids, full, whole.fill, rolls, packed, made, by, params, decomposer), notes)
+        if best is None:
+            shapes, how, sure = (_last_resort(whole.points, params, notes),), "one hull", 0.5
+        else:
+            shapes, how, sure = best.shapes, best.how, 1 / (1 + max(0.0, best.found.strain - 1))
+            because += f"; {made.says}; {in_words(clouds_of(best.shapes), by, best.found)}"
+    return draft.replace(
+        colliders=shapes, guesses=draft.guessed("collision", how, sure, because), notes=draft.noted(*notes)
+    )
+
+
+def _last_resort(points: Floats, params: CollideParams, notes: list[Issue]) -> Placed:
+    notes.append(warning("MSH020", "collision", "no decomposition covers the surface; one hull closes every opening"))
+    return one_shape(points, params)
+
+
+def _best(task: Task, notes: list[Issue]) -> Cover | None:
+    """The first way that stays within the bound, else the one that comes closest; None where none covers."""
+    best: Cover | None = None
+    for way, enough in WAYS:
+        if best is not None and best.found.strain <= enough:
+            break
+        try:
+            shapes, how = way(task)
+            if not 0 < len(shapes) <= task.params.hull_count:
+                continue
+            found = verdict(clouds_of(tuple(shapes)), task.by, task.params.error_m)
+        except DecompositionFailed as error:
+            notes.append(warning("MSH019", "collision", str(error)))
+            continue
+        except DegenerateShape:
+            continue
+        if found.bare <= BARE_BAD and (best is None or found.strain < best.found.strain):
+            best = Cover(tuple(shapes), how, found)
+    return best

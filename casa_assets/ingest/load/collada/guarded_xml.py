@@ -1,0 +1,146 @@
+"""COLLADA bytes -> a guarded element tree: no entities, no network, no depth, and look-ups that cannot recurse."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from xml.parsers import expat
+
+import numpy as np
+import numpy.typing as npt
+from lxml import etree
+
+from casa_assets.core.typing import Floats
+from casa_assets.errors import Rejected
+from casa_assets.ingest import rejection_codes
+from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.load.wavefront.parser import parsed_numbers
+
+Element = etree._Element
+
+# COLLADA files are about a dozen deep, plus their node hierarchy.
+DEEPEST = 500
+_CUT = tuple(
+    expat.errors.codes[words] for words in (expat.errors.XML_ERROR_NO_ELEMENTS, expat.errors.XML_ERROR_UNCLOSED_TOKEN)
+)
+
+
+def guard(data: bytes, name: str) -> None:
+    """Scan before parsing.
+
+    Raises:
+        Rejected: XML_ENTITY (any document type: entities live there), XML_DEPTH, TRUNCATED, BAD_XML.
+    """
+    depth = 0
+
+    def start(tag: str, attributes: object) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > DEEPEST:
+            raise Rejected(rejection_codes.XML_DEPTH, f"{name}: XML nested deeper than {DEEPEST}; export it again")
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+
+    def doctype(*parts: object) -> None:
+        raise Rejected(rejection_codes.XML_ENTITY, f"{name}: carries a document type or entities; remove them")
+
+    scanner = expat.ParserCreate()
+    scanner.StartElementHandler, scanner.EndElementHandler = start, end
+    scanner.StartDoctypeDeclHandler = doctype
+    try:
+        scanner.Parse(data, True)
+    except expat.ExpatError as error:
+        code = rejection_codes.TRUNCATED if error.code in _CUT else rejection_codes.BAD_XML
+        says = f"{name}: the XML is broken at line {error.lineno} ({expat.ErrorString(error.code)}); fetch it again"
+        raise Rejected(code, says) from error
+    except (ValueError, LookupError) as error:
+        says = f"{name}: the XML cannot be read ({clean(str(error), 60)}); export it again"
+        raise Rejected(rejection_codes.BAD_XML, says) from error
+
+
+@dataclass
+class Document:
+    """A COLLADA tree and its elements by id."""
+
+    root: Element
+    by_id: dict[str, Element]
+
+    def target(self, url: str | None) -> Element | None:
+        """Element that `#id` names, or None."""
+        return self.by_id.get((url or "").removeprefix("#"))
+
+
+def open_dae(data: bytes, name: str) -> Document:
+    """Tree of a COLLADA file. Raises as `guard`, and BAD_XML where it is no COLLADA."""
+    guard(data, name)
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=True, remove_comments=True, remove_pis=True
+    )
+    try:
+        root = etree.fromstring(data, parser)
+    except (etree.XMLSyntaxError, ValueError) as error:
+        says = f"{name}: the XML is broken ({clean(str(error), 80)}); export it again"
+        raise Rejected(rejection_codes.BAD_XML, says) from error
+    if tag(root) != "COLLADA":
+        raise Rejected(rejection_codes.WRONG_TYPE, f"{name}: XML, but not COLLADA (its root is {clean(tag(root), 30)})")
+    by_id: dict[str, Element] = {}
+    for element in root.iter():
+        key = element.get("id")
+        if key:
+            by_id.setdefault(key, element)
+    return Document(root, by_id)
+
+
+def tag(element: Element) -> str:
+    """Name without namespace."""
+    name = element.tag
+    return name.rpartition("}")[2] if isinstance(name, str) else ""
+
+
+def kids(element: Element | None, *names: str) -> Iterator[Element]:
+    """Children with one of these names, in order; all where none is given."""
+    for child in element if element is not None else ():
+        if not names or tag(child) in names:
+            yield child
+
+
+def kid(element: Element | None, *path: str) -> Element | None:
+    """First descendant along a path of names, or None."""
+    for name in path:
+        element = next(kids(element, name), None)
+    return element
+
+
+def text_of(element: Element | None) -> str:
+    """Text, stripped; empty where there is none."""
+    return (element.text or "").strip() if element is not None else ""
+
+
+def floats_of(element: Element | None) -> Floats:
+    """(N,) numbers of an element's text; what is not a number becomes NaN."""
+    text = text_of(element).encode("ascii", "replace")
+    flat = parsed_numbers(text.replace(b"\n", b" ").replace(b"\t", b" ").replace(b"\r", b" "))
+    return flat if flat is not None else np.array([_number(word) for word in text.split()])
+
+
+def whole_of(element: Element | None) -> npt.NDArray[np.int64]:
+    """(N,) whole numbers of an element's text; what is none becomes -1."""
+    flat = floats_of(element)
+    good = np.isfinite(flat) & (np.abs(flat) < 2**53)
+    return np.where(good, np.where(good, flat, 0.0), -1.0).astype(np.int64)
+
+
+def _number(word: bytes) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return math.nan
+
+
+def count_of(element: Element, attribute: str, default: int) -> int:
+    """Whole number >= 0 in an attribute; the default where it is missing or wrong."""
+    value = element.get(attribute, "").strip()
+    return int(value) if value.isdigit() and len(value) < 10 else default

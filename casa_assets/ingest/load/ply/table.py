@@ -1,0 +1,292 @@
+"""PLY header and bytes -> columns of numbers; counts are held against the length before anything is allocated."""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.core.typing import Floats
+from casa_assets.errors import Rejected
+from casa_assets.ingest import rejection_codes
+from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.load.text import decode
+
+_TYPES = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
+    "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
+    "float32": "f4", "float64": "f8",
+}  # fmt: skip
+_FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+@dataclass(frozen=True)
+class Property:
+    """A column: its name, dtype, and the dtype of its length where it is a list (else empty)."""
+
+    name: str
+    dtype: str
+    length: str = ""
+
+
+@dataclass
+class Element:
+    """A table: its name, number of rows and columns."""
+
+    name: str
+    count: int
+    properties: list[Property] = field(default_factory=list)
+
+
+@dataclass
+class Header:
+    """What the header says.
+
+    Attributes:
+        order: `<`, `>` or empty for text.
+        elements: tables in file order.
+        textures: names in `comment TextureFile` lines.
+        start: offset of the first byte after the header.
+    """
+
+    order: str
+    elements: list[Element]
+    textures: list[str]
+    start: int
+
+
+@dataclass
+class Table:
+    """Rows of one element.
+
+    Attributes:
+        scalars: column -> (N,) values in their own dtype.
+        lists: column -> (flat values, (N,) lengths).
+    """
+
+    scalars: dict[str, npt.NDArray[np.generic]]
+    lists: dict[str, tuple[npt.NDArray[np.generic], npt.NDArray[np.int64]]]
+
+
+def read_header(data: bytes, name: str) -> Header:
+    """Raises Rejected BAD_HEADER where the header is not a PLY header, TRUNCATED where it does not end."""
+    end = re.search(rb"^end_header[ \t]*(\r\n|\n|\r)?", data[: 1 << 20], re.MULTILINE)
+    if end is None:
+        end = re.search(rb"\rend_header[ \t]*\r", data[: 1 << 20])
+    if end is None:
+        raise Rejected(rejection_codes.TRUNCATED, f"{name}: the PLY header has no `end_header`; fetch it again")
+    header = Header("?", [], [], end.end())
+    for line in re.split(r"[\r\n]+", decode(data[: end.start()]))[1:]:
+        _header_line(header, line.strip(), name)
+    if header.order == "?":
+        raise Rejected(rejection_codes.BAD_HEADER, f"{name}: the PLY header names no format; export it again")
+    return header
+
+
+def _header_line(header: Header, line: str, name: str) -> None:
+    words = line.split()
+    texture = re.match(r"comment\s+TextureFile\s+(.+)", line, re.IGNORECASE)
+    if texture:
+        header.textures.append(texture.group(1).strip())
+    if not words or words[0] in ("comment", "obj_info"):
+        return
+    try:
+        if words[0] == "format":
+            header.order = _FORMATS[words[1]]
+        elif words[0] == "element":
+            count = int(words[2])
+            if count < 0 or count > 1 << 62:
+                raise ValueError(words[2])
+            header.elements.append(Element(words[1], count))
+        elif words[0] == "property" and words[1] == "list":
+            header.elements[-1].properties.append(Property(words[4], _TYPES[words[3]], _TYPES[words[2]]))
+        elif words[0] == "property":
+            header.elements[-1].properties.append(Property(words[2], _TYPES[words[1]]))
+        else:
+            raise KeyError(words[0])
+    except (KeyError, IndexError, ValueError) as error:
+        says = f"{name}: PLY header line {clean(line, 60)!r} is not understood; export it again"
+        raise Rejected(rejection_codes.BAD_HEADER, says) from error
+
+
+def read_tables(data: bytes, header: Header, name: str) -> dict[str, Table]:
+    """Tables by element name; reading stops after `face`, for nothing later matters.
+
+    Call check_lengths first.
+
+    Raises:
+        Rejected: TRUNCATED where the rows are not there, BAD_NUMBER in text files.
+    """
+    out: dict[str, Table] = {}
+    if not header.order:
+        words = data[header.start :].split()
+        at = 0
+        for element in header.elements:
+            out[element.name], at = _text_rows(words, at, element, name)
+    else:
+        at = header.start
+        for element in header.elements:
+            out[element.name], at = _binary_rows(data, at, element, header.order, name)
+            if "face" in out:
+                break
+    return out
+
+
+def check_lengths(data: bytes, header: Header, name: str) -> None:
+    """Each row takes some bytes at least: a claim beyond them is refused, TRUNCATED or LENGTH_MISMATCH."""
+    room = len(data) - header.start
+    for element in header.elements:
+        sizes = (np.dtype(p.length or p.dtype).itemsize for p in element.properties)
+        least = sum(sizes) if header.order else 2 * len(element.properties)
+        need = element.count * least - (0 if header.order else 1)
+        if element.count and need > room:
+            says = f"{name}: {element.count} rows of {clean(element.name, 20)!r} need {need} bytes, {room} are left"
+            is_cut = need <= 16 * max(room, 1) and room > 0
+            raise Rejected(
+                rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, says + "; fetch it again"
+            )
+        room -= max(need, 0)
+
+
+def _truncated(element: Element, name: str) -> Rejected:
+    says = f"{name}: the rows of {clean(element.name, 20)!r} end before their count ({element.count}); fetch it again"
+    return Rejected(rejection_codes.TRUNCATED, says)
+
+
+def _binary_rows(data: bytes, at: int, element: Element, order: str, name: str) -> tuple[Table, int]:
+    lengths = _first_lengths(data, at, element, order)
+    if lengths is None:
+        raise _truncated(element, name)
+    fields: list[tuple[str, str] | tuple[str, str, int]] = []
+    for i, p in enumerate(element.properties):
+        if p.length:
+            fields.append((f"n{i}", order + p.length))
+            fields.append((f"p{i}", order + p.dtype, lengths[i]))
+        else:
+            fields.append((f"p{i}", order + p.dtype))
+    dtype = np.dtype(fields)
+    size = dtype.itemsize * element.count
+    if at + size <= len(data):
+        rows = np.frombuffer(data, dtype=dtype, count=element.count, offset=at) if size else np.zeros(0, dtype)
+        if all((rows[f"n{i}"] == lengths[i]).all() for i, p in enumerate(element.properties) if p.length):
+            return _table(element, rows, lengths), at + size
+    elif not any(p.length for p in element.properties):
+        raise _truncated(element, name)
+    return _slow_binary_rows(data, at, element, order, name)
+
+
+def _first_lengths(data: bytes, at: int, element: Element, order: str) -> dict[int, int] | None:
+    """Length of each list in the first row; None where that row is not all there."""
+    out: dict[int, int] = {}
+    for i, p in enumerate(element.properties):
+        size = np.dtype(p.dtype).itemsize
+        if p.length:
+            width = np.dtype(p.length).itemsize
+            if not element.count:
+                out[i] = 0
+                continue
+            if at + width > len(data):
+                return None
+            out[i] = int(np.frombuffer(data, order + p.length, 1, at)[0])
+            if out[i] < 0 or at + width + out[i] * size > len(data):
+                return None
+            at += width + out[i] * size
+        else:
+            at += size
+    return out
+
+
+def _table(element: Element, rows: npt.NDArray[np.void], lengths: dict[int, int]) -> Table:
+    table = Table({}, {})
+    for i, p in enumerate(element.properties):
+        column = rows[f"p{i}"]
+        if p.length:
+            table.lists[p.name] = (column.reshape(-1), np.full(len(rows), lengths[i], dtype=np.int64))
+        else:
+            table.scalars[p.name] = column
+    return table
+
+
+def _slow_binary_rows(data: bytes, at: int, element: Element, order: str, name: str) -> tuple[Table, int]:
+    """Row by row, for lists of varying length."""
+    values: list[list[float]] = [[] for _ in element.properties]
+    counts: list[list[int]] = [[] for _ in element.properties]
+    codes_of = [(struct.Struct(order + _struct(p.length)) if p.length else None, p) for p in element.properties]
+    try:
+        for _ in range(element.count):
+            for i, (length, p) in enumerate(codes_of):
+                n = 1
+                if length is not None:
+                    n = int(length.unpack_from(data, at)[0])
+                    at += length.size
+                    counts[i].append(n)
+                    if n < 0 or n * np.dtype(p.dtype).itemsize > len(data) - at:
+                        raise _truncated(element, name)
+                values[i].extend(struct.unpack_from(f"{order}{n}{_struct(p.dtype)}", data, at))
+                at += n * np.dtype(p.dtype).itemsize
+    except struct.error as error:
+        raise _truncated(element, name) from error
+    return _from_columns(element, values, counts), at
+
+
+def _from_columns(element: Element, values: list[list[float]], counts: list[list[int]]) -> Table:
+    table = Table({}, {})
+    for i, p in enumerate(element.properties):
+        column = np.array(values[i], dtype=p.dtype)
+        if p.length:
+            table.lists[p.name] = (column, np.array(counts[i], dtype=np.int64))
+        else:
+            table.scalars[p.name] = column
+    return table
+
+
+def _struct(dtype: str) -> str:
+    return {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}[dtype]
+
+
+def _text_rows(words: list[bytes], at: int, element: Element, name: str) -> tuple[Table, int]:
+    width = len(element.properties)
+    has_lists = any(p.length for p in element.properties)
+    try:
+        if not has_lists:
+            end = at + width * element.count
+            if end > len(words):
+                raise _truncated(element, name)
+            flat = np.array(words[at:end]).astype(np.float64).reshape(element.count, width)
+            return Table({p.name: _cast(flat[:, i], p) for i, p in enumerate(element.properties)}, {}), end
+        values: list[list[float]] = [[] for _ in element.properties]
+        counts: list[list[int]] = [[] for _ in element.properties]
+        for _ in range(element.count):
+            for i, p in enumerate(element.properties):
+                n = 1
+                if p.length:
+                    n, at = int(words[at]), at + 1
+                    counts[i].append(n)
+                if n < 0 or at + n > len(words):
+                    raise _truncated(element, name)
+                values[i].extend(map(float, words[at : at + n]))
+                at += n
+    except IndexError as error:
+        raise _truncated(element, name) from error
+    except (ValueError, OverflowError) as error:
+        says = f"{name}: a row of {clean(element.name, 20)!r} is not numbers ({clean(str(error), 60)}); export it again"
+        raise Rejected(rejection_codes.BAD_NUMBER, says) from error
+    lists = Table({}, {})
+    for i, p in enumerate(element.properties):
+        column = _cast(np.array(values[i], dtype=np.float64), p)
+        if p.length:
+            lists.lists[p.name] = (column, np.array(counts[i], dtype=np.int64))
+        else:
+            lists.scalars[p.name] = column
+    return lists, at
+
+
+def _cast(column: Floats, p: Property) -> npt.NDArray[np.generic]:
+    """Text columns keep their kind (bytes mean 0..255, floats 0..1), as far as the values fit."""
+    if p.dtype[0] == "f":
+        return column
+    limits = np.iinfo(p.dtype)
+    return np.clip(np.nan_to_num(column), limits.min, limits.max).astype(p.dtype)

@@ -1,0 +1,220 @@
+"""Arrays as a reader found them -> clean RawParts: finite, within bounds, without unused vertices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.errors import Rejected
+from casa_assets.ingest import rejection_codes
+from casa_assets.ingest.load.formats import Format
+from casa_assets.ingest.load.names import Names
+from casa_assets.ingest.load.notes import Notes
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.ingest.source import RawModel, RawPart, Up
+
+Bytes = npt.NDArray[np.uint8]
+
+# Beyond these a coordinate is a fault of the file, not a place: no unit makes a kitchen object 1e12 long.
+FAR = 1e12
+FAR_UV = 1e6
+SHORT_NORMAL = 1e-6
+# Scans have a handful of zero normals at slivers; more than this share says that the column is worthless.
+MOST_BAD_NORMALS = 0.1
+# Steps of single precision, as a part of the size, from which a surface is visibly torn.
+COARSE = 2e-3
+
+
+@dataclass
+class Rough:
+    """One mesh with one material, as read.
+
+    Attributes:
+        name: as the file has it.
+        vertices: (V, 3) float64, file units and axes.
+        faces: (F, 3) int64, within range of `vertices`.
+        material: what it looks like.
+        uv: (V, 2), origin at the lower left, or None.
+        normals: (V, 3), any length, or None.
+        colors: (V, 4) uint8 sRGB, or None.
+    """
+
+    name: str
+    vertices: Floats
+    faces: Ints
+    material: Material
+    uv: Floats | None = None
+    normals: Floats | None = None
+    colors: Bytes | None = None
+
+
+def check_face_count(count: int, limits: Mapping[str, float], name: str) -> None:
+    """Raises Rejected TOO_LARGE where a file has more triangles than `input_faces`."""
+    most = limits["input_faces"]
+    if count > most:
+        says = f"{name}: {count} triangles, more than {most:.0f}; simplify the mesh first or raise --max-faces"
+        raise Rejected(rejection_codes.TOO_LARGE, says)
+
+
+def finish(
+    roughs: Sequence[Rough],
+    notes: Notes,
+    name: str,
+    found: Format,
+    metres_per_unit: float | None = None,
+    up: Up | None = None,
+) -> RawModel:
+    """RawModel of all roughs that hold a usable triangle.
+
+    Raises:
+        Rejected: NO_GEOMETRY, NO_FACES, or NON_FINITE where most faces use NaN, infinite or absurd vertices.
+    """
+    names = Names()
+    parts: list[RawPart] = []
+    total = dropped = 0
+    for rough in roughs:
+        keep = _usable_faces(rough)
+        total += len(keep)
+        lost = int(len(keep) - keep.sum())
+        dropped += lost
+        if lost:
+            notes.add(
+                rejection_codes.FACE_DROPPED, rough.name, f"{lost} faces with NaN or infinite vertices were dropped"
+            )
+        if keep.any():
+            parts.append(_part(rough, keep, names, notes))
+    if dropped * 2 > total:
+        says = f"{name}: {dropped} of {total} faces use NaN or infinite vertices; export it again"
+        raise Rejected(rejection_codes.NON_FINITE, says)
+    if not parts:
+        vertices = sum(len(d.vertices) for d in roughs)
+        if vertices:
+            raise Rejected(
+                rejection_codes.NO_FACES, f"{name}: {vertices} vertices but no triangle; export a surface mesh"
+            )
+        raise Rejected(rejection_codes.NO_GEOMETRY, f"{name}: holds no mesh; export the object itself")
+    _remark_coarse(parts, notes)
+    return RawModel(parts=tuple(parts), metres_per_unit=metres_per_unit, up=up, format=found.value)
+
+
+def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
+    """Far from the origin single precision has coarse steps; what was stored so is told by its numbers."""
+    low = np.min([part.mesh.vertices.min(axis=0) for part in parts], axis=0)
+    high = np.max([part.mesh.vertices.max(axis=0) for part in parts], axis=0)
+    extent, reach = float((high - low).max()), float(max(np.abs(low).max(), np.abs(high).max()))
+    step = float(np.spacing(np.float32(reach)))
+    if not step > COARSE * extent > 0.0:
+        return
+    if all(np.array_equal(p.mesh.vertices, p.mesh.vertices.astype(np.float32)) for p in parts):
+        says = f"it lies {reach:.3g} units off the origin, where coordinates come in steps of {step / extent:.1%} of it"
+        notes.add(rejection_codes.PRECISION_LOST, "vertices", says)
+
+
+def _usable_faces(rough: Rough) -> npt.NDArray[np.bool_]:
+    """(F,) whether all three vertices of a face are finite and near enough to be meant."""
+    with np.errstate(invalid="ignore"):
+        good = np.asarray((np.abs(rough.vertices) < FAR).all(axis=1))
+    return np.asarray(good[rough.faces].all(axis=1)) if len(rough.faces) else np.zeros(0, dtype=bool)
+
+
+def _part(rough: Rough, keep: npt.NDArray[np.bool_], names: Names, notes: Notes) -> RawPart:
+    faces = rough.faces if keep.all() else rough.faces[keep]
+    used, compact = used_vertices(faces, len(rough.vertices))
+    uv = None if rough.uv is None else _finite_uv(rough.uv[used], rough.name, notes)
+    normals = None
+    if rough.normals is not None:
+        normals = _unit(rough.normals[used], rough.vertices[used], compact, rough.name, notes)
+    colors = None if rough.colors is None else rough.colors[used]
+    mesh = Mesh(vertices=rough.vertices[used], faces=compact, uv=uv, normals=normals, colors=colors)
+    material = rough.material
+    if uv is None and material.textures:
+        says = f"material {material.id} has a texture but the mesh has no texture coordinates; its plain colour is used"
+        notes.add(rejection_codes.TEXTURE_WITHOUT_UV, rough.name, says)
+        material = material.replace(base_color_texture=None, metallic_roughness_texture=None, normal_texture=None)
+    return RawPart(name=names.unique(rough.name, "part"), mesh=mesh, material=material)
+
+
+def used_vertices(faces: Ints, count: int) -> tuple[Ints, Ints]:
+    """Vertices that faces use, sorted, and the faces counted anew over them: (U,) and (F, 3)."""
+    if faces.size * 4 < count:
+        used, inverse = np.unique(faces, return_inverse=True)
+        return used, inverse.reshape(faces.shape)
+    mask = np.zeros(count, dtype=bool)
+    mask[faces.reshape(-1)] = True
+    used = np.flatnonzero(mask).astype(np.int64)
+    place = np.zeros(count, dtype=np.int64)
+    place[used] = np.arange(len(used))
+    return used, place[faces]
+
+
+def _finite_uv(uv: Floats, name: str, notes: Notes) -> Floats:
+    with np.errstate(invalid="ignore"):
+        good = np.asarray((np.abs(uv) < FAR_UV).all(axis=1))
+    if good.all():
+        return uv
+    notes.add(rejection_codes.BAD_UV, name, f"{int((~good).sum())} texture coordinates are NaN or absurd; set to 0")
+    return np.where(good[:, None], uv, 0.0)
+
+
+def _unit(normals: Floats, vertices: Floats, faces: Ints, name: str, notes: Notes) -> Floats | None:
+    """(V, 3) unit normals; a few bad ones are replaced, None where many are (all are computed anew later)."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        length = np.linalg.norm(normals, axis=1)
+        bad = np.asarray(~(np.isfinite(length) & (length > SHORT_NORMAL)))
+    if not bad.any():
+        return np.asarray(normals / length[:, None])
+    if bad.mean() > MOST_BAD_NORMALS:
+        notes.add(rejection_codes.BAD_NORMALS, name, f"{int(bad.sum())} normals are zero or NaN; all are computed anew")
+        return None
+    notes.add(rejection_codes.BAD_NORMALS, name, f"{int(bad.sum())} normals are zero or NaN; those are replaced")
+    mended = np.where(bad[:, None], _vertex_normals(vertices, faces), normals)
+    size = np.linalg.norm(mended, axis=1)
+    flat = ~(np.isfinite(size) & (size > 0.0))
+    mended[flat], size[flat] = (0.0, 0.0, 1.0), 1.0
+    return np.asarray(mended / size[:, None])
+
+
+def _vertex_normals(vertices: Floats, faces: Ints) -> Floats:
+    """(V, 3) sums of the area vectors of the faces around each vertex."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        a, b, c = (vertices[faces[:, i]] for i in range(3))
+        area = np.cross(b - a, c - a)
+    out = np.zeros_like(vertices)
+    for i in range(3):
+        np.add.at(out, faces[:, i], area)
+    return out
+
+
+def transformed(vertices: Floats, normals: Floats | None, matrix: Floats) -> tuple[Floats, Floats | None, bool]:
+    """Vertices and normals moved by a (4, 4) matrix, and whether it mirrors (faces must then be turned)."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        m = matrix[:3, :3]
+        moved = vertices @ m.T + matrix[:3, 3]
+        determinant = float(np.linalg.det(m))
+        if normals is None or not np.isfinite(determinant) or determinant == 0.0:
+            return moved, None, determinant < 0.0
+        # cofactors, not the inverse: they carry normals through shear and the tiniest scales alike
+        cofactors = np.array([np.cross(m[1], m[2]), np.cross(m[2], m[0]), np.cross(m[0], m[1])])
+        cofactors = cofactors / np.abs(cofactors).max() * np.sign(determinant)
+        return moved, normals @ cofactors.T, determinant < 0.0
+
+
+def merged_corners(columns: Sequence[Ints]) -> tuple[Ints, Ints]:
+    """Corners that agree in all index columns become one vertex.
+
+    Args:
+        columns: each (C,) int64 >= -1, C corners in threes.
+    Returns:
+        (U,) a corner of each vertex, and (C/3, 3) faces over them.
+    """
+    key = columns[0]
+    for column in columns[1:]:
+        pairs = key * (int(column.max()) + 2) + column + 1
+        key = np.unique(pairs, return_inverse=True)[1].reshape(-1)
+    _, first, faces = np.unique(key, return_index=True, return_inverse=True)
+    return first, faces.reshape(-1, 3).astype(np.int64)

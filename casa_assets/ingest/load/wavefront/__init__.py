@@ -1,0 +1,1 @@
+"""Reader of Wavefront OBJ and MTL files."""

@@ -1,0 +1,99 @@
+"""What it weighs and how that is spread: what was measured where other estimates bear it out, else all of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.mesh.measure import signed_volume, solid_moments
+from casa_assets.geometry.mesh.topology import weld
+from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.geometry.solid.manifold import closed_solid, union
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.ingest.draft import Draft, warning
+from casa_assets.ingest.mass.estimates import estimates, judged
+from casa_assets.model.asset.asset import Inertial
+from casa_assets.model.asset.material import Substance
+from casa_assets.model.issue import Issue
+from casa_assets.model.registry.category import Build, Category
+
+# Least over greatest mean square extent of a body whose inertia survives rounding to nine digits.
+THINNEST = 1e-7
+# How far apart a mesh and the closed part of it may end, as a part of the longest side, for that part to be the whole.
+SAME_REACH = 0.02
+# A mass less sure than this is remarked on.
+DOUBTFUL = 0.5
+
+
+def mass(draft: Draft, category: Category, substance: Substance, agree: float, decided_kg: float = 0.0) -> Draft:
+    """Mass, centre and inertia of the whole, asset frame.
+
+    Args:
+        draft: metres, with colliders.
+        category: mass_kg is the prior and the range, build says what the volume means.
+        substance: density of what it is made of.
+        agree: ratio up to which two estimates say the same, > 1.
+        decided_kg: as a person decided, 0 where nobody did.
+    """
+    volume, center, inertia, spread = _moments(draft, category)
+    notes: tuple[Issue, ...] = ()
+    if decided_kg > 0:
+        kg, confidence, because = decided_kg, 1.0, "a person decided"
+    else:
+        found = judged(estimates(*draft.soup(), category, substance), category, agree)
+        kg, confidence, because = found.kg, found.confidence, found.says
+        if confidence < DOUBTFUL and category.id != "object":
+            notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {because}"),)
+    kg = float(f"{kg:.6g}")
+    tensor = _possible(inertia) * (kg / volume)
+    inertial = Inertial(
+        mass=kg,
+        center_of_mass=_vector(center),
+        inertia=_six(tensor),
+    )
+    return draft.replace(
+        inertial=inertial,
+        guesses=draft.guessed("mass", f"{kg:.6g} kg, spread over {spread}", confidence, because),
+        notes=draft.noted(*notes),
+    )
+
+
+def _moments(draft: Draft, category: Category) -> tuple[float, Floats, Floats, str]:
+    """Volume, centre, inertia at density 1, and over what they were taken."""
+    vertices, faces = draft.soup()
+    points, place = weld(vertices)
+    surfaces = [surface(p.shape, p.pose) for p in draft.colliders]
+    hulls = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
+    solid = closed_solid(points, place[faces]) if category.build in (Build.SOLID, Build.VESSEL) else None
+    if solid is not None and signed_volume(*solid) > 0.02 * signed_volume(*hulls) and _spans(solid[0], points):
+        return (*solid_moments(*solid), "the closed mesh")
+    return (*solid_moments(*hulls), "the collision shapes")
+
+
+def _spans(solid: Floats, points: Floats) -> bool:
+    """Whether a solid reaches as far as the mesh: the handle of a knife whose blade is a sheet is not the knife."""
+    off = np.abs([solid.min(axis=0) - points.min(axis=0), solid.max(axis=0) - points.max(axis=0)])
+    return float(off.max()) <= SAME_REACH * float(np.ptp(points, axis=0).max())
+
+
+def _possible(inertia: Floats) -> Floats:
+    """The tensor, of a body no thinner than the digits that are kept can tell from none at all."""
+    spread, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
+    if spread[0] > THINNEST * spread[2]:
+        return inertia
+    covariance = (axes * np.maximum(spread, THINNEST * spread[2])) @ axes.T
+    fixed: Floats = np.trace(covariance) * np.eye(3) - covariance
+    return fixed
+
+
+def _vector(values: Floats) -> tuple[float, float, float]:
+    """Nine digits: what the writers carry, and more than two machines' arithmetic may differ by."""
+    x, y, z = (float(f"{v:.9g}") if abs(v) > 1e-9 else 0.0 for v in values)
+    return (x, y, z)
+
+
+def _six(tensor: Floats) -> tuple[float, float, float, float, float, float]:
+    size = float(np.trace(tensor))
+    picked = (tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2])
+    a, b, c, d, e, f = (float(f"{v:.9g}") if abs(v) > 1e-9 * size else 0.0 for v in picked)
+    return (a, b, c, d, e, f)

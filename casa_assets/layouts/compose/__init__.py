@@ -1,0 +1,1 @@
+"""Built assets -> Scene: props, cameras, light, swept areas and floor facts."""

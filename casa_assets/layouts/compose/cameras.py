@@ -1,0 +1,151 @@
+"""Cameras of a kitchen: from outside over all of it, into it, at each place of work, and as a robot sees it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from casa_assets.layouts.order.request import Kitchen
+from casa_assets.layouts.plan.runs import Slot
+from casa_assets.model.kitchen.scene import Camera
+from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec2, Vec3
+
+FOV = 50.0
+ASPECT = 4 / 3  # of the pictures that the overview has to fit into
+FILL = 0.95  # share of the overview that the room fills
+EYE = 1.45  # metres: eye of a robot of human height
+STANDS = 0.3  # metres that it stands from what is on the floor
+FAN_DEG, SIGHT = (-24, -16, -8, 0, 8, 16, 24), 40  # directions in which its outlook is tried, and decimetres
+Box = tuple[float, float, float, float]
+WORK = {
+    BaseKind.SINK: "sink",
+    BaseKind.RANGE: "stove",
+    BaseKind.HOB: "stove",
+    BaseKind.FRIDGE: "fridge",
+    BaseKind.OVEN: "oven",
+    BaseKind.ISLAND: "island",
+}
+
+
+def cameras(kitchen: Kitchen) -> tuple[Camera, ...]:
+    """Overview from above the open side, straight from above, at each place of work, and two robot eyes."""
+    (x0, y0), (x1, y1) = kitchen.room.bounds()
+    middle = ((x0 + x1) / 2, (y0 + y1) / 2)
+    out = [_overview(kitchen, x0, y0, x1, y1), _above(middle, x1 - x0, y1 - y0)]
+    seen: set[str] = set()
+    for row in kitchen.slots.values():
+        for slot in row:
+            name = WORK.get(slot.kind) if isinstance(slot.kind, BaseKind) else None
+            if name is None or name in seen:
+                continue
+            seen.add(name)
+            target = slot.line.frame.at(slot.middle, 0.45, 1.0)
+            eye = slot.line.frame.at(slot.middle + 0.35, 1.95, 1.65)
+            out.append(Camera(name=f"at_{name}", pose=look_at(eye, target), fov_y_deg=62.0))
+    for k, (eye, target) in enumerate(_robot_eyes(kitchen)):
+        out.append(Camera(name=f"robot_eye_{k + 1}", pose=look_at(eye, target), fov_y_deg=58.0))
+    return tuple(out)
+
+
+def _robot_eyes(kitchen: Kitchen) -> list[tuple[Vec3, Vec3]]:
+    """Eye and target of a robot in the left and in the right of the room, where it stands free and sees far."""
+    (x0, y0), (x1, y1) = kitchen.room.bounds()
+    units = [s for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
+    boxes = [(_box(s), s.high > EYE - 0.2) for s in units]
+    found = []
+    for shares, way in (((0.35, 0.28, 0.42, 0.5), 1.0), ((0.65, 0.72, 0.58, 0.5), -1.0)):
+        places = [(x0 + fx * (x1 - x0), y0 + fy * (y1 - y0)) for fy in (0.3, 0.2, 0.4, 0.1) for fx in shares]
+        target = ((x0 + x1) / 2 - way * 0.3, y1)
+        best = max(places, key=lambda at: _outlook(kitchen, boxes, at, target))
+        found.append(((*best, EYE), (*target, 1.05)))
+    return found
+
+
+def _box(slot: Slot) -> Box:
+    """Least and greatest x and y of a unit on the floor."""
+    xs, ys = zip(
+        *(slot.line.frame.at(u, v)[:2] for u in (slot.left, slot.right) for v in (0.0, slot.depth)), strict=True
+    )
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def _outlook(kitchen: Kitchen, boxes: Sequence[tuple[Box, bool]], at: Vec2, target: Vec2) -> tuple[bool, float]:
+    """Whether one stands free there, and how many metres one sees on the average, to half metres."""
+    free = kitchen.room.holds(*at) and all(_away(box, at) > STANDS for box, _ in boxes)
+    ahead = math.atan2(target[1] - at[1], target[0] - at[0])
+    tall = [box for box, high in boxes if high]
+    total = 0.0
+    for turn in FAN_DEG:
+        way = (math.cos(ahead + math.radians(turn)), math.sin(ahead + math.radians(turn)))
+        for step in range(1, SIGHT + 1):
+            x, y = at[0] + 0.1 * step * way[0], at[1] + 0.1 * step * way[1]
+            if not kitchen.room.holds(x, y) or any(_away(box, (x, y)) <= 0 for box in tall):
+                break
+            total += 0.1
+    return free, round(2 * total / len(FAN_DEG)) / 2
+
+
+def _away(box: Box, at: Vec2) -> float:
+    """Metres from a point to a box; none within."""
+    return math.hypot(max(box[0] - at[0], 0.0, at[0] - box[2]), max(box[1] - at[1], 0.0, at[1] - box[3]))
+
+
+def _overview(kitchen: Kitchen, x0: float, y0: float, x1: float, y1: float) -> Camera:
+    """From the side that the plan leaves open, high enough to see over what stands in front."""
+    openings = [w for w in kitchen.room.walls if w.open]
+    sides = {w.frame.quarter for w in openings}
+    turn = 0.0
+    if 3 in sides and 1 not in sides:
+        turn = 0.5
+    elif 1 in sides and 3 not in sides:
+        turn = -0.5
+    pitch = 0.62
+    target = np.array([(x0 + x1) / 2, (y0 + y1) / 2 + 0.06 * (y1 - y0), 0.9])
+    away = np.array([math.sin(turn) * math.cos(pitch), -math.cos(turn) * math.cos(pitch), math.sin(pitch)])
+    back = kitchen.room.height
+    corners = np.array([(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (0.0, back if y == y1 else 0.8 * back)])
+    low, high = 1.0, 40.0
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (low, middle) if _fits(corners, target + middle * away, target) else (middle, high)
+    return Camera(name="overview", pose=look_at(_vec(target + high * away), _vec(target)), fov_y_deg=FOV)
+
+
+def _fits(points: np.ndarray, eye: np.ndarray, target: np.ndarray) -> bool:
+    """Whether the overview shows all points, with a little air round them."""
+    pose = look_at(_vec(eye), _vec(target))
+    seen = pose.inverse().apply(points)
+    reach = FILL * math.tan(math.radians(FOV / 2)) * -seen[:, 2]
+    return bool(
+        (seen[:, 2] < -0.1).all() and (np.abs(seen[:, 1]) < reach).all() and (np.abs(seen[:, 0]) < reach * ASPECT).all()
+    )
+
+
+def _above(middle: tuple[float, float], width: float, depth: float) -> Camera:
+    high = max(width / ASPECT, depth) / 2 / math.tan(math.radians(20.0)) * 1.06 + 2.4
+    return Camera(name="above", pose=Pose(position=(middle[0], middle[1], round(high, 4))), fov_y_deg=40.0)
+
+
+def look_at(eye: Vec3, target: Vec3) -> Pose:
+    """room_from_camera of a camera at `eye` that looks at `target`, its upper edge upwards."""
+    back = np.array(eye) - np.array(target)
+    back /= np.linalg.norm(back)
+    right = np.cross((0.0, 0.0, 1.0), back)
+    right /= np.linalg.norm(right)
+    up = np.cross(back, right)
+    m = np.stack([right, up, back], axis=1)
+    w = math.sqrt(max(0.0, 1 + m[0, 0] + m[1, 1] + m[2, 2])) / 2
+    x = math.copysign(math.sqrt(max(0.0, 1 + m[0, 0] - m[1, 1] - m[2, 2])) / 2, m[2, 1] - m[1, 2])
+    y = math.copysign(math.sqrt(max(0.0, 1 - m[0, 0] + m[1, 1] - m[2, 2])) / 2, m[0, 2] - m[2, 0])
+    z = math.copysign(math.sqrt(max(0.0, 1 - m[0, 0] - m[1, 1] + m[2, 2])) / 2, m[1, 0] - m[0, 1])
+    q = np.round(np.array([w, x, y, z]), 9)
+    q /= np.linalg.norm(q)
+    return Pose(position=_vec(np.round(eye, 6)), quaternion=(float(q[0]), float(q[1]), float(q[2]), float(q[3])))
+
+
+def _vec(values: np.ndarray | Vec3) -> Vec3:
+    return (float(values[0]), float(values[1]), float(values[2]))

@@ -1,0 +1,250 @@
+"""A kitchen and its scene as facts about its floor: what checks of design, of a robot's ways and of tasks look at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from casa_assets.layouts.compose.compose import box_of
+from casa_assets.layouts.compose.swept_areas import Outlines, leaf_width
+from casa_assets.layouts.order.back_panels import has_back
+from casa_assets.layouts.order.request import Kitchen
+from casa_assets.layouts.order.wanted import Wanted
+from casa_assets.layouts.order.worktops import BREAKS
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.aisles import find_aisles
+from casa_assets.layouts.plan.room import Hole
+from casa_assets.layouts.plan.runs import CornerPart, Line, Slot
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.kitchen.floor import (
+    Facts,
+    Fixture,
+    Foot,
+    Mark,
+    Movable,
+    Role,
+    Row,
+    RunEnd,
+    Side,
+    Unit,
+    Volume,
+    Way,
+)
+from casa_assets.model.kitchen.plan import OpeningKind
+from casa_assets.model.kitchen.scene import Layer, Placement, Scene
+from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec2, Vec3
+
+# What layouts call a thing -> what it is there for; others are told by where they are.
+ROLES = {
+    **{r.value: r for r in Role if r not in (Role.ISLAND, Role.CORNER)},
+    "counter": Role.WORKTOP,
+    "island": Role.WORKTOP,
+    "stool": Role.SEAT,
+    "chair": Role.SEAT,
+    "lamp": Role.HUNG,
+    **dict.fromkeys(("filler", "panel", "backsplash", "cornice", "skirting", "splash"), Role.TRIM),
+}
+BASES = {"drawer_stack": Role.DRAWERS, "island_base": Role.ISLAND}
+WORKTOP_FROM, WORKTOP_TO = 0.85, 1.15  # heights at which a thing stands on a worktop, metres
+ON_FLOOR = 0.1
+
+
+def facts_of(kitchen: Kitchen, scene: Scene) -> Facts:
+    """The facts of a kitchen and the scene that was composed of it."""
+    wanted = {w.name: w for w in kitchen.wanted}
+    assets = scene.asset_of
+    outlines = {a.id: Outlines(a) for a in scene.assets}
+    fixtures = tuple(_fixture(p, assets[p.name], wanted[p.name], outlines) for p in scene.placements)
+    of = {f.name: f for f in fixtures}
+    drawn = {w.name for w in kitchen.wanted}
+    walls = tuple(
+        Side(
+            id=w.id,
+            start=_flat(w.frame.at(0.0, 0.0)),
+            end=_flat(w.frame.at(w.length, 0.0)),
+            open=f"wall_{w.id}" not in drawn,
+        )
+        for w in kitchen.room.walls
+    )
+    rows = tuple(_row(kitchen, line, kitchen.slots[name], of) for name, line in kitchen.lines.items())
+    outline = kitchen.room.outline
+    closed = {w.id for w in walls if not w.open}
+    holes = [h for h in kitchen.holes if h.wall.id in closed]
+    return Facts(
+        id=scene.id,
+        plan=kitchen.plan.id,
+        compact=kitchen.plan.compact,
+        outline=outline,
+        height=kitchen.room.height,
+        walls=walls,
+        ways=tuple(_way(h, assets.get(h.opening.id), of.get(h.opening.id)) for h in holes),
+        rows=rows,
+        fixtures=fixtures,
+        aisles=find_aisles(rows, walls, outline),
+    )
+
+
+def _role(wanted: Wanted, place: Placement, asset: Asset, low: float) -> Role:
+    if place.layer is not Layer.THINGS:
+        return Role.ROOM
+    if wanted.role == "base":
+        return BASES.get(asset.labels.category, Role.CABINET)
+    if wanted.role == "corner":
+        return Role.UPPER if low > 1.0 else Role.CORNER
+    if wanted.role in ROLES:
+        return ROLES[wanted.role]
+    if low < ON_FLOOR:
+        return Role.ON_FLOOR
+    return Role.THING if asset.base is Base.FREE and WORKTOP_FROM < low < WORKTOP_TO else Role.HUNG
+
+
+def _fixture(place: Placement, asset: Asset, wanted: Wanted, outlines: Mapping[str, Outlines]) -> Fixture:
+    middle, size = box_of(asset)
+    x, y, z = _at(place.pose, middle)
+    foot = Foot(middle=(_tidy(x), _tidy(y)), size=(size[0], size[1]), yaw=_yaw(place.pose))
+    low, high = _tidy(z - size[2] / 2), _tidy(z + size[2] / 2)
+    around = outlines[asset.id]
+    role = _role(wanted, place, asset, low)
+    return Fixture(
+        name=place.name,
+        role=role,
+        category=asset.labels.category,
+        unit=wanted.slot,
+        run=wanted.run,
+        foot=foot,
+        low=low,
+        high=high,
+        loose=asset.base is Base.FREE or role is Role.SEAT,
+        joints=tuple(_joints(place, asset, around, foot)),
+        volumes=tuple(_volumes(place, asset, around)),
+        marks=tuple(_mark(s.name, place.pose @ around.poses[s.link] @ s.pose) for s in asset.sites),
+        buttons=tuple(
+            _mark(c.name, place.pose @ around.poses[k.name] @ c.pose)
+            for k in asset.links
+            for c in k.colliders
+            if c.label == "button" or "button" in c.name
+        ),
+    )
+
+
+def _mark(name: str, pose: Pose) -> Mark:
+    return Mark(name=name, at=_at(pose, (0.0, 0.0, 0.0)))
+
+
+def _joints(place: Placement, asset: Asset, around: Outlines, foot: Foot) -> Iterator[Movable]:
+    for joint in asset.joints:
+        grip = around.grip(joint)
+        yield Movable(
+            name=joint.name,
+            kind=joint.kind,
+            range=joint.range,
+            behind=joint.behind,
+            grip=None if grip is None else _at(place.pose, grip),
+            leaf=around.leaf(joint, place.pose, foot),
+        )
+
+
+def _volumes(place: Placement, asset: Asset, around: Outlines) -> Iterator[Volume]:
+    for region in asset.regions:
+        pose = place.pose @ around.poses[region.link] @ region.pose
+        (x, y, z), (w, d, h) = pose.position, region.size
+        yield Volume(
+            name=region.name,
+            foot=Foot(middle=(_tidy(x), _tidy(y)), size=(w, d), yaw=_yaw(pose)),
+            low=_tidy(z - h / 2),
+            high=_tidy(z + h / 2),
+            round=region.kind == "cylinder",
+            moves=region.link != asset.root.name,
+        )
+
+
+def _way(hole: Hole, asset: Asset | None, fixture: Fixture | None) -> Way:
+    frame, opening = hole.wall.frame, hole.opening
+    clear = hole.right - hole.left
+    leaf = None
+    if opening.kind is OpeningKind.DOOR and asset is not None and fixture is not None:
+        for joint, known in zip(asset.joints, fixture.joints, strict=True):
+            if known.leaf is not None:
+                width, taken = leaf_width(asset, joint)
+                clear, leaf = width - taken, known.leaf
+    return Way(
+        id=opening.id,
+        kind=opening.kind,
+        wall=hole.wall.id,
+        start=_flat(frame.at(hole.left, 0.0)),
+        end=_flat(frame.at(hole.right, 0.0)),
+        low=hole.low,
+        high=hole.high,
+        clear=round(clear, 4),
+        movable=asset is not None and bool(asset.joints),
+        leaf=leaf,
+    )
+
+
+def _row(kitchen: Kitchen, line: Line, slots: Sequence[Slot], of: Mapping[str, Fixture]) -> Row:
+    corner = line.right.corner
+    behind = 0.0
+    if not line.at_wall:
+        behind = (standard_sizes.PANEL if has_back(line) else 0.0) + max(line.run.overhang, 0.01)
+    tall = {s.name for s in slots if s.kind in BREAKS or s.high > standard_sizes.TOP}
+    return Row(
+        id=line.id,
+        origin=(line.frame.x, line.frame.y),
+        yaw=round(line.frame.quarter % 4 * math.pi / 2, 9),
+        length=line.length,
+        back=round(behind, 4),
+        depth=round(line.depth + standard_sizes.OVERHANG, 4),
+        height=standard_sizes.TOP,
+        at_wall=line.at_wall,
+        island=line.is_island,
+        left=RunEnd(line.left.kind.value),
+        right=RunEnd(line.right.kind.value),
+        next=corner.runs[1] if corner is not None and corner.runs[0] == line.id else None,
+        corner_left=line.left.base,
+        corner_right=line.right.base,
+        overhang=line.run.overhang,
+        units=tuple(
+            _unit(line, slot, slot.name not in tall, of)
+            for slot in slots
+            if not slot.is_upper and not (isinstance(slot.kind, CornerPart) and slot.corner is not None)
+        ),
+    )
+
+
+def _unit(line: Line, slot: Slot, worktop: bool, of: Mapping[str, Fixture]) -> Unit:
+    fronts = [slot.depth + (standard_sizes.OVERHANG if worktop else 0.0)]
+    for fixture in of.values():
+        if fixture.unit == slot.name and fixture.low < 0.3 and slot.kind is not BaseKind.GAP:
+            fronts.append(line.frame.of(*fixture.foot.at(0.0, 0.0))[1])
+    return Unit(
+        name=slot.name,
+        kind=slot.kind.value,
+        left=slot.left,
+        right=slot.right,
+        front=round(max(fronts), 4),
+        high=slot.high,
+        worktop=worktop,
+    )
+
+
+def _yaw(pose: Pose) -> float:
+    """Turn to the left of an upright pose, radians."""
+    w, _, _, z = pose.quaternion
+    return round(2.0 * math.atan2(z, w), 9)
+
+
+def _at(pose: Pose, point: Vec3) -> Vec3:
+    x, y, z = pose.apply(np.array([point]))[0]
+    return (_tidy(x), _tidy(y), _tidy(z))
+
+
+def _flat(point: Vec3) -> Vec2:
+    return (point[0], point[1])
+
+
+def _tidy(value: float) -> float:
+    return round(float(value), 4) + 0.0

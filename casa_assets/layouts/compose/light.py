@@ -1,0 +1,84 @@
+"""Light of a kitchen: the sun and the sky through the windows, the lamps, and what the room throws back."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+from casa_assets.layouts.order.request import Kitchen
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.kitchen.scene import Light, LightKind, Placement, Sky
+from casa_assets.model.record import Vec3
+
+MOST_LAMPS = 3  # that shine by themselves; more cost time and wash out what is seen
+
+
+def lights(kitchen: Kitchen, placements: Sequence[Placement], assets: Mapping[str, Asset]) -> tuple[Light, ...]:
+    """A sun with shadows, light from the open side without, and the lamps under the ceiling."""
+    (x0, y0), (x1, y1) = kitchen.room.bounds()
+    middle = ((x0 + x1) / 2, (y0 + y1) / 2)
+    sun = blackbody(kitchen.style.daylight)
+    lamp = blackbody(kitchen.style.lights)
+    out = [
+        Light(
+            name="sun",
+            position=(middle[0] - 2.0, y0 - 1.5, 5.5),
+            direction=(0.34, 0.5, -0.8),
+            color=_times(sun, 0.55),
+        ),
+        Light(
+            name="fill",
+            position=(middle[0] + 2.0, y0 - 1.0, 4.0),
+            direction=(-0.55, 0.6, -0.55),
+            color=_times(sun, 0.24),
+            castshadow=False,
+        ),
+    ]
+    hung = [w for w in kitchen.wanted if w.role == "lamp"]
+    for k, wanted in enumerate(hung[:MOST_LAMPS]):
+        x, y, _ = wanted.spot.frame.at(wanted.spot.u, wanted.spot.v)
+        out.append(
+            Light(
+                name=f"lamp_{k + 1}",
+                kind=LightKind.POINT,
+                position=(x, y, round(kitchen.room.height - 0.55, 4)),
+                direction=(0.0, 0.0, -1.0),
+                color=_times(lamp, 0.34 / min(len(hung), MOST_LAMPS) ** 0.5),
+                castshadow=False,
+                attenuation=(1.0, 0.1, 0.12),
+            )
+        )
+    return tuple(out)
+
+
+def sky() -> Sky:
+    """A bright day."""
+    return Sky()
+
+
+def blackbody(kelvin: float) -> Vec3:
+    """Linear RGB of a lamp of a colour temperature, the brightest channel 1, half adapted to by the eye.
+
+    Ref: Mitchell Charity, blackbody colour datafile, 10 degree observer; to within 0.05.
+    """
+    points: tuple[tuple[float, Vec3], ...] = (
+        (2000.0, (1.0, 0.25, 0.01)),
+        (2700.0, (1.0, 0.4, 0.1)),
+        (3500.0, (1.0, 0.55, 0.25)),
+        (4500.0, (1.0, 0.71, 0.49)),
+        (5500.0, (1.0, 0.84, 0.74)),
+        (6500.0, (1.0, 0.95, 0.98)),
+        (9000.0, (0.67, 0.75, 1.0)),
+    )
+    for (k0, c0), (k1, c1) in itertools.pairwise(points):
+        if kelvin <= k1:
+            t = min(1.0, max(0.0, (kelvin - k0) / (k1 - k0)))
+            mixed = [a + t * (b - a) for a, b in zip(c0, c1, strict=True)]
+            break
+    else:
+        mixed = list(points[-1][1])
+    return (round(0.5 + mixed[0] / 2, 4), round(0.5 + mixed[1] / 2, 4), round(0.5 + mixed[2] / 2, 4))
+
+
+def _times(color: Vec3, by: float) -> Vec3:
+    return (round(color[0] * by, 5), round(color[1] * by, 5), round(color[2] * by, 5))

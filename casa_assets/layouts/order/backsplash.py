@@ -1,0 +1,110 @@
+"""What covers the walls between worktops and wall units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from casa_assets.layouts.order.models import Models
+from casa_assets.layouts.order.wanted import Order, Spot, Wanted, member
+from casa_assets.layouts.order.worktops import LONGEST
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.room import Hole
+from casa_assets.layouts.plan.runs import EndKind, Line, Slot
+from casa_assets.model.kitchen.units import TALL, BaseKind, UpperKind
+
+SPLASH = 0.01  # metres, its thickness
+SILL_HORN = 0.02  # metres by which a sill is longer than the casing on it, at each end
+NARROWEST = 0.3  # metres of a panel
+
+
+def order_splash(
+    order: Order, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]], holes: Sequence[Hole], models: Models
+) -> None:
+    """Panels between worktops and wall units, lower under windows."""
+    splash = models.style.splash
+    if splash is None:
+        return
+    for name, line in lines.items():
+        if not line.at_wall:
+            continue
+        for k, (a, b, high) in enumerate(_fields(line, slots[name], holes, window_reach(models))):
+            params = {
+                "width": round(b - a, 4),
+                "height": round(high - standard_sizes.TOP, 4),
+                "thickness": SPLASH,
+                "face": splash.face,
+            }
+            spot = Spot(line.frame, (a + b) / 2, 0.0, standard_sizes.TOP + 5e-4)
+            order.add(
+                Wanted(f"{name}_splash_{k + 1}", "backsplash", member("backsplash/subway", params), spot, "", name)
+            )
+
+
+def window_reach(models: Models) -> float:
+    """How far a window's casing and sill reach beside and below its hole, metres."""
+    casing = float(models.of("window").numbers.get("casing", 0.0)) if models.has("window") else 0.0
+    return round(max(casing + SILL_HORN, 0.03) + 0.002, 4)
+
+
+def _fields(
+    line: Line, slots: Sequence[Slot], holes: Sequence[Hole], reach: float
+) -> Iterator[tuple[float, float, float]]:
+    """Left, right and upper edge of the panels of a run."""
+    floor = [s for s in slots if not s.is_upper]
+    parts: list[tuple[float, float]] = []
+    for slot in floor:
+        if slot.kind in (*TALL, BaseKind.GAP) or slot.high > standard_sizes.TOP:
+            continue
+        if parts and slot.left - parts[-1][1] < 0.01:
+            parts[-1] = (parts[-1][0], slot.right)
+        else:
+            parts.append((slot.left, slot.right))
+    if line.left.kind is EndKind.CORNER and parts:
+        parts[0] = (SPLASH, parts[0][1])
+    if line.right.kind is EndKind.CORNER and parts:
+        parts[-1] = (parts[-1][0], line.length)
+    for a, b in parts:
+        for c, d, high in _up_to_hoods(_under_windows(line, a, b, holes, reach), slots):
+            while d - c > LONGEST:
+                yield c, c + LONGEST, high
+                c += LONGEST
+            if d - c >= NARROWEST and high - standard_sizes.TOP >= 0.1:
+                yield round(c, 4), round(d, 4), high
+
+
+def _up_to_hoods(
+    fields: Iterator[tuple[float, float, float]], slots: Sequence[Slot]
+) -> Iterator[tuple[float, float, float]]:
+    """The same panels, higher behind a hob or range; whole where what is left beside it would be too narrow."""
+    hoods = sorted((s.left, s.right) for s in slots if s.kind is UpperKind.HOOD)
+    for a, b, high in fields:
+        at = a
+        for left, right in hoods:
+            fits = left - at >= NARROWEST or abs(left - at) < 0.002
+            ends = b - right >= NARROWEST or abs(b - right) < 0.002
+            if high < standard_sizes.UPPER_FROM or left < at - 0.002 or right > b + 0.002 or not (fits and ends):
+                continue
+            if left - at >= NARROWEST:
+                yield at, left, high
+            yield left, right, standard_sizes.HOOD_FROM
+            at = right
+        if b - at > 0.002:
+            yield at, b, high
+
+
+def _under_windows(
+    line: Line, a: float, b: float, holes: Sequence[Hole], casing: float
+) -> Iterator[tuple[float, float, float]]:
+    full = standard_sizes.UPPER_FROM
+    at = a
+    for hole in sorted((h for h in holes if h.wall.id == line.run.on), key=lambda h: h.left):
+        shift = line.frame.of(*hole.wall.frame.at(0.0, 0.0)[:2])[0]
+        left, right = hole.left + shift - casing, hole.right + shift + casing
+        if right <= at or left >= b or hole.low - casing >= full:
+            continue
+        if left > at:
+            yield at, left, full
+        yield max(at, left), min(b, right), round(hole.low - casing, 4)
+        at = right
+    if at < b:
+        yield at, b, full

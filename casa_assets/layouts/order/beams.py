@@ -1,0 +1,90 @@
+"""Beams under a ceiling, and lamps between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from casa_assets.layouts.plan.room import Room
+from casa_assets.layouts.plan.runs import Line, Slot
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.style import Style
+from casa_assets.model.kitchen.units import UpperKind
+from casa_assets.model.record import Vec2
+
+APART = 1.1  # metres from beam to beam
+FEWEST, MOST = 3, 8
+USUAL_OFF = 2  # how many more or fewer than usual look as well
+HALF = 0.12  # half the width of a beam, and play
+HOOD_DEPTH = 0.55
+CHIMNEY = 0.5  # width of what reaches the ceiling of most hoods, metres, and play
+
+
+@dataclass(frozen=True)
+class Beamwork:
+    """Beams of one room, evenly apart.
+
+    Attributes:
+        along_x: whether they run along the room's x axis, else along y.
+        low, high: of the room across them, metres. count: of beams.
+    """
+
+    along_x: bool
+    low: float
+    high: float
+    count: int
+
+    def between(self, x: float, y: float) -> Vec2:
+        """The point nearest to x, y that lies in the middle between two beams."""
+        pitch = (self.high - self.low) / self.count
+        at = y if self.along_x else x
+        gap = min(max(round((at - self.low) / pitch), 1), self.count - 1)
+        snapped = self.low + gap * pitch
+        return (x, snapped) if self.along_x else (snapped, y)
+
+    def crosses(self, low: float, high: float) -> bool:
+        """Whether a beam comes between two places across the beams, or nearly."""
+        pitch = (self.high - self.low) / self.count
+        middles = [self.low + (k + 0.5) * pitch for k in range(self.count)]
+        return any(low - HALF < m < high + HALF for m in middles)
+
+
+def beams_of(
+    plan: Plan, style: Style, room: Room, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]]
+) -> Beamwork | None:
+    """The beams of a style that has some, clear of the hoods that reach the ceiling.
+
+    Where the plan has a row of lamps they run along it, so that it hangs between two of them.
+    """
+    if style.shell.beams is None:
+        return None
+    (x0, y0), (x1, y1) = room.bounds()
+    rows = [lines[lamps.over] for lamps in plan.lamps if lamps.over is not None and lamps.over in lines]
+    ways = (rows[0].frame.quarter % 2 == 0,) if rows else (False, True)
+    usual, every = (
+        [w for along_x in ways for w in _beamworks(along_x, *((y0, y1) if along_x else (x0, x1)), off)]
+        for off in (USUAL_OFF, MOST)
+    )
+    for works, reach in ((usual, None), (every, None), (every, CHIMNEY)):
+        clear = (w for w in works if not any(w.crosses(*h) for h in _hoods(slots, w.along_x, reach)))
+        found = next(clear, None)
+        if found is not None:
+            return found
+    return usual[0]
+
+
+def _beamworks(along_x: bool, low: float, high: float, off: int) -> list[Beamwork]:
+    """Beams across a room, the usual number first, then up to so many more or fewer."""
+    usual = min(max(round((high - low) / APART), FEWEST), MOST)
+    counts = sorted(range(FEWEST, MOST + 1), key=lambda n: (abs(n - usual), n))
+    return [Beamwork(along_x, low, high, n) for n in counts if abs(n - usual) <= off]
+
+
+def _hoods(slots: Mapping[str, Sequence[Slot]], along_x: bool, wide: float | None) -> Iterator[Vec2]:
+    """From where to where hoods reach across the beams, metres; of each no more than the middle that is so wide."""
+    axis = 1 if along_x else 0
+    for slot in (s for row in slots.values() for s in row if s.kind is UpperKind.HOOD):
+        middle, half = (slot.left + slot.right) / 2, (slot.right - slot.left) / 2
+        half = half if wide is None else min(half, wide / 2)
+        ends = [slot.line.frame.at(u, v)[axis] for u in (middle - half, middle + half) for v in (0.0, HOOD_DEPTH)]
+        yield min(ends), max(ends)

@@ -1,0 +1,61 @@
+"""Which member of which family a style has for a role, and the numbers that it brings along."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from casa_assets.errors import UnknownId
+from casa_assets.model.kitchen.style import Choice, Style
+
+# family -> preset -> its numbers and choices, as JSON has them.
+Offers = Mapping[str, Mapping[str, Mapping[str, Any]]]
+
+
+@dataclass(frozen=True)
+class Model:
+    """A chosen member.
+
+    Attributes:
+        choice: as the style has it.
+        numbers: all numbers and choices of it, those that the style changes included.
+    """
+
+    choice: Choice
+    numbers: Mapping[str, Any]
+
+    def number(self, name: str) -> float:
+        """One of its lengths, metres."""
+        return float(self.numbers[name])
+
+
+@dataclass(frozen=True)
+class Models:
+    """All roles of a style.
+
+    Attributes:
+        style: which. offers: what families there are.
+    """
+
+    style: Style
+    offers: Offers
+
+    def of(self, role: str) -> Model:
+        """The member for a role. Raises UnknownId where the style has none, or no family offers it."""
+        if role not in self.style.models:
+            raise UnknownId(f"model of style {self.style.id}", role, self.style.models)
+        return self.made(self.style.models[role])
+
+    def has(self, role: str) -> bool:
+        """Whether the style has a member for the role."""
+        return role in self.style.models
+
+    def made(self, choice: Choice) -> Model:
+        """A member with its numbers. Raises UnknownId."""
+        if choice.family not in self.offers:
+            raise UnknownId("family", choice.family, self.offers)
+        presets = self.offers[choice.family]
+        if choice.name not in presets:
+            raise UnknownId(f"preset of {choice.family}", choice.name, presets)
+        return Model(choice, {**presets[choice.name], **choice.params})

@@ -1,0 +1,109 @@
+"""Units on the wall of a run: over what stands below, between what is fixed, and round corners."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from casa_assets.errors import Misfit
+from casa_assets.layouts.order.models import Models
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.rows import share
+from casa_assets.layouts.plan.runs import TOUCHES, CornerPart, EndKind, Line, Slot, other_side, told
+from casa_assets.model.kitchen.plan import CornerKind, Plan
+from casa_assets.model.kitchen.units import Side, UpperKind, UpperUnit
+
+
+def upper_slots(plan: Plan, line: Line, base: Mapping[str, Slot], models: Models) -> tuple[Slot, ...]:
+    """The units on the wall from left to right. Raises Misfit."""
+    pointer = ("runs", line.id, "upper")
+    out: list[Slot] = [*_upper_corner(line, Side.LEFT)]
+    at, end = line.left.upper, round(line.length - line.right.upper, 4)
+    waiting: list[UpperUnit] = []
+    first = True
+    for unit in line.run.upper:
+        if unit.over is None:
+            waiting.append(unit)
+            continue
+        if unit.over not in base:
+            raise Misfit(plan.id, (*pointer, unit.id), f"a unit below of {', '.join(base)}", repr(unit.over))
+        below = base[unit.over]
+        width = below.width if unit.width is None and unit.kind is not UpperKind.HOOD else None
+        width = width or standard_sizes.upper_span(unit, models).usual
+        left, right = round(below.middle - width / 2, 4), round(below.middle + width / 2, 4)
+        if left < at - TOUCHES or right > end + TOUCHES:
+            raise Misfit(
+                plan.id, (*pointer, unit.id), f"a unit between {at:.3f} and {end:.3f} m", f"{left:.3f} to {right:.3f} m"
+            )
+        out += _stretch(plan, line, waiting, at, left, models, first and line.left.upper == 0.0)
+        out.append(_upper_slot(line, unit, left, right))
+        waiting, at, first = [], right, False
+    out += _stretch(plan, line, waiting, at, end, models, not first and line.right.upper > 0.0)
+    out += _upper_corner(line, Side.RIGHT)
+    return tuple(s for s in out if s.kind is not UpperKind.GAP and not _stands_alone(s, out))
+
+
+def _stands_alone(slot: Slot, row: list[Slot]) -> bool:
+    """Whether a strip in a corner closes no gap, since nothing hangs beside it."""
+    if slot.kind is not CornerPart.FILLER:
+        return False
+    beside = [s for s in row if s is not slot and s.kind is not UpperKind.GAP]
+    return not any(min(abs(s.left - slot.right), abs(s.right - slot.left)) < TOUCHES for s in beside)
+
+
+def _stretch(
+    plan: Plan, line: Line, units: list[UpperUnit], left: float, right: float, models: Models, to_right: bool
+) -> Iterator[Slot]:
+    """Units that share what lies between two fixed ones; what is left over stays away from corners, else outside."""
+    spans = [standard_sizes.upper_span(u, models) for u in units]
+    widths = share(spans, right - left)
+    if widths is None:
+        says = f"units that need at most {right - left:.3f} m"
+        got = f"at least {sum(s.low for s in spans):.3f} m ({told(tuple(units), spans)})"
+        raise Misfit(plan.id, ("runs", line.id, "upper"), says, got)
+    at = round(right - sum(widths), 4) if to_right else left
+    for unit, width in zip(units, widths, strict=True):
+        yield _upper_slot(line, unit, at, round(at + width, 4))
+        at = round(at + width, 4)
+
+
+def _upper_slot(line: Line, unit: UpperUnit, left: float, right: float) -> Slot:
+    hinge = unit.hinge
+    if hinge is None:
+        near_corner = left - line.left.upper < 0.05 and line.left.kind is EndKind.CORNER and line.left.upper > 0
+        ends_at_wall = line.length - right < 0.05
+        hinge = Side.RIGHT if near_corner or ends_at_wall else Side.LEFT
+    low, high = standard_sizes.UPPER_FROM, standard_sizes.UPPER_TO
+    if unit.height is not None:
+        low = round(high - unit.height, 4)
+    return Slot(unit.id, unit.kind, line, left, right, standard_sizes.UPPER_DEPTH, low, high, unit=unit, hinge=hinge)
+
+
+def _upper_corner(line: Line, side: Side) -> Iterator[Slot]:
+    end = line.left if side is Side.LEFT else line.right
+    if end.corner is None or end.corner.upper is None:
+        return
+    owns = (end.corner.by or end.corner.runs[0]) == line.id
+
+    def slot(name: str, kind: CornerPart, near: float, far: float) -> Slot:
+        a, b = (near, far) if side is Side.LEFT else (line.length - far, line.length - near)
+        made = Slot(
+            name,
+            kind,
+            line,
+            round(a, 4),
+            round(b, 4),
+            standard_sizes.UPPER_DEPTH,
+            standard_sizes.UPPER_FROM,
+            standard_sizes.UPPER_TO,
+        )
+        return replace(made, corner=side, hinge=other_side(side))
+
+    stem = f"{line.id}_{side.value}_upper"
+    if end.corner.upper is CornerKind.BLIND and owns:
+        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.upper)
+    elif end.corner.upper is CornerKind.DIAGONAL:
+        if owns:
+            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.upper)
+    else:
+        yield slot(f"{stem}_filler", CornerPart.FILLER, standard_sizes.UPPER_DEPTH, end.upper)

@@ -1,0 +1,262 @@
+"""Worktops over the units of all runs, with holes for sinks and hobs, and what covers the wall behind them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from casa_assets.layouts.order.back_panels import has_back
+from casa_assets.layouts.order.models import Models
+from casa_assets.layouts.order.wanted import Height, Order, Spot, Wanted, member
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.runs import EndKind, Line, Slot
+from casa_assets.model.kitchen.plan import Corner
+from casa_assets.model.kitchen.style import Choice, Tops
+from casa_assets.model.kitchen.units import TALL, BaseKind
+
+LONGEST = 3.9  # metres of one slab
+SHORTEST_ARM, NARROWEST = 0.72, 0.2
+RIM = 0.004
+BREAKS = (*TALL, BaseKind.RANGE, BaseKind.GAP)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A part of a run that one worktop covers, metres along it; the slots whose sink or hob is let into it."""
+
+    line: Line
+    left: float
+    right: float
+    lets: tuple[Slot, ...]
+
+    def cut(self, left: float, right: float) -> Stretch:
+        """A shorter part of it."""
+        lets = tuple(s for s in self.lets if s.left >= left - 1e-6 and s.right <= right + 1e-6)
+        return Stretch(self.line, left, right, lets)
+
+    def to(self, left: float, right: float) -> Stretch:
+        """The same with other ends."""
+        return replace(self, left=round(left, 4), right=round(right, 4))
+
+
+def stretches(line: Line, slots: Sequence[Slot]) -> list[Stretch]:
+    """What worktops cover: the units on the floor except tall ones, ranges and gaps; up to the corners' walls."""
+    floor = [s for s in slots if not s.is_upper]
+    out: list[Stretch] = []
+    begin: float | None = 0.0 if line.left.kind is EndKind.CORNER else None
+    lets: list[Slot] = []
+    end = 0.0
+    for slot in floor:
+        if slot.kind in BREAKS or slot.high > standard_sizes.TOP:
+            if begin is not None and slot.left - begin >= NARROWEST:
+                out.append(Stretch(line, begin, slot.left, tuple(lets)))
+            begin, lets = None, []
+        else:
+            begin = slot.left if begin is None else begin
+            lets += [slot] if slot.kind in (BaseKind.SINK, BaseKind.HOB) else []
+        end = slot.right
+    if begin is not None:
+        end = line.length if line.right.kind is EndKind.CORNER else end
+        out.append(Stretch(line, begin, end, tuple(lets)))
+    return out
+
+
+def order_tops(order: Order, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]], models: Models) -> None:
+    """Add all worktops, then sinks and hobs."""
+    left = {name: stretches(line, slots[name]) for name, line in lines.items()}
+    corners = {e.corner.runs: e.corner for line in lines.values() for e in (line.left, line.right) if e.corner}
+    for corner in corners.values():
+        _corner_top(order, corner, lines, left, models)
+    for name, line in lines.items():
+        pieces = [p for s in left[name] for p in _pieces(s)]
+        for k, piece in enumerate(pieces):
+            _straight(order, f"{name}_top" if k == 0 else f"{name}_top_{k + 1}", line, piece, models)
+    for name in lines:
+        for slot in slots[name]:
+            if slot.kind is BaseKind.SINK:
+                _sink(order, slot, models)
+            elif slot.kind is BaseKind.HOB:
+                _hob(order, slot, models)
+
+
+def _corner_top(
+    order: Order, corner: Corner, lines: Mapping[str, Line], left: dict[str, list[Stretch]], models: Models
+) -> None:
+    """An L round the corner, up to the first hole on either side; what it covers is taken off the stretches."""
+    first, second = (lines[name] for name in corner.runs)
+    a, b = left[first.id].pop(), left[second.id].pop(0)
+    if first.run.joins or second.run.joins:
+        # The worktop of the wall goes through to the guests' side; that of the peninsula begins at its edge.
+        if second.run.joins:
+            a, b = a.to(a.left, first.length + _behind(second)), b.to(standard_sizes.TOP_DEPTH, b.right)
+        else:
+            a, b = a.to(a.left, first.length - standard_sizes.TOP_DEPTH), b.to(-_behind(first), b.right)
+        left[first.id].append(a)
+        left[second.id].insert(0, b)
+        return
+    if min(a.right - a.left, b.right - b.left) < SHORTEST_ARM:
+        # What follows the corner ends the worktop: the other one goes through to the wall.
+        longer, name = (a, first.id) if b.right - b.left < SHORTEST_ARM else (b, second.id)
+        left[name].insert(len(left[name]) if longer is a else 0, longer)
+        return
+    arm_a = _arm(a.right, a.left, [s.right for s in a.lets][::-1], first.left.kind is EndKind.CORNER)
+    arm_b = _arm(0.0, b.right, [s.left for s in b.lets], second.right.kind is EndKind.CORNER)
+    if a.right - arm_a - a.left > 0.2:
+        left[first.id].append(a.cut(a.left, round(a.right - arm_a, 4)))
+    else:
+        arm_a = round(a.right - a.left, 4)
+    if b.right - arm_b > 0.2:
+        left[second.id].insert(0, b.cut(round(arm_b, 4), b.right))
+    else:
+        arm_b = b.right
+    top = top_of(models, first)
+    params = {
+        **_slab(top),
+        "back_arm": arm_a,
+        "side_arm": arm_b,
+        "depth": standard_sizes.TOP_DEPTH,
+        "right": True,
+        "back_end": False,
+        "side_end": second.right.kind is EndKind.FREE and arm_b == b.right,
+    }
+    u = round(first.length - arm_a / 2, 4)
+    spot = Spot(first.frame, u, 0.0, standard_sizes.TOP - top.thickness)
+    name = f"{first.id}_{second.id}_top"
+    order.add(Wanted(name, "counter", member("counter_corner/right", params), spot, "", first.id))
+
+
+def _arm(start: float, end: float, holes: list[float], shared: bool) -> float:
+    """Length of an arm from a corner to the end of its stretch or to the first hole; half where two corners meet."""
+    whole = abs(end - start)
+    if holes:
+        whole = abs(holes[0] - start)
+    elif shared:
+        whole = whole / 2
+    return round(max(SHORTEST_ARM, min(LONGEST, whole)), 4)
+
+
+def _pieces(stretch: Stretch) -> Iterator[Stretch]:
+    """Parts with one hole at most, none too long."""
+    cuts = [stretch.left]
+    for here, there in zip(stretch.lets, stretch.lets[1:], strict=False):
+        cuts.append(round((here.right + there.left) / 2, 4))
+    cuts.append(stretch.right)
+    for a, b in itertools.pairwise(cuts):
+        part = stretch.cut(a, b)
+        if b - a <= LONGEST:
+            yield part
+        else:
+            seam = part.lets[0].left - NARROWEST if part.lets else (a + b) / 2
+            if not LONGEST >= seam - a >= NARROWEST:
+                seam = part.lets[0].right + NARROWEST
+            yield stretch.cut(a, round(seam, 4))
+            yield stretch.cut(round(seam, 4), b)
+
+
+def top_of(models: Models, line: Line) -> Tops:
+    """The style's worktop for a run: along walls, or of islands."""
+    return models.style.island if line.is_island else models.style.counter
+
+
+def _behind(line: Line) -> float:
+    """How far the worktop reaches beyond the line of a run: over the panel behind it, and to where people sit."""
+    if line.at_wall:
+        return 0.0
+    panel = standard_sizes.PANEL if has_back(line) else 0.0
+    return round(panel + max(line.run.overhang, 0.01), 4)
+
+
+def _slab(top: Tops) -> dict[str, Any]:
+    return {"thickness": top.thickness, "edge": top.edge, "top": top.face}
+
+
+def _straight(order: Order, name: str, line: Line, piece: Stretch, models: Models) -> None:
+    top = top_of(models, line)
+    width = round(piece.right - piece.left, 4)
+    overhang = line.run.overhang
+    behind = _behind(line)
+    depth = round(line.depth + standard_sizes.OVERHANG + behind, 4)
+    hole = _cutout(piece, behind, models)
+    z = standard_sizes.TOP - top.thickness
+    if line.is_island:
+        # Cheeks of stone stand outside the panels at the ends.
+        falls = overhang >= 0.25 and top.support == "waterfall"
+        over = round(top.thickness + 0.002, 4) if falls else 0.03
+        params = {
+            **_slab(top),
+            "width": round(width + 2 * over, 4),
+            "depth": depth,
+            "overhang": overhang,
+            "height": standard_sizes.TOP,
+            "support": top.support if overhang >= 0.25 else "none",
+            "cutout": {**hole, "left": round(hole["left"] + over, 4)} if hole else None,
+        }
+        spot = Spot(line.frame, (piece.left + piece.right) / 2, -behind, standard_sizes.TOP, height=Height.HEAD)
+        order.add(Wanted(name, "island", member("counter_island/plain", params), spot, "", line.id))
+        return
+    params = {
+        **_slab(top),
+        "width": width,
+        "depth": depth,
+        "left_end": _is_free(line, piece.left, left=True),
+        "right_end": _is_free(line, piece.right, left=False),
+        "upstand": models.style.counter.upstand if line.at_wall and models.style.splash is None else 0.0,
+        "cutout": hole,
+    }
+    spot = Spot(line.frame, (piece.left + piece.right) / 2, -behind, z)
+    order.add(Wanted(name, "counter", member("counter/quartz_eased", params), spot, "", line.id))
+
+
+def _is_free(line: Line, at: float, left: bool) -> bool:
+    """Whether the end of a piece is seen."""
+    end = line.left if left else line.right
+    edge = 0.0 if left else line.length
+    return abs(at - edge) < 0.01 if end.kind is EndKind.FREE else not -0.001 < at < line.length + 0.001
+
+
+def _cutout(piece: Stretch, behind: float, models: Models) -> dict[str, Any] | None:
+    if not piece.lets:
+        return None
+    slot = piece.lets[0]
+    if slot.kind is BaseKind.HOB:
+        model = models.of("hob")
+        width, depth = model.number("width") - 0.03, model.number("depth") - 0.03
+        back, radius = _hob_back(model.number("depth")) + 0.015, 0.01
+    else:
+        model = models.of("sink")
+        width, back, depth, radius = _sink_hole(model.numbers)
+    left = round(slot.middle - width / 2 - piece.left, 4)
+    return {"left": left, "back": round(back + behind, 4), "width": width, "depth": round(depth, 4), "radius": radius}
+
+
+SINK_BACK = 0.049  # metres between the wall and a sink; its front clears the rail of the cabinet below
+
+
+def _sink_hole(sink: Mapping[str, Any]) -> tuple[float, float, float, float]:
+    """Width, distance from the wall, depth and corner radius of the hole for a sink."""
+    width, depth = float(sink["width"]), float(sink["depth"])
+    if sink["mount"] == "drop_in":
+        return round(width - 0.03, 4), SINK_BACK + 0.015, round(depth - 0.03, 4), 0.02
+    # Let in from below: the hole is as large as the basins.
+    return round(width - 2 * 0.028, 4), SINK_BACK + 0.07, round(depth - 0.1, 4), min(0.1, float(sink["corner"]))
+
+
+def _hob_back(depth: float) -> float:
+    return round((standard_sizes.BASE_DEPTH - 0.02 - depth) / 2 + 0.02, 4)
+
+
+def _sink(order: Order, slot: Slot, models: Models) -> None:
+    model = models.of("sink")
+    top = standard_sizes.TOP + (RIM if model.numbers["mount"] == "drop_in" else 0.0)
+    spot = Spot(slot.line.frame, slot.middle, SINK_BACK, top, height=Height.HEAD)
+    deck = top_of(models, slot.line).thickness
+    choice = Choice(preset=model.choice.preset, params={**model.choice.params, "deck": deck})
+    order.add(Wanted(f"{slot.name}_basin", "sink", choice, spot, slot.name, slot.line.id))
+
+
+def _hob(order: Order, slot: Slot, models: Models) -> None:
+    model = models.of("hob")
+    spot = Spot(slot.line.frame, slot.middle, _hob_back(model.number("depth")), standard_sizes.TOP - 0.06)
+    order.add(Wanted(f"{slot.name}_plate", "hob", model.choice, spot, slot.name, slot.line.id))

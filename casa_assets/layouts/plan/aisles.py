@@ -1,0 +1,142 @@
+"""How wide it is between what stands in a kitchen, and whether people work there or pass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.geometry.planar import inside
+from casa_assets.model.kitchen.floor import Aisle, AisleKind, Corners, Row, RunEnd, Side
+from casa_assets.model.record import Vec2
+
+STEP = 0.05  # metres between the rays that are cast from a face
+LEAST = 0.02
+BEYOND = 0.3  # metres past the end of a strip at which it has to go on, for people to pass through
+
+
+class FaceKind(StrEnum):
+    """Which side of a run a face is."""
+
+    FRONT = "front"
+    BACK = "back"
+    END = "end"
+    WALL = "wall"
+
+
+@dataclass(frozen=True)
+class Face:
+    """An upright face, seen from above: from `start` to `end`, free space to the right of that way."""
+
+    kind: FaceKind
+    owner: str
+    start: Vec2
+    end: Vec2
+
+    @property
+    def along(self) -> np.ndarray:
+        """Unit vector from its start to its end."""
+        d = np.subtract(self.end, self.start)
+        length = float(np.linalg.norm(d))
+        return np.asarray(d / length if length else d)
+
+    @property
+    def away(self) -> np.ndarray:
+        """Unit vector into the room."""
+        x, y = self.along
+        return np.array([y, -x])
+
+
+def find_aisles(rows: Sequence[Row], walls: Sequence[Side], outline: Corners) -> tuple[Aisle, ...]:
+    """The narrowest place between each two faces that look at each other."""
+    faces = [f for row in rows for f in _faces(row)]
+    faces += [Face(FaceKind.WALL, w.id, w.start, w.end) for w in walls if not w.open]
+    bodies = [_body(row) for row in rows]
+    best: dict[tuple[str, str, str], Aisle] = {}
+    for face in faces:
+        if face.kind is FaceKind.WALL:
+            continue
+        for aisle in _seen(face, faces, bodies, outline):
+            one, other = sorted((aisle.one, aisle.other))
+            key = (aisle.kind.value, one, other)
+            if key not in best or aisle.width < best[key].width:
+                best[key] = Aisle(kind=aisle.kind, one=one, other=other, width=aisle.width, at=aisle.at)
+    return tuple(best[key] for key in sorted(best))
+
+
+def _faces(row: Row) -> Iterator[Face]:
+    """Sides of a run: fronts of its units, its back where it stands away from walls, and its free ends."""
+    for unit in row.units:
+        if unit.kind != "gap":
+            yield Face(FaceKind.FRONT, row.id, row.at(unit.left, unit.front), row.at(unit.right, unit.front))
+    if not row.units:
+        return
+    first, last = row.units[0].left, row.units[-1].right
+    if not row.at_wall:
+        yield Face(FaceKind.BACK, row.id, row.at(last, -row.back), row.at(first, -row.back))
+    if row.left is RunEnd.FREE:
+        yield Face(FaceKind.END, row.id, row.at(first, -row.back), row.at(first, row.units[0].front))
+    if row.right is RunEnd.FREE:
+        yield Face(FaceKind.END, row.id, row.at(last, row.units[-1].front), row.at(last, -row.back))
+
+
+def _body(row: Row) -> tuple[Row, float, float, float]:
+    """A run and its bounds: left, right, front."""
+    left, right = row.span
+    return row, left, right, max((u.front for u in row.units), default=row.depth)
+
+
+def _seen(
+    face: Face, faces: Sequence[Face], bodies: Sequence[tuple[Row, float, float, float]], outline: Corners
+) -> Iterator[Aisle]:
+    """What rays from a face meet first."""
+    length = float(np.linalg.norm(np.subtract(face.end, face.start)))
+    facing = [f for f in faces if float(f.away @ face.away) < -0.9 and f is not face]
+    found: dict[int, list[tuple[float, float]]] = {}
+    for u in np.linspace(STEP / 2, max(length - STEP / 2, STEP / 2), max(2, int(length / STEP))):
+        start = np.array(face.start) + u * face.along
+        nearest: tuple[float, int] | None = None
+        for k, other in enumerate(facing):
+            far = float((np.array(other.start) - start) @ face.away)
+            side = float((start + far * face.away - np.array(other.start)) @ other.along)
+            size = float(np.linalg.norm(np.subtract(other.end, other.start)))
+            if far > LEAST and 0.0 <= side <= size and (nearest is None or far < nearest[0]):
+                nearest = (far, k)
+        if nearest is not None:
+            found.setdefault(nearest[1], []).append((float(u), nearest[0]))
+    for k, hits in found.items():
+        other = facing[k]
+        if other.owner == face.owner:
+            continue
+        width = min(d for _, d in hits)
+        at = np.array(face.start) + np.mean([u for u, _ in hits]) * face.along + width / 2 * face.away
+        both = {face.kind, other.kind}
+        if both == {FaceKind.FRONT}:
+            kind = AisleKind.WORK
+        elif FaceKind.FRONT in both or _passes(face, hits, width, bodies, outline):
+            kind = AisleKind.WALK
+        else:
+            continue
+        middle = (round(float(at[0]), 4), round(float(at[1]), 4))
+        yield Aisle(kind=kind, one=face.owner, other=other.owner, width=round(width, 4), at=middle)
+
+
+def _passes(
+    face: Face,
+    hits: Sequence[tuple[float, float]],
+    width: float,
+    bodies: Sequence[tuple[Row, float, float, float]],
+    outline: Corners,
+) -> bool:
+    """Whether the strip before a face goes on at both ends."""
+    for u in (hits[0][0] - BEYOND, hits[-1][0] + BEYOND):
+        x, y = np.array(face.start) + u * face.along + width / 2 * face.away
+        if not inside(outline, (float(x), float(y))):
+            return False
+        for row, left, right, front in bodies:
+            along, before = row.of((float(x), float(y)))
+            if left < along < right and -row.back < before < front:
+                return False
+    return True

@@ -1,0 +1,225 @@
+"""Runs of a plan: what corners take of each, and how its units on the floor share the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+from casa_assets.errors import Misfit
+from casa_assets.layouts.order.models import Models
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.rows import Span, share
+from casa_assets.layouts.plan.wall_frame import Frame
+from casa_assets.model.kitchen.plan import Corner, CornerKind, Plan, Run
+from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, Side, UpperKind, UpperUnit
+
+TOUCHES = 0.002  # metres: an end that is so near a wall stands at it
+WIDEST_FILLER = 0.12
+
+
+class EndKind(StrEnum):
+    """What is at an end of a run."""
+
+    FREE = "free"
+    WALL = "wall"
+    CORNER = "corner"
+
+
+@dataclass(frozen=True)
+class End:
+    """An end of a run, and how much of it a corner takes below and above, metres."""
+
+    kind: EndKind
+    corner: Corner | None = None
+    base: float = 0.0
+    upper: float = 0.0
+
+
+@dataclass(frozen=True)
+class Line:
+    """A run in the room: units stand between `frame` (their backs) and its `depth` before it."""
+
+    run: Run
+    frame: Frame
+    length: float
+    depth: float
+    left: End = End(EndKind.FREE)
+    right: End = End(EndKind.FREE)
+
+    @property
+    def id(self) -> str:
+        """Of the run."""
+        return self.run.id
+
+    @property
+    def at_wall(self) -> bool:
+        """Whether it stands at a wall."""
+        return self.run.on is not None
+
+    @property
+    def is_island(self) -> bool:
+        """Whether it stands free on all sides."""
+        return self.run.faces is not None
+
+
+class CornerPart(StrEnum):
+    """Units that plans do not name: what stands in a corner, and strips that close gaps."""
+
+    BLIND = "corner_blind"
+    DIAGONAL = "corner_diagonal"
+    FILLER = "filler"
+
+
+@dataclass(frozen=True)
+class Slot:
+    """The room of one unit, in the frame of its run.
+
+    Attributes:
+        name: of the unit. kind: of unit, or of corner part. unit: as the plan has it, None for a corner part.
+        line: its run. left, right: along it. depth: from its back. low, high: above the floor. All metres.
+        hinge: side of a single door. corner: side of it on which a corner lies.
+    """
+
+    name: str
+    kind: BaseKind | UpperKind | CornerPart
+    line: Line
+    left: float
+    right: float
+    depth: float
+    low: float
+    high: float
+    unit: BaseUnit | UpperUnit | None = None
+    hinge: Side | None = None
+    corner: Side | None = None
+
+    @property
+    def width(self) -> float:
+        """Metres."""
+        return round(self.right - self.left, 4)
+
+    @property
+    def middle(self) -> float:
+        """Along the run, metres."""
+        return (self.left + self.right) / 2
+
+    @property
+    def is_upper(self) -> bool:
+        """Whether it hangs on the wall."""
+        return self.low > 1.0
+
+
+def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
+    """The units on the floor from left to right, corners and strips included. Raises Misfit where they do not fit."""
+    room = line.length - line.left.base - line.right.base
+    spans = [standard_sizes.base_span(u, models) for u in line.run.base]
+    widths = share(spans, room)
+    if widths is None:
+        least = sum(s.low for s in spans)
+        says = f"units that need at most {room:.3f} m"
+        raise Misfit(plan.id, ("runs", line.id, "base"), says, f"at least {least:.3f} m ({told(line.run.base, spans)})")
+    rest = round(room - sum(widths), 3)
+    first = last = 0.0
+    if rest > 0.0:
+        first, last = _spread(plan, line, rest)
+    high = standard_sizes.TOP - (models.style.island if line.is_island else models.style.counter).thickness
+    out: list[Slot] = [*_corner_slots(line, Side.LEFT, high)]
+    at = line.left.base
+    if first >= 0.02 and not _bare(line.run.base[:1]):
+        out.append(_strip(line, f"{line.id}_strip_left", at, at + first, _beside(line.run.base[:1], high)))
+    at = round(at + first, 4)
+    for k, (unit, width) in enumerate(zip(line.run.base, widths, strict=True)):
+        top = standard_sizes.UPPER_TO if _is_tall(line.run.base, k) else high
+        out.append(_base_slot(line, unit, at, round(at + width, 4), top))
+        at = round(at + width, 4)
+    if last >= 0.02 and not _bare(line.run.base[-1:]):
+        out.append(_strip(line, f"{line.id}_strip_right", at, at + last, _beside(line.run.base[-1:], high)))
+    out += _corner_slots(line, Side.RIGHT, high)
+    return tuple(out)
+
+
+def told(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: list[Span]) -> str:
+    """Units and their least widths, for messages."""
+    return ", ".join(f"{u.id} {s.low:g}" for u, s in zip(units, spans, strict=True))
+
+
+def _spread(plan: Plan, line: Line, rest: float) -> tuple[float, float]:
+    """Where what is left over goes: free ends just stop earlier; at walls and corners strips close the gap."""
+    if line.right.kind is EndKind.FREE:
+        return 0.0, 0.0
+    if line.left.kind is EndKind.FREE:
+        return rest, 0.0
+    if rest <= WIDEST_FILLER:
+        return (rest, 0.0) if line.left.kind is EndKind.WALL else (0.0, rest)
+    if rest <= 2 * WIDEST_FILLER:
+        return round(rest / 2, 3), round(rest - round(rest / 2, 3), 3)
+    room = line.length - line.left.base - line.right.base
+    raise Misfit(plan.id, ("runs", line.id, "base"), f"units that fill {room:.3f} m", f"{rest:.3f} m less")
+
+
+def _bare(units: tuple[BaseUnit, ...]) -> bool:
+    """Whether a unit needs air beside it instead of a strip: a refrigerator that stands free."""
+    return any(u.kind is BaseKind.FRIDGE and not u.housing for u in units)
+
+
+def _beside(units: tuple[BaseUnit, ...], high: float) -> float:
+    """Height of a strip beside a unit."""
+    return standard_sizes.UPPER_TO if units and units[0].kind in TALL else high
+
+
+def _strip(line: Line, name: str, left: float, right: float, high: float) -> Slot:
+    return Slot(name, CornerPart.FILLER, line, round(left, 4), round(right, 4), standard_sizes.BASE_DEPTH, 0.0, high)
+
+
+def _corner_slots(line: Line, side: Side, high: float) -> Iterator[Slot]:
+    end = line.left if side is Side.LEFT else line.right
+    if end.corner is None:
+        return
+    stem = f"{line.id}_{side.value}"
+
+    def slot(name: str, kind: CornerPart, near: float, far: float) -> Slot:
+        a, b = (near, far) if side is Side.LEFT else (line.length - far, line.length - near)
+        return Slot(
+            name,
+            kind,
+            line,
+            round(a, 4),
+            round(b, 4),
+            standard_sizes.BASE_DEPTH,
+            0.0,
+            high,
+            corner=side,
+            hinge=other_side(side),
+        )
+
+    owns = (end.corner.by or end.corner.runs[0]) == line.id
+    if end.corner.base is CornerKind.BLIND and owns:
+        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.base)
+    elif end.corner.base is CornerKind.DIAGONAL:
+        if owns:
+            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.base)
+    else:
+        yield slot(f"{stem}_filler", CornerPart.FILLER, standard_sizes.BASE_DEPTH, end.base)
+
+
+def other_side(side: Side) -> Side:
+    """The end that is not this one."""
+    return Side.RIGHT if side is Side.LEFT else Side.LEFT
+
+
+def _is_tall(units: tuple[BaseUnit, ...], k: int) -> bool:
+    """Whether a unit reaches up to the wall units: tall ones do, and so do strips and panels beside nothing else."""
+    if units[k].kind in (BaseKind.FILLER, BaseKind.PANEL):
+        return all(u.kind in TALL for u in (*units[max(0, k - 1) : k], *units[k + 1 : k + 2]))
+    return units[k].kind in TALL
+
+
+def _base_slot(line: Line, unit: BaseUnit, left: float, right: float, high: float) -> Slot:
+    hinge = unit.hinge
+    if hinge is None:
+        # Away from a corner, and towards a wall beside it.
+        near_left = left - line.left.base < TOUCHES and line.left.kind is EndKind.WALL
+        near_corner = left - line.left.base < 0.2 and line.left.kind is EndKind.CORNER
+        ends_at_wall = line.length - right < 0.2 and line.right.kind is EndKind.WALL
+        hinge = Side.RIGHT if near_corner or (ends_at_wall and not near_left) else Side.LEFT
+    return Slot(unit.id, unit.kind, line, left, right, line.depth, 0.0, high, unit=unit, hinge=hinge)

@@ -1,0 +1,81 @@
+"""Where something stands along a wall: distances along it, away from it and up, into the frame of the room."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from casa_assets.model.kitchen.plan import Heading
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec2, Vec3, Vec4
+
+# Quarter turns to the left, seen from above, that take the x axis to a heading.
+QUARTERS = {Heading.RIGHT: 0, Heading.BACK: 1, Heading.LEFT: 2, Heading.FRONT: 3}
+_WAYS: tuple[Vec2, ...] = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+_HALF = math.sqrt(0.5)
+_TURNS: tuple[Vec4, ...] = (
+    (1.0, 0.0, 0.0, 0.0),
+    (_HALF, 0.0, 0.0, _HALF),
+    (0.0, 0.0, 0.0, 1.0),
+    (_HALF, 0.0, 0.0, -_HALF),
+)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A line on the floor with a left end and a direction; what stands at it faces away from it, to its right.
+
+    Attributes:
+        x, y: its left end in the room, metres.
+        quarter: quarter turns to the left from the room's x axis.
+    """
+
+    x: float
+    y: float
+    quarter: int
+
+    @property
+    def along(self) -> Vec2:
+        """Unit vector from left to right."""
+        return _WAYS[self.quarter % 4]
+
+    @property
+    def away(self) -> Vec2:
+        """Unit vector from the line into the room."""
+        return _WAYS[(self.quarter - 1) % 4]
+
+    @property
+    def turn(self) -> Vec4:
+        """room_from_asset of what faces away from the line: quaternion (w, x, y, z)."""
+        return _TURNS[self.quarter % 4]
+
+    def at(self, u: float, v: float, z: float = 0.0) -> Vec3:
+        """Point u metres along the line, v away from it, z up, in the room."""
+        (a, b), (c, d) = self.along, self.away
+        return (_tidy(self.x + u * a + v * c), _tidy(self.y + u * b + v * d), _tidy(z))
+
+    def pose(self, u: float, v: float, z: float = 0.0) -> Pose:
+        """room_from_asset of something there that faces away from the line."""
+        return Pose(position=self.at(u, v, z), quaternion=self.turn)
+
+    def moved(self, u: float, v: float = 0.0, turn: int = 0) -> Frame:
+        """A frame whose left end is there, turned by quarter turns to the left."""
+        x, y, _ = self.at(u, v)
+        return Frame(x, y, (self.quarter + turn) % 4)
+
+    def of(self, x: float, y: float) -> Vec2:
+        """u and v of a point of the room."""
+        (a, b), (c, d) = self.along, self.away
+        dx, dy = x - self.x, y - self.y
+        return (dx * a + dy * b, dx * c + dy * d)
+
+
+def _tidy(value: float) -> float:
+    """To a hundredth of a millimetre, so that sums written in another order give the same bytes."""
+    return round(value, 5) + 0.0
+
+
+def turned(pose: Pose, degrees: float) -> Pose:
+    """A pose turned to the left about its own upright axis."""
+    half = math.radians(degrees) / 2
+    return pose @ Pose(quaternion=(math.cos(half), 0.0, 0.0, math.sin(half))) if degrees else pose

@@ -1,0 +1,1 @@
+"""Records of one asset: links, joints, shapes, meshes, materials, sites, labels, provenance."""

@@ -1,0 +1,90 @@
+"""What an asset is and where it comes from: labels, provenance, and every guess with its confidence."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+from pydantic import Field
+
+from casa_assets.model.record import Id, Record, Sha256
+from casa_assets.model.registry.category import QCode
+
+Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+# One in so many inputs is kept for testing.
+TEST_SHARE = 5
+
+
+class Split(StrEnum):
+    """What an instance is kept for."""
+
+    TRAIN = "train"
+    TEST = "test"
+
+
+def split_of(sha256: str) -> Split:
+    """Split of the asset made from an input of this digest: anyone can tell it from the digest alone.
+
+    It hangs on nothing else, so that no instance changes sides when others come or go, or when it is made anew.
+    """
+    return Split.TEST if int(sha256[:8], 16) % TEST_SHARE == 0 else Split.TRAIN
+
+
+class Labels(Record):
+    """What it is, for segmentation and language.
+
+    Attributes:
+        category: id in registry/categories.yaml.
+        classes: from the category upwards, such as (`mug`, `tableware`).
+        qcode: Wikidata item and how sure we are of it.
+        split: what it is kept for, `split_of` its input; None for what families and articulation make.
+    """
+
+    category: Id
+    classes: tuple[Id, ...]
+    qcode: QCode
+    split: Split | None = None
+
+
+class Guess(Record):
+    """A decision that the source did not state.
+
+    Attributes:
+        subject: such as `scale` or `up_axis`.
+        value: what was decided, as text.
+        confidence: 0..1.
+        because: the evidence.
+    """
+
+    subject: Id
+    value: str
+    confidence: Confidence
+    because: str
+
+
+class Provenance(Record):
+    """Where an asset comes from, for credit and for doubt.
+
+    Attributes:
+        source: kind of source: folder, objaverse, objaverse_xl, text_to_3d, generated.
+        path: file, relative to the source's root.
+        sha256: of the main source file and all files that it refers to.
+        title, author, licence, uri: as the source states them; licence is an SPDX id or `unknown`.
+        uid: id within the source.
+        prompt, generator: for generated meshes.
+        guesses: everything that was decided without being stated.
+    """
+
+    source: Id
+    path: str
+    sha256: Sha256
+    uid: str = ""
+    title: str = ""
+    author: str = ""
+    licence: str = "unknown"
+    uri: str = ""
+    prompt: str = ""
+    generator: str = ""
+    guesses: tuple[Guess, ...] = ()

@@ -1,0 +1,223 @@
+"""A kitchen as a designer and a robot look at it: what stands where on the floor, what swings, where one can walk.
+
+All of it is in the frame of the world (z up, metres); fixtures are those of model/fixture.py.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+
+from casa_assets.model.kitchen.fixture import APPLIANCES, Corners, Fixture, Foot, Leaf, Mark, Movable, Role, Volume
+from casa_assets.model.kitchen.plan import OpeningKind
+from casa_assets.model.kitchen.scene import SceneId
+from casa_assets.model.record import Id, Record, Vec2
+
+__all__ = [
+    "APPLIANCES",
+    "Aisle",
+    "AisleKind",
+    "Corners",
+    "Facts",
+    "Fixture",
+    "Foot",
+    "Leaf",
+    "Mark",
+    "Movable",
+    "Parking",
+    "Role",
+    "Row",
+    "RunEnd",
+    "Side",
+    "Stance",
+    "Unit",
+    "Volume",
+    "Way",
+]
+
+
+class Side(Record):
+    """A wall: its inner face from its left end to its right end, the room to the right of that way."""
+
+    id: Id
+    start: Vec2
+    end: Vec2
+    open: bool = False
+
+
+class Way(Record):
+    """A window, door or passage.
+
+    Attributes:
+        start, end: of the hole on the inner face of the wall, from left to right. low, high: of it.
+        clear: how wide it is for who walks through it, the leaf open; of windows the width of the hole.
+        movable: whether it opens. leaf: where a door's leaf goes.
+    """
+
+    id: Id
+    kind: OpeningKind
+    wall: Id
+    start: Vec2
+    end: Vec2
+    low: float
+    high: float
+    clear: float
+    movable: bool = False
+    leaf: Leaf | None = None
+
+
+class Unit(Record):
+    """A unit of a run on the floor: where it begins and ends along it, and its front and height; metres.
+
+    Attributes:
+        kind: as the plan has it. worktop: whether it carries one. front: distance from the line of the run.
+    """
+
+    name: Id
+    kind: str
+    left: float
+    right: float
+    front: float
+    high: float
+    worktop: bool = True
+
+
+class RunEnd(StrEnum):
+    """What is at an end of a run."""
+
+    FREE = "free"
+    WALL = "wall"
+    CORNER = "corner"
+
+
+class Row(Record):
+    """A run of units.
+
+    Attributes:
+        origin: left end of its line. yaw: as of a fixture in it. length: of it.
+        back: how far its worktop reaches behind the line; depth: how far before it. height: of the worktop.
+        at_wall: whether the line is a wall's face. island: whether it stands free on all sides.
+        left, right: its ends. next: the run that begins where it ends, round a corner.
+        corner_left, corner_right: what corners take of it.
+        overhang: of the worktop over those who sit behind it.
+    """
+
+    id: Id
+    origin: Vec2
+    yaw: float
+    length: float
+    back: float = 0.0
+    depth: float = 0.65
+    height: float = 0.92
+    at_wall: bool = True
+    island: bool = False
+    left: RunEnd = RunEnd.FREE
+    right: RunEnd = RunEnd.FREE
+    next: Id | None = None
+    corner_left: float = 0.0
+    corner_right: float = 0.0
+    overhang: float = 0.0
+    units: tuple[Unit, ...] = ()
+
+    def at(self, along: float, before: float) -> Vec2:
+        """A point so far along the line, and so far before it; metres."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return (self.origin[0] + along * c + before * s, self.origin[1] + along * s - before * c)
+
+    def of(self, point: Vec2) -> Vec2:
+        """How far along the line a point is, and how far before it; metres."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        x, y = point[0] - self.origin[0], point[1] - self.origin[1]
+        return (x * c + y * s, x * s - y * c)
+
+    @property
+    def span(self) -> Vec2:
+        """Where it begins and ends along its line, corners included, metres."""
+        first = 0.0 if self.left is not RunEnd.FREE or not self.units else self.units[0].left
+        last = self.length if self.right is not RunEnd.FREE or not self.units else self.units[-1].right
+        return first, last
+
+    @property
+    def frontages(self) -> tuple[Vec2, ...]:
+        """Stretches of worktop along it that nothing tall, no range and no gap interrupts; corners not counted."""
+        out: list[Vec2] = []
+        for unit in self.units:
+            if not unit.worktop:
+                continue
+            if out and abs(out[-1][1] - unit.left) < 0.01:
+                out[-1] = (out[-1][0], unit.right)
+            else:
+                out.append((unit.left, unit.right))
+        return tuple(out)
+
+
+class AisleKind(StrEnum):
+    """Between two fronts at which people work, or for people to pass."""
+
+    WORK = "work"
+    WALK = "walk"
+
+
+class Aisle(Record):
+    """A passage and how wide it is at its narrowest, metres; `one` and `other`: runs or walls that bound it."""
+
+    kind: AisleKind
+    one: str
+    other: str
+    width: float
+    at: Vec2
+
+
+class Stance(StrEnum):
+    """Where a robot stands as seen by who looks at the fixture's front."""
+
+    FRONT = "front"
+    LEFT = "left"
+    RIGHT = "right"
+    BEHIND = "behind"
+
+
+class Parking(Record):
+    """Where a robot's base stands to work at a fixture.
+
+    Attributes:
+        fixture: its name. open: joint whose leaf stands open meanwhile, empty where all is shut.
+        at: middle of the base. yaw: direction in which the robot looks, radians to the left of the x axis.
+        stance: before the fixture, or beside or behind the open leaf. aside: how far from the fixture's middle, metres.
+    """
+
+    fixture: Id
+    open: str = ""
+    at: Vec2
+    yaw: float
+    stance: Stance = Stance.FRONT
+    aside: float = 0.0
+
+
+class Facts(Record):
+    """A kitchen. See the module.
+
+    Attributes:
+        id: of the scene. plan: of the plan. compact: whether the plan says that it is a small one.
+        outline: of the room, clockwise. height: of the room.
+        fixtures: all that was placed, in the order of the scene.
+    """
+
+    id: SceneId
+    plan: str = ""
+    compact: bool = False
+    outline: Corners
+    height: float = 2.7
+    walls: tuple[Side, ...]
+    ways: tuple[Way, ...] = ()
+    rows: tuple[Row, ...] = ()
+    fixtures: tuple[Fixture, ...] = ()
+    aisles: tuple[Aisle, ...] = ()
+
+    def of(self, *roles: Role) -> tuple[Fixture, ...]:
+        """Fixtures of these roles, in order."""
+        return tuple(f for f in self.fixtures if f.role in roles)
+
+    def row(self, name: str) -> Row | None:
+        """The run of that id, if there is one."""
+        return next((r for r in self.rows if r.id == name), None)

@@ -1,0 +1,170 @@
+"""A style: which fronts, finishes and models a kitchen of any plan has.
+
+Names of finishes and presets, no numbers of rooms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Self
+
+from pydantic import Field, StringConstraints, model_validator
+
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.model.record import Id, Record
+
+PresetName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*/[a-z][a-z0-9_]*$")]
+
+
+class Choice(Record):
+    """A member of a family.
+
+    Attributes:
+        preset: `family/preset`, such as `range/pro_six`.
+        params: numbers and choices of the family that differ from the preset's.
+    """
+
+    preset: PresetName
+    params: Mapping[str, Any] = Field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, value: Any) -> Any:
+        """`range/pro_six`, or a mapping with `preset` and the params beside it."""
+        if isinstance(value, str):
+            return {"preset": value}
+        if isinstance(value, Mapping) and "params" not in value:
+            rest = {k: v for k, v in value.items() if k != "preset"}
+            return {"preset": value.get("preset"), "params": rest}
+        return value
+
+    @property
+    def family(self) -> str:
+        """Name of the family."""
+        return self.preset.split("/")[0]
+
+    @property
+    def name(self) -> str:
+        """Name of the preset in its family."""
+        return self.preset.split("/")[1]
+
+
+class Fronts(Record):
+    """Look of a group of cabinets; None: as the base cabinets have it. Names as in the cabinets' `look`."""
+
+    front: Id | None = None
+    handle: Id | None = None
+    length: Annotated[float | None, Field(ge=0.06, le=1.2)] = None
+    face: Id | None = None
+    inside: Id | None = None
+    tray: Id | None = None
+    metal: Id | None = None
+
+    def over(self, other: Fronts) -> Fronts:
+        """These, and what they leave open from another."""
+        return Fronts(
+            **{k: v if (v := getattr(self, k)) is not None else getattr(other, k) for k in Fronts.model_fields}
+        )
+
+
+class Cabinets(Record):
+    """Fronts by group, and what goes with them.
+
+    Attributes:
+        base: all of its fields are needed. upper, tall, island: what differs.
+        glass: front of wall units that the plan wants glazed.
+        shelf: finish of open shelves.
+        cornice: profile over the wall units; None for none.
+    """
+
+    base: Fronts
+    upper: Fronts = Fronts()
+    tall: Fronts = Fronts()
+    island: Fronts = Fronts()
+    glass: Id = "glass_clear"
+    shelf: Id
+    cornice: Id | None = None
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        missing = [k for k in Fronts.model_fields if getattr(self.base, k) is None]
+        if missing:
+            raise ValueError(f"base needs {', '.join(missing)}")
+        return self
+
+
+class Tops(Record):
+    """A worktop: finish, edge profile, thickness in metres, height of the upstand along the wall (0 for none)."""
+
+    face: Id
+    edge: Id = "eased"
+    thickness: Annotated[float, Field(ge=0.012, le=0.06)] = 0.03
+    upstand: Annotated[float, Field(ge=0, le=0.12)] = 0.0
+    support: Id = "none"
+
+
+class Shell(Record):
+    """The room: finishes of walls, woodwork, floor and ceiling.
+
+    Attributes:
+        wall, floor, ceiling: finishes. trim: of skirting and casings.
+        turn_deg: boards run across the room (90) or along it (0).
+        skirting: profile. wainscot: kind of panelling of the lower wall, in its place; None for none.
+        beams: finish of beams under the ceiling, or None.
+    """
+
+    wall: Id
+    floor: Id
+    ceiling: Id = "paint_pure_white"
+    trim: Id = "paint_pure_white"
+    turn_deg: int = 0
+    skirting: Id = "square"
+    wainscot: Id | None = None
+    beams: Id | None = None
+
+
+class Splash(Record):
+    """What covers the wall between worktop and wall units, and up to the hood behind a range or hob."""
+
+    face: Id
+
+
+class Style(Record):
+    """A style.
+
+    Attributes:
+        id, title: name, and what a person calls it. says: what makes it recognisable, one line.
+        cabinets, counter, island, splash, shell: as above.
+        models: role -> member of a family. Roles are the words of the plans: range, hob, oven, microwave,
+            microwave_built_in, hood, sink, fridge, dishwasher, window, door, stool, and what stands and hangs.
+        props: members that may be scattered on worktops and shelves, the likeliest first.
+        lights: colour temperature of the lamps, kelvin. daylight: of the windows.
+    """
+
+    id: Id
+    title: str
+    says: str
+    cabinets: Cabinets
+    counter: Tops
+    island: Tops
+    splash: Splash | None = None
+    shell: Shell
+    models: Mapping[Id, Choice]
+    props: tuple[Choice, ...] = ()
+    lights: Annotated[float, Field(ge=2000, le=7000)] = 3000.0
+    daylight: Annotated[float, Field(ge=3000, le=9000)] = 5800.0
+
+    def with_surfaces(self, surfaces: Mapping[Surface, str]) -> Style:
+        """The style with other finishes of walls, floor, worktops and cabinets, each chosen by itself."""
+        made = self
+        if name := surfaces.get(Surface.WALL):
+            made = made.replace(shell=made.shell.replace(wall=name))
+        if name := surfaces.get(Surface.FLOOR):
+            made = made.replace(shell=made.shell.replace(floor=name))
+        if name := surfaces.get(Surface.COUNTER):
+            made = made.replace(counter=made.counter.replace(face=name), island=made.island.replace(face=name))
+        if name := surfaces.get(Surface.CABINET):
+            cabinets = made.cabinets
+            groups = {k: getattr(cabinets, k).replace(face=None) for k in ("upper", "tall", "island")}
+            made = made.replace(cabinets=cabinets.replace(base=cabinets.base.replace(face=name), **groups))
+        return made

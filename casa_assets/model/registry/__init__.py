@@ -1,0 +1,1 @@
+"""Records of the files under registry/: categories, contracts, limits, finishes, texture recipes."""

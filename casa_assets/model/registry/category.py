@@ -1,0 +1,222 @@
+"""What we know of a kind of object before we have seen the mesh: the rows of registry/categories.yaml."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated, Self
+
+from pydantic import Field, StringConstraints, model_validator
+
+from casa_assets.model.record import Id, Record, Vec3
+from casa_assets.model.registry.contract import Generation
+
+# How far `size_m` and `longest_m` may differ, of the length: rounding to a millimetre and no more.
+SAME_SIZE = 0.02
+
+
+class Certainty(StrEnum):
+    """How sure the registry is of a Q-code."""
+
+    CERTAIN = "certain"
+    LIKELY = "likely"
+    PARENT = "parent"
+
+
+class Build(StrEnum):
+    """How matter fills the outline of an object; decides volume, mass and whether cavities stay open."""
+
+    SOLID = "solid"  # an apple, a cutting board: matter all through
+    FILLED = "filled"  # a sealed can or carton: outline full, mixed density
+    VESSEL = "vessel"  # a mug, bowl, pot: open cavity that must stay open in collision
+    HOLLOW = "hollow"  # an appliance or basket: mostly air inside, mass from the prior
+
+
+class Upright(StrEnum):
+    """How an object rests on a worktop."""
+
+    STANDS = "stands"  # tallest or designed axis up: a bottle, a mug
+    LIES = "lies"  # shortest axis up: a knife, a plate, a cutting board
+    ANY = "any"  # no preferred pose: an orange
+
+
+class Front(StrEnum):
+    """Which way an object is turned about z, so that instances of a category look the same way."""
+
+    ANY = "any"  # the same from all sides, or nobody minds
+    FACE = "face"  # its printed or working face looks to -y
+    HANDLE = "handle"  # its handle points to +x
+    LENGTH = "length"  # its length lies along x
+
+
+class Affordance(StrEnum):
+    """What a robot or an appliance may do with an object; a closed set."""
+
+    GRASPABLE = "graspable"  # a hand of 0.08 m can take it as it rests
+    WASHABLE = "washable"
+    MICROWAVABLE = "microwavable"
+    COOKABLE = "cookable"
+    FREEZABLE = "freezable"
+    FRIDGABLE = "fridgable"
+    DISHWASHABLE = "dishwashable"
+    CONTAINER = "container"  # something loose can be laid into it as it rests
+    STACKABLE = "stackable"  # stands on another of its kind
+
+
+class Kind(StrEnum):
+    """What tasks ask for when they do not name a category; a closed set, that of the reference runtime (RoboCasa)."""
+
+    ALCOHOL = "alcohol"
+    BREAD_FOOD = "bread_food"
+    CLEANER = "cleaner"
+    CONDIMENT = "condiment"
+    COOKED_FOOD = "cooked_food"
+    DAIRY = "dairy"
+    DECORATION = "decoration"
+    DRINK = "drink"
+    FRUIT = "fruit"
+    ICED_ITEM = "iced_item"
+    LID = "lid"
+    MEAT = "meat"
+    PACKAGED_FOOD = "packaged_food"
+    PASTRY = "pastry"
+    RECEPTACLE = "receptacle"
+    SPICE = "spice"
+    STACKABLE = "stackable"
+    SWEETS = "sweets"
+    TOOL = "tool"
+    UTENSIL = "utensil"
+    VEGETABLE = "vegetable"
+
+
+class Basis(StrEnum):
+    """Where the numbers of a row come from."""
+
+    USUAL = "usual"  # our estimate of common real ones
+    TRADE = "trade"  # sizes and net weights that it is sold in
+    PORTION = "portion"  # typical value near the portion weights of food composition tables
+    REFERENCE = "reference"  # as the reference runtime has it
+
+
+class Bases(Record):
+    """The basis of the sizes, of the mass, and of `types` and `affords`."""
+
+    size: Basis = Basis.USUAL
+    mass: Basis = Basis.USUAL
+    uses: Basis = Basis.USUAL
+
+
+class QCode(Record):
+    """A Wikidata item.
+
+    Attributes:
+        id: such as `Q89`.
+        label: English label of the item.
+        certainty: certain or likely for the category's own item, parent where the class above is used instead.
+    """
+
+    id: Annotated[str, StringConstraints(pattern=r"^Q[1-9][0-9]*$")]
+    label: str
+    certainty: Certainty
+
+
+class Span(Record):
+    """A range with a typical value, `low <= typical <= high`, all > 0."""
+
+    low: Annotated[float, Field(gt=0)]
+    typical: Annotated[float, Field(gt=0)]
+    high: Annotated[float, Field(gt=0)]
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low <= self.typical <= self.high:
+            raise ValueError(f"{self.low} <= {self.typical} <= {self.high} does not hold")
+        return self
+
+    def scaled(self, factor: float) -> Span:
+        """All three times a factor > 0."""
+        return Span(low=self.low * factor, typical=self.typical * factor, high=self.high * factor)
+
+
+class Category(Record):
+    """A kind of kitchen object.
+
+    Attributes:
+        id: such as `mug`.
+        parent: class above, such as `tableware`.
+        qcode: Wikidata item used as a semantic label.
+        longest_m: longest side of the bounding box of a real one, metres.
+        mass_kg: mass of a real one, kg.
+        shape: typical extents (x, y, z) as it rests, relative to the longest; z is up.
+        size_m: extents along x, y and z as it rests, metres; None where they are `longest_m` times `shape`.
+        upright, front: how it rests, and which way it is turned: its canonical pose.
+        build: how matter fills it.
+        substance: id of its main substance.
+        aliases: other names that sources use.
+        fixed: built in or too heavy to move (an oven): its base is welded to the world.
+        types: what tasks may ask for instead of its name.
+        affords: what may be done with it.
+        runtime: releases of the reference runtime that have an object category of this name.
+        lvis: names that LVIS, and so Objaverse's annotations, have for it.
+        prompts: noun phrases for a model that compares pictures with words; where there are none, see `phrases`.
+        basis: where its numbers come from.
+    """
+
+    id: Id
+    parent: Id
+    qcode: QCode
+    longest_m: Span
+    mass_kg: Span
+    shape: Vec3
+    size_m: tuple[Span, Span, Span] | None = None
+    upright: Upright
+    front: Front = Front.ANY
+    build: Build
+    substance: Id
+    aliases: tuple[str, ...] = ()
+    fixed: bool = False
+    types: tuple[Kind, ...] = ()
+    affords: tuple[Affordance, ...] = ()
+    runtime: tuple[Generation, ...] = ()
+    lvis: tuple[str, ...] = ()
+    prompts: tuple[str, ...] = ()
+    basis: Bases = Bases()
+
+    @model_validator(mode="after")
+    def _agrees(self) -> Self:
+        for name in ("types", "affords", "runtime", "lvis", "prompts"):
+            row = getattr(self, name)
+            if len(set(row)) != len(row):
+                raise ValueError(f"{name} says something twice")
+        if self.size_m is not None:
+            longest = max(side.typical for side in self.size_m)
+            if abs(longest - self.longest_m.typical) > SAME_SIZE * longest:
+                raise ValueError(f"size_m is {longest:g} m at most and longest_m {self.longest_m.typical:g} m")
+        return self
+
+    @property
+    def extents(self) -> tuple[Span, Span, Span]:
+        """Size along x, y and z as it rests, metres."""
+        if self.size_m is not None:
+            return self.size_m
+        x, y, z = (self.longest_m.scaled(share) for share in self.shape)
+        return x, y, z
+
+    @property
+    def phrases(self) -> tuple[str, ...]:
+        """Noun phrases for it, such as `a coffee mug`."""
+        name = self.id.replace("_", " ")
+        return self.prompts or (f"{'an' if name[0] in 'aeiou' else 'a'} {name}",)
+
+    def can(self, use: Affordance) -> bool:
+        """Whether `use` is among what it affords."""
+        return use in self.affords
+
+
+# How a picture of an asset of ours looks, so that a phrase about the thing becomes one about the picture.
+# Ref: Radford et al. 2021, prompts of CLIP; the wording for renders is ours.
+PICTURES = ("a photo of {}.", "a 3D render of {} on a plain background.", "{}, isolated.")
+
+
+def sentences(category: Category) -> tuple[str, ...]:
+    """Every phrase of a category in every way of talking of a picture, for a model that compares both."""
+    return tuple(picture.format(phrase) for phrase in category.phrases for picture in PICTURES)

@@ -1,0 +1,296 @@
+"""What a runtime expects of a fixture: names, joints, places, thresholds. Data in registry/contracts, one file each.
+
+Every `name` is a pattern (a regular expression that has to match the whole name); a plain name matches itself.
+"""
+
+from __future__ import annotations
+
+import re
+from enum import StrEnum
+from typing import Annotated, Any, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.material import Positive
+from casa_assets.model.record import Id, Record, Vec2
+
+
+def _compiles(pattern: str) -> str:
+    # `{loc}` stands for a value of `for_each`.
+    try:
+        re.compile(re.sub(r"\{[a-z]+\}", "x", pattern))
+    except re.error as error:
+        raise ValueError(f"{pattern!r} is no pattern: {error}") from None
+    return pattern
+
+
+Pattern = Annotated[str, Field(min_length=1), AfterValidator(_compiles)]
+Count = Annotated[int, Field(ge=0)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Way = Annotated[float, Field(ge=-1.0, le=1.0)]
+
+
+class Generation(StrEnum):
+    """Release of the reference runtime (RoboCasa) that reads a name."""
+
+    V0_2 = "v0_2"
+    V1_0 = "v1_0"
+
+
+class Axis(StrEnum):
+    """Direction of a joint's axis in the asset frame with every joint at zero; without a sign either way."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+    PLUS_X = "+x"
+    PLUS_Y = "+y"
+    PLUS_Z = "+z"
+    MINUS_X = "-x"
+    MINUS_Y = "-y"
+    MINUS_Z = "-z"
+
+
+class Opens(StrEnum):
+    """Where the range lies about zero, which is closed."""
+
+    POSITIVE = "positive"  # 0..a
+    NEGATIVE = "negative"  # -a..0
+    EITHER = "either"  # one of both
+    BOTH = "both"  # -a..b
+
+
+def _named(row: Any) -> Any:
+    """A row that is only a name stands for itself."""
+    return {"name": row} if isinstance(row, str) else row
+
+
+class Named(Record):
+    """Something with a name that matches `name`; `least` to `most` of them (None: any number)."""
+
+    name: Pattern
+    least: Count = 1
+    most: Count | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, row: Any) -> Any:
+        return _named(row)
+
+    @model_validator(mode="after")
+    def _counts(self) -> Self:
+        if self.most is not None and self.most < self.least:
+            raise ValueError(f"at least {self.least} and at most {self.most} cannot both hold")
+        return self
+
+    def matches(self, name: str) -> bool:
+        """Whether the whole name fits."""
+        return re.fullmatch(self.name, name) is not None
+
+
+class LinkRule(Named):
+    """A link; `depth` counts from `object` (0), which a runtime's fixed paths do too."""
+
+    depth: Count | None = None
+
+
+class JointRule(Named):
+    """A joint.
+
+    Attributes:
+        kind, axis, opens: None where any will do.
+        reach: (low, high) rad or m that the range has to contain.
+        travel: (least, most) rad or m that the range may be wide.
+        depth: of the link that it moves: 1 is a child of `object`.
+        link: pattern of that link's name.
+    """
+
+    kind: JointKind | None = None
+    axis: Axis | None = None
+    opens: Opens | None = None
+    reach: Vec2 | None = None
+    travel: Vec2 | None = None
+    depth: Count | None = None
+    link: Pattern | None = None
+
+
+class ShapeRule(Named):
+    """A collider (or a visual) of that name; `link` and `label` where they matter."""
+
+    link: Pattern | None = None
+    label: Id | None = None
+
+
+class SiteRule(Named):
+    """A site; `depth` of its link, 0 is on `object` itself."""
+
+    depth: Count | None = None
+    kind: Id | None = None
+
+
+class RegionRule(Named):
+    """A region; `inside` of the region `main`; `link` where it has to move with one."""
+
+    inside: bool = True
+    link: Pattern | None = None
+
+
+class VariableRule(Named):
+    """A variable of the behaviour that has at least these values."""
+
+    values: tuple[Id, ...] = ()
+
+
+class Needs(Record):
+    """A set of things that have to be there."""
+
+    links: tuple[LinkRule, ...] = ()
+    joints: tuple[JointRule, ...] = ()
+    colliders: tuple[ShapeRule, ...] = ()
+    visuals: tuple[ShapeRule, ...] = ()
+    sites: tuple[SiteRule, ...] = ()
+    regions: tuple[RegionRule, ...] = ()
+    variables: tuple[VariableRule, ...] = ()
+
+    def filled(self, key: str, value: str) -> Needs:
+        """With `{key}` replaced by a value in every pattern."""
+        return Needs.model_validate(_fill(self.model_dump(mode="json"), "{" + key + "}", value))
+
+
+def _fill(data: Any, mark: str, value: str) -> Any:
+    if isinstance(data, str):
+        return data.replace(mark, value)
+    if isinstance(data, list):
+        return [_fill(item, mark, value) for item in data]
+    return {k: _fill(v, mark, value) for k, v in data.items()} if isinstance(data, dict) else data
+
+
+class Choice(Record):
+    """Sets of which at least one has to be met."""
+
+    any_of: Annotated[tuple[Needs, ...], Field(min_length=2)]
+
+
+class ForEach(Record):
+    """What is needed for every value that is in use.
+
+    Attributes:
+        key: `loc`, written `{loc}` in patterns.
+        values: what it may stand for.
+        used_by: a value is in use where a joint, site, collider or region has a name that one of these matches.
+        least: how many values have to be in use.
+        needs: of each.
+    """
+
+    key: Id
+    values: Annotated[tuple[Id, ...], Field(min_length=1)]
+    used_by: Annotated[tuple[Pattern, ...], Field(min_length=1)]
+    least: Count = 1
+    needs: Needs
+
+
+class Threshold(Record):
+    """Where a joint changes what a runtime thinks of the fixture; exactly one of `at` and `share` is given.
+
+    Attributes:
+        joint: pattern.
+        at: rad or m.
+        share: of the range, from its end that is nearer to zero (the lower one where both are as near).
+    """
+
+    name: Id
+    joint: Pattern
+    at: float | None = None
+    share: Share | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.at is None) == (self.share is None):
+            raise ValueError(f"threshold {self.name!r} is given at a position or at a share of the range")
+        return self
+
+    def position(self, span: Vec2) -> float:
+        """Where it lies on a joint of this range, rad or m."""
+        if self.at is not None:
+            return self.at
+        assert self.share is not None, "one of them is given"
+        low, high = span
+        near, far = (high, low) if abs(high) < abs(low) else (low, high)
+        return near + self.share * (far - near)
+
+
+class KeyRule(Record):
+    """A named pose.
+
+    Attributes:
+        stands: joint pattern -> least share of its way from zero at which every such joint stands.
+        values: variable pattern -> pattern of the value that every such variable gets in this pose.
+        least: 0 where the pose may be missing.
+    """
+
+    name: Id
+    stands: dict[Pattern, Share] = Field(default_factory=dict)
+    values: dict[Pattern, Pattern] = Field(default_factory=dict)
+    least: Annotated[int, Field(ge=0, le=1)] = 1
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, row: Any) -> Any:
+        return _named(row)
+
+
+class Step(Record):
+    """One move of a trial, and what has to be true after it.
+
+    Attributes:
+        move: joint pattern -> share of its way from zero to the end that is farther from it; negative to the other end.
+            Where both ends are as far the upper one is the far one.
+        press: pattern of the colliders that are touched in this step alone.
+        wait_s: seconds that pass then.
+        then: variable pattern -> pattern of the value that every such variable has.
+    """
+
+    move: dict[Pattern, Way] = Field(default_factory=dict)
+    press: Pattern | None = None
+    wait_s: Annotated[float, Field(ge=0)] = 0.0
+    then: dict[Pattern, Pattern] = Field(default_factory=dict)
+
+
+class Trial(Record):
+    """Moves, one after the other, from the initial state."""
+
+    name: Id
+    steps: Annotated[tuple[Step, ...], Field(min_length=1)]
+
+
+class Contract(Needs):
+    """What a runtime expects of one class of fixture.
+
+    Attributes:
+        id: such as `microwave`; the name of its file.
+        title: for people.
+        read_by: generation -> classes that read these names.
+        one_of: choices. for_each: what is needed for each burner, drawer, ... in use.
+        forbidden_joints, forbidden_geoms: patterns of names that a runtime would mistake for something else.
+        labels: that something of the asset carries.
+        outside: labels of what may stick out of the region `main`: handles, a faucet.
+        spelled: our name -> name that the runtime reads, where ours cannot be that (it has capitals).
+        thresholds, keyframes, trials: how it behaves.
+        wide_m: how far `main` may be wider than what is seen, metres.
+    """
+
+    id: Id
+    title: str
+    read_by: dict[Generation, tuple[str, ...]] = Field(default_factory=dict)
+    one_of: tuple[Choice, ...] = ()
+    for_each: tuple[ForEach, ...] = ()
+    forbidden_joints: tuple[Pattern, ...] = ()
+    forbidden_geoms: tuple[Pattern, ...] = ()
+    labels: tuple[Id, ...] = ()
+    outside: tuple[Id, ...] = ()
+    spelled: dict[Id, str] = Field(default_factory=dict)
+    thresholds: tuple[Threshold, ...] = ()
+    keyframes: tuple[KeyRule, ...] = ()
+    trials: tuple[Trial, ...] = ()
+    wide_m: Positive = 0.05

@@ -1,0 +1,56 @@
+"""A surface as the parametric families use it: how it looks, what it is made of, how large its picture is in truth."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, StringConstraints
+
+from casa_assets.model.asset.material import Material, Substance
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.model.record import Id, Record, Vec2
+
+__all__ = ["Finish", "HexColor", "Plain", "Surface"]
+
+HexColor = Annotated[str, StringConstraints(pattern=r"^#[0-9a-f]{6}$")]
+
+
+class Plain(Record):
+    """A finish without a picture: metal, enamel, plastic, glass, rubber. A row of registry/materials.yaml.
+
+    Attributes:
+        id: such as `brushed_steel`.
+        color: sRGB, `#rrggbb`, as a colour card shows it.
+        metallic, roughness: 0..1.
+        opacity: 0..1; below 1 it is see-through.
+        substance: id in registry/substances.yaml.
+        glow: 0..1, share of the colour that it gives off by itself (a lamp, a display).
+    """
+
+    id: Id
+    color: HexColor
+    metallic: Annotated[float, Field(ge=0, le=1)] = 0.0
+    roughness: Annotated[float, Field(ge=0, le=1)] = 0.5
+    opacity: Annotated[float, Field(gt=0, le=1)] = 1.0
+    substance: Id
+    glow: Annotated[float, Field(ge=0, le=1)] = 0.0
+
+
+class Finish(Record):
+    """A surface, resolved.
+
+    Attributes:
+        id: of the plain finish or of the texture recipe or pack picture.
+        material: how it looks; its id is that of the finish. Its `tile_m` is the true size of its picture; the grain
+            of a wood runs along the height (v) of the picture.
+        substance: what it is made of.
+    """
+
+    id: Id
+    material: Material
+    substance: Substance
+
+    @property
+    def tile_m(self) -> Vec2 | None:
+        """Width and height in metres of one copy of the picture, None where it has none."""
+        return self.material.tile_m

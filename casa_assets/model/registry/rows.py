@@ -1,0 +1,48 @@
+"""Small rows of registry/: classes of categories, limits, reasons for rejections, waivers, words that mislead."""
+
+from __future__ import annotations
+
+from casa_assets.model.issue import Code
+from casa_assets.model.record import Id, Record
+from casa_assets.model.registry.category import QCode
+
+
+class Class(Record):
+    """A class of categories or of classes; `parent` is None at the root."""
+
+    id: Id
+    parent: Id | None = None
+    qcode: QCode
+
+
+class Limit(Record):
+    """A number that something is held against, with its unit (empty for counts and ratios) and one line of why."""
+
+    id: Id
+    value: float
+    unit: str = ""
+    why: str
+
+
+class Rejection(Record):
+    """Why an input is turned away: what it means and how to mend it, for the person who sent it."""
+
+    code: Code
+    name: Id
+    meaning: str
+    mend: str
+
+
+class Waiver(Record):
+    """A fault of one subject that is known and accepted, with the reason."""
+
+    code: Code
+    subject: str
+    reason: str
+
+
+class Words(Record):
+    """Words that mislead a look-up: `weak` ones yield to any other, `breaks` end what a text is about."""
+
+    weak: tuple[str, ...]
+    breaks: tuple[str, ...]

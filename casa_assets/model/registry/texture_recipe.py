@@ -1,0 +1,28 @@
+"""How a picture of a surface is made: a kind, a seed, numbers."""
+
+from __future__ import annotations
+
+from casa_assets.model.asset.material import Positive
+from casa_assets.model.record import Id, Record
+from casa_assets.model.registry.finish import Surface
+
+
+class Recipe(Record):
+    """A row of registry/textures/<surface>.yaml.
+
+    Attributes:
+        id: unique among all surfaces.
+        surface: which set it belongs to.
+        kind: name of a kind of texture. seed: of its generator.
+        tile_m: width and height of the picture in metres.
+        substance: id in registry/substances.yaml.
+        params: canonical JSON of the kind's own record.
+    """
+
+    id: Id
+    surface: Surface
+    kind: Id
+    seed: int
+    tile_m: tuple[Positive, Positive]
+    substance: Id
+    params: str = "{}"

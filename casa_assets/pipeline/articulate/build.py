@@ -1,0 +1,203 @@
+"""One static mesh -> the asset that opens, with every decision on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from casa_assets import registry
+from casa_assets.articulate.assemble import Brief, assemble
+from casa_assets.articulate.decisions import GIVEN, Decisions, applied, direction, word_of
+from casa_assets.articulate.frame.axes import guess_frame
+from casa_assets.articulate.frame.unit_scale import metres_per_unit
+from casa_assets.articulate.infer import infer
+from casa_assets.articulate.plan import Articulation, Frame, JointPlan
+from casa_assets.articulate.segment.fragment_measures import TOP
+from casa_assets.articulate.segment.shell_cuts import opened, surface
+from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.semantics.rename import named
+from casa_assets.errors import CasaError, Rejected
+from casa_assets.ingest.load import load
+from casa_assets.ingest.sources.bundle import collect
+from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.ingest.source import RawModel, Source, Up
+from casa_assets.model.record import Vec3
+from casa_assets.model.registry.category import Category
+from casa_assets.pipeline.articulate.interiors import completed
+from casa_assets.pipeline.articulate.kind import NAMED, Kind, kind_of, named_kind
+from casa_assets.pipeline.clip import kind_seen, scorer
+from casa_assets.pipeline.library.identity import Identity, Producer
+
+NOTHING_MOVES = "ART001"
+# Side of the frame guess that a stated up axis makes the top.
+_TOPS = {Up.Z: TOP, Up.Y: 1, Up.X: 3}
+# Sizes that differ by less are one size, rounded for reading.
+SAME_SIZE = 5e-4
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What the user asks for.
+
+    Attributes:
+        mesh: file. out: folder, made where it is missing. category: id, or empty to go by names.
+        up, front: directions in axes of the file, None to guess. size_m: longest side, 0 to guess.
+        decisions: a sidecar; what it says goes before all guesses. The options above go before it.
+        preview: write a strip of pictures. clip: weights of CLIP, which then names what the user does not.
+        complete: build rooms where doors and drawers open onto nothing. anew: even where an earlier run made the same.
+    """
+
+    mesh: Path
+    out: Path
+    category: str = ""
+    up: Vec3 | None = None
+    front: Vec3 | None = None
+    size_m: float = 0.0
+    decisions: Decisions = field(default_factory=Decisions)
+    preview: bool = False
+    clip: Path | None = None
+    complete: bool = True
+    anew: bool = False
+
+
+@dataclass(frozen=True)
+class Built:
+    """What became of a mesh, before anything is written.
+
+    Attributes:
+        found: the parts and joints as decided. placed: the mesh in the frame, a diagonal of 1. model: as read.
+        brief: what the asset needs besides its geometry. sure: of the category, and why; `size`, of the scale.
+        joints: part -> name of its joint, once it is named. lacking: what keeps it from holding its kind's contract.
+    """
+
+    asset: Asset
+    found: Articulation
+    placed: Soup
+    model: RawModel
+    brief: Brief
+    category: Category
+    sure: tuple[float, str]
+    size: tuple[float, str]
+    longest_m: float
+    source: Source
+    joints: Mapping[str, str] = field(default_factory=dict)
+    lacking: tuple[str, ...] = ()
+
+    def again(self, joints: Mapping[str, JointPlan]) -> Built:
+        """The same with other joints for some parts."""
+        parts = tuple(p.replace(joint=joints[p.name]) if p.name in joints else p for p in self.found.parts)
+        found = self.found.replace(parts=parts)
+        return (
+            replace(self, found=found, asset=assemble(self.model, self.placed, found, self.brief)) if joints else self
+        )
+
+    def named(self) -> Built:
+        """The same under the names that runtimes look for, where the category has any."""
+        known = self.category.id if self.sure[0] >= NAMED else ""
+        asset, joints = named(self.asset, self.found, known)
+        return replace(self, asset=asset, joints=joints)
+
+
+def build(wish: Wish) -> Built:
+    """The asset of a mesh, and the decisions.
+
+    Raises:
+        Rejected: the file cannot be read, or nothing of it moves (ART001).
+        CasaError: what the user asks for does not exist, or does not go together.
+    """
+    known = registry.load()
+    one = found_in(wish.mesh)
+    bundle = collect(one, known.limits)
+    model = load(bundle, known.limits)
+    soup = surface(model)
+    frame = _frame(soup, model, wish)
+    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    found = infer(placed, frame, named_kind(one, wish.category or wish.decisions.category or ""))
+    kind = _kind(one, wish, model, placed, found)
+    category, sure, because = kind.category, kind.sure, kind.because
+    longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
+    unit, certain, size = _unit(longest, model, wish, category if kind.id else None)
+    found = found.replace(frame=frame.replace(metres=unit / frame.scale), category=kind.id)
+    found = applied(found, placed, wish.decisions)
+    if not found.parts:
+        raise Rejected(NOTHING_MOVES, f"{wish.mesh.name}: no moving part found")
+    model, placed, found = opened(model, placed, found)
+    model, placed, found = completed(model, placed, found, kind.id, wish.decisions, wish.complete)
+    guesses = (
+        Guess(subject="category", value=category.id, confidence=round(sure, 2), because=because),
+        Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, because=size),
+    )
+    brief = Brief(
+        asset_id=Identity(Producer.ARTICULATE, bundle.sha256).asset_id(category.id),
+        metres=unit / frame.scale,
+        category=category,
+        classes=known.classes_of(category),
+        substance=known.substances[category.substance],
+        provenance=one.source.provenance(bundle.sha256, guesses),
+    )
+    asset = assemble(model, placed, found, brief)
+    words = ((sure, because), (certain, size))
+    return Built(asset, found, placed, model, brief, category, *words, longest * unit, one.source)
+
+
+def _kind(one: Found, wish: Wish, model: RawModel, placed: Soup, found: Articulation) -> Kind:
+    """What it is; where CLIP is to be asked, it is shown the closed thing."""
+
+    def seen() -> tuple[str, float, str]:
+        assert wish.clip is not None
+        known = registry.load()
+        any_thing = known.category(registry.FALLBACK)
+        brief = Brief(
+            asset_id=f"{any_thing.id}_{'0' * 10}",
+            metres=1.0,
+            category=any_thing,
+            classes=known.classes_of(any_thing),
+            substance=known.substances[any_thing.substance],
+            provenance=one.source.provenance("0" * 64, ()),
+        )
+        closed = Articulation(frame=found.frame.replace(metres=1.0))
+        return kind_seen(assemble(model, placed, closed, brief), scorer(wish.clip))
+
+    x, y, z = (float(v) for v in np.ptp(placed.points, axis=0))
+    ordered = wish.category or wish.decisions.category or ""
+    return kind_of(one, (x, y, z), found, ordered, None if wish.clip is None else seen)
+
+
+def _unit(longest: float, model: RawModel, wish: Wish, category: Category | None) -> tuple[float, float, str]:
+    """Metres to a unit of which the longest side has so many, how sure, and why."""
+    unit, certain, why = metres_per_unit(longest, model.metres_per_unit, category.longest_m if category else None)
+    wanted = wish.size_m or wish.decisions.size_m
+    if wanted and abs(wanted / (longest * unit) - 1) > SAME_SIZE:
+        return wanted / longest, 1.0, GIVEN
+    return unit, certain, why
+
+
+def _frame(soup: Soup, model: RawModel, wish: Wish) -> Frame:
+    """The guess, or what is given; a sidecar that repeats the guess leaves it a guess."""
+    said = wish.decisions
+    up = wish.up or (direction(said.up) if said.up is not None else None)
+    front = wish.front or (direction(said.front) if said.front is not None else None)
+    stated = None if model.up is None else _TOPS[model.up]
+    if up is not None and front is not None:
+        if abs(float(np.dot(up, front))) > 1e-3:
+            says = f"the front {word_of(front)} is not at a right angle to up {word_of(up)}"
+            raise CasaError(f"{wish.mesh.name}: {says}; give another --front or --up")
+        given = guess_frame(soup, up, front, stated)
+        guess = guess_frame(soup, stated=stated)
+        return guess if np.allclose(guess.rotation, given.rotation, atol=1e-4) else given
+    return guess_frame(soup, up, front, stated)
+
+
+def found_in(mesh: Path) -> Found:
+    """The input that a file is. Raises Rejected where it holds none, or cannot be read."""
+    for one in discover([mesh]):
+        if isinstance(one, Refused):
+            raise Rejected(one.code, one.says)
+        return one
+    raise Rejected("SRC001", f"{mesh}: no mesh")

@@ -1,0 +1,56 @@
+"""Whether a taken-apart mesh is what the runtime of its kind expects: it names a contract where it holds it.
+
+An asset names a contract only where every check of it passes: names and paths, poses and states as MuJoCo operates
+them, and what a hand has to be able to move. Else what is missing is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from casa_assets.checks.check import Check
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.run import run
+from casa_assets.checks.table import TABLE
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.issue import Severity
+from casa_assets.model.registry.category import Category
+from casa_assets.model.registry.contract import Contract
+
+# What is there and how it is called; looked at first, for it costs nothing.
+NAMES = ("CON", "BEH001", "BEH002")
+# How it moves and what it holds: rows that look at nothing but what a runtime operates.
+MOVES = ("BEH003", "KIN", "HOL", "AST017")
+# Of the faults that are kept with the asset.
+KEPT = 6
+
+
+def lacking(
+    asset: Asset, category: Category, root: Path, contract: Contract | None, limits: Mapping[str, float]
+) -> tuple[str, ...]:
+    """What keeps an asset from holding the contract that it names; empty where it holds it.
+
+    Args:
+        root: where its MJCF is written.
+    """
+    for codes in (NAMES, MOVES):
+        rows = [check for check in TABLE if check.code.startswith(codes) and check.severity is Severity.ERROR]
+        faults = _faults(asset, Package(asset, category, root, contract), limits, rows)
+        if faults:
+            return faults
+    return ()
+
+
+def without(asset: Asset, faults: tuple[str, ...]) -> Asset:
+    """The asset with no contract, and in its provenance why."""
+    first = "; ".join(faults[:KEPT]) + (f"; and {len(faults) - KEPT} more" if len(faults) > KEPT else "")
+    guess = Guess(subject="contract", value=f"not {asset.contract}", confidence=1.0, because=first)
+    provenance = asset.provenance.replace(guesses=(*asset.provenance.guesses, guess))
+    return asset.replace(contract=None, provenance=provenance)
+
+
+def _faults(asset: Asset, package: Package, limits: Mapping[str, float], rows: list[Check]) -> tuple[str, ...]:
+    issues = [i for subject in (asset, package) for i in run(subject, asset.id, limits, table=rows).errors]
+    return tuple(f"{i.code} {i.pointer}: {i.says}" if i.pointer else f"{i.code} {i.says}" for i in issues)

@@ -1,0 +1,275 @@
+"""Rooms that a mesh lacks behind its fronts -> built of the kit's parts, as triangles and parts of the same model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from casa_assets import registry
+from casa_assets.articulate.decisions import GIVEN, Decisions
+from casa_assets.articulate.interior.cavities import find_rooms, vec
+from casa_assets.articulate.interior.choose_interiors import decided
+from casa_assets.articulate.interior.hollow_out import carved, in_frame
+from casa_assets.articulate.joints import hinges
+from casa_assets.articulate.plan import (
+    BUILT_AS,
+    Addition,
+    Articulation,
+    Edge,
+    Filling,
+    JointPlan,
+    PartKind,
+    PartPlan,
+    Room,
+    Space,
+)
+from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.families.family import Supplies
+from casa_assets.families.kit.asset_builder import ROOT, Bench, Moved, Piece
+from casa_assets.families.kit.solids.skin import skin
+from casa_assets.families.parts.carcass import interiors
+from casa_assets.families.parts.carcass.interiors import Interior
+from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.provenance import Labels
+from casa_assets.model.ingest.source import RawModel, RawPart
+from casa_assets.model.record import Vec3
+from casa_assets.pipeline.families import finishes as palette
+
+LINERS: Mapping[Filling, str] = {
+    Filling.OVEN: "enamel_charcoal",
+    Filling.MICROWAVE: "enamel_grey",
+    Filling.REFRIGERATOR: "plastic_white",
+    Filling.DISHWASHER: "stainless_brushed",
+    Filling.CABINET: "melamine_white",
+    Filling.PLAIN: "plastic_grey",
+    Filling.DRAWER: "melamine_white",
+}
+BOXES: Mapping[Filling, str] = {
+    Filling.OVEN: "enamel_charcoal",
+    Filling.REFRIGERATOR: "plastic_white",
+    Filling.DISHWASHER: "stainless_brushed",
+}
+# A hinged door that stands open at a right angle takes its own thickness of the mouth; and so much air, metres.
+AIR_M = 0.012
+
+
+@dataclass
+class _Work:
+    """The bench, and which room each piece on it belongs to; lengths on it are those of the frame in metres."""
+
+    bench: Bench
+    metres: float
+    filling: dict[str, Filling] = field(default_factory=dict)
+    trays: int = 0
+
+
+def completed(
+    model: RawModel, placed: Soup, found: Articulation, category: str, said: Decisions, build: bool
+) -> tuple[RawModel, Soup, Articulation]:
+    """Give every front something that it opens onto.
+
+    Args:
+        model: its faces, part by part, are those of `placed`. found: its parts, `found.frame.metres` set.
+        category: id where it is known, else empty. build: build what is missing; else only what the decisions ask for.
+    """
+    rooms = decided(find_rooms(placed, found, category), found, placed, said, build)
+    spaces = [_space_of(r) for r in rooms if not (r.empty or (r.built and r.filling is Filling.DRAWER))]
+    found = found.replace(rooms=rooms, spaces=tuple(spaces))
+    wanted = [r for r in rooms if r.built]
+    if not wanted:
+        return model, placed, found
+    holes = [hole for r in wanted if r.cut is not None for hole in (r.cut, *r.fronts)]
+    model, placed, found = carved(model, placed, found, holes)
+    metres = found.frame.metres or 1.0
+    known = registry.load()
+    kind = known.category(registry.FALLBACK)
+    labels = Labels(category=kind.id, classes=(kind.id,), qcode=kind.qcode)
+    supplies = Supplies(finishes=palette.plain(), labels=labels, densities=known.densities)
+    work = _Work(Bench(supplies), metres)
+    work.trays = sum(p.name.startswith("tray_") for p in found.parts)
+    for room in wanted:
+        found = _built(work, room, found, placed)
+    return _added(work, model, found)
+
+
+def _space_of(room: Room) -> Space:
+    """All of a room; the box that is built for a drawer has its own."""
+    part = room.parts[0]
+    return Space(name=f"{part}_int", part=part if room.filling is Filling.DRAWER else "", low=room.low, high=room.high)
+
+
+def _built(work: _Work, room: Room, found: Articulation, placed: Soup) -> Articulation:
+    """Put a room on the bench; the articulation with what that changes of its joints."""
+    m, bench = work.metres, work.bench
+    first = next(p for p in found.parts if p.name == room.parts[0])
+    outer = _metres(room.outer[0], m), _metres(room.outer[1], m)
+    inside = Interior(
+        first.name,
+        _metres(room.low, m),
+        _metres(room.high, m),
+        outer,
+        f"{first.name}_joint",
+        _clear(room, found, placed),
+        work.trays,
+    )
+    before = list(bench.pieces)
+    if first.kind is PartKind.DRAWER:
+        if room.cut is not None:
+            interiors.walls(bench, inside, LINERS[Filling.PLAIN])
+        bench.link(first.name)
+        finish = BOXES.get(_kind_of_box(found), LINERS[Filling.DRAWER])
+        deep = interiors.drawer_box(bench, first.name, inside, finish) / m
+        found = _pulled(found, first, deep)
+    else:
+        if room.wall:
+            interiors.walls(bench, inside, LINERS[room.filling])
+        if room.furnish:
+            _furnish(bench, inside, room.filling)
+    work.filling.setdefault(ROOT, room.filling)
+    for name in bench.pieces:
+        if name not in before:
+            work.filling[name] = room.filling
+    work.trays += sum(n.startswith("tray_") for n in bench.pieces if n not in before)
+    return found
+
+
+def _furnish(bench: Bench, inside: Interior, filling: Filling) -> None:
+    match filling:
+        case Filling.OVEN:
+            interiors.furnish_oven(bench, inside)
+        case Filling.MICROWAVE:
+            interiors.furnish_microwave(bench, inside)
+        case Filling.REFRIGERATOR:
+            interiors.furnish_cold(bench, inside)
+        case Filling.DISHWASHER:
+            interiors.furnish_dishwasher(bench, inside)
+        case Filling.CABINET:
+            interiors.furnish_cabinet(bench, inside)
+        case _:
+            pass
+
+
+def _kind_of_box(found: Articulation) -> Filling:
+    """What drawers are made of follows the rooms beside them."""
+    return next((r.filling for r in found.rooms if r.filling is not Filling.DRAWER), Filling.DRAWER)
+
+
+def _clear(room: Room, found: Articulation, placed: Soup) -> tuple[float, float]:
+    """What open doors take of the mouth at the left and at the right, metres."""
+    left = right = 0.0
+    for part in (p for p in found.parts if p.name in room.parts and p.joint.kind is JointKind.HINGE):
+        points = placed.points[placed.faces[part.faces].reshape(-1)]
+        x = float(part.joint.anchor[0])
+        thick = float(points[:, 1].max()) - float(part.joint.anchor[1])
+        metres = found.frame.metres or 1.0
+        if part.joint.edge is Edge.LEFT:
+            left = max(left, (x + thick - room.low[0]) * metres + AIR_M)
+        if part.joint.edge is Edge.RIGHT:
+            right = max(right, (room.high[0] - x + thick) * metres + AIR_M)
+    return max(left, 0.0), max(right, 0.0)
+
+
+def _pulled(found: Articulation, drawer: PartPlan, deep: float) -> Articulation:
+    """A drawer comes out no farther than its box allows, unless somebody said how far."""
+    joint = drawer.joint
+    way = hinges.DRAWER_WAY * deep
+    if joint.because == GIVEN or joint.range[1] <= way:
+        return found
+    fresh = drawer.replace(joint=joint.replace(range=(0.0, way)))
+    return found.replace(parts=tuple(fresh if p.name == drawer.name else p for p in found.parts))
+
+
+def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel, Soup, Articulation]:
+    """The model with all that stands on the bench."""
+    parts, faces = list(model.parts), sum(len(p.mesh.faces) for p in model.parts)
+    known = {p.name: p for p in found.parts}
+    added: list[Addition] = []
+    for piece in work.bench.pieces.values():
+        filling = work.filling.get(piece.name, Filling.PLAIN)
+        fresh = _raw_parts(work, piece, found, filling)
+        count = sum(len(p.mesh.faces) for p in fresh)
+        if not count:
+            continue
+        rows = np.arange(faces, faces + count)
+        parts, faces = [*parts, *fresh], faces + count
+        clouds = tuple(_cloud(c, piece, work.metres) for c in _shapes(piece))
+        name = "" if piece.name == ROOT else piece.name
+        added.append(Addition(part=name, filling=filling, faces=rows, clouds=clouds))
+        if name in known:
+            known[name] = known[name].replace(faces=np.concatenate([known[name].faces, rows]))
+        elif name:
+            moved = next(m for m in work.bench.moved if m.child == name)
+            known[name] = _tray(name, rows, moved, piece, work.metres, filling)
+    inner = [r for r in work.bench.regions if r.link != ROOT]
+    spaces = tuple(_space(r.name, r.link, r.pose.position, r.size, work) for r in inner)
+    model = model.replace(parts=tuple(parts))
+    found = found.replace(parts=tuple(known.values()), added=tuple(added), spaces=(*found.spaces, *spaces))
+    return model, in_frame(model, found.frame), found
+
+
+def _raw_parts(work: _Work, piece: Piece, found: Articulation, filling: Filling) -> list[RawPart]:
+    """What is seen of a piece, one part for each finish, in the file."""
+    finishes: dict[str, list[Mesh]] = {}
+    for i, part in enumerate(piece.parts):
+        tile = work.bench.supplies.finish(part.finish).tile_m
+        finishes.setdefault(part.finish, []).append(skin(part.solid, tile, part.grain, f"{piece.name}/{i}"))
+    out = []
+    for finish, meshes in finishes.items():
+        starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
+        points = np.concatenate([m.vertices for m in meshes]) + np.array(piece.pose.position)
+        faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=True)])
+        mesh = Mesh(vertices=found.frame.to_file(points / work.metres), faces=faces.astype(np.int32))
+        material = work.bench.supplies.finish(finish).material
+        out.append(RawPart(name=BUILT_AS[filling], mesh=mesh, material=material))
+    return out
+
+
+def _shapes(piece: Piece) -> list[Floats]:
+    """Points of every shape of a piece, its frame, metres."""
+    return [surface(c.shape, c.pose, 16)[0] for c in piece.colliders]
+
+
+def _cloud(points: Floats, piece: Piece, metres: float) -> Floats:
+    found: Floats = (points + np.array(piece.pose.position)) / metres
+    return found
+
+
+def _tray(name: str, rows: Ints, moved: Moved, piece: Piece, metres: float, filling: Filling) -> PartPlan:
+    """A part that came with a room: a rack or a basket that slides out."""
+    joint = JointPlan(
+        kind=JointKind.SLIDE,
+        axis=(0.0, -1.0, 0.0),
+        anchor=vec(np.array(piece.pose.position) / metres),
+        range=(0.0, max(abs(r) for r in moved.range) / metres),
+        confidence=1.0,
+        because="built so",
+    )
+    return PartPlan(
+        name=name,
+        kind=PartKind.TRAY,
+        faces=rows,
+        grip=np.empty(0, dtype=np.int64),
+        joint=joint,
+        confidence=1.0,
+        because=f"added: {filling.value}",
+        added=True,
+    )
+
+
+def _space(name: str, link: str, middle: Vec3, size: Vec3, work: _Work) -> Space:
+    at = np.array(middle) + np.array(work.bench.pieces[link].pose.position)
+    half = np.array(size) / 2
+    low, high = (at - half) / work.metres, (at + half) / work.metres
+    return Space(name=name, part=link, low=vec(low), high=vec(high))
+
+
+def _metres(point: Vec3, metres: float) -> Vec3:
+    """A point of the frame in metres, on a grid of 0.1 mm so that nothing hangs on the last digit."""
+    x, y, z = (math.floor(v * metres * 1e4 + 0.5) / 1e4 for v in point)
+    return (x, y, z)

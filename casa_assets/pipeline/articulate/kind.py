@@ -1,0 +1,80 @@
+"""What kind a mesh is: by the user's word, its look where CLIP is there, its name, else its shape and parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from casa_assets import registry
+from casa_assets.articulate.decisions import GIVEN
+from casa_assets.articulate.frame.kind import kind_by_parts, kind_named
+from casa_assets.articulate.plan import Articulation
+from casa_assets.ingest.sources.found import Found
+from casa_assets.model.record import Vec3
+from casa_assets.model.registry.category import Category
+from casa_assets.pipeline.clip import NO_WEIGHTS
+
+# A guess that is no surer than this names nothing: sizes and names stay those of any thing.
+LEAST = 0.2
+# Parts of a thing whose kind is no surer than this keep their own names.
+NAMED = 0.5
+# Id of a kind or nothing, how sure, and why.
+Seen = Callable[[], tuple[str, float, str]]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A category, how sure, and who says so."""
+
+    category: Category
+    sure: float
+    because: str
+
+    @property
+    def id(self) -> str:
+        """Id of the category; empty where nothing names it."""
+        return self.category.id if self.sure > LEAST else ""
+
+
+def kind_of(one: Found, extent: Vec3, found: Articulation, ordered: str = "", seen: Seen | None = None) -> Kind:
+    """The kind of an input.
+
+    A word of the user that repeats a guess that is sure leaves it one: the same decisions make the same asset.
+
+    Args:
+        extent: width, depth, height, any unit. found: what moves of it.
+        ordered: by the user, or empty. seen: what it looks like, where there is somebody to ask.
+    Raises:
+        UnknownId: there is no such category.
+    """
+    guessed = _guessed(one, extent, found, seen)
+    if not ordered or (ordered == guessed.category.id and guessed.sure >= NAMED):
+        return guessed
+    known = registry.load()
+    return Kind(known.fixtures.get(ordered) or known.category(ordered), 1.0, GIVEN)
+
+
+def named_kind(one: Found, ordered: str = "") -> str:
+    """The kind that somebody names: the user, or the name of the file; empty where nobody does."""
+    if ordered:
+        return ordered
+    named = kind_named([h for h in (one.source.category, *one.source.hints) if h])
+    return named.id if named is not None and named.confidence >= NAMED else ""
+
+
+def _guessed(one: Found, extent: Vec3, found: Articulation, seen: Seen | None) -> Kind:
+    known = registry.load()
+    look = NO_WEIGHTS
+    if seen is not None:
+        kind, sure, look = seen()
+        if kind:
+            return Kind(known.fixtures[kind], sure, look)
+    hints = [h for h in (one.source.category, *one.source.hints) if h]
+    named = kind_named(hints)
+    if named is not None:
+        return Kind(known.fixtures[named.id], named.confidence, f"by its name: {named.evidence}")
+    kind, sure = kind_by_parts(extent, found)
+    if sure > LEAST:
+        return Kind(known.fixtures[kind], sure, f"by its shape and parts; nothing names it, and {look}")
+    says = f"nothing names it, {look}, and its shape and parts are like no one kind's"
+    return Kind(known.category(registry.FALLBACK), 0.1, says)

@@ -1,0 +1,357 @@
+"""Static meshes -> a library of appliances that open; each is read and worked on in a child process of its own."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.articulate.assemble import assemble
+from casa_assets.articulate.decisions import at_face
+from casa_assets.articulate.frame.axes import guess_frame
+from casa_assets.articulate.infer import infer
+from casa_assets.articulate.plan import Articulation, JointPlan, PartKind, PartPlan
+from casa_assets.checks.motion.joint_travel import Travel, travels
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.run import run as run_checks
+from casa_assets.errors import CasaError, OutputError, Rejected
+from casa_assets.export import mjcf
+from casa_assets.export.usd.document import write as write_usd
+from casa_assets.ingest.load import load
+from casa_assets.ingest.sources.bundle import collect
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.issue import Report
+from casa_assets.pipeline.articulate import sidecar
+from casa_assets.pipeline.articulate.build import Built, Wish, build, found_in
+from casa_assets.pipeline.articulate.contract import lacking, without
+from casa_assets.pipeline.articulate.interiors import completed
+from casa_assets.pipeline.cache.cache_key import Made, digest_of, key_of, versions_of
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.clip import weights_digest
+from casa_assets.pipeline.ingest.job import RunAborted, writing
+from casa_assets.pipeline.ingest.run import FAILURE_CODES
+from casa_assets.pipeline.ingest.worker import PREVIEW_PX, WRITING, certificate, thumbnail
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.identity import Identity, Producer
+from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.pool import Pool
+from casa_assets.preview.camera import View
+from casa_assets.preview.renderer import NoRenderer
+from casa_assets.preview.still import render
+from casa_assets.preview.strip import Moving, strip
+
+STRIP = "strip.png"
+# A part that goes less far than this before it runs into something is wrong, or its shapes are too coarse to tell.
+LEAST_WAY = 0.25
+# What moves a few millimetres, or looks the same all the way round, has no picture of its own.
+_SMALL = frozenset({PartKind.KNOB, PartKind.BUTTON})
+
+
+# What is done to a mesh, for the certificate.
+STEPS: Mapping[str, Made] = {
+    "load": load,
+    "frame": guess_frame,
+    "infer": infer,
+    "complete": completed,
+    "assemble": assemble,
+    "travel": travels,
+}
+
+
+@dataclass(frozen=True)
+class Done:
+    """What became of one mesh.
+
+    Attributes:
+        mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
+        found: the decisions. category, size: what it was taken to be, and why. report: of all checks.
+        travels: of each part, by its name in `found`. contract: that it holds; lacking: why it does not hold one.
+        code, says: of a refusal. kept: an earlier run made it, and nothing has changed.
+    """
+
+    mesh: Path
+    folder: Path | None = None
+    found: Articulation | None = None
+    category: str = ""
+    size: str = ""
+    report: Report | None = None
+    travels: Mapping[str, Travel] = field(default_factory=dict)
+    contract: str = ""
+    lacking: tuple[str, ...] = ()
+    code: str = ""
+    says: str = ""
+    kept: bool = False
+
+    @property
+    def accepted(self) -> bool:
+        """Whether it is in the library."""
+        return self.folder is not None and not self.code
+
+
+def articulate(wishes: Sequence[Wish], jobs: int = 1) -> Iterator[Done]:
+    """Take meshes apart, each in a child process with limits, in the order in which they are done.
+
+    Args:
+        wishes: all with one `out`. jobs: children at once.
+    Raises:
+        CasaError: a file cannot be found, what is asked for does not exist, or this machine cannot start a worker.
+    """
+    limits = registry.load().limits
+    bounds = Limits(limits["input_seconds"], int(limits["input_memory_bytes"]))
+    library = disk.Library(wishes[0].out)
+    with library.locked(), writing(library.root):
+        library.sweep()
+        try:
+            with Pool(jobs, bounds, "casa_assets.pipeline.ingest.worker:warm") as pool:
+                for number, answer in pool.run("casa_assets.pipeline.articulate.run:work", list(wishes)):
+                    if isinstance(answer, WorkerFailure):
+                        yield Done(wishes[number].mesh, code=FAILURE_CODES[answer.reason], says=answer.text)
+                    elif isinstance(answer, RunAborted):
+                        raise CasaError(answer.message)
+                    else:
+                        assert isinstance(answer, Done)
+                        yield answer
+        finally:
+            library.sweep()
+
+
+def work(wish: Wish) -> Done | RunAborted:
+    """Read, take apart, write, look and check; runs in the child. RunAborted: the user has to change the command."""
+    try:
+        with writing(wish.out):
+            asked = _asked(wish)
+            kept = None if wish.anew else _kept(wish, asked)
+            return _entry(wish, build(wish), asked) if kept is None else kept
+    except Rejected as error:
+        return Done(wish.mesh, code=error.code, says=error.says)
+    except (CasaError, NoRenderer) as error:
+        return RunAborted(str(error))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What an entry is kept under: who makes it of which input, and the key of everything else that decides it."""
+
+    identity: Identity
+    cache_key: str
+
+
+def _asked(wish: Wish) -> _Asked:
+    """Raises Rejected where the file cannot be read."""
+    one = found_in(wish.mesh)
+    sha256 = collect(one, registry.load().limits).sha256
+    options = {
+        "category": wish.category,
+        "up": wish.up,
+        "front": wish.front,
+        "size_m": wish.size_m,
+        "decisions": wish.decisions.digest,
+        "preview": wish.preview,
+        "clip": "" if wish.clip is None else weights_digest(str(wish.clip)),
+        "complete": wish.complete,
+    }
+    code = key_of(build, settled, _written, certificate)
+    return _Asked(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", code, options, one.source.digest))
+
+
+def _kept(wish: Wish, asked: _Asked) -> Done | None:
+    """What an earlier run made with the same key, where its entry and what it told are both there; else None."""
+    library = disk.Library(wish.out)
+    found = [(folder, key) for folder in library.entries_of(asked.identity) if (key := _key_in(folder))]
+    current = next((folder for folder, key in found if key == asked.cache_key), None)
+    told = Store(library.cache).get(_told_key(asked))
+    if current is None or told is None:
+        return None
+    done = replace(from_json(told, wish.mesh), folder=current, kept=True)
+    if bool(done.code) != (current.parent.name == disk.REJECTED):
+        return None
+    for folder in list(library.entries_of(asked.identity)):
+        if folder != current:  # a run was killed after it had put the current one in place
+            library.forget(folder)
+    return done
+
+
+def _key_in(folder: Path) -> str:
+    """The cache key of an entry; empty where it is damaged."""
+    try:
+        if folder.parent.name == disk.REJECTED:
+            return disk.read_refusal(folder).cache_key
+        return disk.read_certificate(folder).cache_key
+    except OutputError:
+        return ""
+
+
+def _told_key(asked: _Asked) -> str:
+    return digest_of("articulate/told", asked.identity.sha256, asked.cache_key, key_of(to_json, from_json))
+
+
+def to_json(done: Done) -> bytes:
+    """What is told of an entry besides its place, for the next run."""
+    told = {
+        "found": None if done.found is None else done.found.to_json(),
+        "report": None if done.report is None else done.report.to_json(),
+        "travels": {part: vars(travel) for part, travel in done.travels.items()},
+        "lacking": list(done.lacking),
+        **{name: getattr(done, name) for name in ("category", "size", "contract", "code", "says")},
+    }
+    return json.dumps(told).encode()
+
+
+def from_json(data: bytes, mesh: Path) -> Done:
+    """The same read back."""
+    told = json.loads(data)
+    return Done(
+        mesh=mesh,
+        found=None if told["found"] is None else Articulation.from_json(told["found"]),
+        report=None if told["report"] is None else Report.from_json(told["report"]),
+        travels={part: Travel(**travel) for part, travel in told["travels"].items()},
+        lacking=tuple(told["lacking"]),
+        **{name: told[name] for name in ("category", "size", "contract", "code", "says")},
+    )
+
+
+def _entry(wish: Wish, built: Built, asked: _Asked) -> Done:
+    """Write an entry of the library; where a check finds an error, it stands under `rejected`, with all its files."""
+    library = disk.Library(wish.out)
+    if built.asset.provenance.sha256 != asked.identity.sha256:
+        raise Rejected("RUN005", "the file changed while it was being read; run again")
+    staged = library.stage(built.asset.id)
+    built, went = settled(built, staged)
+    report = _written(wish, built, staged, went)
+    category, asset = built.category.id, built.asset
+    kind = f"{category}, {built.sure[0]:.0%} sure: {built.sure[1]}"
+    done = Done(wish.mesh, None, built.found, kind, built.size[1], report, went, asset.contract or "", built.lacking)
+    accepted, refused = library.folder(category, asset.id), library.refusal_folder(asset.id)
+    if report.passed:
+        made_by = disk.MadeBy(Producer.ARTICULATE, asked.cache_key, versions_of({**STEPS, **WRITING}))
+        disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
+        if disk.read_asset(staged) != asset:
+            raise ValueError("the asset read back from its folder differs from the one written")
+        library.publish(staged, accepted)
+        return _remembered(_at(done, accepted), library, asked)
+    worst = report.errors[0]
+    says = f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says
+    sha = asset.provenance.sha256
+    disk.write_refusal(
+        staged,
+        disk.Refusal(
+            producer=Producer.ARTICULATE,
+            id=asset.id,
+            code=worst.code,
+            says=says,
+            category=category,
+            cache_key=asked.cache_key,
+            sha256=sha,
+            source=built.source,
+            report=report,
+        ),
+    )
+    library.publish(staged, refused)
+    return _remembered(_at(done, refused, worst.code, says), library, asked)
+
+
+def _remembered(done: Done, library: disk.Library, asked: _Asked) -> Done:
+    """The same, once the next run can tell it too."""
+    Store(library.cache).put(_told_key(asked), to_json(done))
+    return done
+
+
+def _at(done: Done, folder: Path, code: str = "", says: str = "") -> Done:
+    return Done(**{**vars(done), "folder": folder, "code": code, "says": says})
+
+
+def settled(built: Built, staged: Path) -> tuple[Built, dict[str, Travel]]:
+    """The asset with joints as they can go, under the names of its category, and how far each part goes.
+
+    A door that sticks in its frame gets its axis at its face, where that frees it; what runs into something
+    stops there.
+
+    Args:
+        staged: folder to write the model to.
+    """
+    went = _tried(built, staged)
+    stuck = {n: at_face(p, built.placed) for n, p in _parts(built, went) if went[n].free < LEAST_WAY and p.joint.edge}
+    if stuck:
+        other = built.again(stuck)
+        freed = {n: t for n, t in _tried(other, staged).items() if n in stuck and t.free > went[n].free + 0.05}
+        built = built.again({n: j for n, j in stuck.items() if n in freed})
+        went = _tried(built, staged)
+    short = {}
+    for name, part in _parts(built, went):
+        if LEAST_WAY <= went[name].free < 1.0 and not part.joint.endless:
+            far = _tidy(part.joint.range[1] * went[name].free, part.joint, built.found.frame.metres or 1.0)
+            because = f"{part.joint.because}; then it runs into {went[name].against}"
+            short[name] = part.joint.replace(range=(0.0, far), because=because)
+    built = _contracted(built.again(short).named(), staged)
+    went = {t.joint: t for t in travels(built.asset, staged / "model.xml")}
+    return built, {part: went[joint] for part, joint in built.joints.items()}
+
+
+def _contracted(built: Built, staged: Path) -> Built:
+    """Written; with the contract of its kind where it holds that, else with what is missing."""
+    known, asset = registry.load(), built.asset
+    disk.write_files(staged, mjcf.write(asset))
+    if asset.contract is None:
+        return built
+    faults = lacking(asset, built.category, staged, known.contracts.get(asset.contract), known.limits)
+    if not faults:
+        return built
+    built = replace(built, asset=without(asset, faults), lacking=(f"contract {asset.contract} not met", *faults))
+    disk.write_files(staged, mjcf.write(built.asset))
+    return built
+
+
+def _tried(built: Built, staged: Path) -> dict[str, Travel]:
+    """How far each part goes before it runs into something, by name."""
+    disk.write_files(staged, mjcf.write(built.asset))
+    found = travels(built.asset, staged / "model.xml", pushed=False)
+    return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
+
+
+def _parts(built: Built, went: Mapping[str, Travel]) -> list[tuple[str, PartPlan]]:
+    return [(p.name, p) for p in built.found.parts if p.name in went]
+
+
+def _tidy(far: float, joint: JointPlan, metres: float) -> float:
+    """A range that the sidecar can say: whole tenths of a degree, or of a millimetre."""
+    if joint.kind is JointKind.HINGE:
+        return math.radians(math.floor(math.degrees(far) * 10) / 10)
+    return math.floor(far * metres * 1e4) / 1e4 / metres
+
+
+def _written(wish: Wish, built: Built, staged: Path, went: Mapping[str, Travel]) -> Report:
+    """Both formats, pictures, decisions, and every check that applies."""
+    known, asset = registry.load(), built.asset
+    picture = render(staged / "model.xml", View(size_px=PREVIEW_PX))
+    (staged / "preview.png").write_bytes(picture)
+    disk.write_files(staged, write_usd(asset, thumbnail(picture)))
+    (staged / sidecar.NAME).write_text(sidecar.text(built), encoding="utf-8")
+    if wish.preview:
+        (staged / STRIP).write_bytes(strip(staged / "model.xml", _moving(built, went), _heading(built, asset)))
+    waived = known.waived(asset.id)
+    contract = known.contracts.get(asset.contract or "")
+    report = Report(subject=asset.id)
+    for subject in (asset, Package(asset, built.category, staged, contract)):
+        report = report + run_checks(subject, asset.id, known.limits, waived)
+    return report
+
+
+def _moving(built: Built, went: Mapping[str, Travel]) -> list[Moving]:
+    out = []
+    for part in built.found.parts:
+        joint, way = part.joint, went[part.name]
+        how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
+        other = f", else {joint.runner_up}" if joint.runner_up else ""
+        says = f"{how}, {part.confidence:.0%} sure{other}" + ("" if way.free >= 1.0 else f"; runs into {way.against}")
+        out.append(Moving(built.joints[part.name], part.name, says, alone=part.kind not in _SMALL))
+    return out
+
+
+def _heading(built: Built, asset: Asset) -> str:
+    frame = built.found.frame
+    x, y, z = (asset.bounds[1] - asset.bounds[0]).tolist()
+    return f"{built.source.path}: {asset.id}, {x:.2f} x {y:.2f} x {z:.2f} m; frame {frame.confidence:.0%} sure"

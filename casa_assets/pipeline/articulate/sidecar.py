@@ -1,0 +1,93 @@
+"""The decisions on a mesh as a YAML file that a person reads, mends in a line, and gives back."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from casa_assets import registry
+from casa_assets.articulate.decisions import Decisions, Direction, word_of
+from casa_assets.articulate.interior.choose_interiors import foot_of
+from casa_assets.articulate.plan import Filling, PartKind, PartPlan, Room
+from casa_assets.core.typing import Floats
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.pipeline.articulate.build import Built
+from casa_assets.pipeline.articulate.kind import NAMED
+
+NAME = "decisions.yaml"
+_HEAD = """\
+# What was decided on {name}. Mend a line and run again with `--decisions {file}`; a line that is left out is guessed.
+#   hinge: left, right, top or bottom, seen by who stands before it.   kind: {kinds}
+#   A part can also have: remove: true | on: <part or body> | endless: true | axis: +z | anchor_m: [x, y, z]
+#   rooms: what is behind a door or in a drawer. build: true | false   filling: {fillings}
+#   A part that was missed: a new name with kind and box_m: [[x, y, z], [x, y, z]], two corners in metres of all that
+#   belongs to it (x right, y back, z up, origin under the middle).
+"""
+
+
+def read(path: Path) -> Decisions:
+    """A sidecar. Raises RegistryError with file and line where it is none."""
+    document = registry.read_document(path)
+    return registry.read_record(Decisions, document.value, document, ())
+
+
+def text(built: Built) -> str:
+    """The sidecar of a mesh, with how sure each decision is and the next likely one as comments."""
+    frame = built.found.frame
+    up, front = (frame.direction_to_file(v) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
+    kinds = ", ".join(PartKind)
+    lines = [_HEAD.format(name=built.source.path or "the mesh", file=NAME, kinds=kinds, fillings=", ".join(Filling))]
+    # A guess that is not sure is not repeated as if somebody had said so.
+    lines.append(_row("category" if built.sure[0] >= NAMED else "# category", built.category.id, built.sure))
+    lines.append(_row("up", _axis(word_of(up)), (frame.confidence, frame.because), frame.runner_up))
+    lines.append(_row("front", _axis(word_of(front)), (frame.confidence, frame.because)))
+    lines.append(_row("size_m", f"{built.longest_m:.6g}", built.size))
+    lines.append("parts:")
+    for part in built.found.parts:
+        lines += [] if part.added else _part(part, frame.metres or 1.0)
+    lines += ["rooms:"] if built.found.rooms else []
+    for room in built.found.rooms:
+        lines += _room(room, frame.metres or 1.0, foot_of(built.placed))
+    return "\n".join(lines) + "\n"
+
+
+def _part(part: PartPlan, metres: float) -> list[str]:
+    joint = part.joint
+    lines = [_row(f"  {part.name}", "", (part.confidence, part.because)), f"    kind: {part.kind.value}"]
+    if part.parent:
+        lines.append(f"    on: {part.parent}")
+    if joint.edge is not None:
+        lines.append(_row("    hinge", joint.edge.value, (joint.confidence, joint.because), joint.runner_up))
+    if joint.kind is JointKind.SLIDE:
+        lines.append(f"    travel_m: {joint.range[1] * metres:.4f}")
+    elif joint.endless:
+        lines.append("    endless: true")
+    else:
+        lines.append(f"    opens_deg: {math.degrees(joint.range[1]):.1f}")
+    return lines
+
+
+def _room(room: Room, metres: float, foot: Floats) -> list[str]:
+    """What is behind a front: built or the mesh's own."""
+    box = [(np.array(c) - foot) * metres for c in (room.low, room.high)]
+    words = ", ".join("[" + ", ".join(f"{v:.4f}" for v in c) + "]" for c in box)
+    return [
+        _row(f"  {room.parts[0]}", "", (room.confidence, room.because)),
+        f"    build: {str(room.built).lower()}",
+        f"    filling: {room.filling.value}",
+        f"    furnish: {str(room.furnish).lower()}",
+        f"    box_m: [{words}]",
+    ]
+
+
+def _axis(word: Direction) -> str:
+    """Quoted: YAML takes a bare `+y` for text, but some editors do not."""
+    return f'"{word}"' if isinstance(word, str) else "[" + ", ".join(f"{c:.9g}" for c in word) + "]"
+
+
+def _row(key: str, value: str, sure: tuple[float, str], other: str = "") -> str:
+    says = f"{sure[0]:.0%} sure" + (f": {sure[1]}" if sure[1] else "") + (f"; else {other}" if other else "")
+    row = f"{key}: {value}".rstrip()
+    return f"{row}  # {' '.join(says.split())}"

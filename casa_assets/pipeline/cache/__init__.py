@@ -1,0 +1,1 @@
+"""Results kept by content key, and the keys themselves."""

@@ -1,0 +1,127 @@
+"""Built assets and their light forms, kept on disk by what they are made from, so that a kitchen is put together fast.
+
+<cache>/assets/{built,pictures}/   by `families.asset_key`: a change of one family leaves the assets of all others
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from pydantic.main import IncEx
+
+from casa_assets.families.family import Family, Params
+from casa_assets.geometry.lightweight import lighten
+from casa_assets.model.asset.asset import Asset
+from casa_assets.pipeline.cache.asset_bytes import DAMAGE, pack, unpack
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.families.run import asset_key, build_asset
+
+FOLDER = "assets"
+# Bytes of built assets and light forms (about 40 kB each), and as many of pictures; above this the oldest go, down to
+# the share.
+MOST_BYTES, SHARE = 1_000_000_000, 0.75
+# Of an asset, what its light form does not depend on.
+_MESHES: Mapping[str, IncEx] = {"visuals": {"__all__": {"mesh"}}}
+UNSEEN: Mapping[str, IncEx | bool] = {"materials": True, "links": {"__all__": _MESHES}}
+
+
+class AssetStore:
+    """Assets by family and numbers; any number of processes may read and write the folder at once.
+
+    What it cannot read back, or what is not whole, is made anew. Deleting the folder loses nothing but time.
+
+    Args:
+        cache: folder of the store that pictures of finishes are kept in too.
+    """
+
+    def __init__(self, cache: Path) -> None:
+        self._cache = cache
+        self._assets, self._pictures = Store(cache / FOLDER / "built"), Store(cache / FOLDER / "pictures")
+        self._seen: dict[str, bytes] = {}
+        self._wrote = False
+
+    def built(self, found: Family[Any], params: Params) -> Asset:
+        """The asset of a family's numbers, kept or built now. Raises as the family's `build` does."""
+        return self._kept(_key("built", asset_key(found, params)), lambda: build_asset(found, params, self._cache))
+
+    def lightened(self, asset: Asset) -> Asset:
+        """The light form of an asset, kept or made now: `lighten`, by what it depends on and not by the id."""
+        bare, _ = pack(asset.model_dump(exclude=UNSEEN), "")
+        content = hashlib.sha256(bare).hexdigest()
+        return self._kept(_key("light", content, key_of(lighten)), lambda: lighten(asset))
+
+    def tidy(self) -> None:
+        """Keep the store in bounds: remove the oldest where it has grown too large.
+
+        Costs nothing where this object has written nothing.
+        """
+        if not self._wrote:
+            return
+        self._wrote = False
+        trim(self._assets.root)
+        trim(self._pictures.root)
+
+    def _kept(self, key: str, make: Callable[[], Asset]) -> Asset:
+        data = self._assets.get(key)
+        if data is not None:
+            try:
+                return unpack(data, key, self._picture)
+            except DAMAGE:
+                pass  # made anew below, and written over
+        made = make()
+        self._keep(key, made)
+        return made
+
+    def _keep(self, key: str, asset: Asset) -> None:
+        """Write an asset where it reads back the same."""
+        data, pictures = pack(asset.model_dump(), key)
+        fresh = [name for name in pictures if name not in self._seen]
+        self._seen.update(pictures)
+        if pack(unpack(data, key, self._picture).model_dump(), key)[0] != data:
+            raise AssertionError(f"{asset.id} does not read back as it was written")
+        for name in fresh:
+            if self._pictures.get(name) != pictures[name]:
+                self._pictures.put(name, pictures[name])
+        self._assets.put(key, data)
+        self._wrote = True
+
+    def _picture(self, name: str) -> bytes:
+        """Bytes by their sha256. Raises ValueError where they are not there, or others."""
+        if name not in self._seen:
+            data = self._pictures.get(name)
+            if data is None or hashlib.sha256(data).hexdigest() != name:
+                raise ValueError(f"picture {name} is missing or damaged")
+            self._seen[name] = data
+        return self._seen[name]
+
+
+def trim(folder: Path, most_bytes: int = MOST_BYTES) -> None:
+    """Remove the oldest files under a folder where all of them are larger than that together."""
+    files = _by_age(folder.glob("*/*"))
+    left = sum(files.values())
+    if left <= most_bytes:
+        return
+    for path, size in files.items():
+        if left <= SHARE * most_bytes:
+            return
+        path.unlink(missing_ok=True)
+        left -= size
+
+
+def _by_age(paths: Iterable[Path]) -> dict[Path, int]:
+    """Size in bytes of each, the oldest first; what a neighbour takes away meanwhile is left out."""
+    found = []
+    for path in paths:
+        with suppress(FileNotFoundError):
+            stat = path.stat()
+            found.append((stat.st_mtime_ns, path, stat.st_size))
+    return {path: size for _, path, size in sorted(found)}
+
+
+def _key(*words: str) -> str:
+    return digest_of(*words, key_of(pack, unpack))

@@ -1,0 +1,218 @@
+"""Pictures and words -> numbers that can be compared, by CLIP; no other module knows such models."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from casa_assets.core.typing import Floats
+from casa_assets.errors import CasaError
+from casa_assets.export import mjcf
+from casa_assets.model.asset.asset import Asset
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.optional_packages import require
+from casa_assets.preview.camera import View
+from casa_assets.preview.still import render
+
+# Pictures (PNG) and names -> a share for each name; they add up to 1.
+Scorer = Callable[[Sequence[bytes], Sequence[str]], tuple[float, ...]]
+
+# What the pictures are compared with, by the id of the kind. `other` takes what is no such thing.
+WORDS: Mapping[str, str] = {
+    "base_cabinet": "a kitchen base cabinet with doors",
+    "wall_cabinet": "a kitchen wall cabinet",
+    "tall_cabinet": "a tall pantry cabinet or wardrobe",
+    "drawer_stack": "a chest of drawers",
+    "range": "a kitchen range with an oven and burners",
+    "hob": "a cooktop with burners",
+    "wall_oven": "a built-in oven",
+    "microwave": "a microwave oven",
+    "refrigerator": "a refrigerator",
+    "dishwasher": "a dishwasher",
+    "coffee_machine": "a coffee machine",
+    "toaster": "a toaster with slots for bread",
+    "toaster_oven": "a toaster oven with a glass door",
+    "kettle": "an electric kettle",
+    "sink": "a faucet at a kitchen sink",
+    "hood": "a range hood",
+    "blender": "a blender",
+    "stand_mixer": "a stand mixer",
+    "other": "some other thing",
+}
+PROMPT = "a 3D rendering of {}"
+# Walks round the thing: its front, both sides of it, and from higher up.
+VIEWS = ((0.0, 15.0), (35.0, 25.0), (-35.0, 25.0), (20.0, 55.0))
+PICTURE_PX = 256
+# Below this share no name is taken.
+SURE = 0.4
+# Where the file name of the weights says no architecture that open_clip knows.
+USUAL = "ViT-B-32"
+NO_WEIGHTS = "no weights of CLIP were given"
+# Ends of the names of files with weights.
+FILES = (".pt", ".pth", ".bin", ".safetensors")
+# A folder of weights has this beside them: what open_clip writes and what its models are published with.
+CONFIG = "open_clip_config.json"
+# What repositories of the hub are called that open_clip loads from.
+HUB = "hf-hub:"
+# Sentences that are read at once.
+BATCH = 64
+
+
+@dataclass(frozen=True)
+class Eye:
+    """A model that compares pictures with words.
+
+    Attributes:
+        name: what is said of it in reports. mark: digest of its weights, 64 hex digits.
+        sharpness: that cosines are multiplied with before they become shares.
+        see: pictures (PNG) -> (N, D) of length 1. hear: sentences -> (N, D) of length 1.
+    """
+
+    name: str
+    mark: str
+    sharpness: float
+    see: Callable[[Sequence[bytes]], Floats]
+    hear: Callable[[Sequence[str]], Floats]
+
+
+def there(weights: str) -> None:
+    """Say early that weights cannot be had. Raises CasaError: nothing of that name, or open_clip is not installed."""
+    place = Path(weights)
+    if place.is_dir() and not (place / CONFIG).is_file():
+        raise CasaError(f"{place}: holds no weights of CLIP: a folder of them has {CONFIG} beside them")
+    if not place.exists() and (place.suffix in FILES or place.is_absolute()):
+        raise CasaError(f"{place}: there are no weights of CLIP")
+    require("open_clip", "clip", "CLIP")
+
+
+def eye(weights: str) -> Eye:
+    """CLIP with these weights, on the processor.
+
+    Args:
+        weights: a checkpoint of open_clip on this machine, its name beginning with that of the architecture, such as
+            `ViT-B-32-laion2b.pt`; or a folder that holds one with `open_clip_config.json`; or, to be downloaded
+            where it is not in the cache yet, `ViT-B-32/laion2b_s34b_b79k` or `hf-hub:...` as open_clip names them.
+    Raises:
+        CasaError: there are none of that name, they cannot be loaded, or open_clip is not installed.
+    """
+    there(weights)
+    import open_clip
+    import torch
+
+    architecture, pretrained = _named(Path(weights), weights, open_clip)
+    torch.manual_seed(0)
+    try:
+        # This one refuses to go on with weights drawn at random where it finds none.
+        model, prepare = open_clip.create_model_from_pretrained(architecture, pretrained=pretrained)
+        tokens = open_clip.get_tokenizer(architecture)
+    except Exception as error:  # whatever a broken file or a network that is not there raises
+        raise CasaError(f"{weights}: these weights of CLIP cannot be loaded: {error}".split("\n")[0]) from error
+    model.eval()
+
+    def see(pictures: Sequence[bytes]) -> Floats:
+        with torch.no_grad():
+            stack = torch.stack([prepare(Image.open(io.BytesIO(p)).convert("RGB")) for p in pictures])
+            return _unit(model.encode_image(stack).numpy())
+
+    def hear(sentences: Sequence[str]) -> Floats:
+        with torch.no_grad():
+            parts = [sentences[i : i + BATCH] for i in range(0, len(sentences), BATCH)]
+            return _unit(np.concatenate([model.encode_text(tokens(list(part))).numpy() for part in parts]))
+
+    return Eye(Path(weights).name, _mark(Path(weights), weights), float(model.logit_scale.exp()), see, hear)
+
+
+def _named(place: Path, words: str, open_clip: Any) -> tuple[str, str | None]:
+    """Architecture and weights as open_clip asks for them."""
+    if place.is_dir():
+        return f"local-dir:{place.resolve()}", None
+    if place.is_file():
+        known = sorted((n for n in open_clip.list_models() if place.name.startswith(n)), key=lambda n: (-len(n), n))
+        return (known[0] if known else USUAL), str(place)
+    if words.startswith(HUB):
+        return words, None
+    architecture, _, tag = words.partition("/")
+    if (architecture, tag) not in open_clip.list_pretrained():
+        tags = ", ".join(sorted(t for a, t in open_clip.list_pretrained() if a == architecture)[:5])
+        says = f"open_clip has of {architecture}: {tags}" if tags else "such as ViT-B-32/laion2b_s34b_b79k"
+        raise CasaError(f"{words}: there are no weights of CLIP of that name, neither a file nor a folder; {says}")
+    return architecture, tag
+
+
+def weights_digest(weights: str) -> str:
+    """Digest of the weights where they lie on this machine, else of their name."""
+    return _mark(Path(weights), weights)
+
+
+def _mark(place: Path, words: str) -> str:
+    """Digest of the weights where they lie here, else of their name."""
+    whole = hashlib.sha256(b"" if place.exists() else words.encode())
+    for path in sorted(p for p in place.rglob("*") if p.is_file()) if place.is_dir() else [place] * place.is_file():
+        with path.open("rb") as file:
+            whole.update(hashlib.file_digest(file, "sha256").digest())
+    return whole.hexdigest()
+
+
+def _unit(rows: npt.NDArray[Any]) -> Floats:
+    values = rows.astype(np.float64)
+    unit: Floats = values / np.linalg.norm(values, axis=1, keepdims=True)
+    return unit
+
+
+def shares(seen: Floats, said: Floats, sharpness: float) -> Floats:
+    """(C,) how well each of (C, D) sentences fits (N, D) pictures of one thing, as shares that add up to 1."""
+    logits = sharpness * (seen @ said.T).mean(axis=0)
+    powers: Floats = np.exp(logits - logits.max())
+    parts: Floats = powers / powers.sum()
+    return parts
+
+
+def scorer(weights: Path) -> Scorer:
+    """A scorer with these weights, see `eye`. Raises CasaError as that does."""
+    model = eye(str(weights))
+
+    def scores(pictures: Sequence[bytes], names: Sequence[str]) -> tuple[float, ...]:
+        said = model.hear([PROMPT.format(n) for n in names])
+        return tuple(round(float(s), 4) for s in shares(model.see(pictures), said, model.sharpness))
+
+    return scores
+
+
+def kind_seen(asset: Asset, score: Scorer) -> tuple[str, float, str]:
+    """The kind that a thing looks like, how sure, and why; an empty kind where it looks like none.
+
+    Args:
+        asset: under any category; its front faces -y.
+    """
+    kinds = list(WORDS)
+    found = score(pictures(asset), list(WORDS.values()))
+    best = max(range(len(kinds)), key=lambda i: (found[i], -i))
+    says = f"CLIP says {WORDS[kinds[best]]}"
+    if kinds[best] == "other" or found[best] < SURE:
+        return "", found[best], f"{says} at {found[best]:.0%}, which names nothing"
+    return kinds[best], found[best], says
+
+
+def pictures(asset: Asset) -> list[bytes]:
+    """PNGs of a thing from a few sides, with the look that it came with.
+
+    Raises:
+        NoRenderer: there is no OpenGL.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        disk.write_files(Path(folder), mjcf.write(asset))
+        return pictures_of(Path(folder) / "model.xml")
+
+
+def pictures_of(model: Path) -> list[bytes]:
+    """The same of a thing that stands on disk as a model.xml."""
+    return [render(model, View(azimuth_deg=a, elevation_deg=e, size_px=PICTURE_PX, passes=4)) for a, e in VIEWS]

@@ -1,0 +1,1 @@
+"""Duplicates in a library: shape signatures, CLIP embeddings, search."""

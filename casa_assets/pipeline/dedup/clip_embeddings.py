@@ -1,0 +1,89 @@
+"""What the assets of a library look like to CLIP: numbers of their pictures, kept by content, and what they say."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from casa_assets import registry
+from casa_assets.checks.library.duplicates import NAMED, Likeness
+from casa_assets.core.typing import Floats
+from casa_assets.model.registry.category import Category, sentences
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.clip import Eye, pictures_of, shares
+from casa_assets.pipeline.dedup.entries import Row
+from casa_assets.pipeline.library.entry_files import checked_model
+
+# Pairs whose pictures are nearer than this are worth a word; the limit of the check is stricter.
+NEAR = 0.9
+
+
+def pictures_in_numbers(row: Row, eye: Eye, store: Store) -> Floats:
+    """(V, D) numbers of the pictures of an asset, each of length 1; taken from the store where they are there.
+
+    Raises:
+        CannotDraw, NoRenderer: see preview.still.
+    """
+    words = ["pictures", key_of(pictures_of), eye.mark, row.digest]
+    return _kept(store, words, lambda: eye.see(pictures_of(checked_model(row.folder / "model.xml"))))
+
+
+def words_in_numbers(phrases: Sequence[str], eye: Eye, store: Store) -> Floats:
+    """(D,) numbers of several ways to say one thing: their mean, of length 1."""
+    found = _kept(store, ["words", eye.mark, *phrases], lambda: eye.hear(phrases))
+    mean: Floats = found.mean(axis=0)
+    return mean / float(np.linalg.norm(mean))
+
+
+def likenesses(seen: Mapping[str, Floats], rows: Sequence[Row], eye: Eye, store: Store) -> Iterator[Likeness]:
+    """What each asset looks like among all categories of the registry.
+
+    Args:
+        seen: id -> (V, D) numbers of its pictures. rows: the assets.
+    """
+    if not rows:
+        return
+    kinds = [kind for kind in registry.load().categories.values() if kind.id != registry.FALLBACK]
+    said = np.array([words_in_numbers(sentences(kind), eye, store) for kind in kinds])
+    for row in rows:
+        yield _likeness(row, kinds, shares(seen[row.id], said, eye.sharpness))
+
+
+def looks_alike(seen: Mapping[str, Floats], least: float = NEAR) -> list[tuple[str, str, float]]:
+    """Pairs of ids and the cosine between the means of their pictures where it is at least `least`, nearest first."""
+    names = list(seen)
+    if len(names) < 2:
+        return []
+    means = np.array([seen[name].mean(axis=0) for name in names])
+    means /= np.linalg.norm(means, axis=1, keepdims=True)
+    found = []
+    for i in range(len(names) - 1):
+        near = means[i + 1 :] @ means[i]
+        found += [(names[i], names[i + 1 + int(j)], round(float(near[j]), 4)) for j in np.flatnonzero(near >= least)]
+    return sorted(found, key=lambda pair: (-pair[2], pair[0], pair[1]))
+
+
+def _likeness(row: Row, kinds: Sequence[Category], found: Floats) -> Likeness:
+    order = sorted(range(len(kinds)), key=lambda i: (-float(found[i]), kinds[i].id))
+    names = [kinds[i].id for i in order]
+    rank = names.index(row.category) + 1 if row.category in names else 0
+    others = [(kinds[i].id, round(float(found[i]), 4)) for i in order if kinds[i].id != row.category]
+    share = round(float(found[order[rank - 1]]), 4) if rank else 0.0
+    return Likeness(row.id, row.category, share, rank, tuple(others[:NAMED]))
+
+
+def _kept(store: Store, words: Sequence[object], make: Callable[[], Floats]) -> Floats:
+    key = digest_of(*words)
+    kept = store.get(key)
+    if kept is not None:
+        return np.asarray(np.load(io.BytesIO(kept), allow_pickle=False), dtype=np.float64)
+    found = make()
+    out = io.BytesIO()
+    np.save(out, found.astype(np.float32), allow_pickle=False)
+    with suppress(OSError):  # a library that may only be read
+        store.put(key, out.getvalue())
+    return found.astype(np.float32).astype(np.float64)

@@ -1,0 +1,109 @@
+"""Copies of one thing among the inputs of a run and in its library: the first stays, the others are turned away.
+
+Which one is first must not hang on which worker is faster: what the library had from other inputs comes first, then the
+inputs in the order in which they were found. So an accepted asset is held back, unpublished, until all inputs before it
+are done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Set
+from dataclasses import dataclass, field, replace
+
+from casa_assets.checks.library.duplicates import SAME_SIZE, Alike
+from casa_assets.errors import OutputError
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.dedup.entries import Row, row
+from casa_assets.pipeline.dedup.pairs import Forms, measured
+from casa_assets.pipeline.ingest.job import Outcome, Result
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_table import EntryTable
+
+CODE = "RUN007"
+
+
+@dataclass
+class Deduplicator:
+    """What is known of copies while a run goes on.
+
+    Attributes:
+        library: of the run. limit: how near the surfaces of copies lie to each other, as a part of their radius.
+        own: sha256 of the inputs of this run; what the library has of these is judged in the order of the inputs.
+    """
+
+    library: disk.Library
+    limit: float
+    own: Set[str] = frozenset()
+    _known: list[Row] | None = None
+    _forms: Forms = field(default_factory=Forms)
+
+    def filter(self, results: Iterable[Result]) -> Iterator[Result]:
+        """The results, rejections at once and accepted ones in the order of their inputs, copies made rejections.
+
+        Nothing is published here: whoever takes a result has to publish it before asking for the next one.
+
+        Args:
+            results: numbered from 0 without gaps, in any order. What comes after a missing number is judged at the end.
+        """
+        held: dict[int, Result | None] = {}
+        due = 0
+        for result in results:
+            if result.outcome.accepted:
+                held[result.number] = result
+            else:
+                held[result.number] = None
+                yield result
+            while due in held:
+                if (ready := held.pop(due)) is not None:
+                    yield self._judged(ready)
+                due += 1
+        for number in sorted(held):
+            if (ready := held[number]) is not None:
+                yield self._judged(ready)
+
+    def _judged(self, result: Result) -> Result:
+        """The result, or a rejection where the library has the same thing already."""
+        if result.folder is None:
+            return result
+        job = result.job
+        own = replace(row(result.folder), category=job.survey.category, path=job.found.source.path)
+        found = self._original(own)
+        if found is None:
+            if own.signature is not None:
+                self._others().append(replace(own, folder=self.library.folder(own.category, own.id)))
+                self._forms.add(own.signature.form)
+            return result
+        original, pair = found
+        outcome = Outcome(False, CODE, _says(original, pair))
+        copy_of = original.folder.relative_to(self.library.root).as_posix()
+        return replace(result, outcome=outcome, is_kept=False, copy_of=copy_of)
+
+    def _original(self, own: Row) -> tuple[Row, Alike] | None:
+        """The first asset that this one is a copy of, and how near they are."""
+        if own.signature is None:
+            return None
+        store = Store(self.library.cache)
+        others = self._others()
+        for place in self._forms.near(own.signature.form):
+            other = others[place]
+            try:
+                pair = measured(other, own, store)
+            except OutputError:
+                continue  # damaged, or made anew in the meantime: it is no copy of anything
+            if pair.twins(self.limit):
+                return other, pair
+        return None
+
+    def _others(self) -> list[Row]:
+        """What later inputs may be copies of: at first all that the library has from inputs not of this run."""
+        if self._known is None:
+            found = [one for one in EntryTable(self.library, skip_damaged=True).rows if one.sha256 not in self.own]
+            signed = [(one, one.signature.form) for one in found if one.signature is not None]
+            self._known, self._forms = [one for one, _ in signed], Forms(form for _, form in signed)
+        return self._known
+
+
+def _says(original: Row, pair: Alike) -> str:
+    size = "" if abs(pair.size - 1) <= SAME_SIZE else f", {pair.size:.2f} times as large"
+    near = f"95 % of the surface within {100 * pair.most:.1f} % of its radius"
+    return f"duplicate of {original.path} ({original.id}){size}: {near}, and the same colours; keep one of them"

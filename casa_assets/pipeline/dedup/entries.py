@@ -1,0 +1,53 @@
+"""The accepted assets of a library as comparing needs them: read from their JSON alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from casa_assets.model.asset.signature import Signature
+from casa_assets.pipeline.library import library as disk
+
+
+@dataclass(frozen=True)
+class Row:
+    """One accepted asset.
+
+    Attributes:
+        id, category: of the asset. folder: where it stands. path, sha256: of its source.
+        digest: of the asset with its meshes and pictures. longest: side of the box around it, metres.
+        signature: None where it has none.
+    """
+
+    id: str
+    category: str
+    folder: Path
+    path: str
+    sha256: str
+    digest: str
+    longest: float
+    signature: Signature | None
+
+
+def rows(library: disk.Library) -> Iterator[Row]:
+    """Every accepted asset, sorted by category and id. Raises OutputError where one is damaged."""
+    for folder in library.accepted():
+        yield row(folder)
+
+
+def row(folder: Path) -> Row:
+    """The asset that stands in a folder. Raises OutputError where it is damaged."""
+    certificate = disk.read_certificate(folder)
+    asset = disk.part(folder, "asset")
+    origin = asset.get("provenance", {})
+    return Row(
+        id=folder.name,
+        category=folder.parent.name,
+        folder=folder,
+        path=str(origin.get("path", "")),
+        sha256=str(origin.get("sha256", "")),
+        digest=certificate.asset_digest,
+        longest=max(certificate.summary.extents),
+        signature=certificate.signature,
+    )

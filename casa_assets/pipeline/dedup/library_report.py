@@ -1,0 +1,136 @@
+"""library.json: what is said of a library as a whole, made from its entries and, with weights, from their pictures."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationError
+
+from casa_assets import registry
+from casa_assets.checks.library.duplicates import Likeness, Shelf
+from casa_assets.checks.library.size_outliers import Sizes
+from casa_assets.checks.run import run
+from casa_assets.checks.table import TABLE
+from casa_assets.model.issue import Report
+from casa_assets.model.record import Record
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.clip import NO_WEIGHTS, Eye
+from casa_assets.pipeline.dedup.clip_embeddings import likenesses, looks_alike, pictures_in_numbers
+from casa_assets.pipeline.dedup.entries import Row
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_table import EntryTable
+
+NAME = "library.json"
+
+
+class Seen(Record):
+    """What the pictures of one asset look like, see checks.alike.Likeness.
+
+    Attributes:
+        content: digest of the asset that was looked at.
+    """
+
+    content: str
+    category: str
+    share: float
+    rank: int
+    others: tuple[tuple[str, float], ...]
+
+
+class Whole(Record):
+    """All that library.json holds.
+
+    Attributes:
+        report: the checks on all assets together. weights: name of those that looked, empty where none did.
+        seen: id -> what an asset looks like. looks: pairs of ids whose pictures are near each other, and the cosine.
+    """
+
+    schema_version: Literal[1, 2] = 2
+    report: Report
+    weights: str = ""
+    seen: Annotated[dict[str, Seen], Field(default_factory=dict)]
+    looks: tuple[tuple[str, str, float], ...] = ()
+
+
+def look_over(library: disk.Library, table: EntryTable, eye: Eye | None = None) -> Whole:
+    """Compare all accepted assets with each other and write library.json, by one rename.
+
+    Args:
+        table: the entries of the library.
+        eye: looks at the pictures. Without one, what an earlier run saw of assets that are still the same is kept.
+    Raises:
+        OutputError: an entry is damaged. CannotDraw, NoRenderer: with an eye, where pictures cannot be made.
+    """
+    found = table.rows
+    store = Store(library.cache)
+    before = read(library.root)
+    shelf = Shelf(len(found), tuple(table.alike(store)))
+    weights, looks = (before.weights, before.looks) if before else ("", ())
+    if eye is not None:
+        numbers = {row.id: pictures_in_numbers(row, eye, store) for row in found}
+        weights, looks = eye.name, tuple(looks_alike(numbers))
+        seen = tuple(likenesses(numbers, found, eye, store))
+        unseen = ""
+    else:
+        seen = _remembered(found, before)
+        unseen = "" if seen and len(seen) == len(found) else _why(len(seen), len(found))
+    there = {row.id for row in found}
+    looks = tuple(pair for pair in looks if {pair[0], pair[1]} <= there)
+    shelf = Shelf(shelf.count, shelf.alike, looks, seen, unseen)
+    name, limits = "library", registry.load().limits
+    report = run(shelf, name, limits, table=TABLE) + run(_sizes(found), name, limits, table=TABLE)
+    digests = {row.id: row.digest for row in found}
+    whole = Whole(
+        report=report,
+        weights=weights if seen else "",
+        seen={one.asset: _kept(one, digests[one.asset]) for one in seen},
+        looks=looks if not unseen else (),
+    )
+    _write(library, whole)
+    return whole
+
+
+def read(root: Path) -> Whole | None:
+    """What library.json of a library says; None where there is none, or a damaged one, which is made anew."""
+    try:
+        return Whole.model_validate_json((root / NAME).read_text(encoding="utf-8"))
+    except (OSError, ValidationError, ValueError):
+        return None
+
+
+def likeness(name: str, seen: Seen) -> Likeness:
+    """The record as the checks have it."""
+    return Likeness(name, seen.category, seen.share, seen.rank, seen.others)
+
+
+def _sizes(found: Sequence[Row]) -> Sizes:
+    return Sizes(tuple((r.id, r.category, r.longest) for r in found))
+
+
+def _remembered(found: Sequence[Row], before: Whole | None) -> tuple[Likeness, ...]:
+    if before is None:
+        return ()
+    old = before.seen
+    return tuple(likeness(r.id, old[r.id]) for r in found if r.id in old and old[r.id].content == r.digest)
+
+
+def _why(known: int, count: int) -> str:
+    if not known:
+        return f"{NO_WEIGHTS} (--clip-weights)"
+    return f"{NO_WEIGHTS} (--clip-weights), and {count - known} of {count} assets were not there when somebody looked"
+
+
+def _kept(one: Likeness, digest: str) -> Seen:
+    return Seen(content=digest, category=one.category, share=one.share, rank=one.rank, others=one.others)
+
+
+def _write(library: disk.Library, whole: Whole) -> None:
+    text = json.dumps(whole.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
+    library.private.mkdir(parents=True, exist_ok=True)
+    fresh = library.private / f"{NAME}.{os.getpid()}"
+    fresh.write_text(text + "\n", encoding="utf-8")
+    fresh.replace(library.root / NAME)

@@ -1,0 +1,112 @@
+"""Assets of a library whose surfaces have one form: found by their signatures, proven by laying one over the other."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from casa_assets.checks.library.duplicates import Alike
+from casa_assets.geometry.mesh.registration import Cloud, cloud, overlay
+from casa_assets.geometry.mesh.shape_descriptor import form_gap
+from casa_assets.model.asset.signature import PAIR_SHARES, REACH_SHARES, Form
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.dedup.entries import Row
+from casa_assets.pipeline.dedup.signature import surface
+from casa_assets.pipeline.library import library as disk
+from casa_assets.preview.color_statistics import tint_gap
+
+# Forms farther apart than this are not laid over each other, see benchmarks/ingest_duplicates.py.
+FORM_GAP = 0.035
+
+
+def alike_in(rows: Sequence[Row], store: Store) -> Iterator[Alike]:
+    """Every pair of assets whose forms are near each other, measured, in the order of the rows.
+
+    Args:
+        store: keeps what was measured, by the contents of both.
+    """
+    signed = [row for row in rows if row.signature is not None]
+    for i, j in near([row.signature.form for row in signed if row.signature is not None]):
+        yield measured(signed[i], signed[j], store)
+
+
+class Forms:
+    """Forms as arrays, so that the few near one of them are found among very many at once."""
+
+    def __init__(self, forms: Iterable[Form] = ()) -> None:
+        self._forms = list(forms)
+        self._table = np.array([_flat(form) for form in self._forms]).reshape(-1, PAIR_SHARES + REACH_SHARES + 3)
+
+    def add(self, form: Form) -> None:
+        """One more form; its place is the number of those before it."""
+        count = len(self._forms)
+        if count == len(self._table):
+            room = np.zeros((max(64, count), self._table.shape[1]))
+            self._table = np.concatenate((self._table, room))
+        self._table[count] = _flat(form)
+        self._forms.append(form)
+
+    def near(self, form: Form) -> list[int]:
+        """Places of the forms that are near a form, ascending."""
+        apart = np.abs(self._table[: len(self._forms)] - np.array(_flat(form)))
+        pairs, reach = apart[:, :PAIR_SHARES].mean(axis=1), apart[:, PAIR_SHARES:-3].mean(axis=1)
+        gap = np.maximum(np.maximum(pairs, reach), apart[:, -3:].max(axis=1))
+        # Sums of another order may differ in their last digits: who is near is for `form_gap` to say.
+        likely = np.flatnonzero(gap <= FORM_GAP * (1 + 1e-9)).tolist()
+        return [i for i in likely if form_gap(form, self._forms[i]) <= FORM_GAP]
+
+
+def _flat(form: Form) -> tuple[float, ...]:
+    return (*form.pairs, *form.reach, *form.axes)
+
+
+def near(forms: Sequence[Form]) -> list[tuple[int, int]]:
+    """Indices of the pairs of forms that are near each other, in order."""
+    if len(forms) < 2:
+        return []
+    table = np.array([form.pairs for form in forms])
+    found = cKDTree(table).query_pairs(FORM_GAP * PAIR_SHARES, p=1)
+    return sorted((i, j) for i, j in found if form_gap(forms[i], forms[j]) <= FORM_GAP)
+
+
+def measured(one: Row, other: Row, store: Store) -> Alike:
+    """How alike two assets with signatures are. Raises OutputError where a file of theirs is damaged."""
+    assert one.signature is not None
+    assert other.signature is not None
+    most, every = _overlay(one, other, store)
+    tints = one.signature.tint, other.signature.tint
+    return Alike(
+        one=one.id,
+        other=other.id,
+        most=most,
+        every=every,
+        size=other.signature.form.radius / one.signature.form.radius,
+        # Where nobody gave either a look, there is none to tell them apart by.
+        colors=tint_gap(*tints) if tints[0].stated or tints[1].stated else 0.0,
+        same_category=one.category == other.category,
+    )
+
+
+def _overlay(one: Row, other: Row, store: Store) -> tuple[float, float]:
+    key = digest_of("overlay", key_of(overlay, cloud, surface), one.digest, other.digest)
+    kept = store.get(key)
+    if kept is not None:
+        most, every = json.loads(kept)
+        return float(most), float(every)
+    found = overlay(_cloud(one.folder, one.digest), _cloud(other.folder, other.digest))
+    with suppress(OSError):  # a library that may only be read
+        store.put(key, json.dumps([found.most, found.all]).encode())
+    return found.most, found.all
+
+
+@lru_cache(maxsize=32)
+def _cloud(folder: Path, digest: str) -> Cloud:
+    """The surface of the asset in a folder; the digest tells what stood there before from what stands there now."""
+    return cloud(*surface(disk.read_asset(folder)))

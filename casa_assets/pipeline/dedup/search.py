@@ -1,0 +1,108 @@
+"""Assets of a library that words describe: by their pictures with CLIP, or by words alone where that is asked for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from casa_assets import registry
+from casa_assets.model.registry.category import PICTURES
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.clip import Eye
+from casa_assets.pipeline.dedup.clip_embeddings import pictures_in_numbers, words_in_numbers
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_table import EntryTable
+from casa_assets.pipeline.reports.entry import Entry
+
+# Other words for the colours that tints are named by.
+COLORS = {"gray": "grey", "silver": "grey", "cyan": "turquoise", "teal": "turquoise", "violet": "purple"}
+# Words that say nothing about a thing.
+IDLE = frozenset({"a", "an", "the", "of", "with", "and", "in", "for", "some"})
+# What a word counts for in the name of a category, of a class above it, and in what the source says of the thing.
+BY_CATEGORY, BY_CLASS, BY_SOURCE = 1.0, 0.6, 0.5
+
+
+@dataclass(frozen=True)
+class Hit:
+    """An asset that fits.
+
+    Attributes:
+        id, category: of the asset. folder: where it stands.
+        score: how well it fits; a cosine by pictures, a sum over the words else. because: why, in words.
+    """
+
+    id: str
+    category: str
+    folder: Path
+    score: float
+    because: str
+
+
+def by_look(query: str, library: disk.Library, eye: Eye, most: int) -> list[Hit]:
+    """The assets whose pictures fit words best, best first.
+
+    Raises:
+        OutputError: an entry is damaged. CannotDraw, NoRenderer: pictures cannot be made.
+    """
+    store = Store(library.cache)
+    asked = words_in_numbers([picture.format(query) for picture in PICTURES], eye, store)
+    hits = []
+    for row in EntryTable(library).rows:
+        near = pictures_in_numbers(row, eye, store) @ asked
+        best = int(np.argmax(near))
+        hits.append(Hit(row.id, row.category, row.folder, round(float(near.mean()), 4), f"best in view {best + 1}"))
+    return sorted(hits, key=lambda hit: (-hit.score, hit.id))[:most]
+
+
+def by_words(query: str, library: disk.Library, most: int) -> list[Hit]:
+    """The assets whose category, title, path or colours have most of the words, best first.
+
+    Raises:
+        OutputError: an entry is damaged.
+    """
+    asked = [COLORS.get(word, word) for word in tokens(query) if word not in IDLE]
+    table = EntryTable(library)
+    signatures = {row.id: row.signature for row in table.rows}
+    hits = []
+    for entry in table.entries:
+        if not entry.accepted:
+            continue
+        own = signatures[entry.id]
+        colors = dict(own.tint.names) if own is not None and own.tint.stated else {}
+        found = [_word(word, entry, colors) for word in asked]
+        score = sum(value for value, _ in found)
+        if score > 0:
+            because = ", ".join(why for value, why in found if value > 0)
+            met = sum(value > 0 for value, _ in found)
+            hits.append((met, Hit(entry.id, entry.category, library.root / entry.path, round(score, 3), because)))
+    hits.sort(key=lambda pair: (-pair[0], -pair[1].score, pair[1].id))
+    return [hit for _, hit in hits[:most]]
+
+
+def tokens(text: str) -> list[str]:
+    """The words of a text in small letters, without the s of plurals."""
+    found = re.findall(r"[a-z0-9]+", text.lower())
+    return [word[:-1] if len(word) > 3 and word.endswith("s") and not word.endswith("ss") else word for word in found]
+
+
+def _word(word: str, entry: Entry, colors: dict[str, float]) -> tuple[float, str]:
+    """What a word counts for with an asset, and why."""
+    if word in colors:
+        return colors[word], f"{colors[word]:.0%} {word}"
+    known = registry.load()
+    kind = known.categories.get(entry.category)
+    if kind is not None and word in _all((kind.id, *kind.aliases, *kind.lvis)):
+        return BY_CATEGORY, f"{word!r} is its category"
+    if kind is not None and word in _all(known.classes_of(kind)):
+        return BY_CLASS, f"{word!r} is a class of it"
+    if word in _all((entry.title, entry.prompt, entry.source_path)):
+        return BY_SOURCE, f"its source says {word!r}"
+    return 0.0, ""
+
+
+def _all(texts: Sequence[str]) -> frozenset[str]:
+    return frozenset(word for text in texts for word in tokens(text))

@@ -1,0 +1,256 @@
+"""A library into a folder of objects for RoboCasa, whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from casa_assets import registry
+from casa_assets.errors import OutputError
+from casa_assets.export.robocasa import casa_objects, entries, model
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
+from casa_assets.model.registry.category import Category, Upright
+from casa_assets.model.registry.contract import Generation
+from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.reports import attribution
+from casa_assets.pipeline.reports.entry import entries as entries_of
+
+MANIFEST = "export.json"
+SPLITS = "splits.json"
+README = "README.md"
+REGISTRY = "casa"
+_NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
+SCRIPT = Path(casa_objects.__file__)
+# What an export consists of: a folder that has all of it, and nothing else, may be replaced.
+OURS = frozenset(
+    {entries.FOLDER, MANIFEST, SPLITS, README, SCRIPT.name, attribution.NAME, *map(entries.file_name, Generation)}
+)
+SPLIT_RULE = (
+    f"test where the first 8 hex digits of the sha256 of the source, as a number, are divisible by {TEST_SHARE};"
+    " else train. They are the first 8 of the 10 at the end of an id."
+)
+
+
+@dataclass(frozen=True)
+class Done:
+    """What became of one asset of the library.
+
+    Attributes:
+        id, category: of the asset. model: path of its model.xml below the export, empty where it was left out.
+        split: train or test. says: why it was left out. total: assets of the library.
+    """
+
+    id: str
+    category: str
+    model: str = ""
+    split: str = ""
+    says: str = ""
+    total: int = 0
+
+
+@dataclass
+class _Export:
+    """What one run gathers."""
+
+    staged: Path
+    registry: str
+    instances: list[entries.Instance] = field(default_factory=list)
+    rows: list[dict[str, Any]] = field(default_factory=list)
+
+
+def export(library: Path, out: Path, name: str = REGISTRY) -> Generator[Done, None, None]:
+    """Write every loose object of a library to `out`; yields one Done per accepted asset, in the library's order.
+
+    `out` appears by one rename after the last: before that it is as it was.
+
+    Args:
+        library: made by ingest. out: missing, empty, or an earlier export, which is replaced.
+        name: of the object registry, and of the folder below `objects`.
+    Raises:
+        OutputError: the library holds no asset or a damaged one, or `out` is something else or cannot be written.
+    """
+    folders = list(disk.Library(library).accepted())
+    if not folders:
+        raise OutputError(str(library), "holds no accepted asset; give the folder that `casa-assets ingest` wrote")
+    if not _NAME.fullmatch(name):
+        raise OutputError(str(out), f"{name!r} is no name of a registry; use small letters, digits and single _")
+    _is_free(out, library)
+    out = out.absolute()
+    with writing(out.parent), _staging(out) as staged:
+        run = _Export(staged, name)
+        for folder in folders:
+            yield replace(_one(folder, run), total=len(folders))
+        if not run.instances:
+            raise OutputError(str(library), "holds no loose object: all its assets are fixtures")
+        _books(run, disk.Library(library))
+        _put(staged, out)
+
+
+def _is_free(out: Path, library: Path) -> None:
+    """Nothing but an earlier export is replaced."""
+    target, source = out.resolve(), library.resolve()
+    if target == source or target in source.parents or source in target.parents:
+        raise OutputError(str(out), f"and the library {library} are one inside the other; name another folder")
+    if out.is_symlink() or (out.exists() and not out.is_dir()):
+        raise OutputError(str(out), "is no folder; name another")
+    inside = {path.name for path in out.iterdir()} if out.is_dir() else set()
+    if inside and not (inside >= OURS):
+        lacking = min(OURS - inside)
+        raise OutputError(str(out), f"is neither empty nor an earlier export (it has no {lacking}); name another")
+    if strange := sorted(inside - OURS - {"__pycache__"}):
+        raise OutputError(
+            str(out / strange[0]), "was not written by an export, which would remove it; name another OUT"
+        )
+
+
+@contextmanager
+def _staging(out: Path) -> Iterator[Path]:
+    """A fresh folder beside `out`, gone afterwards, and with it what killed runs have left there."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    for left in sorted(out.parent.iterdir()):
+        match = re.fullmatch(re.escape(f".{out.name}.") + r"(\d+)(\.old)?", left.name)
+        if match and not Path(f"/proc/{match[1]}").exists():
+            if match[2] and not out.exists():
+                left.rename(out)  # the run was killed between its two renames
+            else:
+                shutil.rmtree(left, ignore_errors=True)
+    staged = out.with_name(f".{out.name}.{os.getpid()}")
+    shutil.rmtree(staged, ignore_errors=True)
+    staged.mkdir()
+    try:
+        yield staged
+    finally:
+        shutil.rmtree(staged, ignore_errors=True)
+
+
+def _put(staged: Path, out: Path) -> None:
+    """In place of an earlier export, which comes back where the new one cannot be moved."""
+    older = staged.with_name(f"{staged.name}.old")
+    shutil.rmtree(older, ignore_errors=True)
+    had = out.exists()
+    if had:
+        out.rename(older)
+    try:
+        staged.rename(out)
+    except OSError:
+        if had:
+            older.rename(out)
+        raise
+    shutil.rmtree(older, ignore_errors=True)
+
+
+def _one(folder: Path, run: _Export) -> Done:
+    known = registry.load()
+    asset = _read(folder)
+    name = asset.labels.category
+    if asset.base is Base.FIXED or asset.contract is not None:
+        return Done(asset.id, name, says="is a fixture, which stands where a kitchen has it")
+    if name not in known.categories:
+        return Done(asset.id, name, says="is of a category that the registry of objects does not have")
+    category = known.categories[name]
+    split = asset.labels.split or split_of(asset.provenance.sha256)
+    instance = entries.Instance(id=asset.id, category=name, split=split)
+    place = entries.place(instance, run.registry)
+    lies = category.upright is Upright.LIES
+    disk.write_files(run.staged / place, model.write(asset, stood_up=lies))
+    run.instances.append(instance)
+    run.rows.append(_row(asset, category, f"{place}/{model.FILE}", split))
+    return Done(asset.id, name, f"{place}/{model.FILE}", split.value)
+
+
+def _read(folder: Path) -> Asset:
+    """The asset of a folder, every file as it was certified. Raises OutputError."""
+    certified = disk.read_certificate(folder).files
+    try:
+        found = disk.sums(folder)
+    except OSError as error:
+        raise OutputError(str(folder), f"cannot be read: {error.strerror}") from error
+    for path in sorted(certified):
+        if path not in found:
+            raise OutputError(str(folder / path), "is missing; remove the asset's folder and run ingest again")
+        if found[path] != certified[path]:
+            raise OutputError(str(folder / path), "was changed since it was checked; run ingest again without it")
+    asset = disk.read_asset(folder)
+    if asset.id != folder.name:
+        raise OutputError(str(folder / disk.CERTIFICATE), f"holds the asset {asset.id!r}; move it to such a folder")
+    return asset
+
+
+def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str, Any]:
+    low, high = asset.bounds
+    origin = asset.provenance
+    return {
+        "id": asset.id,
+        "category": asset.labels.category,
+        "model": path,
+        "split": split.value,
+        "sha256": origin.sha256,
+        "size_m": [round(float(v), 6) for v in high - low],
+        "mass_kg": asset.mass,
+        "substances": [s.id for s in asset.substances],
+        "affords": [use.value for use in category.affords],
+        "qcode": asset.labels.qcode.id,
+        "title": origin.title,
+        "author": origin.author,
+        "licence": origin.licence,
+        "uri": origin.uri,
+    }
+
+
+def _books(run: _Export, library: disk.Library) -> None:
+    """What tells of the instances: entries, splits, manifest, credits, and how to add them to a runtime."""
+    known = registry.load()
+    tables = entries.tables(run.instances, known.categories, run.registry)
+    ours = {i.id for i in run.instances}
+    credit = attribution.text([e for e in entries_of(library) if e.accepted and e.id in ours])
+    files: dict[str, bytes] = {entries.file_name(g): entries.text(table) for g, table in tables.items()}
+    files[SPLITS] = entries.text({"rule": SPLIT_RULE, **_splits(run.instances)})
+    files[MANIFEST] = entries.text({"schema_version": 1, "registry": run.registry, "assets": run.rows})
+    files[SCRIPT.name] = SCRIPT.read_bytes()
+    files[attribution.NAME] = credit.encode()
+    files[README] = _readme(run).encode("ascii")
+    for path, data in files.items():
+        (run.staged / path).write_bytes(data)
+
+
+def _splits(instances: Sequence[entries.Instance]) -> Mapping[str, list[str]]:
+    return {split.value: sorted(i.id for i in instances if i.split is split) for split in Split}
+
+
+def _readme(run: _Export) -> str:
+    counts = {split: len(ids) for split, ids in _splits(run.instances).items()}
+    kinds = len({i.category for i in run.instances})
+    names = ", ".join(f"`{name}`" for name in entries.names(run.registry))
+    return f"""# Objects for RoboCasa
+
+{len(run.instances)} objects in {kinds} categories ({counts["train"]} train, {counts["test"]} test), for RoboCasa v0.2
+and v1.0.
+
+- `{entries.FOLDER}/{run.registry}/<category>/<id>/model.xml`: the object; `model_upright.xml`: the same stood up, where
+  it usually lies. An id never changes and is no running number: nothing shifts when objects come or go.
+- `categories_v0_2.json`, `categories_v1_0.json`: entries of OBJ_CATEGORIES with the registries
+  {names}.
+- `{SPLITS}`: {SPLIT_RULE}
+- `{MANIFEST}`: per object its size, mass, affordances, source and licence. `{attribution.NAME}`: credits.
+
+In Python, before an environment is made:
+
+    import sys
+    sys.path.insert(0, "<this folder>")
+    import casa_objects
+    casa_objects.register()
+
+then `obj_registries=("{run.registry}_train",)` and no `obj_instance_split`: RoboCasa's own splits follow the order of
+file names. The folder has to be writable, since RoboCasa copies each XML to a file beside it while it loads.
+
+Every model has its real size, so the scale is 1, and its own mass: RoboCasa overwrites friction, stiffness and density
+of all objects, and keeps the mass and inertia that are written.
+"""

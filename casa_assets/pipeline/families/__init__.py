@@ -1,0 +1,1 @@
+"""Family run: presets and draws into entries of a library."""

@@ -1,0 +1,86 @@
+"""Finishes by id: plain ones out of the registry, pictured ones out of their recipes, kept in the store."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.core.color import linear_from_srgb
+from casa_assets.errors import UnknownId
+from casa_assets.families.family import Stock
+from casa_assets.model.asset.material import Material
+from casa_assets.model.record import Vec4
+from casa_assets.model.registry.finish import Finish, Plain, Surface
+from casa_assets.pipeline.cache.cache_key import digest_of
+from casa_assets.pipeline.textures.recipes import finish_key, finish_of, recipe, recipes
+
+
+def stock() -> Stock:
+    """Ids of everything that a draw may choose."""
+    known = registry.load()
+    surfaces: Mapping[Surface, tuple[str, ...]] = {s: tuple(sorted(rows)) for s, rows in recipes().items()}
+    return Stock(surfaces=surfaces, plain=tuple(sorted(known.materials)))
+
+
+@lru_cache(maxsize=1)
+def plain() -> Mapping[str, Finish]:
+    """Every plain finish of the registry."""
+    known = registry.load()
+    return {name: plain_finish(row, known) for name, row in known.materials.items()}
+
+
+def plain_finish(row: Plain, known: registry.Registry) -> Finish:
+    """A row of registry/materials.yaml as a finish."""
+    material = Material(
+        id=row.id,
+        base_color=linear(row.color, row.opacity),
+        metallic=row.metallic,
+        roughness=row.roughness,
+        glow=row.glow,
+        substance=row.substance,
+    )
+    return Finish(id=row.id, material=material, substance=known.substances[row.substance])
+
+
+def linear(color: str, opacity: float = 1.0) -> Vec4:
+    """`#rrggbb` in sRGB as linear RGBA."""
+    parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    r, g, b = (round(linear_from_srgb(v), 6) for v in parts)
+    return (r, g, b, opacity)
+
+
+@lru_cache(maxsize=1)
+def plain_key() -> str:
+    """Digest of every plain finish."""
+    return digest_of([(name, finish.digest) for name, finish in sorted(plain().items())])
+
+
+def finishes_key(names: Iterable[str]) -> str:
+    """Key of `finishes`: all plain ones by value, of those with pictures what they are painted from and by.
+
+    Raises:
+        UnknownId: neither a plain finish nor a recipe.
+    """
+    pictured = sorted(name for name in names if name not in plain())
+    return digest_of(plain_key(), [(name, finish_key(recipe(name))) for name in pictured])
+
+
+def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:
+    """All plain finishes, and those named that have pictures.
+
+    Args:
+        names: ids of finishes. cache: folder of the store that keeps pictures.
+    Raises:
+        UnknownId: neither a plain finish nor a recipe.
+    """
+    found = dict(plain())
+    known = {name: row for rows in recipes().values() for name, row in rows.items()}
+    for name in names:
+        if name in found:
+            continue
+        if name not in known:
+            raise UnknownId("finish", name, [*found, *known])
+        found[name] = finish_of(known[name], cache)
+    return found

@@ -1,0 +1,249 @@
+"""Families into assets on disk: draw, build, write, look, check; each member a folder of the library."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from casa_assets import registry
+from casa_assets.checks.package import usd
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.run import run as run_checks
+from casa_assets.core.sampling import rng_for
+from casa_assets.errors import UnknownId
+from casa_assets.export import mjcf
+from casa_assets.export.usd.document import write as write_usd
+from casa_assets.families.catalog import MODELS
+from casa_assets.families.family import Family, Params, Supplies
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.provenance import Labels
+from casa_assets.model.issue import Issue, Report
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding, versions_of
+from casa_assets.pipeline.families.finishes import finishes, finishes_key, stock
+from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.ingest.worker import PREVIEW_PX, THUMBNAIL_PX, WRITING, certificate, thumbnail
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.workers.batch import attempt, run_batch
+from casa_assets.pipeline.workers.limits import WorkerFailure
+from casa_assets.preview.camera import View
+from casa_assets.preview.still import render
+from casa_assets.registry.families import family, family_names
+
+# The package that the code of all families is below.
+FAMILIES = "casa_assets.families"
+LEAST_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
+# A picture for the thumbnail alone.
+QUICK = View(size_px=THUMBNAIL_PX, passes=8)
+
+
+@dataclass(frozen=True)
+class Wish:
+    """One member to be built: a preset, or draw number `index` of a seed."""
+
+    family: str
+    preset: str = ""
+    seed: int = 0
+    index: int = 0
+
+    @property
+    def title(self) -> str:
+        """Such as `microwave/steel` or `microwave/#3`."""
+        return f"{self.family}/{self.preset or f'#{self.index}'}"
+
+
+@dataclass(frozen=True)
+class Built:
+    """What became of a wish.
+
+    Attributes:
+        asset_id, folder: empty where building failed.
+        report: of all checks; None where building failed.
+        says: why it failed. is_fault: the program is to blame; then that is a trace.
+        build_s, write_s, draw_s, check_s: wall seconds. size_bytes: of the folder.
+    """
+
+    wish: Wish
+    asset_id: str = ""
+    folder: str = ""
+    report: Report | None = None
+    says: str = ""
+    is_fault: bool = False
+    build_s: float = 0.0
+    write_s: float = 0.0
+    draw_s: float = 0.0
+    check_s: float = 0.0
+    size_bytes: int = 0
+
+    @property
+    def passed(self) -> bool:
+        """Whether it was built and no check found an error."""
+        return self.report is not None and self.report.passed
+
+    @property
+    def problems(self) -> tuple[Issue, ...]:
+        """Errors first."""
+        if self.report is None:
+            return ()
+        errors = self.report.errors
+        return (*errors, *(i for i in self.report.issues if i not in errors))
+
+
+def wishes(names: Sequence[str], samples: int, seed: int, presets: bool) -> list[Wish]:
+    """All presets and the first draws of each family. Raises UnknownId."""
+    out: list[Wish] = []
+    for name in names or family_names():
+        found = family(name)
+        if presets:
+            out += [Wish(name, preset=p) for p in found.presets]
+        out += [Wish(name, seed=seed, index=i) for i in range(samples)]
+    return out
+
+
+def params_of(wish: Wish) -> Params:
+    """The numbers of a wish. Raises UnknownId."""
+    found = family(wish.family)
+    if wish.preset:
+        if wish.preset not in found.presets:
+            raise UnknownId(f"preset of {wish.family}", wish.preset, found.presets)
+        chosen: Params = found.presets[wish.preset]
+        return chosen
+    drawn: Params = found.sample(rng_for(wish.seed, f"families/{wish.family}/{wish.index}"), stock())
+    return drawn
+
+
+def build_asset(found: Family[Any], params: Params, cache: Path) -> Asset:
+    """The asset of a family's numbers; pictures come from or go to the store at `cache`."""
+    supplies = Supplies(finishes(params.finishes, cache), labels_of(found), registry.load().densities)
+    return found.build(params, supplies)
+
+
+def asset_key(found: Family[Any], params: Params) -> str:
+    """Key of `build_asset`: the family's own code, its numbers, labels, densities and finishes.
+
+    Another family, or a texture of a kind that the asset does not show, has no part in it.
+    """
+    code = _code_key(found.name)
+    densities = sorted(registry.load().densities.items())
+    values = [params.digest, labels_of(found).digest, densities, finishes_key(params.finishes)]
+    return digest_of("asset", found.name, code, *values)
+
+
+@cache
+def _code_key(name: str) -> str:
+    return key_of(*modules_holding(MODELS[name], FAMILIES))
+
+
+def labels_of(found: Family[Any]) -> Labels:
+    """What the registry says of a family's category."""
+    known = registry.load()
+    category = known.fixtures[found.category]
+    return Labels(category=category.id, classes=known.classes_of(category), qcode=category.qcode)
+
+
+def build_one(wish: Wish, library: Path, checked: bool = True, drawn: bool = True) -> Built:
+    """Build, write and check one member; its folder is put in the library where it passes, or left out.
+
+    A fault of a family is told in `says`, so that the others go on. Starts no process.
+
+    Raises:
+        OutputError: the library cannot be written to. NoRenderer: this machine cannot draw.
+    """
+    return attempt(
+        lambda: _build_one(wish, disk.Library(library), checked, drawn),
+        lambda says, is_fault: Built(wish, says=says, is_fault=is_fault),
+        library,
+    )
+
+
+def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) -> Built:
+    found, known = family(wish.family), registry.load()
+    params = params_of(wish)
+    begin = time.perf_counter()
+    asset = build_asset(found, params, library.cache)
+    built = time.perf_counter()
+    staged = library.stage(asset.id)
+    disk.write_files(staged, mjcf.write(asset))
+    wrote = time.perf_counter()
+    picture = render(staged / "model.xml", View(size_px=PREVIEW_PX) if drawn else QUICK)
+    (staged / "preview.png").write_bytes(picture)
+    drew = time.perf_counter()
+    disk.write_files(staged, write_usd(asset, thumbnail(picture)))
+    (staged / "params.json").write_text(params.to_json() + "\n", encoding="utf-8")
+    written = time.perf_counter()
+    report = Report(subject=asset.id)
+    if checked:
+        waived = known.waived(asset.id)
+        category = known.fixtures[found.category]
+        contract = known.contracts.get(asset.contract or "")
+        for subject in (asset, Package(asset, category, staged, contract)):
+            report = report + run_checks(subject, asset.id, known.limits, waived)
+    checked_at = time.perf_counter()
+    size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
+    target = library.folder(found.name, asset.id)
+    if report.passed:
+        disk.write_certificate(staged, asset, certificate(asset, report, staged, _made_by(found, params)))
+        library.publish(staged, target)
+    return Built(
+        wish,
+        asset.id,
+        str(target if report.passed else staged),
+        report,
+        build_s=built - begin,
+        write_s=written - built - (drew - wrote),
+        draw_s=drew - wrote,
+        check_s=checked_at - written,
+        size_bytes=size,
+    )
+
+
+def _made_by(found: Family[Any], params: Params) -> disk.MadeBy:
+    """What is said in the certificate of a member of what made it."""
+    modules = modules_holding(MODELS[found.name], FAMILIES)
+    versions = versions_of({"family": modules, **WRITING})
+    written = key_of(*WRITING.values(), certificate)
+    return disk.MadeBy(Producer.FAMILY, digest_of("family", asset_key(found, params), written), versions)
+
+
+def summary(results: Sequence[Built]) -> list[tuple[str, ...]]:
+    """Rows of text for a table: family, how many passed, of how many, median seconds and megabytes; the last is all."""
+    rows = []
+    names = sorted({r.wish.family for r in results})
+    for name in [*names, ""]:
+        own = [r for r in results if not name or r.wish.family == name]
+        figures = [(r.build_s, r.write_s, r.draw_s, r.check_s, r.size_bytes / 1e6) for r in own if r.report]
+        medians = [f"{median(column):.3f}" for column in zip(*figures, strict=True)]
+        rows.append((name or "all", str(sum(r.passed for r in own)), str(len(own)), *(medians or [""] * 5)))
+    return rows
+
+
+def build_all(wanted: Sequence[Wish], library: Path, jobs: int = 0, drawn: bool = True) -> Iterator[Built]:
+    """Members in the order in which they are done, each built in a worker.
+
+    Args:
+        wanted: what to build. library: folder, made where it is missing. jobs: processes; 0 for one per core.
+    Raises:
+        OutputError: the library is held by another run or cannot be written.
+        CasaError: see run_batch.
+    """
+    place = disk.Library(library)
+    with place.locked(), writing(library):
+        place.sweep()
+        build = partial(build_one, library=library, drawn=drawn)
+        for number, answer in run_batch(build, wanted, library, jobs, f"{__name__}:warm", LEAST_BYTES):
+            if isinstance(answer, WorkerFailure):
+                yield Built(wanted[number], says=answer.text, is_fault=True)
+            else:
+                yield answer
+
+
+def warm() -> None:
+    """Load what every worker needs, once for all of them; nothing here may draw."""
+    registry.load()
+    usd.load_rules()
+    stock()

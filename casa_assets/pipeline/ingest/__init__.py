@@ -1,0 +1,1 @@
+"""Ingest run: discover inputs, survey, run the stages in workers, publish."""

@@ -1,0 +1,150 @@
+"""One input on its way through a worker: what goes in, what comes out, and how it gets its place in the library."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from casa_assets.errors import OutputError, Rejected
+from casa_assets.ingest.sources.found import Found
+from casa_assets.model.ingest.user_override import NO_RULING, Ruling
+from casa_assets.model.issue import Issue, Report
+from casa_assets.pipeline.ingest.survey import Survey
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.identity import Producer
+
+# What is wrong with the disk and not with an input. EFBIG: a quota set with `ulimit -f`.
+_DISK_FAULTS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EMFILE, errno.ENFILE})
+
+
+@dataclass(frozen=True)
+class Job:
+    """One input to be worked on, once its id is known.
+
+    Attributes:
+        limits: those of the registry, with what this run changes of them.
+        cache_key: of what it becomes. ruling: what a person decided about it.
+    """
+
+    found: Found
+    survey: Survey
+    asset_id: str
+    library: Path
+    limits: Mapping[str, float]
+    cache_key: str
+    ruling: Ruling = NO_RULING
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of an input.
+
+    Attributes:
+        accepted: or rejected, and then code and says. warnings: of an accepted one.
+        staged: the finished entry in the staging folder, for the parent to publish; None where there is none.
+        trace: where a fault of ours lies; told once, not kept.
+    """
+
+    accepted: bool
+    code: str = ""
+    says: str = ""
+    warnings: tuple[Issue, ...] = ()
+    staged: Path | None = None
+    trace: str = ""
+
+
+@dataclass(frozen=True)
+class RunAborted:
+    """No input can be worked on, for a reason that has nothing to do with it: the run has to end."""
+
+    message: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """One input is done with.
+
+    Attributes:
+        kind: accepted, rejected, or kept (was there already). total: inputs of the run.
+        path: of the input. asset_id: its name in the library.
+        code, says: of a rejection. warnings: of an accepted one.
+        count: inputs that it stands for: the many rows of a manifest that are only counted are told of at once.
+    """
+
+    kind: str
+    total: int
+    path: str
+    asset_id: str = ""
+    code: str = ""
+    says: str = ""
+    was_rejected: bool = False
+    warnings: tuple[Issue, ...] = ()
+    count: int = 1
+
+
+@dataclass(frozen=True)
+class Result:
+    """What is known of one input before its entry is published.
+
+    Attributes:
+        number: its place among the inputs of the run that could be read.
+        job: the input. outcome: what a worker, or an earlier run, says of it.
+        folder: of an accepted asset: in the staging folder, or, where it was kept, in the library.
+        is_kept: the library holds this outcome already.
+        copy_of: folder, relative to the library, of the asset that it is a copy of; empty where it is none.
+    """
+
+    number: int
+    job: Job
+    outcome: Outcome
+    folder: Path | None = None
+    is_kept: bool = False
+    copy_of: str = ""
+
+
+def stage_refusal(
+    library: disk.Library,
+    job: Job,
+    error: Rejected,
+    report: Report | None = None,
+    picture: bytes | None = None,
+    copy_of: str = "",
+) -> Path:
+    """The finished entry of a rejected input, in the staging folder.
+
+    Args:
+        report: of the checks, as far as they ran. picture: PNG of the input, where there is one.
+        copy_of: folder, relative to the library, of the asset that it is a copy of.
+    """
+    staged = library.stage(job.asset_id)
+    refusal = disk.Refusal(
+        id=job.asset_id,
+        code=error.code,
+        says=error.says,
+        category=job.survey.category,
+        producer=Producer.INGEST,
+        cache_key=job.cache_key,
+        sha256=job.survey.sha256,
+        source=job.found.source,
+        report=report,
+        twin=copy_of,
+    )
+    if picture is not None:
+        (staged / "preview.png").write_bytes(picture)
+    disk.write_refusal(staged, refusal)
+    return staged
+
+
+@contextmanager
+def writing(root: Path) -> Iterator[None]:
+    """Turn what the disk of a library refuses into an OutputError; other OSErrors pass."""
+    try:
+        yield
+    except OSError as error:
+        inside = isinstance(error.filename, str | Path) and Path(error.filename).is_relative_to(root)
+        if not inside and error.errno not in _DISK_FAULTS:
+            raise
+        raise OutputError(str(root), f"cannot be written to: {error.strerror}") from error

@@ -1,0 +1,169 @@
+"""What was refused before there was a mesh to look at: rows of manifests, pipes, links. One file for all of a library.
+
+A manifest may have a million bad rows, and a folder for each would be a million folders. So `rejected/rows.jsonl` has
+one line for each file: how many rows were refused for which reason, and the first of them word for word.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from casa_assets import registry
+from casa_assets.errors import OutputError
+from casa_assets.ingest.sources.found import Refused
+from casa_assets.model.ingest.source import SourceKind
+from casa_assets.model.record import Record
+from casa_assets.pipeline.library.entry_files import file_inside
+from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.library.library import REJECTED, Library
+
+NAME = "rows.jsonl"
+# So many rows of a file are kept and told word for word; the others are counted.
+MOST_TOLD = 100
+# Files of one run that have a line of their own; those beyond are counted together.
+MOST_FILES = 10_000
+OTHERS = "(other files)"
+
+
+class RefusedFile(Record):
+    """What was refused of one file.
+
+    Attributes:
+        path: of the file, as its source calls it. counts: code -> how many rows.
+        rows: code and reason of the first ones.
+    """
+
+    path: str
+    counts: dict[str, int]
+    rows: tuple[tuple[str, str], ...]
+
+    @property
+    def rest(self) -> dict[str, int]:
+        """Code -> how many rows were counted without being kept."""
+        told = Counter(code for code, _ in self.rows)
+        return {code: count - told[code] for code, count in sorted(self.counts.items()) if count > told[code]}
+
+
+class RefusedRows:
+    """The refused rows of one run; its memory is bounded however many there are.
+
+    Args:
+        library: what an earlier run refused is kept there.
+    """
+
+    def __init__(self, library: Library) -> None:
+        self._library = library
+        self._before = {one.path: one for one in read(library)}
+        self._counts: dict[str, Counter[str]] = {}
+        self._rows: dict[str, list[tuple[str, str]]] = {}
+
+    def add(self, one: Refused) -> str:
+        """Count a row; returns the id that it is listed by, empty where it is only counted."""
+        path = one.path if one.path in self._counts or len(self._counts) < MOST_FILES else OTHERS
+        rows = self._rows.setdefault(path, [])
+        self._counts.setdefault(path, Counter())[one.code] += 1
+        if len(rows) >= MOST_TOLD or path == OTHERS:
+            return ""
+        rows.append((one.code, one.says))
+        return row_id(path, len(rows))
+
+    def was_known(self, one: Refused) -> bool:
+        """Whether an earlier run refused the same for the same reason."""
+        before = self._before.get(one.path)
+        return before is not None and (one.code, one.says) in before.rows
+
+    def was_counted(self, path: str, code: str, count: int) -> bool:
+        """Whether an earlier run counted as many more rows of a file for a reason."""
+        before = self._before.get(path)
+        return before is not None and before.rest.get(code) == count
+
+    def rest(self) -> Iterator[tuple[str, str, int]]:
+        """Path, code and number of the rows that were only counted."""
+        for one in self._found():
+            for code, count in one.rest.items():
+                yield one.path, code, count
+
+    def write(self, roots: Sequence[Path]) -> None:
+        """Write the file anew, by one rename. Files that this run did not look at keep their lines.
+
+        Args:
+            roots: that the run looked at.
+        """
+        lines = {path: one for path, one in self._before.items() if path != OTHERS and not _is_below(roots, path)}
+        lines |= {one.path: one for one in self._found()}
+        target = self._library.root / REJECTED / NAME
+        if not lines:
+            target.unlink(missing_ok=True)
+            return
+        if len(lines) == len(self._before) and all(self._before.get(path) == one for path, one in lines.items()):
+            return
+        target.parent.mkdir(exist_ok=True)
+        fresh = self._library.private / f"{NAME}.{os.getpid()}"
+        with fresh.open("w", encoding="utf-8") as out:
+            for path in sorted(lines):
+                out.write(lines[path].model_dump_json() + "\n")
+        fresh.replace(target)
+
+    def _found(self) -> Iterator[RefusedFile]:
+        for path in sorted(self._counts):
+            counts = dict(sorted(self._counts[path].items()))
+            yield RefusedFile(path=path, counts=counts, rows=tuple(self._rows[path]))
+
+
+def read(library: Library) -> list[RefusedFile]:
+    """What the library remembers, by path. Raises OutputError where the file is damaged."""
+    path = library.root / REJECTED / NAME
+    if not os.path.lexists(path):
+        return []
+    file_inside(path.parent, NAME, path, "the file itself")
+    found = []
+    with path.open(encoding="utf-8") as lines:
+        for number, line in enumerate(lines, 1):
+            try:
+                found.append(RefusedFile.model_validate_json(line))
+            except ValidationError as error:
+                raise OutputError(str(path), f"line {number} is damaged; remove the file and run again") from error
+    return found
+
+
+def listed(library: Library) -> Iterator[dict[str, str]]:
+    """Id, path, code and reason of every row that is kept, and of the others of a file as one for each reason."""
+    for one in read(library):
+        for number, (code, says) in enumerate(one.rows, 1):
+            yield {"id": row_id(one.path, number), "source_path": one.path, "code": code, "says": says}
+        for code, count in one.rest.items():
+            says = rest_of(count)
+            yield {"id": row_id(one.path, code), "source_path": one.path, "code": code, "says": says}
+
+
+def rest_of(count: int) -> str:
+    """What is said of rows that are only counted."""
+    return f"{count} more for this reason; mend the first ones and run again"
+
+
+def row_id(path: str, number: int | str) -> str:
+    """The id that a refused row is listed by."""
+    return f"unread_{hashlib.sha256(f'row:{path}:{number}'.encode()).hexdigest()[:10]}"
+
+
+def place_of(path: str) -> dict[str, str]:
+    """The fields that all rows of a file share, as an entry of the library has them."""
+    return {
+        "category": registry.FALLBACK,
+        "path": f"{REJECTED}/{NAME}",
+        "source": SourceKind.MANIFEST.value,
+        "sha256": hashlib.sha256(path.encode()).hexdigest(),
+        "licence": "unknown",
+        "producer": Producer.INGEST.value,
+    }
+
+
+def _is_below(roots: Sequence[Path], path: str) -> bool:
+    """Whether a run over these roots looks at the file that a source calls so."""
+    return any((root / path).is_file() if root.is_dir() else root.name == path for root in roots)

@@ -1,0 +1,317 @@
+"""Sources into a library: discover, survey, leave out copies, work on what is missing, write the reports."""
+
+from __future__ import annotations
+
+import shutil
+from collections import Counter
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.errors import CasaError, Rejected
+from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.model.ingest.user_override import NO_RULING, Ruling
+from casa_assets.model.issue import Report
+from casa_assets.pipeline import clip
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.dedup import library_report
+from casa_assets.pipeline.dedup.deduplicator import CODE as COPY
+from casa_assets.pipeline.dedup.deduplicator import Deduplicator
+from casa_assets.pipeline.ingest import unreadable_inputs
+from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
+from casa_assets.pipeline.ingest.job import Event, Job, Outcome, Result, RunAborted, stage_refusal, writing
+from casa_assets.pipeline.ingest.refused_rows import RefusedRows, rest_of, row_id
+from casa_assets.pipeline.ingest.stages import deciding, with_overrides
+from casa_assets.pipeline.ingest.survey import Survey
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library import review
+from casa_assets.pipeline.library.entry_files import picture_of
+from casa_assets.pipeline.library.entry_table import EntryTable
+from casa_assets.pipeline.library.identity import Identity, Producer
+from casa_assets.pipeline.library.resume import cached_outcome
+from casa_assets.pipeline.reports import attribution, index
+from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.pool import Pool
+
+# What the pool's own verdicts are called in registry/rejections.yaml.
+FAULT = "RUN004"  # of the program, not of the input
+FAILURE_CODES = {
+    "timeout": "RUN001",
+    "memory": "RUN002",
+    "signal": "RUN003",
+    "killed": "RUN003",
+    "error": FAULT,
+    "stuck": "RUN008",
+}
+TWIN = "RUN006"
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to run.
+
+    Attributes:
+        library: output folder. category: id for all inputs, or empty.
+        jobs: children at once; 0 for one per core.
+        seconds: processor time for one input, with all that is started for it; 0: what registry/limits.yaml says.
+        memory_bytes: memory of one input; 0: the same.
+        guards: limits on inputs that this run sets in place of those in registry/limits.yaml, by their names there.
+        weights: of CLIP, see pipeline.look.eye; empty: nobody looks at the pictures.
+        keep_duplicates: what has the form, size and colours of another asset stays too.
+    """
+
+    library: Path
+    category: str = ""
+    jobs: int = 0
+    seconds: float = 0.0
+    memory_bytes: int = 0
+    guards: Mapping[str, float] = field(default_factory=dict)
+    weights: str = ""
+    keep_duplicates: bool = False
+
+
+@dataclass
+class _Run:
+    """What one run knows: its inputs, what is to be done, and the refusals that have no bytes.
+
+    Attributes:
+        steps: inputs that could be read, in their order: what is to be done, or an accepted asset that is there.
+    """
+
+    library: disk.Library
+    cache_key: str
+    limits: Mapping[str, float]
+    found: Sequence[Found]
+    total: int
+    steps: list[Job | Result] = field(default_factory=list)
+    unreadable: unreadable_inputs.Names = field(default_factory=unreadable_inputs.Names)
+    rulings: dict[str, Ruling] = field(default_factory=dict)
+
+    def ruling(self, survey: Survey) -> Ruling:
+        """What a person decided about an input."""
+        return self.rulings.get(survey.sha256, NO_RULING)
+
+    def heard(self, answer: Survey | Rejected | WorkerFailure) -> Survey | Rejected | WorkerFailure:
+        """An answer with the category that a person decided, where one did."""
+        if not isinstance(answer, Survey) or not (name := self.ruling(answer).category):
+            return answer
+        return replace(answer, category=name, confidence=1.0, because=f"a person decided, in {review.NAME}")
+
+    def refuse(self, one: Found, code: str, says: str) -> Event:
+        """Remember an input that never became a bundle."""
+        refusal = self.unreadable.refusal(one, code, says, self.cache_key)
+        is_new = unreadable_inputs.remember(self.library, refusal)
+        kind = "rejected" if is_new else "kept"
+        return Event(kind, self.total, refusal.source.path, refusal.id, code, says, was_rejected=True)
+
+
+def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, None]:
+    """Bring every mesh under `roots` into the library, or record why not.
+
+    Yields an Event for each input, as it is done with. Killed at any moment and run again, it does what is missing.
+    Where there is no input, nothing is written.
+
+    Raises:
+        UnknownId: the ordered category does not exist.
+        OutputError: the library cannot be written to, or another run holds it.
+        CasaError: this machine cannot make assets: no worker starts, or none can draw; or it lacks the weights of CLIP.
+    """
+    known = registry.load()
+    if options.weights:
+        clip.there(options.weights)
+    if options.category:
+        known.category(options.category)
+    inputs = discover_inputs(roots, options.library)
+    first = next(inputs, None)
+    if first is None:
+        return
+    library = disk.Library(options.library)
+    bounds = {**known.limits, **options.guards}
+    seconds = options.seconds or known.limits["input_seconds"]
+    limits = Limits(seconds, options.memory_bytes or int(known.limits["input_memory_bytes"]))
+    with library.locked(), writing(options.library):
+        library.sweep()
+        Store(library.cache).sweep()
+        rulings = review.rulings(library)
+        try:
+            with Pool(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm") as pool:
+                refused = RefusedRows(library)
+                found, early = _sorted_out(chain([first], inputs), refused)
+                total = len(found) + sum(event.count for event, _ in early)
+                run = _Run(library, cache_key(bounds, options.category), bounds, found, total, rulings=rulings)
+                for event, one in early:
+                    yield replace(event, total=total)
+                    run.unreadable.is_refused(one)
+                yield from _survey(run, pool, options)
+                results: Iterable[Result] = _results(run, pool)
+                if not options.keep_duplicates:
+                    own = frozenset(_job(step).survey.sha256 for step in run.steps)
+                    results = Deduplicator(library, known.limits["alike_form"], own).filter(results)
+                for result in results:
+                    yield _settled(run, result)
+            run.unreadable.prune(library)
+            refused.write(roots)
+            books(library, options.weights)
+        finally:
+            library.sweep()
+
+
+def books(library: disk.Library, weights: str = "") -> None:
+    """Rewrite what is derived from the entries: the index, the attribution file, and what is said of them together."""
+    table = EntryTable(library)
+    index.rebuild(library, table.entries)
+    attribution.write(library, table.entries)
+    review.write(library, table.entries)
+    library_report.look_over(library, table, clip.eye(weights) if weights else None)
+
+
+def _sorted_out(
+    inputs: Iterable[Found | Refused], refused: RefusedRows
+) -> tuple[list[Found], list[tuple[Event, Refused]]]:
+    """The inputs that have a mesh, and events of all others: one each for the first of a file, one for the rest."""
+    found: list[Found] = []
+    events: list[tuple[Event, Refused]] = []
+    for one in inputs:
+        if isinstance(one, Found):
+            found.append(one)
+        elif name := refused.add(one):
+            kind = "kept" if refused.was_known(one) else "rejected"
+            events.append((Event(kind, 0, one.path, name, one.code, one.says, was_rejected=True), one))
+    for path, code, count in refused.rest():
+        says = rest_of(count)
+        kind = "kept" if refused.was_counted(path, code, count) else "rejected"
+        event = Event(kind, 0, path, row_id(path, code), code, says, was_rejected=True, count=count)
+        events.append((event, Refused(path, code, says)))
+    return found, events
+
+
+def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, None]:
+    """Digest every input, tell the same bytes, and yield an event for all that are rejected before any work."""
+    inputs = run.found
+    answers: dict[int, Survey | Rejected | WorkerFailure] = {}
+    for number, answer in pool.run(
+        "casa_assets.pipeline.ingest.survey:survey", [(f, options.category, run.limits) for f in inputs]
+    ):
+        answers[number] = run.heard(answer)
+    first: dict[str, str] = {}
+    older = run.library.by_input()
+    for number, one in enumerate(inputs):
+        answer = answers[number]
+        if isinstance(answer, WorkerFailure):
+            answer = Rejected(FAILURE_CODES[answer.reason], answer.text)
+        if isinstance(answer, Rejected):
+            yield run.refuse(one, answer.code, answer.says)
+        elif answer.sha256 in first:
+            yield run.refuse(one, TWIN, f"same bytes as {first[answer.sha256]}; remove one of them")
+        else:
+            first[answer.sha256] = one.source.path
+            run.unreadable.is_readable(one)
+            yield from _due(run, one, answer, older, options)
+
+
+def _due(
+    run: _Run, one: Found, survey: Survey, older: dict[str, tuple[Path, ...]], options: Options
+) -> Iterator[Event]:
+    """An event where an earlier run rejected these bytes; else one more step."""
+    identity = Identity(Producer.INGEST, survey.sha256)
+    asset_id = identity.asset_id(survey.category)
+    entries = older.get(identity.suffix, ())
+    ruling = run.ruling(survey)
+    key = with_overrides(run.cache_key, ruling)
+    found = cached_outcome(entries, asset_id, key)
+    job = Job(one, survey, asset_id, options.library, run.limits, key, ruling)
+    if found is None or (options.keep_duplicates and found[1].code == COPY):
+        run.steps.append(job)
+        return
+    current, known = found
+    for folder in entries:
+        if folder != current:  # a run was killed after it had put the current one in place
+            run.library.forget(folder)
+    if known.accepted:
+        run.steps.append(Result(len(run.steps), job, known, current, is_kept=True))
+    else:
+        yield _event(run, Result(0, job, known, is_kept=True))
+
+
+def _job(step: Job | Result) -> Job:
+    return step if isinstance(step, Job) else step.job
+
+
+def cache_key(limits: Mapping[str, float], category: str = "") -> str:
+    """The key of what ingest makes of an input, besides the input and what a person decided about it.
+
+    Args:
+        limits: numbers of the run, by their names in registry/limits.yaml. category: ordered for all inputs, or empty.
+    """
+    return digest_of("ingest", key_of("casa_assets.pipeline.ingest.worker:work"), deciding(limits), category)
+
+
+def _results(run: _Run, pool: Pool) -> Iterator[Result]:
+    """What is known of every step: what was kept first, then the others as workers are done with them."""
+    yield from (step for step in run.steps if isinstance(step, Result))
+    due = {number: step for number, step in enumerate(run.steps) if isinstance(step, Job)}
+    if not due:
+        return
+    pool.prepare("casa_assets.pipeline.ingest.worker:warm")
+    for _, answer in pool.run("casa_assets.pipeline.ingest.worker:probe", [None]):
+        _outcome(answer)
+    numbers, jobs = list(due), list(due.values())
+    for place, answer in pool.run("casa_assets.pipeline.ingest.worker:work", jobs):
+        outcome = _outcome(answer)
+        yield Result(numbers[place], jobs[place], outcome, outcome.staged if outcome.accepted else None)
+
+
+def _outcome(answer: object) -> Outcome:
+    """The outcome that a worker gives or leaves behind. Raises CasaError where the machine is at fault."""
+    if isinstance(answer, RunAborted):
+        raise CasaError(answer.message)
+    if isinstance(answer, WorkerFailure):
+        return Outcome(False, FAILURE_CODES[answer.reason], answer.message, trace=answer.trace)
+    if not isinstance(answer, Outcome):
+        return Outcome(False, FAILURE_CODES["error"], f"a worker answered with {type(answer).__name__}")
+    return answer
+
+
+def _settled(run: _Run, result: Result) -> Event:
+    """Publish what was decided about an input, and tell of it."""
+    job, outcome, library = result.job, result.outcome, run.library
+    if outcome.accepted and outcome.staged is not None:
+        library.publish(outcome.staged, library.folder(job.survey.category, job.asset_id))
+    elif not outcome.accepted:
+        staged = outcome.staged or _refusal(library, result)
+        library.publish(staged, library.refusal_folder(job.asset_id))
+    return _event(run, result)
+
+
+def _refusal(library: disk.Library, result: Result) -> Path:
+    """The staged entry of an input that its worker did not refuse: the worker died, or the asset is a copy."""
+    outcome, folder = result.outcome, result.folder
+    report: Report | None = None
+    picture: bytes | None = None
+    if folder is not None:
+        report = disk.read_certificate(folder).report
+        picture = picture_of(folder) or None
+        if folder.is_relative_to(library.staging):
+            shutil.rmtree(folder.parent)
+    return stage_refusal(library, result.job, Rejected(outcome.code, outcome.says), report, picture, result.copy_of)
+
+
+def _event(run: _Run, result: Result) -> Event:
+    job, outcome = result.job, result.outcome
+    kind = "kept" if result.is_kept else "accepted" if outcome.accepted else "rejected"
+    path, refused = job.found.source.path, not outcome.accepted
+    says = f"{outcome.says}\n{outcome.trace}" if outcome.trace else outcome.says
+    return Event(kind, run.total, path, job.asset_id, outcome.code, says, refused, outcome.warnings)
+
+
+def tally(events: Sequence[Event]) -> Counter[str]:
+    """How many were accepted, rejected and kept; `refused` counts rejections new and old, `all` everything."""
+    counts: Counter[str] = Counter()
+    for event in events:
+        counts[event.kind] += event.count
+        counts["refused"] += event.count * event.was_rejected
+        counts["all"] += event.count
+    return counts

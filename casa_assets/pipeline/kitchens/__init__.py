@@ -1,0 +1,1 @@
+"""Kitchen run: resolve, build, write, check, compare and load scenes."""

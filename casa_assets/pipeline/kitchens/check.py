@@ -1,0 +1,194 @@
+"""Every check of a scene; the verdict beside its files."""
+
+from __future__ import annotations
+
+import io
+import json
+import time
+from collections.abc import Iterator, Sequence
+from copy import copy
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from casa_assets import registry
+from casa_assets.checks.design.robot.picture import floor_picture
+from casa_assets.checks.design.rules.grade import grade
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.run import run, unrun
+from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.checks.scene.motion.budget import Speed, holdings
+from casa_assets.checks.scene.motion.stopwatch import in_a_fresh_process
+from casa_assets.checks.scene.run import UNLOADED, run_scene
+from casa_assets.checks.scene.subject import SceneSubject
+from casa_assets.checks.scene.views import Pictures, Pixels
+from casa_assets.checks.table import explained
+from casa_assets.export.mjcf.scene.kitchen import FILE
+from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.order.request import Kitchen
+from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene
+from casa_assets.pipeline.kitchens.scene_files import FACTS
+from casa_assets.pipeline.kitchens.scene_folders import (
+    Order,
+    SceneBuilt,
+    failure,
+    forget,
+    made,
+    scene_key,
+    side_by_side,
+)
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.reports.kitchen_report import page
+from casa_assets.pipeline.workers.batch import attempt
+from casa_assets.preview import kitchen as room
+
+REPORT, PAGE, MAP = "report.json", "report.html", "floor_map.png"
+# Enough to see whether a camera shows something: shares of black and white are within two hundredths of those of full
+# previews. With shadows of the sky it takes twice the time and is no nearer to them.
+SMALL = room.Frame(240, 180, passes=2, shadow_px=512, sky_casts=False)
+
+
+def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = False, drawn: bool = True) -> SceneBuilt:
+    """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
+
+    A scene that has not changed since it was checked is not checked again.
+
+    Args:
+        out: folder of the scenes. anew: check it again. strict: what does not pass is not put in place. drawn: with an
+            overview; the check of what cameras see draws its own, small, and keeps none.
+    """
+    done = made(recipe, out, Order(drawn=drawn, judge=judge, strict=strict))
+    if done.report is not None or not done.folder:
+        return done
+    folder = Path(done.folder)
+    report = None if anew else _kept(folder, verdict_key(recipe))
+    if report is not None:
+        done = SceneBuilt(recipe, done.folder, report=report, kept=True)
+    else:
+        done = _checked_in_place(recipe, out, folder)
+    if strict and done.report is not None and not done.passed:
+        forget(out, recipe.scene_id)
+        return replace(done, folder="", kept=False)
+    return done
+
+
+def _checked_in_place(recipe: Recipe, out: Path, folder: Path) -> SceneBuilt:
+    """Every check on a scene that is there already."""
+
+    def make() -> SceneBuilt:
+        begin = time.perf_counter()
+        kitchen, scene = build_scene(recipe, disk.Library(out).cache)
+        built = time.perf_counter()
+        report = judge(recipe, kitchen, scene, folder)
+        seconds = time.perf_counter() - built
+        return SceneBuilt(recipe, str(folder), report=report, build_s=built - begin, check_s=seconds)
+
+    return attempt(make, partial(failure, recipe), out)
+
+
+def judge(recipe: Recipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:
+    """Run every check on a scene in its folder, and leave report, page and pictures there."""
+    report, measured = check(kitchen, scene, folder)
+    _write(folder, report, {"key": verdict_key(recipe), **measured})
+    return report
+
+
+def verdict_key(recipe: Recipe) -> str:
+    """Key of report.json and the page of a scene: its files, and all that decides what the checks say of them."""
+    return digest_of("verdict", scene_key(recipe), key_of(check, _write))
+
+
+def check(kitchen: Kitchen, scene: Scene, folder: Path) -> tuple[Report, dict[str, Any]]:
+    """The report of a scene in its folder, and what was measured besides: grade, tasks, places to park, budgets, speed.
+
+    A picture of the floor is put into the folder.
+    """
+    begin, known = time.perf_counter(), registry.load()
+    limits, waived = known.limits, known.waived(scene.id)
+    subject, design = SceneSubject(scene, folder), DesignSubject(facts_of(kitchen, scene))
+    report = run_scene(subject, limits, waived)
+    for other in (SceneFiles(subject), design):
+        report += run(other, scene.id, limits, waived)
+    picture = io.BytesIO()
+    floor_picture(design).save(picture, format="PNG")
+    (folder / MAP).write_bytes(picture.getvalue())
+    measured: dict[str, Any] = {
+        "grade": grade(design).model_dump(mode="json"),
+        "tasks": [t.model_dump(mode="json") for t in design.tasks],
+        "parking": [p.model_dump(mode="json") for p in design.lots.every],
+    }
+    if subject.loaded.model is not None:
+        load_s, steps_per_s, timestep_s = in_a_fresh_process(subject.mjcf)
+        speed = Speed(load_s * 1000.0, steps_per_s, timestep_s)
+        for shown in (speed, _views(subject.loaded.model, folder)):
+            report += run(shown, scene.id, limits, waived)
+        took = {"check_s": round(time.perf_counter() - begin, 1)}
+        measured |= {"holds": holdings(subject), "speed": _rounded(speed) | took}
+    else:
+        report += unrun((Speed, Pictures), scene.id, limits, UNLOADED, waived)
+    ordered = sorted(report.results, key=lambda r: r.code)
+    return report.replace(results=tuple(ordered)), measured
+
+
+def _views(model: Any, folder: Path) -> Pictures:
+    """A picture of each camera of an MjModel: the preview where there is one, else one drawn small, not kept."""
+    stage = room.staged(copy(model), str(folder / FILE), frame=SMALL)
+    shots: dict[str, Pixels] = {}
+    for name in stage.cameras:
+        path = folder / f"{name}.png"
+        if path.is_file():
+            with Image.open(path) as opened:
+                shots[name] = np.asarray(opened.convert("RGB"))
+    rest = [name for name in stage.cameras if name not in shots]
+    return Pictures({**shots, **dict(room.photograph(stage, rest, SMALL))})
+
+
+def _rounded(speed: Speed) -> dict[str, float]:
+    return {
+        "load_ms": round(speed.load_ms, 1),
+        "steps_per_s": round(speed.steps_per_s, 1),
+        "real_time_factor": round(speed.pace, 2),
+    }
+
+
+def _write(folder: Path, report: Report, measured: dict[str, Any]) -> None:
+    tallied = asdict(report.tally) | {"applying": report.tally.applying}
+    data = {**report.model_dump(mode="json"), "passed": report.passed, "tally": tallied, **measured}
+    text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False)
+    (folder / REPORT).write_text(text + "\n", encoding="utf-8")
+    facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+    (folder / PAGE).write_text(page(facts, data, explained(registry.load().limits)), encoding="utf-8")
+
+
+def _kept(folder: Path, key: str) -> Report | None:
+    """The verdict of an earlier run with the same key."""
+    try:
+        data = json.loads((folder / REPORT).read_text(encoding="utf-8"))
+        if data.get("key") != key:
+            return None
+        return Report.model_validate({k: data[k] for k in ("subject", "results", "issues")})
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def check_all(
+    recipes: Sequence[Recipe],
+    out: Path,
+    jobs: int = 0,
+    anew: bool = False,
+    strict: bool = False,
+    drawn: bool = True,
+) -> Iterator[SceneBuilt]:
+    """Scenes in the order in which they are done, worked on by several processes.
+
+    Raises:
+        OutputError: the folder is held by another run or cannot be written.
+    """
+    return side_by_side(partial(check_one, out=out, anew=anew, strict=strict, drawn=drawn), recipes, out, jobs)

@@ -1,0 +1,207 @@
+"""Plans and styles into scenes: resolve, build what is wanted, compose."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from casa_assets.core.sampling import rng_for
+from casa_assets.errors import CasaError, Misfit, RegistryError, UnknownId
+from casa_assets.families.family import Params
+from casa_assets.layouts.compose.compose import compose
+from casa_assets.layouts.compose.scatter_props import dress
+from casa_assets.layouts.order.request import Kitchen, request
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.model.kitchen.style import Choice
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.model.registry.document import Document
+from casa_assets.pipeline.cache.asset_store import AssetStore
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.families.finishes import stock
+from casa_assets.pipeline.families.run import asset_key
+from casa_assets.registry import kitchens
+from casa_assets.registry.families import families, family
+
+# Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
+DRAWS = 20
+
+
+@lru_cache(maxsize=1)
+def offers() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
+    """Numbers of all presets of all families."""
+    return {
+        name: {preset: params.model_dump(mode="json") for preset, params in made.presets.items()}
+        for name, made in families().items()
+    }
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a scene is made from.
+
+    Attributes:
+        plan, style: names.
+        seed: draws the lengths of the plan; None: as the plan has them.
+        surfaces: finishes that differ from the style's, in the order of the surfaces.
+        closed: whether open walls are drawn too.
+    """
+
+    plan: str
+    style: str
+    seed: int | None = None
+    surfaces: tuple[tuple[Surface, str], ...] = ()
+    closed: bool = False
+
+    @property
+    def scene_id(self) -> str:
+        """`<plan>__<style>`, then `__s<seed>`, `__t<digest of the finishes>` and `__closed` where they apply."""
+        parts = [self.plan, self.style]
+        if self.seed is not None:
+            parts.append(f"s{self.seed}")
+        if self.surfaces:
+            text = ",".join(f"{surface.value}={name}" for surface, name in self.surfaces)
+            parts.append("t" + hashlib.sha256(text.encode()).hexdigest()[:8])
+        if self.closed:
+            parts.append("closed")
+        return "__".join(parts)
+
+
+def chosen(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Surface, str], ...]:
+    """Finishes of surfaces in their order. Raises UnknownId where a surface has no such finish."""
+    known = stock().surfaces
+    picked = dict(surfaces)
+    for surface, name in picked.items():
+        if name not in known[surface]:
+            raise UnknownId(f"{surface.value} texture", name, known[surface])
+    return tuple((s, picked[s]) for s in Surface if s in picked)
+
+
+def drawn_surfaces(seed: int) -> tuple[tuple[Surface, str], ...]:
+    """A finish for each surface, each drawn by itself."""
+    have = stock()
+    return tuple((s, have.draw(rng_for(seed, f"scene/surface/{s.value}"), s)) for s in Surface)
+
+
+def drawn_lengths(plan: Plan, seed: int, turn: int = 0) -> dict[str, float]:
+    """Lengths of a plan's parameters, each within its bounds, in whole centimetres."""
+    lengths = {}
+    for name, p in plan.parameters.items():
+        share = float(rng_for(seed, f"scene/plan/{name}/{turn}").random())
+        lengths[name] = round(p.low + share * (p.high - p.low), 2)
+    return lengths
+
+
+def resolve(recipe: Recipe) -> Kitchen:
+    """The kitchen of a recipe.
+
+    Raises:
+        RegistryError: with file and line, where the plan does not fit together.
+        UnknownId: no such plan, style or model.
+    """
+    plan, pages = kitchens.load_plan(recipe.plan)
+    style, _ = kitchens.load_style(recipe.style)
+    style = style.with_surfaces(dict(recipe.surfaces))
+    turns = 1 if recipe.seed is None else DRAWS
+    failed: Misfit | None = None
+    for turn in range(turns):
+        given = None if recipe.seed is None else drawn_lengths(plan, recipe.seed, turn)
+        try:
+            return request(plan, style, offers(), given, recipe.closed)
+        except Misfit as error:
+            failed = error
+    assert failed is not None
+    raise located(failed, pages)
+
+
+def located(error: Misfit, pages: Document) -> RegistryError:
+    """A misfit as an error of the plan's file, with the line."""
+    return pages.fault(error.pointer, error.expected, error.got)
+
+
+def params_of(choice: Choice) -> Params:
+    """The numbers of a choice. Raises CasaError where they do not go together."""
+    found = family(choice.family)
+    if choice.name not in found.presets:
+        raise UnknownId(f"preset of {choice.family}", choice.name, found.presets)
+    base = offers()[choice.family][choice.name]
+    try:
+        made: Params = found.params.model_validate(merged(base, choice.params))
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise CasaError(f"{choice.preset}: {where}: {first['msg']}, got {str(first['input'])[:80]}") from None
+    return made
+
+
+def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """A mapping with values replaced, inside its mappings too."""
+    out = dict(base)
+    for key, value in over.items():
+        known = out.get(key)
+        out[key] = merged(known, value) if isinstance(known, Mapping) and isinstance(value, Mapping) else value
+    return out
+
+
+def build_choice(name: str, choice: Choice, store: AssetStore) -> Asset:
+    """The asset of a choice. Raises CasaError with the name of the thing that it is for; other errors are faults."""
+    try:
+        return store.built(family(choice.family), params_of(choice))
+    except CasaError as error:
+        raise CasaError(f"{name}: {error}") from error
+
+
+def build_scene(recipe: Recipe, cache: Path) -> tuple[Kitchen, Scene]:
+    """The kitchen and the scene of a recipe. Raises as `resolve` does, and CasaError where a part cannot be built.
+
+    Args:
+        cache: folder of the store that keeps painted pictures and built assets.
+    """
+    kitchen = resolve(recipe)
+    store = AssetStore(cache)
+    made: dict[str, Asset] = {}
+
+    def built(name: str, choice: Choice) -> Asset:
+        key = choice.model_dump_json()
+        if key not in made:
+            made[key] = build_choice(name, choice, store)
+        return made[key]
+
+    assets = {w.name: built(w.name, w.choice) for w in kitchen.wanted}
+    props = [(choice, built(choice.preset, choice)) for choice in kitchen.style.props]
+    store.tidy()
+    return put_together(kitchen, assets, props, recipe.seed or 0, recipe.scene_id)
+
+
+def put_together(
+    kitchen: Kitchen, assets: dict[str, Asset], props: list[tuple[Choice, Asset]], seed: int, scene_id: str
+) -> tuple[Kitchen, Scene]:
+    """The scene of a kitchen, once everything in it is built, and the kitchen with the props that found a place.
+
+    Args:
+        assets: by name of what is wanted. props: what may be put on worktops and shelves. seed: draws their places.
+    """
+    added = dress(kitchen, assets, props, seed)
+    kitchen = replace(kitchen, wanted=(*kitchen.wanted, *(wanted for wanted, _ in added)))
+    every = assets | {wanted.name: asset for wanted, asset in added}
+    return kitchen, compose(kitchen, every, scene_id)
+
+
+def kitchen_key(recipe: Recipe) -> str:
+    """Key of `build_scene`: what the plan and the style ask for, the assets of it, and what puts them together.
+
+    Raises as `resolve` and `build_choice` do.
+    """
+    kitchen = resolve(recipe)
+    choices = {c.model_dump_json(): c for c in (*(w.choice for w in kitchen.wanted), *kitchen.style.props)}
+    assets = [(name, asset_key(family(c.family), params_of(c))) for name, c in sorted(choices.items())]
+    # Its text is the same in every process: it holds numbers, text and records, in tuples and in dicts that are filled
+    # in one order.
+    return digest_of("kitchen", repr(kitchen), assets, recipe.seed, recipe.scene_id, key_of(put_together))

@@ -1,0 +1,64 @@
+"""Kitchens drawn by chance: plan, its lengths, style and finishes; what does not pass is rejected with its reason."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from casa_assets.core.sampling import rng_for
+from casa_assets.pipeline.kitchens.resolve import Recipe, drawn_surfaces
+from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
+from casa_assets.registry.kitchens import plan_names, style_names
+
+REJECTED = "rejected.json"
+SEEDS = 1_000_000
+
+
+def draws(count: int, seed: int) -> list[Recipe]:
+    """So many recipes; the first of a longer list are those of a shorter one. Two that are the same count once."""
+    plans, styles = plan_names(), style_names()
+    found: dict[str, Recipe] = {}
+    for i in range(count):
+        rng = rng_for(seed, f"scenes/draw/{i}")
+        plan, style = plans[int(rng.integers(len(plans)))], styles[int(rng.integers(len(styles)))]
+        own = int(rng.integers(SEEDS))
+        recipe = Recipe(plan, style, own, drawn_surfaces(own))
+        found.setdefault(recipe.scene_id, recipe)
+    return list(found.values())
+
+
+def write_rejected(out: Path, seed: int, wanted: Sequence[Recipe], done: Sequence[SceneBuilt]) -> Path:
+    """Put what was drawn, how much of it passed, and why the rest did not, into rejected.json; returns its path.
+
+    Args:
+        out: folder of the scenes. seed: of the draws. wanted: all draws. done: what became of those that were tried.
+    """
+    results = {d.recipe.scene_id: d for d in done}
+    tried = [results[r.scene_id] for r in wanted if r.scene_id in results]
+    passed = sum(d.passed for d in tried)
+    data = {
+        "seed": seed,
+        "drawn": len(wanted),
+        "tried": len(tried),
+        "passed": passed,
+        "pass_rate": round(passed / len(tried), 4) if tried else None,
+        "rejected": [_reason(d) for d in tried if not d.passed],
+    }
+    path = out / REJECTED
+    path.write_text(json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n", encoding="utf-8")
+    return path
+
+
+def _reason(done: SceneBuilt) -> dict[str, Any]:
+    recipe = done.recipe
+    return {
+        "id": recipe.scene_id,
+        "plan": recipe.plan,
+        "style": recipe.style,
+        "seed": recipe.seed,
+        "surfaces": {surface.value: name for surface, name in recipe.surfaces},
+        "says": done.says,
+        "issues": [{"code": i.code, "pointer": i.pointer, "says": i.says} for i in done.problems],
+    }

@@ -1,0 +1,357 @@
+"""Scenes on disk: each a folder, with what they share beside them; built, drawn and checked side by side.
+
+<out>/assets/{meshes,textures,usd}/   shared, named by content
+<out>/<id>/scene.xml scene_light.xml scene.usda scene.json report.json report.html overview.png ...
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from casa_assets import registry
+from casa_assets.checks.package import usd as usd_checks
+from casa_assets.errors import CasaError, UnknownId
+from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.usd.scene import kitchen as usd
+from casa_assets.geometry.lightweight import light_scene, lighten
+from casa_assets.layouts.order.request import Kitchen
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.files import Files
+from casa_assets.model.issue import Issue, Report
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.pipeline.cache.asset_store import AssetStore
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene, kitchen_key, offers
+from casa_assets.pipeline.kitchens.scene_files import FACTS, LIGHT_FILE, OVERVIEW, SHARED
+from casa_assets.pipeline.kitchens.scene_json import describe
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.workers.batch import attempt, run_batch
+from casa_assets.pipeline.workers.limits import WorkerFailure
+from casa_assets.preview import kitchen as room
+from casa_assets.preview import tonemap
+from casa_assets.registry.kitchens import plan_names, style_names
+
+QUICK = room.Frame(passes=24)
+LEAST_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
+# Of a scene in its folder, the verdict.
+Judge = Callable[[Recipe, Kitchen, Scene, Path], Report]
+
+
+@dataclass(frozen=True)
+class SceneBuilt:
+    """What became of a recipe.
+
+    Attributes:
+        recipe: of the scene. folder: where it is; empty where it failed.
+        says: why it failed. is_fault: the program is to blame; then that is a trace.
+        report: of all checks; None where they did not run.
+        build_s, write_s, draw_s, check_s: wall seconds.
+        counts: what the scene holds, by word. kept: an earlier run made it, and nothing has changed.
+    """
+
+    recipe: Recipe
+    folder: str = ""
+    says: str = ""
+    report: Report | None = None
+    build_s: float = 0.0
+    write_s: float = 0.0
+    draw_s: float = 0.0
+    check_s: float = 0.0
+    counts: dict[str, float] = field(default_factory=dict)
+    kept: bool = False
+    is_fault: bool = False
+
+    @property
+    def passed(self) -> bool:
+        """Whether it was built, and no check found an error."""
+        return bool(self.folder) and (self.report is None or self.report.passed)
+
+    @property
+    def problems(self) -> tuple[Issue, ...]:
+        """Errors of its checks."""
+        return () if self.report is None else self.report.errors
+
+
+@dataclass(frozen=True)
+class Order:
+    """How scenes are made.
+
+    Attributes:
+        drawn: with a picture. anew: even where nothing has changed since they were made.
+        judge: looks at a scene in its folder, leaves its verdict there and returns it; None where nobody looks.
+        strict: what the judge does not pass is taken away again.
+    """
+
+    drawn: bool = True
+    anew: bool = False
+    judge: Judge | None = None
+    strict: bool = False
+
+
+def build_one(recipe: Recipe, out: Path, drawn: bool = True, anew: bool = False) -> SceneBuilt:
+    """Build and write one scene. A fault is told in `says`, so that the others go on.
+
+    Args:
+        out: folder of the scenes. drawn: with a picture. anew: even where nothing has changed since it was made.
+    """
+    return made(recipe, out, Order(drawn, anew))
+
+
+def made(recipe: Recipe, out: Path, order: Order) -> SceneBuilt:
+    """The same to order. Nothing is put in place that could not be composed, written, drawn and judged to the end."""
+
+    def make() -> SceneBuilt:
+        folder = out / recipe.scene_id
+        try:
+            key = scene_key(recipe)
+        except CasaError:
+            # What an earlier version of the plan gave is no scene of this one.
+            forget(out, recipe.scene_id)
+            raise
+        if order.anew or not is_whole(folder, key):
+            return _made(recipe, disk.Library(out), order, key)
+        if order.drawn and not is_drawn(folder, key):
+            return _drawn_anew(recipe, folder, key)
+        return SceneBuilt(recipe, str(folder), kept=True)
+
+    return attempt(make, partial(failure, recipe), out)
+
+
+def failure(recipe: Recipe, says: str, is_fault: bool) -> SceneBuilt:
+    """A scene that could not be made or checked."""
+    return SceneBuilt(recipe, says=says, is_fault=is_fault)
+
+
+def warm() -> None:
+    """Load what every worker needs, once for all of them; nothing here may draw."""
+    registry.load()
+    usd_checks.load_rules()
+    offers()
+    key_of(write_scene, describe, lighten), key_of(draw)
+
+
+def scene_key(recipe: Recipe) -> str:
+    """Key of the files of a scene, without its pictures and the verdict on it. Raises as `kitchens.resolve` does."""
+    return digest_of("scene", kitchen_key(recipe), key_of(write_scene, describe, lighten))
+
+
+def picture_key(key: str) -> str:
+    """Key of the pictures of a scene, from the key of its files."""
+    return digest_of("pictures", key, key_of(draw))
+
+
+def is_current(recipe: Recipe, out: Path) -> bool:
+    """Whether a scene is there, whole, as today's code and data would make it. Raises as `kitchens.resolve` does.
+
+    Args:
+        out: folder of the scenes.
+    """
+    return is_whole(out / recipe.scene_id, scene_key(recipe))
+
+
+def is_whole(folder: Path, key: str) -> bool:
+    """Whether the files of a scene are all there, under that key."""
+    return all((folder / name).is_file() for name in (mjcf.FILE, usd.FILE, LIGHT_FILE)) and _fact(folder, "key") == key
+
+
+def is_drawn(folder: Path, key: str) -> bool:
+    """Whether the overview of a scene is there as today's code draws it. `key`: of the scene's files."""
+    return (folder / f"{OVERVIEW}.png").is_file() and _fact(folder, "picture_key") == picture_key(key)
+
+
+def _fact(folder: Path, name: str) -> Any:
+    """A member of scene.json; None where it is not there or cannot be read."""
+    try:
+        facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return facts.get(name) if isinstance(facts, dict) else None
+
+
+def _drawn_anew(recipe: Recipe, folder: Path, key: str) -> SceneBuilt:
+    """The scene as it is, with a fresh overview; its other pictures are out of date and go."""
+    begin = time.perf_counter()
+    for old in folder.glob("*.png"):
+        old.unlink()
+    draw(folder, (OVERVIEW,))
+    facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+    fresh = folder / f".{FACTS}.{os.getpid()}"
+    _write_facts(fresh, {**facts, "picture_key": picture_key(key)})
+    fresh.replace(folder / FACTS)
+    return SceneBuilt(recipe, str(folder), draw_s=time.perf_counter() - begin)
+
+
+def _made(recipe: Recipe, library: disk.Library, order: Order, key: str) -> SceneBuilt:
+    begin = time.perf_counter()
+    try:
+        kitchen, scene = build_scene(recipe, library.cache)
+    except CasaError:
+        forget(library.root, recipe.scene_id)
+        raise
+    built = time.perf_counter()
+    done = put(recipe, kitchen, scene, library, order, key)
+    return replace(done, build_s=built - begin)
+
+
+def put(recipe: Recipe, kitchen: Kitchen, scene: Scene, library: disk.Library, order: Order, key: str) -> SceneBuilt:
+    """Write a composed scene into its folder of a library that is locked; draw and judge it as ordered.
+
+    Args:
+        key: of the recipe, for `scene.json`. The library's root holds the scenes, side by side with what they share.
+    """
+    begin = time.perf_counter()
+    with _staged(library, scene.id) as folder:
+        keys = {"key": key, **({"picture_key": picture_key(key)} if order.drawn else {})}
+        facts = {**keys, **describe(recipe, kitchen, scene)}
+        store = AssetStore(library.cache)
+        write_scene(folder, folder.parent, facts, scene, store.lightened)
+        store.tidy()
+        written = time.perf_counter()
+        if order.drawn:
+            draw(folder, (OVERVIEW,))
+        drawn = time.perf_counter()
+        report = order.judge(recipe, kitchen, scene, folder) if order.judge else None
+        placed = report is None or report.passed or not order.strict
+        if placed:
+            _merge(folder.parent / SHARED, library.root / SHARED)
+            library.put(folder, library.root / scene.id)
+    return SceneBuilt(
+        recipe,
+        str(library.root / scene.id) if placed else "",
+        report=report,
+        write_s=written - begin,
+        draw_s=drawn - written,
+        check_s=time.perf_counter() - drawn if report else 0.0,
+        counts={"placements": float(len(scene.placements)), "assets": float(len(scene.assets))},
+    )
+
+
+@contextmanager
+def _staged(library: disk.Library, scene_id: str) -> Iterator[Path]:
+    """A folder for a scene, with one for what it shares beside it; both are gone at the end, or published."""
+    folder = library.stage(scene_id)
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder.parent, ignore_errors=True)
+
+
+def _merge(drafts: Path, shared: Path) -> None:
+    """Move what scenes share to where they share it, each file once, none ever half-written."""
+    for draft in sorted(p for p in drafts.rglob("*") if p.is_file()):
+        target = shared / draft.relative_to(drafts)
+        if target.exists() and target.stat().st_size == draft.stat().st_size:
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        draft.replace(target)
+
+
+def write_scene(
+    folder: Path, root: Path, facts: dict[str, Any], scene: Scene, light_form: Callable[[Asset], Asset]
+) -> None:
+    """Put the files of a scene into its folder, and what scenes share beside it.
+
+    Args:
+        folder: of the scene, empty.
+        root: folder that it stands in. facts: content of scene.json. light_form: of an asset, see `lighten`.
+    """
+    for files in (mjcf.write(scene), usd.write(scene)):
+        _put(files, folder, root)
+    light = mjcf.write(light_scene(scene, light_form)).entries[mjcf.FILE]
+    (folder / LIGHT_FILE).write_bytes(light)
+    _write_facts(folder / FACTS, facts)
+
+
+def _write_facts(path: Path, facts: dict[str, Any]) -> None:
+    path.write_text(json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def _put(files: Files, folder: Path, root: Path) -> None:
+    """Files of the scene itself into its folder; shared ones beside it."""
+    for path, data in files.entries.items():
+        target = (root if path.startswith(f"{SHARED}/") else folder) / path
+        if not target.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(data)
+
+
+def draw(folder: Path, cameras: Sequence[str] = (), frame: room.Frame = QUICK, pose: str = "start") -> tuple[Path, ...]:
+    """Pictures of a scene, one for each camera, as `<camera>.png` (`<camera>_<pose>.png` in another pose) beside it.
+
+    Args:
+        cameras: names; all of the scene where none is given.
+    Raises:
+        CannotDraw, NoRenderer.
+    """
+    made = room.prepare(folder / mjcf.FILE, pose, frame)
+    out = []
+    for name, pixels in room.photograph(made, cameras or made.cameras, frame):
+        path = folder / (f"{name}.png" if pose == "start" else f"{name}_{pose}.png")
+        path.write_bytes(tonemap.png(pixels))
+        out.append(path)
+    return tuple(out)
+
+
+def build_all(
+    recipes: Sequence[Recipe], out: Path, jobs: int = 0, drawn: bool = True, anew: bool = False
+) -> Iterator[SceneBuilt]:
+    """Scenes in the order in which they are done, worked on by several processes.
+
+    Args:
+        out: folder of the scenes, made where it is missing. jobs: processes; 0 for one per core.
+    Raises:
+        OutputError: the folder is held by another run or cannot be written.
+    """
+    return side_by_side(partial(build_one, out=out, drawn=drawn, anew=anew), recipes, out, jobs)
+
+
+def side_by_side(
+    work: Callable[[Recipe], SceneBuilt], recipes: Sequence[Recipe], out: Path, jobs: int
+) -> Iterator[SceneBuilt]:
+    """What `work` makes of each recipe, in the order in which they are done, by so many processes; 0: one per core.
+
+    Raises:
+        OutputError: the folder is held by another run or cannot be written.
+        CasaError: see run_batch.
+    """
+    place = disk.Library(out)
+    with place.locked(), writing(out):
+        place.sweep()
+        for number, answer in run_batch(work, recipes, out, jobs, f"{__name__}:warm", LEAST_BYTES):
+            if isinstance(answer, WorkerFailure):
+                yield failure(recipes[number], answer.text, True)
+            else:
+                yield answer
+
+
+def forget(out: Path, scene_id: str) -> None:
+    """Remove one scene; what it shares stays."""
+    shutil.rmtree(out / scene_id, ignore_errors=True)
+
+
+def all_recipes() -> list[Recipe]:
+    """Every plan in every style."""
+    return [Recipe(plan, style) for plan in plan_names() for style in style_names()]
+
+
+def matching(patterns: Sequence[str]) -> list[Recipe]:
+    """The plain scenes whose ids match one of some globs. Raises UnknownId where one matches nothing."""
+    every = all_recipes()
+    out: list[Recipe] = []
+    for pattern in patterns:
+        found = [r for r in every if fnmatchcase(r.scene_id, pattern)]
+        if not found:
+            raise UnknownId("scene", pattern, [r.scene_id for r in every])
+        out += [r for r in found if r not in out]
+    return out

@@ -1,0 +1,67 @@
+"""Ids of kitchens, as `SceneRecipe.scene_id` writes them, read back into what a kitchen is made from."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from pathlib import Path
+
+from casa_assets.errors import CasaError, UnknownId
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.pipeline.kitchens.resolve import Recipe, chosen, drawn_surfaces
+from casa_assets.pipeline.kitchens.scene_files import FACTS
+from casa_assets.registry.kitchens import plan_names, style_names
+
+_REST = re.compile(r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<closed>__closed)?")
+
+
+def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> Recipe:
+    """What the kitchen of an id is made from.
+
+    The finishes are only a digest in the id. They are found where the seed drew them (`--textures random`), or where
+    the kitchen stands in one of `places`.
+
+    Args:
+        scene_id: such as `galley__rustic__s7__t5c1d2e3f`. places: folders of scenes, searched in this order.
+    Raises:
+        UnknownId: no such plan or style, or not an id. CasaError: the finishes cannot be found.
+    """
+    plan, _, tail = scene_id.partition("__")
+    style, _, rest = tail.partition("__")
+    told = _REST.fullmatch(f"__{rest}" if rest else "")
+    if plan not in plan_names() or style not in style_names() or told is None:
+        raise UnknownId("scene", scene_id, [f"{p}__{s}" for p in plan_names() for s in style_names()])
+    seed = None if told["seed"] is None else int(told["seed"])
+    bare = Recipe(plan, style, seed, (), told["closed"] is not None)
+    if told["finishes"] is None:
+        return bare
+    for surfaces in _candidates(scene_id, seed, places):
+        recipe = Recipe(plan, style, seed, surfaces, bare.closed)
+        if recipe.scene_id == scene_id:
+            return recipe
+    where = ", ".join(str(place) for place in places) or "no folder"
+    raise CasaError(
+        f"{scene_id}: 't{told['finishes']}' is a digest of its finishes and does not say which they are, and no scene "
+        f"of this id stands in {where}. Give the folder that it stands in, or make it anew with "
+        f"casa_assets.kitchen({plan!r}, {style!r}, seed={seed}, surfaces={{'wall': ...}})"
+    )
+
+
+def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iterator[tuple[tuple[Surface, str], ...]]:
+    """Finishes that the digest may stand for."""
+    yield drawn_surfaces(seed or 0)
+    for place in places:
+        try:
+            told = json.loads((place / scene_id / FACTS).read_text(encoding="utf-8"))["surfaces"]
+            pairs = [(Surface(name), str(finish)) for name, finish in told.items()]
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            continue
+        # scene.json names the finishes of all surfaces; the id those alone that differ from the style's.
+        for count in range(1, len(pairs) + 1):
+            for some in combinations(pairs, count):
+                try:
+                    yield chosen(some)
+                except UnknownId:  # a finish of a pack that is not here, or of an older registry
+                    continue

@@ -1,0 +1,131 @@
+"""A scene as data that a task framework reads: what stands where, what moves, what is where in the world frame."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.design.summary import whereabouts
+from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.order.request import Kitchen
+from casa_assets.layouts.order.wanted import Wanted
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.site import Region
+from casa_assets.model.kitchen.scene import Placement, Scene
+from casa_assets.model.kitchen.style import Style
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.model.pose import Pose
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.kitchens.resolve import Recipe
+
+FORMAT = 1
+
+
+def describe(recipe: Recipe, kitchen: Kitchen, scene: Scene) -> dict[str, Any]:
+    """The content of scene.json. Lengths in metres, angles in radians, quaternions (w, x, y, z), frame of the world."""
+    wanted = {w.name: w for w in kitchen.wanted}
+    shell, style = kitchen.style.shell, kitchen.style
+    (x0, y0), (x1, y1) = kitchen.room.bounds()
+    return {
+        "format": FORMAT,
+        "id": scene.id,
+        "plan": recipe.plan,
+        "style": recipe.style,
+        "seed": recipe.seed,
+        "parameters": dict(sorted(kitchen.given.items())),
+        "surfaces": {
+            "wall": shell.wall,
+            "floor": shell.floor,
+            "counter": style.counter.face,
+            "cabinet": style.cabinets.base.face,
+        },
+        "covers": covers(style),
+        "generator": f"casa-assets {version('casa-assets')}",
+        "room": {
+            "outline": [list(p) for p in kitchen.room.outline],
+            "bounds": [[x0, y0, 0.0], [x1, y1, kitchen.room.height]],
+            "walls": [
+                {"id": w.id, "open": w.open, "from": list(w.frame.at(0, 0)), "to": list(w.frame.at(w.length, 0))}
+                for w in kitchen.room.walls
+            ],
+            "openings": [
+                {
+                    "id": h.opening.id,
+                    "kind": h.opening.kind.value,
+                    "wall": h.wall.id,
+                    "from": list(h.wall.frame.at(h.left, 0, h.low)),
+                    "to": list(h.wall.frame.at(h.right, 0, h.high)),
+                }
+                for h in kitchen.holes
+            ],
+        },
+        "fixtures": [_fixture(p, scene.asset_of[p.name], wanted[p.name]) for p in scene.placements],
+        "cameras": [{"name": c.name, **_pose(c.pose), "fov_y_deg": c.fov_y_deg} for c in scene.cameras],
+        **whereabouts(DesignSubject(facts_of(kitchen, scene))),
+    }
+
+
+def covers(style: Style) -> dict[str, list[str]]:
+    """Finishes that each of the four surfaces is covered with; another choice takes the place of all of them."""
+    cabinets = style.cabinets
+    groups = (cabinets.base, cabinets.upper, cabinets.tall, cabinets.island)
+    found = {
+        Surface.WALL: [style.shell.wall],
+        Surface.FLOOR: [style.shell.floor],
+        Surface.COUNTER: [style.counter.face, style.island.face],
+        Surface.CABINET: [g.face for g in groups if g.face],
+    }
+    return {surface.value: sorted(set(names)) for surface, names in found.items()}
+
+
+def _fixture(place: Placement, asset: Asset, wanted: Wanted) -> dict[str, Any]:
+    joints = {
+        j.name: {
+            "name": f"{place.name}__{j.name}",
+            "kind": j.kind.value,
+            "range": list(j.range),
+            "grip": f"{place.name}__{j.grip}" if j.grip else None,
+            "behind": f"{place.name}__{j.behind}" if j.behind else None,
+        }
+        for j in asset.joints
+    }
+    return {
+        "name": place.name,
+        "role": wanted.role,
+        "unit": wanted.slot,
+        "run": wanted.run,
+        "layer": place.layer.value,
+        "asset": asset.id,
+        "family": wanted.choice.family,
+        "preset": wanted.choice.name,
+        "category": asset.labels.category,
+        "contract": asset.contract,
+        "base": asset.base.value,
+        **_pose(place.pose),
+        "mass_kg": round(asset.mass, 4),
+        "joints": joints,
+        "states": sorted({f"{s.joint}.{s.name}" for s in asset.states}),
+        "regions": {r.name: _region(place, asset, r) for r in asset.regions},
+        "sites": {s.name: {"site": f"{place.name}__{s.name}", "kind": s.kind} for s in asset.sites},
+        "parts": sorted({v.label for k in asset.links for v in k.visuals if v.label}),
+    }
+
+
+def _region(place: Placement, asset: Asset, region: Region) -> dict[str, Any]:
+    """A region where it is while all joints are at zero."""
+    at = place.pose @ _link_pose(asset, region.link) @ region.pose
+    return {"link": region.link, "kind": region.kind, "size": list(region.size), **_pose(at)}
+
+
+def _link_pose(asset: Asset, name: str) -> Pose:
+    link = asset.link(name)
+    return link.pose if link.parent is None else _link_pose(asset, link.parent) @ link.pose
+
+
+def _pose(pose: Pose) -> dict[str, Any]:
+    return {
+        "position": [round(float(c), 6) + 0.0 for c in pose.position],
+        "quaternion": [round(float(c), 9) + 0.0 for c in pose.quaternion],
+    }

@@ -1,0 +1,1 @@
+"""The library on disk: folders, asset.json, resume, review."""

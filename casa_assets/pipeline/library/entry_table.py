@@ -1,0 +1,217 @@
+"""The entries of a library in a table beside it, so that a certificate is opened only when it is new or has changed.
+
+What the table keeps of an entry is found again by the state of its file on disk (time, size, inode); it lies in the
+cache, and deleting it costs time and nothing else. In a library that may only be read it is built in memory.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import os
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+from pydantic import TypeAdapter, ValidationError
+
+from casa_assets.checks.library.duplicates import Alike
+from casa_assets.errors import OutputError
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.dedup.entries import Row, row
+from casa_assets.pipeline.dedup.pairs import Forms, measured, near
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.reports.entry import Entry, entry_at, row_entries
+
+NAME = "entries.sqlite"
+# What is kept depends on these modules: where one of them changes, the table is made anew.
+_MADE_BY = (
+    "casa_assets.checks.library.duplicates",
+    "casa_assets.geometry.mesh.shape_descriptor",
+    "casa_assets.geometry.mesh.registration",
+    "casa_assets.model.issue",
+    "casa_assets.model.asset.provenance",
+    "casa_assets.model.asset.signature",
+    "casa_assets.pipeline.dedup.pairs",
+    "casa_assets.pipeline.dedup.entries",
+    "casa_assets.pipeline.reports.entry",
+    "casa_assets.pipeline.library.entry_table",
+    "casa_assets.pipeline.library.library",
+    "casa_assets.preview.color_statistics",
+)
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS made_by (key TEXT PRIMARY KEY);
+CREATE TABLE IF NOT EXISTS entries (folder TEXT PRIMARY KEY, state TEXT, entry TEXT, row TEXT);
+CREATE TABLE IF NOT EXISTS compared (digest TEXT PRIMARY KEY);
+CREATE TABLE IF NOT EXISTS pairs (
+    one TEXT, other TEXT, most REAL, every REAL, size REAL, colors REAL, PRIMARY KEY (one, other)
+);
+"""
+_entries: TypeAdapter[Entry] = TypeAdapter(Entry)
+_rows: TypeAdapter[Row] = TypeAdapter(Row)
+
+
+@dataclass(frozen=True)
+class _Kept:
+    state: str
+    entry: str
+    row: str
+
+
+class EntryTable:
+    """The entries of one library as they stand now.
+
+    Args:
+        library: whose entries. anew: forget what is kept and open every certificate.
+        skip_damaged: leave damaged entries out: a run may be about to make them anew.
+    Raises:
+        OutputError: an entry is damaged.
+    """
+
+    def __init__(self, library: disk.Library, anew: bool = False, skip_damaged: bool = False) -> None:
+        self._library, self._skip_damaged = library, skip_damaged
+        self._path = library.cache / NAME
+        if anew:
+            with suppress(OSError):
+                self._path.unlink(missing_ok=True)
+        with closing(self._open()) as base:
+            before = {folder: _Kept(*rest) for folder, *rest in base.execute("SELECT * FROM entries")}
+            self._entries: list[Entry] = []
+            self._rows: list[Row] = []
+            fresh = [(name, *vars(kept).values()) for name, kept in self._read(before)]
+            gone = before.keys() - {e.path for e in self._entries}
+            self._entries += row_entries(library)
+            with suppress(sqlite3.OperationalError), base:
+                base.executemany("INSERT OR REPLACE INTO entries VALUES (?, ?, ?, ?)", fresh)
+                base.executemany("DELETE FROM entries WHERE folder = ?", [(name,) for name in gone])
+
+    @property
+    def entries(self) -> Sequence[Entry]:
+        """All entries, accepted first, without the results of their checks (their number is kept)."""
+        return self._entries
+
+    @property
+    def rows(self) -> Sequence[Row]:
+        """Every accepted asset, sorted by category and id."""
+        return self._rows
+
+    def alike(self, store: Store) -> list[Alike]:
+        """Every pair of assets whose forms are near each other, in the order of the rows; only new ones are compared.
+
+        Args:
+            store: keeps how surfaces lie over each other, by the contents of both.
+        """
+        signed = [one for one in self._rows if one.signature is not None]
+        place = {one.digest: i for i, one in enumerate(signed)}
+        with closing(self._open()) as base:
+            compared = {digest for (digest,) in base.execute("SELECT digest FROM compared")}
+            known = [pair for pair in base.execute("SELECT * FROM pairs") if pair[0] in place and pair[1] in place]
+            new = [i for i, one in enumerate(signed) if one.digest not in compared]
+            found = [_pair(signed[i], signed[j], store) for i, j in _near(signed, new)]
+            with suppress(sqlite3.OperationalError), base:
+                base.executemany("INSERT OR REPLACE INTO pairs VALUES (?, ?, ?, ?, ?, ?)", found)
+                base.executemany("INSERT OR REPLACE INTO compared VALUES (?)", [(signed[i].digest,) for i in new])
+                gone = [(digest,) for digest in compared - place.keys()]
+                base.executemany("DELETE FROM compared WHERE digest = ?", gone)
+                base.executemany("DELETE FROM pairs WHERE one = ?1 OR other = ?1", gone)
+        pairs = sorted((*known, *found), key=lambda pair: (place[pair[0]], place[pair[1]]))
+        return [_alike(signed[place[one]], signed[place[other]], *rest) for one, other, *rest in pairs]
+
+    def _read(self, before: dict[str, _Kept]) -> Iterator[tuple[str, _Kept]]:
+        """Fill the lists; yields what is to be written down: of entries that are new or have changed."""
+        for folder, name, file in _folders(self._library):
+            state = _state(folder / file)
+            is_accepted = file == disk.CERTIFICATE
+            kept = before.get(name)
+            if kept is not None and kept.state == state:
+                with suppress(ValidationError):
+                    entry = _entries.validate_json(kept.entry)
+                    own = replace(_rows.validate_json(kept.row), folder=folder) if is_accepted else None
+                    if entry.path == name:
+                        self._add(entry, own)
+                        continue
+            try:
+                entry = replace(entry_at(folder, self._library.root), results=())
+                own = row(folder) if is_accepted else None
+            except OutputError:
+                if self._skip_damaged:
+                    continue
+                raise
+            self._add(entry, own)
+            yield name, _Kept(state, _entries.dump_json(entry).decode(), _rows.dump_json(own).decode() if own else "")
+
+    def _add(self, entry: Entry, own: Row | None) -> None:
+        self._entries.append(entry)
+        if own is not None:
+            self._rows.append(own)
+
+    def _open(self) -> sqlite3.Connection:
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            return _ready(sqlite3.connect(self._path))
+        except (OSError, sqlite3.OperationalError):
+            return _ready(sqlite3.connect(":memory:"))
+        except sqlite3.DatabaseError:  # no table at all: what a disk fault, or a stranger, has left there
+            self._path.unlink(missing_ok=True)
+            return _ready(sqlite3.connect(self._path))
+
+
+def _ready(base: sqlite3.Connection) -> sqlite3.Connection:
+    """The table, empty where other code has made it."""
+    try:
+        with base:
+            base.executescript(_SCHEMA)
+            if base.execute("SELECT key FROM made_by").fetchall() != [(_made_by(),)]:
+                base.executescript("DELETE FROM made_by; DELETE FROM entries; DELETE FROM compared; DELETE FROM pairs")
+                base.execute("INSERT INTO made_by VALUES (?)", (_made_by(),))
+    except sqlite3.DatabaseError:
+        base.close()
+        raise
+    return base
+
+
+@cache
+def _made_by() -> str:
+    """Digest of the code that decides what is kept."""
+    digest = hashlib.sha256()
+    for name in _MADE_BY:
+        file = importlib.import_module(name).__file__
+        digest.update(Path(file).read_bytes() if file else name.encode())
+    return digest.hexdigest()
+
+
+def _folders(library: disk.Library) -> Iterator[tuple[Path, str, str]]:
+    """Folder, its path relative to the library, and the name of the file that says what it is; accepted first."""
+    for folders, file in ((library.accepted(), disk.CERTIFICATE), (library.refused(), disk.REFUSAL)):
+        for folder in folders:
+            yield folder, f"{folder.parent.name}/{folder.name}", file
+
+
+def _state(path: Path) -> str:
+    """What changes whenever a file is written anew."""
+    found = os.lstat(path)
+    return f"{found.st_mtime_ns} {found.st_ctime_ns} {found.st_size} {found.st_ino}"
+
+
+def _near(signed: Sequence[Row], new: Sequence[int]) -> list[tuple[int, int]]:
+    """Pairs of places of assets of near form of which at least one is new."""
+    forms = [one.signature.form for one in signed if one.signature is not None]
+    if 2 * len(new) > len(signed):
+        fresh = set(new)
+        return [(i, j) for i, j in near(forms) if i in fresh or j in fresh]
+    table, found = Forms(forms), set()
+    for i in new:
+        found |= {(min(i, j), max(i, j)) for j in table.near(forms[i]) if j != i}
+    return sorted(found)
+
+
+def _pair(one: Row, other: Row, store: Store) -> tuple[str, str, float, float, float, float]:
+    found = measured(one, other, store)
+    return one.digest, other.digest, found.most, found.every, found.size, found.colors
+
+
+def _alike(one: Row, other: Row, most: float, every: float, size: float, colors: float) -> Alike:
+    return Alike(one.id, other.id, most, every, size, colors, one.category == other.category)

@@ -1,0 +1,349 @@
+"""The library on disk: where things stand, how an asset is written to its folder and read back.
+
+library/
+  <category>/<id>/      model.xml scene.xml meshes/ textures/ usd/ preview.png asset.json
+  rejected/<id>/        reject.json and, where one could be made, preview.png
+  index.sqlite  library.json  ATTRIBUTION.md  report.html
+  .casa/                cache/ (results by content) staging/ (half-written, swept at the start) lock
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+from pydantic import ValidationError
+
+from casa_assets.errors import OutputError
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.signature import Signature
+from casa_assets.model.files import Files
+from casa_assets.model.ingest.source import Source
+from casa_assets.model.issue import Report
+from casa_assets.model.record import Record
+from casa_assets.pipeline.library.asset_json import asset_from_manifest, manifest_of
+from casa_assets.pipeline.library.entry_files import file_inside
+from casa_assets.pipeline.library.identity import Identity, Producer, suffix_of
+
+REJECTED = "rejected"
+CERTIFICATE = "asset.json"
+REFUSAL = "reject.json"
+LOCK = "lock"
+R = TypeVar("R", bound=Record)
+# Of renameat2: paths are relative to the working folder; exchange two names. Ref: rename(2), linux/fcntl.h.
+_HERE, _EXCHANGE = -100, 2
+_MEND = "remove its folder and run again"
+
+
+class Summary(Record):
+    """Numbers for tables: extents in metres, mass in kg, counts."""
+
+    extents: tuple[float, float, float]
+    mass: float
+    colliders: int
+    hull_vertices: int
+    faces: int
+
+
+@dataclass(frozen=True)
+class MadeBy:
+    """What made an entry: the producer, the key that the entry is kept under, and its stages and tools by version."""
+
+    producer: Producer
+    cache_key: str
+    versions: dict[str, str]
+
+
+class Certificate(Record):
+    """What asset.json holds besides the asset itself.
+
+    Attributes:
+        schema_version: of this file.
+        asset_digest: of the Asset record, canonical.
+        producer: what made the asset.
+        cache_key: digest of everything that decided the result besides the source.
+        versions: stages of the producer with their keys, and the packages that they use.
+        report: every check whose subject it is, with its number or why it did not apply or was not run.
+        summary: numbers for tables.
+        files: path -> sha256 of everything in the folder but asset.json.
+        signature: what it is compared with others by; None where nothing of it is seen.
+    """
+
+    schema_version: Literal[2] = 2
+    producer: Producer
+    asset_digest: str
+    cache_key: str
+    versions: dict[str, str]
+    report: Report
+    summary: Summary
+    files: dict[str, str]
+    signature: Signature | None = None
+
+
+class Refusal(Record):
+    """What reject.json holds: which input, why, and what was known of it.
+
+    Attributes:
+        twin: folder, relative to the library, of the asset that it is a copy of; empty where it is none.
+    """
+
+    schema_version: Literal[2] = 2
+    producer: Producer
+    id: str
+    code: str
+    says: str
+    category: str
+    cache_key: str
+    sha256: str
+    source: Source
+    report: Report | None = None
+    twin: str = ""
+
+
+class Library:
+    """A folder of assets. Every entry appears whole, by one rename, or not at all."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.private = root / ".casa"
+        self.cache = self.private / "cache"
+        self.staging = self.private / "staging"
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the library for writing. Raises OutputError where it is not a folder or another run holds it."""
+        try:
+            self.staging.mkdir(parents=True, exist_ok=True)
+            handle = (self.private / LOCK).open("a")
+        except OSError as error:
+            raise OutputError(str(self.root), f"cannot be written to: {error.strerror}") from error
+        with handle:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise OutputError(str(self.root), "another run is writing to this library; wait for it") from error
+            yield
+
+    def sweep(self) -> None:
+        """Remove what a killed run left half-written. Call with the lock held and while no worker runs."""
+        for left in self.private.iterdir():
+            if left.is_dir() and left != self.cache:
+                shutil.rmtree(left, ignore_errors=True)
+            elif not left.is_dir() and left.name != LOCK:
+                left.unlink(missing_ok=True)
+        self.staging.mkdir(exist_ok=True)
+
+    def folder(self, category: str, asset_id: str) -> Path:
+        """Where an accepted asset stands."""
+        return self.root / category / asset_id
+
+    def refusal_folder(self, asset_id: str) -> Path:
+        """Where a rejected input is remembered."""
+        return self.root / REJECTED / asset_id
+
+    def stage(self, asset_id: str) -> Path:
+        """A fresh folder of that name on the same file system, inside one that is private to this process."""
+        path = self.staging / f"{asset_id}.{os.getpid()}" / asset_id  # SimReady asks for the asset's own name
+        shutil.rmtree(path.parent, ignore_errors=True)
+        path.mkdir(parents=True)
+        return path
+
+    def publish(self, staged: Path, target: Path) -> None:
+        """Put a finished entry in its place by one rename, then take away what its producer made of that input before.
+
+        That may stand under another category or among the rejected. Killed in between, the library has two whole
+        entries of one input; the next run keeps the current one.
+
+        Raises:
+            OutputError: another producer, or another input, has an entry in that place.
+        """
+        own, held = identity_of(staged), identity_of(target)
+        if own is None:
+            raise ValueError(f"{staged} holds no entry of a library")
+        if held is not None and held != own:
+            says = f"holds what {held.producer.value} made of another input; move it to another library"
+            raise OutputError(str(target), says)
+        self.put(staged, target)
+        for folder in self.entries_of(own):
+            if folder != target:
+                self.forget(folder)
+
+    def put(self, staged: Path, target: Path) -> None:
+        """Put a finished folder in its place by one rename; an older one is exchanged for it and removed."""
+        while True:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                exchange(staged, target)
+                break
+            except FileNotFoundError:  # a neighbour took the last entry of this category away, and the folder with it
+                if not staged.exists():
+                    raise
+        shutil.rmtree(staged.parent, ignore_errors=True)
+
+    def entries_of(self, identity: Identity) -> Iterator[Path]:
+        """Folders of what a producer made of an input, under any category, accepted ones first."""
+        if not self.root.is_dir():
+            return
+        shelves = sorted(p for p in self.root.iterdir() if p.is_dir() and p != self.private)
+        refused = self.root / REJECTED
+        folders = [shelf / identity.asset_id(shelf.name) for shelf in shelves if shelf != refused]
+        if refused.is_dir():
+            folders += sorted(p for p in refused.iterdir() if identity.may_own(p.name))
+        for folder in folders:
+            if folder.is_dir() and identity_of(folder) in (identity, None):
+                yield folder
+
+    def forget(self, folder: Path) -> None:
+        """Take away an entry that a newer verdict on the same input has replaced, and its category with the last."""
+        if folder.exists():
+            gone = self.staging / f"{folder.name}.{os.getpid()}.gone"
+            shutil.rmtree(gone, ignore_errors=True)
+            folder.rename(gone)
+            shutil.rmtree(gone)
+        with suppress(OSError):  # others are still there, or a worker has just put one there
+            folder.parent.rmdir()
+
+    def by_input(self) -> dict[str, tuple[Path, ...]]:
+        """Folders of all entries by `Identity.suffix`, which tells the producer and the input; accepted ones first."""
+        found: dict[str, list[Path]] = {}
+        for folder in (*self.accepted(), *self.refused()):
+            found.setdefault(suffix_of(folder.name), []).append(folder)
+        return {word: tuple(folders) for word, folders in found.items()}
+
+    def accepted(self) -> Iterator[Path]:
+        """Folders of all accepted assets, sorted by category and id."""
+        for path in sorted(self.root.glob(f"*/*/{CERTIFICATE}")):
+            if path.parent.parent.name != REJECTED:
+                yield path.parent
+
+    def refused(self) -> Iterator[Path]:
+        """Folders of all rejected inputs, sorted by id."""
+        for path in sorted((self.root / REJECTED).glob(f"*/{REFUSAL}")):
+            yield path.parent
+
+
+def identity_of(folder: Path) -> Identity | None:
+    """Who made an entry from what; None where there is none, or it is damaged."""
+    try:
+        if (folder / CERTIFICATE).is_file():
+            return Identity(read_certificate(folder).producer, str(part(folder, "asset")["provenance"]["sha256"]))
+        refusal = read_refusal(folder)
+        return Identity(refusal.producer, refusal.sha256)
+    except (OutputError, KeyError, TypeError):
+        return None
+
+
+def exchange(fresh: Path, target: Path) -> None:
+    """Rename a folder to a name that another one may have, which gets the old name of the first: both at one moment.
+
+    Raises:
+        OSError: as `os.rename` does.
+    """
+    if not target.exists():
+        fresh.rename(target)
+        return
+    libc = ctypes.CDLL(None, use_errno=True)
+    code = 0
+    if hasattr(libc, "renameat2"):
+        code = libc.renameat2(_HERE, os.fsencode(fresh), _HERE, os.fsencode(target), _EXCHANGE)
+        if code == 0:
+            return
+        code = ctypes.get_errno()
+    if code not in (0, errno.ENOSYS, errno.EINVAL, errno.ENOTSUP):
+        raise OSError(code, os.strerror(code), str(target))
+    # A file system that cannot exchange: killed between these two, the input is due again.
+    older = fresh.with_name(f"{fresh.name}.old")
+    target.rename(older)
+    fresh.rename(target)
+
+
+def write_files(root: Path, files: Files) -> None:
+    """Put files under a folder."""
+    for path, data in files.entries.items():
+        target = root / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+
+
+def sums(root: Path) -> dict[str, str]:
+    """Relative path -> sha256 of every file under a folder, sorted."""
+    paths = sorted(p for p in root.rglob("*") if p.is_file())
+    return {p.relative_to(root).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest() for p in paths}
+
+
+def write_certificate(root: Path, asset: Asset, certificate: Certificate) -> None:
+    """asset.json: the asset, with meshes and textures as references to the files beside it, and its certificate."""
+    _write_json(root / CERTIFICATE, {"asset": manifest_of(asset), "certificate": certificate.model_dump(mode="json")})
+
+
+def write_refusal(root: Path, refusal: Refusal) -> None:
+    """reject.json."""
+    _write_json(root / REFUSAL, refusal.model_dump(mode="json"))
+
+
+def read_certificate(folder: Path) -> Certificate:
+    """The certificate of an accepted asset. Raises OutputError where the file is damaged."""
+    return _record(Certificate, folder / CERTIFICATE, _renamed(part(folder, "certificate"), folder))
+
+
+def read_asset(folder: Path) -> Asset:
+    """The whole Asset, meshes and textures included. Raises OutputError where a file is missing or damaged."""
+    return asset_from_manifest(part(folder, "asset"), folder)
+
+
+def read_refusal(folder: Path) -> Refusal:
+    """Why an input was rejected. Raises OutputError where the file is damaged."""
+    return _record(Refusal, folder / REFUSAL, _renamed(_json(folder / REFUSAL), folder))
+
+
+def part(folder: Path, name: str) -> dict[str, Any]:
+    """The `asset` or `certificate` of an asset.json, as data. Raises OutputError where the file is damaged."""
+    data = _json(folder / CERTIFICATE).get(name)
+    if not isinstance(data, dict):
+        raise OutputError(str(folder / CERTIFICATE), f"holds no {name!r}; {_MEND}")
+    return data
+
+
+def _renamed(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """What an entry of schema version 1 says in the words of version 2; it named no producer."""
+    if data.get("schema_version") != 1:
+        return data
+    by_file = {"decisions.yaml": Producer.ARTICULATE, "params.json": Producer.FAMILY}
+    producer = next((p for name, p in by_file.items() if (folder / name).exists()), Producer.INGEST)
+    kept = {name: value for name, value in data.items() if name != "recipe"}
+    return {**kept, "schema_version": 2, "producer": producer.value, "cache_key": data.get("recipe", "")}
+
+
+def _record(kind: type[R], path: Path, data: dict[str, Any]) -> R:
+    try:
+        return kind.model_validate(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(str(p) for p in first["loc"])
+        raise OutputError(str(path), f"is damaged at {place}: {first['msg']}; {_MEND}") from error
+
+
+def _write_json(path: Path, data: dict[str, Any]) -> None:
+    text = json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def _json(path: Path) -> dict[str, Any]:
+    file_inside(path.parent, path.name, path, "the file itself")
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise OutputError(str(path), f"cannot be read: {error}; {_MEND}") from error
+    if not isinstance(data, dict):
+        raise OutputError(str(path), f"is not a JSON object; {_MEND}")
+    return data

@@ -1,0 +1,59 @@
+"""Resuming: the outcome that a library holds for an input from an earlier run under the same cache key."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from casa_assets.errors import OutputError
+from casa_assets.model.issue import Severity
+from casa_assets.pipeline.ingest.job import Outcome
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_files import file_inside
+
+# Reasons that lie in a run (its limits, the machine, a bug) and not in the input: the next run tries again.
+PASSING = frozenset({"RUN001", "RUN002", "RUN003", "RUN004", "RUN005", "RUN008", "SRC015"})
+
+
+def cached_outcome(entries: Sequence[Path], asset_id: str, cache_key: str) -> tuple[Path, Outcome] | None:
+    """The entry of an earlier run under the same key and what it says, None where the input is due.
+
+    Args:
+        entries: folders of all that the producer made of the same bytes. asset_id, cache_key: of this run.
+    """
+    for folder in entries:
+        if folder.name != asset_id:
+            continue  # made under another category
+        try:
+            read = _refused if folder.parent.name == disk.REJECTED else _accepted
+            outcome = read(folder, cache_key)
+        except OutputError:
+            continue  # damaged: it is made anew
+        if outcome is not None:
+            return folder, outcome
+    return None
+
+
+def _accepted(folder: Path, cache_key: str) -> Outcome | None:
+    certificate = disk.read_certificate(folder)
+    if certificate.cache_key != cache_key:
+        return None
+    return Outcome(True, warnings=tuple(i for i in certificate.report.issues if i.severity is Severity.WARNING))
+
+
+def _refused(folder: Path, cache_key: str) -> Outcome | None:
+    refusal = disk.read_refusal(folder)
+    if refusal.cache_key != cache_key or refusal.code in PASSING:
+        return None
+    if refusal.twin and not _stands(folder, refusal.twin):
+        return None  # what it was a copy of is gone
+    return Outcome(False, refusal.code, refusal.says)
+
+
+def _stands(folder: Path, copy_of: str) -> bool:
+    """Whether the asset that an input is a copy of is still in the library."""
+    try:
+        file_inside(folder.parent.parent, f"{copy_of}/{disk.CERTIFICATE}", folder / disk.REFUSAL, "twin")
+    except OutputError:
+        return False
+    return True

@@ -1,0 +1,156 @@
+"""review.csv of a library: guesses that are not sure, for a person to confirm or correct; the next run obeys.
+
+A row is one input. The columns that begin with `set_` are the person's: what stands there is taken in place of the
+guess, with full confidence, by every later run on that library. Rows with such a word are kept, all others are
+written anew from the entries.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+
+from casa_assets import registry
+from casa_assets.errors import OutputError, UnknownId
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.ingest.user_override import Ruling
+from casa_assets.model.issue import Issue, Severity
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.reports.entry import Entry
+
+NAME = "review.csv"
+CODE = "REV001"
+# A guess less sure than this is for a person to look at.
+DOUBTFUL = 0.5
+# What a person can decide. The front is left out: a wrong one spoils nothing, and most things have none.
+SUBJECTS = ("category", "up_axis", "scale", "mass")
+ABOUT = ("sha256", "id", "input", "look_at", "category", "size_m", "up", "mass_kg", "because")
+SET = ("set_category", "set_up", "set_turn_deg", "set_size_m", "set_mass_kg")
+# An input that was turned away for one of these may be a good one of a wrong size or kind.
+MENDABLE = frozenset({"AST001", "AST002", "AST003", "AST013", "MSH003"})
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line: the cells by column, and what they rule."""
+
+    cells: Mapping[str, str]
+    ruling: Ruling
+
+
+def doubts(guesses: Sequence[Guess]) -> tuple[Issue, ...]:
+    """A warning for each guess that a person should look at."""
+    return tuple(
+        Issue(
+            code=CODE,
+            severity=Severity.WARNING,
+            pointer=guess.subject,
+            says=f"{guess.value} is {guess.confidence:.0%} sure: {guess.because}; say it in {NAME}",
+        )
+        for guess in guesses
+        if guess.subject in SUBJECTS and guess.confidence < DOUBTFUL
+    )
+
+
+def rulings(library: disk.Library) -> dict[str, Ruling]:
+    """What a person decided, by the sha256 of the input. Raises OutputError where a cell cannot be understood."""
+    return {digest: row.ruling for digest, row in _read(library).items() if not row.ruling.is_empty}
+
+
+def write(library: disk.Library, found: Iterable[Entry]) -> int:
+    """Write the list anew, in place by one rename; it is taken away with its last row. Returns the number of rows.
+
+    Args:
+        found: the entries of the library.
+    """
+    ruled = {digest: row for digest, row in _read(library).items() if not row.ruling.is_empty}
+    rows: dict[str, Mapping[str, str]] = {digest: row.cells for digest, row in ruled.items()}
+    for entry in found:
+        subjects = _open(entry)
+        if entry.sha256 in ruled:
+            rows[entry.sha256] = {**ruled[entry.sha256].cells, **_about(entry, subjects)}
+        elif subjects:
+            rows[entry.sha256] = _about(entry, subjects)
+    target = library.root / NAME
+    if not rows:
+        target.unlink(missing_ok=True)
+        return 0
+    text = io.StringIO()
+    writer = csv.DictWriter(text, (*ABOUT, *SET), restval="", extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(sorted(rows.values(), key=lambda r: (r.get("id", ""), r["sha256"])))
+    fresh = library.private / f"{NAME}.{os.getpid()}"
+    fresh.write_text(text.getvalue(), encoding="utf-8")
+    fresh.replace(target)
+    return len(rows)
+
+
+def _open(entry: Entry) -> list[str]:
+    if not entry.accepted:
+        return [entry.code] if entry.code in MENDABLE else []
+    return [issue.pointer for issue in doubts(entry.guesses)]
+
+
+def _about(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:
+    """The columns that are ours; words of strangers are made fit for a spreadsheet, which takes `=` for a formula."""
+    guesses = {g.subject: g for g in entry.guesses}
+    size = max(entry.summary.extents) if entry.summary else None
+    cells = {
+        "sha256": entry.sha256,
+        "id": entry.id,
+        "input": entry.source_path,
+        "look_at": " ".join(subjects),
+        "category": entry.category,
+        "size_m": "" if size is None else f"{size:.4g}",
+        "up": guesses["up_axis"].value if "up_axis" in guesses else "",
+        "mass_kg": "" if entry.summary is None else f"{entry.summary.mass:.4g}",
+        "because": " | ".join(guesses[s].because for s in subjects if s in guesses) or entry.says,
+    }
+    return {name: _harmless(value) for name, value in cells.items()}
+
+
+def _harmless(value: str) -> str:
+    plain = " ".join("".join(c if c.isprintable() else " " for c in value).split())
+    return f"'{plain}" if plain[:1] in "=+-@" and plain[:1] else plain
+
+
+def _read(library: disk.Library) -> dict[str, Row]:
+    path = library.root / NAME
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        return {}
+    except (OSError, UnicodeDecodeError) as error:
+        raise OutputError(str(path), f"cannot be read: {error}") from error
+    try:
+        lines = list(csv.DictReader(io.StringIO(text), strict=True))
+    except csv.Error as error:
+        raise OutputError(str(path), f"is no CSV: {error}") from error
+    rows: dict[str, Row] = {}
+    for number, line in enumerate(lines, 2):
+        cells = {name: (value or "").strip() for name, value in line.items() if isinstance(name, str)}
+        digest = cells.get("sha256", "")
+        if not digest:
+            raise OutputError(str(path), f"row {number}: there is no sha256; keep that column")
+        rows[digest] = Row(cells, _ruling(cells, f"{path} row {number}"))
+    return rows
+
+
+def _ruling(cells: Mapping[str, str], place: str) -> Ruling:
+    stated: dict[str, Any] = {name: cells[f"set_{name}"] for name in Ruling.model_fields if cells.get(f"set_{name}")}
+    try:
+        if "category" in stated:
+            registry.load().category(stated["category"])
+        for name in ("turn_deg", "size_m", "mass_kg"):
+            if name in stated:
+                stated[name] = float(stated[name].replace(",", "."))
+        return Ruling.model_validate(stated)
+    except (UnknownId, ValueError, ValidationError) as error:
+        says = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
+        raise OutputError(place, f"cannot be understood: {says}") from error

@@ -1,0 +1,149 @@
+"""An entry of the library, accepted or rejected, as tables and reports need it: read from its JSON alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from casa_assets.errors import OutputError
+from casa_assets.model.asset.provenance import Guess, Provenance
+from casa_assets.model.issue import CheckResult, Issue, Severity, Tally
+from casa_assets.pipeline.ingest import refused_rows
+from casa_assets.pipeline.library import library as disk
+
+NONE = Tally()
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One row.
+
+    Attributes:
+        id, category: of the asset. path: its folder, relative to the library.
+        accepted: and if not, code and says.
+        summary, warnings, results, guesses: of an accepted one (what is known of a rejected one).
+        checks: how many there are by status; the results are left out where only their number is of use.
+        source, source_path, sha256, title, author, licence, uri, prompt, generator: provenance.
+        split: train or test, as the asset says; empty where it says none.
+        digest: of the asset, empty for rejected ones. producer: ingest, articulate or family. cache_key: of the entry.
+    """
+
+    id: str
+    category: str
+    path: str
+    accepted: bool
+    code: str
+    says: str
+    summary: disk.Summary | None
+    warnings: tuple[Issue, ...]
+    results: tuple[CheckResult, ...]
+    guesses: tuple[Guess, ...]
+    source: str
+    source_path: str
+    sha256: str
+    title: str
+    author: str
+    licence: str
+    uri: str
+    prompt: str
+    generator: str
+    split: str
+    digest: str
+    producer: str
+    cache_key: str
+    checks: Tally = NONE
+
+
+def entries(library: disk.Library) -> Iterator[Entry]:
+    """All entries, accepted first. Raises OutputError where one is damaged."""
+    for folder in (*library.accepted(), *library.refused()):
+        yield entry_at(folder, library.root)
+    yield from row_entries(library)
+
+
+def row_entries(library: disk.Library) -> Iterator[Entry]:
+    """What was refused before there was a mesh, see `refused_rows`."""
+    blank: dict[str, Any] = {field.name: "" for field in fields(Entry)}
+    blank |= {"accepted": False, "summary": None, "warnings": (), "results": (), "guesses": (), "checks": 0}
+    for row in refused_rows.listed(library):
+        yield Entry(**{**blank, **refused_rows.place_of(row["source_path"]), **row})
+
+
+def entry_at(folder: Path, root: Path) -> Entry:
+    """The entry in one folder of the library at `root`. Raises OutputError where it is damaged."""
+    return _refused(folder, root) if folder.parent.name == disk.REJECTED else _accepted(folder, root)
+
+
+def _accepted(folder: Path, root: Path) -> Entry:
+    certificate = disk.read_certificate(folder)
+    data = disk.part(folder, "asset")
+    try:
+        origin, category = Provenance.model_validate(data["provenance"]), str(data["labels"]["category"])
+    except (ValidationError, KeyError, TypeError) as error:
+        raise OutputError(str(folder / disk.CERTIFICATE), f"is damaged: {error}; run again without it") from error
+    if data.get("id") != folder.name:
+        says = f"holds the asset {data.get('id')!r}; move it to a folder of that name"
+        raise OutputError(str(folder / disk.CERTIFICATE), says)
+    return Entry(
+        id=folder.name,
+        category=category,
+        path=folder.relative_to(root).as_posix(),
+        accepted=True,
+        code="",
+        says="",
+        summary=certificate.summary,
+        warnings=tuple(i for i in certificate.report.issues if i.severity is Severity.WARNING),
+        results=certificate.report.results,
+        guesses=origin.guesses,
+        source=origin.source,
+        source_path=origin.path,
+        sha256=origin.sha256,
+        title=origin.title,
+        author=origin.author,
+        licence=origin.licence,
+        uri=origin.uri,
+        prompt=origin.prompt,
+        generator=origin.generator,
+        split=str(data["labels"].get("split") or ""),
+        digest=certificate.asset_digest,
+        producer=certificate.producer.value,
+        cache_key=certificate.cache_key,
+        checks=certificate.report.tally,
+    )
+
+
+def _refused(folder: Path, root: Path) -> Entry:
+    refusal = disk.read_refusal(folder)
+    if refusal.id != folder.name:
+        raise OutputError(str(folder / disk.REFUSAL), f"is that of {refusal.id!r}; move it to a folder of that name")
+    source = refusal.source
+    return Entry(
+        id=refusal.id,
+        category=refusal.category,
+        path=folder.relative_to(root).as_posix(),
+        accepted=False,
+        code=refusal.code,
+        says=refusal.says,
+        summary=None,
+        warnings=(),
+        results=refusal.report.results if refusal.report else (),
+        guesses=(),
+        source=source.kind.value,
+        source_path=source.path,
+        sha256=refusal.sha256,
+        title=source.title,
+        author=source.author,
+        licence=source.licence,
+        uri=source.uri,
+        prompt=source.prompt,
+        generator=source.generator,
+        split="",
+        digest="",
+        producer=refusal.producer.value,
+        cache_key=refusal.cache_key,
+        checks=refusal.report.tally if refusal.report else NONE,
+    )

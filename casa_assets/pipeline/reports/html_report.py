@@ -1,0 +1,253 @@
+"""What a run made into one HTML page that opens from a disk, without a network."""
+
+from __future__ import annotations
+
+import base64
+import html as markup
+import io
+import json
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from string import Template
+from typing import Any
+from urllib.parse import quote
+
+from PIL import Image
+
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.issue import CheckResult, Issue, Severity, Status, Tally, tally
+from casa_assets.model.record import Vec3
+
+# Large enough for a sharp picture in the table, small enough for 3000 of them in one page.
+_THUMB_PX, _THUMB_QUALITY = 160, 76
+# Status of a check -> what the script of the page knows it by.
+WORDS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, Status.NOT_RUN: 3}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One accepted asset.
+
+    Attributes:
+        id, category: as in the asset.
+        folder: its folder, POSIX, relative to the page.
+        files: (label, path relative to the folder) of what is linked to, such as (`MJCF`, `model.xml`).
+        extents_m: full size (x, y, z), metres.
+        mass_kg: of the whole asset.
+        colliders: number of collision shapes. hull_max_vertices: of the largest hull, 0 without one.
+        faces: triangles of all visuals.
+        source, source_path, licence, author, title, uri: where it comes from, as its provenance states it.
+        warnings: issues that did not keep it out.
+        results: one per check, also of those that do not apply or were not run.
+        guesses: what was decided without being stated.
+        looks: what its pictures look like to a model, a sentence; empty where nobody looked.
+        preview_png: the picture, empty where there is none. preview_path: of its file, relative to the folder.
+    """
+
+    id: str
+    category: str
+    folder: str
+    files: tuple[tuple[str, str], ...]
+    extents_m: Vec3
+    mass_kg: float
+    colliders: int
+    hull_max_vertices: int
+    faces: int
+    source: str
+    source_path: str
+    licence: str
+    author: str = ""
+    title: str = ""
+    uri: str = ""
+    warnings: tuple[Issue, ...] = ()
+    results: tuple[CheckResult, ...] = ()
+    guesses: tuple[Guess, ...] = ()
+    looks: str = ""
+    preview_png: bytes = b""
+    preview_path: str = ""
+
+
+@dataclass(frozen=True)
+class RejectEntry:
+    """One input that was not accepted.
+
+    Attributes:
+        path: of the input, relative to its source.
+        source: kind of source.
+        code: such as `SRC003`. meaning: what the code stands for, one line.
+        reason: what was wrong with this input. mend: what to do about it.
+        category: as far as it was known.
+        results: of the checks; the failed ones are shown.
+        picture_png: the raw model, empty where it could not be drawn.
+    """
+
+    path: str
+    source: str
+    code: str
+    meaning: str
+    reason: str
+    mend: str
+    category: str = ""
+    results: tuple[CheckResult, ...] = ()
+    picture_png: bytes = b""
+
+
+def html(
+    entries: Sequence[Entry],
+    rejects: Sequence[RejectEntry],
+    title: str,
+    why: Mapping[str, str] | None = None,
+    whole: str = "",
+) -> str:
+    """The page: assets by id, rejected inputs by path; the same records give the same page.
+
+    Args:
+        entries: accepted assets.
+        rejects: inputs that were turned away.
+        title: heading, plain text.
+        why: code of a check to its title and what is tested.
+        whole: HTML of the section on all assets together, see whole_section.
+    """
+    entries = sorted(entries, key=lambda e: e.id)
+    rejects = sorted(rejects, key=lambda r: (r.path, r.code))
+    ran = [*(e.results for e in entries), *(r.results for r in rejects)]
+    codes = sorted({(result.code, result.unit) for results in ran for result in results})
+    number = {code: i for i, code in enumerate(codes)}
+    advice = {result.code for results in ran for result in results if result.severity is Severity.WARNING}
+    data = {
+        "checks": [[code, unit, (why or {}).get(code, ""), code in advice] for code, unit in codes],
+        "assets": [_asset(e, number) for e in entries],
+        "rejects": [_reject(r, number) for r in rejects],
+    }
+    return Template(_part("report.html")).substitute(
+        title=markup.escape(title),
+        summary=_tiles(entries, rejects),
+        whole=whole,
+        style=_part("report.css"),
+        script=_part("report.js"),
+        data=_embedded(data),
+    )
+
+
+def _tiles(entries: Sequence[Entry], rejects: Sequence[RejectEntry]) -> str:
+    """The numbers at the top, readable without scripts too."""
+    warned = sum(1 for e in entries if e.warnings)
+    told = tally(r for e in entries for r in e.results)
+    read = len(entries) + len(rejects)
+    share = f"{100.0 * len(entries) / read:.3g} % of {read:,} inputs" if read else "nothing was read"
+    reasons = len({r.code for r in rejects})
+    tiles = [
+        ("accepted", "Accepted", f"{len(entries):,}", share),
+        ("rejected", "Rejected", f"{len(rejects):,}", f"for {_count(reasons, 'reason')}"),
+        ("warned", "With warnings", f"{warned:,}", _count(sum(len(e.warnings) for e in entries), "warning")),
+        ("checks", "Checks passed", f"{told.passed:,}", _of(told)),
+        ("categories", "Categories", f"{len({e.category for e in entries}):,}", _largest(entries)),
+        ("mass", "Total mass", f"{sum(e.mass_kg for e in entries):.4g} kg", "of all accepted"),
+    ]
+    return "\n".join(
+        f'<div class="tile {key}"><dt>{label}</dt>'
+        f"<dd><strong>{value}</strong><span>{markup.escape(note)}</span></dd></div>"
+        for key, label, value, note in tiles
+    )
+
+
+def _of(told: Tally) -> str:
+    """What stands beside the number of checks that passed."""
+    parts = [f"of {told.applying:,} that apply"]
+    if told.not_run:
+        parts.append(f"{told.not_run:,} not run")
+    return ", ".join(parts)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
+def _largest(entries: Sequence[Entry]) -> str:
+    """The category with most assets, the first by name where several have as many."""
+    counts = Counter(e.category for e in entries)
+    if not counts:
+        return "none"
+    name, number = min(counts.items(), key=lambda item: (-item[1], item[0]))
+    return f"most: {name} ({number:,})"
+
+
+def _asset(entry: Entry, number: dict[tuple[str, str], int]) -> dict[str, Any]:
+    return {
+        "id": entry.id,
+        "category": entry.category,
+        "size": [round(100.0 * side, 3) for side in entry.extents_m],
+        "mass": _short(entry.mass_kg),
+        "colliders": entry.colliders,
+        "hull": entry.hull_max_vertices,
+        "faces": entry.faces,
+        "source": entry.source,
+        "path": entry.source_path,
+        "licence": entry.licence,
+        "author": entry.author,
+        "title": entry.title,
+        "uri": entry.uri,
+        "warnings": [[i.code, i.pointer, i.says] for i in entry.warnings],
+        "results": [
+            [number[r.code, r.unit], WORDS[r.status], _short(r.number), _short(r.limit), r.reason]
+            for r in entry.results
+        ],
+        "looks": entry.looks,
+        "guesses": [[g.subject, g.value, _short(g.confidence), g.because] for g in entry.guesses],
+        "files": [[label, _link(entry.folder, path)] for label, path in entry.files],
+        "large": _link(entry.folder, entry.preview_path) if entry.preview_path else "",
+        "thumb": thumbnail(entry.preview_png),
+    }
+
+
+def _reject(entry: RejectEntry, number: dict[tuple[str, str], int]) -> dict[str, Any]:
+    return {
+        "path": entry.path,
+        "source": entry.source,
+        "code": entry.code,
+        "meaning": entry.meaning,
+        "reason": entry.reason,
+        "mend": entry.mend,
+        "category": entry.category,
+        "failed": [
+            [number[r.code, r.unit], _short(r.number), _short(r.limit)]
+            for r in entry.results
+            if r.status is Status.FAILED
+        ],
+        "thumb": thumbnail(entry.picture_png),
+    }
+
+
+def thumbnail(png: bytes) -> str:
+    """A `data:` URI of the picture at 160 px, WebP; empty for no picture."""
+    if not png:
+        return ""
+    with Image.open(io.BytesIO(png)) as opened:
+        picture = opened.convert("RGB")
+    picture.thumbnail((_THUMB_PX, _THUMB_PX), Image.Resampling.LANCZOS, reducing_gap=2.0)
+    out = io.BytesIO()
+    picture.save(out, format="WEBP", quality=_THUMB_QUALITY, method=2)
+    return f"data:image/webp;base64,{base64.b64encode(out.getvalue()).decode('ascii')}"
+
+
+def _link(folder: str, path: str) -> str:
+    """A relative link; `./` in front keeps a colon from being read as a scheme."""
+    parts: Iterable[str] = (part for part in (folder, path) if part)
+    return "./" + quote("/".join(parts).lstrip("/"))
+
+
+def _short(number: float | None) -> float | None:
+    """Six digits are enough to read and keep the page small."""
+    return None if number is None else float(f"{number:.6g}")
+
+
+def _embedded(data: dict[str, Any]) -> str:
+    """JSON that no text can end early: `<`, `>` and `&` are written as escapes."""
+    text = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _part(name: str) -> str:
+    return resources.files("casa_assets.pipeline.reports").joinpath(name).read_text(encoding="utf-8")

@@ -1,0 +1,1 @@
+"""Texture run: recipes and packs of pictures into finishes."""

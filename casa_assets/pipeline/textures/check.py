@@ -1,0 +1,93 @@
+"""Recipes through every check of textures, several at a time, with the finishes kept in the store."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.errors import BatchFault
+from casa_assets.model.issue import Report
+from casa_assets.model.registry.finish import Surface
+from casa_assets.model.registry.texture_recipe import Recipe
+from casa_assets.pipeline.textures.recipes import finish_of, recipe, recipes
+from casa_assets.pipeline.workers.batch import run_batch
+from casa_assets.pipeline.workers.limits import WorkerFailure
+from casa_assets.textures.check import check_pictures, check_set, pictures_of
+from casa_assets.textures.distance import Look, look
+from casa_assets.textures.make import make
+
+LOOK_PX = 256
+JOBS = 2
+LEAST_BYTES = 1_000_000_000  # of memory, that painting and checking a finish may take
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A recipe that was checked: its report, and what it looks like beside the others."""
+
+    recipe: Recipe
+    report: Report
+    look: Look
+
+
+def check_one(wanted: Recipe, cache: Path) -> Checked:
+    """Paint a recipe, or take it from the store at `cache`, and check it."""
+    report = check_pictures(pictures_of(finish_of(wanted, cache)), registry.load().limits)
+    small = make(wanted, LOOK_PX)
+    seen = look(small.albedo, wanted.tile_m, small.roughness, small.height_m)
+    return Checked(wanted, report, seen)
+
+
+def check_recipes(wanted: Sequence[Recipe], cache: Path, jobs: int = JOBS) -> Iterator[Checked]:
+    """Recipes in the order given.
+
+    Args:
+        wanted: what to check. cache: folder of the store. jobs: at once; 0: one per core.
+    Raises:
+        BatchFault: checking some of them failed by a fault of the program, once all the others are done.
+        CasaError: see run_batch.
+    """
+    answers: dict[int, Checked | WorkerFailure] = {}
+    due = 0
+    check = partial(check_one, cache=cache)
+    for number, answer in run_batch(check, wanted, cache, jobs, f"{__name__}:warm", LEAST_BYTES):
+        answers[number] = answer
+        while due in answers:
+            known = answers[due]
+            if isinstance(known, Checked):
+                yield known
+            due += 1
+    faults = {wanted[n].id: a for n, a in sorted(answers.items()) if isinstance(a, WorkerFailure)}
+    if faults:
+        raise BatchFault(faults, "\n".join(failure.text for failure in faults.values()))
+
+
+def warm() -> None:
+    """Load what every worker needs, once for all of them."""
+    registry.load()
+    recipes()
+
+
+def check_sets(checked: Sequence[Checked]) -> tuple[Report, ...]:
+    """Report of each set of which every recipe was checked."""
+    limits = registry.load().limits
+    found = []
+    for surface, rows in recipes().items():
+        looks = {c.recipe.id: c.look for c in checked if c.recipe.surface is surface}
+        if looks and len(looks) == len(rows):
+            found.append(check_set(surface.value, looks, limits))
+    return tuple(found)
+
+
+def chosen(names: Sequence[str], surfaces: Sequence[Surface]) -> tuple[Recipe, ...]:
+    """Recipes by id; of whole sets where no id is given; all where no set is given either.
+
+    Raises:
+        UnknownId: no recipe has that id.
+    """
+    if names:
+        return tuple(recipe(name) for name in names)
+    return tuple(r for s in (surfaces or tuple(Surface)) for r in recipes()[s].values())

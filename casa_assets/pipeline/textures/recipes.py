@@ -1,0 +1,95 @@
+"""Recipes out of the registry, and their finishes, kept in the store."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache, lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from casa_assets import registry
+from casa_assets.errors import UnknownId
+from casa_assets.model.registry.document import Document
+from casa_assets.model.registry.finish import Finish, Surface
+from casa_assets.model.registry.texture_recipe import Recipe
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.textures import kinds
+from casa_assets.textures.finish import finish
+from casa_assets.textures.kinds import KINDS
+from casa_assets.textures.make import SIZE_PX, kind_of, make, paint
+
+FOLDER = "textures"
+
+
+@lru_cache(maxsize=4)
+def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, Recipe]]:
+    """All recipes by surface and id.
+
+    Args:
+        root: folder of the registry; None takes the one that comes with the package.
+    Raises:
+        RegistryError: a file is missing, or a row names an unknown key, kind or substance, or an id occurs twice.
+    """
+    folder = (registry.data_root() if root is None else root) / FOLDER
+    known = registry.load(root).substances
+    found: dict[Surface, Mapping[str, Recipe]] = {}
+    taken: dict[str, str] = {}
+    for surface in Surface:
+        document = registry.read_document(folder / f"{surface.value}.yaml")
+        if not isinstance(document.value, dict):
+            raise document.fault((), "a mapping of ids to recipes", type(document.value).__name__)
+        rows: dict[str, Recipe] = {}
+        for name, stated in document.value.items():
+            if name in taken:
+                raise document.fault((name,), "an id that no other surface has", f"{name!r}, also in {taken[name]}")
+            taken[name] = document.file
+            rows[name] = _recipe(document, name, stated, surface)
+            if rows[name].substance not in known:
+                raise document.fault((name, "substance"), "a substance of substances.yaml", repr(rows[name].substance))
+        found[surface] = MappingProxyType(rows)
+    return MappingProxyType(found)
+
+
+def _recipe(document: Document, name: str, stated: Any, surface: Surface) -> Recipe:
+    """A checked row; its params are those of its kind, with everything spelled out."""
+    row = dict(stated) if isinstance(stated, dict) else {}
+    kind = KINDS.get(str(row.get("kind")))
+    if kind is None:
+        raise document.fault((name, "kind"), f"one of {', '.join(sorted(KINDS))}", repr(row.get("kind")))
+    params = registry.read_record(kind.params, row.pop("params", {}), document, (name, "params"))
+    row["params"] = params.to_json()
+    return registry.read_record(Recipe, row, document, (name,), id=name, surface=surface)
+
+
+def recipe(name: str) -> Recipe:
+    """The recipe of that id. Raises UnknownId with the nearest names."""
+    rows = {n: r for group in recipes().values() for n, r in group.items()}
+    if name not in rows:
+        raise UnknownId("texture", name, rows)
+    return rows[name]
+
+
+def finish_key(wanted: Recipe, size_px: int = SIZE_PX) -> str:
+    """Key of `finish_of`: the code of the recipe's own kind and of no other, the recipe and its substance."""
+    substance = registry.load().substances[wanted.substance]
+    return digest_of("texture", _code_key(wanted.kind), wanted.digest, substance.digest, size_px)
+
+
+@cache
+def _code_key(kind: str) -> str:
+    return key_of(*modules_holding(kind_of(kind), kinds.__name__), paint, finish)
+
+
+def finish_of(wanted: Recipe, cache: Path, size_px: int = SIZE_PX) -> Finish:
+    """The finish of a recipe, from the store at `cache` or painted now."""
+    store = Store(cache)
+    key = finish_key(wanted, size_px)
+    kept = store.get(key)
+    if kept is not None:
+        return Finish.from_json(kept)
+    substance = registry.load().substances[wanted.substance]
+    made = finish(wanted.id, wanted.tile_m, make(wanted, size_px), substance)
+    store.put(key, made.to_json().encode())
+    return made

@@ -1,0 +1,86 @@
+"""Many jobs of our own (families, scenes, textures) in the worker pool, and what is told where one fails.
+
+What families, scenes and textures do is no stranger's input: what goes wrong there is a fault of the program, of the
+machine, or of what the user asked for, and each is told apart here.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from casa_assets import registry
+from casa_assets.errors import CasaError, OutputError
+from casa_assets.pipeline.ingest.job import RunAborted, writing
+from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.pool import Pool
+from casa_assets.preview.renderer import NoRenderer
+
+J = TypeVar("J")
+T = TypeVar("T")
+
+# Processor seconds after which a job of ours has run away; the slowest known takes three minutes.
+CPU_S = 7200.0
+# What is wrong with the machine, so that no other item of a batch would fare better.
+ABORTS = (OutputError, NoRenderer, MemoryError)
+
+
+def run_batch(
+    function: Callable[[J], T], jobs: Sequence[J], root: Path, workers: int, warm: str, least_bytes: int
+) -> Iterator[tuple[int, T | WorkerFailure]]:
+    """Yield (number of the job, what the function makes of it or a failure) as they finish, each in a worker.
+
+    Args:
+        function: of a module, or a partial of one, that answers with something picklable.
+        jobs: picklable. root: folder that they write to. workers: at once; 0: one per core.
+        warm: see Pool. least_bytes: memory that a job needs.
+    Raises:
+        CasaError: the disk, the renderer or the memory of this machine does not suffice; what was finished is kept.
+    """
+    if not jobs:
+        return
+    limits = Limits(CPU_S, int(registry.load().limits["input_memory_bytes"]))
+    with Pool(workers, limits, warm, least_bytes) as pool:
+        for number, answer in pool.run(
+            "casa_assets.pipeline.workers.batch:work", [(function, job, root) for job in jobs]
+        ):
+            if isinstance(answer, RunAborted):
+                raise CasaError(answer.message)
+            if isinstance(answer, WorkerFailure) and answer.reason in ("memory", "killed"):
+                raise CasaError(
+                    f"a job was ended for want of memory ({answer.message}); what was finished is kept: run it again "
+                    "with less beside it, or with fewer --jobs"
+                )
+            yield number, answer
+
+
+def work(task: tuple[Callable[[Any], Any], Any, Path]) -> Any:
+    """One job, in a worker."""
+    function, job, root = task
+    try:
+        with writing(root):
+            return function(job)
+    except (OutputError, NoRenderer) as error:
+        return RunAborted(str(error))
+
+
+def attempt(make: Callable[[], T], failed: Callable[[str, bool], T], root: Path) -> T:
+    """What `make` returns; where it fails, what `failed` makes of it, so that the other items of a batch go on.
+
+    Args:
+        failed: takes a message, and whether the program is to blame: then the message is the trace.
+        root: folder that is written to.
+    Raises:
+        OutputError, NoRenderer, MemoryError: no other item would fare better.
+    """
+    try:
+        with writing(root):
+            return make()
+    except ABORTS:
+        raise
+    except CasaError as error:
+        return failed(str(error), False)
+    except Exception:  # noqa: BLE001  a batch does not die of one item; the trace is told, and the run ends with exit 3
+        return failed(traceback.format_exc(limit=-4), True)

@@ -1,0 +1,244 @@
+"""The process that workers are forked from: it has imported the heavy libraries once, so that a worker costs little.
+
+`main` is run by isolation.pool in a process of its own. They talk over one socket in whole messages, pickled tuples:
+
+    pool -> server   ("call", function)  ("fork", number, limits) with the worker's end of a socket
+    server -> pool   ("ready", function)  ("failed", function, why)  ("started", number)
+                     ("ended", number, exit code, reason): a reason where the server ended it, as in WorkerFailure
+
+The server adds up the processor time of each worker and of all that it started, and ends those over their limits.
+Where the socket closes, the server kills its workers with all that they started, and ends.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import importlib
+import os
+import pickle
+import select
+import signal
+import socket
+import sys
+import time
+import traceback
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, NoReturn
+
+from casa_assets.pipeline.workers.limits import IDLE_SHARE, Limits, WorkerFailure, restrict
+from casa_assets.pipeline.workers.usage import Usage, trees, usage
+
+MESSAGE_BYTES = 65536
+# Where all workers together want more than the machine has, the kernel is to end one of them and not the run.
+# Ref: proc(5), /proc/pid/oom_score_adj: 0 is usual, 1000 goes first.
+OOM_SCORE = 500
+OOM_FILE = Path("/proc/self/oom_score_adj")
+PR_SET_PDEATHSIG = 1  # Ref: prctl(2)
+# Between two looks at what the workers use, seconds.
+SOONEST_S, LATEST_S = 0.02, 1.0
+STUCK_S = 10.0  # for what the kernel does at once: ending a killed process
+OUT_OF_MEMORY = WorkerFailure("memory", "")  # the pool knows the limit
+
+
+def main(descriptor: int) -> None:
+    """Serve until the other end of the socket closes."""
+    # One thread each: the pool has a worker for every core, and results must not depend on their number.
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[name] = "1"
+    _Server(socket.socket(fileno=descriptor)).serve()
+
+
+@dataclass
+class _Worker:
+    """A job that runs.
+
+    Attributes:
+        number: of the job. begun: when it started; seen: when it was last seen to have done something; both on the
+            monotonic clock. cpu_s: what it had used when it was last seen.
+        reason: why the server ended it, or empty. killed: when.
+    """
+
+    number: int
+    limits: Limits
+    begun: float
+    seen: float
+    cpu_s: float = 0.0
+    reason: str = ""
+    killed: float = 0.0
+
+    def judge(self, used: Usage, now: float) -> str:
+        """The reason to end it, if there is one."""
+        if used.cpu_s - self.cpu_s > IDLE_SHARE * self.limits.idle_s:
+            self.seen, self.cpu_s = now, used.cpu_s
+        if used.cpu_s > self.limits.cpu_s:
+            return "timeout"
+        if used.memory_bytes > self.limits.memory_bytes:
+            return "memory"
+        if now - self.seen > self.limits.idle_s or now - self.begun > self.limits.wall_s:
+            return "stuck"
+        return ""
+
+
+class _Server:
+    def __init__(self, control: socket.socket) -> None:
+        self._control = control
+        self._workers: dict[int, _Worker] = {}  # by pid
+        self._next_look = 0.0
+        self._wake, self._alarm = os.pipe()
+        os.set_blocking(self._wake, False)
+        os.set_blocking(self._alarm, False)
+
+    def serve(self) -> None:
+        signal.signal(signal.SIGCHLD, lambda *_: None)
+        signal.set_wakeup_fd(self._alarm, warn_on_full_buffer=False)
+        try:
+            while True:
+                wait = max(0.0, self._next_look - time.monotonic()) if self._workers else None
+                ready, _, _ = select.select([self._control.fileno(), self._wake], [], [], wait)
+                if self._wake in ready:
+                    self._reap()
+                if self._workers and time.monotonic() >= self._next_look:
+                    self._look()
+                if self._control.fileno() in ready and not self._obey():
+                    break
+        except OSError:
+            pass  # the pool is gone
+        finally:
+            for pid in self._workers:
+                _kill(pid)
+            # What was imported need not be taken apart: the run waits for the end of this process.
+            os._exit(0)
+
+    def _obey(self) -> bool:
+        data, descriptors, *_ = socket.recv_fds(self._control, MESSAGE_BYTES, 1)
+        if not data:
+            return False
+        word, what, *more = pickle.loads(data)  # noqa: S301  our own pool wrote it
+        if word == "call":
+            self._call(what)
+        else:
+            self._fork(what, more[0], descriptors[0])
+        return True
+
+    def _call(self, function: str) -> None:
+        try:
+            _find(function)()
+        except Exception:  # noqa: BLE001  reported to the pool, which ends the run
+            self._tell("failed", function, traceback.format_exc()[-MESSAGE_BYTES // 2 :])
+        else:
+            self._tell("ready", function)
+
+    def _fork(self, number: int, limits: Limits, descriptor: int) -> None:
+        server = os.getpid()
+        pid = os.fork()
+        if pid == 0:
+            signal.set_wakeup_fd(-1)
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            self._control.close()
+            os.close(self._wake)
+            os.close(self._alarm)
+            _worker(Connection(descriptor), server, limits)
+        os.close(descriptor)
+        now = time.monotonic()
+        self._workers[pid] = _Worker(number, limits, begun=now, seen=now)
+        self._next_look = min(self._next_look, now + min(LATEST_S, limits.cpu_s))
+        self._tell("started", number)
+
+    def _look(self) -> None:
+        """End the workers that are over their limits, and plan the next look: as soon as one could be."""
+        now, rest = time.monotonic(), LATEST_S
+        found = usage(self._workers)
+        for pid, worker in list(self._workers.items()):
+            used = found.get(pid)
+            if used is not None and not worker.reason:
+                worker.reason = worker.judge(used, now)
+                if worker.reason:
+                    worker.killed = now
+                    _kill(pid)
+                rest = min(rest, (worker.limits.cpu_s - used.cpu_s) / (os.cpu_count() or 1), worker.limits.idle_s / 4)
+            elif worker.reason and now - worker.killed > STUCK_S:
+                # Not even a kill ends a process that waits within the kernel, as for a disk that has gone away.
+                del self._workers[pid]
+                self._tell("ended", worker.number, -signal.SIGKILL, worker.reason)
+        self._next_look = now + max(SOONEST_S, rest)
+
+    def _reap(self) -> None:
+        with suppress(BlockingIOError):
+            while os.read(self._wake, 4096):
+                pass
+        while self._workers:
+            # Looked at before it is collected: until then nobody else can have its number, nor that of its group.
+            ended = os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+            if ended is None:
+                return
+            _kill(ended.si_pid)
+            _, status = os.waitpid(ended.si_pid, 0)
+            worker = self._workers.pop(ended.si_pid, None)
+            if worker is not None:
+                self._tell("ended", worker.number, os.waitstatus_to_exitcode(status), worker.reason)
+
+    def _tell(self, *message: Any) -> None:
+        self._control.send(pickle.dumps(message))
+
+
+def _kill(pid: int) -> None:
+    """End a worker and all that it started, also what it put into another session."""
+    started = [one.pid for one in trees([pid])[pid]]
+    for one in started:
+        with suppress(ProcessLookupError, PermissionError):
+            os.kill(one, signal.SIGKILL)
+    for kill in (os.killpg, os.kill):
+        with suppress(ProcessLookupError, PermissionError):
+            kill(pid, signal.SIGKILL)
+
+
+def _worker(channel: Connection, server: int, limits: Limits) -> NoReturn:
+    """One job, read from the channel, answered there."""
+    try:
+        _tie_to(server)
+        os.setsid()  # what it starts is found by its session
+        # Native libraries chat; a batch of thousands must stay readable.
+        quiet = os.open(os.devnull, os.O_RDWR)
+        for descriptor in (0, 1, 2):
+            os.dup2(quiet, descriptor)
+        function, job = channel.recv()
+        answer = pickle.dumps(_answer(function, job, limits))
+    except BaseException as error:  # noqa: BLE001  a bug of ours or a library's is reported, and the batch goes on
+        message = f"{type(error).__name__}: {error}"[:2000]
+        answer = pickle.dumps(WorkerFailure("error", message, traceback.format_exc()[-20000:]))
+    try:
+        channel.send_bytes(answer)
+    finally:
+        # GL drivers and USD hold threads that make a normal exit hang or crash; the answer is out.
+        os._exit(0)
+
+
+def _answer(function: str, job: Any, limits: Limits) -> Any:
+    with suppress(OSError):
+        OOM_FILE.write_text(str(OOM_SCORE), encoding="ascii")
+    restrict(limits)
+    try:
+        return _find(function)(job)
+    except MemoryError:
+        return OUT_OF_MEMORY
+    except OSError as error:
+        if error.errno == errno.ENOMEM:
+            return OUT_OF_MEMORY
+        raise
+
+
+def _find(function: str) -> Any:
+    module, name = function.split(":")
+    return getattr(importlib.import_module(module), name)
+
+
+def _tie_to(server: int) -> None:
+    """End with the server, however it dies, so that no orphan writes into a library that is being resumed."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != server:
+        os._exit(1)

@@ -1,0 +1,242 @@
+"""A kitchen's `scene.xml` into pictures of it, through its own cameras, in soft daylight.
+
+Each picture is the mean of many drawings; `exposure.py` says why.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from PIL import Image
+
+from casa_assets.core.typing import Floats
+from casa_assets.preview import renderer, tonemap
+from casa_assets.preview.exposure import Lens, LightRig, exposed, segmented, visuals_only
+from casa_assets.preview.still import CannotDraw, polish, put_into
+from casa_assets.preview.tonemap import Pixels
+
+SEEN, CEILING, _HIDDEN = 1, 2, 5  # groups of geoms
+_WALL = "wall_"  # names of walls begin with it
+_ON_WALL = 0.12  # metres from the middle of a wall within which something hangs on it
+_SHADOW_REACH, _LIGHT_AT = 1.6, 3.0
+_PAPER = 0.955  # brightness of what lies beyond the room
+_WHITEST, _GAMMA = 0.93, 0.92
+# By eye: a white wall keeps its shading, a black front its form.
+_SKY_SEEN = 0.5  # of a place in the room, on average
+_SHINE = 0.8
+
+
+def _shine(around: float, diffuse: float) -> float:
+    return _SHINE * diffuse
+
+
+# Two large lamps stand behind whoever looks, left and right, 49 degrees up; each drawing has one of them.
+_RIG = LightRig(
+    ambient=0.3,
+    key=0.24,
+    sky=0.6,
+    bounce=0.55,
+    key_sides=(-0.65, 0.65),
+    key_up=0.85,
+    softness=0.16,
+    key_shine=_SHINE * 0.24,
+    sky_shine=_shine,
+    bounce_shine=_shine,
+    domes=2,
+    bounces=3,
+    sky_rise=(0.42, 0.58),
+    bounce_rise=(0.15, 0.7),
+)
+_RIG_WITHOUT_SHADOWS = replace(_RIG, sky=_SKY_SEEN * _RIG.sky, sky_casts=False)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Size of a picture in pixels, how many drawings it is the mean of, and what they spend on shadows.
+
+    Attributes:
+        shadow_px: side of the map of a lamp's shadows.
+        sky_casts: whether the sky casts shadows. Where it does not, every place sees half of it, and a picture takes
+            half of the time.
+    """
+
+    width_px: int = 960
+    height_px: int = 720
+    passes: int = 40
+    shadow_px: int = 2048
+    sky_casts: bool = True
+
+
+_STANDARD = Frame()
+
+
+@dataclass(frozen=True)
+class Set:
+    """A compiled scene and its state, ready to be photographed from several sides."""
+
+    model: Any
+    data: Any
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of its cameras."""
+        return tuple(self.model.camera(i).name for i in range(self.model.ncam))
+
+
+def prepare(scene_xml: Path, pose: str = "start", frame: Frame = _STANDARD) -> Set:
+    """Reads a scene and puts it into a keyframe.
+
+    Raises:
+        CannotDraw: MuJoCo cannot read it, or it has no such keyframe.
+    """
+    try:
+        model = mujoco.MjModel.from_xml_path(str(scene_xml))
+    except ValueError as error:
+        raise CannotDraw(f"{scene_xml}: {error}".replace("\n", " ")) from error
+    return staged(model, str(scene_xml), pose, frame)
+
+
+def staged(model: Any, name: str, pose: str = "start", frame: Frame = _STANDARD) -> Set:
+    """A scene that MuJoCo has read, put into a keyframe; the MjModel is changed.
+
+    Raises:
+        CannotDraw: it has no such keyframe; it is called `name` then.
+    """
+    polish(model)
+    model.vis.headlight.active = 0
+    model.vis.global_.offwidth, model.vis.global_.offheight = frame.width_px, frame.height_px
+    model.vis.quality.offsamples, model.vis.quality.shadowsize = 0, frame.shadow_px
+    data = mujoco.MjData(model)
+    put_into(model, data, pose, name)
+    mujoco.mj_forward(model, data)
+    return Set(model, data)
+
+
+def photograph(made: Set, cameras: Sequence[str], frame: Frame = _STANDARD) -> Iterator[tuple[str, Pixels]]:
+    """Name of each camera and its picture, (height, width, 3) uint8. The ceiling is left out.
+
+    Raises:
+        CannotDraw: there is no such camera. NoRenderer: there is no OpenGL.
+    """
+    model, data = made.model, made.data
+    lower, upper = _bounds(model, data)
+    center, radius = (lower + upper) / 2, float(np.linalg.norm(upper - lower)) / 2
+    model.stat.extent, model.vis.map.shadowclip = radius, _SHADOW_REACH
+    numbers = {name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name) for name in cameras}
+    for name, number in numbers.items():
+        if number < 0:
+            raise CannotDraw(f"there is no camera {name!r}; there are {', '.join(made.cameras)}")
+    if not numbers:
+        return
+    # The driver is handed meshes and pictures once for all cameras.
+    with renderer.canvas(model, data, visuals_only(), frame.width_px, frame.height_px) as canvas:
+        for name, number in numbers.items():
+            with _looked_through(model, data, data.cam_xpos[number]):
+                canvas.refresh()
+            _hang_lamps(canvas.scene)
+            back = data.cam_xmat[number].reshape(3, 3)[:, 2]
+            behind = math.atan2(back[1], back[0]) if np.hypot(back[0], back[1]) > 0.1 else -math.pi / 2
+            rig = _RIG if frame.sky_casts else _RIG_WITHOUT_SHADOWS
+            light = partial(rig.light, canvas.scene, passes=frame.passes, viewer=behind, around_viewer=False)
+            lens = _lens(data, model, number, frame, radius)
+            exposure = exposed(canvas, lens, light, frame.passes, center, (_LIGHT_AT, radius))
+            yield name, _develop(exposure, _beyond(canvas))
+
+
+@contextmanager
+def _looked_through(model: Any, data: Any, eye: Floats) -> Iterator[None]:
+    """While it lasts, walls that stand between the eye and the room are not seen, nor what hangs on them."""
+    before = model.geom_group.copy()
+    for wall in range(1, model.nbody):
+        if not model.body(wall).name.startswith(_WALL):
+            continue
+        turn, at = data.xmat[wall].reshape(3, 3), data.xpos[wall]
+        # A wall faces the room with its -y; the origin of its frame is in the middle of its thickness.
+        if float((eye - at) @ turn[:, 1]) < 0.3:
+            continue
+        reach = np.abs(model.geom_aabb[model.geom_bodyid == wall][:, [0, 3]]).sum(axis=1).max()
+        for geom in range(model.ngeom):
+            along, out, _ = (data.geom_xpos[geom] - at) @ turn
+            if abs(along) < reach + 0.1 and -_ON_WALL < out < 0.3:
+                model.geom_group[geom] = _HIDDEN
+    try:
+        yield
+    finally:
+        model.geom_group[:] = before
+
+
+def render(scene_xml: Path, cameras: Sequence[str], frame: Frame = _STANDARD, pose: str = "start") -> dict[str, bytes]:
+    """PNG by name of camera."""
+    made = prepare(scene_xml, pose, frame)
+    return {name: tonemap.png(pixels) for name, pixels in photograph(made, cameras, frame)}
+
+
+def _bounds(model: Any, data: Any) -> tuple[Floats, Floats]:
+    """Least and greatest corner of all that is seen, metres."""
+    lows, highs = [], []
+    for geom in range(model.ngeom):
+        if model.geom_group[geom] != SEEN:
+            continue
+        middle, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        at, reach = data.geom_xpos[geom] + turn @ middle, np.abs(turn) @ half
+        lows.append(at - reach)
+        highs.append(at + reach)
+    if not lows:
+        raise CannotDraw("nothing in the scene is visible")
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def _lens(data: Any, model: Any, camera: int, frame: Frame, radius: float) -> Lens:
+    """What a camera of the scene sees."""
+    near = 0.02
+    half = near * math.tan(math.radians(float(model.cam_fovy[camera])) / 2)
+    turn = data.cam_xmat[camera].reshape(3, 3)
+    return Lens(
+        position=data.cam_xpos[camera],
+        forward=-turn[:, 2],
+        up=turn[:, 1],
+        near=near,
+        far=20.0 * radius,
+        half_width=half * frame.width_px / frame.height_px,
+        half_height=half,
+        pixel=1.3 * 2.0 * half / frame.height_px,
+    )
+
+
+def _hang_lamps(scene: Any) -> None:
+    """Lamps of our own in place of the scene's, which the rig turns on."""
+    scene.nlight = _RIG.count
+    for light in scene.lights[: scene.nlight]:
+        light.type, light.headlight, light.texid = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, 0, -1
+        light.attenuation, light.cutoff, light.exponent = [0.0] * 3, 0.0, 0.0
+
+
+def _beyond(canvas: renderer.Canvas) -> Floats:
+    """(H, W, 1) 1 where nothing of the kitchen is seen."""
+    with segmented(canvas):
+        seen = canvas.draw().astype(np.int32).sum(axis=2) > 0
+    return np.asarray(np.where(seen, 0.0, 1.0)[..., None])
+
+
+def _develop(exposure: Floats, beyond: Floats) -> Pixels:
+    """Exposure so that the brightest surfaces are near white; what lies beyond the room becomes paper."""
+    inside = exposure[beyond[..., 0] < 0.5]
+    lit = float(np.percentile(inside, 97)) if len(inside) else 1.0
+    tone = np.clip(exposure * (_WHITEST / max(lit, 0.2)), 0.0, None)
+    tone = np.where(tone > 0.8, 0.8 + 0.2 * np.tanh((tone - 0.8) / 0.2), tone) ** _GAMMA
+    tone = tone * (1.0 - beyond) + _PAPER * beyond
+    return np.asarray(np.clip(np.rint(tone * 255.0), 0, 255), dtype=np.uint8)
+
+
+def picture(pixels: Pixels) -> Image.Image:
+    """Pixels as a Pillow image."""
+    return Image.fromarray(pixels)

@@ -1,0 +1,118 @@
+"""Families of registry/families/: the named members (presets) of each family, joined to the code that builds them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache, lru_cache
+from types import MappingProxyType
+from typing import Any
+
+from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.families.catalog import GROUPS, MODELS
+from casa_assets.families.family import Family, ParametricModel, Params
+from casa_assets.families.parts.fronts.look import Look
+from casa_assets.model.record import Id, Record
+from casa_assets.model.registry.document import Document, Path_
+from casa_assets.model.registry.fields import expected_one_of
+from casa_assets.registry import data_root, load, read_document, read_record
+
+FOLDER = "families"
+LOOKS = "looks.yaml"
+
+
+class FamilyFile(Record):
+    """One file of registry/families/, before its presets are read with the family's own type of numbers.
+
+    Attributes:
+        title: what a person calls a member, one line.
+        category: id in registry/fixtures.yaml.
+        description: what members there are, one sentence.
+        presets: preset -> the numbers and choices that differ from the defaults of the family's Params.
+    """
+
+    title: str
+    category: Id
+    description: str
+    presets: dict[Id, Any]
+
+
+def family_names() -> tuple[str, ...]:
+    """Names of all families, group by group."""
+    return tuple(MODELS)
+
+
+@cache
+def family(name: str) -> Family[Any]:
+    """A family with its presets.
+
+    Raises:
+        UnknownId: there is none of that name; it names the nearest that do exist.
+        RegistryError: registry/families/<name>.yaml does not say what the family's Params accept.
+    """
+    if name not in MODELS:
+        raise UnknownId("family", name, MODELS)
+    path = data_root() / FOLDER / f"{name}.yaml"
+    return read_family(MODELS[name], replace(read_document(path), file=f"{FOLDER}/{path.name}"))
+
+
+def families() -> Mapping[str, Family[Any]]:
+    """All families by name. Raises RegistryError, also where a file belongs to no family."""
+    for path in sorted((data_root() / FOLDER).glob("*.yaml")):
+        if path.stem not in MODELS:
+            expected = expected_one_of(tuple(MODELS), path.stem)
+            raise RegistryError(f"{FOLDER}/{path.name}", 1, "", expected, f"a file called {path.stem!r}")
+    return MappingProxyType({name: family(name) for name in MODELS})
+
+
+def family_groups() -> Mapping[str, tuple[Family[Any], ...]]:
+    """All families by their group, such as `cabinets` or `cooking`."""
+    return MappingProxyType({group: tuple(family(m.name) for m in models) for group, models in GROUPS.items()})
+
+
+def read_family(model: ParametricModel[Any], document: Document) -> Family[Any]:
+    """The family that a document describes. Raises RegistryError with file, line, pointer, expected and got."""
+    page = read_record(FamilyFile, document.value, document, ())
+    categories = load().fixtures
+    if page.category not in categories:
+        raise document.fault(("category",), expected_one_of(tuple(categories), page.category), repr(page.category))
+    presets = {name: _preset(model, name, row, document) for name, row in page.presets.items()}
+    return Family(
+        name=model.name,
+        params=model.params,
+        sample=model.sample,
+        build=model.build,
+        title=page.title,
+        category=page.category,
+        description=page.description,
+        presets=MappingProxyType(presets),
+    )
+
+
+def _preset(model: ParametricModel[Any], name: str, row: Any, document: Document) -> Params:
+    """One preset; where a field is a cabinet's Look, the name of a row of looks.yaml may stand for it."""
+    at: Path_ = ("presets", name)
+    if isinstance(row, dict):
+        row = dict(row)
+        for key, value in row.items():
+            field = model.params.model_fields.get(key)
+            if isinstance(value, str) and field is not None and field.annotation is Look:
+                row[key] = _look(value, document, (*at, key))
+    made: Params = read_record(model.params, row, document, at)
+    return made
+
+
+def _look(name: str, document: Document, at: Path_) -> Look:
+    known = looks()
+    if name not in known:
+        raise document.fault(at, expected_one_of(tuple(known), name), repr(name))
+    return known[name]
+
+
+@lru_cache(maxsize=1)
+def looks() -> Mapping[str, Look]:
+    """The named looks of cabinets: kind of front, handle, finishes. Raises RegistryError."""
+    document = read_document(data_root() / LOOKS)
+    if not isinstance(document.value, dict):
+        raise document.fault((), "a mapping of names to looks", type(document.value).__name__)
+    return MappingProxyType({name: read_record(Look, row, document, (name,)) for name, row in document.value.items()})
