@@ -60,7 +60,7 @@ class Grade(Record):
     score: float
     access_score: float
     design: tuple[Finding, ...]
-    wheelchair_access: tuple[Finding, ...]
+    access: tuple[Finding, ...]
 
 
 def _plain(measure: Callable[[Facts], float | None]) -> Measure:
