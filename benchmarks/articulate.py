@@ -135,9 +135,9 @@ def one(case: Any, true_frame: bool) -> tuple[Articulation, float]:
     return infer(placed, frame), time.process_time() - begin
 
 
-def options(says: str) -> argparse.ArgumentParser:
+def options(message: str) -> argparse.ArgumentParser:
     """The options that say which cases are looked at, and how they lie."""
-    parser = argparse.ArgumentParser(description=says, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=message, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--variant", nargs="+", default=["input", "welded", "fused"])
     parser.add_argument("--suite", default="all")
     parser.add_argument("--only", help="Regular expression of the names.")
@@ -201,8 +201,8 @@ def run(score: ModuleType, args: argparse.Namespace, variant: str) -> None:
             went.setdefault(each, []).append(whole)
     for kind, all_ in sorted(went.items()):
         share = sum(all_) / len(all_)
-        says = "reach their range under 20 N, touching nothing"
-        print(f"travel {kind}: {sum(all_)} of {len(all_)} joints ({share:.1%}) {says}")
+        message = "reach their range under 20 N, touching nothing"
+        print(f"travel {kind}: {sum(all_)} of {len(all_)} joints ({share:.1%}) {message}")
     for d in done if args.travel else []:
         print(f"contract {d['row']['name']}: {d['holds']}")
     sys.stdout.flush()
@@ -256,7 +256,7 @@ def travel(mesh: Path) -> tuple[list[tuple[str, bool]], str]:
             return [], "nothing moves"
     holds = f"holds {built.asset.contract}" if built.asset.contract else ": ".join(built.lacking[:2]) or "none aimed at"
     went = [(p.kind.value, found[p.name].whole) for p in built.found.parts]
-    return went, f"{built.category.id} ({built.sure[0]:.0%}): {holds}"
+    return went, f"{built.category.id} ({built.confidence[0]:.0%}): {holds}"
 
 
 def tell(row: dict[str, Any], good: bool, took: float) -> None:

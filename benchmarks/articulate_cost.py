@@ -89,7 +89,7 @@ def _child(mesh: Path, core: int | None, answer: Connection) -> None:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     found = done.found if isinstance(done, Done) else None
     names = tuple(p.name for p in found.parts) if found is not None else ()
-    answer.send(Cost(mesh, took, clock, peak, names, done.code if isinstance(done, Done) else f"halt: {done.says}"))
+    answer.send(Cost(mesh, took, clock, peak, names, done.code if isinstance(done, Done) else f"halt: {done.message}"))
 
 
 def main() -> None:

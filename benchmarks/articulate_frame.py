@@ -33,7 +33,7 @@ class Guess:
     category: str
     right: bool
     upright: bool
-    sure: float
+    confidence: float
     took: float
 
 
@@ -51,8 +51,8 @@ def guessed(score: ModuleType, args: argparse.Namespace, variant: str) -> list[G
         upright = float(np.dot(frame.rotation[2], truth(case)[0])) > 0.99
         out.append(Guess(case.J["category"], right, upright, frame.confidence, took))
         if args.verbose:
-            says = "" if right else " WRONG" if upright else " NOT UPRIGHT"
-            print(f"{name} {frame.confidence:.0%}{says}; next {frame.runner_up}", flush=True)
+            message = "" if right else " WRONG" if upright else " NOT UPRIGHT"
+            print(f"{name} {frame.confidence:.0%}{message}; next {frame.runner_up}", flush=True)
     return out
 
 
@@ -65,9 +65,9 @@ def tell(variant: str, guesses: Sequence[Guess]) -> None:
     by_kind = {k: [g.right for g in guesses if g.category == k] for k in sorted({g.category for g in guesses})}
     print("  ".join(f"{k} {sum(r)}/{len(r)}" for k, r in by_kind.items()))
     for low, high in pairwise(BOUNDS):
-        some = [g for g in guesses if low <= g.sure < high]
+        some = [g for g in guesses if low <= g.confidence < high]
         if some:
-            mean = np.mean([g.sure for g in some])
+            mean = np.mean([g.confidence for g in some])
             print(f"sure {low:.0%} to {min(high, 1):.0%}: {len(some)} guesses, {mean:.0%} in the mean,", end=" ")
             print(f"{sum(g.right for g in some) / len(some):.0%} right")
     sys.stdout.flush()

@@ -37,9 +37,9 @@ def main() -> int:
         ):
             results.append(done)
             if not done.passed:
-                console.print(f"[red]failed[/] {done.wish.title} {done.says}", highlight=False)
+                console.print(f"[red]failed[/] {done.wish.title} {done.message}", highlight=False)
                 for issue in done.problems:
-                    console.print(f"  {issue.code} {issue.pointer}: {issue.says}", highlight=False, markup=False)
+                    console.print(f"  {issue.code} {issue.pointer}: {issue.message}", highlight=False, markup=False)
     table = Table("family", "passed", "of", "build s", "write s", "draw s", "check s", "MB", title="median per member")
     for row in summary(results):
         table.add_row(*row)

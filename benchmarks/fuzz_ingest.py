@@ -39,7 +39,7 @@ def main() -> int:
     for verdict, count in sorted(result.verdicts.items(), key=lambda pair: (-pair[1], pair[0])):
         print(f"{count:>8}  {verdict}")
     for one in result.findings:
-        print(f"FOUND {one.kind} seed {plan.seed} case {one.number}: {one.says.strip().splitlines()[-1][:200]}")
+        print(f"FOUND {one.kind} seed {plan.seed} case {one.number}: {one.message.strip().splitlines()[-1][:200]}")
     return 1 if result.findings else 0
 
 

@@ -56,8 +56,8 @@ def ours(item: Prepared, _: int) -> tuple[list[Placed], str]:
 
 def coacd(item: Prepared, cpu_s: int) -> tuple[list[Placed], str]:
     """CoACD with obj2mjcf's defaults; it sets no limit to the vertices of a hull."""
-    clouds, says = peer_coacd.run(*item.mesh, cpu_s)
-    return _placed(clouds), says
+    clouds, message = peer_coacd.run(*item.mesh, cpu_s)
+    return _placed(clouds), message
 
 
 def vhacd(item: Prepared, cpu_s: int) -> tuple[list[Placed], str]:
@@ -86,15 +86,15 @@ def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[tuple[R
         title, tool = TOOLS[name]
         before = _cpu()
         try:
-            shapes, says = tool(item, cpu_s)
+            shapes, message = tool(item, cpu_s)
         except CasaError as error:
-            shapes, says = [], str(error)
+            shapes, message = [], str(error)
         seconds = _cpu() - before
         base = Row(item.path, item.category.id, item.category.build.value, title, round(seconds, 2))
-        yield _row(base, shapes, of, says), shapes
+        yield _row(base, shapes, of, message), shapes
 
 
-def _row(base: Row, shapes: list[Placed], of: Truth, says: str) -> Row:
+def _row(base: Row, shapes: list[Placed], of: Truth, message: str) -> Row:
     hulls = [len(s.shape.mesh.vertices) for s in shapes if isinstance(s.shape, Hull)]
     measured = fit([surface(s.shape, s.pose, ROUND_STEPS)[0] for s in shapes], of) if shapes else None
     numbers = {} if measured is None else asdict(measured)
@@ -103,7 +103,7 @@ def _row(base: Row, shapes: list[Placed], of: Truth, says: str) -> Row:
             **asdict(base),
             **{k: None if v is None else float(f"{v:.4g}") for k, v in numbers.items()},
             "longest_mm": round(1000 * of.longest, 1),
-            "says": says,
+            "message": message,
             "shapes": len(shapes) if measured is not None else None,
             "kinds": " ".join(sorted({s.shape.kind for s in shapes})),
             "hull_vertices": max(hulls, default=0),
@@ -134,14 +134,14 @@ def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, l
         if here.poll(DEATH_S):
             rows: list[tuple[Row, list[Placed]]] = here.recv()
             return rows
-        says = f"still running after {DEATH_S} s"
+        message = f"still running after {DEATH_S} s"
         child.kill()
     except EOFError:
-        says = "its process died"
+        message = "its process died"
     finally:
         child.join()
     base = (item.path, item.category.id, item.category.build.value)
-    return [(Row(*base, TOOLS[name][0], 0.0, says=f"{says} ({child.exitcode})"), []) for name in names]
+    return [(Row(*base, TOOLS[name][0], 0.0, message=f"{message} ({child.exitcode})"), []) for name in names]
 
 
 def main() -> None:
@@ -170,7 +170,7 @@ def main() -> None:
             rows.append(row)
             made.setdefault(row.tool, []).append(shapes)
             print(
-                f"{row.path}: {row.tool}: {row.seconds:.1f} s, {row.shapes} shapes, IoU {row.iou} {row.says}",
+                f"{row.path}: {row.tool}: {row.seconds:.1f} s, {row.shapes} shapes, IoU {row.iou} {row.message}",
                 flush=True,
             )
         pace = pace or _pace(made, given.drop)
@@ -196,7 +196,7 @@ def _pace(made: dict[str, list[list[Placed]]], count: int) -> list[stepping.Pace
 def _write(out: Path, rows: Sequence[Row], folder: Path, pace: Sequence[stepping.Pace]) -> str:
     """The files of a run; the page."""
     dump(out / "ingest_collision.json", {"rows": [asdict(r) for r in rows], "pace": [asdict(p) for p in pace]})
-    text = report(rows, folder.as_posix(), targets(rows, pace), [p.says for p in pace])
+    text = report(rows, folder.as_posix(), targets(rows, pace), [p.message for p in pace])
     (out / "ingest_collision.md").write_text(text, encoding="utf-8")
     return text
 

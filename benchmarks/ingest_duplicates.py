@@ -178,7 +178,7 @@ def trial(one: Known, seed: int, makes: dict[str, Make], limit: float) -> list[d
         try:
             other = read(f"{one.name} {kind}", Bundle(main=name, files={name: data}))
         except Rejected as error:
-            rows.append({"name": one.name, "kind": kind, "found": False, "says": str(error)})
+            rows.append({"name": one.name, "kind": kind, "found": False, "message": str(error)})
             continue
         gap, most, every, found = compared(one, other, limit)
         row = {"name": one.name, "kind": kind, "gap": gap, "most": most, "all": every, "found": found}
@@ -224,7 +224,7 @@ def markdown(copies: list[dict[str, object]], near: list[dict[str, object]], far
 
 def _why(row: dict[str, object]) -> str:
     if "gap" not in row:
-        return str(row["says"])
+        return str(row["message"])
     return f"gap {row['gap']:.3f}, within {row['most']:.3f}, nearly all within {row['all']:.3f}"
 
 

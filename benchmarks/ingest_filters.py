@@ -70,7 +70,7 @@ def judge(check: Check, package: Package) -> tuple[float | None, str]:
     """Number and words of one filter on one asset."""
     limit = None if check.limit is None else registry.load().limits[check.limit]
     found = check.function(package.asset if check.subject is Asset else package, limit)
-    return found.number, "; ".join(says for _, says in found.problems)
+    return found.number, "; ".join(message for _, message in found.problems)
 
 
 def load_ms(folder: Path) -> float:
@@ -106,12 +106,12 @@ def measure(root: Path, every: int) -> tuple[int, dict[str, Filter], dict[str, S
 
 def _listen(to: Filter, check: Check, package: Package) -> None:
     start = time.process_time()
-    number, says = judge(check, package)
+    number, message = judge(check, package)
     to.seconds += time.process_time() - start
     if number is not None:
         to.numbers[package.asset.id] = number
-    if says:
-        to.flagged[package.asset.id] = says
+    if message:
+        to.flagged[package.asset.id] = message
 
 
 def _rename(seen: list[tuple[str, Floats, Category]], into: Spoilt) -> None:

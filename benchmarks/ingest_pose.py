@@ -110,7 +110,7 @@ def measured(
         mass_kg=found.kg,
         mass_sure=found.confidence,
         mass_span=(category.mass_kg.low, category.mass_kg.high),
-        mass_says=found.says,
+        mass_says=found.message,
     )
     if truth:
         _judge(row, category, draft, posed, told, truth, copies)

@@ -55,12 +55,12 @@ def judged(one: Found) -> tuple[Row, RawModel | None, Draft | None]:
     try:
         model = raw(collect(one, limits), limits)
     except Rejected as error:
-        return Row(path, name, refused=f"{error.code} {error.says}"), None, None
+        return Row(path, name, refused=f"{error.code} {error.message}"), None, None
     start = time.process_time()
     try:
         draft = clean(model, category)
     except Rejected as error:
-        return Row(path, name, refused=f"{error.code} {error.says}"), model, None
+        return Row(path, name, refused=f"{error.code} {error.message}"), model, None
     seconds = time.process_time() - start
     surface = Draft(parts=model.parts).soup()
     theirs, their_seconds, their_refusal = _theirs(surface)
@@ -76,8 +76,8 @@ def judged(one: Found) -> tuple[Row, RawModel | None, Draft | None]:
         their_seconds=round(their_seconds, 3),
         same=_is_same(model, draft),
         notes=tuple(n.code for n in own),
-        says=tuple(n.says for n in own),
-        solidity=f"{guess.value}: {guess.because}",
+        message=tuple(n.message for n in own),
+        solidity=f"{guess.value}: {guess.reason}",
         their_refusal=their_refusal,
     )
     return row, model, draft

@@ -34,7 +34,7 @@ class Row:
     tool: str
     accepted: bool
     seconds: float
-    says: str = ""
+    message: str = ""
     shapes: int | None = None
     hull_vertices: int | None = None
     volume_ratio: float | None = None
@@ -69,7 +69,7 @@ hull; 0 where all shapes are primitives.
 def judge(item: Input, tool: str, run: tools.Tool) -> Row:
     """Run a tool on an input and measure what comes out."""
     answer = run(item)
-    row = Row(item.path, item.category, tool, answer.shapes is not None, round(answer.seconds, 2), answer.says)
+    row = Row(item.path, item.category, tool, answer.shapes is not None, round(answer.seconds, 2), answer.message)
     if answer.shapes is None or item.mesh is None:
         return row
     truth = item.volume * answer.density if item.volume and item.full else None
@@ -94,11 +94,11 @@ def report(rows: Sequence[Row], folder: str, note: str) -> str:
     lines += [note, ""] if note else []
     lines += ["## Totals", "", *totals(rows, names), *LEGEND.splitlines(), "", "## Where we are worse", ""]
     lines += [*worse(rows, names), "", "## Every input", ""]
-    heads = ["input", "tool", *(head for _, head, _, _ in COLUMNS), "says"]
+    heads = ["input", "tool", *(head for _, head, _, _ in COLUMNS), "message"]
     lines += [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     for r in rows:
         cells = [_text(getattr(r, name), digits) for name, _, digits, _ in COLUMNS]
-        lines.append(f"| {r.path} | {r.tool} | {' | '.join(cells)} | {r.says.replace('|', '/')} |")
+        lines.append(f"| {r.path} | {r.tool} | {' | '.join(cells)} | {r.message.replace('|', '/')} |")
     return "\n".join(lines) + "\n"
 
 
@@ -180,7 +180,7 @@ def main() -> None:
     for item in inputs.gather(given.folder, given.every, {path: v.category for path, v in verdicts.items()}):
         for name, run in runs.items():
             rows.append(judge(item, name, run))
-            print(f"{item.path}: {name}: {rows[-1].seconds:.1f} s {rows[-1].says}", flush=True)
+            print(f"{item.path}: {name}: {rows[-1].seconds:.1f} s {rows[-1].message}", flush=True)
     inputs.dump(out / "ingest_vs_peer.json", {"machine": machine(), "rows": [asdict(r) for r in rows]})
     text = report(rows, given.folder.as_posix(), note)
     (out / "ingest_vs_peer.md").write_text(text, encoding="utf-8")

@@ -238,12 +238,14 @@ def learned(looks: Looks, names: Sequence[str]) -> tuple[Floats, Floats]:
         out = looks.fold == k
         sharpness, *trial = by_trials(looks, first, ~out).tolist()
         second[out] = sharpness * first[out] + looks.trials[out] @ np.array(trial)
-    for says, scores in (("by looks", first), ("and tried", np.where(looks.has, second, NEVER))):
+    for message, scores in (("by looks", first), ("and tried", np.where(looks.has, second, NEVER))):
         told = np.stack([shares(scores + prior(turn)) for turn in turns()])
         hit = np.stack([looks.true[np.arange(len(scores)), t.argmax(axis=1)] for t in told])
-        sure = told.max(axis=2)
-        above = [f"above {s:.0%} sure {hit[sure >= s].mean():.1%} of {(sure >= s).mean():.0%}" for s in SURE]
-        print(f"# {len(scores)} {says}: {hit.mean():.1%} right where their family is left out; {', '.join(above)}")
+        confidence = told.max(axis=2)
+        above = [
+            f"above {s:.0%} sure {hit[confidence >= s].mean():.1%} of {(confidence >= s).mean():.0%}" for s in SURE
+        ]
+        print(f"# {len(scores)} {message}: {hit.mean():.1%} right where their family is left out; {', '.join(above)}")
         rates = {n: hit[:, [m == n for m in names]].mean() for n in dict.fromkeys(names)}
         print("#   less often:", ", ".join(f"{n} {r:.0%}" for n, r in rates.items() if r < 0.9))
     return by_looks(looks, every), by_trials(looks, first, every)

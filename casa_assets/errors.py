@@ -52,33 +52,33 @@ class Rejected(CasaError):
 
     Args:
         code: code from registry/rejections.yaml, such as `SRC003`.
-        says: one sentence for the person who has to mend the input.
+        message: one sentence for the person who has to mend the input.
     """
 
-    def __init__(self, code: str, says: str) -> None:
-        self.code, self.says = code, says
-        super().__init__(f"{code}: {says}")
+    def __init__(self, code: str, message: str) -> None:
+        self.code, self.message = code, message
+        super().__init__(f"{code}: {message}")
 
     def __reduce__(self) -> tuple[type, tuple[str, str]]:
-        return (type(self), (self.code, self.says))
+        return (type(self), (self.code, self.message))
 
 
 class DegenerateShape(Rejected):
     """Points that span no volume where a volume is needed."""
 
-    def __init__(self, says: str, code: str = "GEO001") -> None:
-        super().__init__(code, says)
+    def __init__(self, message: str, code: str = "GEO001") -> None:
+        super().__init__(code, message)
 
     def __reduce__(self) -> tuple[type, tuple[str, str]]:
-        return (type(self), (self.says, self.code))
+        return (type(self), (self.message, self.code))
 
 
 class OutputError(CasaError):
     """The output folder cannot be used as asked."""
 
-    def __init__(self, path: str, says: str) -> None:
-        self.path, self.says = path, says
-        super().__init__(f"{path}: {says}")
+    def __init__(self, path: str, message: str) -> None:
+        self.path, self.message = path, message
+        super().__init__(f"{path}: {message}")
 
 
 class Misfit(CasaError):

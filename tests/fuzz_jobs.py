@@ -38,12 +38,12 @@ class Finding:
 
     Attributes:
         number: of the case; with the seed of the run it makes the same files again.
-        kind: error, slow, large, escape, crash, hang or memory. says: what happened, with its trace.
+        kind: error, slow, large, escape, crash, hang or memory. message: what happened, with its trace.
     """
 
     number: int
     kind: str
-    says: str
+    message: str
 
 
 @dataclass(frozen=True)

@@ -120,5 +120,5 @@ def _add(result: Result, findings: list[Finding], plan: Plan) -> None:
         specimen, files = case(plan.seed, one.number, plan.seeds)
         for name, data in files.items():
             (folder / name).write_bytes(data)
-        told = {"seed": plan.seed, "number": one.number, "specimen": specimen, "kind": one.kind, "says": one.says}
+        told = {"seed": plan.seed, "number": one.number, "specimen": specimen, "kind": one.kind, "message": one.message}
         (folder / "finding.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")

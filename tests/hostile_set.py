@@ -135,7 +135,7 @@ class Said:
     path: str
     accepted: bool
     code: str
-    says: str
+    message: str
     warnings: tuple[str, ...]
     asset_id: str
 
@@ -143,7 +143,7 @@ class Said:
     def of(cls, line: Mapping[str, Any]) -> Said:
         """From a line of JSON."""
         codes = tuple(w["code"] for w in line["warnings"])
-        return cls(line["path"], line["status"] == "accepted", line["code"], line["says"], codes, line["id"])
+        return cls(line["path"], line["status"] == "accepted", line["code"], line["message"], codes, line["id"])
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ def fits(said: Said, words: str) -> bool:
     rest = rest.strip()
     if verb == "reject":
         if rest.startswith("duplicate of"):
-            return said.code in TWINS and rest.split()[-1] in said.says
+            return said.code in TWINS and rest.split()[-1] in said.message
         return not said.accepted and (rest == "*" or said.code in _codes(rest))
     if not said.accepted:
         return False
@@ -206,10 +206,10 @@ def verdict(row: Row, said: Sequence[Said]) -> str:
     return "; ".join(map(told, said))
 
 
-def disputed(row: Row, says: str) -> str:
+def disputed(row: Row, message: str) -> str:
     """Why what became of a row is right although its index says otherwise; empty where there is no such reason."""
     begins, why = DISPUTED.get(row.file, ("?", ""))
-    return why if says.startswith(begins) else ""
+    return why if message.startswith(begins) else ""
 
 
 def _skips_rows(row: Row, said: Sequence[Said]) -> bool:
@@ -222,7 +222,7 @@ def told(said: Said) -> str:
     """One outcome in one line."""
     if said.accepted:
         return f"accepted, warnings {sorted(set(said.warnings))}"
-    return f"rejected {said.code}: {said.says.splitlines()[0][:160]}"
+    return f"rejected {said.code}: {said.message.splitlines()[0][:160]}"
 
 
 class HostileSet:

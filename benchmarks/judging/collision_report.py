@@ -26,7 +26,7 @@ class Row:
     seconds: float
     memory_mb: int = 0
     longest_mm: float = 0.0
-    says: str = ""
+    message: str = ""
     shapes: int | None = None
     kinds: str = ""
     hull_vertices: int | None = None
@@ -78,13 +78,13 @@ def report(rows: Sequence[Row], folder: str, targets: Sequence[str], pace: Seque
     lines += [*against(rows, tools), *(["## Things dropped on a table", "", *pace, ""] if pace else [])]
     far = [r for r in rows if r.tool == OURS and not r.is_close]
     lines += ["## Farther off than promised", "", *(_far(r) for r in far), ""] if far else []
-    heads = ["input", "category", "tool", *(head for _, head, _ in COLUMNS), "close", "says"]
+    heads = ["input", "category", "tool", *(head for _, head, _ in COLUMNS), "close", "message"]
     lines += ["## Every input", "", f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     for r in rows:
         cells = [_text(getattr(r, name), digits) for name, _, digits in COLUMNS]
-        says = r.says.replace("|", "/")
+        message = r.message.replace("|", "/")
         lines.append(
-            f"| {r.path} | {r.category} | {r.tool} | {' | '.join(cells)} | {'yes' if r.is_close else ''} | {says} |"
+            f"| {r.path} | {r.category} | {r.tool} | {' | '.join(cells)} | {'yes' if r.is_close else ''} | {message} |"
         )
     return "\n".join(lines) + "\n"
 
@@ -134,11 +134,11 @@ def totals(rows: Sequence[Row], tools: Sequence[str]) -> list[str]:
 def _far(row: Row) -> str:
     """One line about an input that is farther off than promised: by how much."""
     if row.bare_p95_mm is None or row.phantom_p95_mm is None or row.bare_max_mm is None or row.phantom_max_mm is None:
-        return f"- {row.path} ({row.category}): {row.says}"
+        return f"- {row.path} ({row.category}): {row.message}"
     near, worst = max(P95_MM, P95_RATIO * row.longest_mm), WORST_RATIO * row.longest_mm
     p95, most = max(row.bare_p95_mm, row.phantom_p95_mm), max(row.bare_max_mm, row.phantom_max_mm)
     words = f"95 % within {p95:.1f} mm of {near:.1f}, worst {most:.1f} mm of {worst:.1f}"
-    return f"- {row.path} ({row.category}): {words}; {row.shapes} shapes, {row.says}"
+    return f"- {row.path} ({row.category}): {words}; {row.shapes} shapes, {row.message}"
 
 
 def against(rows: Sequence[Row], tools: Sequence[str]) -> list[str]:

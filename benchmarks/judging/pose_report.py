@@ -102,9 +102,9 @@ def _mass_lines(rows: Sequence[Any], masses: Sequence[dict[str, Any]]) -> list[s
     lines = [_line("mass within the range of the category", 1.0, inside, len(rows))]
     for name, low, high in (("apple", 0.1, 0.3), ("mug", 0.25, 0.5)):
         of = [r.mass_kg for r in rows if r.category == name]
-        says = f", {min(of):.3g} to {max(of):.3g} kg" if of else ""
+        message = f", {min(of):.3g} to {max(of):.3g} kg" if of else ""
         good = sum(low <= kg <= high for kg in of)
-        lines.append(_line(f"{name}s of {low:g} to {high:g} kg", 1.0, good, len(of), says))
+        lines.append(_line(f"{name}s of {low:g} to {high:g} kg", 1.0, good, len(of), message))
     lines.append(f"| masses for review | | {sum(r.mass_sure < SURE for r in rows)} of {len(rows)} | |")
     if masses:
         off = [abs(m["mjcf"] / m["usd"] - 1) if m["usd"] else np.inf for m in masses]

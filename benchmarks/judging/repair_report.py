@@ -33,7 +33,7 @@ class Row:
     their_seconds: float = 0.0
     same: bool = False
     notes: tuple[str, ...] = ()
-    says: tuple[str, ...] = ()
+    message: tuple[str, ...] = ()
     solidity: str = ""
     refused: str = ""
     their_refusal: str = ""
@@ -127,7 +127,18 @@ def remarks(rows: Sequence[Row]) -> list[str]:
 
 def every(rows: Sequence[Row]) -> list[str]:
     """One line per input that is not sound and untouched."""
-    heads = ["input", "open edges", "fins", "broken", "wind one way", "front", "pieces", "floating", "solidity", "says"]
+    heads = [
+        "input",
+        "open edges",
+        "fins",
+        "broken",
+        "wind one way",
+        "front",
+        "pieces",
+        "floating",
+        "solidity",
+        "message",
+    ]
     lines = ["Numbers are before > ours > trimesh.", "", f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     for r in rows:
         if r.refused:
@@ -146,6 +157,6 @@ def every(rows: Sequence[Row]) -> list[str]:
                 ("floating", "d"),
             )
         ]
-        says = "; ".join(r.says).replace("|", "/") or "untouched"
-        lines.append(f"| {r.path} | {' | '.join(cells)} | {r.solidity} | {says} |")
+        message = "; ".join(r.message).replace("|", "/") or "untouched"
+        lines.append(f"| {r.path} | {' | '.join(cells)} | {r.solidity} | {message} |")
     return lines

@@ -35,7 +35,7 @@ class Pace:
     contacts: float
 
     @property
-    def says(self) -> str:
+    def message(self) -> str:
         """In words with numbers."""
         words = f"- {self.tool}: {self.things} things, {self.shapes} shapes"
         return f"{words}: {self.steps:.0f} steps/s, {self.contacts:.0f} contacts"

@@ -34,7 +34,7 @@ class Answer:
     seconds: float
     shapes: shapes.Shapes | None = None
     density: float = WATER
-    says: str = ""
+    message: str = ""
 
 
 Tool = Callable[[Input], Answer]
@@ -47,7 +47,7 @@ class Verdict:
     category: str
     seconds: float
     model: Path | None
-    says: str
+    message: str
 
 
 def ingested(folder: Path, out: Path, limit_s: float) -> dict[str, Verdict]:
@@ -66,7 +66,7 @@ def ingested(folder: Path, out: Path, limit_s: float) -> dict[str, Verdict]:
     for path, (event, seconds) in took.items():
         entry = known[event.asset_id]
         model = out / entry.path / "model.xml" if entry.accepted else None
-        verdicts[path] = Verdict(entry.category, seconds, model, f"{event.code} {event.says}".strip())
+        verdicts[path] = Verdict(entry.category, seconds, model, f"{event.code} {event.message}".strip())
     return verdicts
 
 
@@ -76,7 +76,7 @@ def ours(verdicts: Mapping[str, Verdict]) -> Tool:
     def run(item: Input) -> Answer:
         verdict = verdicts[item.path]
         if verdict.model is None:
-            return Answer(verdict.seconds, says=verdict.says)
+            return Answer(verdict.seconds, message=verdict.message)
         return Answer(verdict.seconds, shapes.of_model(verdict.model), item.density)
 
     return run
@@ -88,7 +88,7 @@ def peer(venv: Path, out: Path, limit_s: float) -> Tool:
 
     def run(item: Input) -> Answer:
         if item.mesh is None:
-            return Answer(0.0, says="there is no mesh to hand over")
+            return Answer(0.0, message="there is no mesh to hand over")
         name = f"mesh_{len(list(out.glob('*'))):04d}" if out.is_dir() else "mesh_0000"
         write_obj(item.mesh, out / name / f"{name}.obj")
         command = [str(venv / "bin" / PEER), "--obj-dir", str(out / name), "--save-mjcf", "--decompose", "--overwrite"]
@@ -96,16 +96,16 @@ def peer(venv: Path, out: Path, limit_s: float) -> Tool:
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=limit_s, check=False)
         except subprocess.TimeoutExpired:
-            return Answer(time.monotonic() - begin, says=f"still running after {limit_s:g} s and was stopped")
+            return Answer(time.monotonic() - begin, message=f"still running after {limit_s:g} s and was stopped")
         seconds = time.monotonic() - begin
         model = out / name / name / f"{name}.xml"
         if not model.is_file():
             words = (done.stderr or done.stdout).strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
-            return Answer(seconds, says=f"wrote no model: {words[0][:120]}")
+            return Answer(seconds, message=f"wrote no model: {words[0][:120]}")
         try:
             return Answer(seconds, shapes.of_model(model))
         except ValueError as error:
-            return Answer(seconds, says=f"its model does not compile: {str(error).splitlines()[0][:120]}")
+            return Answer(seconds, message=f"its model does not compile: {str(error).splitlines()[0][:120]}")
 
     return run
 
@@ -113,12 +113,12 @@ def peer(venv: Path, out: Path, limit_s: float) -> Tool:
 def one_hull(item: Input) -> Answer:
     """The convex hull of everything."""
     if item.mesh is None:
-        return Answer(0.0, says="there is no mesh")
+        return Answer(0.0, message="there is no mesh")
     begin = time.monotonic()
     try:
         cloud, _ = convex_hull(item.mesh[0])
     except CasaError as error:
-        return Answer(time.monotonic() - begin, says=str(error))
+        return Answer(time.monotonic() - begin, message=str(error))
     seconds = time.monotonic() - begin
     return Answer(seconds, shapes.of_clouds([cloud], WATER))
 
@@ -126,14 +126,14 @@ def one_hull(item: Input) -> Answer:
 def vhacd(item: Input) -> Answer:
     """V-HACD of everything at once: 32 hulls of 64 vertices, 400,000 voxels."""
     if item.mesh is None:
-        return Answer(0.0, says="there is no mesh")
+        return Answer(0.0, message="there is no mesh")
     begin = time.monotonic()
     try:
         clouds = decompose("vhacd", *item.mesh, Budget(hulls=32, hull_vertices=64))
         seconds = time.monotonic() - begin
         return Answer(seconds, shapes.of_clouds([c for c in clouds if hull_volume(c) > 0], WATER))
     except (DecompositionFailed, CasaError) as error:
-        return Answer(time.monotonic() - begin, says=str(error))
+        return Answer(time.monotonic() - begin, message=str(error))
 
 
 def install_peer(venv: Path) -> str:

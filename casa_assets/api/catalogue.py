@@ -74,7 +74,7 @@ def plans() -> Mapping[str, PlanInfo]:
 def styles() -> Mapping[str, StyleInfo]:
     """All styles by name, sorted."""
     found = (load_style(name)[0] for name in style_names())
-    return MappingProxyType({s.id: StyleInfo(s.id, s.title, s.says) for s in found})
+    return MappingProxyType({s.id: StyleInfo(s.id, s.title, s.description) for s in found})
 
 
 def families() -> Mapping[str, FamilyInfo]:

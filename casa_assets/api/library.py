@@ -189,7 +189,7 @@ def ingest(
         if event.was_rejected:
             folder = place.path / disk.REJECTED / event.asset_id
             report = disk.read_refusal(folder).report if (folder / disk.REFUSAL).is_file() else None
-            rejection = Rejection(event.code, event.says)
+            rejection = Rejection(event.code, event.message)
             return Ingested(event.path, None, rejection, (), report, folder if kept else None)
         folder = place.folder(event.asset_id)
         report = disk.read_certificate(folder).report
@@ -201,11 +201,11 @@ def _in_memory(mesh: Thing, category: str, name: str, up: Up | None) -> Ingested
     try:
         asset, report = ingest_mesh(mesh, name, category, up)
     except Rejected as error:
-        return Ingested(name, None, Rejection(error.code, error.says))
+        return Ingested(name, None, Rejection(error.code, error.message))
     if report.passed:
         return Ingested(name, asset, None, report.issues, report)
     worst = first_error(report)
-    return Ingested(name, None, Rejection(worst.code, worst.says), (), report)
+    return Ingested(name, None, Rejection(worst.code, worst.message), (), report)
 
 
 def articulate(
@@ -249,7 +249,7 @@ def articulate(
 
 def _articulated(done: Done, kept: bool) -> Articulated:
     asset = disk.read_asset(done.folder) if done.accepted and done.folder is not None else None
-    rejection = None if done.accepted else Rejection(done.code, done.says)
+    rejection = None if done.accepted else Rejection(done.code, done.message)
     folder = done.folder if kept else None
     source = str(done.mesh)
     return Articulated(source, asset, rejection, done.report, done.category, done.size, done.lacking, folder)

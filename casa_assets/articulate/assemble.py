@@ -195,15 +195,15 @@ def _materials(model: RawModel, substance: str) -> tuple[Material, ...]:
 def _guesses(found: Articulation) -> tuple[Guess, ...]:
     """The decisions, for the provenance."""
     frame = found.frame
-    out = [Guess(subject="frame", value="up and front", confidence=frame.confidence, because=frame.because)]
+    out = [Guess(subject="frame", value="up and front", confidence=frame.confidence, reason=frame.reason)]
     for part in found.parts:
-        says = "; ".join(w for w in (part.because, part.joint.because) if w)
-        out.append(Guess(subject=part.name, value=part.kind.value, confidence=part.confidence, because=says))
+        message = "; ".join(w for w in (part.reason, part.joint.reason) if w)
+        out.append(Guess(subject=part.name, value=part.kind.value, confidence=part.confidence, reason=message))
     for room in found.rooms:
         if room.built:
-            says = f"added: {room.filling.value}"
+            message = f"added: {room.filling.value}"
             subject = f"{room.parts[0]}_room"
-            out.append(Guess(subject=subject, value=says, confidence=room.confidence, because=room.because))
+            out.append(Guess(subject=subject, value=message, confidence=room.confidence, reason=room.reason))
     return tuple(out)
 
 

@@ -173,7 +173,7 @@ def _fresh(name: str, wanted: PartDecision, soup: Soup, found: Articulation) -> 
     if not len(faces):
         raise CasaError(f"part {name!r}: nothing lies whole within box_m; it is in metres, origin under the middle")
     bare = PartPlan(
-        name=name, kind=wanted.kind, faces=faces, grip=faces[:0], joint=_dummy(), confidence=1.0, because=GIVEN
+        name=name, kind=wanted.kind, faces=faces, grip=faces[:0], joint=_dummy(), confidence=1.0, reason=GIVEN
     )
     joint = _joint(wanted.kind, wanted.hinge, bare, soup)
     return _changed(bare.replace(joint=joint), wanted.replace(hinge=None), soup, found)
@@ -195,10 +195,10 @@ def _changed(part: PartPlan, wanted: PartDecision | None, soup: Soup, found: Art
     joint = _ranged(joint, wanted, found.frame.metres or 1.0)
     if wanted.endless is not None and joint.kind is JointKind.HINGE and wanted.endless is not joint.endless:
         span = (0.0, KNOB_AWAY) if wanted.endless else joint.range
-        joint = joint.replace(endless=wanted.endless, range=span, because=GIVEN, confidence=1.0)
+        joint = joint.replace(endless=wanted.endless, range=span, reason=GIVEN, confidence=1.0)
     parent = part.parent if wanted.on is None else "" if wanted.on == BODY else wanted.on
     if kind is not part.kind or parent != part.parent:
-        changed = part.replace(kind=kind, parent=parent, confidence=1.0, because=GIVEN)
+        changed = part.replace(kind=kind, parent=parent, confidence=1.0, reason=GIVEN)
     return changed if joint is part.joint else changed.replace(joint=joint)
 
 
@@ -207,11 +207,11 @@ def _turned(joint: JointPlan, wanted: PartDecision, soup: Soup, found: Articulat
     if wanted.axis is not None:
         axis = direction(wanted.axis)
         if float(np.dot(axis, joint.axis)) < 1 - 1e-9:
-            joint = joint.replace(axis=axis, edge=None, confidence=1.0, because=GIVEN)
+            joint = joint.replace(axis=axis, edge=None, confidence=1.0, reason=GIVEN)
     if wanted.anchor_m is not None:
         anchor = _to_frame(np.array(wanted.anchor_m), soup, found)
         if float(np.linalg.norm(anchor - np.array(joint.anchor))) * (found.frame.metres or 1.0) > SAME_M:
-            joint = joint.replace(anchor=_vec(anchor), edge=None, confidence=1.0, because=GIVEN)
+            joint = joint.replace(anchor=_vec(anchor), edge=None, confidence=1.0, reason=GIVEN)
     return joint
 
 
@@ -220,10 +220,10 @@ def _ranged(joint: JointPlan, wanted: PartDecision, metres: float) -> JointPlan:
     if joint.kind is JointKind.SLIDE:
         if wanted.travel_m is None or abs(wanted.travel_m - joint.range[1] * metres) <= SAME_M:
             return joint
-        return joint.replace(range=(0.0, wanted.travel_m / metres), confidence=1.0, because=GIVEN)
+        return joint.replace(range=(0.0, wanted.travel_m / metres), confidence=1.0, reason=GIVEN)
     if wanted.opens_deg is None or abs(wanted.opens_deg - math.degrees(joint.range[1])) <= SAME_DEG:
         return joint
-    return joint.replace(range=(0.0, math.radians(wanted.opens_deg)), confidence=1.0, because=GIVEN)
+    return joint.replace(range=(0.0, math.radians(wanted.opens_deg)), confidence=1.0, reason=GIVEN)
 
 
 def _joint(kind: PartKind, edge: Edge | None, part: PartPlan, soup: Soup) -> JointPlan:
@@ -231,10 +231,10 @@ def _joint(kind: PartKind, edge: Edge | None, part: PartPlan, soup: Soup) -> Joi
     leaf = np.setdiff1d(part.faces, part.grip)
     low, high = _box(leaf if len(leaf) else part.faces, soup)
     middle = _vec((low + high) / 2)
-    sure = {"confidence": 1.0, "because": GIVEN}
+    confidence = {"confidence": 1.0, "reason": GIVEN}
     if kind in (PartKind.DOOR, PartKind.LID):
         return _hinge(edge or (Edge.TOP if kind is PartKind.LID else Edge.LEFT), kind, low, high)
-    base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0)).replace(**sure)
+    base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0)).replace(**confidence)
     if kind in (PartKind.DRAWER, PartKind.TRAY):
         way = hinges.DRAWER_WAY * float(high[1] - low[1])
         return base.replace(kind=JointKind.SLIDE, range=(0.0, way))
@@ -259,7 +259,7 @@ def _hinge(edge: Edge, kind: PartKind, low: Floats, high: Floats) -> JointPlan:
         range=(0.0, hinges.DOOR_RANGE),
         edge=edge,
         confidence=1.0,
-        because=GIVEN,
+        reason=GIVEN,
     )
 
 
@@ -268,10 +268,10 @@ def at_face(part: PartPlan, soup: Soup) -> JointPlan:
     leaf = np.setdiff1d(part.faces, part.grip)
     low, high = _box(leaf if len(leaf) else part.faces, soup)
     x, y, z = part.joint.anchor
-    because = f"{part.joint.because}; set in: the axis lies at its face"
+    reason = f"{part.joint.reason}; set in: the axis lies at its face"
     if part.kind is PartKind.LID:
-        return part.joint.replace(anchor=(x, y, float(high[2])), because=because)
-    return part.joint.replace(anchor=(x, float(low[1]), z), because=because)
+        return part.joint.replace(anchor=(x, y, float(high[2])), reason=reason)
+    return part.joint.replace(anchor=(x, float(low[1]), z), reason=reason)
 
 
 def _box(faces: FaceIndex, soup: Soup) -> tuple[Floats, Floats]:

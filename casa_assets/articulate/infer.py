@@ -63,7 +63,7 @@ class _Found:
                 grip=self.pieces.faces_of(grip),
                 joint=joint,
                 confidence=round(why[0], 2),
-                because=why[1],
+                reason=why[1],
             )
         )
         return name
@@ -116,7 +116,7 @@ def found_in(pieces: Pieces, frame: Frame, category: str = "") -> Articulation:
     key = sole_key(pieces) if category and pieces.count > 1 and not found.parts else None
     if key is not None:
         joint = key_joint(key, BUTTON_WAY)
-        found.add(PartKind.BUTTON, key.fragments, key.fragments, joint, "", (joint.confidence, joint.because))
+        found.add(PartKind.BUTTON, key.fragments, key.fragments, joint, "", (joint.confidence, joint.reason))
     parts = tuple(found.parts) if category or _may_move(pieces, found.parts) else ()
     return Articulation(frame=frame, parts=parts, category=category)
 
@@ -154,7 +154,7 @@ def _fronts(found: _Found, panels: list[Panel]) -> None:
     whole = high.max(axis=0) - low.min(axis=0)
     chosen = which_open(found.pieces, FRONT, panels)
     every = [p for p, _, _ in chosen]
-    for panel, sure, because in chosen:
+    for panel, confidence, reason in chosen:
         grip = hinges.grip_of(panel, low, high)
         drawn, certain, why = hinges.is_drawer(panel, box_depth(found.pieces, FRONT, panel), whole, grip, every)
         held = sorted(f for g in panel.grips for f in g)
@@ -167,16 +167,16 @@ def _fronts(found: _Found, panels: list[Panel]) -> None:
                 anchor=_point(FRONT, (panel.low + panel.high) / 2),
                 range=(0.0, way),
                 confidence=certain,
-                because=why,
+                reason=why,
             )
-            name = found.add(PartKind.DRAWER, panel.everything, held, joint, "", (sure * certain, because))
+            name = found.add(PartKind.DRAWER, panel.everything, held, joint, "", (confidence * certain, reason))
             found.fronts.append((name, panel, None))
         else:
             panel.box = []
             opening = hinges.hinge_edge(panel, grip, panels, whole)
             aside = slide_way(found.pieces, FRONT, panel, grip)
             joint = _hinge(panel, opening) if aside is None else _sideways(panel, aside)
-            name = found.add(PartKind.DOOR, panel.everything, held, joint, "", (sure * certain, because))
+            name = found.add(PartKind.DOOR, panel.everything, held, joint, "", (confidence * certain, reason))
             found.fronts.append((name, panel, opening.edge if aside is None else None))
 
 
@@ -188,7 +188,7 @@ def _sideways(panel: Panel, sign: float) -> JointPlan:
         anchor=_point(FRONT, (panel.low + panel.high) / 2),
         range=(0.0, 0.95 * panel.width),
         confidence=0.6,
-        because="its niche goes on beside it",
+        reason="its niche goes on beside it",
     )
 
 
@@ -202,7 +202,7 @@ def _hinge(panel: Panel, opening: hinges.Opening) -> JointPlan:
         range=(0.0, hinges.DOOR_RANGE),
         edge=opening.edge,
         confidence=opening.confidence,
-        because=opening.because,
+        reason=opening.reason,
         runner_up=opening.runner_up.value if opening.runner_up else "",
     )
 
@@ -213,7 +213,7 @@ def _controls(found: _Found, side: int, controls: list[Control]) -> None:
         if set(control.fragments) & found.taken:
             continue
         across = float(control.across.max())
-        kind, sure, why = what_it_is(control, controls)
+        kind, confidence, why = what_it_is(control, controls)
         if kind is None:
             continue
         middle = (control.low + control.high) / 2
@@ -225,34 +225,34 @@ def _controls(found: _Found, side: int, controls: list[Control]) -> None:
             anchor=_point(side, middle),
             range=(0.0, 2 * math.pi if turns else min(BUTTON_WAY, max(0.5 * control.stands, 0.1 * across))),
             endless=turns,
-            confidence=sure,
-            because=why,
+            confidence=confidence,
+            reason=why,
         )
         parent = next((n for n, p, _ in found.fronts if side == FRONT and p.holds(control.low, control.high)), "")
-        found.add(kind, control.fragments, control.fragments, joint, parent, (sure, why))
+        found.add(kind, control.fragments, control.fragments, joint, parent, (confidence, why))
 
 
 def _levers(found: _Found, side: int, levers: list[Lever]) -> None:
     """Things that slide in a slot."""
     for lever in levers:
         middle = (lever.control.low + lever.control.high) / 2
-        because = "it stands in a slot"
+        reason = "it stands in a slot"
         joint = JointPlan(
             kind=JointKind.SLIDE,
             axis=_direction(lever.way @ SIDES[side]),
             anchor=_point(side, middle),
             range=(0.0, lever.length),
             confidence=0.8,
-            because=because,
+            reason=reason,
         )
         fragments = lever.control.fragments
-        found.add(PartKind.LEVER, fragments, fragments, joint, "", (0.8, because))
+        found.add(PartKind.LEVER, fragments, fragments, joint, "", (0.8, reason))
 
 
 def _taps(found: _Found) -> None:
     """Sticks that turn, and a spout."""
     for kind, fragments, joint in find_taps(found.pieces, found.taken):
-        found.add(kind, fragments, [], joint, "", (joint.confidence, joint.because))
+        found.add(kind, fragments, [], joint, "", (joint.confidence, joint.reason))
 
 
 def _tray(found: _Found, door: Panel, tray: Tray) -> None:
@@ -265,14 +265,14 @@ def _tray(found: _Found, door: Panel, tray: Tray) -> None:
     else:
         way = hinges.DRAWER_WAY * float(high[1] - low[1])
         joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, way))
-    joint = joint.replace(confidence=tray.confidence, because=tray.because)
+    joint = joint.replace(confidence=tray.confidence, reason=tray.reason)
     kind = PartKind.DRAWER if tray.tub else PartKind.TRAY
-    found.add(kind, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.because))
+    found.add(kind, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.reason))
 
 
 def _lid(found: _Found, lid: Lid) -> None:
     """A lid that opens upwards about its edge at the handle, or at the back."""
-    because = "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
+    reason = "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
     axis, anchor = lid.hinge
     joint = JointPlan(
         kind=JointKind.HINGE,
@@ -280,9 +280,9 @@ def _lid(found: _Found, lid: Lid) -> None:
         anchor=_direction_free(anchor),
         range=(0.0, lid.far),
         confidence=0.5,
-        because="hinged at the handle, or where nothing is in its way",
+        reason="hinged at the handle, or where nothing is in its way",
     )
-    found.add(PartKind.LID, lid.fragments, lid.knob, joint, "", (0.6, because))
+    found.add(PartKind.LID, lid.fragments, lid.knob, joint, "", (0.6, reason))
 
 
 def _direction(v: Floats) -> Vec3:

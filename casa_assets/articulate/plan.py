@@ -51,7 +51,7 @@ class Frame(Record):
         origin: middle of the box round everything, file units.
         scale: makes the diagonal of that box 1.
         metres: length of the diagonal, metres.
-        confidence, because: of the axes; `runner_up` names the next best ones.
+        confidence, reason: of the axes; `runner_up` names the next best ones.
     """
 
     rotation: Matrix3
@@ -59,7 +59,7 @@ class Frame(Record):
     scale: float
     metres: float | None = None
     confidence: Confidence = 1.0
-    because: str = ""
+    reason: str = ""
     runner_up: str = ""
 
     def to_file(self, points: Floats) -> Floats:
@@ -89,7 +89,7 @@ class JointPlan(Record):
     endless: bool = False
     edge: Edge | None = None
     confidence: Confidence = 0.5
-    because: str = ""
+    reason: str = ""
     runner_up: str = ""
 
 
@@ -109,7 +109,7 @@ class PartPlan(Record):
     grip: FaceIndex
     joint: JointPlan
     confidence: Confidence = 0.5
-    because: str = ""
+    reason: str = ""
     added: bool = False
 
 
@@ -154,7 +154,7 @@ class Room(Record):
     fronts: tuple[tuple[Vec3, Vec3], ...] = ()
     furnish: bool = True
     confidence: Confidence = 0.5
-    because: str = ""
+    reason: str = ""
 
 
 class Addition(Record):

@@ -14,7 +14,7 @@ class Measured:
 
     Attributes:
         number: the measured value, the worst where there are several.
-        problems: (pointer, says) for each fault; empty where the subject passes.
+        problems: (pointer, message) for each fault; empty where the subject passes.
         status: NOT_APPLICABLE or NOT_RUN where nothing was measured, PASSED where all was well and there is no number
             to tell; None where the problems decide.
         reason: why it does not apply or was not run.

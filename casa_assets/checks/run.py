@@ -44,7 +44,7 @@ def run(
         with heard():
             found = check.function(subject, limit, *(limits[key] for key in check.others))
         results.append(_result(check, found, limit))
-        issues += [Issue(code=check.code, severity=check.severity, pointer=p, says=s) for p, s in found.problems]
+        issues += [Issue(code=check.code, severity=check.severity, pointer=p, message=s) for p, s in found.problems]
     return Report(subject=name, results=tuple(results), issues=tuple(issues))
 
 

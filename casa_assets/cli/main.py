@@ -139,8 +139,8 @@ def _stop(number: int, _: FrameType | None) -> NoReturn:
     raise Stopped(number)
 
 
-def _say(mark: str, says: str) -> None:
-    text = Text.assemble((mark, "bold red"), " ", "\n".join(plain(line) for line in says.split("\n")))
+def _say(mark: str, message: str) -> None:
+    text = Text.assemble((mark, "bold red"), " ", "\n".join(plain(line) for line in message.split("\n")))
     try:
         Console(stderr=True, soft_wrap=True).print(text, highlight=False)
     except BrokenPipeError:

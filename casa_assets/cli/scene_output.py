@@ -54,8 +54,8 @@ def close(results: list[SceneBuilt], out: Path, console: Console) -> None:
         page, picture = write_book(out)
     made = sum(r.passed for r in results)
     kept = sum(r.kept for r in results)
-    says = f"{made} of {counted(len(results), 'scene')} in {out}"
-    console.print(f"{says} ({kept} unchanged)", highlight=False, soft_wrap=True)
+    message = f"{made} of {counted(len(results), 'scene')} in {out}"
+    console.print(f"{message} ({kept} unchanged)", highlight=False, soft_wrap=True)
     for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchen_summary.PAGE)):
         console.print(f"{name + ':':9} {path}", highlight=False, soft_wrap=True)
 
@@ -96,8 +96,8 @@ def _row(done: SceneBuilt) -> dict[str, object]:
         "folder": done.folder,
         "passed": done.passed,
         "kept": done.kept,
-        "says": done.says,
-        "issues": [{"code": i.code, "pointer": i.pointer, "says": i.says} for i in done.problems],
+        "message": done.message,
+        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in done.problems],
         "build_s": round(done.build_s, 3),
         "write_s": round(done.write_s, 3),
         "draw_s": round(done.draw_s, 3),
@@ -115,8 +115,8 @@ def _tell(done: SceneBuilt, console: Console) -> None:
     if done.report is not None:
         seconds += f", check {done.check_s:.1f} s"
     console.print(f"{mark} [bold]{done.recipe.scene_id}[/] ({seconds})", highlight=False, soft_wrap=True)
-    if done.says:
-        console.print(f"  {escape(done.says)}", highlight=False, soft_wrap=True)
+    if done.message:
+        console.print(f"  {escape(done.message)}", highlight=False, soft_wrap=True)
     for issue in done.problems:
-        text = f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.says)}"
+        text = f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.message)}"
         console.print(text, highlight=False, soft_wrap=True)

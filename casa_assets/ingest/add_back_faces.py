@@ -38,8 +38,8 @@ def backs(draft: Draft, category: Category, missing: float) -> Draft:
         rows = bare[start : start + len(part.mesh.faces)]
         parts.append(part.replace(mesh=_with_backs(part.mesh, rows)) if rows.any() else part)
         start += len(rows)
-    says = f"{bare.mean():.0%} of the faces belong to sheets that are seen from both sides; they have two sides now"
-    return draft.replace(parts=tuple(parts), notes=draft.noted(warning("MSH060", "faces", says)))
+    message = f"{bare.mean():.0%} of the faces belong to sheets that are seen from both sides; they have two sides now"
+    return draft.replace(parts=tuple(parts), notes=draft.noted(warning("MSH060", "faces", message)))
 
 
 def _sheets(ids: Ints, count: int, seen: Exposure) -> Mask:

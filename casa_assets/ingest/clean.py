@@ -74,8 +74,8 @@ def _turned(draft: Draft) -> tuple[tuple[RawPart, ...], list[Issue]]:
     faces, turned = outward(vertices, place[faces], faces, keep)
     notes = []
     if turned.any():
-        says = f"{int(turned.sum())} faces ({turned.mean():.0%}) were turned to face outwards"
-        notes.append(warning("MSH011", "winding", says))
+        message = f"{int(turned.sum())} faces ({turned.mean():.0%}) were turned to face outwards"
+        notes.append(warning("MSH011", "winding", message))
     keep, found = _without_hidden(draft, vertices, faces, place, keep)
     return _parts(draft, vertices, faces, keep, turned), notes + found
 
@@ -88,7 +88,7 @@ def _measured(draft: Draft, parts: tuple[RawPart, ...], notes: list[Issue], full
     points, place = weld(vertices)
     ids = place[faces]
     what = solidity(points, ids, full)
-    guesses = out.guessed("solidity", what.kind.value, what.sure, what.says)
+    guesses = out.guessed("solidity", what.kind.value, what.confidence, what.message)
     return out.replace(guesses=guesses, notes=out.noted(*notes, *_unsound(ids), *crossing(points, ids)))
 
 
@@ -97,11 +97,11 @@ def _unsound(ids: Ints) -> list[Issue]:
     _, uses, _ = edge_counts(ids)
     notes = []
     if (uses == 1).any():
-        says = f"{int((uses == 1).sum())} edges have a face on one side only; the mesh is not watertight"
-        notes.append(warning("MSH022", "edges", says))
+        message = f"{int((uses == 1).sum())} edges have a face on one side only; the mesh is not watertight"
+        notes.append(warning("MSH022", "edges", message))
     if (uses > 2).any():
-        says = f"{int((uses > 2).sum())} edges are shared by more than two faces; the mesh is no manifold"
-        notes.append(warning("MSH023", "edges", says))
+        message = f"{int((uses > 2).sum())} edges are shared by more than two faces; the mesh is no manifold"
+        notes.append(warning("MSH023", "edges", message))
     return notes
 
 

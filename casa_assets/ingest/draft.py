@@ -47,9 +47,9 @@ class Draft(Record):
     inertial: Inertial | None = None
     grasps: tuple[Grasp, ...] = ()
 
-    def guessed(self, subject: str, value: str, confidence: float, because: str) -> tuple[Guess, ...]:
+    def guessed(self, subject: str, value: str, confidence: float, reason: str) -> tuple[Guess, ...]:
         """The guesses and one more; confidence is kept to two digits."""
-        guess = Guess(subject=subject, value=value, confidence=round(float(confidence), 2), because=because)
+        guess = Guess(subject=subject, value=value, confidence=round(float(confidence), 2), reason=reason)
         return (*self.guesses, guess)
 
     def noted(self, *notes: Issue) -> tuple[Issue, ...]:
@@ -64,6 +64,6 @@ class Draft(Record):
         return vertices, faces
 
 
-def warning(code: str, pointer: str, says: str) -> Issue:
+def warning(code: str, pointer: str, message: str) -> Issue:
     """An issue that is kept with the asset but does not keep it out."""
-    return Issue(code=code, severity=Severity.WARNING, pointer=pointer, says=says)
+    return Issue(code=code, severity=Severity.WARNING, pointer=pointer, message=message)

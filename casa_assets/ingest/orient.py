@@ -42,19 +42,19 @@ def orient(draft: Draft, category: Category, generated: bool = False, ruling: Ru
     key = f"{stater}_{draft.up}" if draft.up else ("generated" if generated else draft.format)
     stated = f"the file states {draft.up} up" if draft.up else f"{draft.format} states no up axis"
     if ruling.up is not None:
-        name, turn, sure, because = ruling.up.value, UPS[ruling.up.value], 1.0, "a person decided"
+        name, turn, confidence, reason = ruling.up.value, UPS[ruling.up.value], 1.0, "a person decided"
     else:
-        name, turn, sure = _best(cloud, category, key)
-        because = f"{stated}; weighed with the usual shape, room and balance of a {category.id}"
+        name, turn, confidence = _best(cloud, category, key)
+        reason = f"{stated}; weighed with the usual shape, room and balance of a {category.id}"
         if category.upright is Upright.ANY:
-            sure, because = max(sure, ANY_SURE), f"{stated}; a {category.id} rests in any pose"
+            confidence, reason = max(confidence, ANY_SURE), f"{stated}; a {category.id} rests in any pose"
         if category.id == "object":
-            sure, because = min(sure, UNKNOWN_SURE), f"{stated}; nobody knows what it is and how it rests"
+            confidence, reason = min(confidence, UNKNOWN_SURE), f"{stated}; nobody knows what it is and how it rests"
     look = _look(cloud.samples @ turn.T, category, draft, name, ruling)
     turn = _about_z(look.angle) @ turn
     out = draft.replace(parts=tuple(_turned(p, turn) for p in draft.parts), up="z")
-    out = out.replace(guesses=out.guessed("up_axis", name, sure, because))
-    return out.replace(guesses=out.guessed("front", look.value, look.confidence, look.because))
+    out = out.replace(guesses=out.guessed("up_axis", name, confidence, reason))
+    return out.replace(guesses=out.guessed("front", look.value, look.confidence, look.reason))
 
 
 def _best(cloud: Cloud, category: Category, key: str) -> tuple[str, Floats, float]:
@@ -83,7 +83,7 @@ def _look(samples: Floats, category: Category, draft: Draft, name: str, ruling: 
         )
     look = facing(samples, category, draft.up is not None and draft.format in ("glb", "gltf"))
     if look.angle == 0 and name not in UPS:
-        return Facing(straightened(samples), look.value, look.confidence, look.because)
+        return Facing(straightened(samples), look.value, look.confidence, look.reason)
     return look
 
 

@@ -28,13 +28,13 @@ class Issue(Record):
         code: of the check or rejection, such as `AST002`.
         severity: error or warning.
         pointer: where in the subject, such as `links/base/inertial`.
-        says: what is wrong and what to do, one sentence.
+        message: what is wrong and what to do, one sentence.
     """
 
     code: Code
     severity: Severity
     pointer: str = ""
-    says: str
+    message: str
 
 
 class Status(StrEnum):
@@ -158,7 +158,7 @@ class Report(Record):
         found = tuple(i for i in self.issues if i.severity is Severity.ERROR)
         unrun = (r for r in self.results if r.status is Status.NOT_RUN and not r.waived)
         return found or tuple(
-            Issue(code=r.code, severity=r.severity, says=f"was not run: {r.reason}")
+            Issue(code=r.code, severity=r.severity, message=f"was not run: {r.reason}")
             for r in unrun
             if r.severity is Severity.ERROR
         )

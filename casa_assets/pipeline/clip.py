@@ -143,8 +143,8 @@ def _named(place: Path, words: str, open_clip: Any) -> tuple[str, str | None]:
     architecture, _, tag = words.partition("/")
     if (architecture, tag) not in open_clip.list_pretrained():
         tags = ", ".join(sorted(t for a, t in open_clip.list_pretrained() if a == architecture)[:5])
-        says = f"open_clip has of {architecture}: {tags}" if tags else "such as ViT-B-32/laion2b_s34b_b79k"
-        raise CasaError(f"{words}: there are no weights of CLIP of that name, neither a file nor a folder; {says}")
+        message = f"open_clip has of {architecture}: {tags}" if tags else "such as ViT-B-32/laion2b_s34b_b79k"
+        raise CasaError(f"{words}: there are no weights of CLIP of that name, neither a file nor a folder; {message}")
     return architecture, tag
 
 
@@ -196,10 +196,10 @@ def kind_seen(asset: Asset, score: Scorer) -> tuple[str, float, str]:
     kinds = list(WORDS)
     found = score(pictures(asset), list(WORDS.values()))
     best = max(range(len(kinds)), key=lambda i: (found[i], -i))
-    says = f"CLIP says {WORDS[kinds[best]]}"
+    message = f"CLIP says {WORDS[kinds[best]]}"
     if kinds[best] == "other" or found[best] < SURE:
-        return "", found[best], f"{says} at {found[best]:.0%}, which names nothing"
-    return kinds[best], found[best], says
+        return "", found[best], f"{message} at {found[best]:.0%}, which names nothing"
+    return kinds[best], found[best], message
 
 
 def pictures(asset: Asset) -> list[bytes]:

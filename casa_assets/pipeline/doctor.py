@@ -74,14 +74,14 @@ class Finding(Record):
         subject: what it is, such as `python` or `renderer egl`.
         ok: it is as it should be.
         needed: the program does not work as documented without it.
-        says: what was found.
+        message: what was found.
         mend: the command that mends it; empty where nothing is wrong or no command does.
     """
 
     subject: str
     ok: bool
     needed: bool = True
-    says: str
+    message: str
     mend: str = ""
 
 
@@ -132,9 +132,9 @@ def _draws(name: str) -> tuple[bool, str]:
 
 def _python() -> Finding:
     ok = (3, 11) <= sys.version_info[:2] <= (3, 12)
-    says = f"{platform.python_version()} ({sys.executable})"
+    message = f"{platform.python_version()} ({sys.executable})"
     mend = "" if ok else "sudo apt-get install -y python3.11 python3.11-venv && PYTHON=python3.11 ./dev setup"
-    return Finding(subject="python", ok=ok, says=says, mend=mend)
+    return Finding(subject="python", ok=ok, message=message, mend=mend)
 
 
 def _packages() -> tuple[Finding, ...]:
@@ -150,14 +150,14 @@ def _package(name: str, pinned: str | None, extra: str | None = None) -> Finding
     try:
         version = importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
-        says = "not installed" if extra is None else f"not installed, optional: the extra '{extra}' brings it"
+        message = "not installed" if extra is None else f"not installed, optional: the extra '{extra}' brings it"
         mend = _mend_packages() if extra is None else install_command(extra)
-        return Finding(subject=subject, ok=False, needed=needed, says=says, mend=mend)
+        return Finding(subject=subject, ok=False, needed=needed, message=message, mend=mend)
     if pinned is not None and version != pinned:
         # Another version may well work, so this is said and not held against the machine.
-        says = f"{version}, tested with {pinned}"
-        return Finding(subject=subject, ok=False, needed=False, says=says, mend=_mend_packages())
-    return Finding(subject=subject, ok=True, needed=needed, says=version)
+        message = f"{version}, tested with {pinned}"
+        return Finding(subject=subject, ok=False, needed=False, message=message, mend=_mend_packages())
+    return Finding(subject=subject, ok=True, needed=needed, message=version)
 
 
 def _requirements() -> tuple[str, ...]:
@@ -198,29 +198,31 @@ def _native() -> Finding:
     ran, answer = _child(_IMPORT, *modules)
     subject = "native modules"
     if not ran:
-        return Finding(subject=subject, ok=False, says=f"importing them failed: {answer}", mend=_mend_packages())
+        return Finding(subject=subject, ok=False, message=f"importing them failed: {answer}", mend=_mend_packages())
     bad: dict[str, str] = json.loads(answer)
     if bad:
-        says = "; ".join(f"{modules[name]}: {why}" for name, why in bad.items())
-        return Finding(subject=subject, ok=False, says=says, mend=_mend_packages())
-    return Finding(subject=subject, ok=True, says=f"{len(modules)} load, SimReady validation among them")
+        message = "; ".join(f"{modules[name]}: {why}" for name, why in bad.items())
+        return Finding(subject=subject, ok=False, message=message, mend=_mend_packages())
+    return Finding(subject=subject, ok=True, message=f"{len(modules)} load, SimReady validation among them")
 
 
 def _renderers(drawn: tuple[tuple[str, bool, str], ...]) -> tuple[Finding, ...]:
     works = next((name for name, ok, _ in drawn if ok), None)
     each = tuple(
-        Finding(subject=f"renderer {name}", ok=ok, needed=False, says=says if ok else _why_not(name, says, works))
-        for name, ok, says in drawn
+        Finding(
+            subject=f"renderer {name}", ok=ok, needed=False, message=message if ok else _why_not(name, message, works)
+        )
+        for name, ok, message in drawn
     )
-    says = f"{works} is used" if works else "none works, so there would be no pictures"
+    message = f"{works} is used" if works else "none works, so there would be no pictures"
     mend = "" if works else f"sudo apt-get install -y {SYSTEM_PACKAGES}"
-    return (*each, Finding(subject="rendering", ok=works is not None, says=says, mend=mend))
+    return (*each, Finding(subject="rendering", ok=works is not None, message=message, mend=mend))
 
 
-def _why_not(name: str, says: str, works: str | None) -> str:
+def _why_not(name: str, message: str, works: str | None) -> str:
     """In plain words why a renderer does not draw, and whether it matters."""
     # What PyOpenGL raises where it does not find the library is an attribute of None.
-    why = f"its library is not installed ({LIBRARIES[name]})" if "NoneType" in says else says
+    why = f"its library is not installed ({LIBRARIES[name]})" if "NoneType" in message else message
     return f"{why}; not needed, for {works} draws" if works else why
 
 
@@ -232,17 +234,21 @@ def _folder(output: Path) -> tuple[Finding, ...]:
     permission = Finding(
         subject="output folder",
         ok=writable,
-        says=f"{output} can be {'written' if output.exists() else 'made'}" if writable else f"{there} is not writable",
+        message=f"{output} can be {'written' if output.exists() else 'made'}"
+        if writable
+        else f"{there} is not writable",
         mend="" if writable else f"sudo chown -R $USER {there}" if there.is_dir() else "choose another --output",
     )
     free = shutil.disk_usage(there).free
     enough = free >= FREE_DISK_BYTES
-    says = f"{free / 1024**3:.1f} GiB free" + ("" if enough else f", {FREE_DISK_BYTES / 1024**3:.0f} GiB are advised")
-    return permission, Finding(subject="disk", ok=enough, needed=False, says=says)
+    message = f"{free / 1024**3:.1f} GiB free" + (
+        "" if enough else f", {FREE_DISK_BYTES / 1024**3:.0f} GiB are advised"
+    )
+    return permission, Finding(subject="disk", ok=enough, needed=False, message=message)
 
 
 def _memory() -> Finding:
     total = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    says = f"{total / 1024**3:.1f} GiB, {cores} cores"
-    return Finding(subject="memory", ok=total >= MEMORY_BYTES, needed=False, says=says)
+    message = f"{total / 1024**3:.1f} GiB, {cores} cores"
+    return Finding(subject="memory", ok=total >= MEMORY_BYTES, needed=False, message=message)

@@ -45,14 +45,14 @@ class Done:
 
     Attributes:
         id, category: of the asset. model: path of its model.xml below the export, empty where it was left out.
-        split: train or test. says: why it was left out. total: assets of the library.
+        split: train or test. message: why it was left out. total: assets of the library.
     """
 
     id: str
     category: str
     model: str = ""
     split: str = ""
-    says: str = ""
+    message: str = ""
     total: int = 0
 
 
@@ -152,9 +152,9 @@ def _one(folder: Path, run: _Export) -> Done:
     asset = _read(folder)
     name = asset.labels.category
     if asset.base is Base.FIXED or asset.contract is not None:
-        return Done(asset.id, name, says="is a fixture, which stands where a kitchen has it")
+        return Done(asset.id, name, message="is a fixture, which stands where a kitchen has it")
     if name not in known.categories:
-        return Done(asset.id, name, says="is of a category that the registry of objects does not have")
+        return Done(asset.id, name, message="is of a category that the registry of objects does not have")
     category = known.categories[name]
     split = asset.labels.split or split_of(asset.provenance.sha256)
     instance = entries.Instance(id=asset.id, category=name, split=split)

@@ -63,8 +63,8 @@ def require(module: str, extra: str, purpose: str) -> None:
         CasaError: it is not installed; names the extra and the command.
     """
     if importlib.util.find_spec(module) is None:
-        says = f"{purpose} needs {module}, which is not installed; the extra '{extra}' brings it"
-        raise CasaError(f"{says}: {install_command(extra)}")
+        message = f"{purpose} needs {module}, which is not installed; the extra '{extra}' brings it"
+        raise CasaError(f"{message}: {install_command(extra)}")
 
 
 def _project() -> dict[str, Any] | None:

@@ -97,8 +97,8 @@ def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
         results.append(CheckResult(code=row.code, status=status, number=shown, limit=limit, unit=row.unit))
         if not passed:
             side = "above" if row.most else "below"
-            says = f"{row.fault}: {shown:g} {row.unit}".rstrip() + f" is {side} {limit:g}"
-            issues.append(Issue(code=row.code, severity=Severity.ERROR, pointer=row.limit, says=says))
+            message = f"{row.fault}: {shown:g} {row.unit}".rstrip() + f" is {side} {limit:g}"
+            issues.append(Issue(code=row.code, severity=Severity.ERROR, pointer=row.limit, message=message))
     return Report(subject=pictures.id, results=tuple(results), issues=tuple(issues))
 
 
@@ -130,13 +130,13 @@ def check_set(name: str, looks: Mapping[str, Look], limits: Mapping[str, float])
             code="TEX013",
             severity=Severity.ERROR,
             pointer=f"{a} {b}",
-            says=f"nearly alike: {d:.2f} <= {apart:g}",
+            message=f"nearly alike: {d:.2f} <= {apart:g}",
         )
         for d, a, b in close
     ]
     if len(looks) < wanted:
-        says = f"the set has {len(looks)} pictures, {wanted:g} are wanted"
-        issues.insert(0, Issue(code="TEX012", severity=Severity.ERROR, says=says))
+        message = f"the set has {len(looks)} pictures, {wanted:g} are wanted"
+        issues.insert(0, Issue(code="TEX012", severity=Severity.ERROR, message=message))
     return Report(subject=name, results=results, issues=tuple(issues))
 
 

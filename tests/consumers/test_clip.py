@@ -81,17 +81,17 @@ def test_ingest_says_what_things_look_like(weights: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("name", "says"),
+    ("name", "message"),
     [
         ("bare", "cannot be loaded"),
         ("ViT-B-32-of-another-size.pt", "cannot be loaded"),
         ("", "holds no weights of CLIP"),
     ],
 )
-def test_weights_that_are_none_end_the_search(library: Path, weights: Path, name: str, says: str) -> None:
+def test_weights_that_are_none_end_the_search(library: Path, weights: Path, name: str, message: str) -> None:
     done = run("casa", "find", "mug", "--library", library, "--clip-weights", weights / name)
     assert done.returncode == 2, done.stdout + done.stderr
-    assert says in done.stderr
+    assert message in done.stderr
 
 
 def test_names_that_open_clip_lacks_are_answered_with_those_it_has(library: Path, weights: Path) -> None:

@@ -59,9 +59,9 @@ def test_every_row_ends_as_its_index_says(hostile: HostileSet) -> None:
     assert len(hostile.rows) > 200
     wrong = {}
     for row in hostile.rows:
-        says = verdict(row, hostile.said.get(row.file, []))
-        if says and not disputed(row, says):
-            wrong[row.file] = f"wanted {' | '.join(row.wanted)}; {says}"
+        message = verdict(row, hostile.said.get(row.file, []))
+        if message and not disputed(row, message):
+            wrong[row.file] = f"wanted {' | '.join(row.wanted)}; {message}"
     assert wrong == {}
 
 
@@ -121,8 +121,8 @@ def test_unit_and_axis_are_not_ignored_in_silence(hostile: HostileSet) -> None:
     assert all(min(size) > 0 for size in sizes.values())
     (said,) = hostile.said["files/x_inch_x_up.dae"]
     (entry,) = [entry for path, entry in found.items() if path.name == said.asset_id]
-    because = {guess["subject"]: guess["because"] for guess in entry["asset"]["provenance"]["guesses"]}
-    assert "states x up" in because["up_axis"]
+    reason = {guess["subject"]: guess["reason"] for guess in entry["asset"]["provenance"]["guesses"]}
+    assert "states x up" in reason["up_axis"]
     assert "MSH014" in said.warnings
 
 
@@ -168,7 +168,7 @@ def test_every_file_of_the_one_run_has_its_outcome(hostile: HostileSet, at_once:
         found = of.get(row.path, [])
         if suffix_of(row.path) not in SUFFIXES or any(one.code in TWINS for one in found):
             continue
-        says = verdict(row, found)
-        if says and not disputed(row, says):
-            wrong[row.file] = f"wanted {' | '.join(row.wanted)}; {says}"
+        message = verdict(row, found)
+        if message and not disputed(row, message):
+            wrong[row.file] = f"wanted {' | '.join(row.wanted)}; {message}"
     assert wrong == {}

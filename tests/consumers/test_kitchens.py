@@ -42,7 +42,7 @@ def told(name: str, *arguments: str | Path) -> Any:
 def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a scene."""
     made = scene_folders.build_one(Recipe("l_small", "coastal"), tmp_path_factory.mktemp("scenes"), drawn=False)
-    assert made.folder, made.says
+    assert made.folder, made.message
     return Path(made.folder)
 
 

@@ -125,9 +125,9 @@ def test_stopped_politely(inputs: Path, undisturbed: Path, tmp_path: Path, numbe
         assert run.poll() is None
         time.sleep(0.002)
     run.send_signal(number)
-    _, says = run.communicate()
+    _, message = run.communicate()
     assert run.returncode == 128 + number
-    assert says.splitlines() == ["stopped; the same command goes on from here"]
+    assert message.splitlines() == ["stopped; the same command goes on from here"]
     assert list((library / ".casa" / "staging").iterdir()) == []
     finish(inputs, library)
     assert differences(undisturbed, library) == []

@@ -73,7 +73,7 @@ def test_a_finding_is_kept_with_its_seed(tmp_path: Path, monkeypatch: pytest.Mon
     folder = tmp_path / "run" / "findings" / f"error_3_{one.number}"
     kept = json.loads((folder / "finding.json").read_text(encoding="utf-8"))
     assert (kept["seed"], kept["number"]) == (3, one.number)
-    assert "broken on purpose" in kept["says"]
+    assert "broken on purpose" in kept["message"]
     assert all((folder / name).read_bytes() == data for name, data in case(3, one.number)[1].items())
 
 

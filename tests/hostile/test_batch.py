@@ -90,7 +90,7 @@ def test_an_input_whose_worker_is_killed_twice(inputs: Path, undisturbed: Path, 
     assert done.returncode == 1, done.stderr
     said = {row["path"]: row for row in map(json.loads, done.stdout.splitlines())}
     assert said["milk_carton.obj"]["code"] == "RUN003"
-    assert "SIGKILL" in said["milk_carton.obj"]["says"]
+    assert "SIGKILL" in said["milk_carton.obj"]["message"]
     assert said["cereal_box.obj"]["status"] == "accepted"
     assert is_tidy(library)
     assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
@@ -109,10 +109,10 @@ def test_ctrl_c_while_a_worker_hangs(inputs: Path, undisturbed: Path, tmp_path: 
         time.sleep(0.01)
     begin = time.monotonic()
     run.send_signal(signal.SIGINT)
-    _, says = run.communicate(timeout=240)
+    _, message = run.communicate(timeout=240)
     assert run.returncode == 130
     assert time.monotonic() - begin < 120
-    assert says.splitlines() == ["stopped; the same command goes on from here"]
+    assert message.splitlines() == ["stopped; the same command goes on from here"]
     assert is_tidy(library)
     assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
     assert differences(undisturbed, library) == []
@@ -146,9 +146,9 @@ def test_a_reader_of_the_lines_that_goes_away(inputs: Path, undisturbed: Path, t
     assert run.stderr is not None
     json.loads(run.stdout.readline())
     run.stdout.close()
-    says = run.stderr.read()
+    message = run.stderr.read()
     assert run.wait() in (0, 1, 2)
-    assert "Traceback" not in says
+    assert "Traceback" not in message
     assert is_tidy(library)
     assert casa("ingest", inputs, "--library", library, "--jobs", 1).returncode == 1
     assert entries_of(library) == entries_of(undisturbed)

@@ -127,7 +127,7 @@ def test_broken_rows_are_told_up_to_a_number(tmp_path: Path) -> None:
     last = found[-1]
     assert isinstance(last, Refused)
     assert last.code == rejection_codes.BAD_MANIFEST
-    assert str(MOST_BROKEN_ROWS) in last.says
+    assert str(MOST_BROKEN_ROWS) in last.message
 
 
 def test_a_zip_is_never_unpacked() -> None:

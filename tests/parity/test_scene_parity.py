@@ -190,9 +190,9 @@ def test_a_file_that_is_not_there_or_does_not_load_is_a_fault(folder: Path) -> N
     assert scene_parity(folder / "none.xml", folder / "scene.usda") == [("none.xml", "does not exist")]
     assert [w for w, _ in scene_parity(folder / "scene.xml", folder / "none.usda")] == ["none.usda", "none.usda"]
     (folder / "scene.xml").write_text("<mujoco><nonsense/></mujoco>")
-    ((where, says),) = scene_parity(folder / "scene.xml", folder / "scene.usda")
+    ((where, message),) = scene_parity(folder / "scene.xml", folder / "scene.usda")
     assert where == "scene.xml"
-    assert "nonsense" in says
+    assert "nonsense" in message
 
 
 def test_layers_have_three_names() -> None:

@@ -314,7 +314,7 @@ def test_a_sound_small_registry_loads(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("files", "file", "line", "pointer", "says"),
+    ("files", "file", "line", "pointer", "message"),
     [
         ({"categories": MUG + "cup: {colour: red}\n"}, "categories.yaml", 4, "cup.colour", "one of id, parent"),
         ({"categories": MUG.replace("aliases:", "colour:")}, "categories.yaml", 3, "mug.colour", "colour"),
@@ -347,11 +347,11 @@ def test_a_sound_small_registry_loads(tmp_path: Path) -> None:
     ],
 )
 def test_faults_name_file_line_and_pointer(
-    broken: Callable[..., RegistryError], files: dict[str, str | None], file: str, line: int, pointer: str, says: str
+    broken: Callable[..., RegistryError], files: dict[str, str | None], file: str, line: int, pointer: str, message: str
 ) -> None:
     error = broken(**files)
     assert (error.file, error.line, error.pointer) == (file, line, pointer)
-    assert says in str(error)
+    assert message in str(error)
 
 
 def test_two_ids_that_read_alike_are_a_fault(broken: Callable[..., RegistryError]) -> None:

@@ -126,12 +126,10 @@ def tap_joint(tap: Stick | Spout) -> JointPlan:
     """How a stick turns, or a spout swivels."""
     if isinstance(tap, Stick):
         axis, span = tap.axis, (0.0, STICK_WAY)
-        because = "a stick across what it is rooted in"
+        reason = "a stick across what it is rooted in"
     else:
         axis, span = np.array([0.0, 0.0, 1.0]), (-SPOUT_WAY, SPOUT_WAY)
-        because = "an arm over a round column, beside sticks"
+        reason = "an arm over a round column, beside sticks"
     x, y, z = (float(v) for v in axis)
     a, b, c = (float(v) for v in tap.anchor)
-    return JointPlan(
-        kind=JointKind.HINGE, axis=(x, y, z), anchor=(a, b, c), range=span, confidence=0.5, because=because
-    )
+    return JointPlan(kind=JointKind.HINGE, axis=(x, y, z), anchor=(a, b, c), range=span, confidence=0.5, reason=reason)

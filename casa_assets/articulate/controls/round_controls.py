@@ -72,5 +72,5 @@ def key_joint(key: Control, way: float) -> JointPlan:
         anchor=(x, y, z),
         range=(0.0, min(way, 0.5 * key.stands)),
         confidence=0.45,
-        because="round, and all that stands out of its front",
+        reason="round, and all that stands out of its front",
     )

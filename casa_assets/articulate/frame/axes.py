@@ -95,7 +95,7 @@ def _framed(soup: Soup, rotation: Floats) -> Frame:
     low, high = turned.min(axis=0), turned.max(axis=0)
     a, b, c = (float(v) for v in (low + high) / 2 @ rotation)
     scale = 1.0 / max(float(np.linalg.norm(high - low)), 1e-300)
-    return Frame(rotation=rotation, origin=(a, b, c), scale=scale, because="given")
+    return Frame(rotation=rotation, origin=(a, b, c), scale=scale, reason="given")
 
 
 def guess_frame(
@@ -122,7 +122,7 @@ def guess_frame(
     y, z = -outward[face], outward[top]
     return _framed(soup, np.stack([np.cross(y, z), y, z])).replace(
         confidence=round(shares[ranked[0]], 3),
-        because=GUESSED if up is None or front is None else "given",
+        reason=GUESSED if up is None or front is None else "given",
         runner_up="; ".join(_words(k, straight) for k in ranked[1:3]),
     )
 

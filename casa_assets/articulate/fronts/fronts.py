@@ -261,9 +261,9 @@ def which_open(pieces: Pieces, side: int, panels: list[Panel]) -> list[tuple[Pan
     whole = high.max(axis=0) - low.min(axis=0)
     gripped = [p for p in panels if p.grips]
     boxed = [p for p in panels if p.box or p.high[2] - p.low[2] > 0.34 * whole[2]]
-    sure = {id(p) for p in [*gripped, *boxed]}
+    confidence = {id(p) for p in [*gripped, *boxed]}
     boxy = boxiness(pieces.soup, pieces.pictures) >= BOXY
-    least = min((p.width * p.height for p in panels if id(p) in sure), default=0.0)
+    least = min((p.width * p.height for p in panels if id(p) in confidence), default=0.0)
     out: list[tuple[Panel, float, str]] = []
     for p in panels:
         foot = p.width * p.height
@@ -276,12 +276,12 @@ def which_open(pieces: Pieces, side: int, panels: list[Panel]) -> list[tuple[Pan
             out.append((p, 0.95, "has a handle"))
         elif p.grips and foot >= 0.25 * whole[0] * whole[1]:
             out.append((p, 0.9, "has a handle, and is large"))
-        elif id(p) in sure:
+        elif id(p) in confidence:
             out.append((p, 0.8, "has a box behind it"))
         elif (
             strip
             or (p.controls and foot < 0.4 * whole[0] * whole[1])
-            or (sure and foot < 0.6 * least)
+            or (confidence and foot < 0.6 * least)
             or (gripped and foot < 0.35 * max(q.width * q.height for q in gripped))
         ):
             continue

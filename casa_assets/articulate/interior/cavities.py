@@ -182,16 +182,16 @@ def _room(view: View, opening: Opening, filling: Filling, metres: float) -> Room
         # A cavity that is closed at its front too: that alone is taken away.
         a, b = own[0] + SLIT, own[1] - SLIT
         cut = vec([a[0], float(opening.low[1]), a[2]]), vec([b[0], start + SLIT, b[2]])
-        because = f"{room.because}, but the front is closed"
-        return room.replace(built=True, cut=cut, furnish=False, because=because)
-    because = "the body is closed behind it" if closed else f"{walls} of 5 inner walls are there"
-    sure = 0.8 if closed or walls <= 1 else 0.6
+        reason = f"{room.reason}, but the front is closed"
+        return room.replace(built=True, cut=cut, furnish=False, reason=reason)
+    reason = "the body is closed behind it" if closed else f"{walls} of 5 inner walls are there"
+    confidence = 0.8 if closed or walls <= 1 else 0.6
     narrow = float((opening.high - opening.low)[[0, 2]].min())
     wall = min(WALL_M[filling] / metres, 0.1 * narrow, 0.2 * deep)
     leaf = opening.low, opening.high
     mouth = max(opening.mouth, _begins(behind, opening.mouth, deep)) if closed else opening.mouth
     room = fitted(view, opening.own, leaf, mouth, back, wall, filling, closed)
-    return room.replace(parts=names, confidence=sure, because=because)
+    return room.replace(parts=names, confidence=confidence, reason=reason)
 
 
 def _closing(behind: Crossings, mouth: float, deep: float) -> float | None:
@@ -213,7 +213,7 @@ def _begins(behind: Crossings, mouth: float, deep: float) -> float:
     return float(np.median(seen)) if len(seen) else mouth
 
 
-def _own(names: tuple[str, ...], filling: Filling, corners: tuple[Floats, Floats], because: str) -> Room:
+def _own(names: tuple[str, ...], filling: Filling, corners: tuple[Floats, Floats], reason: str) -> Room:
     """A room that the mesh has."""
     low, high = (vec(c) for c in corners)
     return Room(
@@ -225,7 +225,7 @@ def _own(names: tuple[str, ...], filling: Filling, corners: tuple[Floats, Floats
         outer=(low, high),
         built=False,
         confidence=0.7,
-        because=because,
+        reason=reason,
     )
 
 
@@ -249,13 +249,13 @@ def _drawer_room(view: View, opening: Opening, metres: float) -> Room | None:
         return _own(names, Filling.DRAWER, box, "it has a box")
     closed = float(np.isfinite(behind.only(behind.at <= opening.mouth + NEAR * deep).first()).mean()) >= CLOSED
     wall = min(WALL_M[Filling.DRAWER] / metres, 0.08 * float(opening.high[2] - opening.low[2]))
-    because = "the body is closed behind it" if closed else "there is no box behind it"
+    reason = "the body is closed behind it" if closed else "there is no box behind it"
     leaf = (opening.low, np.array([opening.high[0], front, opening.high[2]]))
     mouth = max(opening.mouth, _begins(behind, front, deep)) if closed else opening.mouth
     room = fitted(view, opening.own, leaf, mouth, back, wall, Filling.DRAWER, closed)
     # The box begins at its front, what it slides in where the body does.
     low = (room.low[0], front, room.low[2])
-    return room.replace(parts=names, low=low, confidence=0.8, because=because)
+    return room.replace(parts=names, low=low, confidence=0.8, reason=reason)
 
 
 def vec(values: Floats | Sequence[float]) -> Vec3:

@@ -46,9 +46,9 @@ def _changed(room: Room, wanted: RoomDecision, found: Articulation, soup: Soup) 
     if wanted.build and not room.built:
         changed = _lined(room)
     if wanted.filling is not None and wanted.filling is not room.filling and room.filling is not Filling.DRAWER:
-        changed = changed.replace(filling=wanted.filling, confidence=1.0, because=GIVEN)
+        changed = changed.replace(filling=wanted.filling, confidence=1.0, reason=GIVEN)
     if wanted.furnish is not None and wanted.furnish is not room.furnish:
-        changed = changed.replace(furnish=wanted.furnish, confidence=1.0, because=GIVEN)
+        changed = changed.replace(furnish=wanted.furnish, confidence=1.0, reason=GIVEN)
     if wanted.box_m is not None:
         changed = _boxed(changed, wanted.box_m, found, soup)
     return changed
@@ -60,7 +60,7 @@ def _lined(room: Room) -> Room:
     wall = LINER_SHARE * float((high - low).min())
     inner = np.array([low[0] + wall, low[1], low[2] + wall]), high - wall
     return room.replace(
-        low=_vec(inner[0]), high=_vec(inner[1]), wall=wall, built=True, furnish=False, confidence=1.0, because=GIVEN
+        low=_vec(inner[0]), high=_vec(inner[1]), wall=wall, built=True, furnish=False, confidence=1.0, reason=GIVEN
     )
 
 
@@ -78,9 +78,7 @@ def _boxed(room: Room, box: tuple[Vec3, Vec3], found: Articulation, soup: Soup) 
         start = low - CUT_SHARE * np.maximum(grown[0], 0.0)
         start[1] = cut[0][1]
         cut = (_vec(start), _vec(high + CUT_SHARE * np.maximum(grown[1], 0.0)))
-    return room.replace(
-        low=_vec(low), high=_vec(high), outer=(_vec(a), _vec(b)), cut=cut, confidence=1.0, because=GIVEN
-    )
+    return room.replace(low=_vec(low), high=_vec(high), outer=(_vec(a), _vec(b)), cut=cut, confidence=1.0, reason=GIVEN)
 
 
 def foot_of(soup: Soup) -> Floats:

@@ -35,7 +35,7 @@ class Tray:
     round: bool
     tub: bool
     confidence: float
-    because: str
+    reason: str
 
 
 def find_trays(pieces: Pieces, side: int, door: Panel, edge: Edge | None, taken: Sequence[int]) -> list[Tray]:

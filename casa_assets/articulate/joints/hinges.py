@@ -32,7 +32,7 @@ class Opening:
     edge: Edge | None
     runner_up: Edge | None
     confidence: float
-    because: str
+    reason: str
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ def is_covered(asset: Asset, limit: float | None) -> Measured:
     """The number is the largest share of the surface of a link that is bare of collision shapes, 0..1."""
     assert limit is not None, "the row names a limit"
     found = {k.name: _bare(k) for k in asset.links if k.visuals and k.colliders}
-    says = "{:.0%} of what is seen lies outside every collision shape; add shapes, or close the holes of the mesh"
-    problems = tuple((f"links/{name}/colliders", says.format(bare)) for name, bare in found.items() if bare > limit)
+    message = "{:.0%} of what is seen lies outside every collision shape; add shapes, or close the holes of the mesh"
+    problems = tuple((f"links/{name}/colliders", message.format(bare)) for name, bare in found.items() if bare > limit)
     return largest(found.values(), problems, "none of its links is both seen and touched")
 
 

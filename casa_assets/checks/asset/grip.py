@@ -64,9 +64,9 @@ def has_a_handle(asset: Asset, limit: float | None) -> Measured:
             sides = _sides(grip)
             if grip.label not in PUSHED:
                 widest = max(widest, sides[0])
-            says = _misfit(grip, sides, limit)
-            if says:
-                problems.append((pointer, says))
+            message = _misfit(grip, sides, limit)
+            if message:
+                problems.append((pointer, message))
             elif _free_share(asset, joint, link, grip) < FREE_SHARE:
                 problems.append((pointer, f"its grip {grip.name!r} is buried in other parts; bring it out"))
     return Measured(widest, tuple(problems))
@@ -105,8 +105,8 @@ def is_spread_like_matter(asset: Asset, limit: float | None) -> Measured:
         shares.append(share)
         pointer = f"links/{link.name}/inertial"
         if not 0.15 * limit <= share <= limit:
-            says = f"turns as if its mass were {gyration:.3f} m from its middle; its shapes reach {half:.3f} m"
-            problems.append((pointer, says))
+            message = f"turns as if its mass were {gyration:.3f} m from its middle; its shapes reach {half:.3f} m"
+            problems.append((pointer, message))
         out = _off_hull(link)
         if out > OFF_HULL_M:
             problems.append((pointer, f"centre of mass is {out:.3f} m outside the hull of its shapes"))

@@ -33,15 +33,15 @@ def fits_in_a_kitchen(asset: Asset, limit: float | None) -> Measured:
     if not any(k.visuals for k in asset.links):
         return not_applicable(UNSEEN)
     longest = float(_seen(asset).max())
-    says = f"is {longest:.3g} m long, more than {_number(limit):g} m; look for a wrong unit of length"
-    return Measured(longest, (("", says),) if longest > _number(limit) else ())
+    message = f"is {longest:.3g} m long, more than {_number(limit):g} m; look for a wrong unit of length"
+    return Measured(longest, (("", message),) if longest > _number(limit) else ())
 
 
 def is_thick_enough(asset: Asset, limit: float | None) -> Measured:
     """The number is the least thickness of the collision shapes of a link, metres."""
     found = {k.name: _thickness(np.concatenate(_clouds(k))) for k in _touchable(asset)}
-    says = "has collision shapes of {:.2g} m thickness; thicken the sheet or mend the scale"
-    problems = tuple((f"links/{k}/colliders", says.format(t)) for k, t in found.items() if t < _number(limit))
+    message = "has collision shapes of {:.2g} m thickness; thicken the sheet or mend the scale"
+    problems = tuple((f"links/{k}/colliders", message.format(t)) for k, t in found.items() if t < _number(limit))
     return least(found.values(), problems, NO_COLLIDERS)
 
 
@@ -50,8 +50,8 @@ def is_not_too_dense(asset: Asset, limit: float | None) -> Measured:
     found = _densities(asset)
     if not found:
         return not_run(FLAT) if _touchable(asset) else not_applicable(NO_COLLIDERS)
-    says = "weighs {:.3g} times water for the volume of its collision shapes; mend the mass, or fill the shapes"
-    problems = tuple((f"links/{k}/inertial", says.format(d)) for k, d in found.items() if d > _number(limit))
+    message = "weighs {:.3g} times water for the volume of its collision shapes; mend the mass, or fill the shapes"
+    problems = tuple((f"links/{k}/inertial", message.format(d)) for k, d in found.items() if d > _number(limit))
     return Measured(max(found.values()), problems)
 
 
@@ -60,24 +60,24 @@ def is_not_too_light(asset: Asset, limit: float | None) -> Measured:
     found = _densities(asset)
     if not found:
         return not_run(FLAT) if _touchable(asset) else not_applicable(NO_COLLIDERS)
-    says = "weighs {:.3g} times water for the volume of its collision shapes; mend the mass unless it is hollow"
-    problems = tuple((f"links/{k}/inertial", says.format(d)) for k, d in found.items() if d < _number(limit))
+    message = "weighs {:.3g} times water for the volume of its collision shapes; mend the mass unless it is hollow"
+    problems = tuple((f"links/{k}/inertial", message.format(d)) for k, d in found.items() if d < _number(limit))
     return Measured(min(found.values()), problems)
 
 
 def has_few_shapes(asset: Asset, limit: float | None) -> Measured:
     """The number is the most collision shapes that a link has."""
     counts = {k.name: len(k.colliders) for k in asset.links}
-    says = "has {} collision shapes; merge some"
-    problems = tuple((f"links/{k}/colliders", says.format(n)) for k, n in counts.items() if n > _number(limit))
+    message = "has {} collision shapes; merge some"
+    problems = tuple((f"links/{k}/colliders", message.format(n)) for k, n in counts.items() if n > _number(limit))
     return Measured(float(max(counts.values())), problems)
 
 
 def has_small_hulls(asset: Asset, limit: float | None) -> Measured:
     """The number is the most vertices that a hull has."""
     counts = {pointer: len(hull.mesh.vertices) for pointer, hull in _hulls(asset)}
-    says = "has {} vertices; take a hull of fewer"
-    problems = tuple((pointer, says.format(n)) for pointer, n in counts.items() if n > _number(limit))
+    message = "has {} vertices; take a hull of fewer"
+    problems = tuple((pointer, message.format(n)) for pointer, n in counts.items() if n > _number(limit))
     return largest(map(float, counts.values()), problems, NO_HULLS)
 
 
@@ -127,8 +127,8 @@ def is_touched_as_seen(asset: Asset, limit: float | None, ratio: float, built_m:
         share = ratio * float(np.ptp(seen, axis=0).max())
         if gap > max(_number(limit), min(share, built_m) if from_numbers(asset) else share):
             where = f"{'low' if side < 3 else 'high'} {'xyz'[side % 3]}"
-            says = f"collision shapes end {gap:.3g} m away from what is seen at {where}; fit them again"
-            problems.append((f"links/{link.name}/colliders", says))
+            message = f"collision shapes end {gap:.3g} m away from what is seen at {where}; fit them again"
+            problems.append((f"links/{link.name}/colliders", message))
     return largest(found, tuple(problems), BOTH)
 
 
@@ -141,16 +141,16 @@ def stands_on_its_origin(asset: Asset, limit: float | None) -> Measured:
     low, high = asset.bounds
     x, y = (low + high)[:2] / 2
     off = {"middle in x": float(x), "middle in y": float(y), "lowest point": float(low[2])}
-    says = "{} is at {:.3g} m, not at 0; move the origin to the middle of the footprint"
-    problems = tuple(("", says.format(what, at)) for what, at in off.items() if abs(at) > _number(limit))
+    message = "{} is at {:.3g} m, not at 0; move the origin to the middle of the footprint"
+    problems = tuple(("", message.format(what, at)) for what, at in off.items() if abs(at) > _number(limit))
     return Measured(max(abs(at) for at in off.values()), problems)
 
 
 def has_a_licence(asset: Asset, limit: float | None) -> Measured:
     """The source says under which licence it may be used."""
     known = asset.provenance.licence not in ("", "unknown")
-    says = "is unknown; ask the author before the asset is passed on"
-    return clean() if known else Measured(None, (("provenance/licence", says),))
+    message = "is unknown; ask the author before the asset is passed on"
+    return clean() if known else Measured(None, (("provenance/licence", message),))
 
 
 def can_be_touched(asset: Asset, limit: float | None) -> Measured:
@@ -166,8 +166,8 @@ def has_usual_mass(package: Package, limit: float | None) -> Measured:
     """The number is the factor between the mass and the nearer end of its category's range, below 1 inside."""
     span, mass = package.category.mass_kg, package.asset.mass
     factor = max(span.low / mass, mass / span.high)
-    says = f"is {mass:.3g} kg; a {package.category.id} weighs {span.low:g} to {span.high:g} kg"
-    return Measured(factor, (("mass", says),) if factor > _number(limit) else ())
+    message = f"is {mass:.3g} kg; a {package.category.id} weighs {span.low:g} to {span.high:g} kg"
+    return Measured(factor, (("mass", message),) if factor > _number(limit) else ())
 
 
 def has_usual_size(package: Package, limit: float | None) -> Measured:
@@ -176,8 +176,8 @@ def has_usual_size(package: Package, limit: float | None) -> Measured:
     if longest <= 0:
         return not_applicable(UNSEEN)
     factor = max(span.low / longest, longest / span.high)
-    says = f"is {longest:.3g} m long; a {package.category.id} has {span.low:g} to {span.high:g} m"
-    return Measured(factor, (("bounds", says),) if factor > _number(limit) else ())
+    message = f"is {longest:.3g} m long; a {package.category.id} has {span.low:g} to {span.high:g} m"
+    return Measured(factor, (("bounds", message),) if factor > _number(limit) else ())
 
 
 def closes_at_zero(asset: Asset, limit: float | None) -> Measured:
@@ -190,8 +190,8 @@ def closes_at_zero(asset: Asset, limit: float | None) -> Measured:
         found.append(off)
         if off > 0:
             wanted = "start or end at" if joint.name in stated else "hold"
-            says = f"goes from {low:g} to {high:g}; it should {wanted} zero, where it is closed"
-            problems.append((f"joints/{joint.name}/range", says))
+            message = f"goes from {low:g} to {high:g}; it should {wanted} zero, where it is closed"
+            problems.append((f"joints/{joint.name}/range", message))
     return largest(found, tuple(problems), NO_JOINTS)
 
 

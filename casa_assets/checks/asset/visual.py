@@ -59,8 +59,8 @@ def is_not_inside_out(asset: Asset, limit: float | None) -> Measured:
         share = _inverted_share(link)
         shares.append(share)
         if share > _number(limit):
-            says = f"{share:.1%} of the surface is inside out; turn those triangles"
-            problems.append((f"links/{link.name}/visuals", says))
+            message = f"{share:.1%} of the surface is inside out; turn those triangles"
+            problems.append((f"links/{link.name}/visuals", message))
     return largest(shares, tuple(problems), UNSEEN)
 
 
@@ -80,8 +80,8 @@ def has_room_for_textures(asset: Asset, limit: float | None) -> Measured:
     if not shown:
         return not_applicable(NO_PICTURES)
     bare = [p for p, v in shown if not _is_unwrapped(v)]
-    says = "shows a picture, but all its texture coordinates are missing or one point; unwrap it or drop the picture"
-    return Measured(float(len(bare)), tuple((p, says) for p in bare))
+    message = "shows a picture, but all its texture coordinates are missing or one point; unwrap it or drop the picture"
+    return Measured(float(len(bare)), tuple((p, message) for p in bare))
 
 
 def has_small_textures(asset: Asset, limit: float | None) -> Measured:
@@ -102,8 +102,8 @@ def has_small_textures(asset: Asset, limit: float | None) -> Measured:
 def has_enough_vertices(asset: Asset, limit: float | None) -> Measured:
     """The number is the fewest vertices that a mesh has."""
     counts = {p: len(v.mesh.vertices) for p, v in _visuals(asset)}
-    says = "has {} vertices, MuJoCo asks for 4; join it to another mesh"
-    problems = tuple((p, says.format(n)) for p, n in counts.items() if n < LEAST_VERTICES)
+    message = "has {} vertices, MuJoCo asks for 4; join it to another mesh"
+    problems = tuple((p, message.format(n)) for p, n in counts.items() if n < LEAST_VERTICES)
     return least(map(float, counts.values()), problems, UNSEEN)
 
 

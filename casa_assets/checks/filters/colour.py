@@ -58,8 +58,8 @@ def is_lit(asset: Asset, limit: float | None) -> Measured:
     if look is None or _is_metal(asset):
         return skinless(asset) if look is None else not_applicable(METAL)
     bright = float((look.linear @ LUMINANCE).mean())
-    says = f"is black, it gives back {bright:.2%} of the light; set the colours of its materials"
-    return Measured(bright, (("materials", says),) if bright < _number(limit) else ())
+    message = f"is black, it gives back {bright:.2%} of the light; set the colours of its materials"
+    return Measured(bright, (("materials", message),) if bright < _number(limit) else ())
 
 
 def is_coloured(asset: Asset, limit: float | None) -> Measured:
@@ -69,8 +69,8 @@ def is_coloured(asset: Asset, limit: float | None) -> Measured:
         return skinless(asset) if look is None else not_applicable(METAL)
     shown = srgb_from_linear_array(look.linear)
     off = float(np.percentile(np.abs(shown - shown.mean()).max(axis=1), 99))
-    says = "has one plain grey all over; bring its materials, or a picture"
-    return Measured(off, (("materials", says),) if off < _number(limit) else ())
+    message = "has one plain grey all over; bring its materials, or a picture"
+    return Measured(off, (("materials", message),) if off < _number(limit) else ())
 
 
 def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
@@ -86,8 +86,8 @@ def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
     points = float(np.median(look.sharp[shows])) * found.longest
     texels = float(np.median(look.texels[shows])) * found.longest
     kind = "is blurred" if texels > 2 * points else "is small"
-    says = f"its picture {kind}: {points:.0f} points along the longest side can be told apart; bring a sharper one"
-    return Measured(points, (("materials", says),) if points < _number(limit) else ())
+    message = f"its picture {kind}: {points:.0f} points along the longest side can be told apart; bring a sharper one"
+    return Measured(points, (("materials", message),) if points < _number(limit) else ())
 
 
 def _number(limit: float | None) -> float:

@@ -37,8 +37,8 @@ def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
     slight = SLIGHT * expected.max()
     ratio = (found + slight) / (expected + slight)
     factor = float(np.maximum(ratio, 1 / ratio).max())
-    says = f"turns {factor:.1f} times harder or easier than its shapes filled evenly; measure the inertia again"
-    return Measured(factor, (("links/object/inertial", says),) if factor > _number(limit) else ())
+    message = f"turns {factor:.1f} times harder or easier than its shapes filled evenly; measure the inertia again"
+    return Measured(factor, (("links/object/inertial", message),) if factor > _number(limit) else ())
 
 
 def loads_fast(asset: Asset, limit: float | None) -> Measured:
@@ -49,8 +49,8 @@ def loads_fast(asset: Asset, limit: float | None) -> Measured:
     # MuJoCo reads the colours alone; the other pictures are read by those who load the USD.
     images = {t.file_name: t.width_px * t.height_px for m in asset.materials for t in m.textures}
     took = FACES_MS * faces / 1e3 + PIXELS_MS * sum(images.values()) / 1e6
-    says = f"takes about {took:.0f} ms to load ({faces} triangles, {sum(images.values()) / 1e6:.1f} million pixels)"
-    return Measured(took, (("", f"{says}; scale its pictures down"),) if took > _number(limit) else ())
+    message = f"takes about {took:.0f} ms to load ({faces} triangles, {sum(images.values()) / 1e6:.1f} million pixels)"
+    return Measured(took, (("", f"{message}; scale its pictures down"),) if took > _number(limit) else ())
 
 
 def _number(limit: float | None) -> float:

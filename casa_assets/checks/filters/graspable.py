@@ -26,8 +26,8 @@ def can_be_taken(package: Package, limit: float | None) -> Measured:
     found = {s.name: s.size[0] for s in asset.sites if s.name.startswith(GRASP) and s.size is not None}
     if not found:
         least = float(np.ptp(asset.bounds, axis=0).min())
-        says = f"has no body, rim or handle that a gripper of {limit:g} m takes (its least side is {least:.3f} m)"
-        return Measured(least, (("sites", f"{says}; look at its size, or do not call it graspable"),))
+        message = f"has no body, rim or handle that a gripper of {limit:g} m takes (its least side is {least:.3f} m)"
+        return Measured(least, (("sites", f"{message}; look at its size, or do not call it graspable"),))
     problems = tuple(
         (f"sites/{name}", f"is {wide:.3f} m wide; a gripper opens to {limit:g} m")
         for name, wide in found.items()

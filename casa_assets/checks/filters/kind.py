@@ -26,8 +26,8 @@ def is_of_known_kind(package: Package, limit: float | None) -> Measured:
         return not_applicable(NOT_LOOSE)
     if package.category.id != UNKNOWN:
         return clean()
-    says = "nobody says what it is, so that no size, pose or mass could be expected; name its category"
-    return Measured(None, (("labels/category", says),))
+    message = "nobody says what it is, so that no size, pose or mass could be expected; name its category"
+    return Measured(None, (("labels/category", message),))
 
 
 def has_usual_proportions(package: Package, limit: float | None) -> Measured:
@@ -40,8 +40,8 @@ def has_usual_proportions(package: Package, limit: float | None) -> Measured:
     size = np.ptp(found.seen.samples, axis=0)
     number = misfit(size, package.category)
     have = " x ".join(f"{v / size.max():.2g}" for v in size)
-    says = f"is {have} in proportion; none of the sizes of a {package.category.id} is like that: look at what it is"
-    return Measured(number, (("labels/category", says),) if number > _number(limit) else ())
+    message = f"is {have} in proportion; none of the sizes of a {package.category.id} is like that: look at what it is"
+    return Measured(number, (("labels/category", message),) if number > _number(limit) else ())
 
 
 def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
@@ -54,8 +54,8 @@ def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
     grid = voxelise(found.points, found.faces, CELLS)
     held = int(water(grid.solid).sum()) * grid.cell**3
     share = held / hull_volume(found.points)
-    says = f"holds nothing as it stands ({share:.1%} of its hull), though a {category.id} is open"
-    problem = (("links/object/visuals", f"{says}; look at its pose, and for a lid"),)
+    message = f"holds nothing as it stands ({share:.1%} of its hull), though a {category.id} is open"
+    problem = (("links/object/visuals", f"{message}; look at its pose, and for a lid"),)
     return Measured(share, problem if share < _number(limit) else ())
 
 

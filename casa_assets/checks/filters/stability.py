@@ -56,8 +56,8 @@ def stays_put(package: Package, limit: float | None) -> Measured:
     rest = _rest_of(package)
     if rest is None:
         return _unrested(package)
-    says = f"{WATCH_S:g} s after it was put down a corner of it still goes {1000 * rest.wander_m:.1f} mm by itself"
-    problem = (("scene.xml", f"{says}; mend its collision shapes"),)
+    message = f"{WATCH_S:g} s after it was put down a corner of it still goes {1000 * rest.wander_m:.1f} mm by itself"
+    problem = (("scene.xml", f"{message}; mend its collision shapes"),)
     return Measured(rest.wander_m, problem if not rest.wander_m <= _number(limit) else ())
 
 
@@ -68,8 +68,8 @@ def stands(package: Package, limit: float | None) -> Measured:
     rest = _rest_of(package)
     if rest is None:
         return _unrested(package)
-    says = f"tips over by {rest.tilt_deg:.0f} degrees when it is put down, though a {package.category.id} stands"
-    problem = (("scene.xml", f"{says}; look at its pose and its foot"),)
+    message = f"tips over by {rest.tilt_deg:.0f} degrees when it is put down, though a {package.category.id} stands"
+    problem = (("scene.xml", f"{message}; look at its pose and its foot"),)
     return Measured(rest.tilt_deg, problem if not rest.tilt_deg <= _number(limit) else ())
 
 
@@ -83,8 +83,8 @@ def stacks(package: Package, limit: float | None) -> Measured:
     if mujoco_load.load(package.mjcf).error:
         return not_run(NO_COMPILE)
     off, tilt = _stacked(package.mjcf, tuple(float(v) for v in np.ptp(asset.bounds, axis=0)))
-    says = f"another one put on it ends {off:.2f} widths off its middle, tilted by {tilt:.0f} degrees"
-    problem = (("model.xml", f"{says}; look at its pose, its foot and its rim"),)
+    message = f"another one put on it ends {off:.2f} widths off its middle, tilted by {tilt:.0f} degrees"
+    problem = (("model.xml", f"{message}; look at its pose, its foot and its rim"),)
     return Measured(off, problem if not (off <= _number(limit) and tilt <= TILTED_DEG) else ())
 
 

@@ -33,8 +33,8 @@ def is_opaque(asset: Asset, limit: float | None) -> Measured:
     if found is None:
         return skinless(asset)
     share = float(found.seen.behind.mean())
-    says = f"{share:.1%} of what is seen are backs of faces; close the holes, or give the walls a thickness"
-    return Measured(share, (("links/object/visuals", says),) if share > _number(limit) else ())
+    message = f"{share:.1%} of what is seen are backs of faces; close the holes, or give the walls a thickness"
+    return Measured(share, (("links/object/visuals", message),) if share > _number(limit) else ())
 
 
 def has_all_sides(package: Package, limit: float | None) -> Measured:
@@ -46,8 +46,8 @@ def has_all_sides(package: Package, limit: float | None) -> Measured:
         return not_applicable(f"a {package.category.id} may be hollow and open")
     worst = int(found.seen.behind.argmax())
     share, sight = float(found.seen.behind[worst]), found.seen.away[worst]
-    says = f"seen from {_side(-sight)} {share:.0%} of it is an open hollow, and a {package.category.id} is full"
-    problem = (("links/object/visuals", f"{says}; close that side"),)
+    message = f"seen from {_side(-sight)} {share:.0%} of it is an open hollow, and a {package.category.id} is full"
+    problem = (("links/object/visuals", f"{message}; close that side"),)
     return Measured(share, problem if share > _number(limit) else ())
 
 
@@ -62,8 +62,8 @@ def winds_one_way(asset: Asset, limit: float | None) -> Measured:
     if inner <= 0:
         return not_applicable("no two of its faces share an edge")
     share = float(length[(uses == 2) & (balance != 0)].sum() / inner)
-    says = f"neighbours face opposite ways along {share:.1%} of the edges; make the winding consistent"
-    return Measured(share, (("links/object/visuals", says),) if share > _number(limit) else ())
+    message = f"neighbours face opposite ways along {share:.1%} of the edges; make the winding consistent"
+    return Measured(share, (("links/object/visuals", message),) if share > _number(limit) else ())
 
 
 def is_no_card(asset: Asset, limit: float | None) -> Measured:
@@ -75,8 +75,8 @@ def is_no_card(asset: Asset, limit: float | None) -> Measured:
     piece = found.piece[found.seen.face]
     cards = [k for k in np.flatnonzero(_flat(found)) if _is_card(found, piece == k)]
     share = float(np.isin(piece[seen], cards).mean()) if seen.any() else 0.0
-    says = f"{share:.0%} of what is seen are flat cards, which vanish from the side; model it in the round"
-    return Measured(share, (("links/object/visuals", says),) if share > _number(limit) else ())
+    message = f"{share:.0%} of what is seen are flat cards, which vanish from the side; model it in the round"
+    return Measured(share, (("links/object/visuals", message),) if share > _number(limit) else ())
 
 
 def hangs_together(asset: Asset, limit: float | None) -> Measured:
@@ -85,8 +85,10 @@ def hangs_together(asset: Asset, limit: float | None) -> Measured:
     if found is None:
         return skinless(asset)
     count = _parts(found)
-    says = f"{count} large parts stand apart, though they move as one; give each object a file of its own, or join them"
-    return Measured(float(count), (("links/object/visuals", says),) if count > _number(limit) else ())
+    message = (
+        f"{count} large parts stand apart, though they move as one; give each object a file of its own, or join them"
+    )
+    return Measured(float(count), (("links/object/visuals", message),) if count > _number(limit) else ())
 
 
 def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
@@ -106,8 +108,8 @@ def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
         return not_applicable(f"a {package.category.id} is usually as broad for its height")
     wide = np.ptp(low[:, :2], axis=0) / np.maximum(np.ptp(above[:, :2], axis=0), 1e-9)
     number = float(wide.min())
-    says = f"stands on a ground that is {number:.1f} times wider than itself; export it without"
-    return Measured(number, (("links/object/visuals", says),) if number > _number(limit) else ())
+    message = f"stands on a ground that is {number:.1f} times wider than itself; export it without"
+    return Measured(number, (("links/object/visuals", message),) if number > _number(limit) else ())
 
 
 def _number(limit: float | None) -> float:

@@ -89,8 +89,8 @@ def has_no_form_twice(shelf: Shelf, limit: float | None) -> Measured:
     problems = []
     for pair in shelf.alike:
         if pair.same_form(bound):
-            says = f"has the form of {pair.one}, {_differs(pair)}; keep one of them, or both if that is meant"
-            problems.append((pair.other, says))
+            message = f"has the form of {pair.one}, {_differs(pair)}; keep one of them, or both if that is meant"
+            problems.append((pair.other, message))
     if shelf.count < 2:
         return not_applicable(ALONE)
     # Pairs whose forms are far apart are not compared point by point: where all are, there is no number to tell.

@@ -47,6 +47,6 @@ def are_like_the_others(sizes: Sizes, limit: float | None) -> Measured:
         for (name, longest), off in zip(members, np.abs(logs - middle) / scatter, strict=True):
             found.append(float(off))
             if off > limit:
-                says = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
-                problems.append((name, f"{says}; look at its unit and its category"))
+                message = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
+                problems.append((name, f"{message}; look at its unit and its category"))
     return largest(found, tuple(problems), f"no category has {FEWEST} assets to compare")

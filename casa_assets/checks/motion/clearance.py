@@ -31,8 +31,8 @@ def keeps_clear(package: Package, limit: float | None) -> Measured:
         worst = max(worst, meeting.depth)
         if meeting.depth > limit:
             while_ = f" while {beside} stands open" if beside else ""
-            says = f"{meeting.one} sinks {meeting.depth:.4f} m into {meeting.other}{while_}; make room between them"
-            problems.append((f"joints/{joint.name}", says))
+            message = f"{meeting.one} sinks {meeting.depth:.4f} m into {meeting.other}{while_}; make room between them"
+            problems.append((f"joints/{joint.name}", message))
     return Measured(worst, tuple(problems))
 
 

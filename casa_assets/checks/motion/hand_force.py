@@ -146,8 +146,8 @@ def _reached(package: Package, limit: float | None, contact: bool) -> Measured:
             if share < limit:
                 way = "open" if opening else "shut"
                 why = "make room for it" if contact else "ease its friction, damping or spring"
-                says = f"goes {share:.0%} of its way {way} under {PULL_N:g} N in {LONGEST_S:g} s; {why}"
-                problems.append((f"joints/{joint.name}", says))
+                message = f"goes {share:.0%} of its way {way} under {PULL_N:g} N in {LONGEST_S:g} s; {why}"
+                problems.append((f"joints/{joint.name}", message))
     return Measured(least, tuple(problems))
 
 

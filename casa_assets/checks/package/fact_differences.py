@@ -22,14 +22,14 @@ class Difference(NamedTuple):
 
     pointer: str
     size: float | None
-    says: str
+    message: str
 
 
 def agree(expected: Facts, found: Facts, tolerance: float) -> Measured:
     """The largest difference, and a problem for each that exceeds the tolerance."""
     rows = list(differences(expected, found))
     worst = max((r.size for r in rows if r.size is not None), default=0.0)
-    faults = [(r.pointer, r.says) for r in rows if r.size is None or not r.size <= tolerance]
+    faults = [(r.pointer, r.message) for r in rows if r.size is None or not r.size <= tolerance]
     return Measured(worst, tuple(faults))
 
 

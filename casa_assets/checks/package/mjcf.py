@@ -63,7 +63,7 @@ def agrees_with_asset(package: Package, limit: float | None) -> Measured:
             continue
         measured = fact_differences.agree(expected, found, _number(limit))
         worst = max(worst, measured.number or 0.0)
-        problems += [(f"{path.name}/{pointer}", says) for pointer, says in measured.problems]
+        problems += [(f"{path.name}/{pointer}", message) for pointer, message in measured.problems]
     return Measured(worst, tuple(problems))
 
 

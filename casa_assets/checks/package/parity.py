@@ -38,7 +38,7 @@ class Row(NamedTuple):
 
 
 def compare(left: Facts, right: Facts, relative: float, length: float) -> list[tuple[str, str]]:
-    """(pointer, says) for each cell in which two tables differ by more than they may.
+    """(pointer, message) for each cell in which two tables differ by more than they may.
 
     Args:
         left, right: what it should be, and what it is.
@@ -46,7 +46,7 @@ def compare(left: Facts, right: Facts, relative: float, length: float) -> list[t
         length: tolerance of lengths, metres.
     """
     rows = list(_rows(left, right))
-    return [(r.difference.pointer, r.difference.says) for r in rows if _exceeds(r, length if r.length else relative)]
+    return [(r.difference.pointer, r.difference.message) for r in rows if _exceeds(r, length if r.length else relative)]
 
 
 def agrees_in_mujoco(package: Package, limit: float | None) -> Measured:
@@ -118,7 +118,7 @@ def _exceeds(row: Row, tolerance: float) -> bool:
 def _measured(rows: list[Row], limit: float | None) -> Measured:
     assert limit is not None, "the row of this check names a limit"
     worst = max((r.difference.size for r in rows if r.difference.size is not None), default=0.0)
-    faults = dict.fromkeys((r.difference.pointer, r.difference.says) for r in rows if _exceeds(r, limit))
+    faults = dict.fromkeys((r.difference.pointer, r.difference.message) for r in rows if _exceeds(r, limit))
     return Measured(worst, tuple(faults))
 
 
@@ -151,10 +151,10 @@ def _friction_too(model: mujoco.MjModel, joint: int) -> tuple[float, ...]:
 
 
 def _differ(pointer: str, ours: Values, theirs: Values) -> Difference:
-    says = f"is {_text(theirs)}, should be {_text(ours)}"
+    message = f"is {_text(theirs)}, should be {_text(ours)}"
     if ours.shape != theirs.shape:
-        return Difference(pointer, None, says)
-    return Difference(pointer, ratio(ours, theirs), says)
+        return Difference(pointer, None, message)
+    return Difference(pointer, ratio(ours, theirs), message)
 
 
 def _text(values: Values) -> str:

@@ -25,7 +25,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def faults(path: Path) -> Iterator[Fault]:
-    """(pointer, says) of every rule that a model.xml breaks. Raises etree.XMLSyntaxError where it is no XML."""
+    """(pointer, message) of every rule that a model.xml breaks. Raises etree.XMLSyntaxError where it is no XML."""
     root = etree.parse(str(path)).getroot()
     yield from _shape(root)
     for geom in root.iter("geom"):
@@ -40,7 +40,7 @@ def faults(path: Path) -> Iterator[Fault]:
 
 
 def visual_faults(path: Path) -> Iterator[Fault]:
-    """Visual geoms that weigh or touch, as (pointer, says)."""
+    """Visual geoms that weigh or touch, as (pointer, message)."""
     for geom in etree.parse(str(path)).getroot().iter("geom"):
         if geom.get("type") == "plane" or geom.get("group") not in VISUAL_GROUPS:
             continue
@@ -49,12 +49,12 @@ def visual_faults(path: Path) -> Iterator[Fault]:
             (geom.get("contype") == "0", "is seen and should have contype 0"),
             (geom.get("conaffinity") == "0", "is seen and should have conaffinity 0"),
         )
-        yield from ((f"{path.name}/{pointer}", says) for pointer, says in _said(geom, tests))
+        yield from ((f"{path.name}/{pointer}", message) for pointer, message in _said(geom, tests))
 
 
 def _said(element: etree._Element, tests: tuple[Test, ...]) -> Iterator[Fault]:
     pointer = f"{element.tag}/{element.get('name', '(unnamed)')}"
-    return ((pointer, says) for holds, says in tests if not holds)
+    return ((pointer, message) for holds, message in tests if not holds)
 
 
 def _shape(root: etree._Element) -> Iterator[Fault]:

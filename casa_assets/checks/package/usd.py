@@ -96,12 +96,12 @@ def pictures_are_png(package: Package, _: float | None) -> Measured:
             return not_run(CLOSED)
         named = list(_pictures(stage))
     folder = package.usd.parent
-    problems = [(where, says) for where, path in named if (says := _not_png(folder, path))]
+    problems = [(where, message) for where, path in named if (message := _not_png(folder, path))]
     thumbnail = f".thumbs/256x256/{package.usd.name}.png"
-    says = _not_png(folder, thumbnail)
-    if not says and (size := Image.open(folder / thumbnail).size) != THUMBNAIL_PX:
-        says = f"{thumbnail} measures {size[0]} x {size[1]} px"
-    return _measured(problems + ([("thumbnail", says)] if says else []))
+    message = _not_png(folder, thumbnail)
+    if not message and (size := Image.open(folder / thumbnail).size) != THUMBNAIL_PX:
+        message = f"{thumbnail} measures {size[0]} x {size[1]} px"
+    return _measured(problems + ([("thumbnail", message)] if message else []))
 
 
 @cache

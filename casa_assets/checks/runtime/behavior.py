@@ -48,7 +48,9 @@ def is_seen_to_change(asset: Asset, limit: float | None) -> Measured:
     """Every effect acts on something that can show it; the number counts those that do not."""
     if asset.behavior is None:
         return not_applicable(INERT)
-    faults = [(f"behavior/effects/{i}", says) for i, e in enumerate(asset.behavior.effects) for says in _form(asset, e)]
+    faults = [
+        (f"behavior/effects/{i}", message) for i, e in enumerate(asset.behavior.effects) for message in _form(asset, e)
+    ]
     return Measured(float(len(faults)), tuple(faults))
 
 
@@ -110,10 +112,10 @@ def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterato
             for end in condition.interval if named else ():
                 if low + SAME < end < high - SAME and all(abs(end - at) > SAME for at in named.values()):
                     there = ", ".join(f"{name} {at:.4g}" for name, at in named.items())
-                    says = (
+                    message = (
                         f"{condition.joint} changes {rule.variable} at {end:.4g}; the runtime's thresholds are {there}"
                     )
-                    yield f"behavior/rules/{i}", says
+                    yield f"behavior/rules/{i}", message
 
 
 def _pose(model: operate.Operated, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[Fault]:
@@ -122,8 +124,8 @@ def _pose(model: operate.Operated, asset: Asset, behavior: Behavior, rule: KeyRu
         return
     machine = _settled(start(behavior), model.measure({}))
     machine = _settled(machine, model.measure({at.joint: at.value for at in key.joints}))
-    for says in _unlike(machine, rule.values):
-        yield f"keyframes/{rule.name}", f"in this pose {says}"
+    for message in _unlike(machine, rule.values):
+        yield f"keyframes/{rule.name}", f"in this pose {message}"
 
 
 def _trial(model: operate.Operated, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[Fault]:

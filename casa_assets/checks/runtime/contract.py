@@ -29,14 +29,14 @@ def has_links_and_joints(package: Package, limit: float | None) -> Measured:
         return not_applicable(UNNAMED)
     contract = package.contract
     if contract is None or contract.id != package.asset.contract:
-        says = f"there is no contract {package.asset.contract!r} in registry/contracts"
-        return Measured(1.0, (("contract", says),))
+        message = f"there is no contract {package.asset.contract!r} in registry/contracts"
+        return Measured(1.0, (("contract", message),))
     faults = names.wanting(package.asset, contract, names.links_and_joints)
     for each in contract.for_each:
         used = names.in_use(package.asset, contract, each.key)
         if len(used) < each.least:
-            says = f"{len(used)} in use, {each.least} wanted: {', '.join(each.values)}"
-            faults.append((f"contract/for_each/{each.key}", says))
+            message = f"{len(used)} in use, {each.least} wanted: {', '.join(each.values)}"
+            faults.append((f"contract/for_each/{each.key}", message))
     for joint in package.asset.joints:
         for pattern in contract.forbidden_joints:
             if re.fullmatch(pattern, joint.name):
@@ -123,8 +123,10 @@ def reaches_thresholds(package: Package, limit: float | None) -> Measured:
         for joint in asset.joints:
             at = threshold.position(joint.range)
             if re.fullmatch(threshold.joint, joint.name) and not _within(at, joint, threshold.share is None):
-                says = f"{threshold.name} is at {at:.4g}, out of the range {joint.range[0]:.4g}..{joint.range[1]:.4g}"
-                faults.append((f"joints/{joint.name}", says))
+                message = (
+                    f"{threshold.name} is at {at:.4g}, out of the range {joint.range[0]:.4g}..{joint.range[1]:.4g}"
+                )
+                faults.append((f"joints/{joint.name}", message))
     for rule in contract.keyframes:
         faults += _pose(asset, rule)
     return _counted(faults)
@@ -202,6 +204,6 @@ def _pose(asset: Asset, rule: KeyRule) -> list[names.Fault]:
         share = stands.get(joint.name, 0.0) / max(joint.range, key=abs)
         wanted = [least for pattern, least in rule.stands.items() if re.fullmatch(pattern, joint.name)]
         if any(share < least for least in wanted):
-            says = f"{joint.name} stands at {share:.2f} of its way, not at {max(wanted):.2f}"
-            faults.append((f"keyframes/{rule.name}", says))
+            message = f"{joint.name} stands at {share:.2f} of its way, not at {max(wanted):.2f}"
+            faults.append((f"keyframes/{rule.name}", message))
     return faults

@@ -69,7 +69,7 @@ def links_and_joints(asset: Asset, needs: Needs) -> list[Fault]:
     for rule in needs.joints:
         for joint in asset.joints:
             if rule.matches(joint.name):
-                faults += [(f"joints/{joint.name}", says) for says in _joint(asset, joint, rule)]
+                faults += [(f"joints/{joint.name}", message) for message in _joint(asset, joint, rule)]
     return faults
 
 
@@ -95,7 +95,7 @@ def shapes(asset: Asset, needs: Needs) -> list[Fault]:
         for rule in rules:
             for link, shape in found:
                 if rule.matches(shape.name):
-                    faults += [(f"{kind}/{shape.name}", says) for says in _shape(link, shape, rule)]
+                    faults += [(f"{kind}/{shape.name}", message) for message in _shape(link, shape, rule)]
     return faults
 
 

@@ -21,7 +21,10 @@ TOUCHED = "0"  # group of what collides
 
 
 def faults(path: Path, asset: Asset, contract: Contract) -> Iterator[names.Fault]:
-    """(pointer, says) of everything that a runtime would not find. The file is well-formed and compiles: see MJC001."""
+    """(pointer, message) of everything that a runtime would not find.
+
+    The file is well-formed and compiles: see MJC001.
+    """
     root = _read(path)
     body = None if root is None else root.find(OBJECT)
     if root is None or body is None:
@@ -39,7 +42,7 @@ def faults(path: Path, asset: Asset, contract: Contract) -> Iterator[names.Fault
 
 
 def misspelled(path: Path, asset: Asset, contract: Contract) -> Iterator[names.Fault]:
-    """(pointer, says) of names of the asset that the file does not spell as the runtime does."""
+    """(pointer, message) of names of the asset that the file does not spell as the runtime does."""
     root = _read(path)
     if root is None:
         return

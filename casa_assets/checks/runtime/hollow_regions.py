@@ -43,8 +43,10 @@ def holds_a_ball(package: Package, limit: float | None) -> Measured:
             problems.append((pointer, f"is not hollow: a ball of {2 * _radius(region):.3f} m does not fit in"))
             continue
         if region.name in blocked:
-            says = f"is filled {blocked[region.name]:.3f} m above its floor: a ball let down from its top does not pass"
-            problems.append((pointer, says))
+            message = (
+                f"is filled {blocked[region.name]:.3f} m above its floor: a ball let down from its top does not pass"
+            )
+            problems.append((pointer, message))
             continue
         off = _outside(model, data, region)
         worst = max(worst, off)

@@ -156,7 +156,7 @@ class SceneSubject:
         """Placements that are held where they are."""
         return tuple(p for p in self.scene.placements if self.assets[p.name].base is Base.FIXED)
 
-    def says(self, geom: int) -> str:
+    def message(self, geom: int) -> str:
         """Name of a geom for people."""
         return str(self.model.geom(geom).name)
 

@@ -96,20 +96,20 @@ def _tell(done: Done, console: Console) -> None:
     """One line for what became of a mesh, one for each warning."""
     name = escape(plain(done.mesh.name))
     if done.found is None:
-        console.print(f"[red]{done.code}[/] {escape(plain(done.says))}", highlight=False)
+        console.print(f"[red]{done.code}[/] {escape(plain(done.message))}", highlight=False)
         return
     count = sum(not p.added for p in done.found.parts)
     whole = sum(t.whole for t in done.travels.values())
     rooms = sum(r.built for r in done.found.rooms)
     added = f", {counted(rooms, 'interior')} added" if rooms else ""
     way = "goes all its way" if len(done.travels) == 1 else "go all their way"
-    says = f"{counted(count, 'moving part')}, {whole} of {len(done.travels)} {way}{added}"
+    message = f"{counted(count, 'moving part')}, {whole} of {len(done.travels)} {way}{added}"
     mark = (
         f"[green]{'kept' if done.kept else 'accepted'}[/]"
         if done.accepted
-        else f"[red]{done.code}[/] {escape(plain(done.says))};"
+        else f"[red]{done.code}[/] {escape(plain(done.message))};"
     )
-    console.print(f"{mark} {name}: {says}", highlight=False)
+    console.print(f"{mark} {name}: {message}", highlight=False)
     console.print(f"  {escape(plain(str(done.folder)))}", highlight=False, soft_wrap=True)
     if done.contract:
         console.print(f"  holds the contract {done.contract}", highlight=False)
@@ -118,25 +118,28 @@ def _tell(done: Done, console: Console) -> None:
         console.print(f"  {escape(plain(': '.join(done.lacking[:2])))}{more}", highlight=False)
     for issue in done.report.issues if done.report else ():
         console.print(
-            f"  {issue.severity.value} {issue.code} {escape(plain(issue.pointer + ' ' + issue.says))}", highlight=False
+            f"  {issue.severity.value} {issue.code} {escape(plain(issue.pointer + ' ' + issue.message))}",
+            highlight=False,
         )
 
 
 def _table(done: Done) -> Table:
     assert done.found is not None
     frame = done.found.frame
-    title = f"{done.category}; size: {done.size}; frame: {frame.confidence:.0%} sure ({frame.because})" + (
+    title = f"{done.category}; size: {done.size}; frame: {frame.confidence:.0%} sure ({frame.reason})" + (
         f"; next: {frame.runner_up}" if frame.runner_up else ""
     )
-    table = Table("part", "on", "joint", "goes", "sure", "because", "else", title=escape(title), title_justify="left")
+    table = Table(
+        "part", "on", "joint", "goes", "confidence", "reason", "else", title=escape(title), title_justify="left"
+    )
     for part in done.found.parts:
         joint = part.joint
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
-        because = "; ".join(w for w in (part.because, joint.because) if w)
+        reason = "; ".join(w for w in (part.reason, joint.reason) if w)
         way = done.travels.get(part.name)
         goes = "" if way is None else "all" if way.whole else f"{min(way.free, way.reached):.0%} {way.against}"
-        table.add_row(part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", because, joint.runner_up)
+        table.add_row(part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", reason, joint.runner_up)
     for room in done.found.rooms:
         if room.built:
-            table.add_row(f"+ {room.filling.value}", room.parts[0], "", "", f"{room.confidence:.0%}", room.because, "")
+            table.add_row(f"+ {room.filling.value}", room.parts[0], "", "", f"{room.confidence:.0%}", room.reason, "")
     return table

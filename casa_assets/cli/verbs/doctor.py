@@ -39,7 +39,7 @@ def _print(found: tuple[Finding, ...], missing: list[Finding]) -> None:
     table = Table("", "what", "found", box=None, pad_edge=False)
     for finding in found:
         mark = ("ok", "green") if finding.ok else ("MISSING", "bold red") if finding.needed else ("note", "yellow")
-        table.add_row(Text(*mark), finding.subject, Text(finding.says))
+        table.add_row(Text(*mark), finding.subject, Text(finding.message))
     console.print(table)
     console.print()
     for mend in dict.fromkeys(finding.mend for finding in found if finding.mend):

@@ -84,8 +84,8 @@ def _tell(done: list[Done], out: Path, most: int = 40) -> None:
     console.print(table)
     for one in done:
         if not one.model:
-            line = f"[yellow]left out[/] {escape(plain(one.id))}: {escape(plain(one.says))}"
+            line = f"[yellow]left out[/] {escape(plain(one.id))}: {escape(plain(one.message))}"
             console.print(line, highlight=False, soft_wrap=True)
     place = escape(plain(str(out)))
-    says = f"{counted(len(written), 'object')} in {counted(len(kinds), 'category')}"
-    console.print(f"{says}; read {place}/README.md for how to add them", highlight=False, soft_wrap=True)
+    message = f"{counted(len(written), 'object')} in {counted(len(kinds), 'category')}"
+    console.print(f"{message}; read {place}/README.md for how to add them", highlight=False, soft_wrap=True)

@@ -168,8 +168,8 @@ def _row(done: Built) -> dict[str, object]:
         "member": done.wish.title,
         "id": done.asset_id,
         "passed": done.passed,
-        "says": done.says,
-        "issues": [{"code": i.code, "pointer": i.pointer, "says": i.says} for i in done.problems],
+        "message": done.message,
+        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in done.problems],
         "build_s": round(done.build_s, 4),
         "write_s": round(done.write_s, 4),
         "draw_s": round(done.draw_s, 4),
@@ -182,10 +182,10 @@ def _tell(done: Built, console: Console) -> None:
     mark = "[green]passed[/]" if done.passed else "[red]failed[/]"
     seconds = f"build {done.build_s:.2f} s, write {done.write_s:.2f} s, check {done.check_s:.2f} s"
     console.print(f"{mark} [bold]{done.wish.title}[/] {done.asset_id} ({seconds}, {done.size_bytes / 1e6:.2f} MB)")
-    if done.says:
-        console.print(escape(done.says), highlight=False)
+    if done.message:
+        console.print(escape(done.message), highlight=False)
     for issue in done.problems:
-        console.print(f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.says)}", highlight=False)
+        console.print(f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.message)}", highlight=False)
 
 
 def _conclude(results: list[Built], console: Console) -> None:

@@ -58,7 +58,7 @@ def find(
     if json_:
         for hit in hits:
             row = {"id": hit.id, "category": hit.category, "folder": str(hit.folder), "score": hit.score}
-            typer.echo(json.dumps({**row, "because": hit.because}, sort_keys=True))
+            typer.echo(json.dumps({**row, "reason": hit.reason}, sort_keys=True))
     elif hits:
         console = Console()
         console.print(_table(hits, library))
@@ -76,5 +76,5 @@ def _table(hits: list[Hit], library: Path) -> Table:
     table.add_column("score", no_wrap=True, justify="right")
     table.add_column("why", overflow="fold")
     for hit, folder in zip(hits, folders, strict=True):
-        table.add_row(escape(plain(folder)), f"{hit.score:.3f}", escape(plain(hit.because)))
+        table.add_row(escape(plain(folder)), f"{hit.score:.3f}", escape(plain(hit.reason)))
     return table

@@ -131,14 +131,14 @@ def _tell(event: Event, console: Console, as_json: bool) -> None:
             "path": event.path,
             "id": event.asset_id,
             "code": event.code,
-            "says": event.says,
+            "message": event.message,
             "count": event.count,
-            "warnings": [{"code": w.code, "pointer": w.pointer, "says": w.says} for w in event.warnings],
+            "warnings": [{"code": w.code, "pointer": w.pointer, "message": w.message} for w in event.warnings],
         }
         typer.echo(json.dumps(row, sort_keys=True))
     elif event.kind == "rejected":
         console.print(
-            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.says)}",
+            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.message)}",
             highlight=False,
             soft_wrap=True,
         )
@@ -178,8 +178,8 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
     good = counts["all"] - counts["refused"]
     was = "was" if counts["kept"] == 1 else "were"
     kept = f" ({counts['kept']} {was} there already)" if counts["kept"] else ""
-    says = f"[green]{good} accepted[/], [red]{counts['refused']} rejected[/]{kept}"
-    console.print(f"{counted(counts['all'], 'input')}: {says}", highlight=False)
+    message = f"[green]{good} accepted[/], [red]{counts['refused']} rejected[/]{kept}"
+    console.print(f"{counted(counts['all'], 'input')}: {message}", highlight=False)
     place = _safe(str(library))
     lines = f"Library: {place}/", f"Index:   {place}/index.sqlite", f"Next:    casa-assets report --library {place}"
     console.print("\n".join(lines), highlight=False, soft_wrap=True)
@@ -194,7 +194,7 @@ def _on_all(library: Path, console: Console, most: int = 6) -> None:
     issues = whole.report.issues if whole else ()
     for issue in issues[:most]:
         place = f"{issue.pointer} " if issue.pointer else ""
-        console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.says)}", highlight=False)
+        console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.message)}", highlight=False)
     for result in whole.report.results if whole else ():
         if result.status is Status.NOT_RUN:
             console.print(f"[yellow]{result.code}[/] not run: {_safe(result.reason)}", highlight=False)
@@ -233,13 +233,13 @@ def _explain(entry: Entry, console: Console) -> None:
     console.print(f"\n[bold]{entry.id}[/] {_safe(entry.source_path)}")
     for guess in entry.guesses:
         console.print(
-            f"  {guess.subject}: {_safe(guess.value)} ({guess.confidence:.0%}): {_safe(guess.because)}",
+            f"  {guess.subject}: {_safe(guess.value)} ({guess.confidence:.0%}): {_safe(guess.reason)}",
             highlight=False,
         )
     for issue in entry.warnings:
-        console.print(f"  [yellow]{issue.code}[/] {_safe(issue.pointer)}: {_safe(issue.says)}", highlight=False)
+        console.print(f"  [yellow]{issue.code}[/] {_safe(issue.pointer)}: {_safe(issue.message)}", highlight=False)
     if not entry.accepted:
-        console.print(f"  [red]{entry.code}[/] {_safe(entry.says)}", highlight=False)
+        console.print(f"  [red]{entry.code}[/] {_safe(entry.message)}", highlight=False)
 
 
 def _safe(words: str) -> str:

@@ -51,7 +51,7 @@ def list_scenes(
     console.print(table)
     table = Table("style", "what")
     for name, style in styles.items():
-        table.add_row(name, style.says)
+        table.add_row(name, style.description)
     console.print(table)
     console.print(f"{len(plans)} plans x {len(styles)} styles = {len(plans) * len(styles)} scenes")
 

@@ -149,7 +149,7 @@ def check(
     table = Table("subject", "code", "what")
     for report in reports:
         for issue in report.issues:
-            table.add_row(report.subject, issue.code, escape(f"{issue.pointer} {issue.says}".strip()))
+            table.add_row(report.subject, issue.code, escape(f"{issue.pointer} {issue.message}".strip()))
     if table.row_count:
         console.print(table)
     bad = sum(not r.passed for r in reports)
@@ -200,12 +200,12 @@ def ingest(
         typer.echo(json.dumps(report.pack.model_dump(mode="json"), indent=1))
     table = Table("left out", "code", "why", "what to do")
     for one in report.pack.refused:
-        table.add_row(escape(one.source), one.code, escape(one.says), escape(one.mend))
+        table.add_row(escape(one.source), one.code, escape(one.message), escape(one.mend))
     if table.row_count:
         console.print(table)
     taken, state = len(report.pack.pictures), "written" if report.changed else "unchanged"
-    says = f"{counted(taken, 'picture')} taken, {len(report.pack.refused)} left out"
-    console.print(f"{says}; {escape(str(report.folder))} {state}", highlight=False, soft_wrap=True)
+    message = f"{counted(taken, 'picture')} taken, {len(report.pack.refused)} left out"
+    console.print(f"{message}; {escape(str(report.folder))} {state}", highlight=False, soft_wrap=True)
     if report.pack.refused:
         raise typer.Exit(1)
 

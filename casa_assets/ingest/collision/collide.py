@@ -58,28 +58,28 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     if whole is None:
         raise Rejected("MSH004", "no collision shape with a volume fits; the mesh is a sheet or a line")
     notes: list[Issue] = []
-    because = f"the mesh fills {whole.fill:.0%} of its hull"
+    reason = f"the mesh fills {whole.fill:.0%} of its hull"
     is_one = full and whole.fill >= params.hull_ratio
     made = None if is_one else matter(points, ids, full)
     shapes: tuple[Placed, ...]
     if is_one:
         samples = surface_samples(points, ids, SAMPLES)
         one = whole_shape(whole.points, category.build is Build.FILLED, params, samples)
-        shapes, how, sure = (one,), "one shape: the mesh fills its hull", 1.0
+        shapes, how, confidence = (one,), "one shape: the mesh fills its hull", 1.0
     elif made is None:
-        shapes, how, sure = (_last_resort(whole.points, params, notes),), "one hull", 0.5
+        shapes, how, confidence = (_last_resort(whole.points, params, notes),), "one hull", 0.5
     else:
         by = yardstick(points, ids, made.solid, not full)
         rolls = category.upright is Upright.ANY
         packed = category.build is Build.FILLED
         best = _best(Task(points, ids, full, whole.fill, rolls, packed, made, by, params, decomposer), notes)
         if best is None:
-            shapes, how, sure = (_last_resort(whole.points, params, notes),), "one hull", 0.5
+            shapes, how, confidence = (_last_resort(whole.points, params, notes),), "one hull", 0.5
         else:
-            shapes, how, sure = best.shapes, best.how, 1 / (1 + max(0.0, best.found.strain - 1))
-            because += f"; {made.says}; {in_words(clouds_of(best.shapes), by, best.found)}"
+            shapes, how, confidence = best.shapes, best.how, 1 / (1 + max(0.0, best.found.strain - 1))
+            reason += f"; {made.message}; {in_words(clouds_of(best.shapes), by, best.found)}"
     return draft.replace(
-        colliders=shapes, guesses=draft.guessed("collision", how, sure, because), notes=draft.noted(*notes)
+        colliders=shapes, guesses=draft.guessed("collision", how, confidence, reason), notes=draft.noted(*notes)
     )
 
 

@@ -36,13 +36,13 @@ class Vessel:
     Attributes:
         floors: that are one part each. cells: parts of the walls, most of them near convex.
         rest: handles, knobs and spouts.
-        says: how it was cut, in words with numbers.
+        message: how it was cut, in words with numbers.
     """
 
     floors: tuple[Solid, ...]
     cells: tuple[Solid, ...]
     rest: tuple[Solid, ...]
-    says: str
+    message: str
 
 
 def cut_vessel(solid: Solid, finest: float, fair: float, foot: float, most: int) -> Vessel | None:
@@ -71,9 +71,9 @@ def cut_vessel(solid: Solid, finest: float, fair: float, foot: float, most: int)
             floors, cells = _cells(_eased(body, seen, EASE * error) if is_round else body, seen, plan)
             if not is_round:
                 floors, cells = [], [*floors, *cells]
-            says = f"{share:.0%} of the wall turns about one axis" if is_round else "walls that are not round"
+            message = f"{share:.0%} of the wall turns about one axis" if is_round else "walls that are not round"
             return Vessel(
-                tuple(floors), tuple(cells), tuple(handles), f"{says}: {plan.says}, {1000 * error:.2g} mm off"
+                tuple(floors), tuple(cells), tuple(handles), f"{message}: {plan.message}, {1000 * error:.2g} mm off"
             )
     return None
 
@@ -91,7 +91,7 @@ class Plan:
         return sum(slab.sectors for slab in self.slabs)
 
     @property
-    def says(self) -> str:
+    def message(self) -> str:
         """In words with numbers."""
         rings = sum(slab.sectors > 1 for slab in self.slabs)
         most = max(slab.sectors for slab in self.slabs)

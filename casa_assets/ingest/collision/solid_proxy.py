@@ -51,14 +51,14 @@ class Matter:
 
     Attributes:
         solid: closed, outward, metres, nothing sealed in it.
-        kind: what the surface was. says: how that was seen, and what was done, in words with numbers.
+        kind: what the surface was. message: how that was seen, and what was done, in words with numbers.
         wall: mean thickness, metres: twice the volume over the surface.
         exact: the surface itself, or with small holes closed; else made on a grid.
     """
 
     solid: Solid
     kind: Kind
-    says: str
+    message: str
     wall: float
     exact: bool
 
@@ -126,5 +126,5 @@ def _classified(solid: Solid, raw: Solid | None, area: float, longest: float, do
         done = [*done, f"{sealed:.0%} of it was sealed off and was filled"]
     else:
         kind = Kind.WALLED if fills < LOOSE and thin < THIN else Kind.SOLID
-    says = f"{kind}: fills {fills:.0%} of its hull, walls {thin:.3f} of its length"
-    return Matter(solid, kind, "; ".join([says, *done]), wall, exact)
+    message = f"{kind}: fills {fills:.0%} of its hull, walls {thin:.3f} of its length"
+    return Matter(solid, kind, "; ".join([message, *done]), wall, exact)

@@ -160,7 +160,7 @@ def _by_rings(task: Task) -> tuple[list[Placed], str]:
     pieces = [*vessel.floors, *split_up([*vessel.cells, *vessel.rest], task.by.of, task.by.bound, room)]
     floors = [lean_hull(hull_points([p]), task.params.hull_vertices, task.slack) for p in vessel.floors]
     walls = [_shared_out(piece, task) for piece in pieces[len(vessel.floors) :]]
-    return _shapes([*floors, *walls], task), vessel.says
+    return _shapes([*floors, *walls], task), vessel.message
 
 
 def _shared_out(piece: Solid, task: Task) -> Floats:

@@ -133,8 +133,8 @@ def _zip(data: bytes, name: str) -> Format:
     except (zipfile.BadZipFile, ValueError, OSError, EOFError, struct.error, NotImplementedError):
         members = []  # damaged: all that is known of it are its first bytes
     if any(m.startswith("/") or m[1:2] == ":" or ".." in m.split("/") for m in members):
-        says = f"{name}: a zip archive with members that leave the folder it is unpacked into; do not unpack it"
-        raise Rejected(rejection_codes.PATH_TRAVERSAL, says)
+        message = f"{name}: a zip archive with members that leave the folder it is unpacked into; do not unpack it"
+        raise Rejected(rejection_codes.PATH_TRAVERSAL, message)
     if any(m.lower().endswith("3d/3dmodel.model") for m in members):
         return Format.THREE_MF
     if members and suffix_of(members[0]) in (".usd", ".usda", ".usdc"):
@@ -180,12 +180,12 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
         return Format.STL
     if suffix == ".glb":
         start = data[:4].decode("ascii", "backslashreplace")
-        says = f"{name}: a GLB starts with 'glTF', this starts with {start!r}; fetch it again"
-        raise Rejected(rejection_codes.BAD_MAGIC, says)
+        message = f"{name}: a GLB starts with 'glTF', this starts with {start!r}; fetch it again"
+        raise Rejected(rejection_codes.BAD_MAGIC, message)
     if suffix in UNREAD_SUFFIXES:
         raise Rejected(rejection_codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES[suffix]}, not a mesh")
-    says = f"{name}: the content is none of GLB, glTF, OBJ, PLY, STL, DAE, OFF, 3MF, XAML"
-    raise Rejected(rejection_codes.WRONG_TYPE, says)
+    message = f"{name}: the content is none of GLB, glTF, OBJ, PLY, STL, DAE, OFF, 3MF, XAML"
+    raise Rejected(rejection_codes.WRONG_TYPE, message)
 
 
 def _ascii_head(data: bytes) -> bytes:

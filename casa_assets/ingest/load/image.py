@@ -102,19 +102,19 @@ class Images:
                 rejection_codes.IMAGE_REFUSED, where, "the image is far too large to decode; texture left out"
             )
         except UnidentifiedImageError:
-            says = f"not a {', '.join(FORMATS)} image (it starts with {data[:8]!r}); texture left out"
-            self._notes.add(rejection_codes.IMAGE_UNREADABLE, where, says)
+            message = f"not a {', '.join(FORMATS)} image (it starts with {data[:8]!r}); texture left out"
+            self._notes.add(rejection_codes.IMAGE_UNREADABLE, where, message)
         except _DECODE_FAULTS as error:
-            says = f"the image cannot be decoded ({type(error).__name__}: {error}); texture left out"
-            self._notes.add(rejection_codes.IMAGE_UNREADABLE, where, says)
+            message = f"the image cannot be decoded ({type(error).__name__}: {error}); texture left out"
+            self._notes.add(rejection_codes.IMAGE_UNREADABLE, where, message)
         return None
 
     def _is_small_enough(self, image: Image.Image, where: str) -> bool:
         most, most_pixels = self._limits["input_texture_px"], self._limits["input_texture_pixels"]
         if max(image.size) <= most and image.width * image.height <= most_pixels:
             return True
-        says = f"{image.width} x {image.height} pixels, over {most:.0f} a side or {most_pixels:.0f} in all; left out"
-        self._notes.add(rejection_codes.IMAGE_REFUSED, where, says)
+        message = f"{image.width} x {image.height} pixels, over {most:.0f} a side or {most_pixels:.0f} in all; left out"
+        self._notes.add(rejection_codes.IMAGE_REFUSED, where, message)
         return False
 
     def _shrunk(self, image: Image.Image, where: str) -> Image.Image:
@@ -122,8 +122,8 @@ class Images:
         if longest <= LARGEST_PX:
             return image
         size = (max(1, image.width * LARGEST_PX // longest), max(1, image.height * LARGEST_PX // longest))
-        says = f"{image.width} x {image.height} scaled to {size[0]} x {size[1]}"
-        self._notes.add(rejection_codes.IMAGE_DOWNSCALED, where, says)
+        message = f"{image.width} x {image.height} scaled to {size[0]} x {size[1]}"
+        self._notes.add(rejection_codes.IMAGE_DOWNSCALED, where, message)
         if image.mode in ("P", "1"):
             image = image.convert("RGBA")
         return image.resize(size, Image.Resampling.BOX)

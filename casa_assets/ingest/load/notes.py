@@ -24,15 +24,15 @@ class Notes:
         self._issues: dict[tuple[str, str], Issue] = {}
         self._left_out = 0
 
-    def add(self, code: str, pointer: str, says: str) -> None:
-        """Record one warning; `pointer` names the place in the file, `says` one sentence."""
+    def add(self, code: str, pointer: str, message: str) -> None:
+        """Record one warning; `pointer` names the place in the file, `message` one sentence."""
         key = (code, clean(pointer))
         if key in self._issues:
             return
         if len(self._issues) >= MOST_NOTES:
             self._left_out += 1
             return
-        self._issues[key] = Issue(code=code, severity=Severity.WARNING, pointer=key[1], says=clean(says, 400))
+        self._issues[key] = Issue(code=code, severity=Severity.WARNING, pointer=key[1], message=clean(message, 400))
 
     @property
     def issues(self) -> tuple[Issue, ...]:
@@ -40,5 +40,5 @@ class Notes:
         found = tuple(self._issues.values())
         if not self._left_out:
             return found
-        says = f"{self._left_out} more warnings were left out of this list"
-        return (*found, Issue(code=rejection_codes.MORE_NOTES, severity=Severity.WARNING, says=says))
+        message = f"{self._left_out} more warnings were left out of this list"
+        return (*found, Issue(code=rejection_codes.MORE_NOTES, severity=Severity.WARNING, message=message))

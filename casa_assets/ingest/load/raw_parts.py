@@ -57,8 +57,8 @@ def check_face_count(count: int, limits: Mapping[str, float], name: str) -> None
     """Raises Rejected TOO_LARGE where a file has more triangles than `input_faces`."""
     most = limits["input_faces"]
     if count > most:
-        says = f"{name}: {count} triangles, more than {most:.0f}; simplify the mesh first or raise --max-faces"
-        raise Rejected(rejection_codes.TOO_LARGE, says)
+        message = f"{name}: {count} triangles, more than {most:.0f}; simplify the mesh first or raise --max-faces"
+        raise Rejected(rejection_codes.TOO_LARGE, message)
 
 
 def finish(
@@ -89,8 +89,8 @@ def finish(
         if keep.any():
             parts.append(_part(rough, keep, names, notes))
     if dropped * 2 > total:
-        says = f"{name}: {dropped} of {total} faces use NaN or infinite vertices; export it again"
-        raise Rejected(rejection_codes.NON_FINITE, says)
+        message = f"{name}: {dropped} of {total} faces use NaN or infinite vertices; export it again"
+        raise Rejected(rejection_codes.NON_FINITE, message)
     if not parts:
         vertices = sum(len(d.vertices) for d in roughs)
         if vertices:
@@ -111,8 +111,10 @@ def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
     if not step > COARSE * extent > 0.0:
         return
     if all(np.array_equal(p.mesh.vertices, p.mesh.vertices.astype(np.float32)) for p in parts):
-        says = f"it lies {reach:.3g} units off the origin, where coordinates come in steps of {step / extent:.1%} of it"
-        notes.add(rejection_codes.PRECISION_LOST, "vertices", says)
+        message = (
+            f"it lies {reach:.3g} units off the origin, where coordinates come in steps of {step / extent:.1%} of it"
+        )
+        notes.add(rejection_codes.PRECISION_LOST, "vertices", message)
 
 
 def _usable_faces(rough: Rough) -> npt.NDArray[np.bool_]:
@@ -133,8 +135,10 @@ def _part(rough: Rough, keep: npt.NDArray[np.bool_], names: Names, notes: Notes)
     mesh = Mesh(vertices=rough.vertices[used], faces=compact, uv=uv, normals=normals, colors=colors)
     material = rough.material
     if uv is None and material.textures:
-        says = f"material {material.id} has a texture but the mesh has no texture coordinates; its plain colour is used"
-        notes.add(rejection_codes.TEXTURE_WITHOUT_UV, rough.name, says)
+        message = (
+            f"material {material.id} has a texture but the mesh has no texture coordinates; its plain colour is used"
+        )
+        notes.add(rejection_codes.TEXTURE_WITHOUT_UV, rough.name, message)
         material = material.replace(base_color_texture=None, metallic_roughness_texture=None, normal_texture=None)
     return RawPart(name=names.unique(rough.name, "part"), mesh=mesh, material=material)
 

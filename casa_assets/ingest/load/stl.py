@@ -47,9 +47,9 @@ def _binary(data: bytes, limits: Mapping[str, float], name: str) -> Rough:
     claimed = int(struct.unpack_from("<I", data, 80)[0])
     present = (len(data) - 84) // 50
     if claimed > present:
-        says = f"{name}: says {claimed} triangles, there are bytes for {present}; fetch it again"
+        message = f"{name}: says {claimed} triangles, there are bytes for {present}; fetch it again"
         is_cut = claimed <= limits["input_faces"] and claimed <= 16 * max(present, 1)
-        raise Rejected(rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, says)
+        raise Rejected(rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, message)
     check_face_count(claimed, limits, name)
     table = np.frombuffer(data, dtype=_TRIANGLE, count=claimed, offset=84)
     vertices = table["corners"].reshape(-1, 3).astype(np.float64)

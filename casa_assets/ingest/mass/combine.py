@@ -38,12 +38,12 @@ def mass(draft: Draft, category: Category, substance: Substance, agree: float, d
     volume, center, inertia, spread = _moments(draft, category)
     notes: tuple[Issue, ...] = ()
     if decided_kg > 0:
-        kg, confidence, because = decided_kg, 1.0, "a person decided"
+        kg, confidence, reason = decided_kg, 1.0, "a person decided"
     else:
         found = judged(estimates(*draft.soup(), category, substance), category, agree)
-        kg, confidence, because = found.kg, found.confidence, found.says
+        kg, confidence, reason = found.kg, found.confidence, found.message
         if confidence < DOUBTFUL and category.id != "object":
-            notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {because}"),)
+            notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {reason}"),)
     kg = float(f"{kg:.6g}")
     tensor = _possible(inertia) * (kg / volume)
     inertial = Inertial(
@@ -53,7 +53,7 @@ def mass(draft: Draft, category: Category, substance: Substance, agree: float, d
     )
     return draft.replace(
         inertial=inertial,
-        guesses=draft.guessed("mass", f"{kg:.6g} kg, spread over {spread}", confidence, because),
+        guesses=draft.guessed("mass", f"{kg:.6g} kg, spread over {spread}", confidence, reason),
         notes=draft.noted(*notes),
     )
 

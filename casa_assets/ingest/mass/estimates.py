@@ -68,7 +68,7 @@ class Estimate:
     way: Way
     kg: float
     spread: float
-    says: str
+    message: str
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Verdict:
     kg: float
     confidence: float
     ratio: float
-    says: str
+    message: str
 
 
 def estimates(vertices: Floats, faces: Ints, category: Category, substance: Substance) -> list[Estimate]:
@@ -142,8 +142,8 @@ def _shell(area: float, skin: float, closed: bool, category: Category, substance
         return None
     one_side = area / 2 if closed or area > DOUBLE * skin else area
     spread = 0.35 if category.build is Build.VESSEL else 0.6
-    says = f"{one_side * 1e4:.4g} cm^2 of {substance.id} {1000 * wall:.2g} mm thick"
-    return Estimate(Way.SHELL, one_side * wall * substance.density, spread, says)
+    message = f"{one_side * 1e4:.4g} cm^2 of {substance.id} {1000 * wall:.2g} mm thick"
+    return Estimate(Way.SHELL, one_side * wall * substance.density, spread, message)
 
 
 def _usual(extents: Floats, category: Category) -> Estimate:
@@ -176,15 +176,15 @@ def judged(found: Sequence[Estimate], category: Category, agree: float) -> Verdi
         weights = [1 / e.spread**2 for e in found]
         kg = exp(sum(w * log(e.kg) for w, e in zip(weights, found, strict=True)) / sum(weights))
     kept = min(max(kg, span.low), span.high)
-    says = "; ".join(f"{e.way} {e.kg:.3g} kg ({e.says})" for e in found)
+    message = "; ".join(f"{e.way} {e.kg:.3g} kg ({e.message})" for e in found)
     if kept != kg:
-        says += f"; a {category.id} weighs {span.low:g} to {span.high:g} kg"
-    sure = 0.9 if ratio <= 1.5 else 0.75 if ratio <= agree else 0.55 if ratio <= agree**1.6 else 0.35
+        message += f"; a {category.id} weighs {span.low:g} to {span.high:g} kg"
+    confidence = 0.9 if ratio <= 1.5 else 0.75 if ratio <= agree else 0.55 if ratio <= agree**1.6 else 0.35
     if kept != kg:
-        sure = min(sure, 0.55 if max(kg / kept, kept / kg) < agree else 0.35)
+        confidence = min(confidence, 0.55 if max(kg / kept, kept / kg) < agree else 0.35)
     if category.id == "object":
-        sure = min(sure, 0.2)
-    return Verdict(kept, sure, ratio, says)
+        confidence = min(confidence, 0.2)
+    return Verdict(kept, confidence, ratio, message)
 
 
 def _disagreement(found: Sequence[Estimate]) -> float:

@@ -36,7 +36,7 @@ class Facing:
     angle: float
     value: str
     confidence: float
-    because: str
+    reason: str
 
 
 def facing(samples: Floats, category: Category, stated: bool) -> Facing:
@@ -70,9 +70,9 @@ def straightened(samples: Floats) -> float:
 def _lengthwise(samples: Floats) -> Facing:
     angle, long, wide = plan_axes(samples[:, :2])
     ratio = long / max(wide, 1e-9)
-    sure = float(np.clip(0.4 + 1.2 * np.log(ratio), 0.3, 0.98))
+    confidence = float(np.clip(0.4 + 1.2 * np.log(ratio), 0.3, 0.98))
     turn = _small(-angle, np.pi)
-    return Facing(turn, "length along x", sure, f"{ratio:.2g} times as long as wide")
+    return Facing(turn, "length along x", confidence, f"{ratio:.2g} times as long as wide")
 
 
 def _axis(samples: Floats) -> tuple[Floats, float]:
@@ -119,10 +119,10 @@ def _handle(samples: Floats) -> Facing:
     second = float(around[far].max()) / float(around[first])
     share = float(out.mean())
     # Two handles across from each other have no first, and a spout may be larger than the handle.
-    sure = float(np.clip(0.95 - 0.9 * second, 0.4, 0.95)) if share > 0.02 else 0.55
-    says = f"{share:.0%} of the surface sticks out of the body, the next side {second:.0%} as much"
+    confidence = float(np.clip(0.95 - 0.9 * second, 0.4, 0.95)) if share > 0.02 else 0.55
+    message = f"{share:.0%} of the surface sticks out of the body, the next side {second:.0%} as much"
     period = np.pi if second > 0.85 else 2 * np.pi
-    return Facing(_small(-_along(samples, float(mean)), period), "handle to x", sure, says)
+    return Facing(_small(-_along(samples, float(mean)), period), "handle to x", confidence, message)
 
 
 def _along(samples: Floats, direction: float) -> float:
@@ -149,11 +149,14 @@ def _face(samples: Floats, category: Category, stated: bool) -> Facing:
         odds[k] += -0.5 * ((turned - usual) / 0.35) ** 2 + 1.5 * detail[k]
     best = int(np.argmax(odds))
     weights = np.exp(odds - odds[best])
-    sure = float(1 / weights.sum())
+    confidence = float(1 / weights.sum())
     sides = ("-y", "+x", "+y", "-x")
-    says = f"{'the format says -y' if stated else 'the format says nothing'}; width over depth and detail speak as well"
+    message = (
+        f"{'the format says -y' if stated else 'the format says nothing'}; width over depth "
+        "and detail speak as well"
+    )
     # A face at +x comes to -y by a quarter turn clockwise, and so on.
-    return Facing(box - best * np.pi / 2, f"face was at {sides[best]}", sure, says)
+    return Facing(box - best * np.pi / 2, f"face was at {sides[best]}", confidence, message)
 
 
 def _details(samples: Floats) -> Floats:

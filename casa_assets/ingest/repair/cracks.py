@@ -57,8 +57,8 @@ def joined(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Floa
     at = target[place]
     moves = count[at] > 1
     out = np.where(moves[:, None], (middle / np.maximum(count, 1)[:, None])[at], vertices)
-    says = f"cracks along {before - after} of {before} open edges were closed"
-    return out, np.where(moves, at, place), [warning("MSH040", "seams", says)]
+    message = f"cracks along {before - after} of {before} open edges were closed"
+    return out, np.where(moves, at, place), [warning("MSH040", "seams", message)]
 
 
 def _close_pairs(points: Floats, ids: Ints, edges: Ints, uses: Ints) -> Ints:

@@ -41,8 +41,8 @@ def hidden(found: Pieces, clear: Mask) -> tuple[Mask, list[Issue]]:
         return out, []
     within = _within_another(found) & ~glass
     rooms = [int(k) for k in np.flatnonzero(within) if _is_room(found, int(k))]
-    says = f"{len(rooms)} closed walls inside look inwards: sealed rooms, which collision shapes fill"
-    notes = [warning("MSH043", "rooms", says)] if rooms else []
+    message = f"{len(rooms)} closed walls inside look inwards: sealed rooms, which collision shapes fill"
+    notes = [warning("MSH043", "rooms", message)] if rooms else []
     candidates = [int(k) for k in np.flatnonzero(within) if int(k) not in rooms]
     around = ~glass
     around[candidates] = False
@@ -54,8 +54,8 @@ def hidden(found: Pieces, clear: Mask) -> tuple[Mask, list[Issue]]:
     for piece in candidates:
         out[piece] = _is_sealed(found.points, found.faces(piece), grid)
     if out.any():
-        says = f"{int(out.sum())} pieces that are sealed up in others were taken away: nobody sees or touches them"
-        notes.append(warning("MSH042", "pieces", says))
+        message = f"{int(out.sum())} pieces that are sealed up in others were taken away: nobody sees or touches them"
+        notes.append(warning("MSH042", "pieces", message))
     return out, notes
 
 

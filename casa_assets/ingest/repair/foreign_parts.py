@@ -70,13 +70,13 @@ def extras(found: Pieces, category: Category | None) -> tuple[Mask, list[Issue]]
     if found.count == 1 or found.count > MOST_PIECES:
         return out, []
     notes: list[Issue] = []
-    for kind, says, taken in (
+    for kind, message, taken in (
         ("ground", "a wide flat sheet under or behind the object was taken away", _sheets(found)),
         ("backdrop", "a bent sheet behind the object was taken away", _backdrop(found)),
     ):
         if (taken & ~out).any():
             out |= taken
-            notes.append(warning("MSH012", kind, says))
+            notes.append(warning("MSH012", kind, message))
     sky = _sky(found, out)
     if sky is not None:
         out[sky] = True
@@ -87,8 +87,8 @@ def extras(found: Pieces, category: Category | None) -> tuple[Mask, list[Issue]]
         notes.append(warning("MSH012", "stand", "a slab that the object stands on was taken away"))
     specks = _specks(found, out)
     if specks.any():
-        says = f"{int(specks.sum())} stray pieces that touch nothing were taken away"
-        notes.append(warning("MSH013", "floaters", says))
+        message = f"{int(specks.sum())} stray pieces that touch nothing were taken away"
+        notes.append(warning("MSH013", "floaters", message))
     return out | specks, notes
 
 
@@ -102,8 +102,8 @@ def several(found: Pieces, out: Mask) -> list[Issue]:
         return []
     near = box_gaps(found.low[large], found.high[large]) <= APART_GAP * main
     groups = int(connected_components(near, directed=False)[0])
-    says = f"{groups} groups of pieces stand apart from each other; give each object a file of its own"
-    return [warning("MSH024", "pieces", says)] if groups > 1 else []
+    message = f"{groups} groups of pieces stand apart from each other; give each object a file of its own"
+    return [warning("MSH024", "pieces", message)] if groups > 1 else []
 
 
 def _sheets(found: Pieces) -> Mask:

@@ -55,8 +55,8 @@ def closed(parts: tuple[RawPart, ...], cut: Floats | None = None) -> tuple[tuple
             part = out[int(i)]
             mesh = _with_fan(part.mesh, rim[owner == i] - starts[i], middle)
             out[int(i)] = part.replace(mesh=mesh)
-    says = f"{len(torn)} small holes of {sum(len(rim) for rim in torn)} edges were closed"
-    return tuple(out), [warning("MSH041", "holes", says)]
+    message = f"{len(torn)} small holes of {sum(len(rim) for rim in torn)} edges were closed"
+    return tuple(out), [warning("MSH041", "holes", message)]
 
 
 def rims(faces: Ints, place: Ints) -> list[Ints]:

@@ -41,8 +41,8 @@ def crossing(points: Floats, ids: Ints) -> list[Issue]:
     meet = [(a, b) for a, b in combinations(large, 2) if (low[a] < high[b]).all() and (low[b] < high[a]).all()]
     for a, b in meet[:MOST_PAIRS]:
         if _cross(points, ids[label == a], ids[label == b]) or _cross(points, ids[label == b], ids[label == a]):
-            says = "pieces of like size run through each other; give each a file of its own, or unite them"
-            return [warning("MSH050", "pieces", says)]
+            message = "pieces of like size run through each other; give each a file of its own, or unite them"
+            return [warning("MSH050", "pieces", message)]
     return []
 
 

@@ -44,8 +44,8 @@ def untangled(parts: tuple[RawPart, ...]) -> tuple[tuple[RawPart, ...], list[Iss
     after = _unsound(_ids(mended))
     if after * 2 > before:
         return plain, plain_notes
-    says = f"{before} unsound edges became {after}: the faces around tangled ones were cut out and closed anew"
-    return mended, [warning("MSH045", "edges", says)]
+    message = f"{before} unsound edges became {after}: the faces around tangled ones were cut out and closed anew"
+    return mended, [warning("MSH045", "edges", message)]
 
 
 def _ids(parts: tuple[RawPart, ...]) -> Ints:

@@ -35,8 +35,8 @@ def fins(ids: Ints) -> tuple[Mask, list[Issue]]:
     what = "1 face that stood off a closed surface like a fin was"
     if count != 1:
         what = f"{count} faces that stood off a closed surface like fins were"
-    says = f"{what} taken away"
-    return found, [warning("MSH046", "faces", says)]
+    message = f"{what} taken away"
+    return found, [warning("MSH046", "faces", message)]
 
 
 def _has(ids: Ints, edges: Ints) -> Mask:

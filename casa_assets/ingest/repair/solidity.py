@@ -39,14 +39,14 @@ class Solidity:
     closed: bool
 
     @property
-    def says(self) -> str:
+    def message(self) -> str:
         """The numbers in words."""
         words = f"fills {self.fills:.0%} of its hull, walls {self.wall:.3f} of its length, {self.seen:.0%} is seen"
         sealed = f", sealed rooms would add {self.sealed:.0%}" if self.sealed > 0.005 else ""
         return f"{words}{sealed}" + ("" if self.closed else "; it is open, the volume is that of a grid")
 
     @property
-    def sure(self) -> float:
+    def confidence(self) -> float:
         """Confidence, 0..1: less where the surface is open, or a number is near its limit."""
         near = abs(np.log(max(self.wall, 1e-6) / THIN)) < 0.25 and self.kind is not Kind.DOUBLE
         return (0.9 if self.closed else 0.6) - (0.2 if near else 0.0)

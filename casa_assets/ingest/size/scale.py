@@ -46,7 +46,7 @@ class Belief:
 
     middle: float
     spread: float
-    says: str
+    message: str
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Decision:
     factor: float
     value: str
     confidence: float
-    because: str
+    reason: str
 
 
 def scale(
@@ -91,12 +91,12 @@ def scale(
     factor = float(f"{found.factor:.9g}")
     notes: tuple[Issue, ...] = ()
     if found.value not in ("as_stated", "metre", "decided"):
-        notes = (warning("MSH014", "scale", f"rescaled by {found.factor:.6g}: {found.because}"),)
+        notes = (warning("MSH014", "scale", f"rescaled by {found.factor:.6g}: {found.reason}"),)
     parts = tuple(p.replace(mesh=p.mesh.with_vertices(p.mesh.vertices * factor, p.mesh.normals)) for p in draft.parts)
     return draft.replace(
         parts=parts,
         metres_per_unit=1.0,
-        guesses=draft.guessed("scale", f"{factor:.6g} m per unit ({found.value})", found.confidence, found.because),
+        guesses=draft.guessed("scale", f"{factor:.6g} m per unit ({found.value})", found.confidence, found.reason),
         notes=draft.noted(*notes),
     )
 
@@ -118,11 +118,11 @@ def _belief(vertices: Floats, extents: Floats, category: Category, words: Told) 
     sigma = sqrt(wide**2 + split**2 / 2)
     low, high = (log(v / float(extents.max())) for v in (category.longest_m.low, category.longest_m.high))
     middle = float(np.clip(middle + words.shift * sigma, low, high))
-    says = f"the usual size of a {category.id}, along all three axes"
+    message = f"the usual size of a {category.id}, along all three axes"
     if words.shift:
-        says += f", and the words {', '.join(words.words)}"
-    hint = _stated_size(vertices, extents, category, words, Belief(middle, sigma, says))
-    return hint if hint is not None else Belief(middle, sigma, says)
+        message += f", and the words {', '.join(words.words)}"
+    hint = _stated_size(vertices, extents, category, words, Belief(middle, sigma, message))
+    return hint if hint is not None else Belief(middle, sigma, message)
 
 
 def _stated_size(vertices: Floats, extents: Floats, category: Category, words: Told, usual: Belief) -> Belief | None:
@@ -150,12 +150,12 @@ def _decide(
     normal = _is_normalised(extents)
     low, high = span.low / slack, span.high * slack
     if stated is not None and low <= longest * stated <= high and not (normal and generated):
-        sure = 0.97 if span.low <= longest * stated <= span.high else 0.8
+        confidence = 0.97 if span.low <= longest * stated <= span.high else 0.8
         if normal:
-            sure = min(sure, 0.45)
+            confidence = min(confidence, 0.45)
         if category.id == "object":
-            sure = min(sure, UNKNOWN_SURE)
-        return Decision(stated, "as_stated", sure, f"the file's unit gives {longest * stated:.3g} m; {usual}")
+            confidence = min(confidence, UNKNOWN_SURE)
+        return Decision(stated, "as_stated", confidence, f"the file's unit gives {longest * stated:.3g} m; {usual}")
     table = GENERATED if generated else SILENT if stated is None else WRONG
     # A model that is exactly one unit long was normalised: its size says nothing.
     weights = {name: share * (0.02 if normal else 1.0) for name, share in table.items()}
@@ -170,15 +170,15 @@ def _decide(
     if name and odds[name] > free:
         size = longest * UNITS[name]
         plural = "inches" if name == "inch" else f"{name}s"
-        says = f"{longest:.4g} units read as {plural} are {size:.3g} m; {usual}"
+        message = f"{longest:.4g} units read as {plural} are {size:.3g} m; {usual}"
         # Where it was no unit after all, the usual size is what would have been guessed: right as often as that is.
         most = UNKNOWN_SURE if category.id == "object" else 0.97
-        return Decision(UNITS[name], name, min(most, odds[name] / total), says)
+        return Decision(UNITS[name], name, min(most, odds[name] / total), message)
     factor = float(np.clip(np.exp(belief.middle), span.low / longest, span.high / longest))
-    sure = erf(log(NEAR) / (sqrt(2) * belief.spread)) * (free / total)
+    confidence = erf(log(NEAR) / (sqrt(2) * belief.spread)) * (free / total)
     why = "normalised to one unit" if normal else f"no unit fits {longest:.4g} units"
-    says = f"{why}; set to {factor * longest:.3g} m by {belief.says}"
-    return Decision(factor, "usual_size", min(sure, MOST_SURE), says)
+    message = f"{why}; set to {factor * longest:.3g} m by {belief.message}"
+    return Decision(factor, "usual_size", min(confidence, MOST_SURE), message)
 
 
 def _density(value: float, belief: Belief) -> float:

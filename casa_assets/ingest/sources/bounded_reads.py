@@ -44,9 +44,9 @@ def check_file(path: str, root: Path) -> os.stat_result:
             rejection_codes.MISSING_FILE, f"{name}: there is no such file; add it or mend the name"
         ) from error
     except OSError as error:
-        says = f"{name}: cannot be looked at ({error.strerror}); put a regular file there"
+        message = f"{name}: cannot be looked at ({error.strerror}); put a regular file there"
         code = rejection_codes.UNREADABLE if isinstance(error, PermissionError) else rejection_codes.NOT_A_FILE
-        raise Rejected(code, says) from error
+        raise Rejected(code, message) from error
     except ValueError as error:
         raise Rejected(rejection_codes.BAD_NAME, f"{name}: a name that no file can have; mend it") from error
     if not is_inside(path, root):
@@ -71,8 +71,8 @@ def read_file(path: str, root: Path, most_bytes: float) -> bytes:
     looked_at = check_file(path, root)
     size = looked_at.st_size
     if size > most_bytes:
-        says = f"{name}: {size} bytes, more than the {max(0, int(most_bytes))} left of --max-size; simplify it first"
-        raise Rejected(rejection_codes.TOO_LARGE, says)
+        message = f"{name}: {size} bytes, more than the {max(0, int(most_bytes))} left of --max-size; simplify it first"
+        raise Rejected(rejection_codes.TOO_LARGE, message)
     try:
         # never blocks: what was a file at the check may be a pipe by now
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))

@@ -73,7 +73,7 @@ class _Collector:
             try:
                 wanted = of_mtl(self.files[name], clean(name))
             except Rejected as error:
-                self.notes.add(rejection_codes.MATERIAL_MISSING, name, f"material file left out: {error.says}")
+                self.notes.add(rejection_codes.MATERIAL_MISSING, name, f"material file left out: {error.message}")
                 continue
             self.add_all(wanted, place)
 
@@ -98,7 +98,7 @@ class _Collector:
                 if error.code == rejection_codes.LINK_OUTSIDE
                 else rejection_codes.REFERENCE_MISSING
             )
-            self.notes.add(code, reference.name, f"{reference.role.value} left out: {error.says}")
+            self.notes.add(code, reference.name, f"{reference.role.value} left out: {error.message}")
             return
         self._budget -= len(data)
         self.files[reference.name] = data
@@ -139,14 +139,14 @@ class _Collector:
             path = posixpath.normpath(posixpath.join(folder, near, base))
             place = None if path.startswith("..") else self._existing(path, reference)
             if place is not None:
-                says = f"`{name}` was found by its base name, as {clean(place, 80)}"
-                self.notes.add(rejection_codes.FOUND_BY_BASE_NAME, name, says)
+                message = f"`{name}` was found by its base name, as {clean(place, 80)}"
+                self.notes.add(rejection_codes.FOUND_BY_BASE_NAME, name, message)
                 return place
         if refusal:
             self.notes.add(rejection_codes.REFERENCE_IGNORED, name, f"reference `{name}` outside the package ignored")
         else:
-            says = f"{reference.role.value} {name!r} is missing; put it beside the mesh"
-            self.notes.add(rejection_codes.REFERENCE_MISSING, name, says)
+            message = f"{reference.role.value} {name!r} is missing; put it beside the mesh"
+            self.notes.add(rejection_codes.REFERENCE_MISSING, name, message)
         return None
 
     def _existing(self, path: str, reference: Reference) -> str | None:
@@ -163,8 +163,8 @@ class _Collector:
         fits = [n for n in self._listing(folder) if n.lower() == base.lower()]
         if not fits:
             return None
-        says = f"{clean(reference.name, 80)!r} is spelt {clean(fits[0], 80)!r} on disk; rename one"
-        self.notes.add(rejection_codes.CASE_MISMATCH, reference.name, says)
+        message = f"{clean(reference.name, 80)!r} is spelt {clean(fits[0], 80)!r} on disk; rename one"
+        self.notes.add(rejection_codes.CASE_MISMATCH, reference.name, message)
         return posixpath.join(folder, fits[0])
 
     def _listing(self, folder: str) -> list[str]:

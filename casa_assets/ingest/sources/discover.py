@@ -38,7 +38,7 @@ def discover(roots: Sequence[Path]) -> Iterator[Found | Refused]:
         for one in _discover(root):
             if isinstance(one, Refused):
                 # A digest of the place and the reason, which names the line: there may be very many.
-                place = f"{os.path.realpath(folder / one.path)}\0{one.code}\0{one.says}"
+                place = f"{os.path.realpath(folder / one.path)}\0{one.code}\0{one.message}"
                 short = hashlib.sha256(place.encode("utf-8", "surrogateescape")).digest()[:16]
                 if short in refused:
                     continue
@@ -59,8 +59,8 @@ def _discover(root: Path) -> Iterator[Found | Refused]:
             inputs += 1
             yield one
         if not inputs and suffix_of(place.name) in SUFFIXES:
-            says = f"{shown(place.name)}: a folder, not a regular file; put the file itself there"
-            yield Refused(shown(place.name), rejection_codes.NOT_A_FILE, says)
+            message = f"{shown(place.name)}: a folder, not a regular file; put the file itself there"
+            yield Refused(shown(place.name), rejection_codes.NOT_A_FILE, message)
     elif place.suffix.lower() in (".jsonl", ".json"):
         yield from _named_manifest(Package(place.parent, ""), place.name)
     else:
@@ -86,8 +86,10 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
     try:
         entries = sorted(os.scandir(package.root), key=lambda e: os.fsencode(e.name))
     except OSError as error:
-        says = f"{shown(package.prefix) or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
-        yield Refused(shown(package.prefix).rstrip("/"), rejection_codes.UNREADABLE, says)
+        message = (
+            f"{shown(package.prefix) or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
+        )
+        yield Refused(shown(package.prefix).rstrip("/"), rejection_codes.UNREADABLE, message)
         return
     entries = [e for e in entries if not e.name.startswith(".") and e.name != "__MACOSX"]
     names = frozenset(e.name.lower() for e in entries)
@@ -108,8 +110,8 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
             folders.append(entry.name)
     for name in folders:
         if depth >= DEEPEST_FOLDER:
-            says = f"{shown(name)}: folders nested too deep; move it"
-            yield Refused(shown(package.prefix + name), rejection_codes.UNREADABLE, says)
+            message = f"{shown(name)}: folders nested too deep; move it"
+            yield Refused(shown(package.prefix + name), rejection_codes.UNREADABLE, message)
         else:
             yield from _inner(package, name, claimed, depth)
 
@@ -127,8 +129,8 @@ def _is_unread(name: str, names: Set[str]) -> bool:
 
 
 def _unread(package: Package, name: str) -> Refused:
-    says = f"{shown(name)}: this is {UNREAD_SUFFIXES[suffix_of(name)]}, not a mesh that is read"
-    return Refused(shown(package.prefix + name), rejection_codes.WRONG_TYPE, says)
+    message = f"{shown(name)}: this is {UNREAD_SUFFIXES[suffix_of(name)]}, not a mesh that is read"
+    return Refused(shown(package.prefix + name), rejection_codes.WRONG_TYPE, message)
 
 
 def _inner(package: Package, name: str, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
@@ -161,7 +163,7 @@ def _loose(package: Package, main: str) -> Found | Refused:
             raise Rejected(rejection_codes.BAD_NAME, f"{shown(main)}: the name is not UTF-8; rename the file")
         check_file(str(package.root / main), package.root)
     except Rejected as error:
-        return Refused(shown(path), error.code, error.says)
+        return Refused(shown(path), error.code, error.message)
     stem = posixpath.splitext(posixpath.basename(main))[0]
     folders = posixpath.dirname(path).split("/")[::-1]
     source = Source(kind=SourceKind.FOLDER, path=path, hints=hints([stem], folders, [package.root.name]))

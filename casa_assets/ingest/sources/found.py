@@ -33,9 +33,9 @@ class Refused:
     Attributes:
         path: POSIX, relative to the folder that the user named; of a manifest row, the manifest.
         code: of casa_assets.ingest.rejection_codes.
-        says: file, line or place, reason, and what to do.
+        message: file, line or place, reason, and what to do.
     """
 
     path: str
     code: str
-    says: str
+    message: str

@@ -66,13 +66,13 @@ def read_list(package: Package, name: str, is_named: bool) -> Iterator[Found | R
         rows = parse_json(data.removeprefix(codecs.BOM_UTF8), name)
     except Rejected as error:
         if must:
-            yield package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, error.says))
+            yield package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, error.message))
         return
     is_manifest = isinstance(rows, list) and any(isinstance(r, dict) and "id" in r and "file" in r for r in rows)
     if not isinstance(rows, list) or not is_manifest:
         if must:
-            says = f"{name}: not a list of rows with `id` and `file`; mend it"
-            yield package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, says))
+            message = f"{name}: not a list of rows with `id` and `file`; mend it"
+            yield package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, message))
         return
     reader = _Rows(package, name)
     yield from reader.bounded(reader.row(f"{name} row {number}", row) for number, row in enumerate(rows, start=1))
@@ -92,8 +92,8 @@ class _Rows:
             broken += isinstance(one, Refused) and one.code == rejection_codes.BAD_ROW
             if number > MOST_ROWS or broken > MOST_BROKEN_ROWS:
                 most = f"{MOST_ROWS} rows" if number > MOST_ROWS else f"{MOST_BROKEN_ROWS} broken rows"
-                says = f"{clean(self._name)}: more than {most}; what follows was not read, split or mend the file"
-                yield self._package.refuse(self._name, Rejected(rejection_codes.BAD_MANIFEST, says))
+                message = f"{clean(self._name)}: more than {most}; what follows was not read, split or mend the file"
+                yield self._package.refuse(self._name, Rejected(rejection_codes.BAD_MANIFEST, message))
                 return
             yield one
 
@@ -128,8 +128,8 @@ class _Rows:
         for key in ("prompt", "category", "generator", "license", "licence", "name", "title", "author", "uri"):
             value = row.get(key)
             if value is not None and not isinstance(value, str):
-                says = f"{place}: {key} {clean(repr(value), 40)} is not text; mend it"
-                raise Rejected(rejection_codes.BAD_ROW, says)
+                message = f"{place}: {key} {clean(repr(value), 40)} is not text; mend it"
+                raise Rejected(rejection_codes.BAD_ROW, message)
 
 
 def _remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:

@@ -136,7 +136,7 @@ class _Reader:
                     return value
                 raise Rejected(rejection_codes.BAD_MANIFEST, f"{name}: not a JSON object; mend it or remove it")
             except Rejected as error:
-                self.refused.append(self._package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, error.says)))
+                self.refused.append(self._package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, error.message)))
         return {}
 
     def metadata(self, folder: str) -> Mapping[str, object]:

@@ -37,7 +37,7 @@ class Package:
 
     def refuse(self, name: str, error: Rejected) -> Refused:
         """Refusal that points at a file of the package."""
-        return Refused(shown(self.prefix + name), error.code, error.says)
+        return Refused(shown(self.prefix + name), error.code, error.message)
 
     def file(self, value: object, place: str) -> str:
         """POSIX path, relative to the package, of a file that a row names; it exists and may be read.
@@ -56,7 +56,7 @@ class Package:
         try:
             check_file(str(self.root / whole), self.root)
         except Rejected as error:
-            raise Rejected(error.code, f"{place}: {error.says}") from error
+            raise Rejected(error.code, f"{place}: {error.message}") from error
         except UnicodeError as error:
             raise Rejected(rejection_codes.BAD_NAME, f"{place}: a name that no file can have; mend it") from error
         return whole

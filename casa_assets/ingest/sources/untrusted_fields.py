@@ -76,6 +76,6 @@ def safe_id(value: object, place: str) -> str:
     if not isinstance(value, str):
         raise Rejected(rejection_codes.BAD_ROW, f"{place}: id {clean(repr(value), 40)} is no text; mend it")
     if not _SAFE_ID.fullmatch(value) or ".." in value:
-        says = f"{place}: id {clean(repr(value), 40)} is not letters, digits, `_`, `-` and `.`; mend it"
-        raise Rejected(rejection_codes.BAD_ID, says)
+        message = f"{place}: id {clean(repr(value), 40)} is not letters, digits, `_`, `-` and `.`; mend it"
+        raise Rejected(rejection_codes.BAD_ID, message)
     return value

@@ -58,9 +58,9 @@ def _stretch(
     spans = [standard_sizes.upper_span(u, models) for u in units]
     widths = share(spans, right - left)
     if widths is None:
-        says = f"units that need at most {right - left:.3f} m"
+        message = f"units that need at most {right - left:.3f} m"
         got = f"at least {sum(s.low for s in spans):.3f} m ({told(tuple(units), spans)})"
-        raise Misfit(plan.id, ("runs", line.id, "upper"), says, got)
+        raise Misfit(plan.id, ("runs", line.id, "upper"), message, got)
     at = round(right - sum(widths), 4) if to_right else left
     for unit, width in zip(units, widths, strict=True):
         yield _upper_slot(line, unit, at, round(at + width, 4))

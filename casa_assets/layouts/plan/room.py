@@ -121,8 +121,8 @@ def _lengths(plan: Plan, given: Mapping[str, float]) -> list[float]:
     for ways in ((Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT)):
         blank = [w for w in plan.walls if w.go in ways and w.length is None]
         if len(blank) > 1:
-            says = f"a length, since that of {blank[0].id} is left open"
-            raise Misfit(plan.id, ("walls", blank[1].id), says, "none")
+            message = f"a length, since that of {blank[0].id} is left open"
+            raise Misfit(plan.id, ("walls", blank[1].id), message, "none")
         if blank:
             one, other = (sum(known[w.id] for w in plan.walls if w.go is way and w.id in known) for way in ways)
             rest = round(other - one if blank[0].go is ways[0] else one - other, 4)

@@ -116,8 +116,10 @@ def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
     widths = share(spans, room)
     if widths is None:
         least = sum(s.low for s in spans)
-        says = f"units that need at most {room:.3f} m"
-        raise Misfit(plan.id, ("runs", line.id, "base"), says, f"at least {least:.3f} m ({told(line.run.base, spans)})")
+        message = f"units that need at most {room:.3f} m"
+        raise Misfit(
+            plan.id, ("runs", line.id, "base"), message, f"at least {least:.3f} m ({told(line.run.base, spans)})"
+        )
     rest = round(room - sum(widths), 3)
     first = last = 0.0
     if rest > 0.0:

@@ -55,13 +55,13 @@ class Guess(Record):
         subject: such as `scale` or `up_axis`.
         value: what was decided, as text.
         confidence: 0..1.
-        because: the evidence.
+        reason: the evidence.
     """
 
     subject: Id
     value: str
     confidence: Confidence
-    because: str
+    reason: str
 
 
 class Provenance(Record):

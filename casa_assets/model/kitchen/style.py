@@ -133,7 +133,7 @@ class Style(Record):
     """A style.
 
     Attributes:
-        id, title: name, and what a person calls it. says: what makes it recognisable, one line.
+        id, title: name, and what a person calls it. description: what makes it recognisable, one line.
         cabinets, counter, island, splash, shell: as above.
         models: role -> member of a family. Roles are the words of the plans: range, hob, oven, microwave,
             microwave_built_in, hood, sink, fridge, dishwasher, window, door, stool, and what stands and hangs.
@@ -143,7 +143,7 @@ class Style(Record):
 
     id: Id
     title: str
-    says: str
+    description: str
     cabinets: Cabinets
     counter: Tops
     island: Tops

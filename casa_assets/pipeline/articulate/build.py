@@ -72,7 +72,7 @@ class Built:
 
     Attributes:
         found: the parts and joints as decided. placed: the mesh in the frame, a diagonal of 1. model: as read.
-        brief: what the asset needs besides its geometry. sure: of the category, and why; `size`, of the scale.
+        brief: what the asset needs besides its geometry. confidence: of the category, and why; `size`, of the scale.
         joints: part -> name of its joint, once it is named. lacking: what keeps it from holding its kind's contract.
     """
 
@@ -82,7 +82,7 @@ class Built:
     model: RawModel
     brief: Brief
     category: Category
-    sure: tuple[float, str]
+    confidence: tuple[float, str]
     size: tuple[float, str]
     longest_m: float
     source: Source
@@ -99,7 +99,7 @@ class Built:
 
     def named(self) -> Built:
         """The same under the names that runtimes look for, where the category has any."""
-        known = self.category.id if self.sure[0] >= NAMED else ""
+        known = self.category.id if self.confidence[0] >= NAMED else ""
         asset, joints = named(self.asset, self.found, known)
         return replace(self, asset=asset, joints=joints)
 
@@ -120,7 +120,7 @@ def build(wish: Wish) -> Built:
     placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
     found = infer(placed, frame, named_kind(one, wish.category or wish.decisions.category or ""))
     kind = _kind(one, wish, model, placed, found)
-    category, sure, because = kind.category, kind.sure, kind.because
+    category, confidence, reason = kind.category, kind.confidence, kind.reason
     longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
     unit, certain, size = _unit(longest, model, wish, category if kind.id else None)
     found = found.replace(frame=frame.replace(metres=unit / frame.scale), category=kind.id)
@@ -130,8 +130,8 @@ def build(wish: Wish) -> Built:
     model, placed, found = opened(model, placed, found)
     model, placed, found = completed(model, placed, found, kind.id, wish.decisions, wish.complete)
     guesses = (
-        Guess(subject="category", value=category.id, confidence=round(sure, 2), because=because),
-        Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, because=size),
+        Guess(subject="category", value=category.id, confidence=round(confidence, 2), reason=reason),
+        Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, reason=size),
     )
     brief = Brief(
         asset_id=Identity(Producer.ARTICULATE, bundle.sha256).asset_id(category.id),
@@ -142,7 +142,7 @@ def build(wish: Wish) -> Built:
         provenance=one.source.provenance(bundle.sha256, guesses),
     )
     asset = assemble(model, placed, found, brief)
-    words = ((sure, because), (certain, size))
+    words = ((confidence, reason), (certain, size))
     return Built(asset, found, placed, model, brief, category, *words, longest * unit, one.source)
 
 
@@ -186,8 +186,8 @@ def _frame(soup: Soup, model: RawModel, wish: Wish) -> Frame:
     stated = None if model.up is None else _TOPS[model.up]
     if up is not None and front is not None:
         if abs(float(np.dot(up, front))) > 1e-3:
-            says = f"the front {word_of(front)} is not at a right angle to up {word_of(up)}"
-            raise CasaError(f"{wish.mesh.name}: {says}; give another --front or --up")
+            message = f"the front {word_of(front)} is not at a right angle to up {word_of(up)}"
+            raise CasaError(f"{wish.mesh.name}: {message}; give another --front or --up")
         given = guess_frame(soup, up, front, stated)
         guess = guess_frame(soup, stated=stated)
         return guess if np.allclose(guess.rotation, given.rotation, atol=1e-4) else given
@@ -198,6 +198,6 @@ def found_in(mesh: Path) -> Found:
     """The input that a file is. Raises Rejected where it holds none, or cannot be read."""
     for one in discover([mesh]):
         if isinstance(one, Refused):
-            raise Rejected(one.code, one.says)
+            raise Rejected(one.code, one.message)
         return one
     raise Rejected("SRC001", f"{mesh}: no mesh")

@@ -46,11 +46,11 @@ def lacking(
 def without(asset: Asset, faults: tuple[str, ...]) -> Asset:
     """The asset with no contract, and in its provenance why."""
     first = "; ".join(faults[:KEPT]) + (f"; and {len(faults) - KEPT} more" if len(faults) > KEPT else "")
-    guess = Guess(subject="contract", value=f"not {asset.contract}", confidence=1.0, because=first)
+    guess = Guess(subject="contract", value=f"not {asset.contract}", confidence=1.0, reason=first)
     provenance = asset.provenance.replace(guesses=(*asset.provenance.guesses, guess))
     return asset.replace(contract=None, provenance=provenance)
 
 
 def _faults(asset: Asset, package: Package, limits: Mapping[str, float], rows: list[Check]) -> tuple[str, ...]:
     issues = [i for subject in (asset, package) for i in run(subject, asset.id, limits, table=rows).errors]
-    return tuple(f"{i.code} {i.pointer}: {i.says}" if i.pointer else f"{i.code} {i.says}" for i in issues)
+    return tuple(f"{i.code} {i.pointer}: {i.message}" if i.pointer else f"{i.code} {i.message}" for i in issues)

@@ -179,7 +179,7 @@ def _pulled(found: Articulation, drawer: PartPlan, deep: float) -> Articulation:
     """A drawer comes out no farther than its box allows, unless somebody said how far."""
     joint = drawer.joint
     way = hinges.DRAWER_WAY * deep
-    if joint.because == GIVEN or joint.range[1] <= way:
+    if joint.reason == GIVEN or joint.range[1] <= way:
         return found
     fresh = drawer.replace(joint=joint.replace(range=(0.0, way)))
     return found.replace(parts=tuple(fresh if p.name == drawer.name else p for p in found.parts))
@@ -248,7 +248,7 @@ def _tray(name: str, rows: Ints, moved: Moved, piece: Piece, metres: float, fill
         anchor=vec(np.array(piece.pose.position) / metres),
         range=(0.0, max(abs(r) for r in moved.range) / metres),
         confidence=1.0,
-        because="built so",
+        reason="built so",
     )
     return PartPlan(
         name=name,
@@ -257,7 +257,7 @@ def _tray(name: str, rows: Ints, moved: Moved, piece: Piece, metres: float, fill
         grip=np.empty(0, dtype=np.int64),
         joint=joint,
         confidence=1.0,
-        because=f"added: {filling.value}",
+        reason=f"added: {filling.value}",
         added=True,
     )
 

@@ -27,13 +27,13 @@ class Kind:
     """A category, how sure, and who says so."""
 
     category: Category
-    sure: float
-    because: str
+    confidence: float
+    reason: str
 
     @property
     def id(self) -> str:
         """Id of the category; empty where nothing names it."""
-        return self.category.id if self.sure > LEAST else ""
+        return self.category.id if self.confidence > LEAST else ""
 
 
 def kind_of(one: Found, extent: Vec3, found: Articulation, ordered: str = "", seen: Seen | None = None) -> Kind:
@@ -48,7 +48,7 @@ def kind_of(one: Found, extent: Vec3, found: Articulation, ordered: str = "", se
         UnknownId: there is no such category.
     """
     guessed = _guessed(one, extent, found, seen)
-    if not ordered or (ordered == guessed.category.id and guessed.sure >= NAMED):
+    if not ordered or (ordered == guessed.category.id and guessed.confidence >= NAMED):
         return guessed
     known = registry.load()
     return Kind(known.fixtures.get(ordered) or known.category(ordered), 1.0, GIVEN)
@@ -66,15 +66,15 @@ def _guessed(one: Found, extent: Vec3, found: Articulation, seen: Seen | None) -
     known = registry.load()
     look = NO_WEIGHTS
     if seen is not None:
-        kind, sure, look = seen()
+        kind, confidence, look = seen()
         if kind:
-            return Kind(known.fixtures[kind], sure, look)
+            return Kind(known.fixtures[kind], confidence, look)
     hints = [h for h in (one.source.category, *one.source.hints) if h]
     named = kind_named(hints)
     if named is not None:
         return Kind(known.fixtures[named.id], named.confidence, f"by its name: {named.evidence}")
-    kind, sure = kind_by_parts(extent, found)
-    if sure > LEAST:
-        return Kind(known.fixtures[kind], sure, f"by its shape and parts; nothing names it, and {look}")
-    says = f"nothing names it, {look}, and its shape and parts are like no one kind's"
-    return Kind(known.category(registry.FALLBACK), 0.1, says)
+    kind, confidence = kind_by_parts(extent, found)
+    if confidence > LEAST:
+        return Kind(known.fixtures[kind], confidence, f"by its shape and parts; nothing names it, and {look}")
+    message = f"nothing names it, {look}, and its shape and parts are like no one kind's"
+    return Kind(known.category(registry.FALLBACK), 0.1, message)

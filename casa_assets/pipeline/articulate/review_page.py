@@ -53,25 +53,25 @@ def _least(done: Done) -> float:
 def _row(done: Done, out: Path) -> str:
     name = escape(done.mesh.name)
     if done.found is None or done.folder is None:
-        return f'<article><h2>{name}</h2><span class="code">{escape(done.code)}</span> {escape(done.says)}</article>'
+        return f'<article><h2>{name}</h2><span class="code">{escape(done.code)}</span> {escape(done.message)}</article>'
     where = quote(Path(os.path.relpath(done.folder, out)).as_posix())
-    code = f' <span class="code">{escape(done.code)}</span> {escape(done.says)}' if done.code else ""
+    code = f' <span class="code">{escape(done.code)}</span> {escape(done.message)}' if done.code else ""
     cells = []
     for part in done.found.parts:
         joint, way = part.joint, done.travels.get(part.name)
-        sure = min(part.confidence, joint.confidence)
+        confidence = min(part.confidence, joint.confidence)
         goes = "" if way is None or way.whole else f"goes {min(way.free, way.reached):.0%} {way.against}"
-        because = "; ".join(w for w in (part.because, joint.because) if w)
+        reason = "; ".join(w for w in (part.reason, joint.reason) if w)
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
-        low = ' class="low"' if sure < _LOW else ""
-        words = (part.name, part.parent or "body", how, f"{sure:.0%}", because, joint.runner_up, goes)
+        low = ' class="low"' if confidence < _LOW else ""
+        words = (part.name, part.parent or "body", how, f"{confidence:.0%}", reason, joint.runner_up, goes)
         cells.append(f"<tr{low}>" + "".join(f"<td>{escape(w)}</td>" for w in words) + "</tr>")
-    head = "".join(f"<th>{w}</th>" for w in ("part", "on", "joint", "sure", "because", "else", ""))
+    head = "".join(f"<th>{w}</th>" for w in ("part", "on", "joint", "confidence", "reason", "else", ""))
     frame = done.found.frame
     held = f"holds the contract {done.contract}" if done.contract else ": ".join(done.lacking[:2])
-    says = "; ".join(w for w in (done.category, done.size, f"frame {frame.confidence:.0%} sure", held) if w)
+    message = "; ".join(w for w in (done.category, done.size, f"frame {frame.confidence:.0%} sure", held) if w)
     return (
-        f'<article><h2><a href="{where}/">{name}</a>{code}</h2><div>{escape(says)}; '
+        f'<article><h2><a href="{where}/">{name}</a>{code}</h2><div>{escape(message)}; '
         f'<a href="{where}/{sidecar.NAME}">decisions</a></div>'
         f'<img src="{where}/{STRIP}" loading="lazy" alt="{name}: closed, in colours, apart, open">'
         f"<table><tr>{head}</tr>{''.join(cells)}</table></article>"

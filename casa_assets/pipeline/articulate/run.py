@@ -70,7 +70,7 @@ class Done:
         mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
         found: the decisions. category, size: what it was taken to be, and why. report: of all checks.
         travels: of each part, by its name in `found`. contract: that it holds; lacking: why it does not hold one.
-        code, says: of a refusal. kept: an earlier run made it, and nothing has changed.
+        code, message: of a refusal. kept: an earlier run made it, and nothing has changed.
     """
 
     mesh: Path
@@ -83,7 +83,7 @@ class Done:
     contract: str = ""
     lacking: tuple[str, ...] = ()
     code: str = ""
-    says: str = ""
+    message: str = ""
     kept: bool = False
 
     @property
@@ -109,7 +109,7 @@ def articulate(wishes: Sequence[Wish], jobs: int = 1) -> Iterator[Done]:
             with Pool(jobs, bounds, "casa_assets.pipeline.ingest.worker:warm") as pool:
                 for number, answer in pool.run("casa_assets.pipeline.articulate.run:work", list(wishes)):
                     if isinstance(answer, WorkerFailure):
-                        yield Done(wishes[number].mesh, code=FAILURE_CODES[answer.reason], says=answer.text)
+                        yield Done(wishes[number].mesh, code=FAILURE_CODES[answer.reason], message=answer.text)
                     elif isinstance(answer, RunAborted):
                         raise CasaError(answer.message)
                     else:
@@ -127,7 +127,7 @@ def work(wish: Wish) -> Done | RunAborted:
             kept = None if wish.anew else _kept(wish, asked)
             return _entry(wish, build(wish), asked) if kept is None else kept
     except Rejected as error:
-        return Done(wish.mesh, code=error.code, says=error.says)
+        return Done(wish.mesh, code=error.code, message=error.message)
     except (CasaError, NoRenderer) as error:
         return RunAborted(str(error))
 
@@ -196,7 +196,7 @@ def to_json(done: Done) -> bytes:
         "report": None if done.report is None else done.report.to_json(),
         "travels": {part: vars(travel) for part, travel in done.travels.items()},
         "lacking": list(done.lacking),
-        **{name: getattr(done, name) for name in ("category", "size", "contract", "code", "says")},
+        **{name: getattr(done, name) for name in ("category", "size", "contract", "code", "message")},
     }
     return json.dumps(told).encode()
 
@@ -210,7 +210,7 @@ def from_json(data: bytes, mesh: Path) -> Done:
         report=None if told["report"] is None else Report.from_json(told["report"]),
         travels={part: Travel(**travel) for part, travel in told["travels"].items()},
         lacking=tuple(told["lacking"]),
-        **{name: told[name] for name in ("category", "size", "contract", "code", "says")},
+        **{name: told[name] for name in ("category", "size", "contract", "code", "message")},
     )
 
 
@@ -223,7 +223,7 @@ def _entry(wish: Wish, built: Built, asked: _Asked) -> Done:
     built, went = settled(built, staged)
     report = _written(wish, built, staged, went)
     category, asset = built.category.id, built.asset
-    kind = f"{category}, {built.sure[0]:.0%} sure: {built.sure[1]}"
+    kind = f"{category}, {built.confidence[0]:.0%} sure: {built.confidence[1]}"
     done = Done(wish.mesh, None, built.found, kind, built.size[1], report, went, asset.contract or "", built.lacking)
     accepted, refused = library.folder(category, asset.id), library.refusal_folder(asset.id)
     if report.passed:
@@ -234,7 +234,7 @@ def _entry(wish: Wish, built: Built, asked: _Asked) -> Done:
         library.publish(staged, accepted)
         return _remembered(_at(done, accepted), library, asked)
     worst = report.errors[0]
-    says = f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says
+    message = f"{worst.pointer}: {worst.message}" if worst.pointer else worst.message
     sha = asset.provenance.sha256
     disk.write_refusal(
         staged,
@@ -242,7 +242,7 @@ def _entry(wish: Wish, built: Built, asked: _Asked) -> Done:
             producer=Producer.ARTICULATE,
             id=asset.id,
             code=worst.code,
-            says=says,
+            message=message,
             category=category,
             cache_key=asked.cache_key,
             sha256=sha,
@@ -251,7 +251,7 @@ def _entry(wish: Wish, built: Built, asked: _Asked) -> Done:
         ),
     )
     library.publish(staged, refused)
-    return _remembered(_at(done, refused, worst.code, says), library, asked)
+    return _remembered(_at(done, refused, worst.code, message), library, asked)
 
 
 def _remembered(done: Done, library: disk.Library, asked: _Asked) -> Done:
@@ -260,8 +260,8 @@ def _remembered(done: Done, library: disk.Library, asked: _Asked) -> Done:
     return done
 
 
-def _at(done: Done, folder: Path, code: str = "", says: str = "") -> Done:
-    return Done(**{**vars(done), "folder": folder, "code": code, "says": says})
+def _at(done: Done, folder: Path, code: str = "", message: str = "") -> Done:
+    return Done(**{**vars(done), "folder": folder, "code": code, "message": message})
 
 
 def settled(built: Built, staged: Path) -> tuple[Built, dict[str, Travel]]:
@@ -284,8 +284,8 @@ def settled(built: Built, staged: Path) -> tuple[Built, dict[str, Travel]]:
     for name, part in _parts(built, went):
         if LEAST_WAY <= went[name].free < 1.0 and not part.joint.endless:
             far = _tidy(part.joint.range[1] * went[name].free, part.joint, built.found.frame.metres or 1.0)
-            because = f"{part.joint.because}; then it runs into {went[name].against}"
-            short[name] = part.joint.replace(range=(0.0, far), because=because)
+            reason = f"{part.joint.reason}; then it runs into {went[name].against}"
+            short[name] = part.joint.replace(range=(0.0, far), reason=reason)
     built = _contracted(built.again(short).named(), staged)
     went = {t.joint: t for t in travels(built.asset, staged / "model.xml")}
     return built, {part: went[joint] for part, joint in built.joints.items()}
@@ -346,8 +346,10 @@ def _moving(built: Built, went: Mapping[str, Travel]) -> list[Moving]:
         joint, way = part.joint, went[part.name]
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         other = f", else {joint.runner_up}" if joint.runner_up else ""
-        says = f"{how}, {part.confidence:.0%} sure{other}" + ("" if way.free >= 1.0 else f"; runs into {way.against}")
-        out.append(Moving(built.joints[part.name], part.name, says, alone=part.kind not in _SMALL))
+        message = f"{how}, {part.confidence:.0%} sure{other}" + (
+            "" if way.free >= 1.0 else f"; runs into {way.against}"
+        )
+        out.append(Moving(built.joints[part.name], part.name, message, alone=part.kind not in _SMALL))
     return out
 
 

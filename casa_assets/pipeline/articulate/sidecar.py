@@ -40,9 +40,11 @@ def text(built: Built) -> str:
     kinds = ", ".join(PartKind)
     lines = [_HEAD.format(name=built.source.path or "the mesh", file=NAME, kinds=kinds, fillings=", ".join(Filling))]
     # A guess that is not sure is not repeated as if somebody had said so.
-    lines.append(_row("category" if built.sure[0] >= NAMED else "# category", built.category.id, built.sure))
-    lines.append(_row("up", _axis(word_of(up)), (frame.confidence, frame.because), frame.runner_up))
-    lines.append(_row("front", _axis(word_of(front)), (frame.confidence, frame.because)))
+    lines.append(
+        _row("category" if built.confidence[0] >= NAMED else "# category", built.category.id, built.confidence)
+    )
+    lines.append(_row("up", _axis(word_of(up)), (frame.confidence, frame.reason), frame.runner_up))
+    lines.append(_row("front", _axis(word_of(front)), (frame.confidence, frame.reason)))
     lines.append(_row("size_m", f"{built.longest_m:.6g}", built.size))
     lines.append("parts:")
     for part in built.found.parts:
@@ -55,11 +57,11 @@ def text(built: Built) -> str:
 
 def _part(part: PartPlan, metres: float) -> list[str]:
     joint = part.joint
-    lines = [_row(f"  {part.name}", "", (part.confidence, part.because)), f"    kind: {part.kind.value}"]
+    lines = [_row(f"  {part.name}", "", (part.confidence, part.reason)), f"    kind: {part.kind.value}"]
     if part.parent:
         lines.append(f"    on: {part.parent}")
     if joint.edge is not None:
-        lines.append(_row("    hinge", joint.edge.value, (joint.confidence, joint.because), joint.runner_up))
+        lines.append(_row("    hinge", joint.edge.value, (joint.confidence, joint.reason), joint.runner_up))
     if joint.kind is JointKind.SLIDE:
         lines.append(f"    travel_m: {joint.range[1] * metres:.4f}")
     elif joint.endless:
@@ -74,7 +76,7 @@ def _room(room: Room, metres: float, foot: Floats) -> list[str]:
     box = [(np.array(c) - foot) * metres for c in (room.low, room.high)]
     words = ", ".join("[" + ", ".join(f"{v:.4f}" for v in c) + "]" for c in box)
     return [
-        _row(f"  {room.parts[0]}", "", (room.confidence, room.because)),
+        _row(f"  {room.parts[0]}", "", (room.confidence, room.reason)),
         f"    build: {str(room.built).lower()}",
         f"    filling: {room.filling.value}",
         f"    furnish: {str(room.furnish).lower()}",
@@ -87,7 +89,11 @@ def _axis(word: Direction) -> str:
     return f'"{word}"' if isinstance(word, str) else "[" + ", ".join(f"{c:.9g}" for c in word) + "]"
 
 
-def _row(key: str, value: str, sure: tuple[float, str], other: str = "") -> str:
-    says = f"{sure[0]:.0%} sure" + (f": {sure[1]}" if sure[1] else "") + (f"; else {other}" if other else "")
+def _row(key: str, value: str, confidence: tuple[float, str], other: str = "") -> str:
+    message = (
+        f"{confidence[0]:.0%} sure"
+        + (f": {confidence[1]}" if confidence[1] else "")
+        + (f"; else {other}" if other else "")
+    )
     row = f"{key}: {value}".rstrip()
-    return f"{row}  # {' '.join(says.split())}"
+    return f"{row}  # {' '.join(message.split())}"

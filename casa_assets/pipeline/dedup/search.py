@@ -32,14 +32,14 @@ class Hit:
 
     Attributes:
         id, category: of the asset. folder: where it stands.
-        score: how well it fits; a cosine by pictures, a sum over the words else. because: why, in words.
+        score: how well it fits; a cosine by pictures, a sum over the words else. reason: why, in words.
     """
 
     id: str
     category: str
     folder: Path
     score: float
-    because: str
+    reason: str
 
 
 def by_look(query: str, library: disk.Library, eye: Eye, most: int) -> list[Hit]:
@@ -76,9 +76,9 @@ def by_words(query: str, library: disk.Library, most: int) -> list[Hit]:
         found = [_word(word, entry, colors) for word in asked]
         score = sum(value for value, _ in found)
         if score > 0:
-            because = ", ".join(why for value, why in found if value > 0)
+            reason = ", ".join(why for value, why in found if value > 0)
             met = sum(value > 0 for value, _ in found)
-            hits.append((met, Hit(entry.id, entry.category, library.root / entry.path, round(score, 3), because)))
+            hits.append((met, Hit(entry.id, entry.category, library.root / entry.path, round(score, 3), reason)))
     hits.sort(key=lambda pair: (-pair[0], -pair[1].score, pair[1].id))
     return [hit for _, hit in hits[:most]]
 

@@ -64,7 +64,7 @@ class Built:
     Attributes:
         asset_id, folder: empty where building failed.
         report: of all checks; None where building failed.
-        says: why it failed. is_fault: the program is to blame; then that is a trace.
+        message: why it failed. is_fault: the program is to blame; then that is a trace.
         build_s, write_s, draw_s, check_s: wall seconds. size_bytes: of the folder.
     """
 
@@ -72,7 +72,7 @@ class Built:
     asset_id: str = ""
     folder: str = ""
     report: Report | None = None
-    says: str = ""
+    message: str = ""
     is_fault: bool = False
     build_s: float = 0.0
     write_s: float = 0.0
@@ -149,14 +149,14 @@ def labels_of(found: Family[Any]) -> Labels:
 def build_one(wish: Wish, library: Path, checked: bool = True, drawn: bool = True) -> Built:
     """Build, write and check one member; its folder is put in the library where it passes, or left out.
 
-    A fault of a family is told in `says`, so that the others go on. Starts no process.
+    A fault of a family is told in `message`, so that the others go on. Starts no process.
 
     Raises:
         OutputError: the library cannot be written to. NoRenderer: this machine cannot draw.
     """
     return attempt(
         lambda: _build_one(wish, disk.Library(library), checked, drawn),
-        lambda says, is_fault: Built(wish, says=says, is_fault=is_fault),
+        lambda message, is_fault: Built(wish, message=message, is_fault=is_fault),
         library,
     )
 
@@ -237,7 +237,7 @@ def build_all(wanted: Sequence[Wish], library: Path, jobs: int = 0, drawn: bool 
         build = partial(build_one, library=library, drawn=drawn)
         for number, answer in run_batch(build, wanted, library, jobs, f"{__name__}:warm", LEAST_BYTES):
             if isinstance(answer, WorkerFailure):
-                yield Built(wanted[number], says=answer.text, is_fault=True)
+                yield Built(wanted[number], message=answer.text, is_fault=True)
             else:
                 yield answer
 

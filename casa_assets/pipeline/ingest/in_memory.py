@@ -32,7 +32,7 @@ def ingest_mesh(mesh: Thing, name: str, category: str = "", up: Up | None = None
     """
     known = registry.load()
     source = Source(kind=SourceKind.FOLDER, path=name, hints=(name,))
-    kind, confidence, because = categorise(Found(Path(), name, source), category)
+    kind, confidence, reason = categorise(Found(Path(), name, source), category)
     bundle = bundle_from_trimesh(mesh, name=name, up=up)
     brief = Brief(
         asset_id=f"{kind.id}_{bundle.sha256[:10]}",
@@ -45,7 +45,7 @@ def ingest_mesh(mesh: Thing, name: str, category: str = "", up: Up | None = None
     )
     asset, notes = build(bundle, brief, lambda _: None, lambda *_: None)
     provenance = asset.provenance
-    guess = Guess(subject="category", value=kind.id, confidence=round(confidence, 2), because=because)
+    guess = Guess(subject="category", value=kind.id, confidence=round(confidence, 2), reason=reason)
     guesses = (guess, *provenance.guesses)
     asset = asset.replace(provenance=provenance.replace(guesses=guesses))
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
@@ -59,4 +59,4 @@ def ingest_mesh(mesh: Thing, name: str, category: str = "", up: Up | None = None
 def first_error(report: Report) -> Rejected:
     """The first error of a report as the reason of a rejection."""
     worst = report.errors[0]
-    return Rejected(worst.code, f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says)
+    return Rejected(worst.code, f"{worst.pointer}: {worst.message}" if worst.pointer else worst.message)

@@ -50,7 +50,7 @@ class Outcome:
 
     accepted: bool
     code: str = ""
-    says: str = ""
+    message: str = ""
     warnings: tuple[Issue, ...] = ()
     staged: Path | None = None
     trace: str = ""
@@ -70,7 +70,7 @@ class Event:
     Attributes:
         kind: accepted, rejected, or kept (was there already). total: inputs of the run.
         path: of the input. asset_id: its name in the library.
-        code, says: of a rejection. warnings: of an accepted one.
+        code, message: of a rejection. warnings: of an accepted one.
         count: inputs that it stands for: the many rows of a manifest that are only counted are told of at once.
     """
 
@@ -79,7 +79,7 @@ class Event:
     path: str
     asset_id: str = ""
     code: str = ""
-    says: str = ""
+    message: str = ""
     was_rejected: bool = False
     warnings: tuple[Issue, ...] = ()
     count: int = 1
@@ -123,7 +123,7 @@ def stage_refusal(
     refusal = disk.Refusal(
         id=job.asset_id,
         code=error.code,
-        says=error.says,
+        message=error.message,
         category=job.survey.category,
         producer=Producer.INGEST,
         cache_key=job.cache_key,

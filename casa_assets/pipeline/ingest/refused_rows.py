@@ -70,13 +70,13 @@ class RefusedRows:
         self._counts.setdefault(path, Counter())[one.code] += 1
         if len(rows) >= MOST_TOLD or path == OTHERS:
             return ""
-        rows.append((one.code, one.says))
+        rows.append((one.code, one.message))
         return row_id(path, len(rows))
 
     def was_known(self, one: Refused) -> bool:
         """Whether an earlier run refused the same for the same reason."""
         before = self._before.get(one.path)
-        return before is not None and (one.code, one.says) in before.rows
+        return before is not None and (one.code, one.message) in before.rows
 
     def was_counted(self, path: str, code: str, count: int) -> bool:
         """Whether an earlier run counted as many more rows of a file for a reason."""
@@ -135,11 +135,11 @@ def read(library: Library) -> list[RefusedFile]:
 def listed(library: Library) -> Iterator[dict[str, str]]:
     """Id, path, code and reason of every row that is kept, and of the others of a file as one for each reason."""
     for one in read(library):
-        for number, (code, says) in enumerate(one.rows, 1):
-            yield {"id": row_id(one.path, number), "source_path": one.path, "code": code, "says": says}
+        for number, (code, message) in enumerate(one.rows, 1):
+            yield {"id": row_id(one.path, number), "source_path": one.path, "code": code, "message": message}
         for code, count in one.rest.items():
-            says = rest_of(count)
-            yield {"id": row_id(one.path, code), "source_path": one.path, "code": code, "says": says}
+            message = rest_of(count)
+            yield {"id": row_id(one.path, code), "source_path": one.path, "code": code, "message": message}
 
 
 def rest_of(count: int) -> str:

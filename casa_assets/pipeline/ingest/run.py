@@ -98,14 +98,14 @@ class _Run:
         """An answer with the category that a person decided, where one did."""
         if not isinstance(answer, Survey) or not (name := self.ruling(answer).category):
             return answer
-        return replace(answer, category=name, confidence=1.0, because=f"a person decided, in {review.NAME}")
+        return replace(answer, category=name, confidence=1.0, reason=f"a person decided, in {review.NAME}")
 
-    def refuse(self, one: Found, code: str, says: str) -> Event:
+    def refuse(self, one: Found, code: str, message: str) -> Event:
         """Remember an input that never became a bundle."""
-        refusal = self.unreadable.refusal(one, code, says, self.cache_key)
+        refusal = self.unreadable.refusal(one, code, message, self.cache_key)
         is_new = unreadable_inputs.remember(self.library, refusal)
         kind = "rejected" if is_new else "kept"
-        return Event(kind, self.total, refusal.source.path, refusal.id, code, says, was_rejected=True)
+        return Event(kind, self.total, refusal.source.path, refusal.id, code, message, was_rejected=True)
 
 
 def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, None]:
@@ -179,12 +179,12 @@ def _sorted_out(
             found.append(one)
         elif name := refused.add(one):
             kind = "kept" if refused.was_known(one) else "rejected"
-            events.append((Event(kind, 0, one.path, name, one.code, one.says, was_rejected=True), one))
+            events.append((Event(kind, 0, one.path, name, one.code, one.message, was_rejected=True), one))
     for path, code, count in refused.rest():
-        says = rest_of(count)
+        message = rest_of(count)
         kind = "kept" if refused.was_counted(path, code, count) else "rejected"
-        event = Event(kind, 0, path, row_id(path, code), code, says, was_rejected=True, count=count)
-        events.append((event, Refused(path, code, says)))
+        event = Event(kind, 0, path, row_id(path, code), code, message, was_rejected=True, count=count)
+        events.append((event, Refused(path, code, message)))
     return found, events
 
 
@@ -203,7 +203,7 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
         if isinstance(answer, WorkerFailure):
             answer = Rejected(FAILURE_CODES[answer.reason], answer.text)
         if isinstance(answer, Rejected):
-            yield run.refuse(one, answer.code, answer.says)
+            yield run.refuse(one, answer.code, answer.message)
         elif answer.sha256 in first:
             yield run.refuse(one, TWIN, f"same bytes as {first[answer.sha256]}; remove one of them")
         else:
@@ -296,15 +296,15 @@ def _refusal(library: disk.Library, result: Result) -> Path:
         picture = picture_of(folder) or None
         if folder.is_relative_to(library.staging):
             shutil.rmtree(folder.parent)
-    return stage_refusal(library, result.job, Rejected(outcome.code, outcome.says), report, picture, result.copy_of)
+    return stage_refusal(library, result.job, Rejected(outcome.code, outcome.message), report, picture, result.copy_of)
 
 
 def _event(run: _Run, result: Result) -> Event:
     job, outcome = result.job, result.outcome
     kind = "kept" if result.is_kept else "accepted" if outcome.accepted else "rejected"
     path, refused = job.found.source.path, not outcome.accepted
-    says = f"{outcome.says}\n{outcome.trace}" if outcome.trace else outcome.says
-    return Event(kind, run.total, path, job.asset_id, outcome.code, says, refused, outcome.warnings)
+    message = f"{outcome.message}\n{outcome.trace}" if outcome.trace else outcome.message
+    return Event(kind, run.total, path, job.asset_id, outcome.code, message, refused, outcome.warnings)
 
 
 def tally(events: Sequence[Event]) -> Counter[str]:

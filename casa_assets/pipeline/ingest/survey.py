@@ -22,7 +22,7 @@ class Survey:
     sha256: str
     category: str
     confidence: float
-    because: str
+    reason: str
 
 
 def warm() -> None:
@@ -37,8 +37,8 @@ def survey(job: tuple[Found, str, Mapping[str, float]]) -> Survey | Rejected:
         bundle = collect(found, limits)
     except Rejected as error:
         return error
-    category, confidence, because = categorise(found, ordered)
-    return Survey(bundle.sha256, category.id, confidence, because)
+    category, confidence, reason = categorise(found, ordered)
+    return Survey(bundle.sha256, category.id, confidence, reason)
 
 
 def categorise(found: Found, ordered: str) -> tuple[Category, float, str]:
@@ -53,8 +53,8 @@ def categorise(found: Found, ordered: str) -> tuple[Category, float, str]:
             return match[0], min(0.99, match[1]), f"the source says {source.category!r}"
     match = known.find_category([*source.hints, source.title, source.prompt])
     if match is not None and source.category:
-        because = f"{match[2]}; the source says {source.category!r}, which the registry does not know"
-        return match[0], min(CONTRADICTED, match[1] * 0.9), because
+        reason = f"{match[2]}; the source says {source.category!r}, which the registry does not know"
+        return match[0], min(CONTRADICTED, match[1] * 0.9), reason
     if match is not None:
         return match[0], match[1] * 0.9, match[2]
     return known.category(registry.FALLBACK), 0.1, "nothing names a category that the registry knows"

@@ -23,7 +23,7 @@ class Names:
         self._places: set[str] = set()
         self._ids: set[str] = set()
 
-    def refusal(self, one: Found, code: str, says: str, cache_key: str) -> disk.Refusal:
+    def refusal(self, one: Found, code: str, message: str, cache_key: str) -> disk.Refusal:
         """The record to be kept of an input."""
         source = one.source
         place = _place(source)
@@ -36,7 +36,7 @@ class Names:
             producer=Producer.INGEST,
             id=asset_id,
             code=code,
-            says=says,
+            message=message,
             category=registry.FALLBACK,
             cache_key=cache_key,
             sha256=digest,

@@ -87,7 +87,7 @@ def _work(job: Job) -> Outcome:
         report = _write_and_check(asset, category, staged, notes)
         if not report.passed:
             worst = report.errors[0]
-            raise Rejected(worst.code, f"{worst.pointer}: {worst.says}" if worst.pointer else worst.says)
+            raise Rejected(worst.code, f"{worst.pointer}: {worst.message}" if worst.pointer else worst.message)
         made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**steps(), **WRITING}))
         disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
         _read_back(asset, staged)
@@ -95,14 +95,14 @@ def _work(job: Job) -> Outcome:
     except Rejected as error:
         picture = None if bundle is None else _picture(bundle, staged, job.limits)
         refused = stage_refusal(library, job, error, report, picture)
-        return Outcome(False, error.code, error.says, staged=refused)
+        return Outcome(False, error.code, error.message, staged=refused)
 
 
 def _read_back(asset: Asset, staged: Path) -> None:
     try:
         same = disk.read_asset(staged) == asset
     except OutputError as error:
-        raise ValueError(f"the asset that was written cannot be read: {error.says}") from error
+        raise ValueError(f"the asset that was written cannot be read: {error.message}") from error
     if not same:
         raise ValueError("the asset read back from its folder differs from the one written")
 
@@ -121,7 +121,7 @@ def _asset(job: Job, bundle: Bundle, category: Category, store: Store) -> tuple[
     )
     asset, notes = build(bundle, brief, store.get, store.put)
     survey = job.survey
-    guess = Guess(subject="category", value=category.id, confidence=round(survey.confidence, 2), because=survey.because)
+    guess = Guess(subject="category", value=category.id, confidence=round(survey.confidence, 2), reason=survey.reason)
     provenance = asset.provenance
     guesses = (guess, *provenance.guesses)
     return asset.replace(provenance=provenance.replace(guesses=guesses)), (*notes, *doubts(guesses))

@@ -59,6 +59,6 @@ def _reason(done: SceneBuilt) -> dict[str, Any]:
         "style": recipe.style,
         "seed": recipe.seed,
         "surfaces": {surface.value: name for surface, name in recipe.surfaces},
-        "says": done.says,
-        "issues": [{"code": i.code, "pointer": i.pointer, "says": i.says} for i in done.problems],
+        "message": done.message,
+        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in done.problems],
     }

@@ -54,7 +54,7 @@ class SceneBuilt:
 
     Attributes:
         recipe: of the scene. folder: where it is; empty where it failed.
-        says: why it failed. is_fault: the program is to blame; then that is a trace.
+        message: why it failed. is_fault: the program is to blame; then that is a trace.
         report: of all checks; None where they did not run.
         build_s, write_s, draw_s, check_s: wall seconds.
         counts: what the scene holds, by word. kept: an earlier run made it, and nothing has changed.
@@ -62,7 +62,7 @@ class SceneBuilt:
 
     recipe: Recipe
     folder: str = ""
-    says: str = ""
+    message: str = ""
     report: Report | None = None
     build_s: float = 0.0
     write_s: float = 0.0
@@ -100,7 +100,7 @@ class Order:
 
 
 def build_one(recipe: Recipe, out: Path, drawn: bool = True, anew: bool = False) -> SceneBuilt:
-    """Build and write one scene. A fault is told in `says`, so that the others go on.
+    """Build and write one scene. A fault is told in `message`, so that the others go on.
 
     Args:
         out: folder of the scenes. drawn: with a picture. anew: even where nothing has changed since it was made.
@@ -128,9 +128,9 @@ def made(recipe: Recipe, out: Path, order: Order) -> SceneBuilt:
     return attempt(make, partial(failure, recipe), out)
 
 
-def failure(recipe: Recipe, says: str, is_fault: bool) -> SceneBuilt:
+def failure(recipe: Recipe, message: str, is_fault: bool) -> SceneBuilt:
     """A scene that could not be made or checked."""
-    return SceneBuilt(recipe, says=says, is_fault=is_fault)
+    return SceneBuilt(recipe, message=message, is_fault=is_fault)
 
 
 def warm() -> None:

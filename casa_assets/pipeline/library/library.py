@@ -101,7 +101,7 @@ class Refusal(Record):
     producer: Producer
     id: str
     code: str
-    says: str
+    message: str
     category: str
     cache_key: str
     sha256: str
@@ -171,8 +171,8 @@ class Library:
         if own is None:
             raise ValueError(f"{staged} holds no entry of a library")
         if held is not None and held != own:
-            says = f"holds what {held.producer.value} made of another input; move it to another library"
-            raise OutputError(str(target), says)
+            message = f"holds what {held.producer.value} made of another input; move it to another library"
+            raise OutputError(str(target), message)
         self.put(staged, target)
         for folder in self.entries_of(own):
             if folder != target:

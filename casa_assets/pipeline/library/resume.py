@@ -47,7 +47,7 @@ def _refused(folder: Path, cache_key: str) -> Outcome | None:
         return None
     if refusal.twin and not _stands(folder, refusal.twin):
         return None  # what it was a copy of is gone
-    return Outcome(False, refusal.code, refusal.says)
+    return Outcome(False, refusal.code, refusal.message)
 
 
 def _stands(folder: Path, copy_of: str) -> bool:

@@ -30,7 +30,7 @@ CODE = "REV001"
 DOUBTFUL = 0.5
 # What a person can decide. The front is left out: a wrong one spoils nothing, and most things have none.
 SUBJECTS = ("category", "up_axis", "scale", "mass")
-ABOUT = ("sha256", "id", "input", "look_at", "category", "size_m", "up", "mass_kg", "because")
+ABOUT = ("sha256", "id", "input", "look_at", "category", "size_m", "up", "mass_kg", "reason")
 SET = ("set_category", "set_up", "set_turn_deg", "set_size_m", "set_mass_kg")
 # An input that was turned away for one of these may be a good one of a wrong size or kind.
 MENDABLE = frozenset({"AST001", "AST002", "AST003", "AST013", "MSH003"})
@@ -51,7 +51,7 @@ def doubts(guesses: Sequence[Guess]) -> tuple[Issue, ...]:
             code=CODE,
             severity=Severity.WARNING,
             pointer=guess.subject,
-            says=f"{guess.value} is {guess.confidence:.0%} sure: {guess.because}; say it in {NAME}",
+            message=f"{guess.value} is {guess.confidence:.0%} sure: {guess.reason}; say it in {NAME}",
         )
         for guess in guesses
         if guess.subject in SUBJECTS and guess.confidence < DOUBTFUL
@@ -110,7 +110,7 @@ def _about(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:
         "size_m": "" if size is None else f"{size:.4g}",
         "up": guesses["up_axis"].value if "up_axis" in guesses else "",
         "mass_kg": "" if entry.summary is None else f"{entry.summary.mass:.4g}",
-        "because": " | ".join(guesses[s].because for s in subjects if s in guesses) or entry.says,
+        "reason": " | ".join(guesses[s].reason for s in subjects if s in guesses) or entry.message,
     }
     return {name: _harmless(value) for name, value in cells.items()}
 
@@ -152,5 +152,5 @@ def _ruling(cells: Mapping[str, str], place: str) -> Ruling:
                 stated[name] = float(stated[name].replace(",", "."))
         return Ruling.model_validate(stated)
     except (UnknownId, ValueError, ValidationError) as error:
-        says = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
-        raise OutputError(place, f"cannot be understood: {says}") from error
+        message = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
+        raise OutputError(place, f"cannot be understood: {message}") from error

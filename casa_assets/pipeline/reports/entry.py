@@ -37,7 +37,7 @@ class Entry:
     path: str
     accepted: bool
     code: str
-    says: str
+    message: str
     summary: disk.Summary | None
     warnings: tuple[Issue, ...]
     results: tuple[CheckResult, ...]
@@ -86,15 +86,15 @@ def _accepted(folder: Path, root: Path) -> Entry:
     except (ValidationError, KeyError, TypeError) as error:
         raise OutputError(str(folder / disk.CERTIFICATE), f"is damaged: {error}; run again without it") from error
     if data.get("id") != folder.name:
-        says = f"holds the asset {data.get('id')!r}; move it to a folder of that name"
-        raise OutputError(str(folder / disk.CERTIFICATE), says)
+        message = f"holds the asset {data.get('id')!r}; move it to a folder of that name"
+        raise OutputError(str(folder / disk.CERTIFICATE), message)
     return Entry(
         id=folder.name,
         category=category,
         path=folder.relative_to(root).as_posix(),
         accepted=True,
         code="",
-        says="",
+        message="",
         summary=certificate.summary,
         warnings=tuple(i for i in certificate.report.issues if i.severity is Severity.WARNING),
         results=certificate.report.results,
@@ -127,7 +127,7 @@ def _refused(folder: Path, root: Path) -> Entry:
         path=folder.relative_to(root).as_posix(),
         accepted=False,
         code=refusal.code,
-        says=refusal.says,
+        message=refusal.message,
         summary=None,
         warnings=(),
         results=refusal.report.results if refusal.report else (),

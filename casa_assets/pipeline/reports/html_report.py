@@ -189,13 +189,13 @@ def _asset(entry: Entry, number: dict[tuple[str, str], int]) -> dict[str, Any]:
         "author": entry.author,
         "title": entry.title,
         "uri": entry.uri,
-        "warnings": [[i.code, i.pointer, i.says] for i in entry.warnings],
+        "warnings": [[i.code, i.pointer, i.message] for i in entry.warnings],
         "results": [
             [number[r.code, r.unit], WORDS[r.status], _short(r.number), _short(r.limit), r.reason]
             for r in entry.results
         ],
         "looks": entry.looks,
-        "guesses": [[g.subject, g.value, _short(g.confidence), g.because] for g in entry.guesses],
+        "guesses": [[g.subject, g.value, _short(g.confidence), g.reason] for g in entry.guesses],
         "files": [[label, _link(entry.folder, path)] for label, path in entry.files],
         "large": _link(entry.folder, entry.preview_path) if entry.preview_path else "",
         "thumb": thumbnail(entry.preview_png),

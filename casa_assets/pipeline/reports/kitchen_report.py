@@ -66,7 +66,7 @@ def _budget(report: Mapping[str, Any]) -> str:
 def _faults(issues: list[Mapping[str, Any]]) -> str:
     if not issues:
         return ""
-    rows = ((i["code"], _severity(i["severity"]), i["pointer"], i["says"]) for i in issues)
+    rows = ((i["code"], _severity(i["severity"]), i["pointer"], i["message"]) for i in issues)
     return f"<h2>What was found</h2>{_table(('code', 'severity', 'where', 'what'), rows)}"
 
 

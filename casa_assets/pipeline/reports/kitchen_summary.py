@@ -143,15 +143,15 @@ def totals(found: Sequence[Row]) -> dict[str, float]:
 def sentence(found: Sequence[Row]) -> str:
     """The totals in words."""
     t = totals(found)
-    says = f"{t['passed']:.0f} of {t['checked']:.0f} checked scenes passed, {t['joints']:.0f} joints swept"
+    message = f"{t['passed']:.0f} of {t['checked']:.0f} checked scenes passed, {t['joints']:.0f} joints swept"
     if "design_mean" in t:
-        says += f"; NKBA {t['design_mean']:.0f} on average, {t['design_worst']:.0f} at worst"
+        message += f"; NKBA {t['design_mean']:.0f} on average, {t['design_worst']:.0f} at worst"
     if "check_s_mean" in t:
-        says += f"; check {t['check_s_mean']:.1f} s, {t['check_s_worst']:.1f} at worst"
+        message += f"; check {t['check_s_mean']:.1f} s, {t['check_s_worst']:.1f} at worst"
     if "load_ms_mean" in t:
-        says += f"; load {t['load_ms_mean']:.0f} ms, {t['load_ms_worst']:.0f} at worst"
-        says += f"; {t['real_time_factor_mean']:.1f} x real time, {t['real_time_factor_worst']:.1f} at worst"
-    return says
+        message += f"; load {t['load_ms_mean']:.0f} ms, {t['load_ms_worst']:.0f} at worst"
+        message += f"; {t['real_time_factor_mean']:.1f} x real time, {t['real_time_factor_worst']:.1f} at worst"
+    return message
 
 
 def write(out: Path) -> list[Row]:

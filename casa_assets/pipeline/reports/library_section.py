@@ -49,4 +49,4 @@ def _row(result: CheckResult, issues: Sequence[Issue], why: Mapping[str, str]) -
 
 def _line(issue: Issue) -> str:
     place = f"<b>{markup.escape(issue.pointer)}</b> " if issue.pointer else ""
-    return place + markup.escape(issue.says)
+    return place + markup.escape(issue.message)

@@ -84,13 +84,13 @@ def _refused(entry: Entry, root: Path) -> html_report.RejectEntry:
     known = registry.load().rejections.get(entry.code)
     why = explained(registry.load().limits).get(entry.code, "")
     # What a check says ends with what to do.
-    fault, _, mend = entry.says.partition("; ")
+    fault, _, mend = entry.message.partition("; ")
     return html_report.RejectEntry(
         path=entry.source_path,
         source=entry.source,
         code=entry.code,
         meaning=known.meaning if known else why,
-        reason=entry.says if known or not mend else f"{fault}.",
+        reason=entry.message if known or not mend else f"{fault}.",
         mend=known.mend if known else f"{mend[:1].upper()}{mend[1:]}." if mend else LOOK,
         category=entry.category,
         results=entry.results,

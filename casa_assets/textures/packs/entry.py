@@ -89,13 +89,13 @@ class Refused(Record):
     Attributes:
         source: file, relative to its folder.
         code: such as `PCK005`.
-        says: what is wrong with it.
+        message: what is wrong with it.
         mend: what to do.
     """
 
     source: str
     code: Code
-    says: str
+    message: str
     mend: str
 
 

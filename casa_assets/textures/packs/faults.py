@@ -43,11 +43,11 @@ MEND = {
 }
 
 
-def refuse(fault: Fault, says: str) -> Rejected:
+def refuse(fault: Fault, message: str) -> Rejected:
     """The error to raise about a picture."""
-    return Rejected(fault.value, says)
+    return Rejected(fault.value, message)
 
 
 def refused(source: str, error: Rejected) -> Refused:
     """The row of pack.json for an error that `refuse` made."""
-    return Refused(source=source, code=error.code, says=error.says, mend=MEND[Fault(error.code)])
+    return Refused(source=source, code=error.code, message=error.message, mend=MEND[Fault(error.code)])

@@ -142,7 +142,7 @@ def test_a_hollow_shell_gets_walls_but_is_not_cut(tmp_path: Path) -> None:
     (room,) = built.found.rooms
     assert room.built
     assert room.cut is None
-    assert "0 of 5" in room.because
+    assert "0 of 5" in room.reason
 
 
 def test_each_kind_is_furnished_as_it_is(tmp_path: Path) -> None:

@@ -78,7 +78,7 @@ def test_what_the_user_says_holds(face: int) -> None:
     for up in (-SIDES[k][2] for k in range(6) if k // 2 != face // 2):
         found = guess_frame(soup, up=up.tolist(), front=front.tolist())
         assert found.rotation == pytest.approx(given_frame(soup, up.tolist(), front.tolist()).rotation)
-        assert found.because == "given"
+        assert found.reason == "given"
     assert guess_frame(soup, front=front.tolist()).rotation[1] == pytest.approx(-front)
     assert guess_frame(soup, up=front.tolist()).rotation[2] == pytest.approx(front)
 

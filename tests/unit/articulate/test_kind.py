@@ -60,9 +60,9 @@ def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
     found = infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame)
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
-    guessed, sure = kind_by_parts((x, y, z), found)
+    guessed, confidence = kind_by_parts((x, y, z), found)
     assert guessed == kind
-    assert 0.2 < sure <= 0.6
+    assert 0.2 < confidence <= 0.6
     assert kind_by_parts((x, y, z), Articulation(frame=frame)) == ("", 0.0)
 
 

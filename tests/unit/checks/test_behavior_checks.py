@@ -92,29 +92,29 @@ def test_trips_one_code(code: str, good: Make, bad: Make, tmp_path: Path) -> Non
     assert codes(bad(), tmp_path / "bad") == {code}
 
 
-def says(asset: Asset, folder: Path, contract: Contract | None = None) -> list[str]:
+def message(asset: Asset, folder: Path, contract: Contract | None = None) -> list[str]:
     report = run(packed(asset, folder, contract), "subject", KNOWN.limits, table=ROWS)
-    return [f"{issue.pointer}: {issue.says}" for issue in report.issues]
+    return [f"{issue.pointer}: {issue.message}" for issue in report.issues]
 
 
 class TestSays:
     """What is wrong, and where, in words."""
 
     def test_of_a_trial(self, tmp_path: Path) -> None:
-        found = says(deaf_to_the_door(), tmp_path)
+        found = message(deaf_to_the_door(), tmp_path)
         assert found == ["trials/the_door_ends_it/1: after microjoint to 1 power is 'on', not 'off'"]
 
     def test_of_a_threshold(self, tmp_path: Path) -> None:
-        found = says(hob().replace(behavior=burning(0.45, HIGH)), tmp_path)
+        found = message(hob().replace(behavior=burning(0.45, HIGH)), tmp_path)
         assert [one for one in found if "0.45" in one and "burner_on 0.35" in one]
 
     def test_of_a_pose(self, tmp_path: Path) -> None:
         still = hob().keyframes[0]
-        found = says(hob().replace(keyframes=(still, still.replace(name="on"))), tmp_path)
+        found = message(hob().replace(keyframes=(still, still.replace(name="on"))), tmp_path)
         assert found == ["keyframes/on: in this pose burner_left is 'off', not 'low|high'"]
 
     def test_of_a_key(self, tmp_path: Path) -> None:
-        assert "cannot be touched by a fingertip" in says(walled_in(), tmp_path)[0]
+        assert "cannot be touched by a fingertip" in message(walled_in(), tmp_path)[0]
 
 
 def walk(behavior: Behavior, acts: list[tuple[dict[str, float], set[str]]], dt: float = 0.05) -> list[str]:

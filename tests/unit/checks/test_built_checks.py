@@ -114,7 +114,7 @@ class TestForce:
         pushed = joint_changed("drawer_slide", drive=Drive(stiffness=60.0, damping=0.0, target=0.12))
         found = [issue for issue in judged(pushed, tmp_path).issues if issue.code == "KIN003"]
         assert [issue.pointer for issue in found] == ["joints/drawer_slide"]
-        assert "opens by itself" in found[0].says
+        assert "opens by itself" in found[0].message
 
     @pytest.mark.parametrize(("share", "moves"), [(0.9, False), (1.1, True)])
     @pytest.mark.parametrize("name", ["door_hinge", "drawer_slide", "knob_turn", "key_press"])
@@ -172,13 +172,15 @@ class TestClearance:
         drawer = with_shapes("drawer", fin)
         both = drawer.replace(links=(with_shapes("object", stop).root, *drawer.links[1:]))
         found = [i for i in judged(both, tmp_path).issues if i.code == "KIN005"]
-        assert [(i.pointer, "fin" in i.says and "stop" in i.says) for i in found] == [("joints/drawer_slide", True)]
+        assert [(i.pointer, "fin" in i.message and "stop" in i.message) for i in found] == [
+            ("joints/drawer_slide", True)
+        ]
 
     def test_a_meeting_is_told_of_by_both_joints(self, tmp_path: Path) -> None:
         """The knob cannot turn while the drawer is open, but as it starts where it meets nothing, the drawer tells."""
         report = judged(with_pointer(0.16), tmp_path)
         assert {i.pointer for i in report.issues} <= {"joints/drawer_slide", "joints/knob_turn"}
-        assert any("knob_turn stands open" in i.says for i in report.issues)
+        assert any("knob_turn stands open" in i.message for i in report.issues)
 
     def test_a_rack_comes_out_of_an_open_oven(self, tmp_path: Path) -> None:
         """A board comes out of the lower room where the door has to open first, and else runs into the door."""
@@ -221,11 +223,11 @@ class TestGrip:
         ),
     )  # fmt: skip
 
-    @pytest.mark.parametrize(("build", "says"), [b[1:] for b in BAD], ids=[b[0] for b in BAD])
-    def test_other_ways_to_be_wrong(self, build: Build, says: str) -> None:
+    @pytest.mark.parametrize(("build", "message"), [b[1:] for b in BAD], ids=[b[0] for b in BAD])
+    def test_other_ways_to_be_wrong(self, build: Build, message: str) -> None:
         asset = build()
         (issue,) = [i for i in run(asset, asset.id, LIMITS).issues if i.code == "KIN007"]
-        assert says in issue.says
+        assert message in issue.message
 
     def test_a_thin_plate_may_be_held_by_its_edges(self) -> None:
         plate = with_grip("door_hinge", Box(size=(0.018, 0.004, 0.06)))

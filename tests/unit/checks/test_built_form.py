@@ -44,7 +44,7 @@ class TestInterior:
     def test_a_block_that_hangs_from_the_top(self, tmp_path: Path) -> None:
         (issue,) = judged(filled_to(-0.1), tmp_path).issues
         assert (issue.code, issue.pointer) == ("HOL001", "regions/int")
-        assert "does not pass" in issue.says
+        assert "does not pass" in issue.message
 
     def test_a_drawer_that_is_solid(self, tmp_path: Path) -> None:
         solid = with_shapes("drawer", shape("matter", (0.3, 0.2, 0.06), (0.0, -0.02, 0.475)))
@@ -72,7 +72,7 @@ class TestLooks:
         panel = cupboard().link("door").visuals[0]
         bare = link_changed("door", visuals=(panel.replace(mesh=panel.mesh.replace(uv=None)),))
         (issue,) = [i for i in run(bare, bare.id, LIMITS).issues if i.code == "VIS009"]
-        assert "no texture coordinates" in issue.says
+        assert "no texture coordinates" in issue.message
 
     def test_one_side_of_a_few_counts(self) -> None:
         """A single wrong triangle of a box is more than a hundredth of it."""

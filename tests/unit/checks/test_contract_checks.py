@@ -177,10 +177,10 @@ class TestBad:
     def test_faults_are_told_apart(self, tmp_path: Path) -> None:
         package = packed(door(oven().replace(keyframes=()), kind=JointKind.SLIDE, range=(0.0, 0.3)), tmp_path)
         rows = [row for row in ROWS if row.code == "CON001"]
-        says = " ".join(i.says for i in run(package, "subject", KNOWN.limits, table=rows).issues)
-        assert "is a slide, not a hinge" in says
-        assert "should open negative" in says
-        assert "travels 0.3" in says
+        message = " ".join(i.message for i in run(package, "subject", KNOWN.limits, table=rows).issues)
+        assert "is a slide, not a hinge" in message
+        assert "should open negative" in message
+        assert "travels 0.3" in message
 
 
 class TestRules:

@@ -227,7 +227,7 @@ class TestPictures:
     def test_a_blurred_picture_is_as_bad_as_a_small_one(self, tmp_path: Path) -> None:
         found = told(usual(painted(blurred(256, 2))), tmp_path)
         assert {i.code for i in found.issues} == {"FLT012"}
-        assert "is blurred" in found.issues[0].says
+        assert "is blurred" in found.issues[0].message
 
     def test_a_plain_picture_is_none(self, tmp_path: Path) -> None:
         assert told(usual(painted(np.full((4, 4, 3), (200, 40, 40), dtype=np.uint8))), tmp_path).issues == ()

@@ -142,7 +142,7 @@ class TestForms:
         files.light.write_text(head + "</mujoco>")
         (issue,) = run(files, "room", LIMITS).issues
         assert (issue.code, issue.pointer) == ("SCN021", "joints")
-        assert "thing_0__door_hinge" in issue.says
+        assert "thing_0__door_hinge" in issue.message
 
     def test_what_is_excused_has_a_reason(self) -> None:
         assert all(why.endswith(".") for why in OF_SINGLE_PROPS.values())
@@ -150,14 +150,14 @@ class TestForms:
     def test_a_meshed_light_form(self, tmp_path: Path) -> None:
         files = forms(tmp_path)
         files.light.write_bytes(files.kitchen.mjcf.read_bytes())
-        says = [i.says for i in run(files, "room", LIMITS).issues if i.code == "SCN021"]
-        assert [s.split(";")[0] for s in says] == ["has 3 meshes", "has 1 materials with pictures"]
+        message = [i.message for i in run(files, "room", LIMITS).issues if i.code == "SCN021"]
+        assert [s.split(";")[0] for s in message] == ["has 3 meshes", "has 1 materials with pictures"]
 
 
 class TestPictures:
     def test_the_picture_is_named(self, tmp_path: Path) -> None:
         (issue,) = judged(picture(black=1.0), tmp_path).issues
-        assert (issue.pointer, issue.says.split(":")[0]) == ("previews/at_sink", "100.0% of it is black")
+        assert (issue.pointer, issue.message.split(":")[0]) == ("previews/at_sink", "100.0% of it is black")
 
     def test_no_picture_is_no_pass(self) -> None:
         report = run(Pictures({}), "room", LIMITS)

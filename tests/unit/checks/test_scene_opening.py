@@ -39,14 +39,14 @@ class TestOpening:
         scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post((0.6, 0.05, 0.7)), at(0.0, -0.257 - 0.2 - 0.025, 0.0)))
         found = clashes(scene, tmp_path)
         assert {p for p, _ in found} == {"joints/thing_0__drawer_slide", "joints/thing_0__door_hinge"}
-        says = next(s for p, s in found if p.endswith("drawer_slide"))
-        assert says.startswith("from 68% of its way thing_0__drawer")
-        assert "thing_1__shape_0" in says
+        message = next(s for p, s in found if p.endswith("drawer_slide"))
+        assert message.startswith("from 68% of its way thing_0__drawer")
+        assert "thing_1__shape_0" in message
 
     def test_neighbours_clash_only_while_one_is_open(self, tmp_path: Path) -> None:
         found = clashes(room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.6, -0.55, 0.0, TO_THE_LEFT))), tmp_path)
         assert found
-        assert all("stands open" in says for _, says in found)
+        assert all("stands open" in message for _, message in found)
         assert {p.split("__")[0] for p, _ in found} == {"joints/thing_0", "joints/thing_1"}
 
     @pytest.mark.parametrize("gap", [0.002, 0.5])

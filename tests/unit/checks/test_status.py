@@ -67,7 +67,7 @@ class TestReport:
     def test_an_error_that_was_not_run_keeps_it_out(self) -> None:
         found = report(clean(), not_run("the validator gave no verdict"))
         assert not found.passed
-        assert [i.says for i in found.errors] == ["was not run: the validator gave no verdict"]
+        assert [i.message for i in found.errors] == ["was not run: the validator gave no verdict"]
         assert found.issues == (), "what nobody found is no finding"
         assert str(found.tally) == "1 of 2 that apply, 1 not run"
 
@@ -76,7 +76,7 @@ class TestReport:
 
     def test_what_was_found_stands_for_what_it_kept_from_running(self) -> None:
         found = report(Measured(1.0, (("model.xml", "does not compile"),)), not_run("model.xml does not compile"))
-        assert [i.says for i in found.errors] == ["does not compile"]
+        assert [i.message for i in found.errors] == ["does not compile"]
 
     def test_a_waiver_is_told_and_keeps_nothing_out(self) -> None:
         broken = row(Measured(2.0, (("", "is broken"),)))
@@ -102,7 +102,7 @@ class TestReport:
                 {"code": "AST014", "passed": False, "number": 2.0, "limit": 1.2, "unit": ""},
                 {"code": "KIN001", "passed": True, "number": None, "limit": 0.95, "unit": ""},
             ],
-            "issues": [{"code": "AST014", "severity": "warning", "pointer": "bounds", "says": "is too long"}],
+            "issues": [{"code": "AST014", "severity": "warning", "pointer": "bounds", "message": "is too long"}],
         }
         read = Report.model_validate(old)
         assert [r.status for r in read.results] == [Status.PASSED, Status.FAILED, Status.NOT_APPLICABLE]

@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 from casa_assets.cli.verbs import doctor as verb
 from casa_assets.pipeline.doctor import Finding
 
-GOOD = Finding(subject="python", ok=True, says="3.11")
-NOTE = Finding(subject="disk", ok=False, needed=False, says="1 GiB free")
-BAD = Finding(subject="rendering", ok=False, says="[none] works", mend="sudo apt-get install -y libegl1")
+GOOD = Finding(subject="python", ok=True, message="3.11")
+NOTE = Finding(subject="disk", ok=False, needed=False, message="1 GiB free")
+BAD = Finding(subject="rendering", ok=False, message="[none] works", mend="sudo apt-get install -y libegl1")
 
 
 def run(monkeypatch: pytest.MonkeyPatch, found: tuple[Finding, ...], *arguments: str) -> tuple[int, str]:

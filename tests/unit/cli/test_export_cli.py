@@ -20,10 +20,10 @@ def test_json_lines(library: Path, tmp_path: Path) -> None:
     done = casa("export", "robocasa", library, "--out", tmp_path / "out", "--json")
     assert done.returncode == 0
     rows = [json.loads(line) for line in done.stdout.splitlines()]
-    assert all(set(row) == {"status", "id", "category", "model", "split", "says"} for row in rows)
+    assert all(set(row) == {"status", "id", "category", "model", "split", "message"} for row in rows)
     assert [row["id"] for row in rows if row["status"] == "left_out"] == ["microwave_0123456789"]
     for row in rows:
-        assert (row["status"] == "exported") == (row["says"] == "")
+        assert (row["status"] == "exported") == (row["message"] == "")
         assert not row["model"] or (tmp_path / "out" / row["model"]).is_file()
 
 

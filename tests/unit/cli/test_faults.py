@@ -53,8 +53,8 @@ def test_of_a_family(tmp_path: Path, path: str) -> None:
     assert done.returncode == 3, done.stderr
     said = {row["member"]: row for row in map(json.loads, done.stdout.splitlines())}
     assert said["candle/#0"]["passed"]
-    assert "AssertionError: a vase without a bottom" in said["vase/#0"]["says"]
-    assert "Traceback" in said["vase/#0"]["says"]
+    assert "AssertionError: a vase without a bottom" in said["vase/#0"]["message"]
+    assert "Traceback" in said["vase/#0"]["message"]
     assert "vase/#0: a fault of the program" in done.stderr
 
 
@@ -67,7 +67,7 @@ def test_of_an_input(tmp_path: Path, path: str) -> None:
     said = {row["path"]: row for row in map(json.loads, done.stdout.splitlines())}
     assert said["cereal_box.obj"]["status"] == "accepted"
     assert said["milk_carton.obj"]["code"] == "RUN004"
-    assert "AssertionError: a carton without a lid" in said["milk_carton.obj"]["says"]
+    assert "AssertionError: a carton without a lid" in said["milk_carton.obj"]["message"]
 
 
 @pytest.mark.parametrize(("error", "is_fault"), [(CasaError("too wide"), False), (ValueError("too wide"), True)])
@@ -75,9 +75,9 @@ def test_who_is_to_blame(error: Exception, is_fault: bool, tmp_path: Path) -> No
     def fail() -> tuple[str, bool]:
         raise error
 
-    says, told = attempt(fail, lambda message, fault: (message, fault), tmp_path)
+    message, told = attempt(fail, lambda text, fault: (text, fault), tmp_path)
     assert told == is_fault
-    assert says == "too wide" or (is_fault and says.startswith("Traceback"))
+    assert message == "too wide" or (is_fault and message.startswith("Traceback"))
 
 
 def test_a_value_error_of_a_builder_is_no_mistake_of_the_user(tmp_path: Path) -> None:

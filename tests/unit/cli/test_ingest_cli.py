@@ -39,9 +39,9 @@ def test_json_lines(ran: subprocess.CompletedProcess[str]) -> None:
         ("milk_carton.obj", "accepted", ""),
         ("twin.obj", "rejected", "RUN006"),
     ]
-    keys = {"status", "kept", "path", "id", "code", "says", "warnings"}
+    keys = {"status", "kept", "path", "id", "code", "message", "warnings"}
     assert all(set(row) == keys for row in rows)
-    assert all(row["says"] for row in rows if row["status"] == "rejected")
+    assert all(row["message"] for row in rows if row["status"] == "rejected")
 
 
 def test_tables_and_reasons(ran: subprocess.CompletedProcess[str], inputs: Path) -> None:
@@ -68,7 +68,7 @@ def test_all_accepted_is_exit_0(inputs: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         (["nowhere.glb"], "nowhere.glb"),
         (["{inputs}", "--category", "cuting_board"], "did you mean cutting_board"),
@@ -79,13 +79,13 @@ def test_all_accepted_is_exit_0(inputs: Path, tmp_path: Path) -> None:
         ([], "Missing argument"),
     ],
 )
-def test_misuse_is_exit_2(arguments: list[str], says: str, inputs: Path, tmp_path: Path) -> None:
+def test_misuse_is_exit_2(arguments: list[str], message: str, inputs: Path, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     filled = [a.format(inputs=inputs, empty=tmp_path / "empty") for a in arguments]
     place = [] if "--library" in filled else ["--library", str(tmp_path / "library")]
     done = casa("ingest", *filled, *place)
     assert done.returncode == 2
-    assert says in done.stdout + done.stderr
+    assert message in done.stdout + done.stderr
     assert "Traceback" not in done.stderr
 
 

@@ -24,11 +24,11 @@ NO_PLACE = "/dev/null/place"
 
 
 @pytest.mark.parametrize(
-    ("number", "thing", "says"),
+    ("number", "thing", "message"),
     [(0, "input", "0 inputs"), (1, "input", "1 input"), (2, "category", "2 categories"), (3, "box", "3 boxes")],
 )
-def test_plurals(number: int, thing: str, says: str) -> None:
-    assert counted(number, thing) == says
+def test_plurals(number: int, thing: str, message: str) -> None:
+    assert counted(number, thing) == message
 
 
 def test_a_name_like_no_other_is_told_what_there_is() -> None:
@@ -39,7 +39,7 @@ def test_a_name_like_no_other_is_told_what_there_is() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         (["textures", "make", "oak_natural_plank", "-o", NO_PLACE, "--size", "64"], "cannot be written to"),
         (["textures", "list", "--set", "wal"], "'wall'"),
@@ -55,13 +55,13 @@ def test_a_name_like_no_other_is_told_what_there_is() -> None:
         (["scene", "new", "galley", "--style", "rustik"], "did you mean rustic"),
     ],
 )
-def test_misuse_is_told_in_a_line_and_leaves_nothing(arguments: list[str], says: str, tmp_path: Path) -> None:
+def test_misuse_is_told_in_a_line_and_leaves_nothing(arguments: list[str], message: str, tmp_path: Path) -> None:
     empty, file = tmp_path / "empty", tmp_path / "box.obj"
     empty.mkdir()
     file.write_text("v 0 0 0\n", encoding="ascii")
     done = casa(*(a.format(empty=empty, file=file) for a in arguments))
     assert done.returncode == 2, done.stderr
-    assert says in done.stderr
+    assert message in done.stderr
     assert "Traceback" not in done.stderr
     assert list(empty.iterdir()) == []
 

@@ -96,7 +96,7 @@ class TestSample:
 
     def told(self, bad: int, monkeypatch: pytest.MonkeyPatch, out: Path) -> tuple[int, str]:
         """Exit code and words where so many of four draws fail."""
-        report = Report(subject="x", issues=(Issue(code="SCN005", severity=Severity.ERROR, says="two doors meet"),))
+        report = Report(subject="x", issues=(Issue(code="SCN005", severity=Severity.ERROR, message="two doors meet"),))
         asked: dict[str, object] = {}
 
         def checked(recipes: Sequence[Recipe], _: Path, jobs: int, strict: bool, drawn: bool) -> Iterator[SceneBuilt]:
@@ -110,10 +110,10 @@ class TestSample:
         return result.exit_code, result.stdout
 
     def test_rate_and_reasons_are_told(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-        code, says = self.told(1, monkeypatch, tmp_path)
+        code, message = self.told(1, monkeypatch, tmp_path)
         assert code == 0
-        assert "3 of 4 draws passed (75%)" in says
-        assert "two doors meet" in says
+        assert "3 of 4 draws passed (75%)" in message
+        assert "two doors meet" in message
         data = json.loads((tmp_path / "rejected.json").read_text(encoding="utf-8"))
         assert (data["seed"], data["drawn"], data["passed"], len(data["rejected"])) == (9, 4, 3, 1)
 

@@ -102,11 +102,11 @@ def test_every_verb_stops_soon_even_in_a_native_call(verb: str, places: dict[str
     run = start(verb, VERBS[verb], places)
     begin = time.monotonic()
     run.send_signal(number)
-    _, says = run.communicate()
+    _, message = run.communicate()
     took = time.monotonic() - begin
     assert took < SOON_S
     assert run.returncode == 128 + number
-    assert says.splitlines() == ["stopped; the same command goes on from here"]
+    assert message.splitlines() == ["stopped; the same command goes on from here"]
     assert left_of(places["mark"]) == []
 
 
@@ -115,9 +115,9 @@ def test_ctrl_c_in_a_terminal_reaches_all_of_the_group(places: dict[str, Path]) 
     run = start("textures make oak_natural_plank -o {out}", "pipeline.textures:finish_of", places)
     for pid in left_of(places["mark"]):
         os.kill(pid, signal.SIGINT)
-    _, says = run.communicate(timeout=SOON_S)
+    _, message = run.communicate(timeout=SOON_S)
     assert run.returncode == 130
-    assert says.splitlines() == ["stopped; the same command goes on from here"]
+    assert message.splitlines() == ["stopped; the same command goes on from here"]
 
 
 def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) -> None:
@@ -130,14 +130,14 @@ def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) ->
         time.sleep(0.02)
 
 
-@pytest.mark.parametrize(("number", "code", "says"), [(9, 2, "want of memory"), (11, 3, "SIGSEGV")])
+@pytest.mark.parametrize(("number", "code", "message"), [(9, 2, "want of memory"), (11, 3, "SIGSEGV")])
 def test_the_death_of_the_process_that_works_is_told(
-    number: int, code: int, says: str, places: dict[str, Path]
+    number: int, code: int, message: str, places: dict[str, Path]
 ) -> None:
     run = start("textures make oak_natural_plank -o {out}", "pipeline.textures:finish_of", places)
     (working,) = set(left_of(places["mark"])) - {run.pid}
     os.kill(working, number)
     _, told = run.communicate(timeout=SOON_S)
     assert run.returncode == code
-    assert says in told
+    assert message in told
     assert len(told.splitlines()) == 1

@@ -239,7 +239,7 @@ def test_a_wall_weighs_what_it_is_built_of(structure: Structure) -> None:
 
 
 @pytest.mark.parametrize(
-    ("says", "holes"),
+    ("message", "holes"),
     [
         ("out of the wall at its right", (Opening(left=3.5, width=0.8, height=2.0),)),
         ("out of the wall at its top", (Opening(left=1.0, bottom=1.0, width=0.8, height=2.0),)),
@@ -250,8 +250,8 @@ def test_a_wall_weighs_what_it_is_built_of(structure: Structure) -> None:
         ("leave nothing", (Opening(left=0.0, width=4.0, height=2.6),)),
     ],
 )
-def test_openings_that_do_not_fit_are_refused(says: str, holes: tuple[Opening, ...]) -> None:
-    with pytest.raises(ValueError, match=says):
+def test_openings_that_do_not_fit_are_refused(message: str, holes: tuple[Opening, ...]) -> None:
+    with pytest.raises(ValueError, match=message):
         Wall(length=4.0, height=2.6, openings=holes)
 
 
@@ -345,7 +345,7 @@ def test_boards_run_as_asked_from_a_corner_of_the_room(family: str, boards: Lay)
 
 
 @pytest.mark.parametrize(
-    ("says", "outline"),
+    ("message", "outline"),
     [
         ("runs aslant", ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (1.0, 2.5))),
         ("shorter than", ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.05, 2.0), (0.05, 2.0), (0.0, 2.0))),
@@ -359,10 +359,10 @@ def test_boards_run_as_asked_from_a_corner_of_the_room(family: str, boards: Lay)
         ("cross or touch", ((0, 0), (2, 0), (2, 2), (0, 2), (0, 0.5), (0, 0), (2, 0), (2, 2), (0, 2))),
     ],
 )
-def test_outlines_that_are_no_room_are_refused(says: str, outline: Outline) -> None:
-    with pytest.raises(ValidationError, match=says):
+def test_outlines_that_are_no_room_are_refused(message: str, outline: Outline) -> None:
+    with pytest.raises(ValidationError, match=message):
         Floor(outline=outline)
-    with pytest.raises(ValidationError, match=says):
+    with pytest.raises(ValidationError, match=message):
         Ceiling(outline=outline)
 
 

@@ -171,7 +171,7 @@ class TestWords:
 
     def test_guesses_are_carried(self) -> None:
         state = ready()
-        state = state.replace(guesses=state.guessed("scale", "1", 0.5, "because"))
+        state = state.replace(guesses=state.guessed("scale", "1", 0.5, "reason"))
         assert finished(state).provenance.guesses == state.guesses
 
     def test_the_asset_reads_back(self) -> None:

@@ -65,7 +65,7 @@ class TestFacesDropped:
         points = np.concatenate([BOX.vertices, [(BOX.vertices[0] + BOX.vertices[1]) / 2, BOX.vertices[1]]])
         draft = clean(raw(Mesh(vertices=points, faces=np.concatenate([BOX.faces, extra]))))
         assert draft.parts[0].mesh == BOX
-        assert "4 of 16" in draft.notes[0].says
+        assert "4 of 16" in draft.notes[0].message
 
     def test_unused_vertices(self) -> None:
         points = np.concatenate([BOX.vertices, [[1e6, 0, 0]]])

@@ -199,8 +199,8 @@ class TestOpenings:
         assert codes(out.notes) == []
         [guess] = [g for g in out.guesses if g.subject == "collision"]
         share = volume(CUP) / hull_volume(CUP.vertices)
-        assert f"fills {share:.0%} of its hull" in guess.because
-        assert "of the opening is open" in guess.because
+        assert f"fills {share:.0%} of its hull" in guess.reason
+        assert "of the opening is open" in guess.reason
         assert "turns about one axis" in guess.value
 
     def test_a_mug_with_a_handle_is_close_with_few_hulls(self) -> None:
@@ -250,7 +250,7 @@ class TestOpenings:
         assert not is_touched(out, (0.0, 0.0, 0.03))
         assert is_touched(out, (0.0, 0.0, 0.0))
         [guess] = [g for g in out.guesses if g.subject == "collision"]
-        assert "open sheet" in guess.because
+        assert "open sheet" in guess.reason
 
     def test_a_bowl_with_a_small_hole_is_mended_first(self) -> None:
         bends = np.linspace(0.0, 1.3, 20)
@@ -262,7 +262,7 @@ class TestOpenings:
         assert len(out.colliders) > 4
         assert not is_touched(out, (0.0, 0.0, 0.03))
         [guess] = [g for g in out.guesses if g.subject == "collision"]
-        assert "small holes were closed" in guess.because
+        assert "small holes were closed" in guess.reason
 
     def test_an_open_carton_that_is_known_to_be_full_is_one_box(self) -> None:
         open_box = Mesh(vertices=BOX.vertices, faces=BOX.faces[2:])
@@ -315,7 +315,7 @@ class TestMatter:
         assert found is not None
         assert found.exact
         assert found.solid.volume() == pytest.approx(volume(egg), rel=1e-6)
-        assert "73% of it was sealed off" in found.says
+        assert "73% of it was sealed off" in found.message
 
     def test_a_full_thing_that_is_a_leaky_shell_is_filled(self) -> None:
         shell = cut(

@@ -35,7 +35,7 @@ def never(method: str, points: Floats, faces: Ints, budget: Budget) -> list[Floa
     raise AssertionError(f"{method} was not needed")
 
 
-def sure(state: Draft) -> float:
+def confidence(state: Draft) -> float:
     [guess] = [g for g in state.guesses if g.subject == "collision"]
     return guess.confidence
 
@@ -63,7 +63,7 @@ class TestTable:
 
 def test_a_flared_cup_stays_within_the_bound() -> None:
     out = collide(draft(turned(FLARED, 48)), category("cup"), PARAMS, never)
-    assert sure(out) == 1.0
+    assert confidence(out) == 1.0
     assert len(out.colliders) <= 32
 
 
@@ -72,7 +72,7 @@ def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:
     outer = [(0.08 * float(np.sin(a)), 0.08 - 0.08 * float(np.cos(a))) for a in angles]
     inner = [(r * 0.985, z * 0.985 + 0.0012) for r, z in outer]
     out = collide(draft(turned([*inner, *outer[::-1]], 64)), category("bowl"), PARAMS, never)
-    assert sure(out) == 1.0
+    assert confidence(out) == 1.0
     assert len(out.colliders) <= 32
     low = min(float(surface(p.shape, p.pose)[0][:, 2].min()) for p in out.colliders)
     assert low > -1e-6

@@ -15,14 +15,14 @@ CUP = turned(MUG, 24)
 BOX = box_mesh((0.1, 0.1, 0.1), (0, 0, 0), shared=True)
 
 
-def says(mesh: Mesh) -> list[str]:
+def message(mesh: Mesh) -> list[str]:
     """Codes of what is said of a mesh."""
     points, place = weld(np.array(mesh.vertices))
     return [note.code for note in crossing(points, place[np.array(mesh.faces)])]
 
 
 def test_two_mugs_that_run_through_each_other() -> None:
-    assert says(joined(CUP, moved(CUP, (0.03, 0.01, 0.0)))) == ["MSH050"]
+    assert message(joined(CUP, moved(CUP, (0.03, 0.01, 0.0)))) == ["MSH050"]
 
 
 @pytest.mark.parametrize(
@@ -37,4 +37,4 @@ def test_two_mugs_that_run_through_each_other() -> None:
     ids=["alone", "apart", "touching", "inside", "handle"],
 )
 def test_what_is_no_crossing(mesh: Mesh) -> None:
-    assert says(mesh) == []
+    assert message(mesh) == []

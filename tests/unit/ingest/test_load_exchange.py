@@ -192,7 +192,7 @@ def test_what_is_not_read_is_said(tmp_path: Path, name: str) -> None:
     (one,) = discover([tmp_path])
     assert isinstance(one, Refused)
     assert (one.path, one.code) == (name, rejection_codes.WRONG_TYPE)
-    assert name in one.says
+    assert name in one.message
 
 
 def test_a_twin_that_is_read_speaks_for_it(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
 def refused(data: bytes, name: str = "x.glb", **files: bytes) -> str:
     with pytest.raises(Rejected) as caught:
         load_bytes(name, data, **files)
-    assert caught.value.says
+    assert caught.value.message
     return caught.value.code
 
 

@@ -241,7 +241,7 @@ def test_notes_are_few_and_clean() -> None:
     for i in range(100):
         notes.add(rejection_codes.BAD_VALUE, f"p{i}", "a\x00b\u202ec" + "x" * 1000)
     assert len(notes.issues) == MOST_NOTES + 1
-    assert notes.issues[0].says.startswith("a?b?c")
+    assert notes.issues[0].message.startswith("a?b?c")
     assert notes.issues[-1].code == rejection_codes.MORE_NOTES
 
 

@@ -66,7 +66,7 @@ class TestSolid:
         assert out.inertial is not None
         assert span.low <= out.inertial.mass <= span.high
         assert codes(out.notes) == ["MSH021"]
-        assert "matter 20.8 kg" in out.notes[0].says
+        assert "matter 20.8 kg" in out.notes[0].message
         assert out.guesses[-1].confidence < 0.5
 
     def test_a_wall_inside_is_no_matter(self) -> None:
@@ -100,8 +100,8 @@ class TestVessel:
         out = mass(with_shapes(shell, self.SHAPES), category("mug"), CLAY, SLACK)
         assert out.inertial is not None
         assert 0.25 <= out.inertial.mass <= 0.4
-        assert "shell" in out.guesses[-1].because
-        assert "matter" not in out.guesses[-1].because
+        assert "shell" in out.guesses[-1].reason
+        assert "matter" not in out.guesses[-1].reason
         assert out.notes == ()
 
 

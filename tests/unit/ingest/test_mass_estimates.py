@@ -89,7 +89,7 @@ def test_out_of_range_is_clipped_and_not_sure() -> None:
     found = guess("mug", matter=5.0, shell=4.0, usual=0.5)
     assert found.kg == 0.5
     assert found.confidence < 0.5
-    assert "a mug weighs 0.25 to 0.5 kg" in found.says
+    assert "a mug weighs 0.25 to 0.5 kg" in found.message
 
 
 def test_of_what_nobody_knows_nothing_is_sure() -> None:

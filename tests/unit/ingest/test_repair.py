@@ -215,7 +215,7 @@ class TestExtras:
         near = moved(ball, (0.051, 0.0, 0.0), 0.01)
         chain = [moved(ball, (0.0, 0.0, 0.0505 + 0.001 * k), 0.0101) for k in range(12)]
         draft = clean(raw(ball, *far, near, *chain))
-        assert [n.says[:2] for n in draft.notes] == ["3 "]
+        assert [n.message[:2] for n in draft.notes] == ["3 "]
         assert codes(draft.notes) == ["MSH013"]
         assert len(draft.parts) == 14
 
@@ -333,9 +333,9 @@ class TestSolidity:
     def test_is_in_the_report(self) -> None:
         draft = clean(raw(turned(MUG)))
         assert of(draft) == "walled"
-        says = next(g.because for g in draft.guesses if g.subject == "solidity")
-        assert "of its hull" in says
-        assert "is seen" in says
+        message = next(g.reason for g in draft.guesses if g.subject == "solidity")
+        assert "of its hull" in message
+        assert "is seen" in message
 
 
 class TestTees:

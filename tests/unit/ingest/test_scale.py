@@ -141,7 +141,7 @@ def test_a_kind_that_nobody_knows_is_never_sure() -> None:
     for size in (0.3, 1.0, 50.0, 4000.0):
         out = scale(draft(moved(MUG, scale=size / MUG_SIZE), unit=None), category("object"), 1.2)
         assert out.guesses[0].confidence < 0.65
-        assert "m long" in out.guesses[0].because or "usual size" in out.guesses[0].because
+        assert "m long" in out.guesses[0].reason or "usual size" in out.guesses[0].reason
     normalised = scale(draft(moved(MUG, scale=1 / MUG_SIZE), unit=None), category("object"), 1.2)
     assert normalised.guesses[0].confidence < 0.5
 

@@ -153,7 +153,7 @@ def test_bad_rows_are_listed_with_their_line_and_the_others_go_on(tmp_path: Path
     refused = [one for one in discover([tmp_path]) if isinstance(one, Refused)]
     assert [one.code for one in refused] == [code for _, code in rows if code]
     lines = [i for i, (_, code) in enumerate(rows, start=1) if code]
-    assert all(f"line {line}:" in one.says for line, one in zip(lines, refused, strict=True))
+    assert all(f"line {line}:" in one.message for line, one in zip(lines, refused, strict=True))
     assert [one.source.uid for one in discover([tmp_path]) if isinstance(one, Found)] == ["one", "two"]
 
 

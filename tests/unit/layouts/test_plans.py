@@ -56,7 +56,7 @@ def kitchens(request: pytest.FixtureRequest) -> list[Kitchen]:
     return [made(request.param, given) for given in (*extremes(plan), *draws(plan, 20))]
 
 
-def says(kitchen: Kitchen, *more: object) -> str:
+def message(kitchen: Kitchen, *more: object) -> str:
     """What to look at."""
     return f"{kitchen.plan.id} {dict(kitchen.given)}: {' '.join(map(str, more))}"
 
@@ -71,7 +71,7 @@ class TestRoom:
         for kitchen in kitchens:
             for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
                 if min(one.high, other.high) - max(one.low, other.low) > PLAY:
-                    assert a.gap(b) > -PLAY, says(kitchen, one.name, other.name, a.gap(b))
+                    assert a.gap(b) > -PLAY, message(kitchen, one.name, other.name, a.gap(b))
 
     def test_no_unit_leaves_the_room(self, kitchens: list[Kitchen]) -> None:
         for kitchen in kitchens:
@@ -79,7 +79,7 @@ class TestRoom:
                 for x, y in ((r.x0, r.y0), (r.x1, r.y0), (r.x0, r.y1), (r.x1, r.y1)):
                     near_x = x + (PLAY if x == r.x0 else -PLAY)
                     near_y = y + (PLAY if y == r.y0 else -PLAY)
-                    assert kitchen.room.holds(near_x, near_y), says(kitchen, slot.name, x, y)
+                    assert kitchen.room.holds(near_x, near_y), message(kitchen, slot.name, x, y)
 
     def test_units_on_the_wall_stay_out_of_windows(self, kitchens: list[Kitchen]) -> None:
         for kitchen in kitchens:
@@ -89,25 +89,25 @@ class TestRoom:
                         shift = hole.wall.frame.of(*slot.line.frame.at(0.0, 0.0)[:2])[0]
                         left, right = slot.left + shift, slot.right + shift
                         clear = max(left - hole.right, hole.left - right)
-                        assert clear > 0.05, says(kitchen, slot.name, hole.opening.id, clear)
+                        assert clear > 0.05, message(kitchen, slot.name, hole.opening.id, clear)
 
     def test_people_pass(self, kitchens: list[Kitchen]) -> None:
         for kitchen in kitchens:
             for one, other, gap, least in passages(kitchen):
-                assert gap >= least, says(kitchen, one, other, gap, "m, at least", least)
+                assert gap >= least, message(kitchen, one, other, gap, "m, at least", least)
             for line, wall, gap in walls_free(kitchen):
-                assert gap >= 0.914, says(kitchen, line, wall, gap)
+                assert gap >= 0.914, message(kitchen, line, wall, gap)
 
     def test_doorways_are_wide_and_free(self, kitchens: list[Kitchen]) -> None:
         for kitchen in kitchens:
             for hole in kitchen.holes:
                 if hole.is_window:
                     continue
-                assert hole.right - hole.left >= 0.86, says(kitchen, hole.opening.id)
+                assert hole.right - hole.left >= 0.86, message(kitchen, hole.opening.id)
                 (xa, ya, _), (xb, yb, _) = hole.wall.frame.at(hole.left, 0.0), hole.wall.frame.at(hole.right, 0.9)
                 way = Rect(min(xa, xb), min(ya, yb), max(xa, xb), max(ya, yb))
                 for slot, r in boxes(kitchen):
-                    assert way.gap(r) > 0, says(kitchen, hole.opening.id, slot.name)
+                    assert way.gap(r) > 0, message(kitchen, hole.opening.id, slot.name)
 
 
 class TestWork:
@@ -116,7 +116,7 @@ class TestWork:
             for slot in of_kind(kitchen, *COOKERS):
                 for hole in (h for h in kitchen.holes if h.is_window and h.wall.id == slot.line.run.on):
                     shift = hole.wall.frame.of(*slot.line.frame.at(0.0, 0.0)[:2])[0]
-                    assert slot.left + shift > hole.right or slot.right + shift < hole.left, says(kitchen, slot.name)
+                    assert slot.left + shift > hole.right or slot.right + shift < hole.left, message(kitchen, slot.name)
 
     def test_a_hood_hangs_over_the_cooker(self, kitchens: list[Kitchen]) -> None:
         assert standard_sizes.HOOD_FROM - standard_sizes.TOP >= 0.61
@@ -130,32 +130,32 @@ class TestWork:
             for slot in of_kind(kitchen, *APPLIANCES):
                 line = slot.line
                 if line.left.kind is EndKind.CORNER:
-                    assert slot.left - standard_sizes.BASE_DEPTH >= 0.38, says(kitchen, slot.name)
+                    assert slot.left - standard_sizes.BASE_DEPTH >= 0.38, message(kitchen, slot.name)
                 if line.right.kind is EndKind.CORNER:
-                    assert line.length - standard_sizes.BASE_DEPTH - slot.right >= 0.38, says(kitchen, slot.name)
+                    assert line.length - standard_sizes.BASE_DEPTH - slot.right >= 0.38, message(kitchen, slot.name)
 
     def test_one_stands_beside_the_dishwasher(self, kitchens: list[Kitchen]) -> None:
         for kitchen in kitchens:
             (washer,), (sink,) = of_kind(kitchen, BaseKind.DISHWASHER), of_kind(kitchen, BaseKind.SINK)
             assert washer.line is sink.line
-            assert max(washer.left - sink.right, sink.left - washer.right) < 0.02, says(kitchen)
+            assert max(washer.left - sink.right, sink.left - washer.right) < 0.02, message(kitchen)
             line = washer.line
             if washer.left > sink.left and line.right.kind in (EndKind.CORNER, EndKind.WALL):
                 edge = standard_sizes.TOP_DEPTH if line.right.kind is EndKind.CORNER else 0.0
-                assert line.length - edge - washer.right >= 0.55, says(kitchen)
+                assert line.length - edge - washer.right >= 0.55, message(kitchen)
             elif washer.left < sink.left and line.left.kind in (EndKind.CORNER, EndKind.WALL):
                 edge = standard_sizes.TOP_DEPTH if line.left.kind is EndKind.CORNER else 0.0
-                assert washer.left - edge >= 0.55, says(kitchen)
+                assert washer.left - edge >= 0.55, message(kitchen)
 
     def test_there_is_room_to_set_things_down(self, kitchens: list[Kitchen]) -> None:
         for kitchen in kitchens:
             for kinds, least, most in (((BaseKind.SINK,), 0.45, 0.6), (COOKERS, 0.3, 0.38)):
                 (slot,) = of_kind(kitchen, *kinds)
                 beside = sorted(_tops_beside(kitchen, slot))
-                assert beside[0] >= least, says(kitchen, slot.name, beside)
-                assert beside[1] >= most, says(kitchen, slot.name, beside)
+                assert beside[0] >= least, message(kitchen, slot.name, beside)
+                assert beside[1] >= most, message(kitchen, slot.name, beside)
             for slot in of_kind(kitchen, BaseKind.MICROWAVE):
-                assert max(_tops_beside(kitchen, slot)) >= 0.38, says(kitchen, slot.name)
+                assert max(_tops_beside(kitchen, slot)) >= 0.38, message(kitchen, slot.name)
 
     def test_corners_open(self, kitchens: list[Kitchen]) -> None:
         """Beside a corner stands a single door on either side, hung away from it."""
@@ -168,11 +168,11 @@ class TestWork:
                         if s.kind not in (CornerPart.FILLER, BaseKind.FILLER)
                     ]
                     door = row[-1] if which == 0 else row[0]
-                    assert door.kind in (CornerPart.BLIND, BaseKind.DOORS, BaseKind.PANTRY), says(kitchen, door.name)
+                    assert door.kind in (CornerPart.BLIND, BaseKind.DOORS, BaseKind.PANTRY), message(kitchen, door.name)
                     assert door.hinge is not None
-                    assert door.hinge.value == ("left" if which == 0 else "right"), says(kitchen, door.name)
+                    assert door.hinge.value == ("left" if which == 0 else "right"), message(kitchen, door.name)
                     if door.kind is BaseKind.DOORS:
-                        assert door.width <= 0.451, says(kitchen, door.name, door.width)
+                        assert door.width <= 0.451, message(kitchen, door.name, door.width)
 
 
 class TestContent:
@@ -198,9 +198,9 @@ class TestContent:
         for kitchen in kitchens:
             doors = [s.width for s in of_kind(kitchen, UpperKind.DOORS, UpperKind.GLASS)]
             corners = [s for r in kitchen.slots.values() for s in r if s.is_upper and s.kind is CornerPart.BLIND]
-            assert corners or min(doors) <= standard_sizes.ONE_DOOR, says(kitchen)
-            assert max(doors) > standard_sizes.ONE_DOOR, says(kitchen)
-            assert any(_stands_free(kitchen, s) for s in of_kind(kitchen, BaseKind.DRAWERS)), says(kitchen)
+            assert corners or min(doors) <= standard_sizes.ONE_DOOR, message(kitchen)
+            assert max(doors) > standard_sizes.ONE_DOOR, message(kitchen)
+            assert any(_stands_free(kitchen, s) for s in of_kind(kitchen, BaseKind.DRAWERS)), message(kitchen)
 
     @pytest.mark.parametrize("style", style_names())
     @pytest.mark.parametrize("name", PLANS)
@@ -209,10 +209,10 @@ class TestContent:
         for given in extremes(plan):
             kitchen = made(name, given, style)
             assert of_kind(kitchen, *COOKERS)
-            assert not list(_crowded(kitchen)), says(kitchen, *_crowded(kitchen))
+            assert not list(_crowded(kitchen)), message(kitchen, *_crowded(kitchen))
             for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
                 if min(one.high, other.high) - max(one.low, other.low) > PLAY:
-                    assert a.gap(b) > -PLAY, says(kitchen, one.name, other.name, a.gap(b))
+                    assert a.gap(b) > -PLAY, message(kitchen, one.name, other.name, a.gap(b))
 
 
 def _tops_beside(kitchen: Kitchen, slot: Slot) -> tuple[float, float]:

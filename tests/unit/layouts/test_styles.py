@@ -187,7 +187,7 @@ def test_no_two_styles_are_alike() -> None:
     for mark in marks(styles[0]):
         seen = [str(marks(s)[mark]) for s in styles]
         assert len(set(seen)) == len(seen), (mark, sorted(x for x in seen if seen.count(x) > 1))
-    for mark in ("says", "title"):
+    for mark in ("description", "title"):
         assert len({getattr(s, mark) for s in styles}) == len(styles)
 
 

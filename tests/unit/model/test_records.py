@@ -57,7 +57,7 @@ def kitchen() -> Scene:
     )
 
 
-ISSUE = Issue(code="AST002", severity=Severity.WARNING, pointer="links/object", says="Schwer: 5 kg – „zu viel“ 🍎")
+ISSUE = Issue(code="AST002", severity=Severity.WARNING, pointer="links/object", message="Schwer: 5 kg – „zu viel“ 🍎")
 RAW = RawPart(name="Körper 1", mesh=colored_mesh(), material=Material(id="m", base_color_texture=CHECKER))
 RECORDS: list[Record] = [
     rigid_mug(),
@@ -85,7 +85,7 @@ RECORDS: list[Record] = [
     ISSUE,
     CheckResult(code="AST002", status=Status.FAILED, number=0.1 + 0.2, limit=1e-5, unit="kg"),
     Report(subject="mug", results=(CheckResult(code="AST001", status=Status.PASSED),), issues=(ISSUE,)),
-    Guess(subject="scale", value="0.01", confidence=0.3, because="usual size"),
+    Guess(subject="scale", value="0.01", confidence=0.3, reason="usual size"),
     PROVENANCE,
     Labels(category="mug", classes=("mug",), qcode=QCode(id="Q1", label="x", certainty=Certainty.LIKELY)),
     Files(entries={"b/c.bin": bytes(range(256)), "a.txt": b""}),
@@ -366,7 +366,7 @@ class TestOthersRefuse:
         with pytest.raises(ValidationError):
             Provenance(source="folder", path="", sha256="0" * 63)
         with pytest.raises(ValidationError):
-            Issue(code="A1", severity=Severity.ERROR, says="")
+            Issue(code="A1", severity=Severity.ERROR, message="")
 
     def test_categories_with_a_word_for_a_number(self) -> None:
         good = category(rigid_mug())

@@ -87,7 +87,7 @@ def told(place: disk.Library, order: Sequence[Asset], arrived: Sequence[Asset]) 
             if done.accepted and done.staged:
                 place.publish(done.staged, place.folder("mug", job.asset_id))
             elif not done.accepted:
-                staged = stage_refusal(place, job, Rejected(done.code, done.says), copy_of=result.copy_of)
+                staged = stage_refusal(place, job, Rejected(done.code, done.message), copy_of=result.copy_of)
                 place.publish(staged, place.refusal_folder(job.asset_id))
             found.append(("accepted" if done.accepted else "rejected", job.asset_id, done.code))
         place.sweep()
@@ -113,7 +113,7 @@ def test_the_first_of_the_inputs_stays_whoever_is_done_first(tmp_path: Path, arr
     (folder,) = place.refused()
     refusal = disk.read_refusal(folder)
     assert (refusal.code, refusal.twin) == (CODE, f"mug/{FIRST.id}")
-    assert refusal.says.startswith(f"duplicate of {FIRST.id}.glb ({FIRST.id}): 95 % of the surface within")
+    assert refusal.message.startswith(f"duplicate of {FIRST.id}.glb ({FIRST.id}): 95 % of the surface within")
 
 
 def test_a_copy_is_never_published(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -281,7 +281,7 @@ def test_words_alone_find_by_category_and_colour(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, OTHER, ball())
     hits = by_words("a red mug", place, 5)
     assert [hit.id for hit in hits[:2]] == [FIRST.id, OTHER.id]
-    assert hits[0].because == "100% red, 'mug' is its category"
+    assert hits[0].reason == "100% red, 'mug' is its category"
     assert by_words("blue mugs", place, 5)[0].id == OTHER.id
     assert [hit.id for hit in by_words("fruit", place, 5)] == [ball().id]
     assert by_words("bicycle", place, 5) == []

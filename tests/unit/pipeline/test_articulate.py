@@ -44,7 +44,7 @@ def test_an_entry_is_whole(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
     done = work(Wish(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path / "lib", preview=True, **AXES))
     assert isinstance(done, Done)
-    assert done.accepted, done.says
+    assert done.accepted, done.message
     assert done.folder is not None
     assert done.folder.parent == tmp_path / "lib" / "microwave"
     names = {p.name for p in done.folder.iterdir()}
@@ -132,7 +132,7 @@ def test_the_review_page_begins_with_the_doubtful(tmp_path: Path) -> None:
     out = tmp_path / "lib"
     good = work(Wish(obj(tmp_path / "microwave.obj", vertices, faces), out, preview=True, **AXES))
     assert isinstance(good, Done)
-    bad = Done(tmp_path / "<cube>.obj", code="ART001", says="no moving part found")
+    bad = Done(tmp_path / "<cube>.obj", code="ART001", message="no moving part found")
     page = review_page.write(out, [good, bad]).read_text(encoding="utf-8")
     assert page.index("&lt;cube&gt;.obj") < page.index("microwave.obj")
     assert f"{STRIP}" in page

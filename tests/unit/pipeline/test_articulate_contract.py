@@ -44,4 +44,4 @@ def test_an_asset_without_its_contract_keeps_the_reason() -> None:
     assert asset.contract is None
     guess = asset.provenance.guesses[-1]
     assert (guess.subject, guess.value) == ("contract", "not stovetop")
-    assert guess.because.endswith("and 2 more")
+    assert guess.reason.endswith("and 2 more")

@@ -47,41 +47,41 @@ def nothing() -> tuple[str, float, str]:
 
 def test_the_user_goes_before_all(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     kind = kind_of(one(tmp_path, "fridge.obj"), *chest, ordered="dishwasher", seen=toaster)
-    assert (kind.id, kind.sure) == ("dishwasher", 1.0)
+    assert (kind.id, kind.confidence) == ("dishwasher", 1.0)
     with pytest.raises(UnknownId):
         kind_of(one(tmp_path, "fridge.obj"), *chest, ordered="spaceship")
 
 
 def test_a_look_goes_before_a_name(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     kind = kind_of(one(tmp_path, "fridge.obj"), *chest, seen=toaster)
-    assert (kind.id, kind.sure, kind.because) == ("toaster", 0.8, "CLIP says a toaster")
+    assert (kind.id, kind.confidence, kind.reason) == ("toaster", 0.8, "CLIP says a toaster")
 
 
 def test_a_name_goes_before_the_shape(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     for seen in (None, nothing):
         kind = kind_of(one(tmp_path, "fridge.obj"), *chest, seen=seen)
         assert kind.id == "refrigerator"
-        assert kind.because.startswith("by its name")
+        assert kind.reason.startswith("by its name")
 
 
 def test_the_shape_names_what_nothing_else_does(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     mesh = one(tmp_path, "mesh_0042.obj")
     kind = kind_of(mesh, *chest)
     assert kind.id == "drawer_stack"
-    assert 0.2 < kind.sure <= 0.6
-    assert "by its shape and parts" in kind.because
-    assert NO_WEIGHTS in kind.because
-    assert "names nothing" in kind_of(mesh, *chest, seen=nothing).because
+    assert 0.2 < kind.confidence <= 0.6
+    assert "by its shape and parts" in kind.reason
+    assert NO_WEIGHTS in kind.reason
+    assert "names nothing" in kind_of(mesh, *chest, seen=nothing).reason
 
 
 def test_a_thing_of_no_parts_is_any_thing(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     bare = Articulation(frame=chest[1].frame)
     kind = kind_of(one(tmp_path, "mesh_0042.obj"), chest[0], bare)
     assert kind.id == ""
-    assert "like no one kind's" in kind.because
+    assert "like no one kind's" in kind.reason
 
 
 def test_a_word_that_repeats_a_sure_guess_leaves_it_one(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     named = kind_of(one(tmp_path, "fridge.obj"), *chest)
-    assert named.sure >= NAMED
+    assert named.confidence >= NAMED
     assert kind_of(one(tmp_path, "fridge.obj"), *chest, ordered="refrigerator") == named

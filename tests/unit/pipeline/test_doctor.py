@@ -54,16 +54,16 @@ def test_package_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     found = doctor.findings(tmp_path)
     assert only(found, "package numpy").needed
     missing = only(found, "package not-there")
-    assert (missing.ok, missing.needed, missing.says) == (False, True, "not installed")
+    assert (missing.ok, missing.needed, missing.message) == (False, True, "not installed")
     assert missing.mend
-    assert only(found, "native modules").says == "not-there: ModuleNotFoundError: No module named 'not_there'"
+    assert only(found, "native modules").message == "not-there: ModuleNotFoundError: No module named 'not_there'"
 
 
 def test_other_version_is_a_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "_pinned", lambda: {"numpy": "0.1"})
     finding = only(doctor.findings(tmp_path), "package numpy")
     assert (finding.ok, finding.needed) == (False, False)
-    assert finding.says.endswith("tested with 0.1")
+    assert finding.message.endswith("tested with 0.1")
 
 
 def test_child_that_hangs_or_dies(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -103,7 +103,7 @@ def test_a_picture_that_is_none_is_told(entry: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "says"),
+    ("old", "new", "message"),
     [
         ('file="meshes/', 'file="../../meshes/', "leaves the folder of the asset"),
         ('<compiler angle="radian"', '<compiler meshdir="/etc" angle="radian"', "compiler/meshdir"),
@@ -111,12 +111,12 @@ def test_a_picture_that_is_none_is_told(entry: Path, tmp_path: Path) -> None:
         ("<asset>", "<asset", "cannot be read"),
     ],
 )
-def test_a_model_loads_nothing_from_elsewhere(entry: Path, old: str, new: str, says: str) -> None:
+def test_a_model_loads_nothing_from_elsewhere(entry: Path, old: str, new: str, message: str) -> None:
     assert checked_model(entry / "model.xml") == entry / "model.xml"
     text = (entry / "model.xml").read_text(encoding="utf-8")
     assert old in text
     (entry / "model.xml").write_text(text.replace(old, new), encoding="utf-8")
-    with pytest.raises(OutputError, match=says):
+    with pytest.raises(OutputError, match=message):
         list(models([entry]))
 
 

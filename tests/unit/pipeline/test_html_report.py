@@ -26,7 +26,7 @@ def png(size_px: int = 300) -> bytes:
 
 
 def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False, word: str = "A mug") -> Entry:
-    issue = Issue(code="GEO004", severity=Severity.WARNING, pointer=word, says=word)
+    issue = Issue(code="GEO004", severity=Severity.WARNING, pointer=word, message=word)
     return Entry(
         id=name,
         category="mug",
@@ -50,7 +50,7 @@ def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False
             CheckResult(code="KIN001", status=Status.NOT_APPLICABLE, reason=word),
             CheckResult(code="USD003", status=Status.NOT_RUN, reason=word),
         ),
-        guesses=(Guess(subject="scale", value=word, confidence=0.8, because=word),),
+        guesses=(Guess(subject="scale", value=word, confidence=0.8, reason=word),),
         preview_png=png(),
         preview_path="preview.png",
     )
@@ -90,7 +90,7 @@ def test_the_numbers_at_the_top() -> None:
 
 
 def test_the_facts_of_an_asset_are_all_there() -> None:
-    told = facts(html([entry()], [reject()], "Run", {"AST001": "because"}))
+    told = facts(html([entry()], [reject()], "Run", {"AST001": "reason"}))
     asset = told["assets"][0]
     assert asset["size"] == [8.0, 10.0, 9.55]
     assert asset["files"] == [
@@ -98,7 +98,7 @@ def test_the_facts_of_an_asset_are_all_there() -> None:
         ["USD", "./mug/mug_0000000001/usd/mug_0000000001.usda"],
     ]
     assert [told["checks"][r[0]] + r[1:] for r in asset["results"]] == [
-        ["AST001", "m", "because", False, 1, 0.123457, 1.0, ""],
+        ["AST001", "m", "reason", False, 1, 0.123457, 1.0, ""],
         ["AST002", "", "", False, 0, None, None, ""],
         ["KIN001", "", "", False, 2, None, None, asset["title"]],
         ["USD003", "", "", False, 3, None, None, asset["title"]],
@@ -171,7 +171,7 @@ def test_three_thousand_pictures_fit() -> None:
 
 
 def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
-    issues = (Issue(code="LIB001", severity=Severity.WARNING, pointer=HOSTILE, says=HOSTILE),)
+    issues = (Issue(code="LIB001", severity=Severity.WARNING, pointer=HOSTILE, message=HOSTILE),)
     results = (
         CheckResult(code="LIB001", status=Status.FAILED, number=0.004, limit=0.025),
         CheckResult(code="LIB002", status=Status.PASSED),

@@ -25,7 +25,7 @@ def library(tmp_path: Path) -> Library:
     return made
 
 
-def staged(library: Library, identity: Identity, category: str = "mug", says: str = "broken") -> Path:
+def staged(library: Library, identity: Identity, category: str = "mug", message: str = "broken") -> Path:
     """A finished refusal in the staging folder."""
     asset_id = identity.asset_id(category)
     folder = library.stage(asset_id)
@@ -33,7 +33,7 @@ def staged(library: Library, identity: Identity, category: str = "mug", says: st
         producer=identity.producer,
         id=asset_id,
         code="SRC001",
-        says=says,
+        message=message,
         category=category,
         cache_key="0" * 64,
         sha256=identity.sha256,
@@ -43,9 +43,9 @@ def staged(library: Library, identity: Identity, category: str = "mug", says: st
     return folder
 
 
-def publish(library: Library, identity: Identity, category: str = "mug", says: str = "broken") -> Path:
+def publish(library: Library, identity: Identity, category: str = "mug", message: str = "broken") -> Path:
     target = library.refusal_folder(identity.asset_id(category))
-    library.publish(staged(library, identity, category, says), target)
+    library.publish(staged(library, identity, category, message), target)
     return target
 
 
@@ -89,10 +89,10 @@ class TestPublish:
         assert set(library.refused()) == {own, other}
 
     def test_the_place_of_another_input_is_not_taken(self, library: Library) -> None:
-        other = publish(library, Identity(Producer.INGEST, OTHER), says="of the other")
+        other = publish(library, Identity(Producer.INGEST, OTHER), message="of the other")
         with pytest.raises(OutputError, match="what ingest made of another input"):
             publish(library, Identity(Producer.INGEST, ONE))
-        assert disk.read_refusal(other).says == "of the other"
+        assert disk.read_refusal(other).message == "of the other"
 
     def test_an_entry_is_there_at_every_moment(self, library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
         """The old one is taken away after the new one has its place: whatever stops the run, one of them is there."""
@@ -105,11 +105,11 @@ class TestPublish:
 
     def test_a_folder_is_exchanged_and_never_gone(self, library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
         own = Identity(Producer.INGEST, ONE)
-        publish(library, own, says="old")
+        publish(library, own, message="old")
         renamed: list[Path] = []
         monkeypatch.setattr(Path, "rename", lambda self, target: renamed.append(self))
-        target = publish(library, own, says="new")
-        assert disk.read_refusal(target).says == "new"
+        target = publish(library, own, message="new")
+        assert disk.read_refusal(target).message == "new"
         assert renamed == [], "two renames would leave a moment without an entry"
 
     def test_a_damaged_entry_of_that_name_is_replaced(self, library: Library) -> None:
@@ -117,8 +117,8 @@ class TestPublish:
         target = publish(library, own)
         (target / disk.REFUSAL).write_text("{", encoding="utf-8")
         assert identity_of(target) is None
-        publish(library, own, says="new")
-        assert disk.read_refusal(target).says == "new"
+        publish(library, own, message="new")
+        assert disk.read_refusal(target).message == "new"
 
 
 @pytest.mark.parametrize(

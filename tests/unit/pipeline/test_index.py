@@ -25,7 +25,7 @@ def library(tmp_path: Path) -> Library:
             record = Refusal(
                 id=name,
                 code="SRC001",
-                says="no",
+                message="no",
                 category="mug",
                 producer=Producer.INGEST,
                 cache_key="r",
@@ -71,7 +71,7 @@ def test_parquet(library: Library, tmp_path: Path) -> None:
     assert table.column("id").to_pylist() == ["a_0123456789", "b_0123456789"]
     types = {field.name: str(field.type) for field in table.schema}
     assert list(types) == list(index.COLUMNS)
-    assert (types["mass_kg"], types["faces"], types["says"]) == ("double", "int64", "string")
+    assert (types["mass_kg"], types["faces"], types["message"]) == ("double", "int64", "string")
 
 
 def test_parquet_that_cannot_be_written(library: Library, tmp_path: Path) -> None:

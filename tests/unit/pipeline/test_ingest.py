@@ -174,7 +174,7 @@ def test_very_many_bad_rows_cost_one_file(tmp_path: Path) -> None:
     assert (library / "rejected" / "rows.jsonl").stat().st_size < 50_000
     listed = list(entries(Library(library)))
     assert len(listed) == MOST_TOLD + 1
-    assert listed[-1].says == "4900 more for this reason; mend the first ones and run again"
+    assert listed[-1].message == "4900 more for this reason; mend the first ones and run again"
     assert {event.kind for event in run(tmp_path / "in", library)} == {"kept"}
     manifest.write_text('{"id": "a", "file": "a.glb"}\n', encoding="ascii")
     assert [event.path for event in run(tmp_path / "in", library)] == ["manifest.jsonl"]
@@ -228,7 +228,7 @@ def test_a_copy_in_other_units_is_turned_away_unless_it_is_wanted(tmp_path: Path
         ("milk_carton.obj", "accepted", ""),
         ("milk_copy.obj", "rejected", "RUN007"),
     ]
-    assert events[1].says.startswith(f"duplicate of milk_carton.obj ({events[0].asset_id})")
+    assert events[1].message.startswith(f"duplicate of milk_carton.obj ({events[0].asset_id})")
     assert kinds(run(source, library)) == ["kept", "kept"]
     wanted = run(source, library, keep_duplicates=True)
     assert [(e.path, e.kind) for e in wanted] == [("milk_carton.obj", "kept"), ("milk_copy.obj", "accepted")]

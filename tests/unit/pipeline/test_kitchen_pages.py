@@ -11,7 +11,7 @@ BAD = ("<script", "<span class='x'", "onclick=alert(1)>")
 
 def test_no_cell_of_a_report_is_markup() -> None:
     facts = {"id": HOSTILE, "fixtures": [{"joints": []}], "generator": HOSTILE}
-    issue = {"code": HOSTILE, "severity": "error", "pointer": HOSTILE, "says": HOSTILE}
+    issue = {"code": HOSTILE, "severity": "error", "pointer": HOSTILE, "message": HOSTILE}
     rule = {"rule": HOSTILE, "title": HOSTILE, "number": 1.0, "limit": 2.0, "unit": HOSTILE, "most": True}
     rules = [{**rule, "passed": passed} for passed in (True, False, None)]
     report = {

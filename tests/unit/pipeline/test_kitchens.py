@@ -31,7 +31,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with one built scene."""
     folder = tmp_path_factory.mktemp("scenes")
     made = scene_folders.build_one(Recipe(PLAN, STYLE), folder, drawn=False)
-    assert made.passed, made.says
+    assert made.passed, made.message
     return folder
 
 
@@ -70,26 +70,26 @@ class TestFaults:
             resolve.resolve(Recipe(PLAN, "scandanavian"))
 
     @pytest.mark.parametrize(
-        ("old", "new", "says"),
+        ("old", "new", "message"),
         [
             ("title:", "titel:", "titel"),
             ("go: right", "go: rigth", "right"),
         ],
     )
-    def test_plan_with_a_fault_tells_its_line(self, tmp_path: Path, old: str, new: str, says: str) -> None:
+    def test_plan_with_a_fault_tells_its_line(self, tmp_path: Path, old: str, new: str, message: str) -> None:
         text = (casa_root() / "plans" / f"{PLAN}.yaml").read_text(encoding="utf-8")
         assert old in text
         line = text[: text.index(old)].count("\n") + 1
         path = tmp_path / "mine.yaml"
         path.write_text(text.replace(old, new, 1), encoding="utf-8")
-        with pytest.raises(RegistryError, match=says) as caught:
+        with pytest.raises(RegistryError, match=message) as caught:
             read_plan(path)
         assert caught.value.line == line
 
     def test_fault_of_one_scene_is_told_and_not_raised(self, tmp_path: Path) -> None:
         made = scene_folders.build_one(Recipe(PLAN, "no_such_style"), tmp_path, drawn=False)
         assert not made.passed
-        assert "no_such_style" in made.says
+        assert "no_such_style" in made.message
         assert not list(tmp_path.glob("*__*"))
 
 

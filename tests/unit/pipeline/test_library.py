@@ -18,12 +18,12 @@ from casa_assets.pipeline.reports.entry import entries
 HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
 
 
-def refusal(name: str = "mug_0123456789", says: str = "broken", path: str = "mug.glb") -> Refusal:
+def refusal(name: str = "mug_0123456789", message: str = "broken", path: str = "mug.glb") -> Refusal:
     source = Source(kind=SourceKind.FOLDER, path=path)
     return Refusal(
         id=name,
         code="SRC001",
-        says=says,
+        message=message,
         category="mug",
         producer=Producer.INGEST,
         cache_key="r",
@@ -49,9 +49,9 @@ def publish(library: Library, record: Refusal) -> Path:
 
 
 def test_what_is_published_replaces_what_was_there(library: Library) -> None:
-    publish(library, refusal(says="old"))
-    target = publish(library, refusal(says="new"))
-    assert read_refusal(target).says == "new"
+    publish(library, refusal(message="old"))
+    target = publish(library, refusal(message="new"))
+    assert read_refusal(target).message == "new"
     assert list(library.staging.iterdir()) == []
     assert list(library.refused()) == [target]
 
@@ -96,8 +96,8 @@ def test_a_damaged_refusal_is_named(library: Library, text: str) -> None:
 
 
 def test_hostile_words_survive(library: Library) -> None:
-    target = publish(library, refusal(says=HOSTILE, path=HOSTILE))
-    assert read_refusal(target) == refusal(says=HOSTILE, path=HOSTILE)
+    target = publish(library, refusal(message=HOSTILE, path=HOSTILE))
+    assert read_refusal(target) == refusal(message=HOSTILE, path=HOSTILE)
     assert index.rebuild(library) == 1
 
 
@@ -109,5 +109,5 @@ def test_bytes_that_are_no_text_are_escaped() -> None:
 def test_a_refusal_that_stands_already_is_not_written_again(library: Library) -> None:
     assert unreadable_inputs.remember(library, refusal("unread_0123456789"))
     assert not unreadable_inputs.remember(library, refusal("unread_0123456789"))
-    assert unreadable_inputs.remember(library, refusal("unread_0123456789", says="for another reason"))
+    assert unreadable_inputs.remember(library, refusal("unread_0123456789", message="for another reason"))
     assert list(library.staging.iterdir()) == []

@@ -43,9 +43,9 @@ def test_it_is_shown_from_some_sides_and_asked_for_every_kind() -> None:
 
 @pytest.mark.parametrize("judge", [Judge("other", 0.9), Judge("toaster", 0.3)])
 def test_what_is_not_sure_or_something_else_names_nothing(judge: Judge) -> None:
-    kind, share, says = kind_seen(microwave(), judge)
+    kind, share, message = kind_seen(microwave(), judge)
     assert (kind, share) == ("", judge.share)
-    assert "names nothing" in says
+    assert "names nothing" in message
 
 
 def test_every_kind_is_a_fixture_of_the_registry() -> None:

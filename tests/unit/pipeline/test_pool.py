@@ -66,7 +66,7 @@ def test_an_answer_may_be_none_or_large(pool: Pool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("what", "reason", "says"),
+    ("what", "reason", "message"),
     [
         ("abort", "signal", "SIGABRT"),
         ("segfault", "signal", "SIGSEGV"),
@@ -78,12 +78,12 @@ def test_an_answer_may_be_none_or_large(pool: Pool) -> None:
         ("unreadable", "error", "not a number"),
     ],
 )
-def test_a_job_that_fails_leaves_the_others_alone(pool: Pool, what: str, reason: str, says: str) -> None:
+def test_a_job_that_fails_leaves_the_others_alone(pool: Pool, what: str, reason: str, message: str) -> None:
     before, died, after = run(pool, ("answer", "a"), (what, "7"), ("answer", "b"))
     assert (before, after) == ("A", "B")
     assert isinstance(died, WorkerFailure)
     assert died.reason == reason
-    assert says in died.message
+    assert message in died.message
 
 
 def test_a_python_error_comes_with_its_place(pool: Pool) -> None:

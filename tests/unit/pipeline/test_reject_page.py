@@ -23,14 +23,14 @@ CASES = [
 ]
 
 
-def refused(root: Path, code: str, says: str) -> None:
+def refused(root: Path, code: str, message: str) -> None:
     folder = disk.Library(root).refusal_folder(f"mug_{code.lower()}0000")
     folder.mkdir(parents=True)
     source = Source(kind=SourceKind.FOLDER, path=f"{code}.glb")
     refusal = disk.Refusal(
         id=folder.name,
         code=code,
-        says=says,
+        message=message,
         category="mug",
         producer=Producer.INGEST,
         cache_key="0" * 64,
@@ -46,8 +46,8 @@ def refused(root: Path, code: str, says: str) -> None:
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
     root = tmp_path_factory.mktemp("library")
-    for code, says in CASES:
-        refused(root, code, says)
+    for code, message in CASES:
+        refused(root, code, message)
     text = report.write(root, root / "report.html").read_text(encoding="utf-8")
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
     assert found is not None

@@ -70,8 +70,8 @@ def test_a_persons_word_is_obeyed_kept_and_not_asked_for_again(unknown: Path) ->
     assert entry.summary is not None
     assert max(entry.summary.extents) == pytest.approx(0.25)
     assert entry.summary.mass == pytest.approx(1.05)
-    sure = {g.subject: g.confidence for g in entry.guesses}
-    assert [sure[s] for s in ("category", "up_axis", "scale", "mass", "front")] == [1.0] * 5
+    confidence = {g.subject: g.confidence for g in entry.guesses}
+    assert [confidence[s] for s in ("category", "up_axis", "scale", "mass", "front")] == [1.0] * 5
     (row,) = rows(unknown)
     assert row["set_category"] == "milk"
     assert row["look_at"] == ""
@@ -115,9 +115,9 @@ def test_a_ruling_on_what_is_not_there_any_more_is_kept(tmp_path: Path) -> None:
 
 
 def test_only_what_a_person_can_decide_is_doubted() -> None:
-    guesses = [Guess(subject=s, value="v", confidence=0.2, because="b") for s in ("scale", "front", "collision")]
-    sure = Guess(subject="mass", value="v", confidence=0.5, because="b")
-    assert [issue.pointer for issue in doubts([*guesses, sure])] == ["scale"]
+    guesses = [Guess(subject=s, value="v", confidence=0.2, reason="b") for s in ("scale", "front", "collision")]
+    confidence = Guess(subject="mass", value="v", confidence=0.5, reason="b")
+    assert [issue.pointer for issue in doubts([*guesses, confidence])] == ["scale"]
 
 
 def test_an_override_makes_another_key() -> None:

@@ -36,7 +36,7 @@ def test_every_loose_object_is_there(library: Path, tmp_path: Path) -> None:
     done = run(library, tmp_path / "new" / "out")
     out = tmp_path / "new" / "out"
     assert [one.id for one in done if not one.model] == ["microwave_0123456789"]
-    assert "fixture" in next(one.says for one in done if not one.model)
+    assert "fixture" in next(one.message for one in done if not one.model)
     models = sorted(path.relative_to(out).as_posix() for path in out.rglob("model.xml"))
     assert models == sorted(one.model for one in done if one.model)
     assert f"objects/casa/sandwich_bread/{SLICES[0]}/model.xml" in models

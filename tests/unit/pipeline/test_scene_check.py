@@ -63,7 +63,7 @@ def report_of(out: Path) -> dict[str, Any]:
 class TestVerdict:
     def test_report_holds_every_check_with_its_number(self, checked_kitchen: Checked) -> None:
         out, done = checked_kitchen
-        assert done.report is not None, done.says
+        assert done.report is not None, done.message
         kinds = (SceneSubject, SceneFiles, DesignSubject, Pictures)
         wanted = {row.code for row in TABLE if row.subject in kinds} | {"SCN026", "SCN027"}
         data = report_of(out)
@@ -162,7 +162,7 @@ def refuse(recipe: Recipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Repo
     """A judge that nobody pleases."""
     assert (folder / "scene.xml").is_file()
     assert (folder.parent / "assets").is_dir()
-    return Report(subject=scene.id, issues=(Issue(code="SCN009", severity=Severity.ERROR, says="it is outside"),))
+    return Report(subject=scene.id, issues=(Issue(code="SCN009", severity=Severity.ERROR, message="it is outside"),))
 
 
 def files_below(out: Path) -> list[Path]:
@@ -196,7 +196,7 @@ class TestNothingIsPutInPlace:
 
         monkeypatch.setattr("casa_assets.export.usd.scene.kitchen.write", broken)
         done = scene_folders.build_one(RECIPE, out, drawn=False)
-        assert "no space left" in done.says
+        assert "no space left" in done.message
         assert files_below(out) == []
 
     def test_where_it_cannot_be_composed_any_more_an_earlier_one_goes(
@@ -228,7 +228,7 @@ class TestDraws:
     def test_a_failed_scene_of_before_goes_where_only_sound_ones_stay(
         self, copy: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, says="it is outside"),))
+        report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, message="it is outside"),))
         monkeypatch.setattr(check, "_kept", lambda folder, key: report)
         done = check.check_one(RECIPE, copy, strict=True)
         assert (done.passed, done.folder) == (False, "")
@@ -236,9 +236,9 @@ class TestDraws:
 
     def test_rejected_tells_the_reason_of_each(self, tmp_path: Path) -> None:
         wanted = sample.draws(3, 0)
-        report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, says="it is outside"),))
+        report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, message="it is outside"),))
         done = [
-            SceneBuilt(wanted[2], says="the run main is too long"),
+            SceneBuilt(wanted[2], message="the run main is too long"),
             SceneBuilt(wanted[0], "somewhere"),
             SceneBuilt(wanted[1], report=report),
         ]
@@ -246,7 +246,7 @@ class TestDraws:
         assert (data["drawn"], data["tried"], data["passed"], data["pass_rate"]) == (3, 3, 1, 0.3333)
         assert [r["id"] for r in data["rejected"]] == [wanted[1].scene_id, wanted[2].scene_id]
         assert data["rejected"][0]["issues"][0]["code"] == "SCN009"
-        assert data["rejected"][1]["says"] == "the run main is too long"
+        assert data["rejected"][1]["message"] == "the run main is too long"
 
 
 class TestSummary:

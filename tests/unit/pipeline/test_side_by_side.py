@@ -19,8 +19,8 @@ def dies(recipe: Recipe) -> SceneBuilt:
     return SceneBuilt(recipe)
 
 
-def says(recipe: Recipe) -> SceneBuilt:
-    return SceneBuilt(recipe, says="as told")
+def message(recipe: Recipe) -> SceneBuilt:
+    return SceneBuilt(recipe, message="as told")
 
 
 def test_a_process_that_the_system_ends_is_told(tmp_path: Path) -> None:
@@ -30,6 +30,6 @@ def test_a_process_that_the_system_ends_is_told(tmp_path: Path) -> None:
 
 def test_all_recipes_come_back(tmp_path: Path) -> None:
     recipes = [Recipe("galley", "rustic"), Recipe("l_small", "rustic"), Recipe("u_small", "rustic")]
-    done = list(side_by_side(says, recipes, tmp_path, 2))
+    done = list(side_by_side(message, recipes, tmp_path, 2))
     assert sorted(d.recipe.scene_id for d in done) == sorted(r.scene_id for r in recipes)
-    assert {d.says for d in done} == {"as told"}
+    assert {d.message for d in done} == {"as told"}

@@ -198,7 +198,7 @@ def test_duplicates_are_named(folder: Path, tmp_path: Path) -> None:
     (folder / "other.jpg").write_bytes(encoded(pixels(1), "JPEG"))  # the same picture, other bytes
     pack = taken(folder, tmp_path / "lib").pack
     assert [(r.source, r.code) for r in pack.refused] == [("zz_copy.png", Fault.DUPLICATE.value)]
-    assert "Old Brick 01.png" in pack.refused[0].says
+    assert "Old Brick 01.png" in pack.refused[0].message
     assert [(a.first, a.second) for a in pack.alike] == [("my_stones_old_brick_01", "my_stones_other")]
     assert pack.alike[0].distance < 0.3
 
@@ -240,7 +240,7 @@ def test_flags_stand_between_rows_and_defaults(folder: Path, tmp_path: Path) -> 
 def test_what_nobody_says_is_asked_for(folder: Path, tmp_path: Path) -> None:
     refused = taken(folder, tmp_path / "lib", Described(tile_m=(1.0, 1.0))).pack.refused
     assert {r.code for r in refused} == {Fault.NOT_DESCRIBED.value}
-    assert refused[0].says == "nobody says its surface, licence"
+    assert refused[0].message == "nobody says its surface, licence"
     assert "--licence" in refused[0].mend
 
 

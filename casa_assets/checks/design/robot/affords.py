@@ -21,6 +21,6 @@ def has_room_for_things(subject: DesignSubject, limit: float | None) -> Measured
     """
     assert limit is not None
     tried = [(t.task, t.rate, t.tightest) for t in subject.tasks if t.rate is not None]
-    says = "of 200 things only {:.1%} found room within reach at {}; {:.0%} wanted: clear it, or make it larger"
-    problems = tuple((f"tasks/{task}", says.format(rate, at, limit)) for task, rate, at in tried if rate < limit)
+    message = "of 200 things only {:.1%} found room within reach at {}; {:.0%} wanted: clear it, or make it larger"
+    problems = tuple((f"tasks/{task}", message.format(rate, at, limit)) for task, rate, at in tried if rate < limit)
     return least((rate for _, rate, _ in tried), problems, "it has what it takes for no task (TSK001)")

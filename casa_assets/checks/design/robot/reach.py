@@ -15,8 +15,8 @@ def is_reached(subject: DesignSubject, limit: float | None) -> Measured:
     if not subject.lots.shut:
         return not_applicable(BARE)
     lost = [name for name, place in subject.lots.shut.items() if place is None]
-    says = "no base of 0.30 m radius can park before it: leave floor free there, and a way to it"
-    return Measured(float(len(lost)), tuple((f"fixtures/{n}", says) for n in lost) if len(lost) > limit else ())
+    message = "no base of 0.30 m radius can park before it: leave floor free there, and a way to it"
+    return Measured(float(len(lost)), tuple((f"fixtures/{n}", message) for n in lost) if len(lost) > limit else ())
 
 
 def is_reached_open(subject: DesignSubject, limit: float | None) -> Measured:
@@ -29,8 +29,8 @@ def is_reached_open(subject: DesignSubject, limit: float | None) -> Measured:
     if not lots.open:
         return not_applicable("nothing in it opens")
     lost = [key for key, place in lots.open.items() if place is None and lots.shut[key[0]] is not None]
-    says = "no base of 0.30 m radius can stand before, beside or behind it once it is open"
-    problems = tuple((f"fixtures/{name}/{joint}", says) for name, joint in lost)
+    message = "no base of 0.30 m radius can stand before, beside or behind it once it is open"
+    problems = tuple((f"fixtures/{name}/{joint}", message) for name, joint in lost)
     return Measured(float(len(lost)), problems if len(lost) > limit else ())
 
 
@@ -41,7 +41,7 @@ def is_entered_by_base(subject: DesignSubject, limit: float | None) -> Measured:
     if not ways:
         return not_applicable("it has no door and no passage")
     blocked = [w.id for w in ways if not subject.floor.leads_in(w.start, w.end)]
-    says = "what stands before it leaves no way for a base of 0.30 m radius"
+    message = "what stands before it leaves no way for a base of 0.30 m radius"
     return Measured(
-        float(len(blocked)), tuple((f"openings/{n}", says) for n in blocked) if len(blocked) > limit else ()
+        float(len(blocked)), tuple((f"openings/{n}", message) for n in blocked) if len(blocked) > limit else ()
     )

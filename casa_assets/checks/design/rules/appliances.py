@@ -116,8 +116,8 @@ def is_not_below_a_window(subject: DesignSubject, limit: float | None) -> Measur
             shared = _before(walls[way.wall], way.start, way.end, cooktop)
             worst = max(worst, shared)
             if shared > limit:
-                says = f"it stands under {way.id}, which opens, along {shared:.2f} m: move it, or fix the sash"
-                problems.append((f"fixtures/{cooktop.name}", says))
+                message = f"it stands under {way.id}, which opens, along {shared:.2f} m: move it, or fix the sash"
+                problems.append((f"fixtures/{cooktop.name}", message))
     return Measured(worst, tuple(problems))
 
 

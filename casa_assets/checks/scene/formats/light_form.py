@@ -49,9 +49,9 @@ def settles_apart(files: SceneFiles, limit: float | None) -> Measured:
     stood = left_alone(files)
     if stood is None:
         return not_run(UNLOADED)
-    says = "is {:.2f} mm in {} in the light form; see the shapes that stand for it there"
+    message = "is {:.2f} mm in {} in the light form; see the shapes that stand for it there"
     problems = [
-        (f"geoms/{one}", says.format(depth * MM, other))
+        (f"geoms/{one}", message.format(depth * MM, other))
         for (one, other), depth in sorted(stood.depths.items())
         if depth > limit
     ]
@@ -66,9 +66,9 @@ def keeps_things(files: SceneFiles, limit: float | None) -> Measured:
         return not_run(UNLOADED)
     if not stood.moved:
         return not_applicable(FAST)
-    says = "moves {:.1f} mm in {:g} s in the light form; the shapes that stand for it there do not stand"
+    message = "moves {:.1f} mm in {:g} s in the light form; the shapes that stand for it there do not stand"
     problems = [
-        (f"placements/{name}", says.format(way * MM, REST_S)) for name, way in stood.moved.items() if way > limit
+        (f"placements/{name}", message.format(way * MM, REST_S)) for name, way in stood.moved.items() if way > limit
     ]
     return Measured(max(stood.moved.values()), tuple(problems[:LISTED]))
 

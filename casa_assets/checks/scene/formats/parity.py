@@ -30,7 +30,7 @@ DEGREES = 1e-4
 
 
 def scene_parity(mjcf: Path, usd: Path, relative: float = RELATIVE, length: float = LENGTH_M) -> list[Fault]:
-    """(pointer, says) for each cell in which what MuJoCo and UsdPhysics read from the USD differs from the MJCF.
+    """(pointer, message) for each cell in which what MuJoCo and UsdPhysics read from the USD differs from the MJCF.
 
     Args:
         mjcf, usd: scene.xml and scene.usda, beside the shared folder that they name.
@@ -63,7 +63,7 @@ def parity_of(
     faults = []
     if imported is not None:
         rows = parity.parameters(model, imported)
-        faults += [(r.pointer, r.says) for r in rows if r.size is None or not r.size <= relative]
+        faults += [(r.pointer, r.message) for r in rows if r.size is None or not r.size <= relative]
     stage, why = _read(lambda: usd_facts.opened(usd))
     if stage is None:
         return [*faults, (usd.name, why)]
@@ -80,13 +80,13 @@ def parity_of(
 def compare(
     expected: SceneFacts, found: SceneFacts, relative: float = RELATIVE, length: float = LENGTH_M
 ) -> list[Fault]:
-    """(pointer, says) for each cell in which two tables of a scene differ by more than they may."""
+    """(pointer, message) for each cell in which two tables of a scene differ by more than they may."""
     limits = {"gravity": 10 * relative, "position": length, "fov_y_deg": DEGREES, "cone_deg": DEGREES}
     faults = []
     for row in _rows(expected, found):
         limit = limits.get(row.pointer.rsplit("/", 1)[-1], relative)
         if row.size is None or not row.size <= limit:
-            faults.append((row.pointer, row.says))
+            faults.append((row.pointer, row.message))
     return faults + parity.compare(expected.things, found.things, relative, length)
 
 

@@ -80,8 +80,8 @@ def loads_soon(speed: Speed, limit: float | None) -> Measured:
 def keeps_pace(speed: Speed, limit: float | None) -> Measured:
     """Seconds that are simulated in a second on one core, at rest."""
     assert limit is not None
-    says = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
-    return Measured(speed.pace, () if speed.pace >= limit else (("scene", says),))
+    message = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
+    return Measured(speed.pace, () if speed.pace >= limit else (("scene", message),))
 
 
 def holdings(subject: SceneSubject) -> dict[str, float]:

@@ -82,7 +82,7 @@ def opens_wide(subject: SceneSubject, limit: float | None) -> Measured:
 
 def _says(subject: SceneSubject, clash: Clash) -> str:
     beside = f" while {clash.beside} stands open" if clash.beside else ""
-    one, other = subject.says(clash.one), subject.says(clash.other)
+    one, other = subject.message(clash.one), subject.message(clash.other)
     return f"from {clash.share:.0%} of its way {one} runs up to {clash.depth * MM:.1f} mm into {other}{beside}"
 
 

@@ -46,8 +46,8 @@ def opens_in_place(subject: SceneSubject, limit: float | None) -> Measured:
         least = min(least, share)
         if share < limit:
             why = f"it meets {met}" if met else "ease its friction, damping or spring"
-            says = f"goes {share:.0%} of its way under {PULL_N:g} N in {LONGEST_S:g} s; {why}"
-            problems.append((f"joints/{part.name}", says))
+            message = f"goes {share:.0%} of its way under {PULL_N:g} N in {LONGEST_S:g} s; {why}"
+            problems.append((f"joints/{part.name}", message))
     return Measured(least, tuple(problems))
 
 
@@ -137,5 +137,5 @@ def _met(subject: SceneSubject, data: mujoco.MjData, part: Part) -> str:
         if moved[one] != moved[other]:
             other = other if moved[one] else one
             if subject.owner[other] != part.place.name:
-                return subject.says(other)
+                return subject.message(other)
     return ""

@@ -82,10 +82,10 @@ def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
         share = abs(float(stood.end[part.address] - stood.start[part.address])) / way
         worst = max(worst, share)
         if share > limit:
-            says = (
+            message = (
                 f"drifts by {share:.1%} of its range in {REST_S:g} s; see what touches it, or its friction and spring"
             )
-            problems.append((_pointer(part.name), says))
+            problems.append((_pointer(part.name), message))
     return Measured(worst, tuple(problems))
 
 
@@ -133,7 +133,7 @@ def touches(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Touch]:
         key = (min(pair), max(pair))
         deepest[key] = max(deepest.get(key, -1.0), -distance)
     for (one, other), depth in sorted(deepest.items(), key=lambda item: (-item[1], item[0])):
-        yield Touch(subject.says(one), subject.says(other), depth)
+        yield Touch(subject.message(one), subject.message(other), depth)
 
 
 def _deep(found: tuple[Touch, ...], limit: float | None, when: str) -> Measured:

@@ -31,8 +31,10 @@ def nothing_overlaps(subject: SceneSubject, limit: float | None) -> Measured:
         if depth <= max(limit, allowance(subject, *names)):
             continue
         deepest = max(deepest, depth)
-        says = f"{subject.says(one)} is {depth * MM:.1f} mm in {subject.says(other)}; move one, or make it smaller"
-        problems.append((f"placements/{names[0]}", says))
+        message = (
+            f"{subject.message(one)} is {depth * MM:.1f} mm in {subject.message(other)}; move one, or make it smaller"
+        )
+        problems.append((f"placements/{names[0]}", message))
     return Measured(deepest, tuple(problems))
 
 

@@ -60,8 +60,8 @@ def read_off(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
         notes.add(rejection_codes.FEATURE_IGNORED, "COFF", "colours of vertices are left out")
     words = sum(text.count(space) for space in (b" ", b"\t", b"\n"))
     if words > WORDS_PER_FACE * limits["input_faces"]:
-        says = f"{name}: {words} words, more than {limits['input_faces']:.0f} faces need; simplify the mesh first"
-        raise Rejected(rejection_codes.TOO_LARGE, says)
+        message = f"{name}: {words} words, more than {limits['input_faces']:.0f} faces need; simplify the mesh first"
+        raise Rejected(rejection_codes.TOO_LARGE, message)
     return _read(text, "off", Format.OFF, limits, notes, name)
 
 
@@ -100,8 +100,8 @@ def read_xaml(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawM
                 rejection_codes.BAD_SCENE_GRAPH, f"{name}: models stand within models; export the file again"
             )
     if words > WORDS_PER_FACE * limits["input_faces"]:
-        says = f"{name}: {words} numbers, more than {limits['input_faces']:.0f} faces need; simplify the mesh first"
-        raise Rejected(rejection_codes.TOO_LARGE, says)
+        message = f"{name}: {words} numbers, more than {limits['input_faces']:.0f} faces need; simplify the mesh first"
+        raise Rejected(rejection_codes.TOO_LARGE, message)
     return _read(data, "xaml", Format.XAML, limits, notes, name, Up.Y).replace(metres_per_unit=1.0)
 
 
@@ -111,8 +111,8 @@ def _read(
     try:
         scene = read_scene(data, kind)
     except _FAULTS as error:
-        says = f"{name}: trimesh cannot read it ({type(error).__name__}: {clean(str(error), 80)}); export it as GLB"
-        raise Rejected(rejection_codes.EXCHANGE_UNREADABLE, says) from error
+        message = f"{name}: trimesh cannot read it ({type(error).__name__}: {clean(str(error), 80)}); export it as GLB"
+        raise Rejected(rejection_codes.EXCHANGE_UNREADABLE, message) from error
     check_face_count(sum(len(getattr(g, "faces", ())) for g in scene.geometry.values()), limits, name)
     return read_placed(scene, limits, notes, name, found, up)
 
@@ -132,13 +132,13 @@ def _unpacked(data: bytes, limits: Mapping[str, float], name: str) -> dict[str, 
                     continue
                 total += info.file_size
                 if total > most:
-                    says = f"{name}: unpacks to more than {most:.0f} bytes; simplify it first or raise --max-faces"
-                    raise Rejected(rejection_codes.TOO_LARGE, says)
+                    message = f"{name}: unpacks to more than {most:.0f} bytes; simplify it first or raise --max-faces"
+                    raise Rejected(rejection_codes.TOO_LARGE, message)
                 with archive.open(info) as stream:
                     out[info.filename] = stream.read(info.file_size)
     except _FAULTS as error:
-        says = f"{name}: the archive cannot be unpacked ({clean(str(error), 80)}); fetch it again"
-        raise Rejected(rejection_codes.EXCHANGE_UNREADABLE, says) from error
+        message = f"{name}: the archive cannot be unpacked ({clean(str(error), 80)}); fetch it again"
+        raise Rejected(rejection_codes.EXCHANGE_UNREADABLE, message) from error
     return out
 
 

@@ -54,11 +54,11 @@ def guard(data: bytes, name: str) -> None:
         scanner.Parse(data, True)
     except expat.ExpatError as error:
         code = rejection_codes.TRUNCATED if error.code in _CUT else rejection_codes.BAD_XML
-        says = f"{name}: the XML is broken at line {error.lineno} ({expat.ErrorString(error.code)}); fetch it again"
-        raise Rejected(code, says) from error
+        message = f"{name}: the XML is broken at line {error.lineno} ({expat.ErrorString(error.code)}); fetch it again"
+        raise Rejected(code, message) from error
     except (ValueError, LookupError) as error:
-        says = f"{name}: the XML cannot be read ({clean(str(error), 60)}); export it again"
-        raise Rejected(rejection_codes.BAD_XML, says) from error
+        message = f"{name}: the XML cannot be read ({clean(str(error), 60)}); export it again"
+        raise Rejected(rejection_codes.BAD_XML, message) from error
 
 
 @dataclass
@@ -82,8 +82,8 @@ def open_dae(data: bytes, name: str) -> Document:
     try:
         root = etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
-        says = f"{name}: the XML is broken ({clean(str(error), 80)}); export it again"
-        raise Rejected(rejection_codes.BAD_XML, says) from error
+        message = f"{name}: the XML is broken ({clean(str(error), 80)}); export it again"
+        raise Rejected(rejection_codes.BAD_XML, message) from error
     if tag(root) != "COLLADA":
         raise Rejected(rejection_codes.WRONG_TYPE, f"{name}: XML, but not COLLADA (its root is {clean(tag(root), 30)})")
     by_id: dict[str, Element] = {}

@@ -44,8 +44,8 @@ class Surfaces:
             node = self.document.target(url)
             if node is None:
                 if key:
-                    says = f"material {clean(key, 40)!r} is not described; a grey one is used"
-                    self.notes.add(rejection_codes.MATERIAL_MISSING, key, says)
+                    message = f"material {clean(key, 40)!r} is not described; a grey one is used"
+                    self.notes.add(rejection_codes.MATERIAL_MISSING, key, message)
                 self._read[key] = Surface(Material(id=self.names.unique(key.removeprefix("#"), "material")))
             else:
                 self._read[key] = self._surface(node)

@@ -199,8 +199,8 @@ def _check(inputs: list[_Input], corners: Ints, primitive: Element) -> None:
     for one in inputs:
         column = corners[:, one.offset]
         if len(column) and not 0 <= int(column.min()) <= int(column.max()) < len(one.table):
-            says = f"COLLADA <{tag(primitive)}>: index {int(column.max())} of {len(one.table)} in {one.semantic}"
-            raise Rejected(rejection_codes.OUT_OF_BOUNDS, says + "; export the file again")
+            message = f"COLLADA <{tag(primitive)}>: index {int(column.max())} of {len(one.table)} in {one.semantic}"
+            raise Rejected(rejection_codes.OUT_OF_BOUNDS, message + "; export the file again")
 
 
 def _triangles(points: Floats, lengths: Ints, notes: Notes) -> Ints:

@@ -48,8 +48,8 @@ class _Reader:
             node, parent, depth = stack.pop()
             visited += 1
             if visited > MOST_NODES or depth > DEEPEST_NODE:
-                says = f"{self.name}: nodes are nested or copied without end; export the file again"
-                raise Rejected(rejection_codes.BAD_SCENE_GRAPH, says)
+                message = f"{self.name}: nodes are nested or copied without end; export the file again"
+                raise Rejected(rejection_codes.BAD_SCENE_GRAPH, message)
             world = parent @ node_matrix(node, self.notes)
             label = node.get("name") or node.get("id") or ""
             for child in kids(node, "instance_geometry"):

@@ -58,8 +58,8 @@ class Accessors:
             self._floats[index] = np.maximum(values, -1.0) if scale != 1.0 else values
         values = self._floats[index]
         if values.shape[1] not in widths:
-            says = f"glTF accessors/{index}: {values.shape[1]} components where {widths} fit; export the file again"
-            raise Rejected(rejection_codes.BAD_SCHEMA, says)
+            message = f"glTF accessors/{index}: {values.shape[1]} components where {widths} fit; export the file again"
+            raise Rejected(rejection_codes.BAD_SCHEMA, message)
         return values
 
     def view_bytes(self, index: int) -> bytes:
@@ -88,14 +88,14 @@ class Accessors:
     def _layout(self, accessor: Node) -> tuple[np.dtype[np.generic], int]:
         component, shape = accessor.count("componentType"), accessor.text("type")
         if component not in _COMPONENTS or shape not in _WIDTHS:
-            says = f"glTF {accessor.place}: componentType {component} with type {shape[:12]!r} cannot be read here"
-            raise Rejected(rejection_codes.BAD_SCHEMA, says)
+            message = f"glTF {accessor.place}: componentType {component} with type {shape[:12]!r} cannot be read here"
+            raise Rejected(rejection_codes.BAD_SCHEMA, message)
         return np.dtype(_COMPONENTS[component]), _WIDTHS[shape]
 
     def _refuse_more_than_most(self, count: int, accessor: Node) -> None:
         if count > self._most:
-            says = f"glTF {accessor.place}: {count} elements, more than {self._most}; simplify the mesh first"
-            raise Rejected(rejection_codes.TOO_LARGE, says)
+            message = f"glTF {accessor.place}: {count} elements, more than {self._most}; simplify the mesh first"
+            raise Rejected(rejection_codes.TOO_LARGE, message)
 
     def _strided(self, owner: Node, view_index: int, count: int, dtype: np.dtype[np.generic], width: int) -> Raw:
         view = self._document.pick(view_index, "bufferViews")
@@ -106,8 +106,10 @@ class Accessors:
         if stride < element:
             raise view.fail("byteStride", f"at least {element}")
         if count and offset + stride * (count - 1) + element > length:
-            says = f"glTF {owner.place}: {count} elements need more than the {length} bytes of bufferViews/{view_index}"
-            raise Rejected(rejection_codes.OUT_OF_BOUNDS, says + "; fetch or export the file again")
+            message = (
+                f"glTF {owner.place}: {count} elements need more than the {length} bytes of bufferViews/{view_index}"
+            )
+            raise Rejected(rejection_codes.OUT_OF_BOUNDS, message + "; fetch or export the file again")
         self._refuse_more_than_most(count, owner)
         if not count:
             return np.zeros((0, width), dtype=dtype)
@@ -134,10 +136,10 @@ class Accessors:
         if packed:
             data = self._unpack(view.child("extensions").child(packed[0]))
             if view.count("byteLength") > len(data):
-                says = (
+                message = (
                     f"glTF {view.place}: says {view.count('byteLength')} bytes, {len(data)} are packed; export it again"
                 )
-                raise Rejected(rejection_codes.LENGTH_MISMATCH, says)
+                raise Rejected(rejection_codes.LENGTH_MISMATCH, message)
             return data, 0, view.count("byteLength")
         return self._cut(view)
 
@@ -152,8 +154,10 @@ class Accessors:
         data = self._buffer(view.count("buffer"))
         start, length = view.count("byteOffset", 0), view.count("byteLength")
         if start + length > len(data):
-            says = f"glTF {view.place}: ends at byte {start + length} of a buffer of {len(data)}; fetch the file again"
-            raise Rejected(rejection_codes.OUT_OF_BOUNDS, says)
+            message = (
+                f"glTF {view.place}: ends at byte {start + length} of a buffer of {len(data)}; fetch the file again"
+            )
+            raise Rejected(rejection_codes.OUT_OF_BOUNDS, message)
         return data, start, length
 
     def _buffer(self, index: int) -> bytes:
@@ -162,8 +166,8 @@ class Accessors:
             data = self._buffer_bytes(index, buffer)
             wanted = buffer.count("byteLength")
             if len(data) < wanted:
-                says = f"glTF {buffer.place}: says {wanted} bytes, there are {len(data)}; fetch the file again"
-                raise Rejected(rejection_codes.LENGTH_MISMATCH, says)
+                message = f"glTF {buffer.place}: says {wanted} bytes, there are {len(data)}; fetch the file again"
+                raise Rejected(rejection_codes.LENGTH_MISMATCH, message)
             self._buffers[index] = data
         return self._buffers[index]
 
@@ -179,5 +183,5 @@ class Accessors:
             return self._files[uri]
         if index == 0 and self._binary is not None:
             return self._binary
-        says = f"glTF {buffer.place}: has neither a file nor a binary chunk; export it again"
-        raise Rejected(rejection_codes.MISSING_FILE, says)
+        message = f"glTF {buffer.place}: has neither a file nor a binary chunk; export it again"
+        raise Rejected(rejection_codes.MISSING_FILE, message)

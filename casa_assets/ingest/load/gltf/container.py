@@ -49,8 +49,8 @@ def _check_extensions(document: Node, name: str) -> None:
         readable = isinstance(wanted, str) and (wanted in READABLE or wanted.startswith("KHR_materials_"))
         if not readable:
             advice = ADVICE.get(str(wanted), "export without it")
-            says = f"{name}: requires the glTF extension {str(wanted)[:60]!r}, not supported; {advice}"
-            raise Rejected(rejection_codes.UNSUPPORTED_EXTENSION, says)
+            message = f"{name}: requires the glTF extension {str(wanted)[:60]!r}, not supported; {advice}"
+            raise Rejected(rejection_codes.UNSUPPORTED_EXTENSION, message)
 
 
 def _chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
@@ -77,15 +77,15 @@ def _chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
     if text is None:
         raise Rejected(rejection_codes.TRUNCATED, f"{name}: the GLB has a header but no JSON chunk; fetch it again")
     if not offset <= length <= len(data) or length - offset >= 8:
-        says = f"{name}: the header says {length} bytes, the chunks end at {offset} of {len(data)}; fetch it again"
-        raise Rejected(rejection_codes.LENGTH_MISMATCH, says)
+        message = f"{name}: the header says {length} bytes, the chunks end at {offset} of {len(data)}; fetch it again"
+        raise Rejected(rejection_codes.LENGTH_MISMATCH, message)
     return text, binary
 
 
 def _overrun(kind: int, end: int, length: int, size: int, name: str) -> Rejected:
-    says = f"{name}: a chunk ends at byte {end}, the file at {size} (header: {length}); fetch it again"
+    message = f"{name}: a chunk ends at byte {end}, the file at {size} (header: {length}); fetch it again"
     is_cut = kind == _BIN or end <= length
-    return Rejected(rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, says)
+    return Rejected(rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, message)
 
 
 def data_uri(uri: str, where: str) -> bytes:
@@ -103,5 +103,5 @@ def data_uri(uri: str, where: str) -> bytes:
     try:
         return base64.b64decode(raw, validate=True)
     except (binascii.Error, ValueError) as error:
-        says = f"glTF {where}: base64 data is broken ({error}); export the file again"
-        raise Rejected(rejection_codes.BAD_SCHEMA, says) from error
+        message = f"glTF {where}: base64 data is broken ({error}); export the file again"
+        raise Rejected(rejection_codes.BAD_SCHEMA, message) from error

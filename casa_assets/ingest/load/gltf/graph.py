@@ -62,8 +62,8 @@ def read_graph(document: Node, notes: Notes) -> Graph:
     if graph.placed:
         return graph
     if nodes and len(children) >= len(nodes):
-        says = "glTF nodes: every node has a parent, so they form a cycle; export it again"
-        raise Rejected(rejection_codes.BAD_SCENE_GRAPH, says)
+        message = "glTF nodes: every node has a parent, so they form a cycle; export it again"
+        raise Rejected(rejection_codes.BAD_SCENE_GRAPH, message)
     bare = tuple(Placed(None, i, np.eye(4)) for i in range(len(document.items("meshes"))))
     return Graph(bare, graph.world_from_node)
 
@@ -88,8 +88,8 @@ def _walk(document: Node, nodes: list[Node], roots: list[int], notes: Notes) -> 
                 rejection_codes.OUT_OF_BOUNDS, f"glTF nodes: index {index} of {len(nodes)}; export the file again"
             )
         if index in worlds:
-            says = f"glTF nodes/{index}: reached twice (a cycle or a shared child); export the file again"
-            raise Rejected(rejection_codes.BAD_SCENE_GRAPH, says)
+            message = f"glTF nodes/{index}: reached twice (a cycle or a shared child); export the file again"
+            raise Rejected(rejection_codes.BAD_SCENE_GRAPH, message)
         node = nodes[index]
         with np.errstate(over="ignore", invalid="ignore"):
             worlds[index] = parent @ local_matrix(node, notes)

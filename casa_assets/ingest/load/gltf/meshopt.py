@@ -41,8 +41,10 @@ def decompressed(extension: Node, data: bytes, most_bytes: int) -> bytes:
     if not 0 < stride <= _WIDEST:
         raise extension.fail("byteStride", f"1 to {_WIDEST}")
     if count * stride > most_bytes:
-        says = f"glTF {extension.place}: claims {count * stride} bytes, more than {most_bytes}; simplify the mesh first"
-        raise Rejected(rejection_codes.TOO_LARGE, says)
+        message = (
+            f"glTF {extension.place}: claims {count * stride} bytes, more than {most_bytes}; simplify the mesh first"
+        )
+        raise Rejected(rejection_codes.TOO_LARGE, message)
     if not count:
         return b""
     try:
@@ -51,8 +53,8 @@ def decompressed(extension: Node, data: bytes, most_bytes: int) -> bytes:
         if mode in ("TRIANGLES", "INDICES"):
             return _indices(extension, data, count, stride)
     except (RuntimeError, ValueError) as error:
-        says = f"glTF {extension.place}: the compressed data is broken; fetch or export the file again"
-        raise Rejected(rejection_codes.TRUNCATED, says) from error
+        message = f"glTF {extension.place}: the compressed data is broken; fetch or export the file again"
+        raise Rejected(rejection_codes.TRUNCATED, message) from error
     raise _unknown(extension, "mode", mode)
 
 
@@ -86,7 +88,7 @@ def _indices(extension: Node, data: bytes, count: int, stride: int) -> bytes:
 
 
 def _unknown(extension: Node, key: str, name: str) -> Rejected:
-    says = (
+    message = (
         f"glTF {extension.place}: meshopt {key} {name[:20]!r} is not supported; run `gltf-transform copy` on the file"
     )
-    return Rejected(rejection_codes.UNSUPPORTED_EXTENSION, says)
+    return Rejected(rejection_codes.UNSUPPORTED_EXTENSION, message)

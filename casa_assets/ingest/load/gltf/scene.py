@@ -108,8 +108,8 @@ class _Reader:
             return None
         values = self.accessors.floats(attributes.count(key), widths)
         if len(values) <= int(used[-1]):
-            says = f"{key} has {len(values)} rows, fewer than the vertices; left out"
-            self.notes.add(rejection_codes.BAD_VALUE, attributes.place, says)
+            message = f"{key} has {len(values)} rows, fewer than the vertices; left out"
+            self.notes.add(rejection_codes.BAD_VALUE, attributes.place, message)
             return None
         return values[used]
 
@@ -138,8 +138,8 @@ class _Reader:
             index = primitive.count("indices")
             flat = self.accessors.integers(index)
             if len(flat) and not 0 <= int(flat.min()) <= int(flat.max()) < count:
-                says = f"glTF accessors/{index}: vertex {int(flat.max())} of {count}; export the file again"
-                raise Rejected(rejection_codes.OUT_OF_BOUNDS, says)
+                message = f"glTF accessors/{index}: vertex {int(flat.max())} of {count}; export the file again"
+                raise Rejected(rejection_codes.OUT_OF_BOUNDS, message)
         else:
             flat = np.arange(count, dtype=np.int64)
         return _from_mode(flat, mode)
@@ -153,8 +153,10 @@ class _Reader:
             return
         accessor = self.document.pick(attributes.count("POSITION"), "accessors")
         if not accessor.has("bufferView"):
-            says = f"{self.name}: compressed by Draco (KHR_draco_mesh_compression); decompress it with gltf-transform"
-            raise Rejected(rejection_codes.UNSUPPORTED_EXTENSION, says)
+            message = (
+                f"{self.name}: compressed by Draco (KHR_draco_mesh_compression); decompress it with gltf-transform"
+            )
+            raise Rejected(rejection_codes.UNSUPPORTED_EXTENSION, message)
 
     def _remark(self, primitive: Node) -> None:
         if primitive.array("targets"):

@@ -159,14 +159,18 @@ class Surfaces:
             try:
                 return self.accessors.view_bytes(image.count("bufferView"))
             except Rejected as error:
-                self.notes.add(rejection_codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.says}")
+                self.notes.add(
+                    rejection_codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.message}"
+                )
                 return None
         uri = image.text("uri")
         if uri.startswith("data:"):
             try:
                 return data_uri(uri, image.place)
             except Rejected as error:
-                self.notes.add(rejection_codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.says}")
+                self.notes.add(
+                    rejection_codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.message}"
+                )
                 return None
         return self.files.get(uri)
 

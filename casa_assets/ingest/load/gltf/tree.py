@@ -23,8 +23,8 @@ def parse(text: bytes, name: str) -> Json:
     try:
         value = json.loads(text.removeprefix(b"\xef\xbb\xbf").rstrip(b"\0 \t\r\n"))
     except (ValueError, RecursionError) as error:
-        says = f"{name}: the JSON cannot be read ({clean(str(error), 80)}); fetch or export the file again"
-        raise Rejected(rejection_codes.BAD_JSON, says) from error
+        message = f"{name}: the JSON cannot be read ({clean(str(error), 80)}); fetch or export the file again"
+        raise Rejected(rejection_codes.BAD_JSON, message) from error
     if not isinstance(value, dict):
         raise Rejected(rejection_codes.BAD_JSON, f"{name}: the JSON is not an object; this is no glTF")
     return value
@@ -134,8 +134,8 @@ class Node:
         """Object `index` of the array at `key`. Raises OUT_OF_BOUNDS where there is none."""
         values = self.array(key)
         if not 0 <= index < len(values):
-            says = f"glTF {self.place}/{key}: index {index} of {len(values)}; export the file again"
-            raise Rejected(rejection_codes.OUT_OF_BOUNDS, says)
+            message = f"glTF {self.place}/{key}: index {index} of {len(values)}; export the file again"
+            raise Rejected(rejection_codes.OUT_OF_BOUNDS, message)
         value = values[index]
         if not isinstance(value, dict):
             raise self.fail(key, "an array of objects")

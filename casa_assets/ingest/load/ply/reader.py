@@ -82,8 +82,8 @@ def _faces(face: Table | None, vertices: Floats, name: str, notes: Notes) -> tup
         return none
     flat, lengths = face.lists[column][0].astype(np.int64), face.lists[column][1]
     if len(flat) and not 0 <= int(flat.min()) <= int(flat.max()) < len(vertices):
-        says = f"{name}: a face names vertex {int(flat.max())} of {len(vertices)}; export the file again"
-        raise Rejected(rejection_codes.OUT_OF_BOUNDS, says)
+        message = f"{name}: a face names vertex {int(flat.max())} of {len(vertices)}; export the file again"
+        raise Rejected(rejection_codes.OUT_OF_BOUNDS, message)
     starts = np.concatenate((np.zeros(1, dtype=np.int64), np.cumsum(lengths)[:-1])) if len(lengths) else lengths
     found: list[tuple[Ints, Ints]] = []
     fanned = 0

@@ -108,8 +108,8 @@ def _header_line(header: Header, line: str, name: str) -> None:
         else:
             raise KeyError(words[0])
     except (KeyError, IndexError, ValueError) as error:
-        says = f"{name}: PLY header line {clean(line, 60)!r} is not understood; export it again"
-        raise Rejected(rejection_codes.BAD_HEADER, says) from error
+        message = f"{name}: PLY header line {clean(line, 60)!r} is not understood; export it again"
+        raise Rejected(rejection_codes.BAD_HEADER, message) from error
 
 
 def read_tables(data: bytes, header: Header, name: str) -> dict[str, Table]:
@@ -143,17 +143,19 @@ def check_lengths(data: bytes, header: Header, name: str) -> None:
         least = sum(sizes) if header.order else 2 * len(element.properties)
         need = element.count * least - (0 if header.order else 1)
         if element.count and need > room:
-            says = f"{name}: {element.count} rows of {clean(element.name, 20)!r} need {need} bytes, {room} are left"
+            message = f"{name}: {element.count} rows of {clean(element.name, 20)!r} need {need} bytes, {room} are left"
             is_cut = need <= 16 * max(room, 1) and room > 0
             raise Rejected(
-                rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, says + "; fetch it again"
+                rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, message + "; fetch it again"
             )
         room -= max(need, 0)
 
 
 def _truncated(element: Element, name: str) -> Rejected:
-    says = f"{name}: the rows of {clean(element.name, 20)!r} end before their count ({element.count}); fetch it again"
-    return Rejected(rejection_codes.TRUNCATED, says)
+    message = (
+        f"{name}: the rows of {clean(element.name, 20)!r} end before their count ({element.count}); fetch it again"
+    )
+    return Rejected(rejection_codes.TRUNCATED, message)
 
 
 def _binary_rows(data: bytes, at: int, element: Element, order: str, name: str) -> tuple[Table, int]:
@@ -272,8 +274,10 @@ def _text_rows(words: list[bytes], at: int, element: Element, name: str) -> tupl
     except IndexError as error:
         raise _truncated(element, name) from error
     except (ValueError, OverflowError) as error:
-        says = f"{name}: a row of {clean(element.name, 20)!r} is not numbers ({clean(str(error), 60)}); export it again"
-        raise Rejected(rejection_codes.BAD_NUMBER, says) from error
+        message = (
+            f"{name}: a row of {clean(element.name, 20)!r} is not numbers ({clean(str(error), 60)}); export it again"
+        )
+        raise Rejected(rejection_codes.BAD_NUMBER, message) from error
     lists = Table({}, {})
     for i, p in enumerate(element.properties):
         column = _cast(np.array(values[i], dtype=np.float64), p)

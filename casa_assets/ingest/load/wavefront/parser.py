@@ -168,11 +168,11 @@ def _slow_numbers(lines: list[bytes], least: int, most: int, what: str) -> Float
         try:
             values = [float(word) for word in words]
         except ValueError as error:
-            says = f"`{what} {clean(decode(line), 60)}` (number {i + 1} of its kind) is not a row of numbers"
-            raise Rejected(rejection_codes.BAD_NUMBER, says + "; export with decimal points") from error
+            message = f"`{what} {clean(decode(line), 60)}` (number {i + 1} of its kind) is not a row of numbers"
+            raise Rejected(rejection_codes.BAD_NUMBER, message + "; export with decimal points") from error
         if len(values) < least:
-            says = f"`{what} {clean(decode(line), 60)}`: {least} numbers wanted; export it again"
-            raise Rejected(rejection_codes.BAD_NUMBER, says)
+            message = f"`{what} {clean(decode(line), 60)}`: {least} numbers wanted; export it again"
+            raise Rejected(rejection_codes.BAD_NUMBER, message)
         out[i, : len(values)] = values
     return out
 

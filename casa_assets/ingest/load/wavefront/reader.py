@@ -101,14 +101,14 @@ def _triangles(lines: ObjLines, vertices: Floats, others: tuple[int, int], name:
 def _gathered(found: list[tuple[Ints, Ints, Ints]], bad: int, fanned: int, name: str, notes: Notes) -> _Triangles:
     count = sum(len(order) for _, order, _ in found)
     if bad and not count:
-        says = f"{name}: all {bad} faces name vertices that do not exist; export it again"
-        raise Rejected(rejection_codes.OUT_OF_BOUNDS, says)
+        message = f"{name}: all {bad} faces name vertices that do not exist; export it again"
+        raise Rejected(rejection_codes.OUT_OF_BOUNDS, message)
     if bad:
-        says = f"{bad} faces with fewer than three corners or missing vertices were dropped"
-        notes.add(rejection_codes.FACE_DROPPED, "f", says)
+        message = f"{bad} faces with fewer than three corners or missing vertices were dropped"
+        notes.add(rejection_codes.FACE_DROPPED, "f", message)
     if fanned:
-        says = f"{fanned} concave or crossed faces were cut as fans; triangulate them first"
-        notes.add(rejection_codes.POLYGON_FAN, "f", says)
+        message = f"{fanned} concave or crossed faces were cut as fans; triangulate them first"
+        notes.add(rejection_codes.POLYGON_FAN, "f", message)
     if not count:
         none = np.zeros((0, 3), dtype=np.int64)
         return _Triangles(none, none, none, np.zeros(0, dtype=np.int64))
@@ -165,7 +165,7 @@ def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], not
         try:
             entries.update(parse_mtl(bundle.files[file], clean(file), notes))
         except Rejected as error:
-            notes.add(rejection_codes.MATERIAL_MISSING, file, f"material file left out: {error.says}")
+            notes.add(rejection_codes.MATERIAL_MISSING, file, f"material file left out: {error.message}")
     by_case = {name.lower(): entry for name, entry in entries.items()}
     made = Materials(bundle.files, Images(limits, notes), notes)
     out: dict[str, Material] = {}
