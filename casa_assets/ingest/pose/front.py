@@ -152,8 +152,7 @@ def _face(samples: Floats, category: Category, stated: bool) -> Facing:
     confidence = float(1 / weights.sum())
     sides = ("-y", "+x", "+y", "-x")
     message = (
-        f"{'the format says -y' if stated else 'the format says nothing'}; width over depth "
-        "and detail speak as well"
+        f"{'the format says -y' if stated else 'the format says nothing'}; width over depth and detail speak as well"
     )
     # A face at +x comes to -y by a quarter turn clockwise, and so on.
     return Facing(box - best * np.pi / 2, f"face was at {sides[best]}", confidence, message)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from casa_assets.ingest.add_back_faces import backs
 from casa_assets.ingest.assemble import assemble
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.collision.collide import CollideParams, collide
+from casa_assets.ingest.collision.collide import collide
+from casa_assets.ingest.collision.strategies import CollideParams
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.grasp import grasp
 from casa_assets.ingest.load import load
