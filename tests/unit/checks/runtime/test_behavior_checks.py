@@ -19,7 +19,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.registry.contract import Contract
 from tests.contract_fixtures import HIGH, LOW, block, burning, hob, oven, packed
-from tests.unit.checks.test_contract_checks import codes
+from tests.unit.checks.runtime.test_contract_checks import codes
 
 KNOWN = registry.load()
 ROWS = [check for check in TABLE if check.code.startswith("BEH")]

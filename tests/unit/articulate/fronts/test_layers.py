@@ -13,7 +13,7 @@ from casa_assets.articulate.segment.fragments import fragment_labels
 from casa_assets.articulate.segment.triangle_soup import soup_of
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
-from tests.unit.articulate.test_fronts import bar, found_in, of_kind, tub
+from tests.unit.articulate.fronts.test_fronts import bar, found_in, of_kind, tub
 
 
 def shape_of(solid: manifold3d.Manifold) -> Part:

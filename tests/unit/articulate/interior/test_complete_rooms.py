@@ -12,7 +12,7 @@ from casa_assets.articulate.segment.rays import crossings
 from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
-from tests.unit.articulate.test_complete import block, door
+from tests.unit.articulate.interior.test_complete import block, door
 
 
 def turned_in(part: Part) -> Part:

@@ -17,7 +17,7 @@ from casa_assets import registry
 from casa_assets.pipeline.cache import cache_key, store
 from casa_assets.pipeline.cache.cache_key import PACKAGE, digest_of, key_of, reach
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 # What loads a module by a name that is worked out while the program runs.
 LOADERS = {"importlib.import_module", "import_module", "__import__"}
 

@@ -14,7 +14,7 @@ from trimesh.visual.material import PBRMaterial
 from tests.mesh_files import LIMITS, QUARTERS
 from tests.mesh_readings import Reading, differences, ours, theirs
 
-EXAMPLES = Path(__file__).parents[3] / "examples" / "meshes"
+EXAMPLES = Path(__file__).parents[4] / "examples" / "meshes"
 KINDS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".dae")
 # The banana is cut short on purpose: it shows what a refusal looks like.
 NAMES = sorted(p.name for p in EXAMPLES.iterdir() if p.suffix in KINDS and p.stem != "banana")
