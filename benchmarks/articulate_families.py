@@ -24,7 +24,7 @@ from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.geometry.solid.coverage import surface_samples
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
-from casa_assets.pipeline.families.run import Wish, build_asset, family, params_of
+from casa_assets.pipeline.families.run import FamilyRequest, build_asset, family, params_of
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -81,7 +81,7 @@ def write_cases(folder: Path, names: Sequence[str] = FAMILIES, each: int = EACH)
     with tempfile.TemporaryDirectory() as cache:
         for name in names:
             for i in range(each):
-                wish = Wish(name, seed=SEED, index=i)
+                wish = FamilyRequest(name, seed=SEED, index=i)
                 asset = build_asset(family(name), params_of(wish), Path(cache))
                 _case(cases / f"{name}_{i}", name, asset)
     rows = [{"name": p.name, "tags": ["core", "proc"]} for p in sorted(cases.iterdir()) if p.is_dir()]

@@ -18,7 +18,7 @@ from statistics import median
 from rich.console import Console
 from rich.table import Table
 
-from casa_assets.pipeline.families.run import Built, build_all, summary, wishes
+from casa_assets.pipeline.families.run import FamilyResult, build_all, requests_for, summary
 
 
 def main() -> int:
@@ -30,10 +30,10 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=0)
     options = parser.parse_args()
     console = Console()
-    results: list[Built] = []
+    results: list[FamilyResult] = []
     with tempfile.TemporaryDirectory() as folder:
         for done in build_all(
-            wishes(options.names, options.samples, options.seed, False), Path(folder), options.jobs, False
+            requests_for(options.names, options.samples, options.seed, False), Path(folder), options.jobs, False
         ):
             results.append(done)
             if not done.passed:

@@ -41,10 +41,10 @@ from casa_assets.ingest.sources.found import Found
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.signature import Form
 from casa_assets.model.ingest.source import Bundle
-from casa_assets.pipeline.dedup.pairs import FORM_GAP
+from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE
 from casa_assets.pipeline.dedup.signature import surface as surface_of
-from casa_assets.pipeline.ingest.stages import raw
-from casa_assets.pipeline.ingest.survey import categorise
+from casa_assets.pipeline.ingest.stages import read_raw_model
+from casa_assets.pipeline.ingest.survey import find_category
 from casa_assets.pipeline.library.library import Library, read_asset
 
 Make = Callable[[Surface, np.random.Generator], tuple[str, bytes]]
@@ -126,7 +126,7 @@ OTHERS: dict[str, Make] = {
 def read(name: str, bundle: Bundle, category: str = registry.FALLBACK) -> Known:
     """A bundle as ingest reads and cleans it."""
     known = registry.load()
-    return signed(name, clean(raw(bundle, known.limits), known.category(category)).soup())
+    return signed(name, clean(read_raw_model(bundle, known.limits), known.category(category)).soup())
 
 
 def signed(name: str, surface: Surface) -> Known:
@@ -142,7 +142,7 @@ def gather(folder: Path, every: int) -> Iterator[Known]:
         return
     for one in [f for f in discover([folder]) if isinstance(f, Found)][::every]:
         try:
-            yield read(one.source.path, collect(one, registry.load().limits), categorise(one, "")[0].id)
+            yield read(one.source.path, collect(one, registry.load().limits), find_category(one, "")[0].id)
         except Rejected as error:
             print(f"left out: {one.source.path}: {error}")
 
@@ -150,7 +150,7 @@ def gather(folder: Path, every: int) -> Iterator[Known]:
 def compared(one: Known, other: Known, limit: float) -> tuple[float, float, float, bool]:
     """Gap of the forms, how near most and nearly all of the surfaces lie (2 where it was not tried), the verdict."""
     gap = form_gap(one.form, other.form)
-    if gap > FORM_GAP:
+    if gap > MAX_DESCRIPTOR_DISTANCE:
         return gap, 2.0, 2.0, False
     found = overlay(one.cloud, other.cloud)
     pair = Alike(one.name, other.name, found.most, found.all, 1.0, 0.0, True)

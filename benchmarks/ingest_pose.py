@@ -31,8 +31,8 @@ from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.registry.category import Category
-from casa_assets.pipeline.ingest.stages import MASSES_AGREE, STAGES, Brief, raw
-from casa_assets.pipeline.ingest.survey import categorise
+from casa_assets.pipeline.ingest.stages import MASS_AGREEMENT_RATIO, STAGES, BuildContext, read_raw_model
+from casa_assets.pipeline.ingest.survey import find_category
 
 
 @dataclass
@@ -61,16 +61,16 @@ class Row:
     failed: str = ""
 
 
-def inputs(folder: Path, every: int, only: list[str]) -> Iterator[tuple[Found, Category, Draft, Brief]]:
+def inputs(folder: Path, every: int, only: list[str]) -> Iterator[tuple[Found, Category, Draft, BuildContext]]:
     """Every input that can be read, cleaned."""
     known = registry.load()
     for one in [f for f in discover([folder]) if isinstance(f, Found)][::every]:
-        category = categorise(one, "")[0]
+        category = find_category(one, "")[0]
         if only and category.id not in only:
             continue
         try:
             bundle = collect(one, known.limits)
-            yield one, category, clean(raw(bundle, known.limits)), brief(one, bundle, category)
+            yield one, category, clean(read_raw_model(bundle, known.limits)), brief(one, bundle, category)
         except CasaError as error:
             print(f"{one.source.path}: {error}", flush=True)
 
@@ -85,7 +85,7 @@ def truths(folder: Path) -> dict[str, dict[str, str]]:
 
 
 def measured(
-    path: str, category: Category, draft: Draft, told: Brief, truth: dict[str, str], copies: bool
+    path: str, category: Category, draft: Draft, told: BuildContext, truth: dict[str, str], copies: bool
 ) -> tuple[Row, Draft]:
     """Run the stages on one input and judge what came out."""
     steps = {stage.name: stage.function for stage in STAGES}
@@ -96,7 +96,9 @@ def measured(
     # Along the axes of the file, as the table has it: another pose makes another box.
     factor = float(np.linalg.norm(np.ptp(vertices, axis=0)) / np.linalg.norm(np.ptp(posed.soup()[0], axis=0)))
     known = registry.load()
-    found = judged(estimates(vertices, faces, category, known.substances[category.substance]), category, MASSES_AGREE)
+    found = judged(
+        estimates(vertices, faces, category, known.substances[category.substance]), category, MASS_AGREEMENT_RATIO
+    )
     row = Row(
         path=path,
         category=category.id,
@@ -118,7 +120,7 @@ def measured(
 
 
 def _judge(
-    row: Row, category: Category, draft: Draft, posed: Draft, told: Brief, truth: dict[str, str], copies: bool
+    row: Row, category: Category, draft: Draft, posed: Draft, told: BuildContext, truth: dict[str, str], copies: bool
 ) -> None:
     if truth["true_longest_m"]:
         row.true_m = float(truth["true_longest_m"])

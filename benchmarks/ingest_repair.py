@@ -30,8 +30,8 @@ from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.ingest.source import RawModel
-from casa_assets.pipeline.ingest.stages import raw
-from casa_assets.pipeline.ingest.survey import categorise
+from casa_assets.pipeline.ingest.stages import read_raw_model
+from casa_assets.pipeline.ingest.survey import find_category
 from casa_assets.preview.raw_model import render_model
 
 
@@ -49,11 +49,11 @@ def found_in(folder: Path) -> Iterator[Found]:
 def judged(one: Found) -> tuple[Row, RawModel | None, Draft | None]:
     """Both tools on one input."""
     known = registry.load()
-    category = known.category(categorise(one, "")[0].id)
+    category = known.category(find_category(one, "")[0].id)
     path, name = one.source.path, category.id
     limits = {**known.limits, "input_texture_pixels": 1.0}
     try:
-        model = raw(collect(one, limits), limits)
+        model = read_raw_model(collect(one, limits), limits)
     except Rejected as error:
         return Row(path, name, refused=f"{error.code} {error.message}"), None, None
     start = time.process_time()

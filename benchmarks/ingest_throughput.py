@@ -35,7 +35,7 @@ from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.pipeline.ingest.run import Options, ingest
-from casa_assets.pipeline.ingest.stages import STAGES, raw
+from casa_assets.pipeline.ingest.stages import STAGES, read_raw_model
 from casa_assets.pipeline.ingest.worker import PREVIEW_PX, thumbnail
 from casa_assets.pipeline.library.library import Library, write_files
 from casa_assets.pipeline.reports.entry import entries
@@ -107,7 +107,7 @@ def _one(found: Found, category: str, place: str, watch: Stopwatch) -> None:
     with watch("load"):
         bundle = collect(found, known.limits)
         told = brief(found, bundle, known.category(category))
-        model = raw(bundle, known.limits)
+        model = read_raw_model(bundle, known.limits)
     with watch("clean"):
         draft = clean(model)
     for stage in STAGES:

@@ -27,7 +27,7 @@ from casa_assets.articulate.frame.evidence import FEATURES, evidence, facing, hi
 from casa_assets.articulate.frame.score_candidate import TRIALS, tried
 from casa_assets.articulate.frame.side_views import look
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP, Pieces
-from casa_assets.pipeline.families.run import Wish, build_asset, params_of
+from casa_assets.pipeline.families.run import FamilyRequest, build_asset, params_of
 from casa_assets.registry.families import family
 
 Limit = tuple[float | None, float | None]
@@ -219,12 +219,12 @@ def members(name: str, count: int, keep: Path | None, cache: Path) -> Iterator[l
         yield found
 
 
-def _wish(name: str, index: int) -> Wish:
+def _wish(name: str, index: int) -> FamilyRequest:
     """Every third member is a preset, as long as there are some."""
     presets = list(family(name).presets)
     if index % 3 == 1 and index // 3 < len(presets):
-        return Wish(name, preset=presets[index // 3])
-    return Wish(name, seed=SEED, index=index)
+        return FamilyRequest(name, preset=presets[index // 3])
+    return FamilyRequest(name, seed=SEED, index=index)
 
 
 def learned(looks: Looks, names: Sequence[str]) -> tuple[Floats, Floats]:

@@ -15,7 +15,7 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import Line, Slot
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.units import BaseKind
-from casa_assets.pipeline.kitchens.resolve import offers
+from casa_assets.pipeline.kitchens.resolve import preset_params
 from casa_assets.registry.kitchens import load_plan, load_style
 
 PLAY = 0.0015  # metres
@@ -69,7 +69,7 @@ def body(kitchen: Kitchen, line: Line) -> Rect:
     row = floor_row(kitchen, line)
     front = line.depth + standard_sizes.OVERHANG
     if any(s.kind is BaseKind.FRIDGE for s in row):
-        front = max(front, Models(kitchen.style, offers()).of("fridge").number("depth") + 0.03)
+        front = max(front, Models(kitchen.style, preset_params()).of("fridge").number("depth") + 0.03)
     back = 0.0 if line.at_wall else -line.run.overhang
     return rect(line, row[0].left, row[-1].right, back, front)
 
@@ -120,7 +120,7 @@ def _touches(line: Line, wall: str, kitchen: Kitchen) -> bool:
 
 def made(name: str, given: Mapping[str, float] | None = None, style: str = STYLE) -> Kitchen:
     """A plan in metres."""
-    return request(load_plan(name)[0], load_style(style)[0], offers(), given)
+    return request(load_plan(name)[0], load_style(style)[0], preset_params(), given)
 
 
 def extremes(plan: Plan) -> Iterator[dict[str, float]]:

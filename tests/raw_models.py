@@ -16,7 +16,7 @@ from casa_assets.model.ingest.source import RawModel, RawPart, Source, SourceKin
 from casa_assets.model.issue import Issue
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
-from casa_assets.pipeline.ingest.stages import STAGES, Brief
+from casa_assets.pipeline.ingest.stages import STAGES, BuildContext
 from tests.meshes import box_mesh, lathe
 
 Floats = npt.NDArray[np.float64]
@@ -81,11 +81,11 @@ def category(name: str) -> Category:
     return registry.load().category(name)
 
 
-def brief(name: str, **limits: float) -> Brief:
+def brief(name: str, **limits: float) -> BuildContext:
     """What the stages are told of a thing of that category."""
     known = registry.load()
     kind = known.category(name)
-    return Brief(
+    return BuildContext(
         asset_id=f"{name}_0123456789",
         sha256="0" * 64,
         source=Source(kind=SourceKind.FOLDER, path=f"{name}.obj"),

@@ -22,8 +22,8 @@ from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.ingest.source import Bundle
 from casa_assets.model.registry.category import Build, Category
-from casa_assets.pipeline.ingest.stages import STAGES, Brief, raw
-from casa_assets.pipeline.ingest.survey import categorise
+from casa_assets.pipeline.ingest.stages import STAGES, BuildContext, read_raw_model
+from casa_assets.pipeline.ingest.survey import find_category
 from judging.distance import Surface
 
 MOVES = ("orient", "scale", "simplify")
@@ -74,23 +74,23 @@ def prepared(folder: Path, every: int, only: Sequence[str], rounds: int = 1) -> 
     known = registry.load()
     found = [f for f in discover([folder]) if isinstance(f, Found)][::every]
     for one in (f for start in range(rounds) for f in found[start::rounds]):
-        category = known.category(categorise(one, "")[0].id)
+        category = known.category(find_category(one, "")[0].id)
         if only and category.id not in only:
             continue
         try:
             bundle = collect(one, known.limits)
             told = brief(one, bundle, category)
             steps = {stage.name: stage.function for stage in STAGES}
-            moved = steps["scale"](steps["orient"](clean(raw(bundle, known.limits), category), told), told)
+            moved = steps["scale"](steps["orient"](clean(read_raw_model(bundle, known.limits), category), told), told)
             yield Prepared(one.source.path, category, steps["simplify"](moved, told), _welded(*moved.soup()))
         except Rejected:
             continue
 
 
-def brief(found: Found, bundle: Bundle, category: Category) -> Brief:
+def brief(found: Found, bundle: Bundle, category: Category) -> BuildContext:
     """What the stages are told about an input, as the pipeline tells them."""
     known = registry.load()
-    return Brief(
+    return BuildContext(
         asset_id=f"{category.id}_{bundle.sha256[:10]}",
         sha256=bundle.sha256,
         source=found.source,
@@ -106,7 +106,7 @@ def _read(found: Found, name: str) -> Input:
     path, category = found.source.path, known.category(name)
     try:
         bundle = collect(found, known.limits)
-        draft = clean(raw(bundle, known.limits), category)
+        draft = clean(read_raw_model(bundle, known.limits), category)
         told = brief(found, bundle, category)
         steps = {stage.name: stage.function for stage in STAGES}
         moved = steps["scale"](steps["orient"](draft, told), told)

@@ -26,12 +26,12 @@ def main() -> None:
     from casa_assets.export.usd.scene import kitchen as usd
     from casa_assets.geometry.lightweight import light_scene
     from casa_assets.pipeline.cache.asset_store import AssetStore
-    from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene, resolve
+    from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, resolve
     from casa_assets.pipeline.library.library import Library
 
     imported = time.perf_counter()
     plan, style = sys.argv[1].split("__")
-    recipe = Recipe(plan, style)
+    recipe = SceneRecipe(plan, style)
     resolve(recipe)
     resolved = time.perf_counter()
     cache = Library(Path(sys.argv[2])).cache

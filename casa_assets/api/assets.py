@@ -16,10 +16,10 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.style import Choice
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_folder import cache_dir
-from casa_assets.pipeline.families.run import Wish
+from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.families.run import params_of as drawn
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.check import check as check_scene
+from casa_assets.pipeline.kitchens.check import run_checks_on_scene as check_scene
 from casa_assets.pipeline.kitchens.resolve import build_scene, params_of
 from casa_assets.pipeline.kitchens.scene_files import FACTS
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
@@ -61,7 +61,7 @@ def sample(family: str, seed: int = 0, index: int = 0) -> Params:
     Raises:
         UnknownId: no such family.
     """
-    return drawn(Wish(family, seed=seed, index=index))
+    return drawn(FamilyRequest(family, seed=seed, index=index))
 
 
 def write(asset: Asset, folder: str | Path) -> Path:

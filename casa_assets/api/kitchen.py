@@ -24,17 +24,24 @@ from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.load_scene import FILES, model_of, spec_of, swap_textures
-from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene, chosen, drawn_surfaces, resolve
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, draw_surfaces, ordered_surfaces, resolve
 from casa_assets.pipeline.kitchens.scene_files import FACTS
-from casa_assets.pipeline.kitchens.scene_folders import Order, is_current, is_drawn, is_whole, put, scene_key
+from casa_assets.pipeline.kitchens.scene_folders import (
+    BuildOptions,
+    is_current,
+    is_drawn,
+    is_whole,
+    publish_scene,
+    scene_key,
+)
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
-from casa_assets.pipeline.kitchens.scene_json import covers, describe
+from casa_assets.pipeline.kitchens.scene_json import describe, surface_finishes
 from casa_assets.pipeline.library import library as disk
 from casa_assets.registry.kitchens import plan_names
 
 Weight = Literal["full", "light"]
 # Where the command line puts scenes that are not told where to go; it is read here and never written.
-BUILT = Path("out/scenes")
+SCENES_FOLDER = Path("out/scenes")
 _ID = re.compile(r"[a-z][a-z0-9]*(_{1,2}[a-z0-9]+)*")
 
 
@@ -47,7 +54,7 @@ class Kitchen:
         surfaces: surface -> texture, where it differs from the style's.
     """
 
-    def __init__(self, recipe: Recipe) -> None:
+    def __init__(self, recipe: SceneRecipe) -> None:
         """Raises CasaError where the plan and the style do not go together."""
         self._recipe = recipe
         resolve(recipe)
@@ -119,7 +126,7 @@ class Kitchen:
         with library.locked(), writing(library.root):
             library.sweep()
             if not is_whole(target, key) or (picture and not is_drawn(target, key)):
-                put(self._recipe, *self._built, library, Order(drawn=picture), key)
+                publish_scene(self._recipe, *self._built, library, BuildOptions(drawn=picture), key)
         return target
 
     def _mjcf(self, weight: Weight) -> Files:
@@ -153,13 +160,13 @@ def kitchen(
         CasaError: the plan does not fit together with these lengths or this style.
     """
     if surfaces == "random":
-        return Kitchen(Recipe(plan, style, seed, drawn_surfaces(seed or 0), closed))
+        return Kitchen(SceneRecipe(plan, style, seed, draw_surfaces(seed or 0), closed))
     pairs = []
     for name, texture in (surfaces or {}).items():
         if name not in list(Surface):
             raise UnknownId("surface", name, [s.value for s in Surface])
         pairs.append((Surface(name), texture))
-    return Kitchen(Recipe(plan, style, seed, chosen(pairs), closed))
+    return Kitchen(SceneRecipe(plan, style, seed, ordered_surfaces(pairs), closed))
 
 
 @overload
@@ -246,15 +253,15 @@ def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | 
         if not file.is_file():
             raise CasaError(f"{file}: there is no such file; name the folder of a scene, an XML file of it, or an id")
         return file, _covers(file.parent)
-    place = BUILT if out is None else out
+    place = SCENES_FOLDER if out is None else out
     recipe = recipe_of(str(scene), (place,))
     folder = place / recipe.scene_id
     if is_current(recipe, place):
         return folder / FILES[weight], _covers(folder)
     made = Kitchen(recipe)
     if out is not None:
-        return made.write(out) / FILES[weight], covers(made.resolved.style)
-    return made._mjcf(weight), covers(made.resolved.style)
+        return made.write(out) / FILES[weight], surface_finishes(made.resolved.style)
+    return made._mjcf(weight), surface_finishes(made.resolved.style)
 
 
 def _is_path(scene: str | Path) -> bool:

@@ -19,7 +19,7 @@ from casa_assets.pipeline.articulate.build import Wish
 from casa_assets.pipeline.articulate.run import Done
 from casa_assets.pipeline.articulate.run import articulate as run_articulate
 from casa_assets.pipeline.articulate.sidecar import read as read_decisions
-from casa_assets.pipeline.dedup.search import Hit, by_words
+from casa_assets.pipeline.dedup.search import SearchHit, search_by_words
 from casa_assets.pipeline.ingest.in_memory import first_error, ingest_mesh
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options
@@ -130,9 +130,9 @@ class Library:
         """An accepted asset, meshes and textures included. Raises UnknownId, or OutputError where it is damaged."""
         return disk.read_asset(self.folder(asset_id))
 
-    def search(self, words: str, most: int = 20) -> list[Hit]:
+    def search(self, words: str, most: int = 20) -> list[SearchHit]:
         """Assets whose category, title, path or colours have most of the words, best first."""
-        return by_words(words, self._disk, most)
+        return search_by_words(words, self._disk, most)
 
     def ingest(self, *paths: str | Path, category: str = "", jobs: int = 0) -> Iterator[Event]:
         """Bring files, folders and manifests in; each input is read in a process of its own with limits.

@@ -16,7 +16,7 @@ from rich.text import Text
 
 from casa_assets import __version__
 from casa_assets.cli.supervise import SIGNALS, supervised, unblock
-from casa_assets.cli.text import plain
+from casa_assets.cli.text import terminal_safe
 from casa_assets.cli.verbs.articulate import articulate
 from casa_assets.cli.verbs.checks import checks
 from casa_assets.cli.verbs.doctor import doctor
@@ -33,9 +33,9 @@ from casa_assets.cli.verbs.scenes import one as scene
 from casa_assets.cli.verbs.textures import app as textures
 from casa_assets.errors import BatchFault, CasaError
 
-MISUSE, CRASH, SIGNALLED = 2, 3, 128
+EXIT_MISUSE, EXIT_FAULT, EXIT_SIGNAL_BASE = 2, 3, 128
 # What a file, a folder or a disk refuses, and no fault of the program: rights, room, or a name that cannot be.
-REFUSED = frozenset(
+ACCESS_ERRNOS = frozenset(
     {errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EMFILE, errno.ENFILE}
     | {errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG}
 )
@@ -57,7 +57,7 @@ app.add_typer(scene)
 app.add_typer(export)
 
 
-class Stopped(BaseException):
+class StopRequested(BaseException):
     """The user, or the system, asked the program to end; not an Exception, so that nothing on the way swallows it."""
 
 
@@ -91,8 +91,8 @@ def run() -> int:
     try:
         unblock()
         return _answer()
-    except Stopped as stop:
-        return SIGNALLED + int(stop.args[0])
+    except StopRequested as stop:
+        return EXIT_SIGNAL_BASE + int(stop.args[0])
 
 
 def _answer() -> int:
@@ -102,18 +102,18 @@ def _answer() -> int:
         return end.code if isinstance(end.code, int) else 0
     except CasaError as error:
         _say("error:", str(error))
-        return MISUSE
+        return EXIT_MISUSE
     except BatchFault as fault:
         if fault.traces:
             sys.stderr.write(f"{fault.traces.rstrip()}\n")
         _say("bug:", f"{fault}; please report it with the traces of those")
-        return CRASH
+        return EXIT_FAULT
     except OSError as error:
-        if error.errno not in REFUSED:
+        if error.errno not in ACCESS_ERRNOS:
             return _crash()
         place = f"{error.filename}: " if error.filename else ""
         _say("error:", f"{place}{error.strerror}; look at rights and at the room on the disk, or name another place")
-        return MISUSE
+        return EXIT_MISUSE
     except Exception:  # noqa: BLE001  exit code 1 would say that inputs were rejected
         return _crash()
     return 0
@@ -121,10 +121,10 @@ def _answer() -> int:
 
 def _crash() -> int:
     if _stopping:
-        return CRASH  # of what was torn down on the way; the supervisor tells of the signal
+        return EXIT_FAULT  # of what was torn down on the way; the supervisor tells of the signal
     traceback.print_exc()
     _say("bug:", "this is a fault of the program; please report it with the lines above")
-    return CRASH
+    return EXIT_FAULT
 
 
 # The signal that asked to stop, if one did.
@@ -136,11 +136,11 @@ def _stop(number: int, _: FrameType | None) -> NoReturn:
         signal.signal(again, signal.SIG_IGN)  # what is under way is being put in order
     _stopping.append(number)
     sys.unraisablehook = lambda _: None  # one line is told, by the supervisor
-    raise Stopped(number)
+    raise StopRequested(number)
 
 
 def _say(mark: str, message: str) -> None:
-    text = Text.assemble((mark, "bold red"), " ", "\n".join(plain(line) for line in message.split("\n")))
+    text = Text.assemble((mark, "bold red"), " ", "\n".join(terminal_safe(line) for line in message.split("\n")))
     try:
         Console(stderr=True, soft_wrap=True).print(text, highlight=False)
     except BrokenPipeError:

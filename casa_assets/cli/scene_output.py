@@ -13,18 +13,20 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
-from casa_assets.cli.text import counted
+from casa_assets.cli.text import pluralize
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
 
-LONG = 40  # characters of a name that are kept on one line
-WIDE = 140  # characters that the whole table takes
-NARROW = 5  # columns of numbers where there is less room
+LONG_TABLE_ROWS = 40  # characters of a name that are kept on one line
+WIDE_TERMINAL = 140  # characters that the whole table takes
+NARROW_COLUMNS = 5  # columns of numbers where there is less room
 
 
-def follow(done_ones: Iterator[SceneBuilt], count: int, word: str, console: Console, json_: bool) -> list[SceneBuilt]:
+def print_progress(
+    done_ones: Iterator[SceneBuilt], count: int, word: str, console: Console, json_: bool
+) -> list[SceneBuilt]:
     """Tell of each scene as it is done; returns all of them.
 
     Args:
@@ -44,7 +46,7 @@ def follow(done_ones: Iterator[SceneBuilt], count: int, word: str, console: Cons
     return results
 
 
-def close(results: list[SceneBuilt], out: Path, console: Console) -> None:
+def write_reports(results: list[SceneBuilt], out: Path, console: Console) -> None:
     """Write the books of the folder, and tell where they are and how many scenes were made."""
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports import kitchen_summary
@@ -54,7 +56,7 @@ def close(results: list[SceneBuilt], out: Path, console: Console) -> None:
         page, picture = write_book(out)
     made = sum(r.passed for r in results)
     kept = sum(r.kept for r in results)
-    message = f"{made} of {counted(len(results), 'scene')} in {out}"
+    message = f"{made} of {pluralize(len(results), 'scene')} in {out}"
     console.print(f"{message} ({kept} unchanged)", highlight=False, soft_wrap=True)
     for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchen_summary.PAGE)):
         console.print(f"{name + ':':9} {path}", highlight=False, soft_wrap=True)
@@ -67,19 +69,19 @@ def check_faults(results: list[SceneBuilt]) -> None:
         raise BatchFault(faults)
 
 
-def tabulate(results: list[SceneBuilt], out: Path, console: Console) -> None:
+def print_numbers(results: list[SceneBuilt], out: Path, console: Console) -> None:
     """Print numbers of the scenes of this run, as far as they are in the folder, and their sum."""
-    from casa_assets.pipeline.reports.kitchen_summary import COLUMNS, cells, rows, sentence
+    from casa_assets.pipeline.reports.kitchen_summary import COLUMNS, cells, read_rows, sentence
 
     mine = {r.recipe.scene_id for r in results if r.folder}
-    found = [row for row in rows(out) if row.id in mine]
+    found = [row for row in read_rows(out) if row.id in mine]
     if not found:
         return
     if not console.is_terminal:
-        console.width = max(console.width, WIDE)
-    shown = COLUMNS if console.width >= WIDE else COLUMNS[:NARROW]
+        console.width = max(console.width, WIDE_TERMINAL)
+    shown = COLUMNS if console.width >= WIDE_TERMINAL else COLUMNS[:NARROW_COLUMNS]
     table = Table(box=None, padding=(0, 1), header_style="bold")
-    table.add_column("scene", overflow="fold", min_width=min(LONG, max(len(row.id) for row in found)))
+    table.add_column("scene", overflow="fold", min_width=min(LONG_TABLE_ROWS, max(len(row.id) for row in found)))
     table.add_column("verdict", overflow="fold")
     for heading, _, _ in shown:
         table.add_column(heading, justify="right", min_width=max(map(len, heading.split())))

@@ -18,8 +18,8 @@ from contextlib import suppress
 from casa_assets.pipeline.workers.usage import trees
 
 SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
-GRACE_S = 2.0  # for the child to put in order what is under way, once it was told to stop
-LEFT_S = 0.5  # for what the child started to end by itself, once the child has ended
+STOP_GRACE_S = 2.0  # for the child to put in order what is under way, once it was told to stop
+ORPHAN_GRACE_S = 0.5  # for what the child started to end by itself, once the child has ended
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Ref: prctl(2)
 
 
@@ -47,7 +47,7 @@ def supervised(work: Callable[[], int], tell: Callable[[str, str], None]) -> int
         signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it stands: what comes now finds nothing to stop
         sys.exit(code)
     status, stop = _wait(child)
-    _bury(0.0 if stop else LEFT_S)
+    _end_descendants(0.0 if stop else ORPHAN_GRACE_S)
     code = _exit_code(status, stop, tell)
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError):
@@ -70,7 +70,7 @@ def _wait(child: int) -> tuple[int, int]:
         if status is not None:
             return status, stop or (heard.si_signo if heard is not None and heard.si_signo in SIGNALS else 0)
         if heard is not None and heard.si_signo in SIGNALS and not stop:
-            stop, deadline = heard.si_signo, time.monotonic() + GRACE_S
+            stop, deadline = heard.si_signo, time.monotonic() + STOP_GRACE_S
             os.kill(child, stop)
         if time.monotonic() >= deadline:
             _kill_all()
@@ -90,11 +90,11 @@ def _reap(child: int) -> int | None:
     return found
 
 
-def _bury(patience_s: float) -> None:
+def _end_descendants(patience_s: float) -> None:
     """Return once no process is left of what the child had started; those that do not end by themselves are killed."""
     begin = time.monotonic()
     with suppress(ChildProcessError):
-        while time.monotonic() - begin < patience_s + LEFT_S:
+        while time.monotonic() - begin < patience_s + ORPHAN_GRACE_S:
             if os.waitpid(-1, os.WNOHANG)[0] == 0:
                 if time.monotonic() - begin >= patience_s:
                     _kill_all()

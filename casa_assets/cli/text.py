@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 
-def plain(text: str) -> str:
+def terminal_safe(text: str) -> str:
     """The text on one line, without what a terminal would act on: such characters become backslash escapes."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
-def counted(number: int, thing: str) -> str:
+def pluralize(number: int, thing: str) -> str:
     """`1 input`, `2 inputs`, `3 categories`, `0 boxes`."""
     if number == 1:
         return f"1 {thing}"

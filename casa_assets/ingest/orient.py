@@ -12,7 +12,7 @@ from casa_assets.ingest.pose.evidence import score, stance
 from casa_assets.ingest.pose.front import Facing, facing, straightened
 from casa_assets.ingest.pose.ups import UPS, candidates, priors
 from casa_assets.model.ingest.source import RawPart
-from casa_assets.model.ingest.user_override import NO_RULING, Ruling
+from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.registry.category import Build, Category, Upright
 
 # How sure one can be of a pose at most where nobody knows what the thing is.
@@ -24,7 +24,7 @@ ANY_SURE = 0.9
 HOPELESS, HOPELESS_VESSEL = 8.0, 16.0
 
 
-def orient(draft: Draft, category: Category, generated: bool = False, ruling: Ruling = NO_RULING) -> Draft:
+def orient(draft: Draft, category: Category, generated: bool = False, ruling: UserOverride = NO_OVERRIDE) -> Draft:
     """Turn the parts so that z is up and the front is where the category has it.
 
     Args:
@@ -76,7 +76,7 @@ def _best(cloud: Cloud, category: Category, key: str) -> tuple[str, Floats, floa
     return ways[best][0], ways[best][1], float(1 / np.exp(log - log[best]).sum())
 
 
-def _look(samples: Floats, category: Category, draft: Draft, name: str, ruling: Ruling) -> Facing:
+def _look(samples: Floats, category: Category, draft: Draft, name: str, ruling: UserOverride) -> Facing:
     if ruling.turn_deg is not None:
         return Facing(
             float(np.radians(ruling.turn_deg)), f"turned by {ruling.turn_deg:g} degrees", 1.0, "a person decided"

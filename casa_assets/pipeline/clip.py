@@ -27,7 +27,7 @@ from casa_assets.preview.still import render
 Scorer = Callable[[Sequence[bytes], Sequence[str]], tuple[float, ...]]
 
 # What the pictures are compared with, by the id of the kind. `other` takes what is no such thing.
-WORDS: Mapping[str, str] = {
+KIND_PHRASES: Mapping[str, str] = {
     "base_cabinet": "a kitchen base cabinet with doors",
     "wall_cabinet": "a kitchen wall cabinet",
     "tall_cabinet": "a tall pantry cabinet or wardrobe",
@@ -53,48 +53,48 @@ PROMPT = "a 3D rendering of {}"
 VIEWS = ((0.0, 15.0), (35.0, 25.0), (-35.0, 25.0), (20.0, 55.0))
 PICTURE_PX = 256
 # Below this share no name is taken.
-SURE = 0.4
+LEAST_SHARE = 0.4
 # Where the file name of the weights says no architecture that open_clip knows.
-USUAL = "ViT-B-32"
+DEFAULT_ARCHITECTURE = "ViT-B-32"
 NO_WEIGHTS = "no weights of CLIP were given"
 # Ends of the names of files with weights.
-FILES = (".pt", ".pth", ".bin", ".safetensors")
+WEIGHT_SUFFIXES = (".pt", ".pth", ".bin", ".safetensors")
 # A folder of weights has this beside them: what open_clip writes and what its models are published with.
-CONFIG = "open_clip_config.json"
+CONFIG_FILE = "open_clip_config.json"
 # What repositories of the hub are called that open_clip loads from.
-HUB = "hf-hub:"
+HUB_PREFIX = "hf-hub:"
 # Sentences that are read at once.
-BATCH = 64
+TEXT_BATCH = 64
 
 
 @dataclass(frozen=True)
-class Eye:
+class ClipModel:
     """A model that compares pictures with words.
 
     Attributes:
-        name: what is said of it in reports. mark: digest of its weights, 64 hex digits.
-        sharpness: that cosines are multiplied with before they become shares.
-        see: pictures (PNG) -> (N, D) of length 1. hear: sentences -> (N, D) of length 1.
+        name: what is said of it in reports. weights_digest: digest of its weights, 64 hex digits.
+        logit_scale: that cosines are multiplied with before they become shares.
+        encode_images: pictures (PNG) -> (N, D) of length 1. encode_text: sentences -> (N, D) of length 1.
     """
 
     name: str
-    mark: str
-    sharpness: float
-    see: Callable[[Sequence[bytes]], Floats]
-    hear: Callable[[Sequence[str]], Floats]
+    weights_digest: str
+    logit_scale: float
+    encode_images: Callable[[Sequence[bytes]], Floats]
+    encode_text: Callable[[Sequence[str]], Floats]
 
 
-def there(weights: str) -> None:
+def require_weights(weights: str) -> None:
     """Say early that weights cannot be had. Raises CasaError: nothing of that name, or open_clip is not installed."""
     place = Path(weights)
-    if place.is_dir() and not (place / CONFIG).is_file():
-        raise CasaError(f"{place}: holds no weights of CLIP: a folder of them has {CONFIG} beside them")
-    if not place.exists() and (place.suffix in FILES or place.is_absolute()):
+    if place.is_dir() and not (place / CONFIG_FILE).is_file():
+        raise CasaError(f"{place}: holds no weights of CLIP: a folder of them has {CONFIG_FILE} beside them")
+    if not place.exists() and (place.suffix in WEIGHT_SUFFIXES or place.is_absolute()):
         raise CasaError(f"{place}: there are no weights of CLIP")
     require("open_clip", "clip", "CLIP")
 
 
-def eye(weights: str) -> Eye:
+def load_clip(weights: str) -> ClipModel:
     """CLIP with these weights, on the processor.
 
     Args:
@@ -104,11 +104,11 @@ def eye(weights: str) -> Eye:
     Raises:
         CasaError: there are none of that name, they cannot be loaded, or open_clip is not installed.
     """
-    there(weights)
+    require_weights(weights)
     import open_clip
     import torch
 
-    architecture, pretrained = _named(Path(weights), weights, open_clip)
+    architecture, pretrained = _architecture_of(Path(weights), weights, open_clip)
     torch.manual_seed(0)
     try:
         # This one refuses to go on with weights drawn at random where it finds none.
@@ -118,27 +118,33 @@ def eye(weights: str) -> Eye:
         raise CasaError(f"{weights}: these weights of CLIP cannot be loaded: {error}".split("\n")[0]) from error
     model.eval()
 
-    def see(pictures: Sequence[bytes]) -> Floats:
+    def encode_images(pictures: Sequence[bytes]) -> Floats:
         with torch.no_grad():
             stack = torch.stack([prepare(Image.open(io.BytesIO(p)).convert("RGB")) for p in pictures])
-            return _unit(model.encode_image(stack).numpy())
+            return _normalized(model.encode_image(stack).numpy())
 
-    def hear(sentences: Sequence[str]) -> Floats:
+    def encode_text(sentences: Sequence[str]) -> Floats:
         with torch.no_grad():
-            parts = [sentences[i : i + BATCH] for i in range(0, len(sentences), BATCH)]
-            return _unit(np.concatenate([model.encode_text(tokens(list(part))).numpy() for part in parts]))
+            parts = [sentences[i : i + TEXT_BATCH] for i in range(0, len(sentences), TEXT_BATCH)]
+            return _normalized(np.concatenate([model.encode_text(tokens(list(part))).numpy() for part in parts]))
 
-    return Eye(Path(weights).name, _mark(Path(weights), weights), float(model.logit_scale.exp()), see, hear)
+    return ClipModel(
+        Path(weights).name,
+        _digest_of_weights(Path(weights), weights),
+        float(model.logit_scale.exp()),
+        encode_images,
+        encode_text,
+    )
 
 
-def _named(place: Path, words: str, open_clip: Any) -> tuple[str, str | None]:
+def _architecture_of(place: Path, words: str, open_clip: Any) -> tuple[str, str | None]:
     """Architecture and weights as open_clip asks for them."""
     if place.is_dir():
         return f"local-dir:{place.resolve()}", None
     if place.is_file():
         known = sorted((n for n in open_clip.list_models() if place.name.startswith(n)), key=lambda n: (-len(n), n))
-        return (known[0] if known else USUAL), str(place)
-    if words.startswith(HUB):
+        return (known[0] if known else DEFAULT_ARCHITECTURE), str(place)
+    if words.startswith(HUB_PREFIX):
         return words, None
     architecture, _, tag = words.partition("/")
     if (architecture, tag) not in open_clip.list_pretrained():
@@ -150,10 +156,10 @@ def _named(place: Path, words: str, open_clip: Any) -> tuple[str, str | None]:
 
 def weights_digest(weights: str) -> str:
     """Digest of the weights where they lie on this machine, else of their name."""
-    return _mark(Path(weights), weights)
+    return _digest_of_weights(Path(weights), weights)
 
 
-def _mark(place: Path, words: str) -> str:
+def _digest_of_weights(place: Path, words: str) -> str:
     """Digest of the weights where they lie here, else of their name."""
     whole = hashlib.sha256(b"" if place.exists() else words.encode())
     for path in sorted(p for p in place.rglob("*") if p.is_file()) if place.is_dir() else [place] * place.is_file():
@@ -162,47 +168,47 @@ def _mark(place: Path, words: str) -> str:
     return whole.hexdigest()
 
 
-def _unit(rows: npt.NDArray[Any]) -> Floats:
+def _normalized(rows: npt.NDArray[Any]) -> Floats:
     values = rows.astype(np.float64)
     unit: Floats = values / np.linalg.norm(values, axis=1, keepdims=True)
     return unit
 
 
-def shares(seen: Floats, said: Floats, sharpness: float) -> Floats:
+def class_shares(seen: Floats, said: Floats, logit_scale: float) -> Floats:
     """(C,) how well each of (C, D) sentences fits (N, D) pictures of one thing, as shares that add up to 1."""
-    logits = sharpness * (seen @ said.T).mean(axis=0)
+    logits = logit_scale * (seen @ said.T).mean(axis=0)
     powers: Floats = np.exp(logits - logits.max())
     parts: Floats = powers / powers.sum()
     return parts
 
 
-def scorer(weights: Path) -> Scorer:
-    """A scorer with these weights, see `eye`. Raises CasaError as that does."""
-    model = eye(str(weights))
+def load_scorer(weights: Path) -> Scorer:
+    """A scorer with these weights, see `load_clip`. Raises CasaError as that does."""
+    model = load_clip(str(weights))
 
     def scores(pictures: Sequence[bytes], names: Sequence[str]) -> tuple[float, ...]:
-        said = model.hear([PROMPT.format(n) for n in names])
-        return tuple(round(float(s), 4) for s in shares(model.see(pictures), said, model.sharpness))
+        said = model.encode_text([PROMPT.format(n) for n in names])
+        return tuple(round(float(s), 4) for s in class_shares(model.encode_images(pictures), said, model.logit_scale))
 
     return scores
 
 
-def kind_seen(asset: Asset, score: Scorer) -> tuple[str, float, str]:
+def classify_by_look(asset: Asset, score: Scorer) -> tuple[str, float, str]:
     """The kind that a thing looks like, how sure, and why; an empty kind where it looks like none.
 
     Args:
         asset: under any category; its front faces -y.
     """
-    kinds = list(WORDS)
-    found = score(pictures(asset), list(WORDS.values()))
+    kinds = list(KIND_PHRASES)
+    found = score(render_asset_views(asset), list(KIND_PHRASES.values()))
     best = max(range(len(kinds)), key=lambda i: (found[i], -i))
-    message = f"CLIP says {WORDS[kinds[best]]}"
-    if kinds[best] == "other" or found[best] < SURE:
+    message = f"CLIP says {KIND_PHRASES[kinds[best]]}"
+    if kinds[best] == "other" or found[best] < LEAST_SHARE:
         return "", found[best], f"{message} at {found[best]:.0%}, which names nothing"
     return kinds[best], found[best], message
 
 
-def pictures(asset: Asset) -> list[bytes]:
+def render_asset_views(asset: Asset) -> list[bytes]:
     """PNGs of a thing from a few sides, with the look that it came with.
 
     Raises:
@@ -210,9 +216,9 @@ def pictures(asset: Asset) -> list[bytes]:
     """
     with tempfile.TemporaryDirectory() as folder:
         disk.write_files(Path(folder), mjcf.write(asset))
-        return pictures_of(Path(folder) / "model.xml")
+        return render_model_views(Path(folder) / "model.xml")
 
 
-def pictures_of(model: Path) -> list[bytes]:
+def render_model_views(model: Path) -> list[bytes]:
     """The same of a thing that stands on disk as a model.xml."""
     return [render(model, View(azimuth_deg=a, elevation_deg=e, size_px=PICTURE_PX, passes=4)) for a, e in VIEWS]

@@ -30,7 +30,7 @@ REGISTRY = "casa"
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 SCRIPT = Path(casa_objects.__file__)
 # What an export consists of: a folder that has all of it, and nothing else, may be replaced.
-OURS = frozenset(
+EXPORT_FILES = frozenset(
     {entries.FOLDER, MANIFEST, SPLITS, README, SCRIPT.name, attribution.NAME, *map(entries.file_name, Generation)}
 )
 SPLIT_RULE = (
@@ -40,7 +40,7 @@ SPLIT_RULE = (
 
 
 @dataclass(frozen=True)
-class Done:
+class ExportResult:
     """What became of one asset of the library.
 
     Attributes:
@@ -66,8 +66,8 @@ class _Export:
     rows: list[dict[str, Any]] = field(default_factory=list)
 
 
-def export(library: Path, out: Path, name: str = REGISTRY) -> Generator[Done, None, None]:
-    """Write every loose object of a library to `out`; yields one Done per accepted asset, in the library's order.
+def export(library: Path, out: Path, name: str = REGISTRY) -> Generator[ExportResult, None, None]:
+    """Write every loose object of a library to `out`; yields one ExportResult per accepted asset, in their order.
 
     `out` appears by one rename after the last: before that it is as it was.
 
@@ -90,7 +90,7 @@ def export(library: Path, out: Path, name: str = REGISTRY) -> Generator[Done, No
             yield replace(_one(folder, run), total=len(folders))
         if not run.instances:
             raise OutputError(str(library), "holds no loose object: all its assets are fixtures")
-        _books(run, disk.Library(library))
+        _write_manifests(run, disk.Library(library))
         _put(staged, out)
 
 
@@ -102,10 +102,10 @@ def _is_free(out: Path, library: Path) -> None:
     if out.is_symlink() or (out.exists() and not out.is_dir()):
         raise OutputError(str(out), "is no folder; name another")
     inside = {path.name for path in out.iterdir()} if out.is_dir() else set()
-    if inside and not (inside >= OURS):
-        lacking = min(OURS - inside)
+    if inside and not (inside >= EXPORT_FILES):
+        lacking = min(EXPORT_FILES - inside)
         raise OutputError(str(out), f"is neither empty nor an earlier export (it has no {lacking}); name another")
-    if strange := sorted(inside - OURS - {"__pycache__"}):
+    if strange := sorted(inside - EXPORT_FILES - {"__pycache__"}):
         raise OutputError(
             str(out / strange[0]), "was not written by an export, which would remove it; name another OUT"
         )
@@ -147,14 +147,14 @@ def _put(staged: Path, out: Path) -> None:
     shutil.rmtree(older, ignore_errors=True)
 
 
-def _one(folder: Path, run: _Export) -> Done:
+def _one(folder: Path, run: _Export) -> ExportResult:
     known = registry.load()
     asset = _read(folder)
     name = asset.labels.category
     if asset.base is Base.FIXED or asset.contract is not None:
-        return Done(asset.id, name, message="is a fixture, which stands where a kitchen has it")
+        return ExportResult(asset.id, name, message="is a fixture, which stands where a kitchen has it")
     if name not in known.categories:
-        return Done(asset.id, name, message="is of a category that the registry of objects does not have")
+        return ExportResult(asset.id, name, message="is of a category that the registry of objects does not have")
     category = known.categories[name]
     split = asset.labels.split or split_of(asset.provenance.sha256)
     instance = entries.Instance(id=asset.id, category=name, split=split)
@@ -163,14 +163,14 @@ def _one(folder: Path, run: _Export) -> Done:
     disk.write_files(run.staged / place, model.write(asset, stood_up=lies))
     run.instances.append(instance)
     run.rows.append(_row(asset, category, f"{place}/{model.FILE}", split))
-    return Done(asset.id, name, f"{place}/{model.FILE}", split.value)
+    return ExportResult(asset.id, name, f"{place}/{model.FILE}", split.value)
 
 
 def _read(folder: Path) -> Asset:
     """The asset of a folder, every file as it was certified. Raises OutputError."""
     certified = disk.read_certificate(folder).files
     try:
-        found = disk.sums(folder)
+        found = disk.file_digests(folder)
     except OSError as error:
         raise OutputError(str(folder), f"cannot be read: {error.strerror}") from error
     for path in sorted(certified):
@@ -205,7 +205,7 @@ def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str,
     }
 
 
-def _books(run: _Export, library: disk.Library) -> None:
+def _write_manifests(run: _Export, library: disk.Library) -> None:
     """What tells of the instances: entries, splits, manifest, credits, and how to add them to a runtime."""
     known = registry.load()
     tables = entries.tables(run.instances, known.categories, run.registry)

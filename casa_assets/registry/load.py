@@ -37,7 +37,7 @@ FILES = (
     "words",
 )
 FALLBACK = "object"  # the category of what has no other; never found by its name, which every second node carries
-FAST = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML has it
+YAML_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML has it
 R = TypeVar("R", bound=Record)
 
 
@@ -126,7 +126,7 @@ def read_document(path: Path) -> Document:
     try:
         text = path.read_text(encoding="utf-8")
         try:
-            root = yaml.compose(text, Loader=FAST)
+            root = yaml.compose(text, Loader=YAML_LOADER)
         except yaml.YAMLError:  # Python tells faults better than libyaml
             root = yaml.compose(text, Loader=yaml.SafeLoader)
         value = plain(root, ()) if root else {}
@@ -180,7 +180,7 @@ def read_classes(document: Document) -> dict[str, Class]:
             if parent is not None and str(parent) not in rows:
                 raise document.fault((name, "parent"), "a class", repr(parent))
             if parent is not None and "qcode" not in row:
-                row["qcode"] = borrowed(read(parent, (*below, name)).qcode)
+                row["qcode"] = inherited_q_code(read(parent, (*below, name)).qcode)
             elif parent is not None:
                 read(parent, (*below, name))
             classes[name] = read_record(Class, row, document, (name,), id=name)
@@ -189,7 +189,7 @@ def read_classes(document: Document) -> dict[str, Class]:
     return {name: read(name, ()) for name in rows}
 
 
-def borrowed(qcode: QCode) -> QCode:
+def inherited_q_code(qcode: QCode) -> QCode:
     """The Q-code of a class as it is used for what lies below it."""
     return qcode.replace(certainty=Certainty.PARENT)
 
@@ -218,7 +218,7 @@ def read_categories(
         if isinstance(row, dict) and isinstance(row.get("size_m"), list):
             row["size_m"] = [read_span(span, document, (name, "size_m", i)) for i, span in enumerate(row["size_m"])]
         if isinstance(row, dict) and str(row.get("parent")) in classes:
-            row.setdefault("qcode", borrowed(classes[row["parent"]].qcode))
+            row.setdefault("qcode", inherited_q_code(classes[row["parent"]].qcode))
         elif isinstance(row, dict) and "parent" in row:
             raise document.fault((name, "parent"), "a class of classes.yaml", repr(row["parent"]))
         categories[name] = found = read_record(Category, row, document, (name,), id=name)

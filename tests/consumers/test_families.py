@@ -8,8 +8,8 @@ import pytest
 
 from casa_assets.families.catalog import MODELS
 from casa_assets.model.registry.finish import Surface
-from casa_assets.pipeline.families.run import build_all, wishes
-from casa_assets.pipeline.textures.check import check_recipes, check_sets, chosen
+from casa_assets.pipeline.families.run import build_all, requests_for
+from casa_assets.pipeline.textures.check import check_recipes, check_sets, select_recipes
 
 
 def test_there_are_as_many_families_as_promised() -> None:
@@ -18,14 +18,14 @@ def test_there_are_as_many_families_as_promised() -> None:
 
 @pytest.mark.consumers
 def test_a_random_member_of_every_tenth_family_passes(tmp_path: Path) -> None:
-    done = list(build_all(wishes(sorted(MODELS)[::10], samples=1, seed=21, presets=False), tmp_path, drawn=False))
+    done = list(build_all(requests_for(sorted(MODELS)[::10], samples=1, seed=21, presets=False), tmp_path, drawn=False))
     assert len(done) == len(sorted(MODELS)[::10])
     assert [(d.wish.title, d.message, d.problems) for d in done if not d.passed] == []
 
 
 @pytest.mark.certify
 def test_random_members_of_every_family_pass(tmp_path: Path) -> None:
-    wanted = wishes([], samples=2, seed=20, presets=False)
+    wanted = requests_for([], samples=2, seed=20, presets=False)
     done = list(build_all(wanted, tmp_path, drawn=False))
     failed = [
         (d.wish.title, d.message or [f"{i.code} {i.pointer}: {i.message}" for i in d.problems])
@@ -38,7 +38,7 @@ def test_random_members_of_every_family_pass(tmp_path: Path) -> None:
 
 @pytest.mark.certify
 def test_textures_pass(tmp_path: Path) -> None:
-    recipes = chosen([], list(Surface))
+    recipes = select_recipes([], list(Surface))
     assert len(recipes) == 400
     checked = list(check_recipes(recipes, tmp_path))
     assert len(checked) == 400

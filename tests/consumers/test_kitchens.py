@@ -12,7 +12,7 @@ import mujoco
 import pytest
 
 from casa_assets.pipeline.kitchens import scene_folders
-from casa_assets.pipeline.kitchens.resolve import Recipe
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 
 ROOT = Path(__file__).parents[2]
 HERE = Path(__file__).parent
@@ -41,7 +41,7 @@ def told(name: str, *arguments: str | Path) -> Any:
 @pytest.fixture(scope="module")
 def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a scene."""
-    made = scene_folders.build_one(Recipe("l_small", "coastal"), tmp_path_factory.mktemp("scenes"), drawn=False)
+    made = scene_folders.build_one(SceneRecipe("l_small", "coastal"), tmp_path_factory.mktemp("scenes"), drawn=False)
     assert made.folder, made.message
     return Path(made.folder)
 

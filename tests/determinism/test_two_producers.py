@@ -81,7 +81,7 @@ def producers(library: Path) -> list[Producer]:
     found = []
     for folder in disk.Library(library).accepted():
         certificate = disk.read_certificate(folder)
-        sums = disk.sums(folder)
+        sums = disk.file_digests(folder)
         assert {path: sums[path] for path in certificate.files} == certificate.files, folder
         assert disk.read_asset(folder).digest == certificate.asset_digest, folder
         found.append(certificate.producer)

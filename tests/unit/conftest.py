@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.pipeline.kitchens import check, scene_folders
-from casa_assets.pipeline.kitchens.resolve import Recipe
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
 from casa_assets.preview import kitchen
 
@@ -29,7 +29,7 @@ def checked_kitchen(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Sce
     """A folder of scenes with one in it, and its verdict; its pictures are tiny."""
     out = tmp_path_factory.mktemp("checked")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(check, "SMALL", SMALLEST)
+        patch.setattr(check, "CHECK_FRAME", SMALLEST)
         # The function stays the one that the key of pictures is made from; only its own defaults are others.
-        patch.setattr(scene_folders.draw, "__defaults__", ((), SMALLEST, "start"))
-        return out, check.check_one(Recipe("one_wall_small", "coastal"), out)
+        patch.setattr(scene_folders.draw_cameras, "__defaults__", ((), SMALLEST, "start"))
+        return out, check.check_one(SceneRecipe("one_wall_small", "coastal"), out)

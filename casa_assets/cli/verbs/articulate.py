@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from casa_assets.cli.text import counted, plain
+from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def articulate(
     from casa_assets.pipeline.articulate.build import Wish
     from casa_assets.pipeline.articulate.run import articulate as run
     from casa_assets.pipeline.articulate.sidecar import read
-    from casa_assets.pipeline.ingest.run import FAULT
+    from casa_assets.pipeline.ingest.run import CRASH_CODE
 
     if decisions is not None and len(meshes) > 1:
         raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
@@ -73,11 +73,11 @@ def articulate(
         if report and done.found is not None:
             console.print(_table(done))
             for line in done.lacking:
-                console.print(f"  {escape(plain(line))}", highlight=False)
+                console.print(f"  {escape(terminal_safe(line))}", highlight=False)
     if review:
         console.print(f"{review_page.write(out, every)}", highlight=False)
-    if faults := [str(d.mesh) for d in every if d.code == FAULT]:
-        raise BatchFault(map(plain, faults))
+    if faults := [str(d.mesh) for d in every if d.code == CRASH_CODE]:
+        raise BatchFault(map(terminal_safe, faults))
     if not all(d.accepted for d in every):
         raise typer.Exit(1)
 
@@ -94,31 +94,31 @@ def _axis(word: str, option: str) -> Vec3 | None:
 
 def _tell(done: Done, console: Console) -> None:
     """One line for what became of a mesh, one for each warning."""
-    name = escape(plain(done.mesh.name))
+    name = escape(terminal_safe(done.mesh.name))
     if done.found is None:
-        console.print(f"[red]{done.code}[/] {escape(plain(done.message))}", highlight=False)
+        console.print(f"[red]{done.code}[/] {escape(terminal_safe(done.message))}", highlight=False)
         return
     count = sum(not p.added for p in done.found.parts)
     whole = sum(t.whole for t in done.travels.values())
     rooms = sum(r.built for r in done.found.rooms)
-    added = f", {counted(rooms, 'interior')} added" if rooms else ""
+    added = f", {pluralize(rooms, 'interior')} added" if rooms else ""
     way = "goes all its way" if len(done.travels) == 1 else "go all their way"
-    message = f"{counted(count, 'moving part')}, {whole} of {len(done.travels)} {way}{added}"
+    message = f"{pluralize(count, 'moving part')}, {whole} of {len(done.travels)} {way}{added}"
     mark = (
         f"[green]{'kept' if done.kept else 'accepted'}[/]"
         if done.accepted
-        else f"[red]{done.code}[/] {escape(plain(done.message))};"
+        else f"[red]{done.code}[/] {escape(terminal_safe(done.message))};"
     )
     console.print(f"{mark} {name}: {message}", highlight=False)
-    console.print(f"  {escape(plain(str(done.folder)))}", highlight=False, soft_wrap=True)
+    console.print(f"  {escape(terminal_safe(str(done.folder)))}", highlight=False, soft_wrap=True)
     if done.contract:
         console.print(f"  holds the contract {done.contract}", highlight=False)
     elif done.lacking:
         more = f" (and {len(done.lacking) - 2} more: --report)" if len(done.lacking) > 2 else ""
-        console.print(f"  {escape(plain(': '.join(done.lacking[:2])))}{more}", highlight=False)
+        console.print(f"  {escape(terminal_safe(': '.join(done.lacking[:2])))}{more}", highlight=False)
     for issue in done.report.issues if done.report else ():
         console.print(
-            f"  {issue.severity.value} {issue.code} {escape(plain(issue.pointer + ' ' + issue.message))}",
+            f"  {issue.severity.value} {issue.code} {escape(terminal_safe(issue.pointer + ' ' + issue.message))}",
             highlight=False,
         )
 

@@ -15,10 +15,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
-from casa_assets.cli.text import counted, plain
+from casa_assets.cli.text import pluralize, terminal_safe
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.export_robocasa import Done
+    from casa_assets.pipeline.export_robocasa import ExportResult
 
 app = typer.Typer(name="export", help="A library in the form that a runtime reads.", no_args_is_help=True)
 
@@ -51,12 +51,12 @@ def robocasa(
     """Write the loose objects of a library as RoboCasa v0.2 and v1.0 read them; exit 0, or 2 with OUT as it was."""
     from casa_assets.pipeline.export_robocasa import export
 
-    done: list[Done] = []
+    done: list[ExportResult] = []
     with bar(Console(stderr=True)) as progress, closing(export(library, out, registry)) as running:
         task = progress.add_task("reading", total=None)
         for one in running:
             done.append(one)
-            progress.update(task, total=one.total, completed=len(done), description=escape(plain(one.id)))
+            progress.update(task, total=one.total, completed=len(done), description=escape(terminal_safe(one.id)))
     if json_:
         for one in done:
             row = {name: value for name, value in vars(one).items() if name != "total"}
@@ -69,7 +69,7 @@ robocasa.__doc__ = f"{robocasa.__doc__}\n{EXAMPLES}"
 app.command()(robocasa)
 
 
-def _tell(done: list[Done], out: Path, most: int = 40) -> None:
+def _tell(done: list[ExportResult], out: Path, most: int = 40) -> None:
     console = Console()
     written = [one for one in done if one.model]
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
@@ -84,8 +84,8 @@ def _tell(done: list[Done], out: Path, most: int = 40) -> None:
     console.print(table)
     for one in done:
         if not one.model:
-            line = f"[yellow]left out[/] {escape(plain(one.id))}: {escape(plain(one.message))}"
+            line = f"[yellow]left out[/] {escape(terminal_safe(one.id))}: {escape(terminal_safe(one.message))}"
             console.print(line, highlight=False, soft_wrap=True)
-    place = escape(plain(str(out)))
-    message = f"{counted(len(written), 'object')} in {counted(len(kinds), 'category')}"
+    place = escape(terminal_safe(str(out)))
+    message = f"{pluralize(len(written), 'object')} in {pluralize(len(kinds), 'category')}"
     console.print(f"{message}; read {place}/README.md for how to add them", highlight=False, soft_wrap=True)

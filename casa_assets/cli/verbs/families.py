@@ -13,11 +13,11 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
-from casa_assets.cli.text import counted
+from casa_assets.cli.text import pluralize
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.families.run import Built
+    from casa_assets.pipeline.families.run import FamilyResult
 
 app = typer.Typer(
     name="families",
@@ -50,7 +50,7 @@ def list_families(
             table.add_row(member.name, group, member.title, ", ".join(member.presets))
     console = Console()
     console.print(table)
-    console.print(counted(sum(map(len, groups.values())), "family"), highlight=False)
+    console.print(pluralize(sum(map(len, groups.values())), "family"), highlight=False)
 
 
 @app.command()
@@ -67,17 +67,17 @@ def show(
 
     Example:  casa-assets families show microwave --preset steel --out /tmp/look
     """
-    from casa_assets.pipeline.families.run import Wish, build_one, params_of, wishes
+    from casa_assets.pipeline.families.run import FamilyRequest, build_one, params_of, requests_for
     from casa_assets.pipeline.families.showcase import pictures
     from casa_assets.pipeline.ingest.job import writing
 
     console = Console()
-    wanted = wishes(names, samples, seed, presets=not samples)
+    wanted = requests_for(names, samples, seed, presets=not samples)
     if preset:
-        wanted = [Wish(name, preset=p) for name in names for p in preset]
+        wanted = [FamilyRequest(name, preset=p) for name in names for p in preset]
         for wish in wanted:
             params_of(wish)  # raises UnknownId before anything is made
-    results: list[Built] = []
+    results: list[FamilyResult] = []
     with writing(out):
         for wish in wanted:
             done = build_one(wish, out, checked=check, drawn=False)
@@ -109,13 +109,13 @@ def build(
 
     Example:  casa-assets families build --all --samples 20
     """
-    from casa_assets.pipeline.families.run import build_all, wishes
+    from casa_assets.pipeline.families.run import build_all, requests_for
 
     if not names and not all_:
         raise typer.BadParameter("name families, or give --all")
     console = Console(stderr=json_)
-    wanted = wishes([] if all_ else names or [], samples, seed, presets or not samples)
-    results: list[Built] = []
+    wanted = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
+    results: list[FamilyResult] = []
     with bar(console) as progress:
         task = progress.add_task("building", total=len(wanted))
         for done in build_all(wanted, library, jobs, pictures):
@@ -156,14 +156,14 @@ def catalogue(
     console.print(f"Catalogue: {done}", highlight=False, soft_wrap=True)
 
 
-def _check_faults(results: list[Built]) -> None:
+def _check_faults(results: list[FamilyResult]) -> None:
     """Raises BatchFault where some were not built by a fault of the program."""
     faults = [r.wish.title for r in results if r.is_fault]
     if faults:
         raise BatchFault(faults)
 
 
-def _row(done: Built) -> dict[str, object]:
+def _row(done: FamilyResult) -> dict[str, object]:
     return {
         "member": done.wish.title,
         "id": done.asset_id,
@@ -178,7 +178,7 @@ def _row(done: Built) -> dict[str, object]:
     }
 
 
-def _tell(done: Built, console: Console) -> None:
+def _tell(done: FamilyResult, console: Console) -> None:
     mark = "[green]passed[/]" if done.passed else "[red]failed[/]"
     seconds = f"build {done.build_s:.2f} s, write {done.write_s:.2f} s, check {done.check_s:.2f} s"
     console.print(f"{mark} [bold]{done.wish.title}[/] {done.asset_id} ({seconds}, {done.size_bytes / 1e6:.2f} MB)")
@@ -188,7 +188,7 @@ def _tell(done: Built, console: Console) -> None:
         console.print(f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.message)}", highlight=False)
 
 
-def _conclude(results: list[Built], console: Console) -> None:
+def _conclude(results: list[FamilyResult], console: Console) -> None:
     from casa_assets.pipeline.families.run import summary
 
     table = Table("family", "passed", "of", "build s", "write s", "draw s", "check s", "MB", title="median per member")

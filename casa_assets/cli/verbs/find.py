@@ -13,11 +13,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.library_option import library_at
-from casa_assets.cli.text import plain
+from casa_assets.cli.text import terminal_safe
 from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.dedup.search import Hit
+    from casa_assets.pipeline.dedup.search import SearchHit
 
 NO_WEIGHTS = (
     "pictures are compared with words by CLIP, which needs --clip-weights (a file, a folder or a name of open_clip's); "
@@ -43,16 +43,16 @@ def find(
 
       casa-assets find "red mug" --words
     """
-    from casa_assets.pipeline.clip import eye
-    from casa_assets.pipeline.dedup.search import by_look, by_words
+    from casa_assets.pipeline.clip import load_clip
+    from casa_assets.pipeline.dedup.search import search_by_picture, search_by_words
 
     if not query.strip():
         raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
     place = library_at(library)
     if words:
-        hits = by_words(query, place, most)
+        hits = search_by_words(query, place, most)
     elif clip_weights:
-        hits = by_look(query, place, eye(clip_weights), most)
+        hits = search_by_picture(query, place, load_clip(clip_weights), most)
     else:
         raise CasaError(NO_WEIGHTS)
     if json_:
@@ -62,19 +62,21 @@ def find(
     elif hits:
         console = Console()
         console.print(_table(hits, library))
-        console.print(f"Folders are those under {escape(plain(str(library)))}/", highlight=False, soft_wrap=True)
+        console.print(
+            f"Folders are those under {escape(terminal_safe(str(library)))}/", highlight=False, soft_wrap=True
+        )
     else:
         Console().print("nothing fits")
     if not hits:
         raise typer.Exit(1)
 
 
-def _table(hits: list[Hit], library: Path) -> Table:
+def _table(hits: list[SearchHit], library: Path) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     folders = [hit.folder.relative_to(library).as_posix() for hit in hits]
     table.add_column("folder", overflow="fold", min_width=min(60, max(map(len, folders))))
     table.add_column("score", no_wrap=True, justify="right")
     table.add_column("why", overflow="fold")
     for hit, folder in zip(hits, folders, strict=True):
-        table.add_row(escape(plain(folder)), f"{hit.score:.3f}", escape(plain(hit.reason)))
+        table.add_row(escape(terminal_safe(folder)), f"{hit.score:.3f}", escape(terminal_safe(hit.reason)))
     return table

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from casa_assets.cli.library_option import library_at
-from casa_assets.cli.text import counted
+from casa_assets.cli.text import pluralize
 
 
 def index(
@@ -32,8 +32,8 @@ def index(
     with place.locked(), writing(library):
         count = books.rebuild(place, EntryTable(place, anew=True).entries)
     console = Console(soft_wrap=True, highlight=False)
-    console.print(f"{counted(count, 'row')} in {library / books.NAME}")
+    console.print(f"{pluralize(count, 'row')} in {library / books.NAME}")
     if parquet is not None:
         with writing(parquet.parent):
             books.export_parquet(place, parquet)
-        console.print(f"{counted(count, 'row')} in {parquet}")
+        console.print(f"{pluralize(count, 'row')} in {parquet}")

@@ -16,7 +16,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
-from casa_assets.cli.text import counted, plain
+from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def ingest(
     ] = False,
 ) -> None:
     """Turn meshes into simulation-ready assets; exit 0 when all were accepted, 1 when some were not, 2 on misuse."""
-    from casa_assets.pipeline.ingest.run import FAULT, Options
+    from casa_assets.pipeline.ingest.run import CRASH_CODE, Options
     from casa_assets.pipeline.ingest.run import ingest as run
 
     guards = _guards(max_size, max_faces, max_texture, max_pixels)
@@ -87,8 +87,8 @@ def ingest(
         raise typer.Exit(2)
     if not json_ or explain:
         _conclude(events, library, console, explain)
-    if faults := [event.path for event in events if event.code == FAULT]:
-        raise BatchFault(map(plain, faults))
+    if faults := [event.path for event in events if event.code == CRASH_CODE]:
+        raise BatchFault(map(terminal_safe, faults))
     if any(event.was_rejected for event in events):
         raise typer.Exit(1)
 
@@ -179,7 +179,7 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
     was = "was" if counts["kept"] == 1 else "were"
     kept = f" ({counts['kept']} {was} there already)" if counts["kept"] else ""
     message = f"[green]{good} accepted[/], [red]{counts['refused']} rejected[/]{kept}"
-    console.print(f"{counted(counts['all'], 'input')}: {message}", highlight=False)
+    console.print(f"{pluralize(counts['all'], 'input')}: {message}", highlight=False)
     place = _safe(str(library))
     lines = f"Library: {place}/", f"Index:   {place}/index.sqlite", f"Next:    casa-assets report --library {place}"
     console.print("\n".join(lines), highlight=False, soft_wrap=True)
@@ -188,9 +188,9 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
 def _on_all(library: Path, console: Console, most: int = 6) -> None:
     """What was found on all assets of the library together."""
     from casa_assets.model.issue import Status
-    from casa_assets.pipeline.dedup.library_report import read
+    from casa_assets.pipeline.dedup.library_report import read_library_report
 
-    whole = read(library)
+    whole = read_library_report(library)
     issues = whole.report.issues if whole else ()
     for issue in issues[:most]:
         place = f"{issue.pointer} " if issue.pointer else ""
@@ -244,7 +244,7 @@ def _explain(entry: Entry, console: Console) -> None:
 
 def _safe(words: str) -> str:
     """Words of strangers, fit for a line with markup."""
-    return escape(plain(words))
+    return escape(terminal_safe(words))
 
 
 def _lines(words: str) -> str:

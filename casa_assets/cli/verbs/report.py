@@ -26,17 +26,17 @@ def report(
 
       casa-assets report --library out/library
     """
-    from casa_assets.pipeline.clip import eye
+    from casa_assets.pipeline.clip import load_clip
     from casa_assets.pipeline.dedup import library_report
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.library.entry_table import EntryTable
     from casa_assets.pipeline.reports.report import write
 
     place = library_at(library)
-    if clip_weights or library_report.read(library) is None:
-        model = eye(clip_weights) if clip_weights else None
+    if clip_weights or library_report.read_library_report(library) is None:
+        model = load_clip(clip_weights) if clip_weights else None
         with place.locked(), writing(library):
-            library_report.look_over(place, EntryTable(place), model)
+            library_report.compare_library(place, EntryTable(place), model)
     target = output or library / "report.html"
     with writing(target.parent):
         path = write(library, target)

@@ -11,11 +11,11 @@ from rich.console import Console
 from rich.table import Table
 
 from casa_assets.cli import scene_output
-from casa_assets.cli.text import counted
+from casa_assets.cli.text import pluralize
 from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.kitchens.resolve import Recipe
+    from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 
 app = typer.Typer(
     name="scenes",
@@ -70,20 +70,20 @@ def build(
 
     Example:  casa-assets scenes build 'galley__*' l_small__coastal
     """
-    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, matching
+    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_matching
 
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")
-    _build(all_recipes() if all_ else matching(scenes or []), out, jobs, pictures, anew, json_)
+    _build(all_recipes() if all_ else recipes_matching(scenes or []), out, jobs, pictures, anew, json_)
 
 
-def _build(recipes: list[Recipe], out: Path, jobs: int, pictures: bool, anew: bool, json_: bool) -> None:
+def _build(recipes: list[SceneRecipe], out: Path, jobs: int, pictures: bool, anew: bool, json_: bool) -> None:
     from casa_assets.pipeline.kitchens.scene_folders import build_all
 
     console = Console(stderr=json_)
     done = build_all(recipes, out, jobs, pictures, anew)
-    results = scene_output.follow(done, len(recipes), "building", console, json_)
-    scene_output.close(results, out, console)
+    results = scene_output.print_progress(done, len(recipes), "building", console, json_)
+    scene_output.write_reports(results, out, console)
     scene_output.check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)
@@ -107,17 +107,17 @@ def check(
     Example:  casa-assets scenes check l_small__coastal
     """
     from casa_assets.pipeline.kitchens.check import check_all
-    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, matching
+    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_matching
 
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")
-    recipes = all_recipes() if all_ else matching(scenes or [])
+    recipes = all_recipes() if all_ else recipes_matching(scenes or [])
     console = Console(stderr=json_)
     done = check_all(recipes, out, jobs, anew, drawn=pictures)
-    results = scene_output.follow(done, len(recipes), "checking", console, json_)
+    results = scene_output.print_progress(done, len(recipes), "checking", console, json_)
     if not json_:
-        scene_output.tabulate(results, out, console)
-    scene_output.close(results, out, console)
+        scene_output.print_numbers(results, out, console)
+    scene_output.write_reports(results, out, console)
     scene_output.check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)
@@ -140,18 +140,18 @@ def sample(
     """
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.kitchens.check import check_all
-    from casa_assets.pipeline.kitchens.sample import draws, write_rejected
+    from casa_assets.pipeline.kitchens.sample import draw_recipes, write_rejected
 
-    recipes, console = draws(count, seed), Console(stderr=json_)
+    recipes, console = draw_recipes(count, seed), Console(stderr=json_)
     done = check_all(recipes, out, jobs, strict=True, drawn=pictures)
-    results = scene_output.follow(done, len(recipes), "drawing", console, json_)
+    results = scene_output.print_progress(done, len(recipes), "drawing", console, json_)
     with writing(out):
         path = write_rejected(out, seed, recipes, results)
     if not json_:
-        scene_output.tabulate(results, out, console)
-    scene_output.close(results, out, console)
+        scene_output.print_numbers(results, out, console)
+    scene_output.write_reports(results, out, console)
     passed = sum(r.passed for r in results)
-    rate = f"{passed} of {counted(len(results), 'draw')} passed ({passed / len(results):.0%})"
+    rate = f"{passed} of {pluralize(len(results), 'draw')} passed ({passed / len(results):.0%})"
     console.print(f"{rate}; why the others did not: {path}", highlight=False, soft_wrap=True)
     scene_output.check_faults(results)
     if not passed:
@@ -173,7 +173,7 @@ def preview(
     """
     from casa_assets.errors import OutputError, UnknownId
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, draw
+    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, draw_cameras
     from casa_assets.preview.kitchen import Frame
 
     folder = out / scene
@@ -183,7 +183,7 @@ def preview(
             raise UnknownId("scene", scene, [*built, *known])
         raise OutputError(str(folder), f"is not built; casa-assets scenes build {scene} --out {out}")
     with writing(out):
-        for path in draw(folder, camera or (), Frame(size, size * 3 // 4, passes), pose):
+        for path in draw_cameras(folder, camera or (), Frame(size, size * 3 // 4, passes), pose):
             typer.echo(str(path))
 
 
@@ -197,16 +197,18 @@ def diff(
 
     Example:  casa-assets scenes diff out/scenes/l_small__coastal /mnt/other/l_small__coastal
     """
-    from casa_assets.pipeline.kitchens.diff import compare, is_one_maker
+    from casa_assets.pipeline.kitchens.diff import compare, made_by_same_code
 
     found = compare(first, second)
-    same = "the same, byte for byte" if is_one_maker(first, second) else "the same, made by other versions or tools"
+    same = (
+        "the same, byte for byte" if made_by_same_code(first, second) else "the same, made by other versions or tools"
+    )
     if json_:
         typer.echo(json.dumps(found, indent=1))
     else:
         for line in found:
             typer.echo(line)
-        typer.echo(counted(len(found), "difference") if found else same)
+        typer.echo(pluralize(len(found), "difference") if found else same)
     if found:
         raise typer.Exit(1)
 
@@ -228,12 +230,12 @@ def new(
 
     Example:  casa-assets scene new galley --style rustic --seed 7 --textures random
     """
-    from casa_assets.pipeline.kitchens.resolve import Recipe, chosen, drawn_surfaces
+    from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces
     from casa_assets.registry.kitchens import load_plan, load_style
 
     load_plan(plan), load_style(style)
-    surfaces = drawn_surfaces(seed or 0) if textures == "random" else chosen(_pairs(textures))
-    _build([Recipe(plan, style, seed, surfaces, closed)], out, 1, True, False, json_)
+    surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
+    _build([SceneRecipe(plan, style, seed, surfaces, closed)], out, 1, True, False, json_)
 
 
 def _pairs(text: str) -> list[tuple[Surface, str]]:

@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
-from casa_assets.cli.text import counted
+from casa_assets.cli.text import pluralize
 from casa_assets.model.kitchen.surface import Surface
 
 app = typer.Typer(
@@ -35,9 +35,9 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
 
     Example:  casa-assets textures list --set floor
     """
-    from casa_assets.pipeline.textures.check import chosen
+    from casa_assets.pipeline.textures.check import select_recipes
 
-    found = chosen([], surfaces or [])
+    found = select_recipes([], surfaces or [])
     if json_:
         typer.echo(json.dumps([{**r.model_dump(mode="json"), "params": json.loads(r.params)} for r in found], indent=1))
         return
@@ -46,7 +46,7 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
         table.add_row(r.surface.value, r.id, r.kind, f"{r.tile_m[0]:g} x {r.tile_m[1]:g}", r.substance)
     console = Console()
     console.print(table)
-    console.print(counted(len(found), "recipe"), highlight=False)
+    console.print(pluralize(len(found), "recipe"), highlight=False)
 
 
 @app.command()
@@ -66,10 +66,10 @@ def make(
       casa-assets textures make --set wall -o walls
     """
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.textures.check import chosen
+    from casa_assets.pipeline.textures.check import select_recipes
     from casa_assets.pipeline.textures.sheet import write_finish
 
-    wanted = chosen(names or [], surfaces or [])
+    wanted = select_recipes(names or [], surfaces or [])
     console = Console(stderr=json_)
     with bar(console) as progress, writing(out):
         task = progress.add_task("painting", total=len(wanted))
@@ -78,7 +78,7 @@ def make(
             progress.advance(task)
             if json_:
                 typer.echo(json.dumps({"id": one.id, "files": [str(p) for p in paths]}))
-    console.print(f"{counted(len(wanted), 'recipe')} under {escape(str(out))}", highlight=False, soft_wrap=True)
+    console.print(f"{pluralize(len(wanted), 'recipe')} under {escape(str(out))}", highlight=False, soft_wrap=True)
 
 
 @app.command()
@@ -94,11 +94,11 @@ def sheet(
     Example:  casa-assets textures sheet --set floor --side 2
     """
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.textures.check import chosen
+    from casa_assets.pipeline.textures.check import select_recipes
     from casa_assets.pipeline.textures.sheet import pages, shots
 
     console = Console()
-    wanted = chosen(names or [], surfaces or [])
+    wanted = select_recipes(names or [], surfaces or [])
     groups = (
         {s.value: [r for r in wanted if r.surface is s] for s in Surface} if not names else {"chosen": list(wanted)}
     )
@@ -133,11 +133,11 @@ def check(
     Example:  casa-assets textures check --set wall
     """
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.textures.check import Checked, check_recipes, check_sets, chosen
+    from casa_assets.pipeline.textures.check import CheckedTexture, check_recipes, check_sets, select_recipes
 
-    wanted = chosen(names or [], surfaces or [])
+    wanted = select_recipes(names or [], surfaces or [])
     console = Console(stderr=json_)
-    done: list[Checked] = []
+    done: list[CheckedTexture] = []
     with bar(console) as progress, writing(out):
         task = progress.add_task("checking", total=len(wanted))
         for one in check_recipes(wanted, _cache(out), jobs):
@@ -153,8 +153,8 @@ def check(
     if table.row_count:
         console.print(table)
     bad = sum(not r.passed for r in reports)
-    sets = counted(len(reports) - len(done), "set")
-    console.print(f"{counted(len(done), 'texture')} and {sets} checked, {bad} with faults", highlight=False)
+    sets = pluralize(len(reports) - len(done), "set")
+    console.print(f"{pluralize(len(done), 'texture')} and {sets} checked, {bad} with faults", highlight=False)
     if bad:
         raise typer.Exit(1)
 
@@ -204,7 +204,7 @@ def ingest(
     if table.row_count:
         console.print(table)
     taken, state = len(report.pack.pictures), "written" if report.changed else "unchanged"
-    message = f"{counted(taken, 'picture')} taken, {len(report.pack.refused)} left out"
+    message = f"{pluralize(taken, 'picture')} taken, {len(report.pack.refused)} left out"
     console.print(f"{message}; {escape(str(report.folder))} {state}", highlight=False, soft_wrap=True)
     if report.pack.refused:
         raise typer.Exit(1)

@@ -10,7 +10,7 @@ from pydantic import Field
 from casa_assets.model.record import Record
 
 
-class Way(StrEnum):
+class UpAxis(StrEnum):
     """Axis of the file that points up."""
 
     X = "x"
@@ -21,7 +21,7 @@ class Way(StrEnum):
     MINUS_Z = "minus_z"
 
 
-class Ruling(Record):
+class UserOverride(Record):
     """Decisions about one input; what is left empty is guessed.
 
     Attributes:
@@ -32,7 +32,7 @@ class Ruling(Record):
     """
 
     category: str = ""
-    up: Way | None = None
+    up: UpAxis | None = None
     turn_deg: float | None = None
     size_m: Annotated[float, Field(ge=0, le=100)] = 0.0
     mass_kg: Annotated[float, Field(ge=0, le=10000)] = 0.0
@@ -40,7 +40,7 @@ class Ruling(Record):
     @property
     def is_empty(self) -> bool:
         """Whether nothing was ruled."""
-        return self == NO_RULING
+        return self == NO_OVERRIDE
 
 
-NO_RULING = Ruling()
+NO_OVERRIDE = UserOverride()

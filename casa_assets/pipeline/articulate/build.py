@@ -31,7 +31,7 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.articulate.interiors import completed
 from casa_assets.pipeline.articulate.kind import NAMED, Kind, kind_of, named_kind
-from casa_assets.pipeline.clip import kind_seen, scorer
+from casa_assets.pipeline.clip import classify_by_look, load_scorer
 from casa_assets.pipeline.library.identity import Identity, Producer
 
 NOTHING_MOVES = "ART001"
@@ -162,7 +162,7 @@ def _kind(one: Found, wish: Wish, model: RawModel, placed: Soup, found: Articula
             provenance=one.source.provenance("0" * 64, ()),
         )
         closed = Articulation(frame=found.frame.replace(metres=1.0))
-        return kind_seen(assemble(model, placed, closed, brief), scorer(wish.clip))
+        return classify_by_look(assemble(model, placed, closed, brief), load_scorer(wish.clip))
 
     x, y, z = (float(v) for v in np.ptp(placed.points, axis=0))
     ordered = wish.category or wish.decisions.category or ""

@@ -29,7 +29,7 @@ from casa_assets.pipeline.articulate import sidecar
 from casa_assets.pipeline.articulate.build import Built, Wish, build, found_in
 from casa_assets.pipeline.articulate.contract import lacking, without
 from casa_assets.pipeline.articulate.interiors import completed
-from casa_assets.pipeline.cache.cache_key import Made, digest_of, key_of, versions_of
+from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of, versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import weights_digest
 from casa_assets.pipeline.ingest.job import RunAborted, writing
@@ -52,7 +52,7 @@ _SMALL = frozenset({PartKind.KNOB, PartKind.BUTTON})
 
 
 # What is done to a mesh, for the certificate.
-STEPS: Mapping[str, Made] = {
+STEPS: Mapping[str, CodeRef] = {
     "load": load,
     "frame": guess_frame,
     "infer": infer,

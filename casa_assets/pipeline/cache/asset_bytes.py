@@ -17,11 +17,20 @@ from casa_assets.model.asset.asset import Asset
 # Stand in the JSON for an array (its kind, where it begins, its shape) and for a picture (the digest of its bytes); no
 # field of a record is called so.
 ARRAY, PICTURE = "$array", "$picture"
-KINDS = ("float64", "int32", "uint8")
+ARRAY_TYPES = ("float64", "int32", "uint8")
 TREE = "tree"
 DIGEST_BYTES = 32
 # What a file that is not what `pack` wrote may lead to, past its digest.
-DAMAGE = (ValueError, TypeError, LookupError, OSError, EOFError, ArithmeticError, RecursionError, zipfile.BadZipFile)
+READ_ERRORS = (
+    ValueError,
+    TypeError,
+    LookupError,
+    OSError,
+    EOFError,
+    ArithmeticError,
+    RecursionError,
+    zipfile.BadZipFile,
+)
 
 Tree = dict[str, Any]
 
@@ -35,8 +44,8 @@ def pack(tree: Tree, key: str) -> tuple[bytes, dict[str, bytes]]:
     Returns:
         The bytes, and the pictures by their sha256: many assets share them.
     """
-    found: dict[str, list[npt.NDArray[Any]]] = {kind: [] for kind in KINDS}
-    starts, pictures = dict.fromkeys(KINDS, 0), {}
+    found: dict[str, list[npt.NDArray[Any]]] = {kind: [] for kind in ARRAY_TYPES}
+    starts, pictures = dict.fromkeys(ARRAY_TYPES, 0), {}
 
     def plain(value: Any) -> Any:
         if isinstance(value, np.ndarray):
@@ -69,13 +78,13 @@ def unpack(data: bytes, key: str, picture: Callable[[str], bytes]) -> Asset:
     Args:
         data: what `pack` gave. picture: the bytes of a picture by their sha256.
     Raises:
-        One of DAMAGE: these are not those bytes, or not of that key, or no asset.
+        One of READ_ERRORS: these are not those bytes, or not of that key, or no asset.
     """
     body = data[DIGEST_BYTES:]
     if hashlib.sha256(body).digest() != data[:DIGEST_BYTES]:
         raise ValueError("the bytes are not those that were written")
     with np.load(io.BytesIO(body), allow_pickle=False) as held:
-        flat = {kind: held[kind] for kind in KINDS}
+        flat = {kind: held[kind] for kind in ARRAY_TYPES}
         text = held[TREE].tobytes()
 
     def whole(node: Tree) -> Any:

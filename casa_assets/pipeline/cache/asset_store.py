@@ -16,7 +16,7 @@ from pydantic.main import IncEx
 from casa_assets.families.family import Family, Params
 from casa_assets.geometry.lightweight import lighten
 from casa_assets.model.asset.asset import Asset
-from casa_assets.pipeline.cache.asset_bytes import DAMAGE, pack, unpack
+from casa_assets.pipeline.cache.asset_bytes import READ_ERRORS, pack, unpack
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.families.run import asset_key, build_asset
@@ -71,7 +71,7 @@ class AssetStore:
         if data is not None:
             try:
                 return unpack(data, key, self._picture)
-            except DAMAGE:
+            except READ_ERRORS:
                 pass  # made anew below, and written over
         made = make()
         self._keep(key, made)

@@ -43,7 +43,7 @@ ABSENT = "absent"
 REGISTRY_INSIDE = "registry_data"
 # A function, class or module, or the name of one such as `casa_assets.pipeline.ingest.worker:work`; what is named is
 # not imported.
-Made = Callable[..., Any] | ModuleType | str
+CodeRef = Callable[..., Any] | ModuleType | str
 # Hex digits of a key where it is shown to a person.
 SHOWN = 12
 
@@ -81,7 +81,7 @@ class Reach:
         return dict(sorted(found.items()))
 
 
-def key_of(*made_by: Made) -> str:
+def key_of(*made_by: CodeRef) -> str:
     """The key of functions, classes or modules of this package: 64 hex digits, the same on every machine.
 
     Args:
@@ -95,12 +95,12 @@ def digest_of(*parts: Any) -> str:
     return hashlib.sha256(json.dumps(parts, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
-def reach(*made_by: Made) -> Reach:
+def reach(*made_by: CodeRef) -> Reach:
     """All that the key of functions, classes or modules is made from."""
     return _reach(tuple(dict.fromkeys(_address(one) for one in made_by)))
 
 
-def versions_of(steps: Mapping[str, Made | tuple[Made, ...]]) -> dict[str, str]:
+def versions_of(steps: Mapping[str, CodeRef | tuple[CodeRef, ...]]) -> dict[str, str]:
     """Steps of a producer as `stage:<name>` with the first digits of its key, and `tool:<package>` with its version.
 
     Args:
@@ -163,7 +163,7 @@ def _reach(addresses: tuple[tuple[str, str], ...]) -> Reach:
     return Reach(tuple(modules), tuple(sorted(names)), _registry_files(named), _data_files(named), tuple(own))
 
 
-def _address(made: Made) -> tuple[str, str]:
+def _address(made: CodeRef) -> tuple[str, str]:
     """Name of the module and of the top-level function or class in it; no name for a whole module."""
     if isinstance(made, str):
         module, _, name = made.partition(":")

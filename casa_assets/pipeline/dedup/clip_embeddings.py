@@ -14,32 +14,34 @@ from casa_assets.core.typing import Floats
 from casa_assets.model.registry.category import Category, sentences
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.clip import Eye, pictures_of, shares
-from casa_assets.pipeline.dedup.entries import Row
+from casa_assets.pipeline.clip import ClipModel, class_shares, render_model_views
+from casa_assets.pipeline.dedup.entries import AssetRow
 from casa_assets.pipeline.library.entry_files import checked_model
 
 # Pairs whose pictures are nearer than this are worth a word; the limit of the check is stricter.
-NEAR = 0.9
+LEAST_COSINE = 0.9
 
 
-def pictures_in_numbers(row: Row, eye: Eye, store: Store) -> Floats:
+def image_embeddings(row: AssetRow, eye: ClipModel, store: Store) -> Floats:
     """(V, D) numbers of the pictures of an asset, each of length 1; taken from the store where they are there.
 
     Raises:
         CannotDraw, NoRenderer: see preview.still.
     """
-    words = ["pictures", key_of(pictures_of), eye.mark, row.digest]
-    return _kept(store, words, lambda: eye.see(pictures_of(checked_model(row.folder / "model.xml"))))
+    words = ["pictures", key_of(render_model_views), eye.weights_digest, row.digest]
+    return _cached(store, words, lambda: eye.encode_images(render_model_views(checked_model(row.folder / "model.xml"))))
 
 
-def words_in_numbers(phrases: Sequence[str], eye: Eye, store: Store) -> Floats:
+def text_embedding(phrases: Sequence[str], eye: ClipModel, store: Store) -> Floats:
     """(D,) numbers of several ways to say one thing: their mean, of length 1."""
-    found = _kept(store, ["words", eye.mark, *phrases], lambda: eye.hear(phrases))
+    found = _cached(store, ["words", eye.weights_digest, *phrases], lambda: eye.encode_text(phrases))
     mean: Floats = found.mean(axis=0)
     return mean / float(np.linalg.norm(mean))
 
 
-def likenesses(seen: Mapping[str, Floats], rows: Sequence[Row], eye: Eye, store: Store) -> Iterator[Likeness]:
+def likenesses(
+    seen: Mapping[str, Floats], rows: Sequence[AssetRow], eye: ClipModel, store: Store
+) -> Iterator[Likeness]:
     """What each asset looks like among all categories of the registry.
 
     Args:
@@ -48,12 +50,12 @@ def likenesses(seen: Mapping[str, Floats], rows: Sequence[Row], eye: Eye, store:
     if not rows:
         return
     kinds = [kind for kind in registry.load().categories.values() if kind.id != registry.FALLBACK]
-    said = np.array([words_in_numbers(sentences(kind), eye, store) for kind in kinds])
+    said = np.array([text_embedding(sentences(kind), eye, store) for kind in kinds])
     for row in rows:
-        yield _likeness(row, kinds, shares(seen[row.id], said, eye.sharpness))
+        yield _likeness(row, kinds, class_shares(seen[row.id], said, eye.logit_scale))
 
 
-def looks_alike(seen: Mapping[str, Floats], least: float = NEAR) -> list[tuple[str, str, float]]:
+def similar_looking_pairs(seen: Mapping[str, Floats], least: float = LEAST_COSINE) -> list[tuple[str, str, float]]:
     """Pairs of ids and the cosine between the means of their pictures where it is at least `least`, nearest first."""
     names = list(seen)
     if len(names) < 2:
@@ -67,7 +69,7 @@ def looks_alike(seen: Mapping[str, Floats], least: float = NEAR) -> list[tuple[s
     return sorted(found, key=lambda pair: (-pair[2], pair[0], pair[1]))
 
 
-def _likeness(row: Row, kinds: Sequence[Category], found: Floats) -> Likeness:
+def _likeness(row: AssetRow, kinds: Sequence[Category], found: Floats) -> Likeness:
     order = sorted(range(len(kinds)), key=lambda i: (-float(found[i]), kinds[i].id))
     names = [kinds[i].id for i in order]
     rank = names.index(row.category) + 1 if row.category in names else 0
@@ -76,7 +78,7 @@ def _likeness(row: Row, kinds: Sequence[Category], found: Floats) -> Likeness:
     return Likeness(row.id, row.category, share, rank, tuple(others[:NAMED]))
 
 
-def _kept(store: Store, words: Sequence[object], make: Callable[[], Floats]) -> Floats:
+def _cached(store: Store, words: Sequence[object], make: Callable[[], Floats]) -> Floats:
     key = digest_of(*words)
     kept = store.get(key)
     if kept is not None:

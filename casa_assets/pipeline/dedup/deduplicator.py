@@ -13,13 +13,13 @@ from dataclasses import dataclass, field, replace
 from casa_assets.checks.library.duplicates import SAME_SIZE, Alike
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup.entries import Row, row
-from casa_assets.pipeline.dedup.pairs import Forms, measured
+from casa_assets.pipeline.dedup.entries import AssetRow, read_row
+from casa_assets.pipeline.dedup.pairs import ShapeIndex, measure_pair
 from casa_assets.pipeline.ingest.job import Outcome, Result
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
 
-CODE = "RUN007"
+NEAR_DUPLICATE_CODE = "RUN007"
 
 
 @dataclass
@@ -34,8 +34,8 @@ class Deduplicator:
     library: disk.Library
     limit: float
     own: Set[str] = frozenset()
-    _known: list[Row] | None = None
-    _forms: Forms = field(default_factory=Forms)
+    _known: list[AssetRow] | None = None
+    _forms: ShapeIndex = field(default_factory=ShapeIndex)
 
     def filter(self, results: Iterable[Result]) -> Iterator[Result]:
         """The results, rejections at once and accepted ones in the order of their inputs, copies made rejections.
@@ -66,7 +66,7 @@ class Deduplicator:
         if result.folder is None:
             return result
         job = result.job
-        own = replace(row(result.folder), category=job.survey.category, path=job.found.source.path)
+        own = replace(read_row(result.folder), category=job.survey.category, path=job.found.source.path)
         found = self._original(own)
         if found is None:
             if own.signature is not None:
@@ -74,11 +74,11 @@ class Deduplicator:
                 self._forms.add(own.signature.form)
             return result
         original, pair = found
-        outcome = Outcome(False, CODE, _says(original, pair))
+        outcome = Outcome(False, NEAR_DUPLICATE_CODE, _message(original, pair))
         copy_of = original.folder.relative_to(self.library.root).as_posix()
         return replace(result, outcome=outcome, is_kept=False, copy_of=copy_of)
 
-    def _original(self, own: Row) -> tuple[Row, Alike] | None:
+    def _original(self, own: AssetRow) -> tuple[AssetRow, Alike] | None:
         """The first asset that this one is a copy of, and how near they are."""
         if own.signature is None:
             return None
@@ -87,23 +87,23 @@ class Deduplicator:
         for place in self._forms.near(own.signature.form):
             other = others[place]
             try:
-                pair = measured(other, own, store)
+                pair = measure_pair(other, own, store)
             except OutputError:
                 continue  # damaged, or made anew in the meantime: it is no copy of anything
             if pair.twins(self.limit):
                 return other, pair
         return None
 
-    def _others(self) -> list[Row]:
+    def _others(self) -> list[AssetRow]:
         """What later inputs may be copies of: at first all that the library has from inputs not of this run."""
         if self._known is None:
             found = [one for one in EntryTable(self.library, skip_damaged=True).rows if one.sha256 not in self.own]
             signed = [(one, one.signature.form) for one in found if one.signature is not None]
-            self._known, self._forms = [one for one, _ in signed], Forms(form for _, form in signed)
+            self._known, self._forms = [one for one, _ in signed], ShapeIndex(form for _, form in signed)
         return self._known
 
 
-def _says(original: Row, pair: Alike) -> str:
+def _message(original: AssetRow, pair: Alike) -> str:
     size = "" if abs(pair.size - 1) <= SAME_SIZE else f", {pair.size:.2f} times as large"
     near = f"95 % of the surface within {100 * pair.most:.1f} % of its radius"
     return f"duplicate of {original.path} ({original.id}){size}: {near}, and the same colours; keep one of them"

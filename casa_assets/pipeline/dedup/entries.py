@@ -11,7 +11,7 @@ from casa_assets.pipeline.library import library as disk
 
 
 @dataclass(frozen=True)
-class Row:
+class AssetRow:
     """One accepted asset.
 
     Attributes:
@@ -30,18 +30,18 @@ class Row:
     signature: Signature | None
 
 
-def rows(library: disk.Library) -> Iterator[Row]:
+def read_rows(library: disk.Library) -> Iterator[AssetRow]:
     """Every accepted asset, sorted by category and id. Raises OutputError where one is damaged."""
     for folder in library.accepted():
-        yield row(folder)
+        yield read_row(folder)
 
 
-def row(folder: Path) -> Row:
+def read_row(folder: Path) -> AssetRow:
     """The asset that stands in a folder. Raises OutputError where it is damaged."""
     certificate = disk.read_certificate(folder)
-    asset = disk.part(folder, "asset")
+    asset = disk.read_section(folder, "asset")
     origin = asset.get("provenance", {})
-    return Row(
+    return AssetRow(
         id=folder.name,
         category=folder.parent.name,
         folder=folder,

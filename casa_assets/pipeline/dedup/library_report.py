@@ -18,16 +18,16 @@ from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.clip import NO_WEIGHTS, Eye
-from casa_assets.pipeline.dedup.clip_embeddings import likenesses, looks_alike, pictures_in_numbers
-from casa_assets.pipeline.dedup.entries import Row
+from casa_assets.pipeline.clip import NO_WEIGHTS, ClipModel
+from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings, likenesses, similar_looking_pairs
+from casa_assets.pipeline.dedup.entries import AssetRow
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
 
 NAME = "library.json"
 
 
-class Seen(Record):
+class LookRecord(Record):
     """What the pictures of one asset look like, see checks.alike.Likeness.
 
     Attributes:
@@ -41,7 +41,7 @@ class Seen(Record):
     others: tuple[tuple[str, float], ...]
 
 
-class Whole(Record):
+class LibraryReport(Record):
     """All that library.json holds.
 
     Attributes:
@@ -52,11 +52,11 @@ class Whole(Record):
     schema_version: Literal[1, 2] = 2
     report: Report
     weights: str = ""
-    seen: Annotated[dict[str, Seen], Field(default_factory=dict)]
+    seen: Annotated[dict[str, LookRecord], Field(default_factory=dict)]
     looks: tuple[tuple[str, str, float], ...] = ()
 
 
-def look_over(library: disk.Library, table: EntryTable, eye: Eye | None = None) -> Whole:
+def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | None = None) -> LibraryReport:
     """Compare all accepted assets with each other and write library.json, by one rename.
 
     Args:
@@ -67,12 +67,12 @@ def look_over(library: disk.Library, table: EntryTable, eye: Eye | None = None) 
     """
     found = table.rows
     store = Store(library.cache)
-    before = read(library.root)
+    before = read_library_report(library.root)
     shelf = Shelf(len(found), tuple(table.alike(store)))
     weights, looks = (before.weights, before.looks) if before else ("", ())
     if eye is not None:
-        numbers = {row.id: pictures_in_numbers(row, eye, store) for row in found}
-        weights, looks = eye.name, tuple(looks_alike(numbers))
+        numbers = {row.id: image_embeddings(row, eye, store) for row in found}
+        weights, looks = eye.name, tuple(similar_looking_pairs(numbers))
         seen = tuple(likenesses(numbers, found, eye, store))
         unseen = ""
     else:
@@ -84,7 +84,7 @@ def look_over(library: disk.Library, table: EntryTable, eye: Eye | None = None) 
     name, limits = "library", registry.load().limits
     report = run(shelf, name, limits, table=TABLE) + run(_sizes(found), name, limits, table=TABLE)
     digests = {row.id: row.digest for row in found}
-    whole = Whole(
+    whole = LibraryReport(
         report=report,
         weights=weights if seen else "",
         seen={one.asset: _kept(one, digests[one.asset]) for one in seen},
@@ -94,28 +94,28 @@ def look_over(library: disk.Library, table: EntryTable, eye: Eye | None = None) 
     return whole
 
 
-def read(root: Path) -> Whole | None:
+def read_library_report(root: Path) -> LibraryReport | None:
     """What library.json of a library says; None where there is none, or a damaged one, which is made anew."""
     try:
-        return Whole.model_validate_json((root / NAME).read_text(encoding="utf-8"))
+        return LibraryReport.model_validate_json((root / NAME).read_text(encoding="utf-8"))
     except (OSError, ValidationError, ValueError):
         return None
 
 
-def likeness(name: str, seen: Seen) -> Likeness:
+def likeness_of(name: str, seen: LookRecord) -> Likeness:
     """The record as the checks have it."""
     return Likeness(name, seen.category, seen.share, seen.rank, seen.others)
 
 
-def _sizes(found: Sequence[Row]) -> Sizes:
+def _sizes(found: Sequence[AssetRow]) -> Sizes:
     return Sizes(tuple((r.id, r.category, r.longest) for r in found))
 
 
-def _remembered(found: Sequence[Row], before: Whole | None) -> tuple[Likeness, ...]:
+def _remembered(found: Sequence[AssetRow], before: LibraryReport | None) -> tuple[Likeness, ...]:
     if before is None:
         return ()
     old = before.seen
-    return tuple(likeness(r.id, old[r.id]) for r in found if r.id in old and old[r.id].content == r.digest)
+    return tuple(likeness_of(r.id, old[r.id]) for r in found if r.id in old and old[r.id].content == r.digest)
 
 
 def _why(known: int, count: int) -> str:
@@ -124,11 +124,11 @@ def _why(known: int, count: int) -> str:
     return f"{NO_WEIGHTS} (--clip-weights), and {count - known} of {count} assets were not there when somebody looked"
 
 
-def _kept(one: Likeness, digest: str) -> Seen:
-    return Seen(content=digest, category=one.category, share=one.share, rank=one.rank, others=one.others)
+def _kept(one: Likeness, digest: str) -> LookRecord:
+    return LookRecord(content=digest, category=one.category, share=one.share, rank=one.rank, others=one.others)
 
 
-def _write(library: disk.Library, whole: Whole) -> None:
+def _write(library: disk.Library, whole: LibraryReport) -> None:
     text = json.dumps(whole.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
     library.private.mkdir(parents=True, exist_ok=True)
     fresh = library.private / f"{NAME}.{os.getpid()}"

@@ -17,28 +17,28 @@ from casa_assets.geometry.mesh.shape_descriptor import form_gap
 from casa_assets.model.asset.signature import PAIR_SHARES, REACH_SHARES, Form
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup.entries import Row
+from casa_assets.pipeline.dedup.entries import AssetRow
 from casa_assets.pipeline.dedup.signature import surface
 from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.color_statistics import tint_gap
 
-# Forms farther apart than this are not laid over each other, see benchmarks/ingest_duplicates.py.
-FORM_GAP = 0.035
+# ShapeIndex farther apart than this are not laid over each other, see benchmarks/ingest_duplicates.py.
+MAX_DESCRIPTOR_DISTANCE = 0.035
 
 
-def alike_in(rows: Sequence[Row], store: Store) -> Iterator[Alike]:
+def similar_pairs(rows: Sequence[AssetRow], store: Store) -> Iterator[Alike]:
     """Every pair of assets whose forms are near each other, measured, in the order of the rows.
 
     Args:
         store: keeps what was measured, by the contents of both.
     """
     signed = [row for row in rows if row.signature is not None]
-    for i, j in near([row.signature.form for row in signed if row.signature is not None]):
-        yield measured(signed[i], signed[j], store)
+    for i, j in nearby_pairs([row.signature.form for row in signed if row.signature is not None]):
+        yield measure_pair(signed[i], signed[j], store)
 
 
-class Forms:
-    """Forms as arrays, so that the few near one of them are found among very many at once."""
+class ShapeIndex:
+    """ShapeIndex as arrays, so that the few near one of them are found among very many at once."""
 
     def __init__(self, forms: Iterable[Form] = ()) -> None:
         self._forms = list(forms)
@@ -59,28 +59,28 @@ class Forms:
         pairs, reach = apart[:, :PAIR_SHARES].mean(axis=1), apart[:, PAIR_SHARES:-3].mean(axis=1)
         gap = np.maximum(np.maximum(pairs, reach), apart[:, -3:].max(axis=1))
         # Sums of another order may differ in their last digits: who is near is for `form_gap` to say.
-        likely = np.flatnonzero(gap <= FORM_GAP * (1 + 1e-9)).tolist()
-        return [i for i in likely if form_gap(form, self._forms[i]) <= FORM_GAP]
+        likely = np.flatnonzero(gap <= MAX_DESCRIPTOR_DISTANCE * (1 + 1e-9)).tolist()
+        return [i for i in likely if form_gap(form, self._forms[i]) <= MAX_DESCRIPTOR_DISTANCE]
 
 
 def _flat(form: Form) -> tuple[float, ...]:
     return (*form.pairs, *form.reach, *form.axes)
 
 
-def near(forms: Sequence[Form]) -> list[tuple[int, int]]:
+def nearby_pairs(forms: Sequence[Form]) -> list[tuple[int, int]]:
     """Indices of the pairs of forms that are near each other, in order."""
     if len(forms) < 2:
         return []
     table = np.array([form.pairs for form in forms])
-    found = cKDTree(table).query_pairs(FORM_GAP * PAIR_SHARES, p=1)
-    return sorted((i, j) for i, j in found if form_gap(forms[i], forms[j]) <= FORM_GAP)
+    found = cKDTree(table).query_pairs(MAX_DESCRIPTOR_DISTANCE * PAIR_SHARES, p=1)
+    return sorted((i, j) for i, j in found if form_gap(forms[i], forms[j]) <= MAX_DESCRIPTOR_DISTANCE)
 
 
-def measured(one: Row, other: Row, store: Store) -> Alike:
+def measure_pair(one: AssetRow, other: AssetRow, store: Store) -> Alike:
     """How alike two assets with signatures are. Raises OutputError where a file of theirs is damaged."""
     assert one.signature is not None
     assert other.signature is not None
-    most, every = _overlay(one, other, store)
+    most, every = _registration_error(one, other, store)
     tints = one.signature.tint, other.signature.tint
     return Alike(
         one=one.id,
@@ -94,7 +94,7 @@ def measured(one: Row, other: Row, store: Store) -> Alike:
     )
 
 
-def _overlay(one: Row, other: Row, store: Store) -> tuple[float, float]:
+def _registration_error(one: AssetRow, other: AssetRow, store: Store) -> tuple[float, float]:
     key = digest_of("overlay", key_of(overlay, cloud, surface), one.digest, other.digest)
     kept = store.get(key)
     if kept is not None:

@@ -12,22 +12,22 @@ import numpy as np
 from casa_assets import registry
 from casa_assets.model.registry.category import PICTURES
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.clip import Eye
-from casa_assets.pipeline.dedup.clip_embeddings import pictures_in_numbers, words_in_numbers
+from casa_assets.pipeline.clip import ClipModel
+from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings, text_embedding
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.reports.entry import Entry
 
 # Other words for the colours that tints are named by.
-COLORS = {"gray": "grey", "silver": "grey", "cyan": "turquoise", "teal": "turquoise", "violet": "purple"}
+COLOR_SYNONYMS = {"gray": "grey", "silver": "grey", "cyan": "turquoise", "teal": "turquoise", "violet": "purple"}
 # Words that say nothing about a thing.
-IDLE = frozenset({"a", "an", "the", "of", "with", "and", "in", "for", "some"})
+STOP_WORDS = frozenset({"a", "an", "the", "of", "with", "and", "in", "for", "some"})
 # What a word counts for in the name of a category, of a class above it, and in what the source says of the thing.
 BY_CATEGORY, BY_CLASS, BY_SOURCE = 1.0, 0.6, 0.5
 
 
 @dataclass(frozen=True)
-class Hit:
+class SearchHit:
     """An asset that fits.
 
     Attributes:
@@ -42,29 +42,31 @@ class Hit:
     reason: str
 
 
-def by_look(query: str, library: disk.Library, eye: Eye, most: int) -> list[Hit]:
+def search_by_picture(query: str, library: disk.Library, eye: ClipModel, most: int) -> list[SearchHit]:
     """The assets whose pictures fit words best, best first.
 
     Raises:
         OutputError: an entry is damaged. CannotDraw, NoRenderer: pictures cannot be made.
     """
     store = Store(library.cache)
-    asked = words_in_numbers([picture.format(query) for picture in PICTURES], eye, store)
+    asked = text_embedding([picture.format(query) for picture in PICTURES], eye, store)
     hits = []
     for row in EntryTable(library).rows:
-        near = pictures_in_numbers(row, eye, store) @ asked
+        near = image_embeddings(row, eye, store) @ asked
         best = int(np.argmax(near))
-        hits.append(Hit(row.id, row.category, row.folder, round(float(near.mean()), 4), f"best in view {best + 1}"))
+        hits.append(
+            SearchHit(row.id, row.category, row.folder, round(float(near.mean()), 4), f"best in view {best + 1}")
+        )
     return sorted(hits, key=lambda hit: (-hit.score, hit.id))[:most]
 
 
-def by_words(query: str, library: disk.Library, most: int) -> list[Hit]:
+def search_by_words(query: str, library: disk.Library, most: int) -> list[SearchHit]:
     """The assets whose category, title, path or colours have most of the words, best first.
 
     Raises:
         OutputError: an entry is damaged.
     """
-    asked = [COLORS.get(word, word) for word in tokens(query) if word not in IDLE]
+    asked = [COLOR_SYNONYMS.get(word, word) for word in tokens(query) if word not in STOP_WORDS]
     table = EntryTable(library)
     signatures = {row.id: row.signature for row in table.rows}
     hits = []
@@ -78,7 +80,7 @@ def by_words(query: str, library: disk.Library, most: int) -> list[Hit]:
         if score > 0:
             reason = ", ".join(why for value, why in found if value > 0)
             met = sum(value > 0 for value, _ in found)
-            hits.append((met, Hit(entry.id, entry.category, library.root / entry.path, round(score, 3), reason)))
+            hits.append((met, SearchHit(entry.id, entry.category, library.root / entry.path, round(score, 3), reason)))
     hits.sort(key=lambda pair: (-pair[0], -pair[1].score, pair[1].id))
     return [hit for _, hit in hits[:most]]
 

@@ -36,14 +36,14 @@ from casa_assets.preview.still import render
 from casa_assets.registry.families import family, family_names
 
 # The package that the code of all families is below.
-FAMILIES = "casa_assets.families"
-LEAST_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
+FAMILIES_PACKAGE = "casa_assets.families"
+WORKER_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
 # A picture for the thumbnail alone.
-QUICK = View(size_px=THUMBNAIL_PX, passes=8)
+PREVIEW_VIEW = View(size_px=THUMBNAIL_PX, passes=8)
 
 
 @dataclass(frozen=True)
-class Wish:
+class FamilyRequest:
     """One member to be built: a preset, or draw number `index` of a seed."""
 
     family: str
@@ -58,7 +58,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Built:
+class FamilyResult:
     """What became of a wish.
 
     Attributes:
@@ -68,7 +68,7 @@ class Built:
         build_s, write_s, draw_s, check_s: wall seconds. size_bytes: of the folder.
     """
 
-    wish: Wish
+    wish: FamilyRequest
     asset_id: str = ""
     folder: str = ""
     report: Report | None = None
@@ -94,18 +94,18 @@ class Built:
         return (*errors, *(i for i in self.report.issues if i not in errors))
 
 
-def wishes(names: Sequence[str], samples: int, seed: int, presets: bool) -> list[Wish]:
+def requests_for(names: Sequence[str], samples: int, seed: int, presets: bool) -> list[FamilyRequest]:
     """All presets and the first draws of each family. Raises UnknownId."""
-    out: list[Wish] = []
+    out: list[FamilyRequest] = []
     for name in names or family_names():
         found = family(name)
         if presets:
-            out += [Wish(name, preset=p) for p in found.presets]
-        out += [Wish(name, seed=seed, index=i) for i in range(samples)]
+            out += [FamilyRequest(name, preset=p) for p in found.presets]
+        out += [FamilyRequest(name, seed=seed, index=i) for i in range(samples)]
     return out
 
 
-def params_of(wish: Wish) -> Params:
+def params_of(wish: FamilyRequest) -> Params:
     """The numbers of a wish. Raises UnknownId."""
     found = family(wish.family)
     if wish.preset:
@@ -136,7 +136,7 @@ def asset_key(found: Family[Any], params: Params) -> str:
 
 @cache
 def _code_key(name: str) -> str:
-    return key_of(*modules_holding(MODELS[name], FAMILIES))
+    return key_of(*modules_holding(MODELS[name], FAMILIES_PACKAGE))
 
 
 def labels_of(found: Family[Any]) -> Labels:
@@ -146,7 +146,7 @@ def labels_of(found: Family[Any]) -> Labels:
     return Labels(category=category.id, classes=known.classes_of(category), qcode=category.qcode)
 
 
-def build_one(wish: Wish, library: Path, checked: bool = True, drawn: bool = True) -> Built:
+def build_one(wish: FamilyRequest, library: Path, checked: bool = True, drawn: bool = True) -> FamilyResult:
     """Build, write and check one member; its folder is put in the library where it passes, or left out.
 
     A fault of a family is told in `message`, so that the others go on. Starts no process.
@@ -156,12 +156,12 @@ def build_one(wish: Wish, library: Path, checked: bool = True, drawn: bool = Tru
     """
     return attempt(
         lambda: _build_one(wish, disk.Library(library), checked, drawn),
-        lambda message, is_fault: Built(wish, message=message, is_fault=is_fault),
+        lambda message, is_fault: FamilyResult(wish, message=message, is_fault=is_fault),
         library,
     )
 
 
-def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) -> Built:
+def _build_one(wish: FamilyRequest, library: disk.Library, checked: bool, drawn: bool) -> FamilyResult:
     found, known = family(wish.family), registry.load()
     params = params_of(wish)
     begin = time.perf_counter()
@@ -170,7 +170,7 @@ def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) ->
     staged = library.stage(asset.id)
     disk.write_files(staged, mjcf.write(asset))
     wrote = time.perf_counter()
-    picture = render(staged / "model.xml", View(size_px=PREVIEW_PX) if drawn else QUICK)
+    picture = render(staged / "model.xml", View(size_px=PREVIEW_PX) if drawn else PREVIEW_VIEW)
     (staged / "preview.png").write_bytes(picture)
     drew = time.perf_counter()
     disk.write_files(staged, write_usd(asset, thumbnail(picture)))
@@ -189,7 +189,7 @@ def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) ->
     if report.passed:
         disk.write_certificate(staged, asset, certificate(asset, report, staged, _made_by(found, params)))
         library.publish(staged, target)
-    return Built(
+    return FamilyResult(
         wish,
         asset.id,
         str(target if report.passed else staged),
@@ -204,13 +204,13 @@ def _build_one(wish: Wish, library: disk.Library, checked: bool, drawn: bool) ->
 
 def _made_by(found: Family[Any], params: Params) -> disk.MadeBy:
     """What is said in the certificate of a member of what made it."""
-    modules = modules_holding(MODELS[found.name], FAMILIES)
+    modules = modules_holding(MODELS[found.name], FAMILIES_PACKAGE)
     versions = versions_of({"family": modules, **WRITING})
     written = key_of(*WRITING.values(), certificate)
     return disk.MadeBy(Producer.FAMILY, digest_of("family", asset_key(found, params), written), versions)
 
 
-def summary(results: Sequence[Built]) -> list[tuple[str, ...]]:
+def summary(results: Sequence[FamilyResult]) -> list[tuple[str, ...]]:
     """Rows of text for a table: family, how many passed, of how many, median seconds and megabytes; the last is all."""
     rows = []
     names = sorted({r.wish.family for r in results})
@@ -222,7 +222,9 @@ def summary(results: Sequence[Built]) -> list[tuple[str, ...]]:
     return rows
 
 
-def build_all(wanted: Sequence[Wish], library: Path, jobs: int = 0, drawn: bool = True) -> Iterator[Built]:
+def build_all(
+    wanted: Sequence[FamilyRequest], library: Path, jobs: int = 0, drawn: bool = True
+) -> Iterator[FamilyResult]:
     """Members in the order in which they are done, each built in a worker.
 
     Args:
@@ -235,9 +237,9 @@ def build_all(wanted: Sequence[Wish], library: Path, jobs: int = 0, drawn: bool 
     with place.locked(), writing(library):
         place.sweep()
         build = partial(build_one, library=library, drawn=drawn)
-        for number, answer in run_batch(build, wanted, library, jobs, f"{__name__}:warm", LEAST_BYTES):
+        for number, answer in run_batch(build, wanted, library, jobs, f"{__name__}:warm", WORKER_BYTES):
             if isinstance(answer, WorkerFailure):
-                yield Built(wanted[number], message=answer.text, is_fault=True)
+                yield FamilyResult(wanted[number], message=answer.text, is_fault=True)
             else:
                 yield answer
 

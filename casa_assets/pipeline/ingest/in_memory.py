@@ -14,10 +14,10 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.source import Source, SourceKind, Up
 from casa_assets.model.issue import Report
-from casa_assets.pipeline.ingest.stages import Brief, build
-from casa_assets.pipeline.ingest.survey import categorise
+from casa_assets.pipeline.ingest.stages import BuildContext, run_stages
+from casa_assets.pipeline.ingest.survey import find_category
 from casa_assets.pipeline.library.asset_package import check_package, write_package
-from casa_assets.pipeline.library.review import doubts
+from casa_assets.pipeline.library.review import doubtful_guesses
 
 
 def ingest_mesh(mesh: Thing, name: str, category: str = "", up: Up | None = None) -> tuple[Asset, Report]:
@@ -32,9 +32,9 @@ def ingest_mesh(mesh: Thing, name: str, category: str = "", up: Up | None = None
     """
     known = registry.load()
     source = Source(kind=SourceKind.FOLDER, path=name, hints=(name,))
-    kind, confidence, reason = categorise(Found(Path(), name, source), category)
+    kind, confidence, reason = find_category(Found(Path(), name, source), category)
     bundle = bundle_from_trimesh(mesh, name=name, up=up)
-    brief = Brief(
+    brief = BuildContext(
         asset_id=f"{kind.id}_{bundle.sha256[:10]}",
         sha256=bundle.sha256,
         source=source,
@@ -43,7 +43,7 @@ def ingest_mesh(mesh: Thing, name: str, category: str = "", up: Up | None = None
         substance=known.substances[kind.substance],
         limits=dict(known.limits),
     )
-    asset, notes = build(bundle, brief, lambda _: None, lambda *_: None)
+    asset, notes = run_stages(bundle, brief, lambda _: None, lambda *_: None)
     provenance = asset.provenance
     guess = Guess(subject="category", value=kind.id, confidence=round(confidence, 2), reason=reason)
     guesses = (guess, *provenance.guesses)
@@ -53,7 +53,7 @@ def ingest_mesh(mesh: Thing, name: str, category: str = "", up: Up | None = None
         folder.mkdir()
         write_package(asset, folder)
         checked = check_package(asset, folder)
-    return asset, Report(subject=asset.id, issues=(*notes, *doubts(guesses))) + checked
+    return asset, Report(subject=asset.id, issues=(*notes, *doubtful_guesses(guesses))) + checked
 
 
 def first_error(report: Report) -> Rejected:

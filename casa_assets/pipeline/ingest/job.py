@@ -10,7 +10,7 @@ from pathlib import Path
 
 from casa_assets.errors import OutputError, Rejected
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.ingest.user_override import NO_RULING, Ruling
+from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Issue, Report
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk
@@ -26,7 +26,7 @@ class Job:
 
     Attributes:
         limits: those of the registry, with what this run changes of them.
-        cache_key: of what it becomes. ruling: what a person decided about it.
+        cache_key: of what it becomes. override: what a person decided about it.
     """
 
     found: Found
@@ -35,7 +35,7 @@ class Job:
     library: Path
     limits: Mapping[str, float]
     cache_key: str
-    ruling: Ruling = NO_RULING
+    override: UserOverride = NO_OVERRIDE
 
 
 @dataclass(frozen=True)

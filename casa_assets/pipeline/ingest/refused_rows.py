@@ -25,10 +25,10 @@ from casa_assets.pipeline.library.library import REJECTED, Library
 
 NAME = "rows.jsonl"
 # So many rows of a file are kept and told word for word; the others are counted.
-MOST_TOLD = 100
+MAX_ROWS_PER_FILE = 100
 # Files of one run that have a line of their own; those beyond are counted together.
-MOST_FILES = 10_000
-OTHERS = "(other files)"
+MAX_FILES = 10_000
+OTHER_FILES = "(other files)"
 
 
 class RefusedFile(Record):
@@ -65,10 +65,10 @@ class RefusedRows:
 
     def add(self, one: Refused) -> str:
         """Count a row; returns the id that it is listed by, empty where it is only counted."""
-        path = one.path if one.path in self._counts or len(self._counts) < MOST_FILES else OTHERS
+        path = one.path if one.path in self._counts or len(self._counts) < MAX_FILES else OTHER_FILES
         rows = self._rows.setdefault(path, [])
         self._counts.setdefault(path, Counter())[one.code] += 1
-        if len(rows) >= MOST_TOLD or path == OTHERS:
+        if len(rows) >= MAX_ROWS_PER_FILE or path == OTHER_FILES:
             return ""
         rows.append((one.code, one.message))
         return row_id(path, len(rows))
@@ -95,7 +95,7 @@ class RefusedRows:
         Args:
             roots: that the run looked at.
         """
-        lines = {path: one for path, one in self._before.items() if path != OTHERS and not _is_below(roots, path)}
+        lines = {path: one for path, one in self._before.items() if path != OTHER_FILES and not _is_below(roots, path)}
         lines |= {one.path: one for one in self._found()}
         target = self._library.root / REJECTED / NAME
         if not lines:
@@ -138,11 +138,11 @@ def listed(library: Library) -> Iterator[dict[str, str]]:
         for number, (code, message) in enumerate(one.rows, 1):
             yield {"id": row_id(one.path, number), "source_path": one.path, "code": code, "message": message}
         for code, count in one.rest.items():
-            message = rest_of(count)
+            message = remainder_message(count)
             yield {"id": row_id(one.path, code), "source_path": one.path, "code": code, "message": message}
 
 
-def rest_of(count: int) -> str:
+def remainder_message(count: int) -> str:
     """What is said of rows that are only counted."""
     return f"{count} more for this reason; mend the first ones and run again"
 

@@ -12,19 +12,19 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.model.ingest.user_override import NO_RULING, Ruling
+from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Report
 from casa_assets.pipeline import clip
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup import library_report
-from casa_assets.pipeline.dedup.deduplicator import CODE as COPY
+from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.pipeline.dedup.deduplicator import Deduplicator
 from casa_assets.pipeline.ingest import unreadable_inputs
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
 from casa_assets.pipeline.ingest.job import Event, Job, Outcome, Result, RunAborted, stage_refusal, writing
-from casa_assets.pipeline.ingest.refused_rows import RefusedRows, rest_of, row_id
-from casa_assets.pipeline.ingest.stages import deciding, with_overrides
+from casa_assets.pipeline.ingest.refused_rows import RefusedRows, remainder_message, row_id
+from casa_assets.pipeline.ingest.stages import limits_in_key, with_overrides
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
@@ -37,16 +37,16 @@ from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.pool import Pool
 
 # What the pool's own verdicts are called in registry/rejections.yaml.
-FAULT = "RUN004"  # of the program, not of the input
+CRASH_CODE = "RUN004"  # of the program, not of the input
 FAILURE_CODES = {
     "timeout": "RUN001",
     "memory": "RUN002",
     "signal": "RUN003",
     "killed": "RUN003",
-    "error": FAULT,
+    "error": CRASH_CODE,
     "stuck": "RUN008",
 }
-TWIN = "RUN006"
+DUPLICATE_CODE = "RUN006"
 
 
 @dataclass(frozen=True)
@@ -87,16 +87,16 @@ class _Run:
     found: Sequence[Found]
     total: int
     steps: list[Job | Result] = field(default_factory=list)
-    unreadable: unreadable_inputs.Names = field(default_factory=unreadable_inputs.Names)
-    rulings: dict[str, Ruling] = field(default_factory=dict)
+    unreadable: unreadable_inputs.UnreadableInputs = field(default_factory=unreadable_inputs.UnreadableInputs)
+    rulings: dict[str, UserOverride] = field(default_factory=dict)
 
-    def ruling(self, survey: Survey) -> Ruling:
+    def override(self, survey: Survey) -> UserOverride:
         """What a person decided about an input."""
-        return self.rulings.get(survey.sha256, NO_RULING)
+        return self.rulings.get(survey.sha256, NO_OVERRIDE)
 
     def heard(self, answer: Survey | Rejected | WorkerFailure) -> Survey | Rejected | WorkerFailure:
         """An answer with the category that a person decided, where one did."""
-        if not isinstance(answer, Survey) or not (name := self.ruling(answer).category):
+        if not isinstance(answer, Survey) or not (name := self.override(answer).category):
             return answer
         return replace(answer, category=name, confidence=1.0, reason=f"a person decided, in {review.NAME}")
 
@@ -121,7 +121,7 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
     """
     known = registry.load()
     if options.weights:
-        clip.there(options.weights)
+        clip.require_weights(options.weights)
     if options.category:
         known.category(options.category)
     inputs = discover_inputs(roots, options.library)
@@ -135,11 +135,11 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
     with library.locked(), writing(options.library):
         library.sweep()
         Store(library.cache).sweep()
-        rulings = review.rulings(library)
+        rulings = review.read_overrides(library)
         try:
             with Pool(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm") as pool:
                 refused = RefusedRows(library)
-                found, early = _sorted_out(chain([first], inputs), refused)
+                found, early = _inputs_with_mesh(chain([first], inputs), refused)
                 total = len(found) + sum(event.count for event, _ in early)
                 run = _Run(library, cache_key(bounds, options.category), bounds, found, total, rulings=rulings)
                 for event, one in early:
@@ -151,24 +151,24 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
                     own = frozenset(_job(step).survey.sha256 for step in run.steps)
                     results = Deduplicator(library, known.limits["alike_form"], own).filter(results)
                 for result in results:
-                    yield _settled(run, result)
+                    yield _publish_outcome(run, result)
             run.unreadable.prune(library)
             refused.write(roots)
-            books(library, options.weights)
+            write_reports(library, options.weights)
         finally:
             library.sweep()
 
 
-def books(library: disk.Library, weights: str = "") -> None:
+def write_reports(library: disk.Library, weights: str = "") -> None:
     """Rewrite what is derived from the entries: the index, the attribution file, and what is said of them together."""
     table = EntryTable(library)
     index.rebuild(library, table.entries)
     attribution.write(library, table.entries)
     review.write(library, table.entries)
-    library_report.look_over(library, table, clip.eye(weights) if weights else None)
+    library_report.compare_library(library, table, clip.load_clip(weights) if weights else None)
 
 
-def _sorted_out(
+def _inputs_with_mesh(
     inputs: Iterable[Found | Refused], refused: RefusedRows
 ) -> tuple[list[Found], list[tuple[Event, Refused]]]:
     """The inputs that have a mesh, and events of all others: one each for the first of a file, one for the rest."""
@@ -181,7 +181,7 @@ def _sorted_out(
             kind = "kept" if refused.was_known(one) else "rejected"
             events.append((Event(kind, 0, one.path, name, one.code, one.message, was_rejected=True), one))
     for path, code, count in refused.rest():
-        message = rest_of(count)
+        message = remainder_message(count)
         kind = "kept" if refused.was_counted(path, code, count) else "rejected"
         event = Event(kind, 0, path, row_id(path, code), code, message, was_rejected=True, count=count)
         events.append((event, Refused(path, code, message)))
@@ -205,7 +205,7 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
         if isinstance(answer, Rejected):
             yield run.refuse(one, answer.code, answer.message)
         elif answer.sha256 in first:
-            yield run.refuse(one, TWIN, f"same bytes as {first[answer.sha256]}; remove one of them")
+            yield run.refuse(one, DUPLICATE_CODE, f"same bytes as {first[answer.sha256]}; remove one of them")
         else:
             first[answer.sha256] = one.source.path
             run.unreadable.is_readable(one)
@@ -219,7 +219,7 @@ def _due(
     identity = Identity(Producer.INGEST, survey.sha256)
     asset_id = identity.asset_id(survey.category)
     entries = older.get(identity.suffix, ())
-    ruling = run.ruling(survey)
+    ruling = run.override(survey)
     key = with_overrides(run.cache_key, ruling)
     found = cached_outcome(entries, asset_id, key)
     job = Job(one, survey, asset_id, options.library, run.limits, key, ruling)
@@ -246,7 +246,7 @@ def cache_key(limits: Mapping[str, float], category: str = "") -> str:
     Args:
         limits: numbers of the run, by their names in registry/limits.yaml. category: ordered for all inputs, or empty.
     """
-    return digest_of("ingest", key_of("casa_assets.pipeline.ingest.worker:work"), deciding(limits), category)
+    return digest_of("ingest", key_of("casa_assets.pipeline.ingest.worker:work"), limits_in_key(limits), category)
 
 
 def _results(run: _Run, pool: Pool) -> Iterator[Result]:
@@ -256,7 +256,7 @@ def _results(run: _Run, pool: Pool) -> Iterator[Result]:
     if not due:
         return
     pool.prepare("casa_assets.pipeline.ingest.worker:warm")
-    for _, answer in pool.run("casa_assets.pipeline.ingest.worker:probe", [None]):
+    for _, answer in pool.run("casa_assets.pipeline.ingest.worker:check_renderer", [None]):
         _outcome(answer)
     numbers, jobs = list(due), list(due.values())
     for place, answer in pool.run("casa_assets.pipeline.ingest.worker:work", jobs):
@@ -275,18 +275,18 @@ def _outcome(answer: object) -> Outcome:
     return answer
 
 
-def _settled(run: _Run, result: Result) -> Event:
+def _publish_outcome(run: _Run, result: Result) -> Event:
     """Publish what was decided about an input, and tell of it."""
     job, outcome, library = result.job, result.outcome, run.library
     if outcome.accepted and outcome.staged is not None:
         library.publish(outcome.staged, library.folder(job.survey.category, job.asset_id))
     elif not outcome.accepted:
-        staged = outcome.staged or _refusal(library, result)
+        staged = outcome.staged or _stage_refusal(library, result)
         library.publish(staged, library.refusal_folder(job.asset_id))
     return _event(run, result)
 
 
-def _refusal(library: disk.Library, result: Result) -> Path:
+def _stage_refusal(library: disk.Library, result: Result) -> Path:
     """The staged entry of an input that its worker did not refuse: the worker died, or the asset is a copy."""
     outcome, folder = result.outcome, result.folder
     report: Report | None = None

@@ -21,14 +21,14 @@ from casa_assets.ingest.texture import texture
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.ingest.source import Bundle, RawModel, Source, SourceKind
-from casa_assets.model.ingest.user_override import NO_RULING, Ruling
+from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Issue
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category
-from casa_assets.pipeline.cache.cache_key import Made, digest_of, key_of
+from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of
 
 
-class Brief(Record):
+class BuildContext(Record):
     """All that decides how one bundle becomes an asset, besides its bytes and the stages themselves.
 
     Attributes:
@@ -45,7 +45,7 @@ class Brief(Record):
     classes: tuple[str, ...]
     substance: Substance
     limits: dict[str, float]
-    ruling: Ruling = NO_RULING
+    override: UserOverride = NO_OVERRIDE
 
     @property
     def generated(self) -> bool:
@@ -63,11 +63,11 @@ class Stage:
     """
 
     name: str
-    function: Callable[[Draft, Brief], Draft]
+    function: Callable[[Draft, BuildContext], Draft]
     keep: bool = False
 
 
-def _collide(draft: Draft, brief: Brief) -> Draft:
+def _collide(draft: Draft, brief: BuildContext) -> Draft:
     params = CollideParams(
         hull_count=int(brief.limits["hull_count"]),
         hull_vertices=int(brief.limits["hull_vertices"]),
@@ -78,37 +78,37 @@ def _collide(draft: Draft, brief: Brief) -> Draft:
     return collide(draft, brief.category, params)
 
 
-def _scale(draft: Draft, brief: Brief) -> Draft:
+def _scale(draft: Draft, brief: BuildContext) -> Draft:
     texts = [t for t in (brief.source.title, brief.source.prompt) if t]
     slack = brief.limits["size_slack"]
-    return scale(draft, brief.category, slack, texts, brief.generated, brief.ruling.size_m)
+    return scale(draft, brief.category, slack, texts, brief.generated, brief.override.size_m)
 
 
 # Ratio up to which two estimates of a mass say the same.
-MASSES_AGREE = 2.0
+MASS_AGREEMENT_RATIO = 2.0
 
 
-def _orient(draft: Draft, brief: Brief) -> Draft:
-    return orient(draft, brief.category, brief.generated, brief.ruling)
+def _orient(draft: Draft, brief: BuildContext) -> Draft:
+    return orient(draft, brief.category, brief.generated, brief.override)
 
 
-def _simplify(draft: Draft, brief: Brief) -> Draft:
+def _simplify(draft: Draft, brief: BuildContext) -> Draft:
     return simplify(draft, int(brief.limits["visual_faces"]))
 
 
-def _texture(draft: Draft, brief: Brief) -> Draft:
+def _texture(draft: Draft, brief: BuildContext) -> Draft:
     return texture(draft, int(brief.limits["texture_px"]), brief.substance)
 
 
-def _mass(draft: Draft, brief: Brief) -> Draft:
-    return mass(draft, brief.category, brief.substance, MASSES_AGREE, brief.ruling.mass_kg)
+def _mass(draft: Draft, brief: BuildContext) -> Draft:
+    return mass(draft, brief.category, brief.substance, MASS_AGREEMENT_RATIO, brief.override.mass_kg)
 
 
-def _grasp(draft: Draft, brief: Brief) -> Draft:
+def _grasp(draft: Draft, brief: BuildContext) -> Draft:
     return grasp(draft, brief.category, brief.limits["gripper_m"])
 
 
-def _backs(draft: Draft, brief: Brief) -> Draft:
+def _backs(draft: Draft, brief: BuildContext) -> Draft:
     return backs(draft, brief.category, brief.limits["missing_side"])
 
 
@@ -124,7 +124,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("backs", _backs),
 )
 # Limits that turn inputs away and change nothing about those that pass: raising one remakes nothing.
-GATES = frozenset({"input_bytes", "input_faces", "input_seconds", "input_memory_bytes"})
+ADMISSION_LIMITS = frozenset({"input_bytes", "input_faces", "input_seconds", "input_memory_bytes"})
 
 
 def stage_key(stage: Stage) -> str:
@@ -132,18 +132,18 @@ def stage_key(stage: Stage) -> str:
     return key_of(stage.function)
 
 
-def steps() -> dict[str, Made]:
+def stage_functions() -> dict[str, CodeRef]:
     """Every stage and what does it, in the order in which they run."""
     return {"load": load, "clean": clean, **{s.name: s.function for s in STAGES}, "assemble": assemble}
 
 
-def with_overrides(key: str, ruling: Ruling) -> str:
+def with_overrides(key: str, ruling: UserOverride) -> str:
     """The cache key of an input about which a person decided something: another decision makes it anew."""
     return key if ruling.is_empty else digest_of(key, ruling.digest)
 
 
-def build(
-    bundle: Bundle, brief: Brief, get: Callable[[str], bytes | None], put: Callable[[str, bytes], None]
+def run_stages(
+    bundle: Bundle, brief: BuildContext, get: Callable[[str], bytes | None], put: Callable[[str, bytes], None]
 ) -> tuple[Asset, tuple[Issue, ...]]:
     """An asset from a bundle, and the warnings on the way; kept results are taken from the store.
 
@@ -160,7 +160,7 @@ def build(
             start, draft = i + 1, Draft.from_json(data)
             break
     if draft is None:
-        draft = clean(raw(bundle, brief.limits), brief.category)
+        draft = clean(read_raw_model(bundle, brief.limits), brief.category)
     for i in range(start, len(STAGES)):
         draft = STAGES[i].function(draft, brief)
         if STAGES[i].keep:
@@ -169,20 +169,20 @@ def build(
     return asset, (*bundle.notes, *draft.notes)
 
 
-def raw(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
+def read_raw_model(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     """The bundle as read. Raises Rejected."""
     return load(bundle, limits)
 
 
-def deciding(limits: Mapping[str, float]) -> dict[str, float]:
+def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:
     """Limits that change what comes out, sorted."""
-    return {name: value for name, value in sorted(limits.items()) if name not in GATES}
+    return {name: value for name, value in sorted(limits.items()) if name not in ADMISSION_LIMITS}
 
 
-def _keys(brief: Brief) -> list[str]:
+def _keys(brief: BuildContext) -> list[str]:
     """Key of each stage's result: everything that came before is in it."""
     source = Source(kind=brief.source.kind, path="", title=brief.source.title, prompt=brief.source.prompt)
-    inputs = brief.replace(asset_id="", source=source, limits=deciding(brief.limits))
+    inputs = brief.replace(asset_id="", source=source, limits=limits_in_key(brief.limits))
     key = digest_of(inputs.digest, key_of(load, clean))
     keys = []
     for stage in STAGES:

@@ -12,7 +12,7 @@ from casa_assets.ingest.sources.found import Found
 from casa_assets.model.registry.category import Category
 
 # How sure a name can make of a category where the source states another one: for a person to look at.
-CONTRADICTED = 0.4
+CONTRADICTED_CONFIDENCE = 0.4
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,11 @@ def survey(job: tuple[Found, str, Mapping[str, float]]) -> Survey | Rejected:
         bundle = collect(found, limits)
     except Rejected as error:
         return error
-    category, confidence, reason = categorise(found, ordered)
+    category, confidence, reason = find_category(found, ordered)
     return Survey(bundle.sha256, category.id, confidence, reason)
 
 
-def categorise(found: Found, ordered: str) -> tuple[Category, float, str]:
+def find_category(found: Found, ordered: str) -> tuple[Category, float, str]:
     """Category of an input, how sure, and why: the user's word, then the source's, then names and titles."""
     known = registry.load()
     if ordered:
@@ -54,7 +54,7 @@ def categorise(found: Found, ordered: str) -> tuple[Category, float, str]:
     match = known.find_category([*source.hints, source.title, source.prompt])
     if match is not None and source.category:
         reason = f"{match[2]}; the source says {source.category!r}, which the registry does not know"
-        return match[0], min(CONTRADICTED, match[1] * 0.9), reason
+        return match[0], min(CONTRADICTED_CONFIDENCE, match[1] * 0.9), reason
     if match is not None:
         return match[0], match[1] * 0.9, match[2]
     return known.category(registry.FALLBACK), 0.1, "nothing names a category that the registry knows"

@@ -15,8 +15,8 @@ from casa_assets.pipeline.library.identity import Producer
 PREFIX = "unread_"
 
 
-class Names:
-    """Names of one run's refusals: several at one place (rows that name one mesh) are counted."""
+class UnreadableInputs:
+    """UnreadableInputs of one run's refusals: several at one place (rows that name one mesh) are counted."""
 
     def __init__(self) -> None:
         self._times: Counter[str] = Counter()

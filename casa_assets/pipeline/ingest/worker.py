@@ -23,14 +23,14 @@ from casa_assets.model.asset.shape import Hull
 from casa_assets.model.ingest.source import Bundle
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.registry.category import Category
-from casa_assets.pipeline.cache.cache_key import Made, versions_of
+from casa_assets.pipeline.cache.cache_key import CodeRef, versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.signature import signature
 from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, stage_refusal, writing
-from casa_assets.pipeline.ingest.stages import Brief, build, raw, steps
+from casa_assets.pipeline.ingest.stages import BuildContext, read_raw_model, run_stages, stage_functions
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
-from casa_assets.pipeline.library.review import doubts
+from casa_assets.pipeline.library.review import doubtful_guesses
 from casa_assets.preview.camera import View
 from casa_assets.preview.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer, backend
@@ -39,7 +39,7 @@ from casa_assets.preview.still import render
 PREVIEW_PX = 512
 THUMBNAIL_PX = 256
 # What every producer does with an asset, once it has one.
-WRITING: Mapping[str, Made] = {
+WRITING: Mapping[str, CodeRef] = {
     "mjcf": mjcf.write,
     "usd": write_usd,
     "preview": render,
@@ -54,7 +54,7 @@ def warm() -> None:
     usd.load_rules()
 
 
-def probe(_: None) -> RunAborted | None:
+def check_renderer(_: None) -> RunAborted | None:
     """Whether a worker can draw at all; a process that has drawn cannot be forked, so the pool asks a worker."""
     try:
         backend()
@@ -88,7 +88,7 @@ def _work(job: Job) -> Outcome:
         if not report.passed:
             worst = report.errors[0]
             raise Rejected(worst.code, f"{worst.pointer}: {worst.message}" if worst.pointer else worst.message)
-        made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**steps(), **WRITING}))
+        made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**stage_functions(), **WRITING}))
         disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
         _read_back(asset, staged)
         return Outcome(True, warnings=report.issues, staged=staged)
@@ -109,7 +109,7 @@ def _read_back(asset: Asset, staged: Path) -> None:
 
 def _asset(job: Job, bundle: Bundle, category: Category, store: Store) -> tuple[Asset, tuple[Issue, ...]]:
     known = registry.load()
-    brief = Brief(
+    brief = BuildContext(
         asset_id=job.asset_id,
         sha256=bundle.sha256,
         source=job.found.source,
@@ -117,14 +117,14 @@ def _asset(job: Job, bundle: Bundle, category: Category, store: Store) -> tuple[
         classes=known.classes_of(category),
         substance=known.substances[category.substance],
         limits=dict(job.limits),
-        ruling=job.ruling,
+        override=job.override,
     )
-    asset, notes = build(bundle, brief, store.get, store.put)
+    asset, notes = run_stages(bundle, brief, store.get, store.put)
     survey = job.survey
     guess = Guess(subject="category", value=category.id, confidence=round(survey.confidence, 2), reason=survey.reason)
     provenance = asset.provenance
     guesses = (guess, *provenance.guesses)
-    return asset.replace(provenance=provenance.replace(guesses=guesses)), (*notes, *doubts(guesses))
+    return asset.replace(provenance=provenance.replace(guesses=guesses)), (*notes, *doubtful_guesses(guesses))
 
 
 def _write_and_check(asset: Asset, category: Category, staged: Path, notes: tuple[Issue, ...]) -> Report:
@@ -166,7 +166,7 @@ def certificate(asset: Asset, report: Report, staged: Path, made_by: disk.MadeBy
             hull_vertices=max(hulls, default=0),
             faces=sum(len(v.mesh.faces) for k in asset.links for v in k.visuals),
         ),
-        files=disk.sums(staged),
+        files=disk.file_digests(staged),
         signature=signature(asset),
     )
 
@@ -177,6 +177,6 @@ def _picture(bundle: Bundle, staged: Path, limits: Mapping[str, float]) -> bytes
     if drawn.exists():
         return drawn.read_bytes()
     try:
-        return render_model(raw(bundle, limits))
+        return render_model(read_raw_model(bundle, limits))
     except CasaError:
         return None

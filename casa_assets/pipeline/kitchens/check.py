@@ -33,16 +33,16 @@ from casa_assets.layouts.order.request import Kitchen
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_files import FACTS
 from casa_assets.pipeline.kitchens.scene_folders import (
-    Order,
+    BuildOptions,
     SceneBuilt,
-    failure,
-    forget,
-    made,
+    build_with_options,
+    failed_scene,
+    remove_scene,
+    run_recipes,
     scene_key,
-    side_by_side,
 )
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.kitchen_report import page
@@ -52,10 +52,12 @@ from casa_assets.preview import kitchen as room
 REPORT, PAGE, MAP = "report.json", "report.html", "floor_map.png"
 # Enough to see whether a camera shows something: shares of black and white are within two hundredths of those of full
 # previews. With shadows of the sky it takes twice the time and is no nearer to them.
-SMALL = room.Frame(240, 180, passes=2, shadow_px=512, sky_casts=False)
+CHECK_FRAME = room.Frame(240, 180, passes=2, shadow_px=512, sky_casts=False)
 
 
-def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = False, drawn: bool = True) -> SceneBuilt:
+def check_one(
+    recipe: SceneRecipe, out: Path, anew: bool = False, strict: bool = False, drawn: bool = True
+) -> SceneBuilt:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
     A scene that has not changed since it was checked is not checked again.
@@ -64,7 +66,7 @@ def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = Fals
         out: folder of the scenes. anew: check it again. strict: what does not pass is not put in place. drawn: with an
             overview; the check of what cameras see draws its own, small, and keeps none.
     """
-    done = made(recipe, out, Order(drawn=drawn, judge=judge, strict=strict))
+    done = build_with_options(recipe, out, BuildOptions(drawn=drawn, judge=check_and_report, strict=strict))
     if done.report is not None or not done.folder:
         return done
     folder = Path(done.folder)
@@ -74,38 +76,38 @@ def check_one(recipe: Recipe, out: Path, anew: bool = False, strict: bool = Fals
     else:
         done = _checked_in_place(recipe, out, folder)
     if strict and done.report is not None and not done.passed:
-        forget(out, recipe.scene_id)
+        remove_scene(out, recipe.scene_id)
         return replace(done, folder="", kept=False)
     return done
 
 
-def _checked_in_place(recipe: Recipe, out: Path, folder: Path) -> SceneBuilt:
+def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path) -> SceneBuilt:
     """Every check on a scene that is there already."""
 
     def make() -> SceneBuilt:
         begin = time.perf_counter()
         kitchen, scene = build_scene(recipe, disk.Library(out).cache)
         built = time.perf_counter()
-        report = judge(recipe, kitchen, scene, folder)
+        report = check_and_report(recipe, kitchen, scene, folder)
         seconds = time.perf_counter() - built
         return SceneBuilt(recipe, str(folder), report=report, build_s=built - begin, check_s=seconds)
 
-    return attempt(make, partial(failure, recipe), out)
+    return attempt(make, partial(failed_scene, recipe), out)
 
 
-def judge(recipe: Recipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:
+def check_and_report(recipe: SceneRecipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:
     """Run every check on a scene in its folder, and leave report, page and pictures there."""
-    report, measured = check(kitchen, scene, folder)
+    report, measured = run_checks_on_scene(kitchen, scene, folder)
     _write(folder, report, {"key": verdict_key(recipe), **measured})
     return report
 
 
-def verdict_key(recipe: Recipe) -> str:
+def verdict_key(recipe: SceneRecipe) -> str:
     """Key of report.json and the page of a scene: its files, and all that decides what the checks say of them."""
-    return digest_of("verdict", scene_key(recipe), key_of(check, _write))
+    return digest_of("verdict", scene_key(recipe), key_of(run_checks_on_scene, _write))
 
 
-def check(kitchen: Kitchen, scene: Scene, folder: Path) -> tuple[Report, dict[str, Any]]:
+def run_checks_on_scene(kitchen: Kitchen, scene: Scene, folder: Path) -> tuple[Report, dict[str, Any]]:
     """The report of a scene in its folder, and what was measured besides: grade, tasks, places to park, budgets, speed.
 
     A picture of the floor is put into the folder.
@@ -139,7 +141,7 @@ def check(kitchen: Kitchen, scene: Scene, folder: Path) -> tuple[Report, dict[st
 
 def _views(model: Any, folder: Path) -> Pictures:
     """A picture of each camera of an MjModel: the preview where there is one, else one drawn small, not kept."""
-    stage = room.staged(copy(model), str(folder / FILE), frame=SMALL)
+    stage = room.staged(copy(model), str(folder / FILE), frame=CHECK_FRAME)
     shots: dict[str, Pixels] = {}
     for name in stage.cameras:
         path = folder / f"{name}.png"
@@ -147,7 +149,7 @@ def _views(model: Any, folder: Path) -> Pictures:
             with Image.open(path) as opened:
                 shots[name] = np.asarray(opened.convert("RGB"))
     rest = [name for name in stage.cameras if name not in shots]
-    return Pictures({**shots, **dict(room.photograph(stage, rest, SMALL))})
+    return Pictures({**shots, **dict(room.photograph(stage, rest, CHECK_FRAME))})
 
 
 def _rounded(speed: Speed) -> dict[str, float]:
@@ -179,7 +181,7 @@ def _kept(folder: Path, key: str) -> Report | None:
 
 
 def check_all(
-    recipes: Sequence[Recipe],
+    recipes: Sequence[SceneRecipe],
     out: Path,
     jobs: int = 0,
     anew: bool = False,
@@ -191,4 +193,4 @@ def check_all(
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
-    return side_by_side(partial(check_one, out=out, anew=anew, strict=strict, drawn=drawn), recipes, out, jobs)
+    return run_recipes(partial(check_one, out=out, anew=anew, strict=strict, drawn=drawn), recipes, out, jobs)

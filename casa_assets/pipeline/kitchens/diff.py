@@ -12,7 +12,7 @@ from casa_assets.errors import OutputError
 
 FILES = ("scene.xml", "scene_light.xml", "scene.usda")
 # What scene.json says of who made it and not of what was made.
-MAKER = frozenset({"key", "generator"})
+MADE_BY_FIELDS = frozenset({"key", "generator"})
 
 
 def compare(first: Path, second: Path) -> list[str]:
@@ -32,10 +32,10 @@ def compare(first: Path, second: Path) -> list[str]:
     return [*lines, *_values("", _facts(first), _facts(second))]
 
 
-def is_one_maker(first: Path, second: Path) -> bool:
+def made_by_same_code(first: Path, second: Path) -> bool:
     """Whether the same sources, tools and version of this package made both. Raises OutputError as `compare`."""
     one, other = (_read(folder) for folder in (first, second))
-    return all(one.get(name) == other.get(name) for name in MAKER)
+    return all(one.get(name) == other.get(name) for name in MADE_BY_FIELDS)
 
 
 def _bytes(path: Path) -> bytes:
@@ -46,7 +46,7 @@ def _bytes(path: Path) -> bytes:
 
 
 def _facts(folder: Path) -> dict[str, Any]:
-    return {name: value for name, value in _read(folder).items() if name not in MAKER}
+    return {name: value for name, value in _read(folder).items() if name not in MADE_BY_FIELDS}
 
 
 def _read(folder: Path) -> dict[str, Any]:

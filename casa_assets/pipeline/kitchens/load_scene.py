@@ -15,7 +15,7 @@ from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.files import Files
 from casa_assets.model.kitchen.surface import Surface
-from casa_assets.pipeline.kitchens.resolve import chosen
+from casa_assets.pipeline.kitchens.resolve import ordered_surfaces
 from casa_assets.pipeline.kitchens.scene_files import LIGHT_FILE
 from casa_assets.pipeline.textures.recipes import finish_of, recipe
 
@@ -71,7 +71,7 @@ def swap_textures(model: Any, covers: Mapping[str, Sequence[str]], textures: Map
     for surface in textures:
         if surface not in list(Surface):
             raise UnknownId("surface", surface, [s.value for s in Surface])
-    for surface, name in chosen((Surface(s), t) for s, t in textures.items()):
+    for surface, name in ordered_surfaces((Surface(s), t) for s, t in textures.items()):
         # A style also names what only other plans have, such as the finish of an island.
         shown = [_swap(model, old, name, cache) for old in covers.get(surface.value, ())]
         if not any(shown):

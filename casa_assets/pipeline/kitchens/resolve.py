@@ -31,11 +31,11 @@ from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
 
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
-DRAWS = 20
+MAX_LENGTH_DRAWS = 20
 
 
 @lru_cache(maxsize=1)
-def offers() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
+def preset_params() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
     """Numbers of all presets of all families."""
     return {
         name: {preset: params.model_dump(mode="json") for preset, params in made.presets.items()}
@@ -44,7 +44,7 @@ def offers() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
 
 
 @dataclass(frozen=True)
-class Recipe:
+class SceneRecipe:
     """What a scene is made from.
 
     Attributes:
@@ -74,7 +74,7 @@ class Recipe:
         return "__".join(parts)
 
 
-def chosen(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Surface, str], ...]:
+def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Surface, str], ...]:
     """Finishes of surfaces in their order. Raises UnknownId where a surface has no such finish."""
     known = stock().surfaces
     picked = dict(surfaces)
@@ -84,13 +84,13 @@ def chosen(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Surface, str]
     return tuple((s, picked[s]) for s in Surface if s in picked)
 
 
-def drawn_surfaces(seed: int) -> tuple[tuple[Surface, str], ...]:
+def draw_surfaces(seed: int) -> tuple[tuple[Surface, str], ...]:
     """A finish for each surface, each drawn by itself."""
     have = stock()
     return tuple((s, have.draw(rng_for(seed, f"scene/surface/{s.value}"), s)) for s in Surface)
 
 
-def drawn_lengths(plan: Plan, seed: int, turn: int = 0) -> dict[str, float]:
+def draw_lengths(plan: Plan, seed: int, turn: int = 0) -> dict[str, float]:
     """Lengths of a plan's parameters, each within its bounds, in whole centimetres."""
     lengths = {}
     for name, p in plan.parameters.items():
@@ -99,7 +99,7 @@ def drawn_lengths(plan: Plan, seed: int, turn: int = 0) -> dict[str, float]:
     return lengths
 
 
-def resolve(recipe: Recipe) -> Kitchen:
+def resolve(recipe: SceneRecipe) -> Kitchen:
     """The kitchen of a recipe.
 
     Raises:
@@ -109,19 +109,19 @@ def resolve(recipe: Recipe) -> Kitchen:
     plan, pages = kitchens.load_plan(recipe.plan)
     style, _ = kitchens.load_style(recipe.style)
     style = style.with_surfaces(dict(recipe.surfaces))
-    turns = 1 if recipe.seed is None else DRAWS
+    turns = 1 if recipe.seed is None else MAX_LENGTH_DRAWS
     failed: Misfit | None = None
     for turn in range(turns):
-        given = None if recipe.seed is None else drawn_lengths(plan, recipe.seed, turn)
+        given = None if recipe.seed is None else draw_lengths(plan, recipe.seed, turn)
         try:
-            return request(plan, style, offers(), given, recipe.closed)
+            return request(plan, style, preset_params(), given, recipe.closed)
         except Misfit as error:
             failed = error
     assert failed is not None
-    raise located(failed, pages)
+    raise error_with_line(failed, pages)
 
 
-def located(error: Misfit, pages: Document) -> RegistryError:
+def error_with_line(error: Misfit, pages: Document) -> RegistryError:
     """A misfit as an error of the plan's file, with the line."""
     return pages.fault(error.pointer, error.expected, error.got)
 
@@ -131,9 +131,9 @@ def params_of(choice: Choice) -> Params:
     found = family(choice.family)
     if choice.name not in found.presets:
         raise UnknownId(f"preset of {choice.family}", choice.name, found.presets)
-    base = offers()[choice.family][choice.name]
+    base = preset_params()[choice.family][choice.name]
     try:
-        made: Params = found.params.model_validate(merged(base, choice.params))
+        made: Params = found.params.model_validate(merge_nested(base, choice.params))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
@@ -141,12 +141,12 @@ def params_of(choice: Choice) -> Params:
     return made
 
 
-def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+def merge_nested(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """A mapping with values replaced, inside its mappings too."""
     out = dict(base)
     for key, value in over.items():
         known = out.get(key)
-        out[key] = merged(known, value) if isinstance(known, Mapping) and isinstance(value, Mapping) else value
+        out[key] = merge_nested(known, value) if isinstance(known, Mapping) and isinstance(value, Mapping) else value
     return out
 
 
@@ -158,7 +158,7 @@ def build_choice(name: str, choice: Choice, store: AssetStore) -> Asset:
         raise CasaError(f"{name}: {error}") from error
 
 
-def build_scene(recipe: Recipe, cache: Path) -> tuple[Kitchen, Scene]:
+def build_scene(recipe: SceneRecipe, cache: Path) -> tuple[Kitchen, Scene]:
     """The kitchen and the scene of a recipe. Raises as `resolve` does, and CasaError where a part cannot be built.
 
     Args:
@@ -177,10 +177,10 @@ def build_scene(recipe: Recipe, cache: Path) -> tuple[Kitchen, Scene]:
     assets = {w.name: built(w.name, w.choice) for w in kitchen.wanted}
     props = [(choice, built(choice.preset, choice)) for choice in kitchen.style.props]
     store.tidy()
-    return put_together(kitchen, assets, props, recipe.seed or 0, recipe.scene_id)
+    return compose_kitchen(kitchen, assets, props, recipe.seed or 0, recipe.scene_id)
 
 
-def put_together(
+def compose_kitchen(
     kitchen: Kitchen, assets: dict[str, Asset], props: list[tuple[Choice, Asset]], seed: int, scene_id: str
 ) -> tuple[Kitchen, Scene]:
     """The scene of a kitchen, once everything in it is built, and the kitchen with the props that found a place.
@@ -194,7 +194,7 @@ def put_together(
     return kitchen, compose(kitchen, every, scene_id)
 
 
-def kitchen_key(recipe: Recipe) -> str:
+def kitchen_key(recipe: SceneRecipe) -> str:
     """Key of `build_scene`: what the plan and the style ask for, the assets of it, and what puts them together.
 
     Raises as `resolve` and `build_choice` do.
@@ -204,4 +204,4 @@ def kitchen_key(recipe: Recipe) -> str:
     assets = [(name, asset_key(family(c.family), params_of(c))) for name, c in sorted(choices.items())]
     # Its text is the same in every process: it holds numbers, text and records, in tuples and in dicts that are filled
     # in one order.
-    return digest_of("kitchen", repr(kitchen), assets, recipe.seed, recipe.scene_id, key_of(put_together))
+    return digest_of("kitchen", repr(kitchen), assets, recipe.seed, recipe.scene_id, key_of(compose_kitchen))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.core.sampling import rng_for
-from casa_assets.pipeline.kitchens.resolve import Recipe, drawn_surfaces
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces
 from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
 from casa_assets.registry.kitchens import plan_names, style_names
 
@@ -16,20 +16,20 @@ REJECTED = "rejected.json"
 SEEDS = 1_000_000
 
 
-def draws(count: int, seed: int) -> list[Recipe]:
+def draw_recipes(count: int, seed: int) -> list[SceneRecipe]:
     """So many recipes; the first of a longer list are those of a shorter one. Two that are the same count once."""
     plans, styles = plan_names(), style_names()
-    found: dict[str, Recipe] = {}
+    found: dict[str, SceneRecipe] = {}
     for i in range(count):
         rng = rng_for(seed, f"scenes/draw/{i}")
         plan, style = plans[int(rng.integers(len(plans)))], styles[int(rng.integers(len(styles)))]
         own = int(rng.integers(SEEDS))
-        recipe = Recipe(plan, style, own, drawn_surfaces(own))
+        recipe = SceneRecipe(plan, style, own, draw_surfaces(own))
         found.setdefault(recipe.scene_id, recipe)
     return list(found.values())
 
 
-def write_rejected(out: Path, seed: int, wanted: Sequence[Recipe], done: Sequence[SceneBuilt]) -> Path:
+def write_rejected(out: Path, seed: int, wanted: Sequence[SceneRecipe], done: Sequence[SceneBuilt]) -> Path:
     """Put what was drawn, how much of it passed, and why the rest did not, into rejected.json; returns its path.
 
     Args:

@@ -32,7 +32,7 @@ from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene, kitchen_key, offers
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, preset_params
 from casa_assets.pipeline.kitchens.scene_files import FACTS, LIGHT_FILE, OVERVIEW, SHARED
 from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library import library as disk
@@ -42,10 +42,10 @@ from casa_assets.preview import kitchen as room
 from casa_assets.preview import tonemap
 from casa_assets.registry.kitchens import plan_names, style_names
 
-QUICK = room.Frame(passes=24)
-LEAST_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
+OVERVIEW_FRAME = room.Frame(passes=24)
+WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
 # Of a scene in its folder, the verdict.
-Judge = Callable[[Recipe, Kitchen, Scene, Path], Report]
+Judge = Callable[[SceneRecipe, Kitchen, Scene, Path], Report]
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class SceneBuilt:
         counts: what the scene holds, by word. kept: an earlier run made it, and nothing has changed.
     """
 
-    recipe: Recipe
+    recipe: SceneRecipe
     folder: str = ""
     message: str = ""
     report: Report | None = None
@@ -84,7 +84,7 @@ class SceneBuilt:
 
 
 @dataclass(frozen=True)
-class Order:
+class BuildOptions:
     """How scenes are made.
 
     Attributes:
@@ -99,16 +99,16 @@ class Order:
     strict: bool = False
 
 
-def build_one(recipe: Recipe, out: Path, drawn: bool = True, anew: bool = False) -> SceneBuilt:
+def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, anew: bool = False) -> SceneBuilt:
     """Build and write one scene. A fault is told in `message`, so that the others go on.
 
     Args:
         out: folder of the scenes. drawn: with a picture. anew: even where nothing has changed since it was made.
     """
-    return made(recipe, out, Order(drawn, anew))
+    return build_with_options(recipe, out, BuildOptions(drawn, anew))
 
 
-def made(recipe: Recipe, out: Path, order: Order) -> SceneBuilt:
+def build_with_options(recipe: SceneRecipe, out: Path, order: BuildOptions) -> SceneBuilt:
     """The same to order. Nothing is put in place that could not be composed, written, drawn and judged to the end."""
 
     def make() -> SceneBuilt:
@@ -117,18 +117,18 @@ def made(recipe: Recipe, out: Path, order: Order) -> SceneBuilt:
             key = scene_key(recipe)
         except CasaError:
             # What an earlier version of the plan gave is no scene of this one.
-            forget(out, recipe.scene_id)
+            remove_scene(out, recipe.scene_id)
             raise
         if order.anew or not is_whole(folder, key):
             return _made(recipe, disk.Library(out), order, key)
         if order.drawn and not is_drawn(folder, key):
-            return _drawn_anew(recipe, folder, key)
+            return _redraw_overview(recipe, folder, key)
         return SceneBuilt(recipe, str(folder), kept=True)
 
-    return attempt(make, partial(failure, recipe), out)
+    return attempt(make, partial(failed_scene, recipe), out)
 
 
-def failure(recipe: Recipe, message: str, is_fault: bool) -> SceneBuilt:
+def failed_scene(recipe: SceneRecipe, message: str, is_fault: bool) -> SceneBuilt:
     """A scene that could not be made or checked."""
     return SceneBuilt(recipe, message=message, is_fault=is_fault)
 
@@ -137,21 +137,21 @@ def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
     usd_checks.load_rules()
-    offers()
-    key_of(write_scene, describe, lighten), key_of(draw)
+    preset_params()
+    key_of(write_scene, describe, lighten), key_of(draw_cameras)
 
 
-def scene_key(recipe: Recipe) -> str:
+def scene_key(recipe: SceneRecipe) -> str:
     """Key of the files of a scene, without its pictures and the verdict on it. Raises as `kitchens.resolve` does."""
     return digest_of("scene", kitchen_key(recipe), key_of(write_scene, describe, lighten))
 
 
 def picture_key(key: str) -> str:
     """Key of the pictures of a scene, from the key of its files."""
-    return digest_of("pictures", key, key_of(draw))
+    return digest_of("pictures", key, key_of(draw_cameras))
 
 
-def is_current(recipe: Recipe, out: Path) -> bool:
+def is_current(recipe: SceneRecipe, out: Path) -> bool:
     """Whether a scene is there, whole, as today's code and data would make it. Raises as `kitchens.resolve` does.
 
     Args:
@@ -179,12 +179,12 @@ def _fact(folder: Path, name: str) -> Any:
     return facts.get(name) if isinstance(facts, dict) else None
 
 
-def _drawn_anew(recipe: Recipe, folder: Path, key: str) -> SceneBuilt:
+def _redraw_overview(recipe: SceneRecipe, folder: Path, key: str) -> SceneBuilt:
     """The scene as it is, with a fresh overview; its other pictures are out of date and go."""
     begin = time.perf_counter()
     for old in folder.glob("*.png"):
         old.unlink()
-    draw(folder, (OVERVIEW,))
+    draw_cameras(folder, (OVERVIEW,))
     facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
     fresh = folder / f".{FACTS}.{os.getpid()}"
     _write_facts(fresh, {**facts, "picture_key": picture_key(key)})
@@ -192,19 +192,21 @@ def _drawn_anew(recipe: Recipe, folder: Path, key: str) -> SceneBuilt:
     return SceneBuilt(recipe, str(folder), draw_s=time.perf_counter() - begin)
 
 
-def _made(recipe: Recipe, library: disk.Library, order: Order, key: str) -> SceneBuilt:
+def _made(recipe: SceneRecipe, library: disk.Library, order: BuildOptions, key: str) -> SceneBuilt:
     begin = time.perf_counter()
     try:
         kitchen, scene = build_scene(recipe, library.cache)
     except CasaError:
-        forget(library.root, recipe.scene_id)
+        remove_scene(library.root, recipe.scene_id)
         raise
     built = time.perf_counter()
-    done = put(recipe, kitchen, scene, library, order, key)
+    done = publish_scene(recipe, kitchen, scene, library, order, key)
     return replace(done, build_s=built - begin)
 
 
-def put(recipe: Recipe, kitchen: Kitchen, scene: Scene, library: disk.Library, order: Order, key: str) -> SceneBuilt:
+def publish_scene(
+    recipe: SceneRecipe, kitchen: Kitchen, scene: Scene, library: disk.Library, order: BuildOptions, key: str
+) -> SceneBuilt:
     """Write a composed scene into its folder of a library that is locked; draw and judge it as ordered.
 
     Args:
@@ -219,7 +221,7 @@ def put(recipe: Recipe, kitchen: Kitchen, scene: Scene, library: disk.Library, o
         store.tidy()
         written = time.perf_counter()
         if order.drawn:
-            draw(folder, (OVERVIEW,))
+            draw_cameras(folder, (OVERVIEW,))
         drawn = time.perf_counter()
         report = order.judge(recipe, kitchen, scene, folder) if order.judge else None
         placed = report is None or report.passed or not order.strict
@@ -286,7 +288,9 @@ def _put(files: Files, folder: Path, root: Path) -> None:
             target.write_bytes(data)
 
 
-def draw(folder: Path, cameras: Sequence[str] = (), frame: room.Frame = QUICK, pose: str = "start") -> tuple[Path, ...]:
+def draw_cameras(
+    folder: Path, cameras: Sequence[str] = (), frame: room.Frame = OVERVIEW_FRAME, pose: str = "start"
+) -> tuple[Path, ...]:
     """Pictures of a scene, one for each camera, as `<camera>.png` (`<camera>_<pose>.png` in another pose) beside it.
 
     Args:
@@ -304,7 +308,7 @@ def draw(folder: Path, cameras: Sequence[str] = (), frame: room.Frame = QUICK, p
 
 
 def build_all(
-    recipes: Sequence[Recipe], out: Path, jobs: int = 0, drawn: bool = True, anew: bool = False
+    recipes: Sequence[SceneRecipe], out: Path, jobs: int = 0, drawn: bool = True, anew: bool = False
 ) -> Iterator[SceneBuilt]:
     """Scenes in the order in which they are done, worked on by several processes.
 
@@ -313,11 +317,11 @@ def build_all(
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
-    return side_by_side(partial(build_one, out=out, drawn=drawn, anew=anew), recipes, out, jobs)
+    return run_recipes(partial(build_one, out=out, drawn=drawn, anew=anew), recipes, out, jobs)
 
 
-def side_by_side(
-    work: Callable[[Recipe], SceneBuilt], recipes: Sequence[Recipe], out: Path, jobs: int
+def run_recipes(
+    work: Callable[[SceneRecipe], SceneBuilt], recipes: Sequence[SceneRecipe], out: Path, jobs: int
 ) -> Iterator[SceneBuilt]:
     """What `work` makes of each recipe, in the order in which they are done, by so many processes; 0: one per core.
 
@@ -328,27 +332,27 @@ def side_by_side(
     place = disk.Library(out)
     with place.locked(), writing(out):
         place.sweep()
-        for number, answer in run_batch(work, recipes, out, jobs, f"{__name__}:warm", LEAST_BYTES):
+        for number, answer in run_batch(work, recipes, out, jobs, f"{__name__}:warm", WORKER_BYTES):
             if isinstance(answer, WorkerFailure):
-                yield failure(recipes[number], answer.text, True)
+                yield failed_scene(recipes[number], answer.text, True)
             else:
                 yield answer
 
 
-def forget(out: Path, scene_id: str) -> None:
+def remove_scene(out: Path, scene_id: str) -> None:
     """Remove one scene; what it shares stays."""
     shutil.rmtree(out / scene_id, ignore_errors=True)
 
 
-def all_recipes() -> list[Recipe]:
+def all_recipes() -> list[SceneRecipe]:
     """Every plan in every style."""
-    return [Recipe(plan, style) for plan in plan_names() for style in style_names()]
+    return [SceneRecipe(plan, style) for plan in plan_names() for style in style_names()]
 
 
-def matching(patterns: Sequence[str]) -> list[Recipe]:
+def recipes_matching(patterns: Sequence[str]) -> list[SceneRecipe]:
     """The plain scenes whose ids match one of some globs. Raises UnknownId where one matches nothing."""
     every = all_recipes()
-    out: list[Recipe] = []
+    out: list[SceneRecipe] = []
     for pattern in patterns:
         found = [r for r in every if fnmatchcase(r.scene_id, pattern)]
         if not found:

@@ -10,14 +10,14 @@ from pathlib import Path
 
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.kitchen.surface import Surface
-from casa_assets.pipeline.kitchens.resolve import Recipe, chosen, drawn_surfaces
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces
 from casa_assets.pipeline.kitchens.scene_files import FACTS
 from casa_assets.registry.kitchens import plan_names, style_names
 
 _REST = re.compile(r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<closed>__closed)?")
 
 
-def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> Recipe:
+def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     """What the kitchen of an id is made from.
 
     The finishes are only a digest in the id. They are found where the seed drew them (`--textures random`), or where
@@ -34,11 +34,11 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> Recipe:
     if plan not in plan_names() or style not in style_names() or told is None:
         raise UnknownId("scene", scene_id, [f"{p}__{s}" for p in plan_names() for s in style_names()])
     seed = None if told["seed"] is None else int(told["seed"])
-    bare = Recipe(plan, style, seed, (), told["closed"] is not None)
+    bare = SceneRecipe(plan, style, seed, (), told["closed"] is not None)
     if told["finishes"] is None:
         return bare
     for surfaces in _candidates(scene_id, seed, places):
-        recipe = Recipe(plan, style, seed, surfaces, bare.closed)
+        recipe = SceneRecipe(plan, style, seed, surfaces, bare.closed)
         if recipe.scene_id == scene_id:
             return recipe
     where = ", ".join(str(place) for place in places) or "no folder"
@@ -51,7 +51,7 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> Recipe:
 
 def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iterator[tuple[tuple[Surface, str], ...]]:
     """Finishes that the digest may stand for."""
-    yield drawn_surfaces(seed or 0)
+    yield draw_surfaces(seed or 0)
     for place in places:
         try:
             told = json.loads((place / scene_id / FACTS).read_text(encoding="utf-8"))["surfaces"]
@@ -62,6 +62,6 @@ def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iter
         for count in range(1, len(pairs) + 1):
             for some in combinations(pairs, count):
                 try:
-                    yield chosen(some)
+                    yield ordered_surfaces(some)
                 except UnknownId:  # a finish of a pack that is not here, or of an older registry
                     continue

@@ -18,12 +18,12 @@ from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.pose import Pose
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.kitchens.resolve import Recipe
+    from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 
 FORMAT = 1
 
 
-def describe(recipe: Recipe, kitchen: Kitchen, scene: Scene) -> dict[str, Any]:
+def describe(recipe: SceneRecipe, kitchen: Kitchen, scene: Scene) -> dict[str, Any]:
     """The content of scene.json. Lengths in metres, angles in radians, quaternions (w, x, y, z), frame of the world."""
     wanted = {w.name: w for w in kitchen.wanted}
     shell, style = kitchen.style.shell, kitchen.style
@@ -41,7 +41,7 @@ def describe(recipe: Recipe, kitchen: Kitchen, scene: Scene) -> dict[str, Any]:
             "counter": style.counter.face,
             "cabinet": style.cabinets.base.face,
         },
-        "covers": covers(style),
+        "covers": surface_finishes(style),
         "generator": f"casa-assets {version('casa-assets')}",
         "room": {
             "outline": [list(p) for p in kitchen.room.outline],
@@ -67,7 +67,7 @@ def describe(recipe: Recipe, kitchen: Kitchen, scene: Scene) -> dict[str, Any]:
     }
 
 
-def covers(style: Style) -> dict[str, list[str]]:
+def surface_finishes(style: Style) -> dict[str, list[str]]:
     """Finishes that each of the four surfaces is covered with; another choice takes the place of all of them."""
     cabinets = style.cabinets
     groups = (cabinets.base, cabinets.upper, cabinets.tall, cabinets.island)

@@ -21,8 +21,8 @@ from pydantic import TypeAdapter, ValidationError
 from casa_assets.checks.library.duplicates import Alike
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup.entries import Row, row
-from casa_assets.pipeline.dedup.pairs import Forms, measured, near
+from casa_assets.pipeline.dedup.entries import AssetRow, read_row
+from casa_assets.pipeline.dedup.pairs import ShapeIndex, measure_pair, nearby_pairs
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry, entry_at, row_entries
 
@@ -51,7 +51,7 @@ CREATE TABLE IF NOT EXISTS pairs (
 );
 """
 _entries: TypeAdapter[Entry] = TypeAdapter(Entry)
-_rows: TypeAdapter[Row] = TypeAdapter(Row)
+_rows: TypeAdapter[AssetRow] = TypeAdapter(AssetRow)
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class EntryTable:
         with closing(self._open()) as base:
             before = {folder: _Kept(*rest) for folder, *rest in base.execute("SELECT * FROM entries")}
             self._entries: list[Entry] = []
-            self._rows: list[Row] = []
+            self._rows: list[AssetRow] = []
             fresh = [(name, *vars(kept).values()) for name, kept in self._read(before)]
             gone = before.keys() - {e.path for e in self._entries}
             self._entries += row_entries(library)
@@ -94,7 +94,7 @@ class EntryTable:
         return self._entries
 
     @property
-    def rows(self) -> Sequence[Row]:
+    def rows(self) -> Sequence[AssetRow]:
         """Every accepted asset, sorted by category and id."""
         return self._rows
 
@@ -110,7 +110,7 @@ class EntryTable:
             compared = {digest for (digest,) in base.execute("SELECT digest FROM compared")}
             known = [pair for pair in base.execute("SELECT * FROM pairs") if pair[0] in place and pair[1] in place]
             new = [i for i, one in enumerate(signed) if one.digest not in compared]
-            found = [_pair(signed[i], signed[j], store) for i, j in _near(signed, new)]
+            found = [_pair(signed[i], signed[j], store) for i, j in _new_nearby_pairs(signed, new)]
             with suppress(sqlite3.OperationalError), base:
                 base.executemany("INSERT OR REPLACE INTO pairs VALUES (?, ?, ?, ?, ?, ?)", found)
                 base.executemany("INSERT OR REPLACE INTO compared VALUES (?)", [(signed[i].digest,) for i in new])
@@ -135,7 +135,7 @@ class EntryTable:
                         continue
             try:
                 entry = replace(entry_at(folder, self._library.root), results=())
-                own = row(folder) if is_accepted else None
+                own = read_row(folder) if is_accepted else None
             except OutputError:
                 if self._skip_damaged:
                     continue
@@ -143,7 +143,7 @@ class EntryTable:
             self._add(entry, own)
             yield name, _Kept(state, _entries.dump_json(entry).decode(), _rows.dump_json(own).decode() if own else "")
 
-    def _add(self, entry: Entry, own: Row | None) -> None:
+    def _add(self, entry: Entry, own: AssetRow | None) -> None:
         self._entries.append(entry)
         if own is not None:
             self._rows.append(own)
@@ -196,22 +196,22 @@ def _state(path: Path) -> str:
     return f"{found.st_mtime_ns} {found.st_ctime_ns} {found.st_size} {found.st_ino}"
 
 
-def _near(signed: Sequence[Row], new: Sequence[int]) -> list[tuple[int, int]]:
+def _new_nearby_pairs(signed: Sequence[AssetRow], new: Sequence[int]) -> list[tuple[int, int]]:
     """Pairs of places of assets of near form of which at least one is new."""
     forms = [one.signature.form for one in signed if one.signature is not None]
     if 2 * len(new) > len(signed):
         fresh = set(new)
-        return [(i, j) for i, j in near(forms) if i in fresh or j in fresh]
-    table, found = Forms(forms), set()
+        return [(i, j) for i, j in nearby_pairs(forms) if i in fresh or j in fresh]
+    table, found = ShapeIndex(forms), set()
     for i in new:
         found |= {(min(i, j), max(i, j)) for j in table.near(forms[i]) if j != i}
     return sorted(found)
 
 
-def _pair(one: Row, other: Row, store: Store) -> tuple[str, str, float, float, float, float]:
-    found = measured(one, other, store)
+def _pair(one: AssetRow, other: AssetRow, store: Store) -> tuple[str, str, float, float, float, float]:
+    found = measure_pair(one, other, store)
     return one.digest, other.digest, found.most, found.every, found.size, found.colors
 
 
-def _alike(one: Row, other: Row, most: float, every: float, size: float, colors: float) -> Alike:
+def _alike(one: AssetRow, other: AssetRow, most: float, every: float, size: float, colors: float) -> Alike:
     return Alike(one.id, other.id, most, every, size, colors, one.category == other.category)

@@ -236,7 +236,9 @@ def identity_of(folder: Path) -> Identity | None:
     """Who made an entry from what; None where there is none, or it is damaged."""
     try:
         if (folder / CERTIFICATE).is_file():
-            return Identity(read_certificate(folder).producer, str(part(folder, "asset")["provenance"]["sha256"]))
+            return Identity(
+                read_certificate(folder).producer, str(read_section(folder, "asset")["provenance"]["sha256"])
+            )
         refusal = read_refusal(folder)
         return Identity(refusal.producer, refusal.sha256)
     except (OutputError, KeyError, TypeError):
@@ -275,7 +277,7 @@ def write_files(root: Path, files: Files) -> None:
         target.write_bytes(data)
 
 
-def sums(root: Path) -> dict[str, str]:
+def file_digests(root: Path) -> dict[str, str]:
     """Relative path -> sha256 of every file under a folder, sorted."""
     paths = sorted(p for p in root.rglob("*") if p.is_file())
     return {p.relative_to(root).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest() for p in paths}
@@ -293,20 +295,20 @@ def write_refusal(root: Path, refusal: Refusal) -> None:
 
 def read_certificate(folder: Path) -> Certificate:
     """The certificate of an accepted asset. Raises OutputError where the file is damaged."""
-    return _record(Certificate, folder / CERTIFICATE, _renamed(part(folder, "certificate"), folder))
+    return _record(Certificate, folder / CERTIFICATE, _upgraded(read_section(folder, "certificate"), folder))
 
 
 def read_asset(folder: Path) -> Asset:
     """The whole Asset, meshes and textures included. Raises OutputError where a file is missing or damaged."""
-    return asset_from_manifest(part(folder, "asset"), folder)
+    return asset_from_manifest(read_section(folder, "asset"), folder)
 
 
 def read_refusal(folder: Path) -> Refusal:
     """Why an input was rejected. Raises OutputError where the file is damaged."""
-    return _record(Refusal, folder / REFUSAL, _renamed(_json(folder / REFUSAL), folder))
+    return _record(Refusal, folder / REFUSAL, _upgraded(_json(folder / REFUSAL), folder))
 
 
-def part(folder: Path, name: str) -> dict[str, Any]:
+def read_section(folder: Path, name: str) -> dict[str, Any]:
     """The `asset` or `certificate` of an asset.json, as data. Raises OutputError where the file is damaged."""
     data = _json(folder / CERTIFICATE).get(name)
     if not isinstance(data, dict):
@@ -314,7 +316,7 @@ def part(folder: Path, name: str) -> dict[str, Any]:
     return data
 
 
-def _renamed(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+def _upgraded(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     """What an entry of schema version 1 says in the words of version 2; it named no producer."""
     if data.get("schema_version") != 1:
         return data

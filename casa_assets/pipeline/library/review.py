@@ -19,7 +19,7 @@ from pydantic import ValidationError
 from casa_assets import registry
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.model.asset.provenance import Guess
-from casa_assets.model.ingest.user_override import Ruling
+from casa_assets.model.ingest.user_override import UserOverride
 from casa_assets.model.issue import Issue, Severity
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry
@@ -30,21 +30,21 @@ CODE = "REV001"
 DOUBTFUL = 0.5
 # What a person can decide. The front is left out: a wrong one spoils nothing, and most things have none.
 SUBJECTS = ("category", "up_axis", "scale", "mass")
-ABOUT = ("sha256", "id", "input", "look_at", "category", "size_m", "up", "mass_kg", "reason")
-SET = ("set_category", "set_up", "set_turn_deg", "set_size_m", "set_mass_kg")
+INFO_COLUMNS = ("sha256", "id", "input", "look_at", "category", "size_m", "up", "mass_kg", "reason")
+OVERRIDE_COLUMNS = ("set_category", "set_up", "set_turn_deg", "set_size_m", "set_mass_kg")
 # An input that was turned away for one of these may be a good one of a wrong size or kind.
-MENDABLE = frozenset({"AST001", "AST002", "AST003", "AST013", "MSH003"})
+REVIEWABLE_CODES = frozenset({"AST001", "AST002", "AST003", "AST013", "MSH003"})
 
 
 @dataclass(frozen=True)
-class Row:
+class ReviewRow:
     """One line: the cells by column, and what they rule."""
 
     cells: Mapping[str, str]
-    ruling: Ruling
+    override: UserOverride
 
 
-def doubts(guesses: Sequence[Guess]) -> tuple[Issue, ...]:
+def doubtful_guesses(guesses: Sequence[Guess]) -> tuple[Issue, ...]:
     """A warning for each guess that a person should look at."""
     return tuple(
         Issue(
@@ -58,9 +58,9 @@ def doubts(guesses: Sequence[Guess]) -> tuple[Issue, ...]:
     )
 
 
-def rulings(library: disk.Library) -> dict[str, Ruling]:
+def read_overrides(library: disk.Library) -> dict[str, UserOverride]:
     """What a person decided, by the sha256 of the input. Raises OutputError where a cell cannot be understood."""
-    return {digest: row.ruling for digest, row in _read(library).items() if not row.ruling.is_empty}
+    return {digest: row.override for digest, row in _read(library).items() if not row.override.is_empty}
 
 
 def write(library: disk.Library, found: Iterable[Entry]) -> int:
@@ -69,20 +69,22 @@ def write(library: disk.Library, found: Iterable[Entry]) -> int:
     Args:
         found: the entries of the library.
     """
-    ruled = {digest: row for digest, row in _read(library).items() if not row.ruling.is_empty}
+    ruled = {digest: row for digest, row in _read(library).items() if not row.override.is_empty}
     rows: dict[str, Mapping[str, str]] = {digest: row.cells for digest, row in ruled.items()}
     for entry in found:
         subjects = _open(entry)
         if entry.sha256 in ruled:
-            rows[entry.sha256] = {**ruled[entry.sha256].cells, **_about(entry, subjects)}
+            rows[entry.sha256] = {**ruled[entry.sha256].cells, **_info_cells(entry, subjects)}
         elif subjects:
-            rows[entry.sha256] = _about(entry, subjects)
+            rows[entry.sha256] = _info_cells(entry, subjects)
     target = library.root / NAME
     if not rows:
         target.unlink(missing_ok=True)
         return 0
     text = io.StringIO()
-    writer = csv.DictWriter(text, (*ABOUT, *SET), restval="", extrasaction="ignore", lineterminator="\n")
+    writer = csv.DictWriter(
+        text, (*INFO_COLUMNS, *OVERRIDE_COLUMNS), restval="", extrasaction="ignore", lineterminator="\n"
+    )
     writer.writeheader()
     writer.writerows(sorted(rows.values(), key=lambda r: (r.get("id", ""), r["sha256"])))
     fresh = library.private / f"{NAME}.{os.getpid()}"
@@ -93,11 +95,11 @@ def write(library: disk.Library, found: Iterable[Entry]) -> int:
 
 def _open(entry: Entry) -> list[str]:
     if not entry.accepted:
-        return [entry.code] if entry.code in MENDABLE else []
-    return [issue.pointer for issue in doubts(entry.guesses)]
+        return [entry.code] if entry.code in REVIEWABLE_CODES else []
+    return [issue.pointer for issue in doubtful_guesses(entry.guesses)]
 
 
-def _about(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:
+def _info_cells(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:
     """The columns that are ours; words of strangers are made fit for a spreadsheet, which takes `=` for a formula."""
     guesses = {g.subject: g for g in entry.guesses}
     size = max(entry.summary.extents) if entry.summary else None
@@ -120,7 +122,7 @@ def _harmless(value: str) -> str:
     return f"'{plain}" if plain[:1] in "=+-@" and plain[:1] else plain
 
 
-def _read(library: disk.Library) -> dict[str, Row]:
+def _read(library: disk.Library) -> dict[str, ReviewRow]:
     path = library.root / NAME
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -132,25 +134,27 @@ def _read(library: disk.Library) -> dict[str, Row]:
         lines = list(csv.DictReader(io.StringIO(text), strict=True))
     except csv.Error as error:
         raise OutputError(str(path), f"is no CSV: {error}") from error
-    rows: dict[str, Row] = {}
+    rows: dict[str, ReviewRow] = {}
     for number, line in enumerate(lines, 2):
         cells = {name: (value or "").strip() for name, value in line.items() if isinstance(name, str)}
         digest = cells.get("sha256", "")
         if not digest:
             raise OutputError(str(path), f"row {number}: there is no sha256; keep that column")
-        rows[digest] = Row(cells, _ruling(cells, f"{path} row {number}"))
+        rows[digest] = ReviewRow(cells, _override_of(cells, f"{path} row {number}"))
     return rows
 
 
-def _ruling(cells: Mapping[str, str], place: str) -> Ruling:
-    stated: dict[str, Any] = {name: cells[f"set_{name}"] for name in Ruling.model_fields if cells.get(f"set_{name}")}
+def _override_of(cells: Mapping[str, str], place: str) -> UserOverride:
+    stated: dict[str, Any] = {
+        name: cells[f"set_{name}"] for name in UserOverride.model_fields if cells.get(f"set_{name}")
+    }
     try:
         if "category" in stated:
             registry.load().category(stated["category"])
         for name in ("turn_deg", "size_m", "mass_kg"):
             if name in stated:
                 stated[name] = float(stated[name].replace(",", "."))
-        return Ruling.model_validate(stated)
+        return UserOverride.model_validate(stated)
     except (UnknownId, ValueError, ValidationError) as error:
         message = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
         raise OutputError(place, f"cannot be understood: {message}") from error

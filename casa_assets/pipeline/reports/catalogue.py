@@ -16,7 +16,7 @@ from PIL import Image
 from casa_assets.errors import BatchFault
 from casa_assets.export import mjcf
 from casa_assets.model.registry.finish import Surface
-from casa_assets.pipeline.families.run import LEAST_BYTES, Wish, build_asset, params_of
+from casa_assets.pipeline.families.run import WORKER_BYTES, FamilyRequest, build_asset, params_of
 from casa_assets.pipeline.library.library import write_files
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.pipeline.textures.sheet import shots
@@ -45,10 +45,10 @@ h2 small { color: #888; font-weight: normal; }
 
 
 @dataclass(frozen=True)
-class Shown:
+class MemberPictures:
     """A member of a family with its picture files, relative to the page: closed first, then each named pose."""
 
-    wish: Wish
+    wish: FamilyRequest
     pictures: tuple[str, ...]
     mass: float
     size: tuple[float, float, float]
@@ -64,14 +64,14 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
         UnknownId: there is no such family.
         BatchFault: some could not be drawn by a fault of the program; the page has the others.
     """
-    wishes = [Wish(f.name, preset=p) for f in families().values() for p in f.presets]
+    wishes = [FamilyRequest(f.name, preset=p) for f in families().values() for p in f.presets]
     wishes = [w for w in wishes if not names or w.family in names]
     for name in names:
         family(name)
     (out / "families").mkdir(parents=True, exist_ok=True)
-    drawn: dict[int, Shown] = {}
+    drawn: dict[int, MemberPictures] = {}
     faults: dict[str, str] = {}
-    for number, answer in run_batch(partial(_draw, out=out), wishes, out, jobs, WARM, LEAST_BYTES):
+    for number, answer in run_batch(partial(_draw, out=out), wishes, out, jobs, WARM, WORKER_BYTES):
         if isinstance(answer, WorkerFailure):
             faults[wishes[number].title] = answer.text
         else:
@@ -93,7 +93,7 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
         raise BatchFault(faults, "\n".join(faults.values()))
 
 
-def _draw(wish: Wish, out: Path) -> Shown:
+def _draw(wish: FamilyRequest, out: Path) -> MemberPictures:
     """One preset in all its poses."""
     asset = build_asset(family(wish.family), params_of(wish), out / ".cache")
     folder = Path(tempfile.mkdtemp(prefix="catalogue"))
@@ -110,10 +110,10 @@ def _draw(wish: Wish, out: Path) -> Shown:
         shutil.rmtree(folder, ignore_errors=True)
     low, high = asset.bounds
     x, y, z = (float(v) for v in high - low)
-    return Shown(wish, tuple(paths), asset.mass, (x, y, z))
+    return MemberPictures(wish, tuple(paths), asset.mass, (x, y, z))
 
 
-def page(found: Sequence[Shown], swatches: dict[Surface, list[str]]) -> str:
+def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]]) -> str:
     """The page's HTML."""
     parts = ["<!doctype html><html lang=en><meta charset=utf-8><title>casa-assets catalogue</title>"]
     parts += [f"<style>{STYLE}</style><h1>Catalogue</h1>"]
@@ -139,7 +139,7 @@ def page(found: Sequence[Shown], swatches: dict[Surface, list[str]]) -> str:
     return "\n".join(parts) + "\n"
 
 
-def _cell(shown: Shown) -> str:
+def _cell(shown: MemberPictures) -> str:
     images = "".join(f'<img loading=lazy width=190 height=190 src="{p}" alt="{p}">' for p in shown.pictures)
     size = " x ".join(f"{v:.2f}" for v in shown.size)
     caption = f"{shown.wish.preset}, {size}, {shown.mass:.3g} kg"

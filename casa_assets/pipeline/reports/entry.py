@@ -15,7 +15,7 @@ from casa_assets.model.issue import CheckResult, Issue, Severity, Tally
 from casa_assets.pipeline.ingest import refused_rows
 from casa_assets.pipeline.library import library as disk
 
-NONE = Tally()
+NO_CHECKS = Tally()
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Entry:
     digest: str
     producer: str
     cache_key: str
-    checks: Tally = NONE
+    checks: Tally = NO_CHECKS
 
 
 def entries(library: disk.Library) -> Iterator[Entry]:
@@ -80,7 +80,7 @@ def entry_at(folder: Path, root: Path) -> Entry:
 
 def _accepted(folder: Path, root: Path) -> Entry:
     certificate = disk.read_certificate(folder)
-    data = disk.part(folder, "asset")
+    data = disk.read_section(folder, "asset")
     try:
         origin, category = Provenance.model_validate(data["provenance"]), str(data["labels"]["category"])
     except (ValidationError, KeyError, TypeError) as error:
@@ -145,5 +145,5 @@ def _refused(folder: Path, root: Path) -> Entry:
         digest="",
         producer=refusal.producer.value,
         cache_key=refusal.cache_key,
-        checks=refusal.report.tally if refusal.report else NONE,
+        checks=refusal.report.tally if refusal.report else NO_CHECKS,
     )

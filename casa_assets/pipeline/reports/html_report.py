@@ -23,11 +23,11 @@ from casa_assets.model.record import Vec3
 # Large enough for a sharp picture in the table, small enough for 3000 of them in one page.
 _THUMB_PX, _THUMB_QUALITY = 160, 76
 # Status of a check -> what the script of the page knows it by.
-WORDS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, Status.NOT_RUN: 3}
+STATUS_NUMBERS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, Status.NOT_RUN: 3}
 
 
 @dataclass(frozen=True)
-class Entry:
+class AssetRow:
     """One accepted asset.
 
     Attributes:
@@ -70,7 +70,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class RejectEntry:
+class RejectedRow:
     """One input that was not accepted.
 
     Attributes:
@@ -94,9 +94,9 @@ class RejectEntry:
     picture_png: bytes = b""
 
 
-def html(
-    entries: Sequence[Entry],
-    rejects: Sequence[RejectEntry],
+def render_page(
+    entries: Sequence[AssetRow],
+    rejects: Sequence[RejectedRow],
     title: str,
     why: Mapping[str, str] | None = None,
     whole: str = "",
@@ -131,7 +131,7 @@ def html(
     )
 
 
-def _tiles(entries: Sequence[Entry], rejects: Sequence[RejectEntry]) -> str:
+def _tiles(entries: Sequence[AssetRow], rejects: Sequence[RejectedRow]) -> str:
     """The numbers at the top, readable without scripts too."""
     warned = sum(1 for e in entries if e.warnings)
     told = tally(r for e in entries for r in e.results)
@@ -165,7 +165,7 @@ def _count(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
-def _largest(entries: Sequence[Entry]) -> str:
+def _largest(entries: Sequence[AssetRow]) -> str:
     """The category with most assets, the first by name where several have as many."""
     counts = Counter(e.category for e in entries)
     if not counts:
@@ -174,7 +174,7 @@ def _largest(entries: Sequence[Entry]) -> str:
     return f"most: {name} ({number:,})"
 
 
-def _asset(entry: Entry, number: dict[tuple[str, str], int]) -> dict[str, Any]:
+def _asset(entry: AssetRow, number: dict[tuple[str, str], int]) -> dict[str, Any]:
     return {
         "id": entry.id,
         "category": entry.category,
@@ -191,7 +191,7 @@ def _asset(entry: Entry, number: dict[tuple[str, str], int]) -> dict[str, Any]:
         "uri": entry.uri,
         "warnings": [[i.code, i.pointer, i.message] for i in entry.warnings],
         "results": [
-            [number[r.code, r.unit], WORDS[r.status], _short(r.number), _short(r.limit), r.reason]
+            [number[r.code, r.unit], STATUS_NUMBERS[r.status], _short(r.number), _short(r.limit), r.reason]
             for r in entry.results
         ],
         "looks": entry.looks,
@@ -202,7 +202,7 @@ def _asset(entry: Entry, number: dict[tuple[str, str], int]) -> dict[str, Any]:
     }
 
 
-def _reject(entry: RejectEntry, number: dict[tuple[str, str], int]) -> dict[str, Any]:
+def _reject(entry: RejectedRow, number: dict[tuple[str, str], int]) -> dict[str, Any]:
     return {
         "path": entry.path,
         "source": entry.source,

@@ -24,7 +24,7 @@ td:first-child, th:first-child, td:nth-child(2), th:nth-child(2) { text-align: l
 
 
 @dataclass(frozen=True)
-class Row:
+class SceneRow:
     """A scene; numbers are None where no check has run.
 
     Attributes:
@@ -79,14 +79,14 @@ COLUMNS: tuple[tuple[str, str, str], ...] = (
 )
 
 
-def rows(out: Path) -> list[Row]:
+def read_rows(out: Path) -> list[SceneRow]:
     """Every scene below a folder, by id."""
     return [_row(path.parent) for path in sorted(out.glob("*/scene.json"))]
 
 
-def _row(folder: Path) -> Row:
+def _row(folder: Path) -> SceneRow:
     facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
-    named = Row(facts["id"], facts["plan"], facts["style"])
+    named = SceneRow(facts["id"], facts["plan"], facts["style"])
     path = folder / "report.json"
     if not path.is_file():
         return named
@@ -96,7 +96,7 @@ def _row(folder: Path) -> Row:
     for issue in told.errors:
         errors[issue.code] = errors.get(issue.code, 0) + 1
     holds, speed, grade = report.get("holds", {}), report.get("speed", {}), report.get("grade", {})
-    return Row(
+    return SceneRow(
         named.id,
         named.plan,
         named.style,
@@ -117,13 +117,13 @@ def _row(folder: Path) -> Row:
     )
 
 
-def cells(row: Row) -> list[str]:
+def cells(row: SceneRow) -> list[str]:
     """The numbers of a row as text, in the order of the columns."""
     values = [(getattr(row, field), form) for _, field, form in COLUMNS]
     return ["" if value is None else format(value, form) for value, form in values]
 
 
-def totals(found: Sequence[Row]) -> dict[str, float]:
+def totals(found: Sequence[SceneRow]) -> dict[str, float]:
     """Counts over all rows, and the worst and mean of what was measured; of nothing there is no mean."""
     told: dict[str, float] = {
         "scenes": len(found),
@@ -140,7 +140,7 @@ def totals(found: Sequence[Row]) -> dict[str, float]:
     return told
 
 
-def sentence(found: Sequence[Row]) -> str:
+def sentence(found: Sequence[SceneRow]) -> str:
     """The totals in words."""
     t = totals(found)
     message = f"{t['passed']:.0f} of {t['checked']:.0f} checked scenes passed, {t['joints']:.0f} joints swept"
@@ -154,9 +154,9 @@ def sentence(found: Sequence[Row]) -> str:
     return message
 
 
-def write(out: Path) -> list[Row]:
+def write(out: Path) -> list[SceneRow]:
     """Write summary.json and summary.html of all scenes in a folder; returns their rows."""
-    found = rows(out)
+    found = read_rows(out)
     data = {"totals": totals(found), "scenes": [asdict(row) for row in found]}
     text = json.dumps(data, indent=1, sort_keys=True)
     (out / DATA).write_text(text + "\n", encoding="utf-8")
@@ -164,7 +164,7 @@ def write(out: Path) -> list[Row]:
     return found
 
 
-def _page(found: Sequence[Row]) -> str:
+def _page(found: Sequence[SceneRow]) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in ("scene", "verdict", *(c[0] for c in COLUMNS)))
     body = "\n".join(_line(row) for row in found)
     return (
@@ -174,7 +174,7 @@ def _page(found: Sequence[Row]) -> str:
     )
 
 
-def _line(row: Row) -> str:
+def _line(row: SceneRow) -> str:
     mark = {True: "passed", False: "failed", None: "open"}[row.passed]
     name = html.escape(row.id)
     if row.passed is not None:

@@ -12,7 +12,7 @@ from urllib.parse import quote
 from PIL import Image
 
 from casa_assets.pipeline.reports import kitchen_summary
-from casa_assets.pipeline.reports.kitchen_summary import Row
+from casa_assets.pipeline.reports.kitchen_summary import SceneRow
 from casa_assets.preview.sheet import Shot, sheet
 
 PAGE, SHEET = "index.html", "contact_sheet.png"
@@ -31,7 +31,7 @@ small { color: #888; }
 
 
 @dataclass(frozen=True)
-class Entry:
+class SceneCard:
     """A scene as the page tells of it.
 
     Attributes:
@@ -39,21 +39,21 @@ class Entry:
         png: overview, or empty.
     """
 
-    row: Row
+    row: SceneRow
     fixtures: int
     joints: int
     png: bytes
 
 
-def entries(out: Path, rows: list[Row]) -> list[Entry]:
+def entries(out: Path, rows: list[SceneRow]) -> list[SceneCard]:
     """Scenes below a folder."""
     return [_entry(out / row.id, row) for row in rows]
 
 
-def _entry(folder: Path, row: Row) -> Entry:
+def _entry(folder: Path, row: SceneRow) -> SceneCard:
     facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
     picture = folder / "overview.png"
-    return Entry(
+    return SceneCard(
         row,
         len(facts["fixtures"]),
         sum(len(f["joints"]) for f in facts["fixtures"]),
@@ -87,7 +87,7 @@ def _squared(png: bytes) -> bytes:
     return out.getvalue()
 
 
-def _page(found: list[Entry], heading: str) -> str:
+def _page(found: list[SceneCard], heading: str) -> str:
     cells = "\n".join(_cell(e) for e in found)
     told = html.escape(kitchen_summary.sentence([e.row for e in found]))
     return (
@@ -98,7 +98,7 @@ def _page(found: list[Entry], heading: str) -> str:
     )
 
 
-def _cell(entry: Entry) -> str:
+def _cell(entry: SceneCard) -> str:
     row = entry.row
     mark = {True: "passed", False: "failed", None: "open"}[row.passed]
     name, place = html.escape(row.id), html.escape(f"./{quote(row.id)}")

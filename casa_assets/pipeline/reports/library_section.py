@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from casa_assets.model.issue import CheckResult, Issue, Report, Status
 
 # More than so many findings of one check are counted, not listed.
-MOST = 200
+MAX_LISTED = 200
 
 
 def section(report: Report | None, why: Mapping[str, str], weights: str = "") -> str:
@@ -42,8 +42,8 @@ def _row(result: CheckResult, issues: Sequence[Issue], why: Mapping[str, str]) -
     head = f'<b>{result.code}</b> {said} <em class="{kind}">{markup.escape(state)}</em>{number}{limit}'
     if not issues:
         return f"<p>{head}</p>"
-    lines = "".join(f"<li>{_line(issue)}</li>" for issue in issues[:MOST])
-    more = f"<li>and {len(issues) - MOST} more</li>" if len(issues) > MOST else ""
+    lines = "".join(f"<li>{_line(issue)}</li>" for issue in issues[:MAX_LISTED])
+    more = f"<li>and {len(issues) - MAX_LISTED} more</li>" if len(issues) > MAX_LISTED else ""
     return f"<details open><summary>{head}</summary><ul>{lines}{more}</ul></details>"
 
 

@@ -17,7 +17,7 @@ from casa_assets.pipeline.reports import html_report, library_section
 from casa_assets.pipeline.reports.entry import Entry, entries
 
 # What to do where a reason says nothing about it.
-LOOK = "Look at the picture and the numbers, and mend the mesh."
+DEFAULT_ADVICE = "Look at the picture and the numbers, and mend the mesh."
 
 
 def write(root: Path, target: Path) -> Path:
@@ -27,12 +27,12 @@ def write(root: Path, target: Path) -> Path:
         OutputError: an entry of the library is damaged, or the page cannot be written.
     """
     rows = list(entries(disk.Library(root)))
-    told = library_report.read(root)
+    told = library_report.read_library_report(root)
     accepted = [_accepted(e, root, target.parent, told) for e in rows if e.accepted]
     refused = [_refused(e, root) for e in rows if not e.accepted]
     why = explained(registry.load().limits)
     on_all = library_section.section(told.report, why, told.weights) if told else ""
-    page = html_report.html(accepted, refused, root.resolve().name, why, on_all)
+    page = html_report.render_page(accepted, refused, root.resolve().name, why, on_all)
     fresh = target.with_name(f".{target.name}.{os.getpid()}")
     with writing(target.parent):
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -45,7 +45,7 @@ def write(root: Path, target: Path) -> Path:
     return target
 
 
-def _accepted(entry: Entry, root: Path, page: Path, told: library_report.Whole | None) -> html_report.Entry:
+def _accepted(entry: Entry, root: Path, page: Path, told: library_report.LibraryReport | None) -> html_report.AssetRow:
     assert entry.summary is not None, "accepted entries have one"
     folder = root / entry.path
     seen = told.seen.get(entry.id) if told else None
@@ -55,7 +55,7 @@ def _accepted(entry: Entry, root: Path, page: Path, told: library_report.Whole |
         ("USD", f"usd/{entry.id}.usda"),
         ("certificate", disk.CERTIFICATE),
     )
-    return html_report.Entry(
+    return html_report.AssetRow(
         id=entry.id,
         category=entry.category,
         folder=Path(os.path.relpath(folder, page)).as_posix(),
@@ -74,24 +74,24 @@ def _accepted(entry: Entry, root: Path, page: Path, told: library_report.Whole |
         warnings=entry.warnings,
         results=entry.results,
         guesses=entry.guesses,
-        looks=in_words(library_report.likeness(entry.id, seen)) if seen and seen.content == entry.digest else "",
+        looks=in_words(library_report.likeness_of(entry.id, seen)) if seen and seen.content == entry.digest else "",
         preview_png=picture_of(folder),
         preview_path=PICTURE,
     )
 
 
-def _refused(entry: Entry, root: Path) -> html_report.RejectEntry:
+def _refused(entry: Entry, root: Path) -> html_report.RejectedRow:
     known = registry.load().rejections.get(entry.code)
     why = explained(registry.load().limits).get(entry.code, "")
     # What a check says ends with what to do.
     fault, _, mend = entry.message.partition("; ")
-    return html_report.RejectEntry(
+    return html_report.RejectedRow(
         path=entry.source_path,
         source=entry.source,
         code=entry.code,
         meaning=known.meaning if known else why,
         reason=entry.message if known or not mend else f"{fault}.",
-        mend=known.mend if known else f"{mend[:1].upper()}{mend[1:]}." if mend else LOOK,
+        mend=known.mend if known else f"{mend[:1].upper()}{mend[1:]}." if mend else DEFAULT_ADVICE,
         category=entry.category,
         results=entry.results,
         picture_png=picture_of(root / entry.path),

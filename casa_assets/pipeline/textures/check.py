@@ -19,13 +19,13 @@ from casa_assets.textures.check import check_pictures, check_set, pictures_of
 from casa_assets.textures.distance import Look, look
 from casa_assets.textures.make import make
 
-LOOK_PX = 256
-JOBS = 2
-LEAST_BYTES = 1_000_000_000  # of memory, that painting and checking a finish may take
+COMPARISON_PX = 256
+DEFAULT_JOBS = 2
+WORKER_BYTES = 1_000_000_000  # of memory, that painting and checking a finish may take
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckedTexture:
     """A recipe that was checked: its report, and what it looks like beside the others."""
 
     recipe: Recipe
@@ -33,15 +33,15 @@ class Checked:
     look: Look
 
 
-def check_one(wanted: Recipe, cache: Path) -> Checked:
+def check_one(wanted: Recipe, cache: Path) -> CheckedTexture:
     """Paint a recipe, or take it from the store at `cache`, and check it."""
     report = check_pictures(pictures_of(finish_of(wanted, cache)), registry.load().limits)
-    small = make(wanted, LOOK_PX)
+    small = make(wanted, COMPARISON_PX)
     seen = look(small.albedo, wanted.tile_m, small.roughness, small.height_m)
-    return Checked(wanted, report, seen)
+    return CheckedTexture(wanted, report, seen)
 
 
-def check_recipes(wanted: Sequence[Recipe], cache: Path, jobs: int = JOBS) -> Iterator[Checked]:
+def check_recipes(wanted: Sequence[Recipe], cache: Path, jobs: int = DEFAULT_JOBS) -> Iterator[CheckedTexture]:
     """Recipes in the order given.
 
     Args:
@@ -50,14 +50,14 @@ def check_recipes(wanted: Sequence[Recipe], cache: Path, jobs: int = JOBS) -> It
         BatchFault: checking some of them failed by a fault of the program, once all the others are done.
         CasaError: see run_batch.
     """
-    answers: dict[int, Checked | WorkerFailure] = {}
+    answers: dict[int, CheckedTexture | WorkerFailure] = {}
     due = 0
     check = partial(check_one, cache=cache)
-    for number, answer in run_batch(check, wanted, cache, jobs, f"{__name__}:warm", LEAST_BYTES):
+    for number, answer in run_batch(check, wanted, cache, jobs, f"{__name__}:warm", WORKER_BYTES):
         answers[number] = answer
         while due in answers:
             known = answers[due]
-            if isinstance(known, Checked):
+            if isinstance(known, CheckedTexture):
                 yield known
             due += 1
     faults = {wanted[n].id: a for n, a in sorted(answers.items()) if isinstance(a, WorkerFailure)}
@@ -71,7 +71,7 @@ def warm() -> None:
     recipes()
 
 
-def check_sets(checked: Sequence[Checked]) -> tuple[Report, ...]:
+def check_sets(checked: Sequence[CheckedTexture]) -> tuple[Report, ...]:
     """Report of each set of which every recipe was checked."""
     limits = registry.load().limits
     found = []
@@ -82,7 +82,7 @@ def check_sets(checked: Sequence[Checked]) -> tuple[Report, ...]:
     return tuple(found)
 
 
-def chosen(names: Sequence[str], surfaces: Sequence[Surface]) -> tuple[Recipe, ...]:
+def select_recipes(names: Sequence[str], surfaces: Sequence[Surface]) -> tuple[Recipe, ...]:
     """Recipes by id; of whole sets where no id is given; all where no set is given either.
 
     Raises:

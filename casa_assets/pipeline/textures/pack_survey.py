@@ -41,7 +41,7 @@ class PackOptions:
 
 
 @dataclass(frozen=True)
-class Told:
+class PackDescription:
     """What pack.yaml says.
 
     Attributes:
@@ -57,7 +57,7 @@ class Told:
     used: tuple[str, ...]
 
 
-class Worked(Record):
+class PreparedPicture(Record):
     """The costly part of one picture, as the store keeps it: the tile, and what decoding told."""
 
     tile: Tile
@@ -66,25 +66,25 @@ class Worked(Record):
 
 
 @dataclass(frozen=True)
-class Accepted:
+class AcceptedPicture:
     """A picture that can be used: file relative to the folder, sha256 of its bytes, what is said of it, its tile."""
 
     source: str
     sha256: str
     said: Described
-    worked: Worked
+    worked: PreparedPicture
 
 
 @dataclass(frozen=True)
-class Survey:
+class PackSurvey:
     """Pictures that can be used, those that cannot, and files that are no pictures; each sorted by path."""
 
-    accepted: tuple[Accepted, ...]
+    accepted: tuple[AcceptedPicture, ...]
     refused: tuple[Refused, ...]
     ignored: tuple[str, ...]
 
 
-def read_told(folder: Path) -> Told:
+def read_description(folder: Path) -> PackDescription:
     """Read pack.yaml (or pack.json) of a folder, and a prompt beside each picture (`oak.txt` for `oak.png`).
 
     Raises:
@@ -120,12 +120,12 @@ def read_told(folder: Path) -> Told:
             prompt = " ".join(path.read_text(encoding="utf-8", errors="replace").split())
             rows[source] = rows.get(source, Described()).over(Described(prompt=prompt))
             used.append(path.relative_to(folder).as_posix())
-    return Told(pack, defaults, rows, faults, tuple(used))
+    return PackDescription(pack, defaults, rows, faults, tuple(used))
 
 
-def survey(folder: Path, told: Told, options: PackOptions, store: Store) -> Survey:
+def survey(folder: Path, told: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
     """Look at every file under a folder; what is wrong with one does not touch the others."""
-    found: list[Accepted] = []
+    found: list[AcceptedPicture] = []
     refusals: list[Refused] = []
     ignored: list[str] = []
     by_bytes: dict[str, str] = {}
@@ -143,14 +143,14 @@ def survey(folder: Path, told: Told, options: PackOptions, store: Store) -> Surv
             if digest in by_bytes:
                 raise refuse(Fault.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
             by_bytes[digest] = source
-            said = _said(source, told, options.flags)
-            found.append(Accepted(source, digest, said, _worked(data, digest, options.size_px, store)))
+            said = _picture_fields(source, told, options.flags)
+            found.append(AcceptedPicture(source, digest, said, _prepared(data, digest, options.size_px, store)))
         except Rejected as error:
             refusals.append(refused(source, error))
     for source in told.rows:
         if source not in present:
             refusals.append(refused(source, refuse(Fault.MISSING, "is named in pack.yaml and is not there")))
-    return Survey(tuple(found), tuple(sorted(refusals, key=lambda r: r.source)), tuple(ignored))
+    return PackSurvey(tuple(found), tuple(sorted(refusals, key=lambda r: r.source)), tuple(ignored))
 
 
 def _files(folder: Path) -> Iterator[Path]:
@@ -173,7 +173,7 @@ def _bytes(path: Path, folder: Path) -> bytes:
         raise refuse(Fault.UNREADABLE, f"cannot be read: {error}") from None
 
 
-def _said(source: str, told: Told, flags: Described) -> Described:
+def _picture_fields(source: str, told: PackDescription, flags: Described) -> Described:
     """All that is said of a picture: its row, then the flags, then the defaults of the file."""
     if source in told.faults:
         raise refuse(Fault.BAD_ROW, told.faults[source])
@@ -186,12 +186,12 @@ def _said(source: str, told: Told, flags: Described) -> Described:
     return said
 
 
-def _worked(data: bytes, digest: str, size_px: int, store: Store) -> Worked:
+def _prepared(data: bytes, digest: str, size_px: int, store: Store) -> PreparedPicture:
     """The tile, from the store or made now: a run that was cut off goes on where it was."""
-    key = digest_of("texture_pack", key_of(decode, tile, Worked), digest, size_px)
+    key = digest_of("texture_pack", key_of(decode, tile, PreparedPicture), digest, size_px)
     if (kept := store.get(key)) is not None:
-        return Worked.from_json(kept)
+        return PreparedPicture.from_json(kept)
     seen = decode(data)
-    worked = Worked(tile=tile(seen.pixels, size_px), prompt=seen.prompt, notes=seen.notes)
+    worked = PreparedPicture(tile=tile(seen.pixels, size_px), prompt=seen.prompt, notes=seen.notes)
     store.put(key, worked.to_json().encode())
     return worked

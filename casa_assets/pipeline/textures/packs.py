@@ -18,8 +18,8 @@ from casa_assets.model.files import Files
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import Finish
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.library.library import Library, sums, write_files
-from casa_assets.pipeline.textures.pack_survey import Accepted, PackOptions, read_told, survey
+from casa_assets.pipeline.library.library import Library, file_digests, write_files
+from casa_assets.pipeline.textures.pack_survey import AcceptedPicture, PackOptions, read_description, survey
 from casa_assets.preview.sheet import Shot, sheet
 from casa_assets.textures.distance import NEARLY_ALIKE, Look, closest_pairs, look
 from casa_assets.textures.finish import finish
@@ -60,7 +60,7 @@ def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
     """
     if not folder.is_dir():
         raise CasaError(f"{folder}: no such folder")
-    told = read_told(folder)
+    told = read_description(folder)
     name = slug(options.pack or told.pack or folder.absolute().name)
     library = Library(options.library)
     with library.locked():
@@ -113,7 +113,7 @@ def load_finishes(folder: Path, substances: Mapping[str, Substance]) -> dict[str
     return {p.id: _finish(folder, p, substances[p.substance]) for p in load_pack(folder).pictures}
 
 
-def _picture(id_: str, one: Accepted) -> tuple[Picture, dict[str, bytes], Look]:
+def _picture(id_: str, one: AcceptedPicture) -> tuple[Picture, dict[str, bytes], Look]:
     """Its record, its three files, and what it looks like."""
     said, made = one.said, one.worked.tile
     assert said.surface is not None
@@ -203,7 +203,7 @@ def _small(png: bytes) -> bytes:
 
 def _published(library: Library, staged: Path, target: Path) -> bool:
     """Put the pack in its place by one rename; False where it is there already, byte for byte."""
-    if target.is_dir() and sums(target) == sums(staged):
+    if target.is_dir() and file_digests(target) == file_digests(staged):
         shutil.rmtree(staged.parent)
         return False
     library.put(staged, target)

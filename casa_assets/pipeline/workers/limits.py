@@ -7,7 +7,7 @@ import resource
 from dataclasses import dataclass
 
 # A process that is starved by others still gets some time: only one that hangs gets less than this part of a core.
-IDLE_SHARE = 0.001
+IDLE_CPU_SHARE = 0.001
 WALL_FACTOR, WALL_LEAST_S = 20.0, 1800.0
 
 

@@ -10,13 +10,13 @@ from pathlib import Path
 
 PROC, CGROUPS = Path("/proc"), Path("/sys/fs/cgroup")
 # What is left to the main process, the server that forks and everybody else, as a part of what is free.
-RESERVED = 0.1
+RESERVED_SHARE = 0.1
 # A worker with less than this fails on common inputs: a mesh of two million faces takes 1.9 GB.
-LEAST_BYTES = 2_000_000_000
+LEAST_WORKER_BYTES = 2_000_000_000
 
 
 @dataclass(frozen=True)
-class Share:
+class WorkerPlan:
     """What workers get.
 
     Attributes:
@@ -30,7 +30,9 @@ class Share:
     message: str = ""
 
 
-def share(workers: int, memory_bytes: int, least_bytes: int = LEAST_BYTES, free_bytes: int | None = None) -> Share:
+def plan_workers(
+    workers: int, memory_bytes: int, least_bytes: int = LEAST_WORKER_BYTES, free_bytes: int | None = None
+) -> WorkerPlan:
     """So many workers, and so much memory for each, that all of them fit into what is free.
 
     First the limit of each is lowered, down to `least_bytes`; then their number.
@@ -41,8 +43,8 @@ def share(workers: int, memory_bytes: int, least_bytes: int = LEAST_BYTES, free_
     """
     free = available() if free_bytes is None else free_bytes
     if free is None:
-        return Share(workers, memory_bytes, memory_bytes)
-    usable = int(free * (1.0 - RESERVED))
+        return WorkerPlan(workers, memory_bytes, memory_bytes)
+    usable = int(free * (1.0 - RESERVED_SHARE))
     alone = max(1, min(memory_bytes, usable))
     least = max(1, min(memory_bytes, least_bytes))
     fitting = max(1, min(workers, usable // least))
@@ -53,7 +55,7 @@ def share(workers: int, memory_bytes: int, least_bytes: int = LEAST_BYTES, free_
             f"{fitting} instead of {workers} at once (--jobs): {free / 1e9:.3g} GB of memory are free, "
             f"and each may need {least / 1e9:.3g} GB"
         )
-    return Share(fitting, each, alone, message)
+    return WorkerPlan(fitting, each, alone, message)
 
 
 def available(proc: Path = PROC, cgroups: Path = CGROUPS) -> int | None:

@@ -28,8 +28,8 @@ __all__ = ["Limits", "Pool", "WorkerFailure"]
 
 LOG = logging.getLogger(__name__)
 
-TRIES = 2  # a job whose process was ended from outside is not to blame for it
-SERVER_TRIES = 4
+MAX_TRIES = 2  # a job whose process was ended from outside is not to blame for it
+MAX_SERVER_TRIES = 4
 STUCK_S = 10.0  # for what the kernel does at once: ending a killed process, moving bytes between two processes
 _CODE = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
@@ -79,9 +79,9 @@ class Pool:
         CasaError: no worker can be started; from `run` and `prepare`.
     """
 
-    def __init__(self, workers: int, limits: Limits, warm: str, least_bytes: int = memory.LEAST_BYTES) -> None:
+    def __init__(self, workers: int, limits: Limits, warm: str, least_bytes: int = memory.LEAST_WORKER_BYTES) -> None:
         wanted = workers or len(os.sched_getaffinity(0))
-        self._share = memory.share(wanted, limits.memory_bytes, least_bytes)
+        self._share = memory.plan_workers(wanted, limits.memory_bytes, least_bytes)
         self._workers, self._limits = self._share.workers, replace(limits, memory_bytes=self._share.memory_bytes)
         self._limits_alone = replace(limits, memory_bytes=self._share.alone_bytes)
         self._warm = [warm]
@@ -150,7 +150,7 @@ class Pool:
             again = self._limits.memory_bytes < self._limits_alone.memory_bytes
         else:
             queue.tries[number] += failure.reason in ("signal", "killed")
-            again = 0 < queue.tries[number] < TRIES
+            again = 0 < queue.tries[number] < MAX_TRIES
         if again:
             # The system kills where memory runs out.
             (queue.waiting if failure.reason == "signal" else queue.alone).appendleft(number)
@@ -190,7 +190,7 @@ class Pool:
             one.channel.send(task)
 
     def _start_server(self) -> socket.socket:
-        if self._deaths >= SERVER_TRIES:
+        if self._deaths >= MAX_SERVER_TRIES:
             raise CasaError(
                 f"worker processes cannot be started: the server ended {self._deaths} times; see `casa-assets doctor`"
             )
@@ -220,9 +220,9 @@ class Pool:
             if one.channel in ready:
                 _read(one)
         if self._control in ready:
-            yield from self._hear(self._control)
+            yield from self._receive(self._control)
 
-    def _hear(self, control: socket.socket) -> Iterator[tuple[int, Any]]:
+    def _receive(self, control: socket.socket) -> Iterator[tuple[int, Any]]:
         try:
             data = control.recv(MESSAGE_BYTES)
         except OSError as error:

@@ -29,7 +29,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NoReturn
 
-from casa_assets.pipeline.workers.limits import IDLE_SHARE, Limits, WorkerFailure, restrict
+from casa_assets.pipeline.workers.limits import IDLE_CPU_SHARE, Limits, WorkerFailure, restrict
 from casa_assets.pipeline.workers.usage import Usage, trees, usage
 
 MESSAGE_BYTES = 65536
@@ -72,7 +72,7 @@ class _Worker:
 
     def judge(self, used: Usage, now: float) -> str:
         """The reason to end it, if there is one."""
-        if used.cpu_s - self.cpu_s > IDLE_SHARE * self.limits.idle_s:
+        if used.cpu_s - self.cpu_s > IDLE_CPU_SHARE * self.limits.idle_s:
             self.seen, self.cpu_s = now, used.cpu_s
         if used.cpu_s > self.limits.cpu_s:
             return "timeout"

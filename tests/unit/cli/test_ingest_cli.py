@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.cli.text import plain
+from casa_assets.cli.text import terminal_safe
 from tests.libraries import ROOT, casa, command, entries_of, make_inputs
 
 
@@ -152,7 +152,7 @@ def test_hostile_names_do_not_reach_the_terminal(tmp_path: Path) -> None:
 
 
 def test_plain_words() -> None:
-    assert plain("a\tb\x1b\u202e\udcff ä") == "a\\tb\\x1b\\u202e\\udcff ä"
+    assert terminal_safe("a\tb\x1b\u202e\udcff ä") == "a\\tb\\x1b\\u202e\\udcff ä"
 
 
 def test_help_loads_nothing_heavy() -> None:

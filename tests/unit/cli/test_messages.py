@@ -12,7 +12,7 @@ from rich.console import Console
 from casa_assets import registry
 from casa_assets.cli.main import app
 from casa_assets.cli.progress import bar
-from casa_assets.cli.text import counted
+from casa_assets.cli.text import pluralize
 from casa_assets.cli.verbs import ingest as ingesting
 from casa_assets.errors import UnknownId
 from casa_assets.pipeline.library.library import Summary
@@ -28,7 +28,7 @@ NO_PLACE = "/dev/null/place"
     [(0, "input", "0 inputs"), (1, "input", "1 input"), (2, "category", "2 categories"), (3, "box", "3 boxes")],
 )
 def test_plurals(number: int, thing: str, message: str) -> None:
-    assert counted(number, thing) == message
+    assert pluralize(number, thing) == message
 
 
 def test_a_name_like_no_other_is_told_what_there_is() -> None:

@@ -14,7 +14,7 @@ from casa_assets.cli.verbs.scenes import app
 from casa_assets.errors import UnknownId
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.pipeline.kitchens import check
-from casa_assets.pipeline.kitchens.resolve import Recipe
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
 from tests.packages import tamper
 
@@ -99,7 +99,9 @@ class TestSample:
         report = Report(subject="x", issues=(Issue(code="SCN005", severity=Severity.ERROR, message="two doors meet"),))
         asked: dict[str, object] = {}
 
-        def checked(recipes: Sequence[Recipe], _: Path, jobs: int, strict: bool, drawn: bool) -> Iterator[SceneBuilt]:
+        def checked(
+            recipes: Sequence[SceneRecipe], _: Path, jobs: int, strict: bool, drawn: bool
+        ) -> Iterator[SceneBuilt]:
             asked.update(jobs=jobs, strict=strict, drawn=drawn)
             for i, recipe in enumerate(recipes):
                 yield SceneBuilt(recipe, report=report) if i < bad else SceneBuilt(recipe, str(out / recipe.scene_id))

@@ -11,11 +11,11 @@ from casa_assets.layouts.order.beams import HOOD_DEPTH, beams_of
 from casa_assets.layouts.order.furnish import LAMP_ASIDE
 from casa_assets.layouts.order.request import Kitchen
 from casa_assets.model.kitchen.units import UpperKind
-from casa_assets.pipeline.kitchens.resolve import Recipe, resolve
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, resolve
 
 
 def drawn(plan: str, style: str, seed: int) -> Kitchen:
-    return resolve(Recipe(plan, style, seed))
+    return resolve(SceneRecipe(plan, style, seed))
 
 
 @pytest.mark.parametrize(("style", "seed"), [("mediterranean", 805162), ("farmhouse", 385648)])

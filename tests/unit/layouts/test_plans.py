@@ -15,7 +15,7 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart, EndKind, Slot
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.units import TALL, BaseKind, UpperKind
-from casa_assets.pipeline.kitchens.resolve import offers
+from casa_assets.pipeline.kitchens.resolve import preset_params
 from casa_assets.registry.kitchens import load_plan, plan_names, style_names
 from tests.plan_geometry import (
     PLAY,
@@ -229,7 +229,7 @@ def _run_of_top(row: list[Slot]) -> float:
 
 def _crowded(kitchen: Kitchen) -> Iterator[str]:
     """Units that are narrower than what stands on them."""
-    models = Models(kitchen.style, offers())
+    models = Models(kitchen.style, preset_params())
     for unit, stands in itertools.groupby(sorted(kitchen.plan.stands, key=lambda s: s.on), key=lambda s: s.on):
         if sum(breadth(models, s.id) for s in stands) > kitchen.slot(unit).width:
             yield unit

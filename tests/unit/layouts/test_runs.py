@@ -14,7 +14,7 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.rows import Span, share
 from casa_assets.layouts.plan.runs import CornerPart, EndKind
 from casa_assets.model.kitchen.units import BaseKind
-from casa_assets.pipeline.kitchens.resolve import located, offers
+from casa_assets.pipeline.kitchens.resolve import error_with_line, preset_params
 from casa_assets.registry.kitchens import load_style, read_plan
 from tests.plan_geometry import STYLE, floor_row
 
@@ -51,9 +51,9 @@ def kitchen_of(text: str, tmp_path: Path, given: Mapping[str, float] | None = No
     path.write_text(text)
     plan, pages = read_plan(path)
     try:
-        return request(plan, load_style(STYLE)[0], offers(), given)
+        return request(plan, load_style(STYLE)[0], preset_params(), given)
     except Misfit as error:
-        raise located(error, pages) from None
+        raise error_with_line(error, pages) from None
 
 
 def line_of(text: str, part: str) -> int:

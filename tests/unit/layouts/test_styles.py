@@ -13,7 +13,7 @@ from casa_assets.layouts.order.trim import LONG, OUT, UNDER, find_rows
 from casa_assets.model.kitchen.style import Choice, Fronts, Style
 from casa_assets.model.kitchen.units import UpperKind
 from casa_assets.pipeline.families.finishes import plain
-from casa_assets.pipeline.kitchens.resolve import offers, params_of
+from casa_assets.pipeline.kitchens.resolve import params_of, preset_params
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import family, family_names
@@ -84,7 +84,7 @@ def style_of(name: str) -> Style:
 
 
 def kitchen_of(plan: str, style: Style) -> Kitchen:
-    return request(kitchens.load_plan(plan)[0], style, offers())
+    return request(kitchens.load_plan(plan)[0], style, preset_params())
 
 
 def known_finishes() -> frozenset[str]:
@@ -194,7 +194,7 @@ def test_no_two_styles_are_alike() -> None:
 def test_cornices_lie_on_rows_of_cabinets() -> None:
     style = style_of("traditional_1")
     kitchen = kitchen_of("l_small", style)
-    models = Models(style, offers())
+    models = Models(style, preset_params())
     cornices = [w for w in kitchen.wanted if w.role == "cornice"]
     rows = {name: find_rows(kitchen.lines[name], slots, models) for name, slots in kitchen.slots.items()}
     assert cornices
@@ -217,7 +217,7 @@ def test_rows_break_at_a_chimney_and_run_on_over_a_low_hood() -> None:
     for name in ("coastal", "scandinavian"):
         style = style_of(name)
         kitchen = kitchen_of("l_small", style)
-        models = Models(style, offers())
+        models = Models(style, preset_params())
         hood = next(s for row in kitchen.slots.values() for s in row if s.kind is UpperKind.HOOD)
         rows = find_rows(hood.line, kitchen.slots[hood.line.id], models)
         over = [r for r in rows if not r.is_tall and r.left < hood.middle < r.right]

@@ -22,13 +22,13 @@ from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.model.issue import Status
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.clip import VIEWS, Eye
+from casa_assets.pipeline.clip import VIEWS, ClipModel
 from casa_assets.pipeline.dedup import library_report
-from casa_assets.pipeline.dedup.clip_embeddings import pictures_in_numbers
-from casa_assets.pipeline.dedup.deduplicator import CODE, Deduplicator
-from casa_assets.pipeline.dedup.entries import rows
-from casa_assets.pipeline.dedup.pairs import alike_in
-from casa_assets.pipeline.dedup.search import by_look, by_words, tokens
+from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings
+from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE, Deduplicator
+from casa_assets.pipeline.dedup.entries import read_rows
+from casa_assets.pipeline.dedup.pairs import similar_pairs
+from casa_assets.pipeline.dedup.search import search_by_picture, search_by_words, tokens
 from casa_assets.pipeline.dedup.signature import signature
 from casa_assets.pipeline.ingest.job import Job, Outcome, Result, stage_refusal
 from casa_assets.pipeline.ingest.survey import Survey
@@ -106,13 +106,13 @@ def test_the_first_of_the_inputs_stays_whoever_is_done_first(tmp_path: Path, arr
     place = library(tmp_path)
     assert told(place, (FIRST, COPY, OTHER), arrived) == [
         ("accepted", FIRST.id, ""),
-        ("rejected", COPY.id, CODE),
+        ("rejected", COPY.id, NEAR_DUPLICATE_CODE),
         ("accepted", OTHER.id, ""),
     ]
     assert [f.name for f in place.accepted()] == [FIRST.id, OTHER.id]
     (folder,) = place.refused()
     refusal = disk.read_refusal(folder)
-    assert (refusal.code, refusal.twin) == (CODE, f"mug/{FIRST.id}")
+    assert (refusal.code, refusal.twin) == (NEAR_DUPLICATE_CODE, f"mug/{FIRST.id}")
     assert refusal.message.startswith(f"duplicate of {FIRST.id}.glb ({FIRST.id}): 95 % of the surface within")
 
 
@@ -132,7 +132,10 @@ def test_a_copy_is_never_published(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def test_what_stands_there_gives_way_to_an_earlier_input(tmp_path: Path) -> None:
     place = library(tmp_path, COPY)
-    assert told(place, (FIRST, COPY), (COPY, FIRST)) == [("accepted", FIRST.id, ""), ("rejected", COPY.id, CODE)]
+    assert told(place, (FIRST, COPY), (COPY, FIRST)) == [
+        ("accepted", FIRST.id, ""),
+        ("rejected", COPY.id, NEAR_DUPLICATE_CODE),
+    ]
     assert [f.name for f in place.accepted()] == [FIRST.id]
     assert [f.name for f in place.refused()] == [COPY.id]
 
@@ -147,12 +150,16 @@ def test_an_input_of_which_nothing_is_heard_holds_nobody_up(tmp_path: Path) -> N
     ]
     digests = frozenset(one.provenance.sha256 for one in (FIRST, COPY, OTHER))
     judged = Deduplicator(place, LIMIT, digests).filter(results)
-    assert [(one.job.asset_id, one.outcome.code) for one in judged] == [(FIRST.id, ""), (COPY.id, CODE), (OTHER.id, "")]
+    assert [(one.job.asset_id, one.outcome.code) for one in judged] == [
+        (FIRST.id, ""),
+        (COPY.id, NEAR_DUPLICATE_CODE),
+        (OTHER.id, ""),
+    ]
 
 
 def test_what_the_library_had_comes_first(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, COPY)
-    assert told(place, (FIRST,), (FIRST,)) == [("rejected", FIRST.id, CODE)]
+    assert told(place, (FIRST,), (FIRST,)) == [("rejected", FIRST.id, NEAR_DUPLICATE_CODE)]
     assert [f.name for f in place.accepted()] == [COPY.id]
 
 
@@ -169,7 +176,7 @@ def test_a_refusal_holds_as_long_as_its_twin_stands(tmp_path: Path) -> None:
     key = disk.read_refusal(folder).cache_key
     known = cached_outcome([folder], COPY.id, key)
     assert known is not None
-    assert known[1].code == CODE
+    assert known[1].code == NEAR_DUPLICATE_CODE
     with place.locked():
         place.forget(place.folder("mug", FIRST.id))
     assert cached_outcome([folder], COPY.id, key) is None, "it is due again"
@@ -178,7 +185,7 @@ def test_a_refusal_holds_as_long_as_its_twin_stands(tmp_path: Path) -> None:
 def test_pairs_are_found_whatever_size_and_colour_and_measured_once(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, COPY, OTHER, LARGE, ball())
     store = Store(tmp_path / "store")
-    found = list(alike_in(list(rows(place)), store))
+    found = list(similar_pairs(list(read_rows(place)), store))
     mugs = [FIRST.id, COPY.id, OTHER.id, LARGE.id]
     assert [(p.one, p.other) for p in found] == [(a, b) for i, a in enumerate(mugs) for b in mugs[i + 1 :]]
     assert all(p.same_form(LIMIT) for p in found)
@@ -188,7 +195,7 @@ def test_pairs_are_found_whatever_size_and_colour_and_measured_once(tmp_path: Pa
         (folder / "model.xml").unlink()
         for mesh in (folder / "meshes").iterdir():
             mesh.unlink()
-    assert list(alike_in(list(rows(place)), store)) == found
+    assert list(similar_pairs(list(read_rows(place)), store)) == found
 
 
 def test_the_signature_hangs_on_nothing_but_form_and_look() -> None:
@@ -207,7 +214,7 @@ class Painter:
     def __init__(self) -> None:
         self.shown = 0
 
-    def see(self, pictures: Sequence[bytes]) -> npt.NDArray[np.float64]:
+    def encode_images(self, pictures: Sequence[bytes]) -> npt.NDArray[np.float64]:
         """Redder pictures lie nearer to red."""
         self.shown += len(pictures)
         found = []
@@ -219,59 +226,61 @@ class Painter:
         rows = np.array(found)
         return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
-    def hear(self, sentences: Sequence[str]) -> npt.NDArray[np.float64]:
+    def encode_text(self, sentences: Sequence[str]) -> npt.NDArray[np.float64]:
         """The colour that a sentence names, else grey."""
         named = [[COLORS[w] for w in COLORS if w in s] for s in sentences]
         rows = np.array([n[0] if n else (0.3, 1.0, 0.3) for n in named])
         return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
-    def eye(self, mark: str = "f" * 64) -> Eye:
+    def eye(self, mark: str = "f" * 64) -> ClipModel:
         """As the rest of the program knows it."""
-        return Eye("painter.pt", mark, 10.0, self.see, self.hear)
+        return ClipModel("painter.pt", mark, 10.0, self.encode_images, self.encode_text)
 
 
 def test_pictures_are_looked_at_once_for_each_content_and_weights(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, OTHER)
     painter = Painter()
-    hits = by_look("red mug", place, painter.eye(), 5)
+    hits = search_by_picture("red mug", place, painter.eye(), 5)
     assert [hit.id for hit in hits] == [FIRST.id, OTHER.id]
     assert hits[0].score > hits[1].score + 0.2
     assert painter.shown == 2 * len(VIEWS)
-    assert [hit.id for hit in by_look("blue mug", place, painter.eye(), 1)] == [OTHER.id]
+    assert [hit.id for hit in search_by_picture("blue mug", place, painter.eye(), 1)] == [OTHER.id]
     assert painter.shown == 2 * len(VIEWS), "kept beside the library"
     store = Store(place.cache)
-    numbers = pictures_in_numbers(next(rows(place)), painter.eye("e" * 64), store)
+    numbers = image_embeddings(next(read_rows(place)), painter.eye("e" * 64), store)
     assert painter.shown == 3 * len(VIEWS), "other weights look anew"
     assert numbers.shape == (len(VIEWS), 3)
 
 
 def test_the_whole_says_when_nobody_looked_and_remembers_who_did(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, COPY, OTHER)
-    blind = library_report.look_over(place, EntryTable(place))
+    blind = library_report.compare_library(place, EntryTable(place))
     assert [i.code for i in blind.report.issues] == ["LIB001"] * 3
     unseen = {r.code: r.reason for r in blind.report.results if r.status is Status.NOT_RUN}
     assert unseen == dict.fromkeys(("LIB002", "LIB003"), "no weights of CLIP were given (--clip-weights)")
     assert (blind.weights, blind.seen, blind.looks) == ("", {}, ())
-    seen = library_report.look_over(place, EntryTable(place), Painter().eye())
+    seen = library_report.compare_library(place, EntryTable(place), Painter().eye())
     assert seen.weights == "painter.pt"
     assert seen.seen[FIRST.id].category == "mug"
     assert len(seen.seen[FIRST.id].others) == 3
     assert seen.looks[0][:2] == (FIRST.id, COPY.id)
     assert [i.pointer for i in seen.report.issues if i.code == "LIB002"] == [COPY.id]
-    assert library_report.look_over(place, EntryTable(place)) == seen, "what is still the same is not forgotten"
-    assert library_report.read(place.root) == seen
+    assert library_report.compare_library(place, EntryTable(place)) == seen, "what is still the same is not forgotten"
+    assert library_report.read_library_report(place.root) == seen
     with place.locked():
         place.forget(place.folder("mug", COPY.id))
     keep(place.root, [LARGE])
-    later = library_report.look_over(place, EntryTable(place))
+    later = library_report.compare_library(place, EntryTable(place))
     (reason,) = {r.reason for r in later.report.results if r.status is Status.NOT_RUN}
     assert "1 of 3 assets were not there when somebody looked" in reason
     assert set(later.seen) == {FIRST.id, OTHER.id}
     (place.root / library_report.NAME).write_text("{", encoding="utf-8")
-    assert library_report.read(place.root) is None
+    assert library_report.read_library_report(place.root) is None
     assert (
         json.loads(
-            (library_report.look_over(place, EntryTable(place)), (place.root / library_report.NAME).read_text())[1]
+            (library_report.compare_library(place, EntryTable(place)), (place.root / library_report.NAME).read_text())[
+                1
+            ]
         )["schema_version"]
         == 2
     )
@@ -279,10 +288,10 @@ def test_the_whole_says_when_nobody_looked_and_remembers_who_did(tmp_path: Path)
 
 def test_words_alone_find_by_category_and_colour(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, OTHER, ball())
-    hits = by_words("a red mug", place, 5)
+    hits = search_by_words("a red mug", place, 5)
     assert [hit.id for hit in hits[:2]] == [FIRST.id, OTHER.id]
     assert hits[0].reason == "100% red, 'mug' is its category"
-    assert by_words("blue mugs", place, 5)[0].id == OTHER.id
-    assert [hit.id for hit in by_words("fruit", place, 5)] == [ball().id]
-    assert by_words("bicycle", place, 5) == []
+    assert search_by_words("blue mugs", place, 5)[0].id == OTHER.id
+    assert [hit.id for hit in search_by_words("fruit", place, 5)] == [ball().id]
+    assert search_by_words("bicycle", place, 5) == []
     assert tokens("Glasses, 2 red MUGS") == ["glasse", "2", "red", "mug"]

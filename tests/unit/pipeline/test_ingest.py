@@ -14,7 +14,7 @@ from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.sources.found import Found
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
 from casa_assets.pipeline.ingest.job import Event, writing
-from casa_assets.pipeline.ingest.refused_rows import MOST_TOLD
+from casa_assets.pipeline.ingest.refused_rows import MAX_ROWS_PER_FILE
 from casa_assets.pipeline.ingest.run import Options, ingest, tally
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports.entry import entries
@@ -166,14 +166,14 @@ def test_very_many_bad_rows_cost_one_file(tmp_path: Path) -> None:
     rows = "".join(f'{{"id": "n{i}", "file": "n{i}.glb"}}\n' for i in range(5000))
     manifest.write_text(rows, encoding="ascii")
     events = run(tmp_path / "in", library)
-    assert len(events) == MOST_TOLD + 1
-    assert (events[-1].count, events[-1].code, events[-1].total) == (5000 - MOST_TOLD, "SRC020", 5000)
+    assert len(events) == MAX_ROWS_PER_FILE + 1
+    assert (events[-1].count, events[-1].code, events[-1].total) == (5000 - MAX_ROWS_PER_FILE, "SRC020", 5000)
     assert tally(events) == {"rejected": 5000, "refused": 5000, "all": 5000}
     files = [path for path in library.rglob("*") if path.is_file() and ".casa" not in path.parts]
     assert {path.name for path in files} == {"rows.jsonl", "index.sqlite", "library.json", "ATTRIBUTION.md"}
     assert (library / "rejected" / "rows.jsonl").stat().st_size < 50_000
     listed = list(entries(Library(library)))
-    assert len(listed) == MOST_TOLD + 1
+    assert len(listed) == MAX_ROWS_PER_FILE + 1
     assert listed[-1].message == "4900 more for this reason; mend the first ones and run again"
     assert {event.kind for event in run(tmp_path / "in", library)} == {"kept"}
     manifest.write_text('{"id": "a", "file": "a.glb"}\n', encoding="ascii")

@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.provenance import Split, split_of
-from casa_assets.pipeline.export_robocasa import Done, export
+from casa_assets.pipeline.export_robocasa import ExportResult, export
 from casa_assets.pipeline.library import library as disk
 from tests.built_libraries import TEST, TRAIN, keep, loose_and_fixed, slice_of_bread
 from tests.libraries import differences, tree
@@ -28,7 +28,7 @@ def library(source: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(source, tmp_path / "lib"))
 
 
-def run(library: Path, out: Path, name: str = "casa") -> list[Done]:
+def run(library: Path, out: Path, name: str = "casa") -> list[ExportResult]:
     return list(export(library, out, name))
 
 

@@ -16,7 +16,7 @@ from casa_assets import registry
 from casa_assets.core.sampling import rng_for
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
 from casa_assets.model.registry.finish import Surface
-from casa_assets.pipeline.library.library import sums
+from casa_assets.pipeline.library.library import file_digests
 from casa_assets.pipeline.textures.packs import PackOptions, PackReport, ingest_pack, load_finishes, load_pack
 from casa_assets.textures import noise
 from casa_assets.textures.packs import decode as decoding
@@ -114,13 +114,13 @@ def test_a_damaged_pack_is_not_read(folder: Path, tmp_path: Path) -> None:
 
 def test_again_is_the_same_bytes_and_nothing_is_written(folder: Path, tmp_path: Path) -> None:
     first = taken(folder, tmp_path / "lib")
-    before = sums(first.folder)
+    before = file_digests(first.folder)
     inode = first.folder.stat().st_ino
     again = taken(folder, tmp_path / "lib")
     assert not again.changed
     assert again.pack == first.pack
     assert first.folder.stat().st_ino == inode
-    assert sums(taken(folder, tmp_path / "other").folder) == before
+    assert file_digests(taken(folder, tmp_path / "other").folder) == before
     assert list((tmp_path / "lib" / ".casa" / "staging").iterdir()) == []
 
 
@@ -140,7 +140,7 @@ def test_a_run_goes_on_where_it_was_cut_off(folder: Path, tmp_path: Path, monkey
     assert not (tmp_path / "lib" / "textures").exists()
     resumed = taken(folder, tmp_path / "lib")
     assert len(calls) == 3  # one before the cut, one cut off, one after: the first was kept
-    assert sums(resumed.folder) == sums(whole.folder)
+    assert file_digests(resumed.folder) == file_digests(whole.folder)
 
 
 def _transparent() -> bytes:

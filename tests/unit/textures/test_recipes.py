@@ -11,7 +11,7 @@ from casa_assets import registry
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.textures.check import check_one, check_recipes, check_sets, chosen
+from casa_assets.pipeline.textures.check import check_one, check_recipes, check_sets, select_recipes
 from casa_assets.pipeline.textures.recipes import finish_of, recipe, recipes
 from casa_assets.pipeline.textures.sheet import pages, shots, write_finish
 
@@ -72,9 +72,9 @@ def test_an_unknown_id_offers_near_ones() -> None:
 
 
 def test_chosen_takes_ids_before_sets() -> None:
-    assert [r.id for r in chosen(["oak_ebony"], [Surface.WALL])] == ["oak_ebony"]
-    assert {r.surface for r in chosen([], [Surface.FLOOR])} == {Surface.FLOOR}
-    assert len(chosen([], [])) == sum(len(rows) for rows in recipes().values())
+    assert [r.id for r in select_recipes(["oak_ebony"], [Surface.WALL])] == ["oak_ebony"]
+    assert {r.surface for r in select_recipes([], [Surface.FLOOR])} == {Surface.FLOOR}
+    assert len(select_recipes([], [])) == sum(len(rows) for rows in recipes().values())
 
 
 def test_a_finish_comes_from_the_store_the_second_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,14 +16,14 @@ from casa_assets.layouts.order.request import Kitchen
 from casa_assets.model.kitchen.floor import APPLIANCES, Facts, Role
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from tests.reference_kitchen import LIMITS
 
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Kitchen, Scene]:
     cache: Path = tmp_path_factory.mktemp("cache")
-    return build_scene(Recipe("l_small", "coastal"), cache)
+    return build_scene(SceneRecipe("l_small", "coastal"), cache)
 
 
 @pytest.fixture(scope="module")

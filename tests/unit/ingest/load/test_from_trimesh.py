@@ -16,7 +16,7 @@ from casa_assets.ingest.clean import clean
 from casa_assets.ingest.load import load
 from casa_assets.ingest.load.by_trimesh.from_trimesh import bundle_from_trimesh, raw_from_trimesh
 from casa_assets.model.ingest.source import Up
-from casa_assets.pipeline.ingest.stages import build
+from casa_assets.pipeline.ingest.stages import run_stages
 from tests.mesh_files import LIMITS, QUARTERS
 from tests.raw_models import brief
 
@@ -129,8 +129,8 @@ def test_the_stages_take_it_like_a_file() -> None:
     mesh = trimesh.creation.cylinder(0.04, 0.1, sections=32)
     mesh.units = "meters"
     order = brief("mug")
-    asset, _ = build(bundle_from_trimesh(mesh, up=Up.Z), order, lambda key: None, lambda key, data: None)
-    again, _ = build(bundle_from_trimesh(visual_scene(asset)), order, lambda key: None, lambda key, data: None)
+    asset, _ = run_stages(bundle_from_trimesh(mesh, up=Up.Z), order, lambda key: None, lambda key, data: None)
+    again, _ = run_stages(bundle_from_trimesh(visual_scene(asset)), order, lambda key: None, lambda key, data: None)
     np.testing.assert_allclose(again.bounds, asset.bounds, atol=1e-6)
     assert again.mass == pytest.approx(asset.mass, rel=1e-3)
     assert len(clean(raw_from_trimesh(mesh)).parts) == 1

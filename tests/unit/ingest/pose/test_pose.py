@@ -15,7 +15,7 @@ from casa_assets.ingest.pose.front import facing, straightened
 from casa_assets.ingest.pose.ups import UPS, candidates, priors, upright
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import Up
-from casa_assets.model.ingest.user_override import Ruling, Way
+from casa_assets.model.ingest.user_override import UpAxis, UserOverride
 from tests.meshes import box_mesh
 from tests.raw_models import BOTTLE, MUG, PLATE, category, draft, joined, knife, moved, turned
 
@@ -94,7 +94,7 @@ def test_the_wide_side_of_a_box_is_its_face() -> None:
 
 def test_a_ruling_is_obeyed_exactly() -> None:
     given = draft(moved(CUP, matrix=spin(0, 180)), up=Up.Z, form="glb")
-    out = orient(given, category("mug"), ruling=Ruling(up=Way.Z, turn_deg=90))
+    out = orient(given, category("mug"), override=UserOverride(up=UpAxis.Z, turn_deg=90))
     assert out.soup()[0] == pytest.approx(moved(CUP, matrix=spin(2, 90) @ spin(0, 180)).vertices)
     assert [g.confidence for g in out.guesses] == [1.0, 1.0]
 

@@ -57,7 +57,7 @@ def test_an_entry_is_whole(tmp_path: Path) -> None:
     judged = {r.code: r.number for r in certificate.report.results if r.number is not None}
     assert {"CON001", "CON005", "BEH003", "KIN001", "HOL001"} <= set(judged)
     assert judged["KIN009"] == 1.0
-    kept = disk.sums(done.folder)
+    kept = disk.file_digests(done.folder)
     assert {n: kept[n] for n in certificate.files} == certificate.files
     assert disk.read_asset(done.folder).digest == certificate.asset_digest
     assert [t.whole for t in done.travels.values()] == [True] * 6

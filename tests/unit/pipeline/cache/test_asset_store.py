@@ -20,7 +20,7 @@ from casa_assets.families.family import Family, Params, Supplies
 from casa_assets.geometry.lightweight import lighten
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.cache import asset_store
-from casa_assets.pipeline.cache.asset_bytes import DAMAGE, DIGEST_BYTES, KINDS, TREE, pack, unpack
+from casa_assets.pipeline.cache.asset_bytes import ARRAY_TYPES, DIGEST_BYTES, READ_ERRORS, TREE, pack, unpack
 from casa_assets.pipeline.cache.asset_store import AssetStore, trim
 from casa_assets.registry.families import family, family_names
 from tests.assets import rigid_mug, textured_box
@@ -152,7 +152,7 @@ def test_no_code_of_an_entry_is_run(tmp_path: Path) -> None:
     first = AssetStore(tmp_path / "cache").built(kettle.family, NUMBERS)
     (path,) = entries(tmp_path / "cache")
     out = io.BytesIO()
-    arrays: dict[str, Any] = {kind: np.array([Planted(sign)], dtype=object) for kind in (*KINDS, TREE)}
+    arrays: dict[str, Any] = {kind: np.array([Planted(sign)], dtype=object) for kind in (*ARRAY_TYPES, TREE)}
     np.savez(out, **arrays)
     path.write_bytes(zlib.compress(hashlib.sha256(out.getvalue()).digest() + out.getvalue()))
     assert AssetStore(tmp_path / "cache").built(kettle.family, NUMBERS).digest == first.digest
@@ -162,9 +162,9 @@ def test_no_code_of_an_entry_is_run(tmp_path: Path) -> None:
 
 def test_an_entry_of_another_key_is_refused() -> None:
     data, _ = pack(rigid_mug().model_dump(), "one")
-    with pytest.raises(DAMAGE, match="another key"):
+    with pytest.raises(READ_ERRORS, match="another key"):
         unpack(data, "two", no_picture)
-    with pytest.raises(DAMAGE, match="written"):
+    with pytest.raises(READ_ERRORS, match="written"):
         unpack(data[:DIGEST_BYTES] + data[DIGEST_BYTES + 1 :], "one", no_picture)
 
 

@@ -24,21 +24,22 @@ LOADERS = {"importlib.import_module", "import_module", "__import__"}
 # Prints the keys of everything that is kept, by name.
 REPORT = """
 import json
-from casa_assets.pipeline import ingest, scene_check, scenes
-from casa_assets.registry_families import families
-from casa_assets.pipeline.families import asset_key
-from casa_assets.pipeline.kitchens import Recipe
-from casa_assets.pipeline.stage import STAGES, stage_key
-from casa_assets.pipeline.textures import finish_key, recipes
+from casa_assets.pipeline.families.run import asset_key
+from casa_assets.pipeline.ingest import run as ingest
+from casa_assets.pipeline.ingest.stages import STAGES, stage_key
+from casa_assets.pipeline.kitchens import check, scene_folders
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.textures.recipes import finish_key, recipes
+from casa_assets.registry.families import families
 
 found = {f"stage {stage.name}": stage_key(stage) for stage in STAGES}
 found |= {f"texture {n} {r.kind}": finish_key(r) for rows in recipes().values() for n, r in rows.items()}
 for name, family in families().items():
     found |= {f"asset {name} {preset}": asset_key(family, p) for preset, p in family.presets.items()}
-for recipe in (Recipe("l_small", "coastal"), Recipe("one_wall_small", "rustic", seed=3)):
-    found[f"scene {recipe.scene_id}"] = key = scenes.scene_key(recipe)
-    found[f"pictures {recipe.scene_id}"] = scenes.picture_key(key)
-    found[f"verdict {recipe.scene_id}"] = scene_check.verdict_key(recipe)
+for recipe in (SceneRecipe("l_small", "coastal"), SceneRecipe("one_wall_small", "rustic", seed=3)):
+    found[f"scene {recipe.scene_id}"] = key = scene_folders.scene_key(recipe)
+    found[f"pictures {recipe.scene_id}"] = scene_folders.picture_key(key)
+    found[f"verdict {recipe.scene_id}"] = check.verdict_key(recipe)
 found["library ingest"] = ingest.cache_key({})
 print(json.dumps(found))
 """
@@ -162,7 +163,7 @@ class TestImports:
     def test_a_local_variable_is_not_the_function_of_that_name(self) -> None:
         """`scenes.draw` has a variable `made`, and `scenes.made` builds whole kitchens."""
         assert not any(
-            ".families" in name for name in reach("casa_assets.pipeline.kitchens.scene_folders:draw").modules
+            ".families" in name for name in reach("casa_assets.pipeline.kitchens.scene_folders:draw_cameras").modules
         )
 
     def test_packages_of_others_count_by_their_versions(self) -> None:
@@ -191,11 +192,11 @@ class TestRegistry:
 import sys, json
 opened = []
 sys.addaudithook(lambda event, args: opened.append(str(args[0])) if event == "open" else None)
-from casa_assets.pipeline.textures import recipes
-from casa_assets.registry_families import families
-from casa_assets.registry_kitchens import load_plan, load_style, plan_names, style_names
+from casa_assets.pipeline.textures.recipes import recipes
+from casa_assets.registry.families import families
+from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
 recipes(), families(), [load_plan(n) for n in plan_names()], [load_style(n) for n in style_names()]
-from casa_assets.pipeline.cache_key import reach
+from casa_assets.pipeline.cache.cache_key import reach
 from casa_assets import registry
 doors = ("casa_assets.pipeline.textures.recipes", "casa_assets.registry.families", "casa_assets.registry.kitchens")
 root = str(registry.data_root())

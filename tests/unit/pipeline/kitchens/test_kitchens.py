@@ -16,7 +16,7 @@ import casa_assets
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.kitchens import diff, resolve, scene_folders
-from casa_assets.pipeline.kitchens.resolve import Recipe
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.reports import kitchens as book
 from casa_assets.preview import kitchen
@@ -30,44 +30,44 @@ SCENE = f"{PLAN}__{STYLE}"
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with one built scene."""
     folder = tmp_path_factory.mktemp("scenes")
-    made = scene_folders.build_one(Recipe(PLAN, STYLE), folder, drawn=False)
+    made = scene_folders.build_one(SceneRecipe(PLAN, STYLE), folder, drawn=False)
     assert made.passed, made.message
     return folder
 
 
 class TestRecipe:
     def test_id_names_all_that_differs(self) -> None:
-        surfaces = resolve.chosen([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
-        plain, drawn = Recipe(PLAN, STYLE), Recipe(PLAN, STYLE, 7, surfaces, closed=True)
+        surfaces = resolve.ordered_surfaces([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
+        plain, drawn = SceneRecipe(PLAN, STYLE), SceneRecipe(PLAN, STYLE, 7, surfaces, closed=True)
         assert plain.scene_id == SCENE
         assert drawn.scene_id.startswith(f"{SCENE}__s7__t")
         assert drawn.scene_id.endswith("__closed")
 
     def test_order_of_surfaces_does_not_matter(self) -> None:
         pairs = [(Surface.WALL, "brick_red_running"), (Surface.COUNTER, "block_oak")]
-        assert resolve.chosen(pairs) == resolve.chosen(pairs[::-1])
+        assert resolve.ordered_surfaces(pairs) == resolve.ordered_surfaces(pairs[::-1])
 
     def test_surfaces_are_drawn_independently(self) -> None:
-        draws = [dict(resolve.drawn_surfaces(seed)) for seed in range(12)]
-        assert resolve.drawn_surfaces(3) == resolve.drawn_surfaces(3)
+        draws = [dict(resolve.draw_surfaces(seed)) for seed in range(12)]
+        assert resolve.draw_surfaces(3) == resolve.draw_surfaces(3)
         for surface in Surface:
             assert len({d[surface] for d in draws}) > 6
 
     def test_unknown_texture_is_told_with_near_names(self) -> None:
         with pytest.raises(UnknownId, match="brick_red_running"):
-            resolve.chosen([(Surface.WALL, "brick_red_runing")])
+            resolve.ordered_surfaces([(Surface.WALL, "brick_red_runing")])
 
     def test_drawn_lengths_are_within_their_bounds(self) -> None:
         plan = load_plan(PLAN)[0]
         for seed in range(20):
-            for name, value in resolve.drawn_lengths(plan, seed).items():
+            for name, value in resolve.draw_lengths(plan, seed).items():
                 assert plan.parameters[name].low <= value <= plan.parameters[name].high
 
 
 class TestFaults:
     def test_unknown_style(self) -> None:
         with pytest.raises(UnknownId, match="scandinavian"):
-            resolve.resolve(Recipe(PLAN, "scandanavian"))
+            resolve.resolve(SceneRecipe(PLAN, "scandanavian"))
 
     @pytest.mark.parametrize(
         ("old", "new", "message"),
@@ -87,7 +87,7 @@ class TestFaults:
         assert caught.value.line == line
 
     def test_fault_of_one_scene_is_told_and_not_raised(self, tmp_path: Path) -> None:
-        made = scene_folders.build_one(Recipe(PLAN, "no_such_style"), tmp_path, drawn=False)
+        made = scene_folders.build_one(SceneRecipe(PLAN, "no_such_style"), tmp_path, drawn=False)
         assert not made.passed
         assert "no_such_style" in made.message
         assert not list(tmp_path.glob("*__*"))
@@ -110,13 +110,13 @@ class TestScene:
 
     def test_second_build_keeps_it(self, out: Path) -> None:
         before = (out / SCENE / "scene.xml").stat().st_mtime_ns
-        again = scene_folders.build_one(Recipe(PLAN, STYLE), out, drawn=False)
+        again = scene_folders.build_one(SceneRecipe(PLAN, STYLE), out, drawn=False)
         assert again.kept
         assert (out / SCENE / "scene.xml").stat().st_mtime_ns == before
 
     def test_damaged_scene_is_made_anew(self, out: Path) -> None:
         (out / SCENE / "scene.json").write_text("{", encoding="utf-8")
-        again = scene_folders.build_one(Recipe(PLAN, STYLE), out, drawn=False)
+        again = scene_folders.build_one(SceneRecipe(PLAN, STYLE), out, drawn=False)
         assert not again.kept
         assert json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))["id"] == SCENE
 
@@ -244,16 +244,16 @@ class TestLoader:
 class TestIds:
     def test_seed_that_drew_the_finishes_brings_them_back(self) -> None:
         for recipe in (
-            Recipe(PLAN, STYLE),
-            Recipe(PLAN, STYLE, 12, closed=True),
-            Recipe(PLAN, STYLE, 7, resolve.drawn_surfaces(7)),
-            Recipe(PLAN, STYLE, None, resolve.drawn_surfaces(0)),
+            SceneRecipe(PLAN, STYLE),
+            SceneRecipe(PLAN, STYLE, 12, closed=True),
+            SceneRecipe(PLAN, STYLE, 7, resolve.draw_surfaces(7)),
+            SceneRecipe(PLAN, STYLE, None, resolve.draw_surfaces(0)),
         ):
             assert recipe_of(recipe.scene_id) == recipe
 
     def test_chosen_finishes_are_found_where_the_scene_stands(self, tmp_path: Path) -> None:
-        surfaces = resolve.chosen([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
-        recipe = Recipe(PLAN, STYLE, 7, surfaces)
+        surfaces = resolve.ordered_surfaces([(Surface.FLOOR, "oak_ebony"), (Surface.WALL, "brick_red_running")])
+        recipe = SceneRecipe(PLAN, STYLE, 7, surfaces)
         with pytest.raises(CasaError, match="digest of its finishes"):
             recipe_of(recipe.scene_id, (tmp_path,))
         (tmp_path / recipe.scene_id).mkdir()
@@ -273,11 +273,11 @@ class TestDiff:
         facts = json.loads((tmp_path / SCENE / "scene.json").read_text(encoding="utf-8"))
         (tmp_path / SCENE / "scene.json").write_text(json.dumps({**facts, "key": "0" * 64}), encoding="utf-8")
         assert diff.compare(out / SCENE, tmp_path / SCENE) == []
-        assert diff.is_one_maker(out / SCENE, out / SCENE)
-        assert not diff.is_one_maker(out / SCENE, tmp_path / SCENE)
+        assert diff.made_by_same_code(out / SCENE, out / SCENE)
+        assert not diff.made_by_same_code(out / SCENE, tmp_path / SCENE)
 
     def test_difference_is_named(self, out: Path, tmp_path: Path) -> None:
-        made = scene_folders.build_one(Recipe(PLAN, "industrial"), tmp_path, drawn=False)
+        made = scene_folders.build_one(SceneRecipe(PLAN, "industrial"), tmp_path, drawn=False)
         lines = diff.compare(out / SCENE, Path(made.folder))
         assert any(line.startswith("style: ") for line in lines)
         assert any(line.startswith("surfaces.floor: ") for line in lines)
@@ -316,6 +316,6 @@ def test_ten_plans_in_twelve_styles() -> None:
 
 
 def test_globs() -> None:
-    assert [r.scene_id for r in scene_folders.matching([SCENE, f"{PLAN}__scand*"])] == [SCENE]
+    assert [r.scene_id for r in scene_folders.recipes_matching([SCENE, f"{PLAN}__scand*"])] == [SCENE]
     with pytest.raises(UnknownId):
-        scene_folders.matching(["no_such__*"])
+        scene_folders.recipes_matching(["no_such__*"])

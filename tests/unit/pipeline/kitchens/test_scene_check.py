@@ -19,15 +19,15 @@ from casa_assets.layouts.order.request import Kitchen
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.kitchens import check, sample, scene_folders
-from casa_assets.pipeline.kitchens.resolve import Recipe, build_scene
-from casa_assets.pipeline.kitchens.scene_folders import Order, SceneBuilt, made
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneBuilt, build_with_options
 from casa_assets.pipeline.reports import kitchen_summary
 from casa_assets.preview.kitchen import Frame
 from casa_assets.registry.kitchens import plan_names, style_names
 from tests.packages import tamper
 
 Checked = tuple[Path, SceneBuilt]
-RECIPE = Recipe("one_wall_small", "coastal")
+RECIPE = SceneRecipe("one_wall_small", "coastal")
 LABEL = '<text name="main_fridge__class" data="'
 
 
@@ -109,7 +109,7 @@ class TestVerdict:
         out, _ = checked_kitchen
         looked: list[Path] = []
 
-        def look(recipe: Recipe, out: Path, folder: Path) -> SceneBuilt:
+        def look(recipe: SceneRecipe, out: Path, folder: Path) -> SceneBuilt:
             looked.append(folder)
             return SceneBuilt(recipe)
 
@@ -124,13 +124,13 @@ class TestVerdict:
         folder = copy / RECIPE.scene_id
         tamper(folder / "scene.xml", (LABEL, LABEL + "cold "))
         tamper(folder / "scene_light.xml", ('name="main_fridge__', 'name="main_frigde__'))
-        monkeypatch.setattr(check, "SMALL", Frame(64, 48, 1))
+        monkeypatch.setattr(check, "CHECK_FRAME", Frame(64, 48, 1))
         monkeypatch.setattr(check, "in_a_fresh_process", lambda path: (0.5, 4000.0, 0.002))
         done = check.check_one(RECIPE, copy, anew=True)
         assert not done.passed
         assert {i.code for i in done.problems if i.code.startswith("SCN")} == {"SCN017", "SCN021"}
         assert report_of(copy)["passed"] is False
-        (row,) = kitchen_summary.rows(copy)
+        (row,) = kitchen_summary.read_rows(copy)
         assert row.passed is False
         assert "SCN017 x " in row.verdict
 
@@ -158,7 +158,7 @@ class TestFacts:
         assert {name: tuple(t["fixtures"]) for name, t in facts["tasks"].items()} == told
 
 
-def refuse(recipe: Recipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:
+def refuse(recipe: SceneRecipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:
     """A judge that nobody pleases."""
     assert (folder / "scene.xml").is_file()
     assert (folder.parent / "assets").is_dir()
@@ -179,13 +179,13 @@ class TestNothingIsPutInPlace:
         return tmp_path
 
     def test_where_a_strict_judge_refuses(self, out: Path) -> None:
-        done = made(RECIPE, out, Order(drawn=False, judge=refuse, strict=True))
+        done = build_with_options(RECIPE, out, BuildOptions(drawn=False, judge=refuse, strict=True))
         assert (done.passed, done.folder, [i.code for i in done.problems]) == (False, "", ["SCN009"])
         assert files_below(out) == []
         assert list((out / ".casa" / "staging").iterdir()) == []
 
     def test_where_nobody_is_strict_it_stays(self, out: Path) -> None:
-        done = made(RECIPE, out, Order(drawn=False, judge=refuse))
+        done = build_with_options(RECIPE, out, BuildOptions(drawn=False, judge=refuse))
         assert not done.passed
         assert (out / RECIPE.scene_id / "scene.usda").is_file()
         assert list((out / ".casa" / "staging").iterdir()) == []
@@ -213,13 +213,13 @@ class TestNothingIsPutInPlace:
 
 class TestDraws:
     def test_the_same_seed_draws_the_same(self) -> None:
-        many = sample.draws(60, 5)
-        assert many == sample.draws(60, 5)
-        assert many[:20] == sample.draws(20, 5)
-        assert many != sample.draws(60, 6)
+        many = sample.draw_recipes(60, 5)
+        assert many == sample.draw_recipes(60, 5)
+        assert many[:20] == sample.draw_recipes(20, 5)
+        assert many != sample.draw_recipes(60, 6)
 
     def test_draws_are_of_every_plan_and_style(self) -> None:
-        many = sample.draws(200, 0)
+        many = sample.draw_recipes(200, 0)
         assert {r.plan for r in many} == set(plan_names())
         assert {r.style for r in many} == set(style_names())
         assert len({r.scene_id for r in many}) == 200
@@ -235,7 +235,7 @@ class TestDraws:
         assert not (copy / RECIPE.scene_id).exists()
 
     def test_rejected_tells_the_reason_of_each(self, tmp_path: Path) -> None:
-        wanted = sample.draws(3, 0)
+        wanted = sample.draw_recipes(3, 0)
         report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, message="it is outside"),))
         done = [
             SceneBuilt(wanted[2], message="the run main is too long"),

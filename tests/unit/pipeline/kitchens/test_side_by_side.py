@@ -9,27 +9,27 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.kitchens.resolve import Recipe
-from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt, side_by_side
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt, run_recipes
 
 
-def dies(recipe: Recipe) -> SceneBuilt:
+def dies(recipe: SceneRecipe) -> SceneBuilt:
     """As when memory runs out."""
     os.kill(os.getpid(), signal.SIGKILL)
     return SceneBuilt(recipe)
 
 
-def message(recipe: Recipe) -> SceneBuilt:
+def message(recipe: SceneRecipe) -> SceneBuilt:
     return SceneBuilt(recipe, message="as told")
 
 
 def test_a_process_that_the_system_ends_is_told(tmp_path: Path) -> None:
     with pytest.raises(CasaError, match=r"--jobs"):
-        list(side_by_side(dies, [Recipe("galley", "rustic")], tmp_path, 1))
+        list(run_recipes(dies, [SceneRecipe("galley", "rustic")], tmp_path, 1))
 
 
 def test_all_recipes_come_back(tmp_path: Path) -> None:
-    recipes = [Recipe("galley", "rustic"), Recipe("l_small", "rustic"), Recipe("u_small", "rustic")]
-    done = list(side_by_side(message, recipes, tmp_path, 2))
+    recipes = [SceneRecipe("galley", "rustic"), SceneRecipe("l_small", "rustic"), SceneRecipe("u_small", "rustic")]
+    done = list(run_recipes(message, recipes, tmp_path, 2))
     assert sorted(d.recipe.scene_id for d in done) == sorted(r.scene_id for r in recipes)
     assert {d.message for d in done} == {"as told"}

@@ -12,8 +12,8 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.asset import Asset
-from casa_assets.pipeline.dedup.entries import rows
-from casa_assets.pipeline.dedup.search import by_words
+from casa_assets.pipeline.dedup.entries import read_rows
+from casa_assets.pipeline.dedup.search import search_by_words
 from casa_assets.pipeline.export_robocasa import export
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import checked_model, file_inside
@@ -91,9 +91,9 @@ def test_the_report_follows_no_link_either(entry: Path, tmp_path: Path, name: st
 def test_search_and_export_follow_no_link_either(entry: Path, tmp_path: Path) -> None:
     a_link(entry, "asset.json")
     with pytest.raises(OutputError, match="is a link that leaves the folder"):
-        by_words("box", disk.Library(tmp_path / "library"), 3)
+        search_by_words("box", disk.Library(tmp_path / "library"), 3)
     with pytest.raises(OutputError, match="is a link that leaves the folder"):
-        list(rows(disk.Library(tmp_path / "library")))
+        list(read_rows(disk.Library(tmp_path / "library")))
 
 
 def test_a_picture_that_is_none_is_told(entry: Path, tmp_path: Path) -> None:

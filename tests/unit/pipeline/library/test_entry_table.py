@@ -16,9 +16,9 @@ from casa_assets.errors import OutputError
 from casa_assets.geometry.mesh.shape_descriptor import form_gap
 from casa_assets.model.asset.signature import Form
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup.entries import rows
-from casa_assets.pipeline.dedup.pairs import FORM_GAP, Forms, alike_in, near
-from casa_assets.pipeline.ingest.run import books
+from casa_assets.pipeline.dedup.entries import read_rows
+from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, similar_pairs
+from casa_assets.pipeline.ingest.run import write_reports
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import NAME, EntryTable
 from casa_assets.pipeline.reports.entry import entries
@@ -48,29 +48,29 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def test_only_what_is_new_is_opened(library: disk.Library, opened: list[str]) -> None:
-    books(library)
+    write_reports(library)
     assert {FIRST.id, OTHER.id, LARGE.id} <= set(opened)
     opened.clear()
-    books(library)
+    write_reports(library)
     assert opened == []
     keep(library.root, [COPY])
     opened.clear()
-    books(library)
+    write_reports(library)
     certificates = [name for name in opened if name != COPY.id]
     # The new one is laid over those of near form, whose surfaces are read for that; nothing else is.
     assert len(certificates) <= 3
     opened.clear()
-    books(library)
+    write_reports(library)
     assert opened == []
 
 
 def test_the_books_are_those_of_a_library_made_at_once(library: disk.Library, tmp_path: Path) -> None:
-    books(library)
+    write_reports(library)
     keep(library.root, [COPY])
     shutil.rmtree(library.folder("mug", OTHER.id))
-    books(library)
+    write_reports(library)
     at_once = disk.Library(keep(tmp_path / "at_once", [FIRST, LARGE, COPY]))
-    books(at_once)
+    write_reports(at_once)
     for name in BOOKS:
         assert (library.root / name).read_bytes() == (at_once.root / name).read_bytes(), name
 
@@ -79,11 +79,13 @@ def test_the_table_says_what_the_certificates_say(library: disk.Library, tmp_pat
     keep(library.root, [COPY])
     for _ in range(2):
         table = EntryTable(library)
-        assert list(table.rows) == list(rows(library))
+        assert list(table.rows) == list(read_rows(library))
         assert [(e.id, e.checks, e.guesses) for e in table.entries] == [
             (e.id, len(e.results), e.guesses) for e in entries(library)
         ]
-        assert table.alike(Store(library.cache)) == list(alike_in(list(rows(library)), Store(tmp_path / "other")))
+        assert table.alike(Store(library.cache)) == list(
+            similar_pairs(list(read_rows(library)), Store(tmp_path / "other"))
+        )
 
 
 def test_what_was_written_anew_is_read_anew(library: disk.Library) -> None:
@@ -132,10 +134,10 @@ def test_near_forms_by_arrays_are_those_by_pairs() -> None:
 
     forms = [form() for _ in range(40)]
     forms += [form(one) for one in forms]
-    table = Forms()
+    table = ShapeIndex()
     for one in forms:
         table.add(one)
-    slow = [[j for j, other in enumerate(forms) if form_gap(one, other) <= FORM_GAP] for one in forms]
+    slow = [[j for j, other in enumerate(forms) if form_gap(one, other) <= MAX_DESCRIPTOR_DISTANCE] for one in forms]
     assert [table.near(one) for one in forms] == slow
-    assert [(i, j) for i, row in enumerate(slow) for j in row if i < j] == near(forms)
+    assert [(i, j) for i, row in enumerate(slow) for j in row if i < j] == nearby_pairs(forms)
     assert any(len(row) > 1 for row in slow)

@@ -9,12 +9,12 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.provenance import Guess
-from casa_assets.model.ingest.user_override import NO_RULING, Ruling, Way
+from casa_assets.model.ingest.user_override import NO_OVERRIDE, UpAxis, UserOverride
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.ingest.stages import with_overrides
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.library.review import NAME, doubts, rulings, write
+from casa_assets.pipeline.library.review import NAME, doubtful_guesses, read_overrides, write
 from casa_assets.pipeline.reports.entry import Entry, entries
 from tests.libraries import BOXES, box_obj
 
@@ -59,7 +59,7 @@ def test_what_nobody_names_is_on_the_list_with_its_reasons(unknown: Path) -> Non
     assert {"category", "up_axis", "mass"} <= set(row["look_at"].split())
     assert float(row["size_m"]) == pytest.approx(max(only(unknown).summary.extents), rel=1e-3)  # type: ignore[union-attr]
     assert {w.pointer for w in only(unknown).warnings if w.code == "REV001"} == set(row["look_at"].split())
-    assert rulings(Library(unknown / "library")) == {}
+    assert read_overrides(Library(unknown / "library")) == {}
 
 
 def test_a_persons_word_is_obeyed_kept_and_not_asked_for_again(unknown: Path) -> None:
@@ -88,14 +88,14 @@ def test_a_persons_word_is_obeyed_kept_and_not_asked_for_again(unknown: Path) ->
 def test_a_word_that_means_nothing_is_said_with_its_row(tmp_path: Path, name: str, value: str) -> None:
     (tmp_path / NAME).write_text(f"sha256,set_{name}\nabc,{value}\n", encoding="utf-8")
     with pytest.raises(OutputError, match="row 2"):
-        rulings(Library(tmp_path))
+        read_overrides(Library(tmp_path))
 
 
 @pytest.mark.parametrize("text", ["input,set_up\na.obj,y\n", "sha256,set_up\n,y\n"])
 def test_rows_are_told_apart_by_their_digest(tmp_path: Path, text: str) -> None:
     (tmp_path / NAME).write_text(text, encoding="utf-8")
     with pytest.raises(OutputError, match="sha256"):
-        rulings(Library(tmp_path))
+        read_overrides(Library(tmp_path))
 
 
 def test_a_list_without_rows_is_taken_away(tmp_path: Path) -> None:
@@ -111,16 +111,16 @@ def test_a_ruling_on_what_is_not_there_any_more_is_kept(tmp_path: Path) -> None:
     library.staging.mkdir(parents=True)
     (tmp_path / NAME).write_text("sha256,set_up\nabc,minus_y\n", encoding="utf-8")
     assert write(library) == 1
-    assert rulings(library) == {"abc": Ruling(up=Way.MINUS_Y)}
+    assert read_overrides(library) == {"abc": UserOverride(up=UpAxis.MINUS_Y)}
 
 
 def test_only_what_a_person_can_decide_is_doubted() -> None:
     guesses = [Guess(subject=s, value="v", confidence=0.2, reason="b") for s in ("scale", "front", "collision")]
     confidence = Guess(subject="mass", value="v", confidence=0.5, reason="b")
-    assert [issue.pointer for issue in doubts([*guesses, confidence])] == ["scale"]
+    assert [issue.pointer for issue in doubtful_guesses([*guesses, confidence])] == ["scale"]
 
 
 def test_an_override_makes_another_key() -> None:
-    assert with_overrides("mark", NO_RULING) == "mark"
-    marks = {with_overrides("mark", Ruling(size_m=size)) for size in (0.1, 0.2)} | {"mark"}
+    assert with_overrides("mark", NO_OVERRIDE) == "mark"
+    marks = {with_overrides("mark", UserOverride(size_m=size)) for size in (0.1, 0.2)} | {"mark"}
     assert len(marks) == 3

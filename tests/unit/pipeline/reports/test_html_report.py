@@ -13,7 +13,7 @@ from PIL import Image
 
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
-from casa_assets.pipeline.reports.html_report import Entry, RejectEntry, html, thumbnail
+from casa_assets.pipeline.reports.html_report import AssetRow, RejectedRow, render_page, thumbnail
 from casa_assets.pipeline.reports.library_section import section
 
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
@@ -25,9 +25,9 @@ def png(size_px: int = 300) -> bytes:
     return out.getvalue()
 
 
-def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False, word: str = "A mug") -> Entry:
+def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False, word: str = "A mug") -> AssetRow:
     issue = Issue(code="GEO004", severity=Severity.WARNING, pointer=word, message=word)
-    return Entry(
+    return AssetRow(
         id=name,
         category="mug",
         folder=f"mug/{name}",
@@ -56,9 +56,9 @@ def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False
     )
 
 
-def reject(path: str = "a.glb", code: str = "SRC003", word: str = "cannot be read") -> RejectEntry:
+def reject(path: str = "a.glb", code: str = "SRC003", word: str = "cannot be read") -> RejectedRow:
     failed = CheckResult(code="GEO001", status=Status.FAILED, number=3.0, limit=1.0, unit="m")
-    return RejectEntry(path, "folder", code, word, word, word, "mug", (failed,), png())
+    return RejectedRow(path, "folder", code, word, word, word, "mug", (failed,), png())
 
 
 def page(text: str) -> lxml.html.HtmlElement:
@@ -76,7 +76,7 @@ def tile(text: str, name: str) -> str:
 
 
 def test_the_numbers_at_the_top() -> None:
-    text = html(
+    text = render_page(
         [entry(), entry("mug_0000000002", 1.0, warned=True)],
         [reject(), reject("b.glb"), reject("c.glb", "SRC001")],
         "Run",
@@ -90,7 +90,7 @@ def test_the_numbers_at_the_top() -> None:
 
 
 def test_the_facts_of_an_asset_are_all_there() -> None:
-    told = facts(html([entry()], [reject()], "Run", {"AST001": "reason"}))
+    told = facts(render_page([entry()], [reject()], "Run", {"AST001": "reason"}))
     asset = told["assets"][0]
     assert asset["size"] == [8.0, 10.0, 9.55]
     assert asset["files"] == [
@@ -107,9 +107,11 @@ def test_the_facts_of_an_asset_are_all_there() -> None:
 
 
 def test_hostile_text_stays_text() -> None:
-    text = html([entry(word=HOSTILE, warned=True)], [reject(HOSTILE, word=HOSTILE)], HOSTILE, {"AST001": HOSTILE})
+    text = render_page(
+        [entry(word=HOSTILE, warned=True)], [reject(HOSTILE, word=HOSTILE)], HOSTILE, {"AST001": HOSTILE}
+    )
     tree = page(text)
-    plain = page(html([entry()], [reject()], "Run"))
+    plain = page(render_page([entry()], [reject()], "Run"))
     assert [e.tag for e in tree.iter()] == [e.tag for e in plain.iter()]
     assert tree.xpath("//h1")[0].text_content() == HOSTILE
     told = facts(text)
@@ -119,12 +121,12 @@ def test_hostile_text_stays_text() -> None:
 
 def test_links_are_relative_whatever_they_are_called() -> None:
     odd = dataclasses.replace(entry(), folder="", files=(("x", "javascript:alert(1)"), ("y", "//evil.example/a b#?%")))
-    links = [link for _, link in facts(html([odd], [], "Run"))["assets"][0]["files"]]
+    links = [link for _, link in facts(render_page([odd], [], "Run"))["assets"][0]["files"]]
     assert links == ["./javascript%3Aalert%281%29", "./evil.example/a%20b%23%3F%25"]
 
 
 def test_nothing_is_fetched() -> None:
-    text = html([entry()], [reject()], "Run")
+    text = render_page([entry()], [reject()], "Run")
     tree = page(text)
     assert not re.findall(r"(?:https?:)?//[a-z0-9.-]+\.[a-z]{2,}", text.replace("data:image", ""))
     assert not tree.xpath("//link | //iframe | //script[@src] | //img[@src]")
@@ -134,24 +136,24 @@ def test_nothing_is_fetched() -> None:
 
 
 def test_the_script_never_writes_markup() -> None:
-    script = page(html([], [], "Run")).xpath("//script[not(@type)]")[0].text_content()
+    script = page(render_page([], [], "Run")).xpath("//script[not(@type)]")[0].text_content()
     for word in ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "fetch(", "XMLHttp"):
         assert word not in script
 
 
 def test_the_same_page_whatever_the_order() -> None:
     entries, rejects = [entry(f"mug_{i:010x}") for i in range(4)], [reject(f"{i}.glb") for i in range(3)]
-    assert html(entries, rejects, "Run") == html(entries[::-1], rejects[::-1], "Run")
+    assert render_page(entries, rejects, "Run") == render_page(entries[::-1], rejects[::-1], "Run")
 
 
 def test_an_empty_run_is_a_page_too() -> None:
-    text = html([], [], "Nothing")
+    text = render_page([], [], "Nothing")
     assert tile(text, "accepted") == "0"
     assert facts(text) == {"assets": [], "checks": [], "rejects": []}
 
 
 def test_every_id_is_unique_and_every_control_has_a_name() -> None:
-    tree = page(html([entry()], [reject()], "Run"))
+    tree = page(render_page([entry()], [reject()], "Run"))
     ids = tree.xpath("//@id")
     assert len(ids) == len(set(ids))
     for name in tree.xpath("//@aria-labelledby | //@aria-controls"):
@@ -178,7 +180,7 @@ def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
         CheckResult(code="LIB003", status=Status.NOT_RUN, reason="no weights"),
     )
     told = section(Report(subject="library", results=results, issues=issues), {"LIB001": HOSTILE}, HOSTILE)
-    tree = lxml.html.fromstring(html([entry()], [], "Run", {}, told))
+    tree = lxml.html.fromstring(render_page([entry()], [], "Run", {}, told))
     (found,) = tree.xpath("//section[@class='whole']")
     assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not run: no weights"]
     assert found.xpath(".//script | .//img") == []

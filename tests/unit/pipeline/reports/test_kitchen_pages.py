@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from casa_assets.pipeline.reports import kitchen_report, kitchen_summary, kitchens
-from casa_assets.pipeline.reports.kitchen_summary import Row
+from casa_assets.pipeline.reports.kitchen_summary import SceneRow
 
 HOSTILE = "<span class='x' onclick=alert(1)></span><script>alert(1)</script>'\"&"
 BAD = ("<script", "<span class='x'", "onclick=alert(1)>")
@@ -29,7 +29,7 @@ def test_no_cell_of_a_report_is_markup() -> None:
 
 
 def test_no_name_of_a_scene_is_markup() -> None:
-    row = Row(HOSTILE, "plan", "style", passed=True)
-    page = kitchens._page([kitchens.Entry(row, 1, 1, b"")], HOSTILE) + kitchen_summary._page([row])
+    row = SceneRow(HOSTILE, "plan", "style", passed=True)
+    page = kitchens._page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE) + kitchen_summary._page([row])
     assert not [words for words in BAD if words in page]
     assert "href='./%3Cspan" in page

@@ -66,7 +66,7 @@ def test_every_reject_has_a_picture_a_reason_and_what_to_do(page: dict[str, dict
 def test_what_a_check_says_is_parted_into_fault_and_remedy(page: dict[str, dict[str, Any]]) -> None:
     assert page["FLT005"]["reason"] == "links/object/visuals: 2 large parts stand apart."
     assert page["FLT005"]["mend"] == "Give each object a file of its own, or join them."
-    assert page["FLT010"]["mend"] == report.LOOK
+    assert page["FLT010"]["mend"] == report.DEFAULT_ADVICE
 
 
 def test_a_stage_has_its_own_words(page: dict[str, dict[str, Any]]) -> None:

@@ -15,7 +15,7 @@ import pytest
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.workers import memory
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.memory import Share, available, share
+from casa_assets.pipeline.workers.memory import WorkerPlan, available, plan_workers
 from casa_assets.pipeline.workers.pool import Pool
 from casa_assets.pipeline.workers.server import OOM_SCORE
 
@@ -186,12 +186,12 @@ GB = 1_000_000_000
 
 
 def test_what_does_not_fit_gets_less_memory_first_and_fewer_workers_then() -> None:
-    assert share(2, 8 * GB, free_bytes=100 * GB) == Share(2, 8 * GB, 8 * GB)
-    assert share(8, 8 * GB, free_bytes=40 * GB) == Share(8, 4_500_000_000, 8 * GB)
-    few = share(64, 8 * GB, free_bytes=20 * GB)
+    assert plan_workers(2, 8 * GB, free_bytes=100 * GB) == WorkerPlan(2, 8 * GB, 8 * GB)
+    assert plan_workers(8, 8 * GB, free_bytes=40 * GB) == WorkerPlan(8, 4_500_000_000, 8 * GB)
+    few = plan_workers(64, 8 * GB, free_bytes=20 * GB)
     assert (few.workers, few.memory_bytes, few.alone_bytes) == (9, 2 * GB, 8 * GB)
     assert few.message == "9 instead of 64 at once (--jobs): 20 GB of memory are free, and each may need 2 GB"
-    tiny = share(2, 8 * GB, free_bytes=1 * GB)
+    tiny = plan_workers(2, 8 * GB, free_bytes=1 * GB)
     assert (tiny.workers, tiny.memory_bytes, tiny.alone_bytes) == (1, 900_000_000, 900_000_000)
 
 

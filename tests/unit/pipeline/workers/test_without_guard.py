@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.pipeline.families import run
-from casa_assets.pipeline.families.run import Wish
+from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.workers import batch
 from tests.libraries import BOXES, ROOT, box_obj
 
@@ -18,19 +18,20 @@ pytestmark = pytest.mark.slow
 
 SCRIPT = """
 from pathlib import Path
-from casa_assets.model.finish import Surface
-from casa_assets.pipeline.families import Wish, build_all
-from casa_assets.pipeline.ingest import Options, ingest
-from casa_assets.pipeline.kitchens import Recipe
-from casa_assets.pipeline.scenes import build_all as build_scenes
-from casa_assets.pipeline.texture_check import check_recipes, chosen
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.pipeline.families.run import FamilyRequest, build_all
+from casa_assets.pipeline.ingest.run import Options, ingest
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.scene_folders import build_all as build_scenes
+from casa_assets.pipeline.textures.check import check_recipes, select_recipes
 
 with Path("started").open("a") as note:
     note.write("once\\n")
-recipes = chosen([], [Surface.WALL])[:2]
+recipes = select_recipes([], [Surface.WALL])[:2]
 assert [e.kind for e in ingest([Path("mesh")], Options(Path("library"), jobs=2))] == ["accepted", "accepted"]
-assert all(b.passed for b in build_all([Wish("vase"), Wish("vase", index=1)], Path("families"), 2, False))
-kitchens = [Recipe("one_wall_small", "coastal"), Recipe("galley", "coastal")]
+members = [FamilyRequest("vase"), FamilyRequest("vase", index=1)]
+assert all(b.passed for b in build_all(members, Path("families"), 2, False))
+kitchens = [SceneRecipe("one_wall_small", "coastal"), SceneRecipe("galley", "coastal")]
 assert all(s.passed for s in build_scenes(kitchens, Path("scenes"), 2, drawn=False))
 assert len(list(check_recipes(recipes, Path("cache"), 2))) == 2
 """
@@ -57,4 +58,4 @@ def test_one_thing_starts_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
     for module, name in ((subprocess, "Popen"), (os, "fork"), (batch, "Pool")):
         monkeypatch.setattr(module, name, refused)
-    assert run.build_one(Wish("vase"), tmp_path, drawn=False).passed
+    assert run.build_one(FamilyRequest("vase"), tmp_path, drawn=False).passed
