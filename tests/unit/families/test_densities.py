@@ -12,8 +12,9 @@ from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families import kit
 from casa_assets.families.kit.asset_builder import ROOT, Bench
 from casa_assets.families.kit.solids.blocks import box
-from casa_assets.registry import data_root, read_densities, read_document
+from casa_assets.registry import data_root, read_document
 from casa_assets.registry.families import family
+from casa_assets.registry.load import read_densities
 from tests.family_members import known, supplies
 
 SOURCES = sorted(Path(kit.__path__[0]).parent.rglob("*.py"))
