@@ -32,12 +32,12 @@ from typing import Any
 import numpy as np
 
 from casa_assets.articulate.frame.axes import given_frame, guess_frame
-from casa_assets.articulate.infer import infer
+from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, Frame
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.errors import Rejected
-from casa_assets.pipeline.articulate.build import Wish, build
-from casa_assets.pipeline.articulate.run import settled
+from casa_assets.pipeline.articulate.build import ArticulateRequest, build
+from casa_assets.pipeline.articulate.run import settle_joints
 
 AXES = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
 
@@ -128,11 +128,11 @@ def prediction(found: Articulation) -> dict[str, Any]:
 def one(case: Any, true_frame: bool) -> tuple[Articulation, float]:
     """What the tool makes of a case, and the seconds of the processor that it takes."""
     begin = time.process_time()
-    soup = soup_of(case.V, case.F)
+    soup = weld_triangles(case.V, case.F)
     up, front = truth(case)
     frame = given_frame(soup, up, front or (0, -1, 0)) if true_frame else guess_frame(soup)
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    return infer(placed, frame), time.process_time() - begin
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    return infer_articulation(placed, frame), time.process_time() - begin
 
 
 def options(message: str) -> argparse.ArgumentParser:
@@ -251,10 +251,14 @@ def travel(mesh: Path) -> tuple[list[tuple[str, bool]], str]:
     """
     with tempfile.TemporaryDirectory() as folder:
         try:
-            built, found = settled(build(Wish(mesh, Path(folder))), Path(folder))
+            built, found = settle_joints(build(ArticulateRequest(mesh, Path(folder))), Path(folder))
         except Rejected:
             return [], "nothing moves"
-    holds = f"holds {built.asset.contract}" if built.asset.contract else ": ".join(built.lacking[:2]) or "none aimed at"
+    holds = (
+        f"holds {built.asset.contract}"
+        if built.asset.contract
+        else ": ".join(built.unmet_checks[:2]) or "none aimed at"
+    )
     went = [(p.kind.value, found[p.name].whole) for p in built.found.parts]
     return went, f"{built.category.id} ({built.confidence[0]:.0%}): {holds}"
 

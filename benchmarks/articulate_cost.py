@@ -24,8 +24,8 @@ from pathlib import Path
 
 import numpy as np
 
-from casa_assets.pipeline.articulate.build import Wish
-from casa_assets.pipeline.articulate.run import Done, work
+from casa_assets.pipeline.articulate.build import ArticulateRequest
+from casa_assets.pipeline.articulate.run import ArticulateOutcome, articulate_one
 
 SUFFIXES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".dae"})
 # What ends in one of these is no input: the tool would have been killed.
@@ -82,14 +82,23 @@ def _child(mesh: Path, core: int | None, answer: Connection) -> None:
     out = Path(tempfile.mkdtemp())
     try:
         began, clock = time.process_time(), time.perf_counter()
-        done = work(Wish(mesh, out))
+        done = articulate_one(ArticulateRequest(mesh, out))
         took, clock = time.process_time() - began, time.perf_counter() - clock
     finally:
         shutil.rmtree(out, ignore_errors=True)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    found = done.found if isinstance(done, Done) else None
+    found = done.found if isinstance(done, ArticulateOutcome) else None
     names = tuple(p.name for p in found.parts) if found is not None else ()
-    answer.send(Cost(mesh, took, clock, peak, names, done.code if isinstance(done, Done) else f"halt: {done.message}"))
+    answer.send(
+        Cost(
+            mesh,
+            took,
+            clock,
+            peak,
+            names,
+            done.code if isinstance(done, ArticulateOutcome) else f"halt: {done.message}",
+        )
+    )
 
 
 def main() -> None:

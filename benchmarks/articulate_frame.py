@@ -21,7 +21,7 @@ import numpy as np
 from articulate import frame_is_right, options, scored, truth, turned
 
 from casa_assets.articulate.frame.axes import guess_frame
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 
 BOUNDS = (0.0, 0.5, 0.8, 0.9, 1.01)
 
@@ -45,7 +45,7 @@ def guessed(score: ModuleType, args: argparse.Namespace, variant: str) -> list[G
         if args.perturb is not None:
             turned(case, np.random.default_rng([args.perturb, zlib.crc32(name.encode())]))
         begin = time.perf_counter()
-        frame = guess_frame(soup_of(case.V, case.F))
+        frame = guess_frame(weld_triangles(case.V, case.F))
         took = time.perf_counter() - begin
         right = frame_is_right(frame, case)
         upright = float(np.dot(frame.rotation[2], truth(case)[0])) > 0.99

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.articulate.frame.axes import PIXELS, given_frame
-from casa_assets.articulate.segment.fragment_measures import Pieces, measure
+from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.geometry.grid.voxel import boundary, voxelise
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.model.asset.asset import Asset
@@ -82,16 +82,16 @@ def rod(low: Floats, high: Floats, axis: int, sides: int = 20) -> Mesh:
     return points, (faces[:, ::-1] if axis == 1 else faces).astype(np.int64)
 
 
-def seen(mesh: Mesh, one: bool = False) -> Pieces:
+def seen(mesh: Mesh, one: bool = False) -> MeasuredFragments:
     """The pieces of a mesh that stands upright; `one` takes it all for one piece."""
-    soup = soup_of(*mesh)
+    soup = weld_triangles(*mesh)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
     label = fragment_labels(placed)
-    return measure(placed, np.minimum(label, 0) if one else label, PIXELS)
+    return measure_fragments(placed, np.minimum(label, 0) if one else label, PIXELS)
 
 
-def changed(mesh: Mesh, rng: np.random.Generator) -> Pieces:
+def changed(mesh: Mesh, rng: np.random.Generator) -> MeasuredFragments:
     """The pieces of a mesh as another modeller might have left it."""
     points, faces = mesh
     points = points * np.exp(rng.normal(0.0, STRETCH, 3))

@@ -22,11 +22,11 @@ import numpy as np
 from frame_members import Bools, Floats, Ints, Mesh, changed, merged, panel, seen, table
 from scipy.optimize import minimize
 
-from casa_assets.articulate.frame.axes import PRIOR_UP, TRIED
-from casa_assets.articulate.frame.evidence import FEATURES, evidence, facing, hidden_area
-from casa_assets.articulate.frame.score_candidate import TRIALS, tried
-from casa_assets.articulate.frame.side_views import look
-from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP, Pieces
+from casa_assets.articulate.frame.axes import MAX_SCORED, PRIOR_UP
+from casa_assets.articulate.frame.evidence import FEATURES, frame_features, hidden_area, side_facing
+from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, score_candidate
+from casa_assets.articulate.frame.side_views import measure_side
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP, MeasuredFragments
 from casa_assets.pipeline.families.run import FamilyRequest, build_asset, params_of
 from casa_assets.registry.families import family
 
@@ -102,7 +102,7 @@ class Looks:
     Attributes:
         rows: (N, 24, len(FEATURES)) what the sides of each look like, for each pair of front and top.
         true: (N, 24) right pairs. fold: (N,) which of the families left out together. weight: (N,).
-        trials: (N, 24, len(TRIALS)) of the pairs that were tried. has: (N, 24) which these are.
+        trials: (N, 24, len(SCORE_NAMES)) of the pairs that were tried. has: (N, 24) which these are.
     """
 
     rows: Floats
@@ -113,18 +113,18 @@ class Looks:
     has: Bools
 
 
-def features(pieces: Pieces) -> Floats:
+def features(pieces: MeasuredFragments) -> Floats:
     """(24, len(FEATURES)) evidence for each pair of front and top."""
-    sides = [look(pieces, i) for i in range(len(SIDES))]
+    sides = [measure_side(pieces, i) for i in range(len(SIDES))]
     inside = hidden_area(pieces)
-    return np.array([evidence(pieces, sides, f, t, inside) for f, t in PAIRS])
+    return np.array([frame_features(pieces, sides, f, t, inside) for f, t in PAIRS])
 
 
 def likeliest(rows: Floats, weights: Floats) -> Bools:
     """(24,) pairs that are among the likeliest of a look, in a file that is turned some way, and the right one."""
     best = np.max([rows @ weights + prior(turn) for turn in turns()], axis=0)
     found: Bools = np.zeros(len(PAIRS), dtype=bool)
-    found[np.lexsort((np.arange(len(PAIRS)), -np.round(best, 9)))[: TRIED - 1]] = True
+    found[np.lexsort((np.arange(len(PAIRS)), -np.round(best, 9)))[: MAX_SCORED - 1]] = True
     found[PAIRS.index((FRONT, TOP))] = True
     return found
 
@@ -169,11 +169,11 @@ def _sign(sign: int) -> Limit:
 
 
 def by_trials(looks: Looks, scores: Floats, rows: Bools) -> Floats:
-    """(1 + len(TRIALS),) weight of the scores of the looks and of each trial, of pairs that were tried."""
+    """(1 + len(SCORE_NAMES),) weight of the scores of the looks and of each trial, of pairs that were tried."""
     numbers = np.concatenate([scores[:, :, None], looks.trials], axis=2)[rows]
     base = np.where(looks.has[rows], 0.0, NEVER)
     wanted: Wanted = [(0.0, 1.0, _sign(1))]
-    for name in TRIALS:
+    for name in SCORE_NAMES:
         mean = EXPECTED.get(name)
         limit = (None, None) if mean is None else _sign(1 if mean >= 0 else -1)
         wanted.append((RIDGE_TRIAL, mean or 0.0, limit))
@@ -196,10 +196,10 @@ def turns() -> list[Floats]:
 
 def prior(turn: Floats) -> Floats:
     """(24,) log prior of each pair in a file that is turned so."""
-    return np.log([PRIOR_UP[facing(-turn @ SIDES[t][2])] for _, t in PAIRS])
+    return np.log([PRIOR_UP[side_facing(-turn @ SIDES[t][2])] for _, t in PAIRS])
 
 
-def members(name: str, count: int, keep: Path | None, cache: Path) -> Iterator[list[Pieces]]:
+def members(name: str, count: int, keep: Path | None, cache: Path) -> Iterator[list[MeasuredFragments]]:
     """The first members of a family, each as it is and as others might have left it."""
     names = (*FAMILIES, *ROUND, *PLAIN)
     for index in range(count):
@@ -264,13 +264,13 @@ def gathered(count: int, keep: Path | None) -> tuple[Looks, list[str]]:
     true = np.array([[t == TOP and (f == FRONT or n in ANY_FRONT) for f, t in PAIRS] for n in names])
     weight = np.array([LESS if n in (*ROUND, *IN_WALLS, *PLAIN) else 1.0 for n in names])
     fold = np.array([every.index(n) % FOLDS for n in names])
-    trials, has = np.zeros((len(rows), len(PAIRS), len(TRIALS))), np.zeros((len(rows), len(PAIRS)), dtype=bool)
+    trials, has = np.zeros((len(rows), len(PAIRS), len(SCORE_NAMES))), np.zeros((len(rows), len(PAIRS)), dtype=bool)
     looks = Looks(np.array(rows), true, fold, weight, trials, has)
     weights = by_looks(looks, np.ones(len(rows), dtype=bool))
     for i, pieces in enumerate(views):
         has[i] = likeliest(looks.rows[i], weights)
         for k in np.flatnonzero(has[i]).tolist():
-            trials[i, k] = tried(pieces, *PAIRS[k])
+            trials[i, k] = score_candidate(pieces, *PAIRS[k])
     return looks, names
 
 
@@ -284,7 +284,7 @@ def main() -> None:
     weights, (sharpness, *trial) = learned(looks, names)
     for title, table_ in (
         ("WEIGHTS", zip(FEATURES, weights, strict=True)),
-        ("TRIAL_WEIGHTS", zip(TRIALS, trial, strict=True)),
+        ("TRIAL_WEIGHTS", zip(SCORE_NAMES, trial, strict=True)),
     ):
         print(title)
         print("\n".join(f'    "{n}": {float(f"{v:.4g}")},' for n, v in table_ if abs(v) > LEAST))

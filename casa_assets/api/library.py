@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from casa_assets.articulate.decisions import Decisions, direction
+from casa_assets.articulate.decisions import Decisions, parse_direction
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
 from casa_assets.geometry.mesh.trimesh_exchange import Thing
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Up
 from casa_assets.model.issue import Issue, Report
-from casa_assets.pipeline.articulate.build import Wish
-from casa_assets.pipeline.articulate.run import Done
+from casa_assets.pipeline.articulate.build import ArticulateRequest
+from casa_assets.pipeline.articulate.run import ArticulateOutcome
 from casa_assets.pipeline.articulate.run import articulate as run_articulate
 from casa_assets.pipeline.articulate.sidecar import read as read_decisions
 from casa_assets.pipeline.dedup.search import SearchHit, search_by_words
@@ -238,21 +238,21 @@ def articulate(
         raise CasaError(f"{path}: is not a file; give one mesh of one thing")
     said = Decisions() if decisions is None else read_decisions(Path(decisions))
     try:
-        axes = direction(up) if up else None, direction(front) if front else None
+        axes = parse_direction(up) if up else None, parse_direction(front) if front else None
     except ValueError as error:
         raise CasaError(f"up or front: {error}") from error
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
         place = Path(temporary if library is None else library)
-        (done,) = run_articulate([Wish(path, place, category, *axes, size_m, said, complete=complete)])
+        (done,) = run_articulate([ArticulateRequest(path, place, category, *axes, size_m, said, complete=complete)])
         return _articulated(done, kept=library is not None)
 
 
-def _articulated(done: Done, kept: bool) -> Articulated:
+def _articulated(done: ArticulateOutcome, kept: bool) -> Articulated:
     asset = disk.read_asset(done.folder) if done.accepted and done.folder is not None else None
     rejection = None if done.accepted else Rejection(done.code, done.message)
     folder = done.folder if kept else None
     source = str(done.mesh)
-    return Articulated(source, asset, rejection, done.report, done.category, done.size, done.lacking, folder)
+    return Articulated(source, asset, rejection, done.report, done.category, done.size, done.unmet_checks, folder)
 
 
 def _existing(paths: Sequence[str | Path]) -> list[Path]:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.colliders.build_colliders import label_of, touched
-from casa_assets.articulate.joints.joint_dynamics import joint_for, states_for
-from casa_assets.articulate.plan import BUILT_AS, Articulation, PartPlan, Space
+from casa_assets.articulate.colliders.build_colliders import build_colliders, part_label
+from casa_assets.articulate.joints.joint_dynamics import build_joint, open_closed_states
+from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import shell_moments
 from casa_assets.geometry.mesh.normals import with_normals
@@ -32,11 +32,11 @@ SHEET = 0.002
 
 
 # What stands still carries motors, frames and insulation: its surface weighs so many times that of what moves.
-HEAVY = 2.0
+BODY_WEIGHT_FACTOR = 2.0
 
 
 @dataclass(frozen=True)
-class Brief:
+class AssetSpec:
     """All that an asset needs besides its geometry.
 
     Attributes:
@@ -52,7 +52,7 @@ class Brief:
     provenance: Provenance
 
 
-def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> Asset:
+def assemble(model: RawModel, soup: TriangleSoup, found: Articulation, brief: AssetSpec) -> Asset:
     """An asset that opens.
 
     Args:
@@ -65,15 +65,15 @@ def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> 
         owner[part.faces] = i
     names = [ROOT, *(p.name for p in found.parts)]
     anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in found.parts)]
-    total = float(soup.areas.sum() + (HEAVY - 1.0) * soup.areas[owner < 0].sum())
+    total = float(soup.areas.sum() + (BODY_WEIGHT_FACTOR - 1.0) * soup.areas[owner < 0].sum())
     mass = _mass(brief)
-    shapes = touched(place.points, soup, fragment_labels(soup), found, brief.substance.id)
+    shapes = build_colliders(place.points, soup, fragment_labels(soup), found, brief.substance.id)
     links = []
     for i, name in enumerate(names):
         rows = np.flatnonzero(owner == i - 1)
         parent = None if i == 0 else (found.parts[i - 1].parent or ROOT)
         at = anchors[i] - (np.zeros(3) if parent is None else anchors[names.index(parent)])
-        share = max(float(soup.areas[rows].sum()) * (1.0 if i else HEAVY) / max(total, 1e-12), 1e-4)
+        share = max(float(soup.areas[rows].sum()) * (1.0 if i else BODY_WEIGHT_FACTOR) / max(total, 1e-12), 1e-4)
         links.append(
             Link(
                 name=name,
@@ -86,7 +86,7 @@ def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> 
         )
     ordered = _parents_first(links)
     joints = tuple(
-        joint_for(p, brief.metres, k, t.behind, names)
+        build_joint(p, brief.metres, k, t.behind, names)
         for p, k, t in zip(found.parts, links[1:], shapes[1:], strict=True)
     )
     return Asset(
@@ -95,7 +95,7 @@ def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> 
         links=ordered,
         joints=joints,
         regions=tuple(_region(s, place, anchors[names.index(s.part) if s.part else 0]) for s in found.spaces),
-        states=tuple(s for p in found.parts for s in states_for(p)),
+        states=tuple(s for p in found.parts for s in open_closed_states(p)),
         exclusions=tuple(Exclusion(first=ROOT, second=p.name) for p in found.parts),
         materials=_materials(model, brief.substance.id),
         substances=(brief.substance,),
@@ -107,7 +107,7 @@ def assemble(model: RawModel, soup: Soup, found: Articulation, brief: Brief) -> 
 class _Place:
     """Points of the frame in metres: the middle of the footprint is the origin, on the ground."""
 
-    def __init__(self, soup: Soup, metres: float) -> None:
+    def __init__(self, soup: TriangleSoup, metres: float) -> None:
         low, high = soup.points.min(axis=0), soup.points.max(axis=0)
         self.shift = -np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]) * metres
         self.metres = metres
@@ -120,7 +120,7 @@ class _Place:
         return found
 
 
-def _region(space: Space, place: _Place, anchor: Floats) -> Region:
+def _region(space: StorageSpace, place: _Place, anchor: Floats) -> Region:
     """A space as a region of its link."""
     low, high = place.point(np.array([space.low, space.high])) - anchor
     pose = Pose(position=_vec((low + high) / 2))
@@ -129,7 +129,7 @@ def _region(space: Space, place: _Place, anchor: Floats) -> Region:
 
 def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, anchor: Floats) -> tuple[Visual, ...]:
     """The surface of a link, one mesh for each material of the file; that of a handle apart."""
-    name, label = (ROOT, None) if part is None else (part.name, label_of(part.kind))
+    name, label = (ROOT, None) if part is None else (part.name, part_label(part.kind))
     held = np.zeros(len(own), dtype=bool)
     if part is not None and len(part.grip) < len(part.faces):
         held[part.grip] = True
@@ -142,7 +142,7 @@ def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, 
         for rows, mark in ((np.flatnonzero(alive & ~grip), label), (np.flatnonzero(alive & grip), "handle")):
             mesh = _cut(raw.mesh, rows, place.points[place.soup.faces[start + rows]] - anchor) if len(rows) else None
             if mesh is not None and len(mesh.faces):
-                where = f"{name}_{raw.name if raw.name in BUILT_AS.values() else 'visual'}_{len(out):03d}"
+                where = f"{name}_{raw.name if raw.name in ADDED_MESH_NAMES.values() else 'visual'}_{len(out):03d}"
                 out.append(Visual(name=where, mesh=mesh, material=f"look_{i:03d}", label=mark))
         start = span.stop
     return tuple(out)
@@ -180,7 +180,7 @@ def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:
     return Inertial(mass=_seven(mass), center_of_mass=_vec(center), inertia=(xx, yy, zz, xy, xz, yz))
 
 
-def _mass(brief: Brief) -> float:
+def _mass(brief: AssetSpec) -> float:
     """Usual mass of a thing of this kind and size, kg."""
     span = brief.category.mass_kg
     return float(

@@ -10,10 +10,10 @@ from pydantic import Field, model_validator
 
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.joints import hinges
-from casa_assets.articulate.plan import Articulation, Edge, FaceIndex, Filling, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.plan import Articulation, FaceIndex, HingeEdge, InteriorKind, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.asset.joint import JointKind
@@ -24,7 +24,7 @@ Length = Annotated[float, Field(gt=0, le=3)]
 Direction = str | Vec3
 
 BODY = "body"
-GIVEN = "given in the decisions"
+GIVEN_REASON = "given in the decisions"
 # Numbers of a sidecar that differ by less are those that were found, rounded for reading.
 SAME_SHARE, SAME_DEG, SAME_M = 2e-4, 0.06, 6e-5
 KNOB_AWAY, BUTTON_WAY, LEVER_RANGE = 2 * math.pi, 0.004, math.pi / 2
@@ -46,7 +46,7 @@ class PartDecision(Record):
 
     remove: bool = False
     kind: PartKind | None = None
-    hinge: Edge | None = None
+    hinge: HingeEdge | None = None
     opens_deg: Angle | None = None
     travel_m: Length | None = None
     endless: bool | None = None
@@ -58,13 +58,13 @@ class PartDecision(Record):
     @model_validator(mode="after")
     def _sound(self) -> Self:
         if isinstance(self.axis, str):
-            direction(self.axis)
+            parse_direction(self.axis)
         if self.box_m is not None and self.kind is None:
             raise ValueError("a part that is given by a box needs a kind")
         return self
 
 
-class RoomDecision(Record):
+class CavityDecision(Record):
     """What is behind a door, or in a drawer; what is left out stays as it was found.
 
     Attributes:
@@ -74,7 +74,7 @@ class RoomDecision(Record):
     """
 
     build: bool | None = None
-    filling: Filling | None = None
+    filling: InteriorKind | None = None
     furnish: bool | None = None
     box_m: tuple[Vec3, Vec3] | None = None
 
@@ -93,17 +93,17 @@ class Decisions(Record):
     front: Direction | None = None
     size_m: Annotated[float, Field(gt=0, le=10)] | None = None
     parts: dict[Id, PartDecision] = Field(default_factory=dict)
-    rooms: dict[Id, RoomDecision] = Field(default_factory=dict)
+    rooms: dict[Id, CavityDecision] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _sound(self) -> Self:
         for word in (self.up, self.front):
             if isinstance(word, str):
-                direction(word)
+                parse_direction(word)
         return self
 
 
-def direction(word: Direction) -> Vec3:
+def parse_direction(word: Direction) -> Vec3:
     """A unit vector from `+z`, `-y`, `x` or three numbers. Raises ValueError."""
     if isinstance(word, str):
         name = word.lstrip("+-").lower()
@@ -118,7 +118,7 @@ def direction(word: Direction) -> Vec3:
     return (word[0] / norm, word[1] / norm, word[2] / norm)
 
 
-def word_of(vector: Vec3) -> Direction:
+def axis_word(vector: Vec3) -> Direction:
     """The shortest way to write a direction that `direction` reads back."""
     for i, name in enumerate(_AXES):
         if abs(abs(vector[i]) - 1.0) < 1e-6:
@@ -126,7 +126,7 @@ def word_of(vector: Vec3) -> Direction:
     return vector
 
 
-def applied(found: Articulation, soup: Soup, said: Decisions) -> Articulation:
+def apply_decisions(found: Articulation, soup: TriangleSoup, said: Decisions) -> Articulation:
     """The articulation as somebody wants it.
 
     Args:
@@ -159,7 +159,7 @@ def _without(part: PartPlan, taken: set[int]) -> PartPlan:
     return part.replace(faces=np.setdiff1d(part.faces, rows), grip=np.setdiff1d(part.grip, rows))
 
 
-def _fresh(name: str, wanted: PartDecision, soup: Soup, found: Articulation) -> PartPlan:
+def _fresh(name: str, wanted: PartDecision, soup: TriangleSoup, found: Articulation) -> PartPlan:
     """A part of all fragments that lie within a box."""
     assert wanted.box_m is not None
     assert wanted.kind is not None
@@ -173,7 +173,7 @@ def _fresh(name: str, wanted: PartDecision, soup: Soup, found: Articulation) -> 
     if not len(faces):
         raise CasaError(f"part {name!r}: nothing lies whole within box_m; it is in metres, origin under the middle")
     bare = PartPlan(
-        name=name, kind=wanted.kind, faces=faces, grip=faces[:0], joint=_dummy(), confidence=1.0, reason=GIVEN
+        name=name, kind=wanted.kind, faces=faces, grip=faces[:0], joint=_dummy(), confidence=1.0, reason=GIVEN_REASON
     )
     joint = _joint(wanted.kind, wanted.hinge, bare, soup)
     return _changed(bare.replace(joint=joint), wanted.replace(hinge=None), soup, found)
@@ -183,7 +183,7 @@ def _dummy() -> JointPlan:
     return JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.0))
 
 
-def _changed(part: PartPlan, wanted: PartDecision | None, soup: Soup, found: Articulation) -> PartPlan:
+def _changed(part: PartPlan, wanted: PartDecision | None, soup: TriangleSoup, found: Articulation) -> PartPlan:
     """A part with what is wanted otherwise than found."""
     if wanted is None:
         return part
@@ -195,23 +195,23 @@ def _changed(part: PartPlan, wanted: PartDecision | None, soup: Soup, found: Art
     joint = _ranged(joint, wanted, found.frame.metres or 1.0)
     if wanted.endless is not None and joint.kind is JointKind.HINGE and wanted.endless is not joint.endless:
         span = (0.0, KNOB_AWAY) if wanted.endless else joint.range
-        joint = joint.replace(endless=wanted.endless, range=span, reason=GIVEN, confidence=1.0)
+        joint = joint.replace(endless=wanted.endless, range=span, reason=GIVEN_REASON, confidence=1.0)
     parent = part.parent if wanted.on is None else "" if wanted.on == BODY else wanted.on
     if kind is not part.kind or parent != part.parent:
-        changed = part.replace(kind=kind, parent=parent, confidence=1.0, reason=GIVEN)
+        changed = part.replace(kind=kind, parent=parent, confidence=1.0, reason=GIVEN_REASON)
     return changed if joint is part.joint else changed.replace(joint=joint)
 
 
-def _turned(joint: JointPlan, wanted: PartDecision, soup: Soup, found: Articulation) -> JointPlan:
+def _turned(joint: JointPlan, wanted: PartDecision, soup: TriangleSoup, found: Articulation) -> JointPlan:
     """With the axis and anchor that are given in full."""
     if wanted.axis is not None:
-        axis = direction(wanted.axis)
+        axis = parse_direction(wanted.axis)
         if float(np.dot(axis, joint.axis)) < 1 - 1e-9:
-            joint = joint.replace(axis=axis, edge=None, confidence=1.0, reason=GIVEN)
+            joint = joint.replace(axis=axis, edge=None, confidence=1.0, reason=GIVEN_REASON)
     if wanted.anchor_m is not None:
         anchor = _to_frame(np.array(wanted.anchor_m), soup, found)
         if float(np.linalg.norm(anchor - np.array(joint.anchor))) * (found.frame.metres or 1.0) > SAME_M:
-            joint = joint.replace(anchor=_vec(anchor), edge=None, confidence=1.0, reason=GIVEN)
+            joint = joint.replace(anchor=_vec(anchor), edge=None, confidence=1.0, reason=GIVEN_REASON)
     return joint
 
 
@@ -220,23 +220,23 @@ def _ranged(joint: JointPlan, wanted: PartDecision, metres: float) -> JointPlan:
     if joint.kind is JointKind.SLIDE:
         if wanted.travel_m is None or abs(wanted.travel_m - joint.range[1] * metres) <= SAME_M:
             return joint
-        return joint.replace(range=(0.0, wanted.travel_m / metres), confidence=1.0, reason=GIVEN)
+        return joint.replace(range=(0.0, wanted.travel_m / metres), confidence=1.0, reason=GIVEN_REASON)
     if wanted.opens_deg is None or abs(wanted.opens_deg - math.degrees(joint.range[1])) <= SAME_DEG:
         return joint
-    return joint.replace(range=(0.0, math.radians(wanted.opens_deg)), confidence=1.0, reason=GIVEN)
+    return joint.replace(range=(0.0, math.radians(wanted.opens_deg)), confidence=1.0, reason=GIVEN_REASON)
 
 
-def _joint(kind: PartKind, edge: Edge | None, part: PartPlan, soup: Soup) -> JointPlan:
+def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, soup: TriangleSoup) -> JointPlan:
     """The usual joint of a part of a kind, by where it is."""
     leaf = np.setdiff1d(part.faces, part.grip)
     low, high = _box(leaf if len(leaf) else part.faces, soup)
     middle = _vec((low + high) / 2)
-    confidence = {"confidence": 1.0, "reason": GIVEN}
+    confidence = {"confidence": 1.0, "reason": GIVEN_REASON}
     if kind in (PartKind.DOOR, PartKind.LID):
-        return _hinge(edge or (Edge.TOP if kind is PartKind.LID else Edge.LEFT), kind, low, high)
+        return _hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, low, high)
     base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0)).replace(**confidence)
     if kind in (PartKind.DRAWER, PartKind.TRAY):
-        way = hinges.DRAWER_WAY * float(high[1] - low[1])
+        way = hinges.DRAWER_TRAVEL_SHARE * float(high[1] - low[1])
         return base.replace(kind=JointKind.SLIDE, range=(0.0, way))
     if kind is PartKind.BUTTON:
         return base.replace(kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(0.0, BUTTON_WAY))
@@ -246,7 +246,7 @@ def _joint(kind: PartKind, edge: Edge | None, part: PartPlan, soup: Soup) -> Joi
     return base.replace(axis=axis, range=(0.0, LEVER_RANGE))
 
 
-def _hinge(edge: Edge, kind: PartKind, low: Floats, high: Floats) -> JointPlan:
+def _hinge(edge: HingeEdge, kind: PartKind, low: Floats, high: Floats) -> JointPlan:
     """A hinge along an edge of a leaf between two corners of the frame."""
     side = TOP if kind is PartKind.LID else FRONT
     a, b = low @ SIDES[side].T, high @ SIDES[side].T
@@ -259,11 +259,11 @@ def _hinge(edge: Edge, kind: PartKind, low: Floats, high: Floats) -> JointPlan:
         range=(0.0, hinges.DOOR_RANGE),
         edge=edge,
         confidence=1.0,
-        reason=GIVEN,
+        reason=GIVEN_REASON,
     )
 
 
-def at_face(part: PartPlan, soup: Soup) -> JointPlan:
+def hinge_at_face(part: PartPlan, soup: TriangleSoup) -> JointPlan:
     """The hinge of a part with its axis in the plane of its face instead of near its back, as set-in doors have it."""
     leaf = np.setdiff1d(part.faces, part.grip)
     low, high = _box(leaf if len(leaf) else part.faces, soup)
@@ -274,12 +274,12 @@ def at_face(part: PartPlan, soup: Soup) -> JointPlan:
     return part.joint.replace(anchor=(x, float(low[1]), z), reason=reason)
 
 
-def _box(faces: FaceIndex, soup: Soup) -> tuple[Floats, Floats]:
+def _box(faces: FaceIndex, soup: TriangleSoup) -> tuple[Floats, Floats]:
     points = soup.points[soup.faces[faces].reshape(-1)]
     return points.min(axis=0), points.max(axis=0)
 
 
-def _to_frame(point: Floats, soup: Soup, found: Articulation) -> Floats:
+def _to_frame(point: Floats, soup: TriangleSoup, found: Articulation) -> Floats:
     """A point of the asset frame (metres, origin under the middle), in the frame of the analysis."""
     low, high = soup.points.min(axis=0), soup.points.max(axis=0)
     foot = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])

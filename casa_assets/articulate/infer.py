@@ -7,22 +7,35 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from casa_assets.articulate.controls.controls import Control, facing, find_controls, is_free, what_it_is
-from casa_assets.articulate.controls.faucets import find_taps
+from casa_assets.articulate.controls.controls import (
+    Control,
+    classify_control,
+    control_normal,
+    find_controls,
+    has_finger_room,
+)
+from casa_assets.articulate.controls.faucets import find_faucet_parts
 from casa_assets.articulate.controls.levers import Lever, find_levers
-from casa_assets.articulate.controls.round_controls import key_joint, sole_key, without_burners
-from casa_assets.articulate.fronts.fronts import box_depth, dress, handle_spots, which_open
-from casa_assets.articulate.fronts.panel_merge import bridged, find_slats, joined
+from casa_assets.articulate.controls.round_controls import button_joint, drop_burner_caps, find_single_button
+from casa_assets.articulate.fronts.fronts import attach_to_panels, box_depth, find_handle_spots, select_opening_panels
+from casa_assets.articulate.fronts.panel_merge import find_slats, merge_bridged_panels, merge_framed_panels
 from casa_assets.articulate.fronts.panels import Panel, find_panels
-from casa_assets.articulate.interior.inner_parts import Tray, find_trays
+from casa_assets.articulate.interior.inner_parts import InnerPart, find_inner_parts
 from casa_assets.articulate.joints import hinges
 from casa_assets.articulate.joints.lids import Lid, find_lids
-from casa_assets.articulate.joints.sliding_doors import slide_way
-from casa_assets.articulate.plan import Articulation, Edge, Frame, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP, Pieces, face_on, measure
+from casa_assets.articulate.joints.sliding_doors import sliding_direction
+from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.segment.fragment_measures import (
+    FRONT,
+    SIDES,
+    TOP,
+    MeasuredFragments,
+    corners_from_side,
+    measure_fragments,
+)
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.shell_segments import BOXY, boxiness, cut
-from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness, segment_shell
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.record import Vec3
@@ -37,10 +50,10 @@ MIDDLE = 0.1
 class _Found:
     """Parts so far, and the fragments that they took."""
 
-    pieces: Pieces
+    pieces: MeasuredFragments
     parts: list[PartPlan] = field(default_factory=list)
     taken: set[int] = field(default_factory=set)
-    fronts: list[tuple[str, Panel, Edge | None]] = field(default_factory=list)
+    fronts: list[tuple[str, Panel, HingeEdge | None]] = field(default_factory=list)
 
     def add(
         self,
@@ -69,17 +82,17 @@ class _Found:
         return name
 
 
-def infer(soup: Soup, frame: Frame, category: str = "") -> Articulation:
+def infer_articulation(soup: TriangleSoup, frame: Frame, category: str = "") -> Articulation:
     """Find the moving parts of a soup.
 
     Args:
         soup: in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
         category: id of a category where it is known, empty otherwise.
     """
-    return found_in(measure(soup, cut(soup, fragment_labels(soup))), frame, category)
+    return articulate_fragments(measure_fragments(soup, segment_shell(soup, fragment_labels(soup))), frame, category)
 
 
-def found_in(pieces: Pieces, frame: Frame, category: str = "") -> Articulation:
+def articulate_fragments(pieces: MeasuredFragments, frame: Frame, category: str = "") -> Articulation:
     """Find the moving parts of pieces that are measured already, as `infer` does."""
     found = _Found(pieces)
     if pieces.count > 1:
@@ -93,74 +106,74 @@ def found_in(pieces: Pieces, frame: Frame, category: str = "") -> Articulation:
         _levers(found, FRONT, levers)
         panels = [p for p in panels if found.taken.isdisjoint(p.members)]
         top = find_controls(pieces, TOP, sorted(found.taken))
-        over = without_burners([c for c in top if c.round and _stands_free(pieces, c)], top, controls)
+        over = drop_burner_caps([c for c in top if c.is_round and _stands_free(pieces, c)], top, controls)
         controls = _better_here(controls, over)
         if len(over) == 1 and _tops_off(pieces, over[0]):
             over = []
-        panels = bridged(pieces, FRONT, panels)
-        spots = handle_spots(pieces, FRONT, panels, controls)
-        panels = joined(panels, spots, find_slats(pieces, FRONT, panels))
+        panels = merge_bridged_panels(pieces, FRONT, panels)
+        spots = find_handle_spots(pieces, FRONT, panels, controls)
+        panels = merge_framed_panels(panels, spots, find_slats(pieces, FRONT, panels))
         boards = {f for p in panels for f in p.members}
         controls = [c for c in controls if boards.isdisjoint(c.fragments)]
-        rest = dress(pieces, FRONT, panels, controls)
+        rest = attach_to_panels(pieces, FRONT, panels, controls)
         _fronts(found, panels)
         _controls(found, FRONT, rest)
         for _, panel, edge in list(found.fronts):
-            for tray in find_trays(pieces, FRONT, panel, edge, sorted(found.taken)):
+            for tray in find_inner_parts(pieces, FRONT, panel, edge, sorted(found.taken)):
                 _tray(found, panel, tray)
         _taps(found)
         for lid in find_lids(pieces, found.taken):
-            if lid.far > 0.0:
+            if lid.opening_angle > 0.0:
                 _lid(found, lid)
         _controls(found, TOP, over)
-    key = sole_key(pieces) if category and pieces.count > 1 and not found.parts else None
+    key = find_single_button(pieces) if category and pieces.count > 1 and not found.parts else None
     if key is not None:
-        joint = key_joint(key, BUTTON_WAY)
+        joint = button_joint(key, BUTTON_WAY)
         found.add(PartKind.BUTTON, key.fragments, key.fragments, joint, "", (joint.confidence, joint.reason))
     parts = tuple(found.parts) if category or _may_move(pieces, found.parts) else ()
     return Articulation(frame=frame, parts=parts, category=category)
 
 
-def _may_move(pieces: Pieces, parts: list[PartPlan]) -> bool:
+def _may_move(pieces: MeasuredFragments, parts: list[PartPlan]) -> bool:
     """Whether a thing that nothing names may have what was found of it.
 
     What has doors, keys or knobs has flat walls, or a lid or a lever besides: lids of jars, seeds of a melon and plates
     in a rack look like them otherwise.
     """
     telling = any(p.kind in (PartKind.LID, PartKind.LEVER, PartKind.SPOUT) for p in parts)
-    return telling or boxiness(pieces.soup, pieces.pictures) >= BOXY
+    return telling or boxiness(pieces.soup, pieces.depth_images) >= MIN_BOXINESS
 
 
 def _better_here(controls: list[Control], others: list[Control]) -> list[Control]:
     """Controls of a side without those that are round seen from another side, and here are not."""
     round_there = {f for c in others for f in c.fragments}
-    return [c for c in controls if c.round or round_there.isdisjoint(c.fragments)]
+    return [c for c in controls if c.is_round or round_there.isdisjoint(c.fragments)]
 
 
-def _stands_free(pieces: Pieces, control: Control) -> bool:
+def _stands_free(pieces: MeasuredFragments, control: Control) -> bool:
     """Whether a thing on the top stands out like a knob, and not like a foot or a burner."""
-    return control.stands >= 0.3 * float(control.across.max()) and is_free(pieces, TOP, control)
+    return control.protrusion >= 0.3 * float(control.across.max()) and has_finger_room(pieces, TOP, control)
 
 
-def _tops_off(pieces: Pieces, control: Control) -> bool:
+def _tops_off(pieces: MeasuredFragments, control: Control) -> bool:
     """Whether a thing is in the middle of the top: the cap of a bottle, the stem of a fruit, the grip of a lid."""
-    low, high = face_on(pieces, TOP)
+    low, high = corners_from_side(pieces, TOP)
     low, high = low.min(axis=0)[:2], high.max(axis=0)[:2]
     return bool((np.abs(control.middle - (low + high) / 2) < MIDDLE * (high - low)).all())
 
 
 def _fronts(found: _Found, panels: list[Panel]) -> None:
-    low, high = face_on(found.pieces, FRONT)
+    low, high = corners_from_side(found.pieces, FRONT)
     whole = high.max(axis=0) - low.min(axis=0)
-    chosen = which_open(found.pieces, FRONT, panels)
+    chosen = select_opening_panels(found.pieces, FRONT, panels)
     every = [p for p, _, _ in chosen]
     for panel, confidence, reason in chosen:
-        grip = hinges.grip_of(panel, low, high)
+        grip = hinges.panel_handle(panel, low, high)
         drawn, certain, why = hinges.is_drawer(panel, box_depth(found.pieces, FRONT, panel), whole, grip, every)
         held = sorted(f for g in panel.grips for f in g)
         if drawn:
             deep = float(high[panel.everything, 2].max() - panel.low[2])
-            way = hinges.DRAWER_WAY * deep if deep > 0.15 * whole[2] else 0.7 * float(whole[2])
+            way = hinges.DRAWER_TRAVEL_SHARE * deep if deep > 0.15 * whole[2] else 0.7 * float(whole[2])
             joint = JointPlan(
                 kind=JointKind.SLIDE,
                 axis=_direction(-SIDES[FRONT][2]),
@@ -174,7 +187,7 @@ def _fronts(found: _Found, panels: list[Panel]) -> None:
         else:
             panel.box = []
             opening = hinges.hinge_edge(panel, grip, panels, whole)
-            aside = slide_way(found.pieces, FRONT, panel, grip)
+            aside = sliding_direction(found.pieces, FRONT, panel, grip)
             joint = _hinge(panel, opening) if aside is None else _sideways(panel, aside)
             name = found.add(PartKind.DOOR, panel.everything, held, joint, "", (confidence * certain, reason))
             found.fronts.append((name, panel, opening.edge if aside is None else None))
@@ -192,7 +205,7 @@ def _sideways(panel: Panel, sign: float) -> JointPlan:
     )
 
 
-def _hinge(panel: Panel, opening: hinges.Opening) -> JointPlan:
+def _hinge(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
     assert opening.edge is not None
     axis, point = hinges.hinge_line(panel, opening.edge)
     return JointPlan(
@@ -213,17 +226,17 @@ def _controls(found: _Found, side: int, controls: list[Control]) -> None:
         if set(control.fragments) & found.taken:
             continue
         across = float(control.across.max())
-        kind, confidence, why = what_it_is(control, controls)
+        kind, confidence, why = classify_control(control, controls)
         if kind is None:
             continue
         middle = (control.low + control.high) / 2
         turns = kind is PartKind.KNOB
-        normal = facing(found.pieces, side, control)
+        normal = control_normal(found.pieces, side, control)
         joint = JointPlan(
             kind=JointKind.HINGE if turns else JointKind.SLIDE,
             axis=_direction(normal if turns else -normal),
             anchor=_point(side, middle),
-            range=(0.0, 2 * math.pi if turns else min(BUTTON_WAY, max(0.5 * control.stands, 0.1 * across))),
+            range=(0.0, 2 * math.pi if turns else min(BUTTON_WAY, max(0.5 * control.protrusion, 0.1 * across))),
             endless=turns,
             confidence=confidence,
             reason=why,
@@ -251,22 +264,22 @@ def _levers(found: _Found, side: int, levers: list[Lever]) -> None:
 
 def _taps(found: _Found) -> None:
     """Sticks that turn, and a spout."""
-    for kind, fragments, joint in find_taps(found.pieces, found.taken):
+    for kind, fragments, joint in find_faucet_parts(found.pieces, found.taken):
         found.add(kind, fragments, [], joint, "", (joint.confidence, joint.reason))
 
 
-def _tray(found: _Found, door: Panel, tray: Tray) -> None:
+def _tray(found: _Found, door: Panel, tray: InnerPart) -> None:
     low, high = found.pieces.box(tray.fragments)
     middle = _direction_free((low + high) / 2)
-    if tray.round:
+    if tray.turns:
         joint = JointPlan(
             kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=middle, range=(0.0, 2 * math.pi), endless=True
         )
     else:
-        way = hinges.DRAWER_WAY * float(high[1] - low[1])
+        way = hinges.DRAWER_TRAVEL_SHARE * float(high[1] - low[1])
         joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, way))
     joint = joint.replace(confidence=tray.confidence, reason=tray.reason)
-    kind = PartKind.DRAWER if tray.tub else PartKind.TRAY
+    kind = PartKind.DRAWER if tray.is_drawer else PartKind.TRAY
     found.add(kind, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.reason))
 
 
@@ -278,7 +291,7 @@ def _lid(found: _Found, lid: Lid) -> None:
         kind=JointKind.HINGE,
         axis=_direction(axis),
         anchor=_direction_free(anchor),
-        range=(0.0, lid.far),
+        range=(0.0, lid.opening_angle),
         confidence=0.5,
         reason="hinged at the handle, or where nothing is in its way",
     )

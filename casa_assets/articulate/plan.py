@@ -34,7 +34,7 @@ class PartKind(StrEnum):
     TRAY = "tray"
 
 
-class Edge(StrEnum):
+class HingeEdge(StrEnum):
     """The side of a front that a hinge runs along, seen by who stands before it."""
 
     LEFT = "left"
@@ -87,7 +87,7 @@ class JointPlan(Record):
     anchor: Vec3
     range: Vec2
     endless: bool = False
-    edge: Edge | None = None
+    edge: HingeEdge | None = None
     confidence: Confidence = 0.5
     reason: str = ""
     runner_up: str = ""
@@ -113,7 +113,7 @@ class PartPlan(Record):
     added: bool = False
 
 
-class Filling(StrEnum):
+class InteriorKind(StrEnum):
     """What an interior is furnished as."""
 
     OVEN = "oven"
@@ -126,10 +126,10 @@ class Filling(StrEnum):
 
 
 # What a mesh is called that was built into a thing, by what it is part of; what is seen of it is called so too.
-BUILT_AS = {f: f"added_{f.value}" for f in Filling}
+ADDED_MESH_NAMES = {f: f"added_{f.value}" for f in InteriorKind}
 
 
-class Room(Record):
+class Cavity(Record):
     """What a door closes, or what a drawer holds, in the frame.
 
     Attributes:
@@ -143,7 +143,7 @@ class Room(Record):
     """
 
     parts: tuple[str, ...]
-    filling: Filling
+    filling: InteriorKind
     low: Vec3
     high: Vec3
     wall: float
@@ -157,7 +157,7 @@ class Room(Record):
     reason: str = ""
 
 
-class Addition(Record):
+class AddedGeometry(Record):
     """What was built and belongs to one link.
 
     Attributes:
@@ -167,12 +167,12 @@ class Addition(Record):
     """
 
     part: str
-    filling: Filling
+    filling: InteriorKind
     faces: FaceIndex
     clouds: tuple[Cloud, ...] = ()
 
 
-class Space(Record):
+class StorageSpace(Record):
     """A box that things can be put into, in the frame; `part` is what it moves with, empty for the body."""
 
     name: Id
@@ -191,6 +191,6 @@ class Articulation(Record):
     frame: Frame
     parts: tuple[PartPlan, ...] = ()
     category: str = ""
-    rooms: tuple[Room, ...] = ()
-    added: tuple[Addition, ...] = ()
-    spaces: tuple[Space, ...] = ()
+    rooms: tuple[Cavity, ...] = ()
+    added: tuple[AddedGeometry, ...] = ()
+    spaces: tuple[StorageSpace, ...] = ()

@@ -7,11 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.colliders.clearance import Solid, clear, less
-from casa_assets.articulate.colliders.edge_grips import take_by_the_edge
-from casa_assets.articulate.colliders.link_shapes import as_touched, clouds_of, is_frame, plugs, shape_of
+from casa_assets.articulate.colliders.clearance import LinkSolid, clear_moving_parts, subtract_box
+from casa_assets.articulate.colliders.edge_grips import add_edge_grip
+from casa_assets.articulate.colliders.link_shapes import (
+    convex_clouds,
+    fit_shape,
+    hull_closes_opening,
+    is_frame,
+    snap_to_box,
+)
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.solid.coverage import surface_samples
 from casa_assets.geometry.solid.hull import hull_volume
@@ -37,19 +43,21 @@ _LABELS = {PartKind.TRAY: "rack"}
 
 
 @dataclass(frozen=True)
-class Touched:
+class LinkColliders:
     """Shapes of a link in its frame; `behind` is the index of the part that has to stand open before it moves."""
 
     colliders: tuple[Collider, ...]
     behind: int | None = None
 
 
-def label_of(kind: PartKind) -> str:
+def part_label(kind: PartKind) -> str:
     """What shapes and surfaces of a part of a kind are called."""
     return _LABELS.get(kind, kind.value)
 
 
-def touched(points: Floats, soup: Soup, label: Ints, found: Articulation, substance: str) -> list[Touched]:
+def build_colliders(
+    points: Floats, soup: TriangleSoup, label: Ints, found: Articulation, substance: str
+) -> list[LinkColliders]:
     """Shapes of the body and of each part, in this order.
 
     Args:
@@ -73,22 +81,22 @@ def touched(points: Floats, soup: Soup, label: Ints, found: Articulation, substa
     _place(solids, found, points, soup, metres)
     _build_in(solids, found, points, soup, metres)
     for i, solid in enumerate(solids):
-        solid.clouds = [as_touched(c) for c in solid.clouds]
+        solid.clouds = [snap_to_box(c) for c in solid.clouds]
         own = soup.faces[owner == i - 1]
         solid.skin = surface_samples(points, own, SKIN) if len(own) else None
-    clear(solids)
+    clear_moving_parts(solids)
     for solid, part in zip(solids[1:], found.parts, strict=True):
-        take_by_the_edge(solid, part.kind)
+        add_edge_grip(solid, part.kind)
     out = []
     for i, solid in enumerate(solids):
         middle = np.zeros(3) if solid.anchor is None else solid.anchor
         kind = None if i == 0 else found.parts[i - 1].kind
         name = "object" if i == 0 else names[i - 1]
-        out.append(Touched(_colliders(solid, middle, name, kind, substance), None if i == 0 else behind[i - 1]))
+        out.append(LinkColliders(_colliders(solid, middle, name, kind, substance), None if i == 0 else behind[i - 1]))
     return out
 
 
-def _place(solids: Sequence[Solid], found: Articulation, points: Floats, soup: Soup, metres: float) -> None:
+def _place(solids: Sequence[LinkSolid], found: Articulation, points: Floats, soup: TriangleSoup, metres: float) -> None:
     """Give each part its joint, asset frame; in place."""
     foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
     for solid, part in zip(solids[1:], found.parts, strict=True):
@@ -97,7 +105,7 @@ def _place(solids: Sequence[Solid], found: Articulation, points: Floats, soup: S
         solid.axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
         solid.anchor = np.array(joint.anchor) * metres + foot
         solid.hidden = part.kind is PartKind.TRAY
-        solid.far = float(joint.range[1]) * (1.0 if solid.turns else metres)
+        solid.max_travel = float(joint.range[1]) * (1.0 if solid.turns else metres)
 
 
 def _largest(clouds: Sequence[Floats], most: int) -> list[Floats]:
@@ -111,7 +119,9 @@ def _largest(clouds: Sequence[Floats], most: int) -> list[Floats]:
     return [clouds[i] for i in ranked if i in kept]
 
 
-def _build_in(solids: Sequence[Solid], found: Articulation, points: Floats, soup: Soup, metres: float) -> None:
+def _build_in(
+    solids: Sequence[LinkSolid], found: Articulation, points: Floats, soup: TriangleSoup, metres: float
+) -> None:
     """Give links the shapes that were built with what was added to them, the body holes for its rooms; in place."""
     foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
     names = [p.name for p in found.parts]
@@ -119,29 +129,29 @@ def _build_in(solids: Sequence[Solid], found: Articulation, points: Floats, soup
         holes = [room.cut or (room.low, room.high), *room.fronts]
         for hole in holes:
             box = np.array(hole) * metres + foot
-            solids[0].clouds = [piece for c in solids[0].clouds for piece in less(c, box)]
+            solids[0].clouds = [piece for c in solids[0].clouds for piece in subtract_box(c, box)]
     for added in found.added:
         solid = solids[names.index(added.part) + 1 if added.part else 0]
         own = _largest(solid.clouds, max(LEAST_OWN, FIRST - len(added.clouds)))
         solid.clouds = [*own, *(c * metres + foot for c in added.clouds)]
 
 
-def _solid(points: Floats, soup: Soup, label: Ints, rows: Ints, part: PartPlan | None) -> Solid:
+def _solid(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, part: PartPlan | None) -> LinkSolid:
     """Shapes of one link before any cut."""
     rows = rows[label[rows] >= 0]
     if part is not None and part.kind is PartKind.TRAY and len(rows):
         # Wires by themselves would use up the budget: a rack is touched as the floor and the walls that they make.
-        return Solid(None, clouds_of(points, soup.faces[rows], FIRST), [])
+        return LinkSolid(None, convex_clouds(points, soup.faces[rows], FIRST), [])
     # What is taken anywhere has no handle of its own: racks, levers.
     apart = part is not None and len(part.grip) < len(part.faces)
     held = np.isin(rows, part.grip) if part is not None and apart else np.zeros(len(rows), dtype=bool)
     if part is not None and part.kind in ONE and len(rows):
-        return Solid(None, clouds_of(points, soup.faces[rows], 1), [])
+        return LinkSolid(None, convex_clouds(points, soup.faces[rows], 1), [])
     grips = _covered(points, soup, label, rows[held], GRIP)
-    return Solid(None, _covered(points, soup, label, rows[~held], FIRST), grips)
+    return LinkSolid(None, _covered(points, soup, label, rows[~held], FIRST), grips)
 
 
-def _covered(points: Floats, soup: Soup, label: Ints, rows: Ints, most: int) -> list[Floats]:
+def _covered(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, most: int) -> list[Floats]:
     """Shapes that cover some faces, fragment by fragment, the largest first, as the budget allows."""
     if not len(rows):
         return []
@@ -162,18 +172,20 @@ def _covered(points: Floats, soup: Soup, label: Ints, rows: Ints, most: int) -> 
         # Those that follow need some of the budget too.
         share = max(1, room - min(len(ranked) - n - 1, room // 2))
         large = float(np.ptp(points[np.unique(faces)], axis=0).max()) > LARGE * float(extent.max())
-        if share < FRAME and large and plugs(points, faces):
+        if share < FRAME and large and hull_closes_opening(points, faces):
             # A hull of it would close what it leaves open: it has as many shapes as a frame has sides, or none.
             if room < FRAME:
                 continue
             share = FRAME
-        found = clouds_of(points, faces, share)[:room]
+        found = convex_clouds(points, faces, share)[:room]
         out += found
         boxes += [np.array([c.min(axis=0), c.max(axis=0)]) for c in found]
     return out + _ends(points, soup, label, rows, out, reach)
 
 
-def _ends(points: Floats, soup: Soup, label: Ints, rows: Ints, have: list[Floats], reach: float) -> list[Floats]:
+def _ends(
+    points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, have: list[Floats], reach: float
+) -> list[Floats]:
     """Shapes for the fragments that reach farthest, where the budget left one out: a hand meets those first."""
     seen = points[soup.faces[rows]]
     low, high = (np.array([f(c, axis=0) for c in have]) for f in (np.min, np.max))
@@ -184,10 +196,10 @@ def _ends(points: Floats, soup: Soup, label: Ints, rows: Ints, have: list[Floats
         if seen[..., axis].max() > high[:, axis].max() + reach:
             wanted.append(int(label[rows[np.argmax(seen[..., axis].max(axis=1))]]))
     reached = [soup.faces[rows[label[rows] == one]] for one in sorted(set(wanted))]
-    return [c for faces in reached for c in clouds_of(points, faces, ENDS if is_frame(points, faces) else 1)]
+    return [c for faces in reached for c in convex_clouds(points, faces, ENDS if is_frame(points, faces) else 1)]
 
 
-def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: Soup) -> int | None:
+def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: TriangleSoup) -> int | None:
     """The door before something that slides or turns inside."""
     if part.kind not in (PartKind.TRAY, PartKind.DRAWER) or part.parent:
         return None
@@ -204,14 +216,16 @@ def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: Soup) -> int | None
     return None
 
 
-def _colliders(solid: Solid, middle: Floats, name: str, kind: PartKind | None, substance: str) -> tuple[Collider, ...]:
+def _colliders(
+    solid: LinkSolid, middle: Floats, name: str, kind: PartKind | None, substance: str
+) -> tuple[Collider, ...]:
     """Colliders of a link, its frame; those of the handle first, under its name."""
     mains = _largest(solid.clouds, MOST - len(solid.grips))
-    label = None if kind is None else label_of(kind)
+    label = None if kind is None else part_label(kind)
     out: list[Collider] = []
     for clouds, stem, mark in ((solid.grips, f"{name}_handle_main", "handle"), (mains, f"{name}_main", label)):
         for n, cloud in enumerate(clouds):
-            shape, pose = shape_of(cloud - middle)
+            shape, pose = fit_shape(cloud - middle)
             at = Pose(position=pose.position)
             own = stem if not n else f"{stem}_{n:02d}"
             out.append(Collider(name=own, shape=shape, pose=at, substance=substance, label=mark))

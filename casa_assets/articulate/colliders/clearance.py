@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import manifold3d
 import numpy as np
 
-from casa_assets.articulate.colliders.empty_regions import is_air
+from casa_assets.articulate.colliders.empty_regions import is_empty_region
 from casa_assets.articulate.colliders.link_shapes import box_cloud
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.hull import hull_volume
@@ -38,13 +38,13 @@ LEAST_LEFT = 0.5
 
 
 @dataclass
-class Solid:
+class LinkSolid:
     """The shapes of a link, all at rest in one frame.
 
     Attributes:
         carrier: index of the link that carries it, None for the body.
         clouds: (N, 3) points of each convex shape, metres. grips: those of handles, which are never cut.
-        turns: it turns about `axis` through `anchor`; else it slides along it. far: end of its range, rad or m.
+        turns: it turns about `axis` through `anchor`; else it slides along it. max_travel: end of its range, rad or m.
         behind: index of the link that stands open before this one moves, or None.
         skin: (N, 3) points of what is seen of it, metres, or None.
         hidden: it is seen only when something else is open, as racks on their rails are: deeper cuts are allowed.
@@ -56,13 +56,13 @@ class Solid:
     turns: bool = False
     axis: Floats | None = None
     anchor: Floats | None = None
-    far: float = 0.0
+    max_travel: float = 0.0
     behind: int | None = None
     hidden: bool = False
     skin: Floats | None = None
 
 
-def clear(solids: Sequence[Solid]) -> None:
+def clear_moving_parts(solids: Sequence[LinkSolid]) -> None:
     """Cut the shapes of every link where another passes; in place."""
     points = np.concatenate([c for s in solids for c in s.clouds])
     whole = float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -83,7 +83,7 @@ def clear(solids: Sequence[Solid]) -> None:
             # What is shallow in one pose and deep in the next is a part on its way into another.
             shallow = all(float((b[1] - b[0]).min()) <= most for b in boxes)
             still = pair in at_rest
-            air = still and pair[0] == 0 and is_air(solids[0].skin, boxes)
+            air = still and pair[0] == 0 and is_empty_region(solids[0].skin, boxes)
             if air or (shallow and (still or pair not in crossed)):
                 real |= set() if air else {pair[:2]}
                 cuts.setdefault(pair[:2], []).extend(boxes)
@@ -93,7 +93,7 @@ def clear(solids: Sequence[Solid]) -> None:
 
 
 def _meet(
-    solids: Sequence[Solid],
+    solids: Sequence[LinkSolid],
     mover: int,
     share: float,
     pairs: dict[Pair, list[Floats]],
@@ -127,7 +127,7 @@ def _meet(
                     _note(pairs.setdefault(key, []), box)
 
 
-def _is_notch(ours: Floats, theirs: Floats, mover: Solid) -> bool:
+def _is_notch(ours: Floats, theirs: Floats, mover: LinkSolid) -> bool:
     """Whether what slides out takes no more than a corner or a stretch of an edge of something as it passes."""
     shared = None if mover.turns or mover.axis is None else _overlap(_swollen(ours), theirs)
     if shared is None or mover.axis is None:
@@ -156,7 +156,7 @@ def _note(boxes: list[Floats], fresh: Floats) -> None:
     boxes.append(fresh)
 
 
-def _carried(solids: Sequence[Solid], link: int | None, by: int) -> bool:
+def _carried(solids: Sequence[LinkSolid], link: int | None, by: int) -> bool:
     while link is not None:
         if link == by:
             return True
@@ -164,7 +164,7 @@ def _carried(solids: Sequence[Solid], link: int | None, by: int) -> bool:
     return False
 
 
-def _motion(solids: Sequence[Solid], link: int, shares: dict[int, float]) -> tuple[Floats, Floats]:
+def _motion(solids: Sequence[LinkSolid], link: int, shares: dict[int, float]) -> tuple[Floats, Floats]:
     """(3, 3) turn and (3,) shift of a link where some stand at shares of their ranges, and what is before them open."""
     for mover in list(shares):
         before = solids[mover].behind
@@ -176,10 +176,10 @@ def _motion(solids: Sequence[Solid], link: int, shares: dict[int, float]) -> tup
         solid = solids[at]
         if at in shares and solid.axis is not None and solid.anchor is not None:
             if solid.turns:
-                own = _rotation(solid.axis, solid.far * shares[at])
+                own = _rotation(solid.axis, solid.max_travel * shares[at])
                 own_shift = solid.anchor - own @ solid.anchor
             else:
-                own, own_shift = np.eye(3), solid.axis * solid.far * shares[at]
+                own, own_shift = np.eye(3), solid.axis * solid.max_travel * shares[at]
             turn, shift = own @ turn, own @ shift + own_shift
         at = solid.carrier
     return turn, shift
@@ -228,7 +228,7 @@ def _without(cloud: Floats, boxes: list[Floats], least: float) -> list[Floats]:
     """A convex cloud less some boxes, as convex clouds; all of it where less than a part of it would be left."""
     left = [cloud]
     for box in _merged(boxes, cloud):
-        left = [piece for c in left for piece in less(c, box)]
+        left = [piece for c in left for piece in subtract_box(c, box)]
     return left if sum(hull_volume(c) for c in left) >= least * hull_volume(cloud) else [cloud]
 
 
@@ -250,7 +250,7 @@ def _merged(boxes: list[Floats], cloud: Floats) -> list[Floats]:
     return out
 
 
-def less(cloud: Floats, box: Floats) -> list[Floats]:
+def subtract_box(cloud: Floats, box: Floats) -> list[Floats]:
     """A convex cloud less one box, (2, 3) corners: up to six slabs of it."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     if (box[0] >= high).any() or (box[1] <= low).any():

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import manifold3d
 import numpy as np
 
-from casa_assets.articulate.colliders.clearance import Solid, less
+from casa_assets.articulate.colliders.clearance import LinkSolid, subtract_box
 from casa_assets.articulate.colliders.link_shapes import box_cloud
 from casa_assets.articulate.plan import PartKind
 from casa_assets.core.typing import Floats
@@ -21,7 +21,7 @@ WIDE_M, THICK_M, EVEN_M = 0.02, 0.03, 0.01
 LEAST_M3 = 1e-7
 
 
-def take_by_the_edge(solid: Solid, kind: PartKind) -> None:
+def add_edge_grip(solid: LinkSolid, kind: PartKind) -> None:
     """Give a front without a handle its edge as one: cut from its largest shape there; in place.
 
     Args:
@@ -47,10 +47,10 @@ def take_by_the_edge(solid: Solid, kind: PartKind) -> None:
     strip = _shared(solid.clouds[chosen], box)
     if strip is not None:
         solid.grips = [strip]
-        solid.clouds[chosen : chosen + 1] = less(solid.clouds[chosen], box) or [solid.clouds[chosen]]
+        solid.clouds[chosen : chosen + 1] = subtract_box(solid.clouds[chosen], box) or [solid.clouds[chosen]]
 
 
-def _edge(solid: Solid, low: Floats, high: Floats) -> tuple[int, float]:
+def _edge(solid: LinkSolid, low: Floats, high: Floats) -> tuple[int, float]:
     """Axis and side of the edge that opens: opposite to the hinge, of what slides its upper one."""
     assert solid.axis is not None
     assert solid.anchor is not None
@@ -62,7 +62,7 @@ def _edge(solid: Solid, low: Floats, high: Floats) -> tuple[int, float]:
     return axis, 1.0 if away[axis] > 0 else -1.0
 
 
-def _across(solid: Solid, edge: int) -> int:
+def _across(solid: LinkSolid, edge: int) -> int:
     """The axis along which a front is thin: neither that of its edge nor the one that the edge runs along."""
     assert solid.axis is not None
     if not solid.turns:

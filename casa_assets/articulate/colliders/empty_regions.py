@@ -14,7 +14,7 @@ NEAR_M, ON_A_SIDE = 0.0005, 0.15
 INSIDE = 0.25
 
 
-def is_air(skin: Floats | None, boxes: Sequence[Floats]) -> bool:
+def is_empty_region(skin: Floats | None, boxes: Sequence[Floats]) -> bool:
     """Whether nothing is seen in any of some boxes, (2, 3) corners each, in which another part is.
 
     What is seen may bound a box on one side; on two opposite ones it is a board.

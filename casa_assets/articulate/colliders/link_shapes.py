@@ -7,7 +7,7 @@ import numpy.typing as npt
 from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
-from casa_assets.articulate.segment.raster import draw
+from casa_assets.articulate.segment.raster import render_depth
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.grid.voxel import Grid, voxelise
@@ -33,7 +33,7 @@ SAMPLES = 6000
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
 
 
-def clouds_of(points: Floats, faces: Ints, most: int) -> list[Floats]:
+def convex_clouds(points: Floats, faces: Ints, most: int) -> list[Floats]:
     """Convex clouds that cover a surface and leave its cavities open, the largest first.
 
     Args:
@@ -62,7 +62,7 @@ def clouds_of(points: Floats, faces: Ints, most: int) -> list[Floats]:
     return found or [_convex(cloud)]
 
 
-def plugs(points: Floats, faces: Ints) -> bool:
+def hull_closes_opening(points: Floats, faces: Ints) -> bool:
     """Whether one hull round a surface would close an opening that it leaves: a gasket, a frame, a tub.
 
     Args:
@@ -88,7 +88,7 @@ def _is_flat(cloud: Floats) -> bool:
     return bool(extent.min() < FLAT * extent.max())
 
 
-def shape_of(cloud: Floats) -> tuple[Shape, Pose]:
+def fit_shape(cloud: Floats) -> tuple[Shape, Pose]:
     """The shape of a convex cloud, at its middle."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     size = np.maximum(high - low, THINNEST_M)
@@ -103,7 +103,7 @@ def shape_of(cloud: Floats) -> tuple[Shape, Pose]:
     return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose(position=_vec(middle))
 
 
-def as_touched(cloud: Floats) -> Floats:
+def snap_to_box(cloud: Floats) -> Floats:
     """A convex cloud as its shape has it: the corners of its box where it nearly fills that."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     return box_cloud(low, high) if hull_volume(cloud) >= BOXY * float(np.prod(high - low)) else cloud
@@ -124,7 +124,7 @@ def _fills_its_box(cloud: Floats, triangles: Ints) -> bool:
 def _largest_hole(cloud: Floats, triangles: Ints) -> float:
     """Of the rectangle of something flat, seen from before its largest side, the largest part that is free."""
     axes = np.roll(np.eye(3), 2 - int(np.argmin(np.ptp(cloud, axis=0))), axis=0)
-    free, _ = ndimage.label(draw(cloud, triangles, axes, HOLE_PX).face < 0)
+    free, _ = ndimage.label(render_depth(cloud, triangles, axes, HOLE_PX).face < 0)
     return float(np.bincount(free.reshape(-1))[1:].max(initial=0) / free.size)
 
 

@@ -67,7 +67,7 @@ def find_burners(asset: Asset) -> tuple[Burner, ...]:
     return tuple(burners)
 
 
-def belongs(mesh: Mesh, burner: Burner, below: float = 0.03) -> Bools:
+def burner_faces(mesh: Mesh, burner: Burner, below: float = 0.03) -> Bools:
     """(F,) faces of a mesh of the body that are of a burner: those within its circle near its top."""
     corners = mesh.vertices[mesh.faces]
     away = np.linalg.norm(corners[..., :2] - np.array(burner.middle[:2]), axis=2)

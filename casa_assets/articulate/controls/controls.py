@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.fragment_measures import SIDES, Pieces, face_on
-from casa_assets.articulate.segment.raster import Picture
+from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 
@@ -44,14 +44,14 @@ class Control:
 
     Attributes:
         fragments: that it is made of. low, high: (3,) corners in (u, v, w).
-        stands: how far it stands out from what is round it. round: its outline is a circle.
+        protrusion: how far it stands out from what is round it. is_round: its outline is a circle.
     """
 
     fragments: list[int]
     low: Floats
     high: Floats
-    stands: float
-    round: bool
+    protrusion: float
+    is_round: bool
 
     @property
     def across(self) -> Floats:
@@ -76,34 +76,34 @@ class Control:
         return float(self.across.max() / max(float(self.across.min()), 1e-9))
 
 
-def find_controls(pieces: Pieces, side: int, taken: Sequence[int]) -> list[Control]:
+def find_controls(pieces: MeasuredFragments, side: int, taken: Sequence[int]) -> list[Control]:
     """Compact things on a side, those of fragments in `taken` left out; by place, top down and left to right."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     size = high - low
     most = size[:, :2].max(axis=1)
     foot = size[:, 0] * size[:, 1]
     free = np.ones(pieces.count, dtype=bool)
     free[list(taken)] = False
     fits = (most <= LARGEST) & (most >= SMALLEST / 3) & (size[:, 2] <= 0.2) & free
-    shown = pieces.seen[:, side] > 0
+    shown = pieces.visible_area[:, side] > 0
     rows = np.flatnonzero(fits & (shown | (foot > 0)))
     found = []
     for group in _nested(low, high, rows.tolist(), foot):
         box = low[group].min(axis=0), high[group].max(axis=0)
-        seen = float(pieces.seen[group, side].sum())
+        seen = float(pieces.visible_area[group, side].sum())
         across = (box[1] - box[0])[:2]
         if seen < 0.35 * float(np.prod(across)) or across.max() < SMALLEST or across.max() > LARGEST:
             continue
-        ground, sits = around(pieces.pictures[side], *box)
+        ground, sits = depth_around(pieces.depth_images[side], *box)
         if sits < SITS:
             continue
         stands = ground - float(box[0][2] - low[:, 2].min())
-        found.append(Control(sorted(group), *box, stands, is_round(pieces, side, group, across)))
+        found.append(Control(sorted(group), *box, stands, has_round_outline(pieces, side, group, across)))
     found.sort(key=lambda c: (-round(float(c.middle[1]), 3), round(float(c.middle[0]), 3)))
     return found
 
 
-def facing(pieces: Pieces, side: int, control: Control) -> Floats:
+def control_normal(pieces: MeasuredFragments, side: int, control: Control) -> Floats:
     """(3,) unit direction that a control faces, in the frame: that of a flat cap along its ground, else of the side."""
     outward: Floats = -SIDES[side][2]
     rows = pieces.faces_of(control.fragments)
@@ -121,9 +121,9 @@ def facing(pieces: Pieces, side: int, control: Control) -> Floats:
     return found if float(found @ _ground(pieces, side, control)) > PARALLEL else outward
 
 
-def _ground(pieces: Pieces, side: int, control: Control) -> Floats:
+def _ground(pieces: MeasuredFragments, side: int, control: Control) -> Floats:
     """(3,) unit direction that most of what is round a control faces, zero where there is nothing."""
-    picture = pieces.pictures[side]
+    picture = pieces.depth_images[side]
     face = picture.face[_ring(picture, control.low, control.high)]
     face = face[face >= 0]
     face = face[~np.isin(pieces.label[face], control.fragments)]
@@ -132,21 +132,22 @@ def _ground(pieces: Pieces, side: int, control: Control) -> Floats:
     return found
 
 
-def what_it_is(control: Control, others: Sequence[Control]) -> tuple[PartKind | None, float, str]:
+def classify_control(control: Control, others: Sequence[Control]) -> tuple[PartKind | None, float, str]:
     """Knob, button, or neither, of a control among those of its side; how sure, and why."""
     across = float(control.across.max())
     alike = sum(
-        bool(np.abs(c.across - control.across).max() < 0.12 * across) and abs(c.stands - control.stands) < 0.25 * across
+        bool(np.abs(c.across - control.across).max() < 0.12 * across)
+        and abs(c.protrusion - control.protrusion) < 0.25 * across
         for c in others
     )
     round_ = _is_round(control, others)
-    if control.is_pin and control.stands > STICK * across:
+    if control.is_pin and control.protrusion > STICK * across:
         return None, 0.0, ""
-    if control.is_pin and control.round and across <= 0.09 and control.stands >= 0.0005:
+    if control.is_pin and control.is_round and across <= 0.09 and control.protrusion >= 0.0005:
         return PartKind.BUTTON, 0.7, "a round pin"
-    if round_ and control.stands >= 0.22 * across and across >= 0.015:
+    if round_ and control.protrusion >= 0.22 * across and across >= 0.015:
         return PartKind.KNOB, 0.8 if alike > 1 else 0.65, "round, and stands out"
-    if control.long <= 5.0 and control.stands >= 0.0005 and (alike > 1 or control.round) and across <= 0.09:
+    if control.long <= 5.0 and control.protrusion >= 0.0005 and (alike > 1 or control.is_round) and across <= 0.09:
         return PartKind.BUTTON, 0.6 if alike > 1 else 0.45, "small, and one of several alike" if alike > 1 else "round"
     return None, 0.0, ""
 
@@ -158,22 +159,22 @@ def _is_round(control: Control, others: Sequence[Control]) -> bool:
         c
         for c in others
         if float(np.abs(c.across - control.across).max()) < LIKE * across
-        and abs(c.stands - control.stands) < LIKE * max(control.stands, c.stands)
+        and abs(c.protrusion - control.protrusion) < LIKE * max(control.protrusion, c.protrusion)
     ]
-    return control.round if len(row) < ROW else sum(c.round for c in row) >= PART * len(row)
+    return control.is_round if len(row) < ROW else sum(c.is_round for c in row) >= PART * len(row)
 
 
-def is_free(pieces: Pieces, side: int, control: Control) -> bool:
+def has_finger_room(pieces: MeasuredFragments, side: int, control: Control) -> bool:
     """Whether fingers get round a control: little of what is near it stands as far out."""
-    picture = pieces.pictures[side]
-    near = float(face_on(pieces, side)[0][:, 2].min())
+    picture = pieces.depth_images[side]
+    near = float(corners_from_side(pieces, side)[0][:, 2].min())
     reach = ROUND_IT * control.across
     corners = np.array([control.low[:2] - reach, control.high[:2] + reach, control.low[:2], control.high[:2]])
     row, column = picture.rows_columns(corners)
     ring = np.zeros(picture.face.shape, dtype=bool)
     ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
     ring[row[3] : row[2] + 1, column[2] : column[3] + 1] = False
-    level = float(control.low[2]) - near + 0.4 * max(control.stands, 0.0)
+    level = float(control.low[2]) - near + 0.4 * max(control.protrusion, 0.0)
     return bool((picture.depth[ring] <= level).mean() < HEMMED) if ring.any() else True
 
 
@@ -193,14 +194,14 @@ def _nested(low: Floats, high: Floats, rows: list[int], foot: Floats) -> list[li
     return groups
 
 
-def around(picture: Picture, low: Floats, high: Floats) -> tuple[float, float]:
+def depth_around(picture: DepthImage, low: Floats, high: Floats) -> tuple[float, float]:
     """Depth of what is seen round a rectangle, from the nearest corner of the thing, and on how much of the way."""
     depth = picture.depth[_ring(picture, low, high)]
     seen = depth[np.isfinite(depth)]
     return (float(np.median(seen)), len(seen) / len(depth)) if len(seen) else (0.0, 0.0)
 
 
-def _ring(picture: Picture, low: Floats, high: Floats) -> Bools:
+def _ring(picture: DepthImage, low: Floats, high: Floats) -> Bools:
     """(H, W) pixels right round a rectangle."""
     margin = np.maximum(0.25 * (high - low)[:2], 2.5 * picture.pixel)
     corners = np.array([low[:2] - margin, high[:2] + margin, low[:2] - picture.pixel, high[:2] + picture.pixel])
@@ -211,7 +212,7 @@ def _ring(picture: Picture, low: Floats, high: Floats) -> Bools:
     return ring
 
 
-def is_round(pieces: Pieces, side: int, group: Sequence[int], across: Floats) -> bool:
+def has_round_outline(pieces: MeasuredFragments, side: int, group: Sequence[int], across: Floats) -> bool:
     """Whether the outline is a circle, with a pointer or not."""
     if across.max() > 1.2 * across.min():
         return False

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.controls.controls import STICK, is_round
+from casa_assets.articulate.controls.controls import STICK, has_round_outline
 from casa_assets.articulate.plan import JointPlan, PartKind
-from casa_assets.articulate.segment.fragment_measures import TOP, Pieces
+from casa_assets.articulate.segment.fragment_measures import TOP, MeasuredFragments
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 
@@ -27,7 +27,7 @@ STICK_WAY, SPOUT_WAY = np.pi / 2, np.pi / 2
 
 
 @dataclass(frozen=True)
-class Stick:
+class FaucetHandle:
     """A stick that turns about what it is rooted in.
 
     Attributes:
@@ -47,36 +47,36 @@ class Spout:
     anchor: Floats
 
 
-def find_taps(pieces: Pieces, taken: set[int]) -> list[tuple[PartKind, list[int], JointPlan]]:
+def find_faucet_parts(pieces: MeasuredFragments, taken: set[int]) -> list[tuple[PartKind, list[int], JointPlan]]:
     """Sticks on top that turn, and the spout beside them: what each is, its fragments, and how it turns.
 
     Args:
         taken: fragments of other parts.
     """
-    sticks = find_sticks(pieces, taken)
-    found = [(PartKind.LEVER, s.fragments, tap_joint(s)) for s in sticks]
+    sticks = find_faucet_handles(pieces, taken)
+    found = [(PartKind.LEVER, s.fragments, faucet_joint(s)) for s in sticks]
     spout = find_spout(pieces, taken | {f for s in sticks for f in s.fragments}) if sticks else None
-    return found if spout is None else [*found, (PartKind.SPOUT, spout.fragments, tap_joint(spout))]
+    return found if spout is None else [*found, (PartKind.SPOUT, spout.fragments, faucet_joint(spout))]
 
 
-def find_sticks(pieces: Pieces, taken: set[int]) -> list[Stick]:
+def find_faucet_handles(pieces: MeasuredFragments, taken: set[int]) -> list[FaucetHandle]:
     """Long upright sticks across what they are rooted in; none where they are many."""
     size = pieces.high - pieces.low
     wide, least = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
     slim = (size[:, 2] >= STICK * wide) & (wide <= ROUNDISH * least) & (wide >= SLIMMEST) & (wide <= STOUTEST)
-    slim &= (size[:, 2] <= LONGEST) & (pieces.seen[:, TOP] > 0)
+    slim &= (size[:, 2] <= LONGEST) & (pieces.visible_area[:, TOP] > 0)
     slim[sorted(taken)] = False
     found, hosts = [], []
     for i in np.flatnonzero(slim).tolist():
         host = _root(pieces, i)
         if host is not None:
             axis = np.eye(3)[int(np.argmax(size[host]))]
-            found.append(Stick([i], axis, (pieces.low[host] + pieces.high[host]) / 2))
+            found.append(FaucetHandle([i], axis, (pieces.low[host] + pieces.high[host]) / 2))
             hosts.append(host)
     return found if len(found) <= MOST and len(set(hosts)) == len(hosts) else []
 
 
-def _root(pieces: Pieces, stick: int) -> int | None:
+def _root(pieces: MeasuredFragments, stick: int) -> int | None:
     """The piece that a stick is rooted in and lies across; the smallest, None where there is none."""
     low, high = pieces.low[stick], pieces.high[stick]
     length, wide = float(high[2] - low[2]), float((high - low)[:2].max())
@@ -96,7 +96,7 @@ def _root(pieces: Pieces, stick: int) -> int | None:
     return min(fits, key=lambda i: (round(float(pieces.area[i]), 9), i)) if fits else None
 
 
-def find_spout(pieces: Pieces, taken: set[int]) -> Spout | None:
+def find_spout(pieces: MeasuredFragments, taken: set[int]) -> Spout | None:
     """The longest level arm over a round column, on a thing that has sticks."""
     size = pieces.high - pieces.low
     arms = [i for i in range(pieces.count) if i not in taken and _is_arm(size[i])]
@@ -104,7 +104,12 @@ def find_spout(pieces: Pieces, taken: set[int]) -> Spout | None:
         along = int(np.argmax(size[arm, :2]))
         for i in range(pieces.count):
             wide = float(size[i, :2].max())
-            if i in taken or i == arm or size[i, 2] < COLUMN * wide or not is_round(pieces, TOP, [i], size[i, :2]):
+            if (
+                i in taken
+                or i == arm
+                or size[i, 2] < COLUMN * wide
+                or not has_round_outline(pieces, TOP, [i], size[i, :2])
+            ):
                 continue
             like = abs(wide - float(size[arm, 1 - along])) <= LIKE * wide
             under = pieces.high[i, 2] <= pieces.high[arm, 2] and pieces.high[i, 2] >= pieces.low[arm, 2] - MEETS
@@ -122,9 +127,9 @@ def _is_arm(size: Floats) -> bool:
     return float(size[:2].max()) >= max(LEAST_ARM, ARM * float(size[:2].min()))
 
 
-def tap_joint(tap: Stick | Spout) -> JointPlan:
+def faucet_joint(tap: FaucetHandle | Spout) -> JointPlan:
     """How a stick turns, or a spout swivels."""
-    if isinstance(tap, Stick):
+    if isinstance(tap, FaucetHandle):
         axis, span = tap.axis, (0.0, STICK_WAY)
         reason = "a stick across what it is rooted in"
     else:

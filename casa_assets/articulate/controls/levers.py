@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.controls.controls import Control
-from casa_assets.articulate.segment.fragment_measures import Pieces, face_on
+from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats, Ints
 
@@ -37,14 +37,14 @@ class Lever:
     length: float
 
 
-def find_levers(pieces: Pieces, side: int, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
+def find_levers(pieces: MeasuredFragments, side: int, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
     """Controls that run in a slot, and the other ones."""
-    near = float(face_on(pieces, side)[0][:, 2].min())
+    near = float(corners_from_side(pieces, side)[0][:, 2].min())
     levers: list[Lever] = []
     rest: list[Control] = []
     for control in controls:
-        flush = control.stands < LEAST_STAND
-        found = None if control.round or flush else _longest(pieces, side, control, near)
+        flush = control.protrusion < LEAST_STAND
+        found = None if control.is_round or flush else _longest(pieces, side, control, near)
         if found is None:
             rest.append(control)
         else:
@@ -52,7 +52,7 @@ def find_levers(pieces: Pieces, side: int, controls: Sequence[Control]) -> tuple
     return levers, rest
 
 
-def _longest(pieces: Pieces, side: int, control: Control, near: float) -> Lever | None:
+def _longest(pieces: MeasuredFragments, side: int, control: Control, near: float) -> Lever | None:
     """The lever with the longest slot of the four ways from a control, or None."""
     best: Lever | None = None
     for along, sign in ((1, -1.0), (1, 1.0), (0, -1.0), (0, 1.0)):
@@ -62,13 +62,13 @@ def _longest(pieces: Pieces, side: int, control: Control, near: float) -> Lever 
     return best
 
 
-def _slot(pieces: Pieces, side: int, control: Control, along: int, sign: float, near: float) -> Lever | None:
+def _slot(pieces: MeasuredFragments, side: int, control: Control, along: int, sign: float, near: float) -> Lever | None:
     """The slot that leads away from a control, or None.
 
     Args:
         along: 0 for right, 1 for up. sign: of the way. near: depth of what is nearest in the picture.
     """
-    picture = pieces.pictures[side]
+    picture = pieces.depth_images[side]
     across = 1 - along
     wide = float(control.across[across])
     start = float((control.high if sign > 0 else control.low)[along])

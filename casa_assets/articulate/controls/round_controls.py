@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from casa_assets.articulate.controls.controls import Control, find_controls, is_round
+from casa_assets.articulate.controls.controls import Control, find_controls, has_round_outline
 from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.plan import JointPlan
-from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, Pieces
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, MeasuredFragments
 from casa_assets.model.asset.joint import JointKind
 
 # It is no wider than this, diagonals: a ring round a key is wider than keys are. It stands out so far at least, and by
@@ -21,13 +21,13 @@ WIDEST, LEAST_OUT, MOST_OUT = 0.22, 0.004, 0.6
 ARMS, SLIM, RIM, KNOBS, ALIKE = 3, 4.0, 0.5, 2, 0.25
 
 
-def without_burners(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
+def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
     """Round things on the top without the caps of burners.
 
     Args:
         over: round things that may be knobs. top, front: all controls of those sides.
     """
-    knobs = [float(c.across.max()) for c in front if c.round and c.stands >= LEAST_OUT]
+    knobs = [float(c.across.max()) for c in front if c.is_round and c.protrusion >= LEAST_OUT]
     usual = float(np.median(knobs)) if len(knobs) >= KNOBS else 0.0
     alike = [c for c in over if not usual or abs(float(c.across.max()) - usual) <= ALIKE * usual]
     return [c for c in alike if len({_way(c, a) for a in top if _is_arm(c, a)}) < ARMS]
@@ -49,20 +49,20 @@ def _way(cap: Control, bar: Control) -> int:
     return int(np.round(np.arctan2(y, x) / (np.pi / 2))) % 4
 
 
-def sole_key(pieces: Pieces) -> Control | None:
+def find_single_button(pieces: MeasuredFragments) -> Control | None:
     """What is round on a front, where there is one such thing and no more."""
-    found = [c for c in find_controls(pieces, FRONT, []) if c.round]
+    found = [c for c in find_controls(pieces, FRONT, []) if c.is_round]
     taken = {f for c in found for f in c.fragments}
     for panel in find_panels(pieces, FRONT):
         across = (panel.high - panel.low)[:2]
         own = sorted(panel.members)
-        if taken.isdisjoint(own) and float(across.max()) <= WIDEST and is_round(pieces, FRONT, own, across):
+        if taken.isdisjoint(own) and float(across.max()) <= WIDEST and has_round_outline(pieces, FRONT, own, across):
             found.append(Control(own, panel.low, panel.high, float(panel.high[2] - panel.low[2]), True))
-    standing = [c for c in found if LEAST_OUT <= c.stands <= MOST_OUT * float(c.across.max())]
+    standing = [c for c in found if LEAST_OUT <= c.protrusion <= MOST_OUT * float(c.across.max())]
     return standing[0] if len(standing) == 1 else None
 
 
-def key_joint(key: Control, way: float) -> JointPlan:
+def button_joint(key: Control, way: float) -> JointPlan:
     """How it is pressed, `way` diagonals at most."""
     x, y, z = (float(v) for v in (key.low + key.high) / 2 @ SIDES[FRONT])
     into_x, into_y, into_z = (float(v) for v in SIDES[FRONT][2])
@@ -70,7 +70,7 @@ def key_joint(key: Control, way: float) -> JointPlan:
         kind=JointKind.SLIDE,
         axis=(into_x, into_y, into_z),
         anchor=(x, y, z),
-        range=(0.0, min(way, 0.5 * key.stands)),
+        range=(0.0, min(way, 0.5 * key.protrusion)),
         confidence=0.45,
         reason="round, and all that stands out of its front",
     )

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from casa_assets.articulate.frame.evidence import FEATURES, evidence, hidden_area
-from casa_assets.articulate.frame.score_candidate import TRIALS, tried
-from casa_assets.articulate.frame.side_views import look
-from casa_assets.articulate.frame.wall_alignment import straightened
+from casa_assets.articulate.frame.evidence import FEATURES, frame_features, hidden_area
+from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, score_candidate
+from casa_assets.articulate.frame.side_views import measure_side
+from casa_assets.articulate.frame.wall_alignment import align_walls
 from casa_assets.articulate.plan import Frame
-from casa_assets.articulate.segment.fragment_measures import SIDES, Pieces, measure
+from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats
 
 # Weight of each feature in the log odds of a candidate; those that earn none are left out. Ref: conditional logit over
@@ -77,19 +77,19 @@ TRIAL_WEIGHTS: Mapping[str, float] = {
     "nothing": -0.4505,
 }
 # So many of the likeliest are tried out, unless their looks put them so far behind the first, log odds.
-TRIED, HOPELESS = 6, 6.0
+MAX_SCORED, MAX_LOG_ODDS_BEHIND = 6, 6.0
 CANDIDATES = tuple((f, t) for f in range(len(SIDES)) for t in range(len(SIDES)) if f // 2 != t // 2)
-GUESSED = "detail, handles, proportions and symmetry of the six sides, and what they would let move"
+GUESSED_REASON = "detail, handles, proportions and symmetry of the six sides, and what they would let move"
 
 
-def given_frame(soup: Soup, up: Sequence[float], front: Sequence[float]) -> Frame:
+def given_frame(soup: TriangleSoup, up: Sequence[float], front: Sequence[float]) -> Frame:
     """The frame of a thing whose up and front directions are known, file axes; they are at right angles."""
     z = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
     y = -np.asarray(front, dtype=np.float64) / np.linalg.norm(front)
     return _framed(soup, np.stack([np.cross(y, z), y, z]))
 
 
-def _framed(soup: Soup, rotation: Floats) -> Frame:
+def _framed(soup: TriangleSoup, rotation: Floats) -> Frame:
     """The frame with these axes, in the middle of the box that they make round the thing."""
     turned = soup.points @ rotation.T
     low, high = turned.min(axis=0), turned.max(axis=0)
@@ -99,7 +99,10 @@ def _framed(soup: Soup, rotation: Floats) -> Frame:
 
 
 def guess_frame(
-    soup: Soup, up: Sequence[float] | None = None, front: Sequence[float] | None = None, stated: int | None = None
+    soup: TriangleSoup,
+    up: Sequence[float] | None = None,
+    front: Sequence[float] | None = None,
+    stated: int | None = None,
 ) -> Frame:
     """The likeliest frame of a thing, which may stand askew in its file.
 
@@ -109,42 +112,44 @@ def guess_frame(
             the thing run along others, but `up` exactly.
         stated: side (of SIDES) that is the top by the file's word; believed, but not blindly.
     """
-    straight = straightened(soup, [d for d in (up, front) if d is not None][:1])
+    straight = align_walls(soup, [d for d in (up, front) if d is not None][:1])
     plain = _framed(soup, straight)
-    placed = soup.placed(plain.rotation, np.array(plain.origin), plain.scale)
-    pieces = measure(placed, fragment_labels(placed), PIXELS)
+    placed = soup.transformed(plain.rotation, np.array(plain.origin), plain.scale)
+    pieces = measure_fragments(placed, fragment_labels(placed), PIXELS)
     outward = -SIDES[:, 2] @ straight
     allowed = [(f, t) for f, t in CANDIDATES if _fits(front, outward[f]) and _fits(up, outward[t])]
     known = {(f, t): float(np.log(_prior(outward[t], stated))) for f, t in allowed}
-    shares = weighed(pieces, known)
+    shares = candidate_shares(pieces, known)
     ranked = sorted(shares, key=lambda k: (-round(shares[k], 9), k))
     face, top = ranked[0]
     y, z = -outward[face], outward[top]
     return _framed(soup, np.stack([np.cross(y, z), y, z])).replace(
         confidence=round(shares[ranked[0]], 3),
-        reason=GUESSED if up is None or front is None else "given",
+        reason=GUESSED_REASON if up is None or front is None else "given",
         runner_up="; ".join(_words(k, straight) for k in ranked[1:3]),
     )
 
 
-def weighed(pieces: Pieces, known: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
+def candidate_shares(pieces: MeasuredFragments, known: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
     """Share of each candidate (front, top): by its looks; the likeliest are then tried out.
 
     Args:
         known: log of what is known of each before.
     """
-    sides = [look(pieces, i) for i in range(len(SIDES))]
+    sides = [measure_side(pieces, i) for i in range(len(SIDES))]
     inside = hidden_area(pieces)
     rows = [FEATURES.index(name) for name in WEIGHTS]
     weights = np.array(list(WEIGHTS.values()))
-    scores = {c: float(weights @ evidence(pieces, sides, *c, inside)[rows]) + known[c] for c in known}
+    scores = {c: float(weights @ frame_features(pieces, sides, *c, inside)[rows]) + known[c] for c in known}
     ranked = sorted(scores, key=lambda k: (-round(scores[k], 9), k))
     shares = _shares(scores)
-    likely = [c for c in ranked[:TRIED] if scores[c] > scores[ranked[0]] - HOPELESS]
+    likely = [c for c in ranked[:MAX_SCORED] if scores[c] > scores[ranked[0]] - MAX_LOG_ODDS_BEHIND]
     if len(likely) == 1:
         return shares
-    weights = np.array([TRIAL_WEIGHTS.get(name, 0.0) for name in TRIALS])
-    again = {c: SHARPNESS * (scores[c] - known[c]) + known[c] + float(weights @ tried(pieces, *c)) for c in likely}
+    weights = np.array([TRIAL_WEIGHTS.get(name, 0.0) for name in SCORE_NAMES])
+    again = {
+        c: SHARPNESS * (scores[c] - known[c]) + known[c] + float(weights @ score_candidate(pieces, *c)) for c in likely
+    }
     whole = sum(shares[c] for c in likely)
     return {**shares, **{c: whole * s for c, s in _shares(again).items()}}
 

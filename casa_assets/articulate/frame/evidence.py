@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from casa_assets.articulate.frame.kind import Controls, shape_likelihood
-from casa_assets.articulate.frame.side_views import Blob, Side
-from casa_assets.articulate.segment.fragment_measures import SIDES, Pieces
+from casa_assets.articulate.frame.kind import ControlPlacement, shape_likelihood
+from casa_assets.articulate.frame.side_views import SideFeature, SideView
+from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments
 from casa_assets.core.typing import Floats
 
 _EACH = ("front", "back", "top", "bottom", "sides")
@@ -18,16 +18,18 @@ FEATURES = (
     *("bars_high", "knobs_high", "top_rings", "top_slots", "knobs_near", "low_mass", "back_plain"),
     *("bottom_legs", "top_legs"),
 )
-# Controls this far from the middle of the front, parts of its size, are at its side or its top.
+# ControlPlacement this far from the middle of the front, parts of its size, are at its side or its top.
 ASIDE, ASIDE_MORE = 0.2, 0.05
 
 
-def facing(direction: Floats) -> int:
+def side_facing(direction: Floats) -> int:
     """The side that faces a direction."""
     return int(np.argmax(-SIDES[:, 2] @ direction))
 
 
-def evidence(pieces: Pieces, sides: Sequence[Side], front: int, top: int, inside: Floats) -> Floats:
+def frame_features(
+    pieces: MeasuredFragments, sides: Sequence[SideView], front: int, top: int, inside: Floats
+) -> Floats:
     """(len(FEATURES),) numbers that speak for these sides being front and top.
 
     Args:
@@ -36,7 +38,7 @@ def evidence(pieces: Pieces, sides: Sequence[Side], front: int, top: int, inside
     back, bottom = front ^ 1, top ^ 1
     up, out = -SIDES[top][2], -SIDES[front][2]
     across = np.cross(up, out)
-    left, right = facing(-across), facing(across)
+    left, right = side_facing(-across), side_facing(across)
     low, high = pieces.low.min(axis=0), pieces.high.max(axis=0)
     width, depth, height = (float(np.abs(a) @ (high - low)) for a in (across, out, up))
     face = sides[front]
@@ -46,7 +48,7 @@ def evidence(pieces: Pieces, sides: Sequence[Side], front: int, top: int, inside
     total = max(sum(s.detail for s in sides), 1e-9)
     rows = ((front,), (back,), (top,), (bottom,), (left, right))
 
-    def each(number: Callable[[Side], float]) -> list[float]:
+    def each(number: Callable[[SideView], float]) -> list[float]:
         return [float(np.mean([number(sides[i]) for i in r])) for r in rows]
 
     rise = ((pieces.low + pieces.high) / 2 - (low + high) / 2) @ up / max(height, 1e-9)
@@ -57,7 +59,7 @@ def evidence(pieces: Pieces, sides: Sequence[Side], front: int, top: int, inside
             *each(lambda s: float(np.log1p(min(sum(b.is_knob for b in s.blobs), 12)))),
             *each(lambda s: float(np.log1p(min(sum(b.is_bar for b in s.blobs), 6)))),
             *each(lambda s: s.panels),
-            *each(lambda s: s.stands),
+            *each(lambda s: s.protruding_share),
             float(np.mean([-_symmetry(sides[i], i, out) for i in (top, bottom, left, right)])),
             _symmetry(face, front, across),
             sides[bottom].support,
@@ -75,10 +77,10 @@ def evidence(pieces: Pieces, sides: Sequence[Side], front: int, top: int, inside
     )
 
 
-def hidden_area(pieces: Pieces) -> Floats:
+def hidden_area(pieces: MeasuredFragments) -> Floats:
     """(3,) share of the surface that no side shows, by the axis that it faces: shelves and racks lie level."""
     shown = np.zeros(len(pieces.label), dtype=bool)
-    for picture in pieces.pictures:
+    for picture in pieces.depth_images:
         shown[picture.face[picture.face >= 0]] = True
     weight = np.where(shown, 0.0, pieces.soup.areas)
     aligned = np.abs(pieces.soup.normals) > 0.9
@@ -86,13 +88,13 @@ def hidden_area(pieces: Pieces) -> Floats:
     return found
 
 
-def _at(blob: Blob, side: int, right: Floats, up: Floats) -> tuple[float, float]:
+def _at(blob: SideFeature, side: int, right: Floats, up: Floats) -> tuple[float, float]:
     """Place of something on a side as parts of its size from the middle, along two directions in its plane."""
     place = (blob.middle[0] - 0.5) * SIDES[side][0] + (blob.middle[1] - 0.5) * SIDES[side][1]
     return float(place @ right), float(place @ up)
 
 
-def _lies(blob: Blob, side: int, up: Floats) -> bool:
+def _lies(blob: SideFeature, side: int, up: Floats) -> bool:
     """Whether something on a side is wider than high."""
     along_up = abs(float(SIDES[side][1] @ up)) > 0.5
     wide, high = blob.size if along_up else blob.size[::-1]
@@ -104,17 +106,17 @@ def _mean(places: Sequence[tuple[float, float]]) -> float:
     return float(np.mean([p[1] for p in places])) if places else 0.0
 
 
-def _symmetry(side: Side, index: int, axis: Floats) -> float:
+def _symmetry(side: SideView, index: int, axis: Floats) -> float:
     """How much more alike the two ends along one direction are than those along the other."""
     first = abs(float(SIDES[index][0] @ axis)) > 0.5
     return (side.mirror[0] - side.mirror[1]) * (1.0 if first else -1.0)
 
 
-def _controls(knobs: Sequence[tuple[float, float]]) -> Controls:
+def _controls(knobs: Sequence[tuple[float, float]]) -> ControlPlacement:
     """Where the knobs and buttons of a front are."""
     if not knobs:
-        return Controls.NONE
+        return ControlPlacement.NONE
     x, z = np.abs(np.mean(np.array(knobs), axis=0))
     if x > max(ASIDE, z + ASIDE_MORE):
-        return Controls.ASIDE
-    return Controls.ABOVE if z > max(ASIDE, x + ASIDE_MORE) else Controls.NONE
+        return ControlPlacement.ASIDE
+    return ControlPlacement.ABOVE if z > max(ASIDE, x + ASIDE_MORE) else ControlPlacement.NONE

@@ -8,12 +8,12 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.articulate.plan import Articulation, Edge, PartKind
+from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.registry.vocabulary import Match, Vocabulary
 
 
-class Controls(StrEnum):
+class ControlPlacement(StrEnum):
     """Where the knobs and buttons of a front are."""
 
     NONE = "none"
@@ -24,38 +24,38 @@ class Controls(StrEnum):
 Extent = tuple[float, float, float]
 # Width, depth and height of usual things, how usual they are, and where their controls are. Ref: `shape` in
 # registry/fixtures.yaml, with the variants that trade catalogues list.
-USUAL: tuple[tuple[Extent, float, Controls], ...] = (
-    ((0.7, 0.7, 1.0), 1.5, Controls.NONE),  # base cabinets, then wide and narrow ones
-    ((1.05, 0.7, 1.0), 1.0, Controls.NONE),
-    ((0.4, 0.7, 1.0), 1.0, Controls.NONE),
-    ((0.85, 0.4, 1.0), 1.0, Controls.NONE),  # wall cabinets
-    ((0.45, 0.4, 1.0), 0.7, Controls.NONE),
-    ((1.0, 0.35, 0.45), 0.5, Controls.NONE),
-    ((0.3, 0.28, 1.0), 0.6, Controls.NONE),  # tall cabinets
-    ((0.5, 0.28, 1.0), 0.6, Controls.NONE),
-    ((1.0, 0.5, 0.7), 1.0, Controls.NONE),  # islands, chests and tables
-    ((1.0, 0.6, 0.6), 0.7, Controls.NONE),
-    ((0.42, 0.4, 1.0), 1.5, Controls.NONE),  # fridges
-    ((0.5, 0.42, 1.0), 0.7, Controls.NONE),
-    ((0.8, 0.7, 1.0), 1.0, Controls.ABOVE),  # ranges, dishwashers, ovens
-    ((0.7, 0.7, 1.0), 1.3, Controls.ABOVE),
-    ((1.0, 0.95, 1.0), 1.0, Controls.ABOVE),
-    ((1.0, 0.7, 0.12), 0.7, Controls.NONE),  # hobs
-    ((1.0, 0.75, 0.58), 2.0, Controls.ASIDE),  # microwaves
-    ((1.0, 0.85, 0.52), 1.0, Controls.ASIDE),
-    ((1.0, 0.75, 0.58), 1.0, Controls.NONE),
-    ((1.0, 0.8, 0.6), 1.0, Controls.ASIDE),  # toaster ovens
-    ((1.0, 0.6, 0.65), 0.7, Controls.NONE),  # toasters, long side or end to the front
-    ((0.62, 1.0, 0.68), 0.7, Controls.NONE),
-    ((0.7, 0.9, 1.0), 0.7, Controls.NONE),  # coffee machines
-    ((0.8, 0.65, 1.0), 0.3, Controls.NONE),  # kettles
+USUAL_PROPORTIONS: tuple[tuple[Extent, float, ControlPlacement], ...] = (
+    ((0.7, 0.7, 1.0), 1.5, ControlPlacement.NONE),  # base cabinets, then wide and narrow ones
+    ((1.05, 0.7, 1.0), 1.0, ControlPlacement.NONE),
+    ((0.4, 0.7, 1.0), 1.0, ControlPlacement.NONE),
+    ((0.85, 0.4, 1.0), 1.0, ControlPlacement.NONE),  # wall cabinets
+    ((0.45, 0.4, 1.0), 0.7, ControlPlacement.NONE),
+    ((1.0, 0.35, 0.45), 0.5, ControlPlacement.NONE),
+    ((0.3, 0.28, 1.0), 0.6, ControlPlacement.NONE),  # tall cabinets
+    ((0.5, 0.28, 1.0), 0.6, ControlPlacement.NONE),
+    ((1.0, 0.5, 0.7), 1.0, ControlPlacement.NONE),  # islands, chests and tables
+    ((1.0, 0.6, 0.6), 0.7, ControlPlacement.NONE),
+    ((0.42, 0.4, 1.0), 1.5, ControlPlacement.NONE),  # fridges
+    ((0.5, 0.42, 1.0), 0.7, ControlPlacement.NONE),
+    ((0.8, 0.7, 1.0), 1.0, ControlPlacement.ABOVE),  # ranges, dishwashers, ovens
+    ((0.7, 0.7, 1.0), 1.3, ControlPlacement.ABOVE),
+    ((1.0, 0.95, 1.0), 1.0, ControlPlacement.ABOVE),
+    ((1.0, 0.7, 0.12), 0.7, ControlPlacement.NONE),  # hobs
+    ((1.0, 0.75, 0.58), 2.0, ControlPlacement.ASIDE),  # microwaves
+    ((1.0, 0.85, 0.52), 1.0, ControlPlacement.ASIDE),
+    ((1.0, 0.75, 0.58), 1.0, ControlPlacement.NONE),
+    ((1.0, 0.8, 0.6), 1.0, ControlPlacement.ASIDE),  # toaster ovens
+    ((1.0, 0.6, 0.65), 0.7, ControlPlacement.NONE),  # toasters, long side or end to the front
+    ((0.62, 1.0, 0.68), 0.7, ControlPlacement.NONE),
+    ((0.7, 0.9, 1.0), 0.7, ControlPlacement.NONE),  # coffee machines
+    ((0.8, 0.65, 1.0), 0.3, ControlPlacement.NONE),  # kettles
 )
 # How far proportions stray, in logarithms; what a kind keeps where the controls are elsewhere, or it has none; and
 # what is left for things that are like none of these.
 SPREAD, OTHERWISE, WITHOUT, STRANGE = 0.15, 0.25, 0.5, 3e-3
 
 # Other names of kinds, by the id of their fixture.
-NAMES: Mapping[str, tuple[str, ...]] = {
+KIND_NAMES: Mapping[str, tuple[str, ...]] = {
     "base_cabinet": ("cabinet", "kitchen cabinet", "cupboard", "sideboard"),
     "wall_cabinet": ("upper cabinet", "hanging cabinet"),
     "tall_cabinet": ("pantry", "wardrobe", "larder"),
@@ -78,15 +78,15 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "stand_mixer": ("mixer", "food mixer"),
 }
 _VOCABULARY = Vocabulary.of(
-    ((name, kind) for kind, others in NAMES.items() for name in (kind, *others)),
+    ((name, kind) for kind, others in KIND_NAMES.items() for name in (kind, *others)),
     ("range", "tap", "island"),
     ("with", "without", "w", "for", "from", "in", "on", "by", "near", "under"),
 )
 
 # Shapes in which a kind comes, and how often it has what; 0.02 where nothing is said. Ref: conventions of kitchens.
-SELDOM = 0.02
+RARE_TRAIT = 0.02
 Shapes = tuple[Extent, ...]
-HAS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
+KIND_TRAITS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
     "microwave": (
         ((1, 0.75, 0.58), (1, 0.85, 0.52)),
         {"door": 0.95, "buttons": 0.7, "knobs": 0.3, "turntable": 0.5, "beside": 0.6, "folds": 0.15},
@@ -126,17 +126,22 @@ HAS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
 STRAY, MOST_SURE = 0.28, 0.6
 
 
-def shape_likelihood(extent: Extent, controls: Controls) -> float:
+def shape_likelihood(extent: Extent, controls: ControlPlacement) -> float:
     """Log of how usual proportions are for things with controls there.
 
     Args:
         extent: width, depth, height, any unit.
     """
     log = np.log(np.maximum(np.array(extent, dtype=np.float64), 1e-3))
-    shapes = np.log(np.array([e for e, _, _ in USUAL]))
+    shapes = np.log(np.array([e for e, _, _ in USUAL_PROPORTIONS]))
     away = (log - log.mean()) - (shapes - shapes.mean(axis=1, keepdims=True))
-    often = np.array([w for _, w, _ in USUAL])
-    fits = np.array([1.0 if c is controls else WITHOUT if c is Controls.NONE else OTHERWISE for _, _, c in USUAL])
+    often = np.array([w for _, w, _ in USUAL_PROPORTIONS])
+    fits = np.array(
+        [
+            1.0 if c is controls else WITHOUT if c is ControlPlacement.NONE else OTHERWISE
+            for _, _, c in USUAL_PROPORTIONS
+        ]
+    )
     share = often * fits * np.exp(-(away**2).sum(axis=1) / SPREAD**2 / 2)
     return float(np.log(share.sum() / often.sum() + STRANGE))
 
@@ -157,21 +162,21 @@ def kind_by_parts(extent: Extent, found: Articulation) -> tuple[str, float]:
     has = _traits(found)
     log = np.log(np.maximum(np.array(extent, dtype=np.float64), 1e-3))
     scores = []
-    for shapes, often in HAS.values():
+    for shapes, often in KIND_TRAITS.values():
         usual = np.log(np.array(shapes))
         away = (log - log.mean()) - (usual - usual.mean(axis=1, keepdims=True))
         score = math.log(float(np.exp(-(away**2).sum(axis=1) / STRAY**2 / 2).mean()) + STRANGE)
         for trait, there in has.items():
-            chance = often.get(trait, SELDOM)
+            chance = often.get(trait, RARE_TRAIT)
             score += math.log(chance if there else 1.0 - chance)
         scores.append(score)
     best = int(np.argmax(np.round(scores, 9)))
     share = float(1.0 / np.exp(np.array(scores) - scores[best]).sum())
-    return list(HAS)[best], round(MOST_SURE * share, 3)
+    return list(KIND_TRAITS)[best], round(MOST_SURE * share, 3)
 
 
 def _traits(found: Articulation) -> dict[str, bool]:
-    """What a thing has, by the names in HAS."""
+    """What a thing has, by the names in KIND_TRAITS."""
     parts = found.parts
     doors = [p for p in parts if p.kind is PartKind.DOOR]
     knobs = [p for p in parts if p.kind is PartKind.KNOB]
@@ -181,7 +186,7 @@ def _traits(found: Articulation) -> dict[str, bool]:
     return {
         "door": bool(doors),
         "doors": len(doors) > 1,
-        "folds": any(p.joint.edge is Edge.BOTTOM for p in doors),
+        "folds": any(p.joint.edge is HingeEdge.BOTTOM for p in doors),
         "drawer": any(p.kind is PartKind.DRAWER for p in parts),
         "knobs": bool(knobs),
         "above": any(abs(p.joint.axis[2]) > 0.7 for p in knobs),

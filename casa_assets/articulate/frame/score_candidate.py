@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.infer import found_in
-from casa_assets.articulate.plan import Articulation, Edge, Frame, PartKind, PartPlan
-from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, Pieces
-from casa_assets.articulate.segment.raster import Picture
+from casa_assets.articulate.infer import articulate_fragments
+from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, PartKind, PartPlan
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, MeasuredFragments
+from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 
 # What a trial says, each for or against the candidate as the fit decides.
-TRIALS = (
+SCORE_NAMES = (
     *("covered", "doors", "drawers", "boxed", "unboxed", "knobs", "buttons", "levers", "lids", "racks", "turntables"),
     *("surely", "joints", "held", "hinged_aside", "hinged_below", "hinged_above", "nothing"),
 )
@@ -27,33 +27,33 @@ BOXED, BOX_DEEP = 0.3, 0.1
 LITTLE = 0.25
 
 
-def axes_of(front: int, top: int) -> Floats:
+def candidate_axes(front: int, top: int) -> Floats:
     """(3, 3) rows right, back and up of the candidate, in the axes of the pieces."""
     back, up = SIDES[front][2], -SIDES[top][2]
     return np.stack([np.cross(back, up), back, up])
 
 
-def turned(pieces: Pieces, front: int, top: int) -> Pieces:
+def rotate_fragments(pieces: MeasuredFragments, front: int, top: int) -> MeasuredFragments:
     """The pieces in the frame of a candidate: one of their sides the front, another the top."""
-    rotation = axes_of(front, top)
+    rotation = candidate_axes(front, top)
     a, b = pieces.low @ rotation.T, pieces.high @ rotation.T
     found = [_side(pieces, rotation, k) for k in range(len(SIDES))]
-    return Pieces(
-        soup=pieces.soup.placed(rotation, np.zeros(3), 1.0),
+    return MeasuredFragments(
+        soup=pieces.soup.transformed(rotation, np.zeros(3), 1.0),
         label=pieces.label,
         low=np.minimum(a, b),
         high=np.maximum(a, b),
         area=pieces.area,
-        seen=pieces.seen[:, [old for old, _ in found]],
-        pictures=tuple(picture for _, picture in found),
+        visible_area=pieces.visible_area[:, [old for old, _ in found]],
+        depth_images=tuple(picture for _, picture in found),
     )
 
 
-def _side(pieces: Pieces, rotation: Floats, side: int) -> tuple[int, Picture]:
+def _side(pieces: MeasuredFragments, rotation: Floats, side: int) -> tuple[int, DepthImage]:
     """The side that becomes this one, and its picture turned."""
     right, up, into = SIDES[side] @ rotation
     old = int(np.argmax(SIDES[:, 2] @ into))
-    picture, axes = pieces.pictures[old], SIDES[old]
+    picture, axes = pieces.depth_images[old], SIDES[old]
     # Rows run down: a step to the next row is a step against `up`.
     face, depth, low = picture.face, picture.depth, picture.low
     height, width = face.shape
@@ -66,18 +66,18 @@ def _side(pieces: Pieces, rotation: Floats, side: int) -> tuple[int, Picture]:
         face, depth, corner[0] = face[:, ::-1], depth[:, ::-1], -high[0]
     if float(up @ axes[1]) < 0:
         face, depth, corner[1] = face[::-1], depth[::-1], -high[1]
-    return old, Picture(np.ascontiguousarray(face), np.ascontiguousarray(depth), corner, picture.pixel)
+    return old, DepthImage(np.ascontiguousarray(face), np.ascontiguousarray(depth), corner, picture.pixel)
 
 
-def tried(pieces: Pieces, front: int, top: int) -> Floats:
-    """(len(TRIALS),) what a candidate lets find."""
-    seen = turned(pieces, front, top)
+def score_candidate(pieces: MeasuredFragments, front: int, top: int) -> Floats:
+    """(len(SCORE_NAMES),) what a candidate lets find."""
+    seen = rotate_fragments(pieces, front, top)
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0)
-    return told(found_in(seen, frame), seen)
+    return score_articulation(articulate_fragments(seen, frame), seen)
 
 
-def told(found: Articulation, pieces: Pieces) -> Floats:
-    """(len(TRIALS),) numbers of an articulation."""
+def score_articulation(found: Articulation, pieces: MeasuredFragments) -> Floats:
+    """(len(SCORE_NAMES),) numbers of an articulation."""
     fronts = [p for p in found.parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
     doors = [p for p in fronts if p.kind is PartKind.DOOR]
     trays = [p for p in found.parts if p.kind is PartKind.TRAY]
@@ -102,9 +102,9 @@ def told(found: Articulation, pieces: Pieces) -> Floats:
             much * float(np.mean([p.confidence for p in fronts])) if fronts else 0.0,
             much * float(np.mean([p.joint.confidence for p in fronts])) if fronts else 0.0,
             much * sum(len(p.grip) > 0 for p in fronts) / max(len(fronts), 1),
-            sum(p.joint.edge in (Edge.LEFT, Edge.RIGHT) for p in doors) / hinged,
-            sum(p.joint.edge is Edge.BOTTOM for p in doors) / hinged,
-            sum(p.joint.edge is Edge.TOP for p in doors) / hinged,
+            sum(p.joint.edge in (HingeEdge.LEFT, HingeEdge.RIGHT) for p in doors) / hinged,
+            sum(p.joint.edge is HingeEdge.BOTTOM for p in doors) / hinged,
+            sum(p.joint.edge is HingeEdge.TOP for p in doors) / hinged,
             float(not found.parts),
         ]
     )
@@ -114,15 +114,15 @@ def _log(count: int) -> float:
     return float(np.log1p(min(count, MOST)))
 
 
-def _reaches(part: PartPlan, pieces: Pieces) -> bool:
+def _reaches(part: PartPlan, pieces: MeasuredFragments) -> bool:
     """Whether a drawer has a box: it reaches far back."""
     deep = np.ptp(pieces.soup.points[pieces.soup.faces[part.faces], 1])
     return float(deep) > max(BOXED * float(np.ptp(pieces.soup.points[:, 1])), BOX_DEEP)
 
 
-def _covered(fronts: list[PartPlan], pieces: Pieces) -> float:
+def _covered(fronts: list[PartPlan], pieces: MeasuredFragments) -> float:
     """Share of the picture of the front that doors and drawers take."""
-    face = pieces.pictures[FRONT].face
+    face = pieces.depth_images[FRONT].face
     moves = np.zeros(len(pieces.label) + 1, dtype=bool)
     for part in fronts:
         moves[part.faces] = True

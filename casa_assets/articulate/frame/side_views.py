@@ -8,8 +8,8 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
-from casa_assets.articulate.segment.fragment_measures import SIDES, Pieces, face_on
-from casa_assets.articulate.segment.raster import Picture
+from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 
@@ -29,16 +29,16 @@ MOST_RINGS, MOST_TRIED = 6, 60
 
 
 @dataclass(frozen=True)
-class Blob:
+class SideFeature:
     """Something small that stands out.
 
     Attributes:
-        middle: (right, up) in the picture, each 0..1. size: (right, up) in diagonals. stands: how far out.
+        middle: (right, up) in the picture, each 0..1. size: (right, up) in diagonals. protrusion: how far out.
     """
 
     middle: tuple[float, float]
     size: tuple[float, float]
-    stands: float
+    protrusion: float
 
     @property
     def is_knob(self) -> bool:
@@ -48,17 +48,17 @@ class Blob:
     @property
     def is_bar(self) -> bool:
         """Long and far out, as handles are."""
-        return max(self.size) >= 2.5 * min(self.size) and max(self.size) > 0.04 and self.stands >= 0.012
+        return max(self.size) >= 2.5 * min(self.size) and max(self.size) > 0.04 and self.protrusion >= 0.012
 
 
 @dataclass(frozen=True)
-class Side:
+class SideView:
     """One side, in its own picture.
 
     Attributes:
         detail: share of its pixels that are edges of depth, bend, piece or material.
         panels: share of its rectangle that thin pieces near it cover.
-        stands: share of its pixels that stand out before most of it.
+        protruding_share: share of its pixels that stand out before most of it.
         juts: how far its nearest points stand out before its plane, 0..1, unless it stands on them.
         support: hull of what is nearest, as a part of the rectangle. filled: what lies less than a leg's length deep.
         mirror: how alike it is to its mirror image, left to right and top to bottom, 0..1.
@@ -68,21 +68,21 @@ class Side:
 
     detail: float
     panels: float
-    stands: float
+    protruding_share: float
     juts: float
     support: float
     filled: float
     mirror: tuple[float, float]
-    blobs: tuple[Blob, ...]
+    blobs: tuple[SideFeature, ...]
     rings: float
     slots: float
 
 
-def look(pieces: Pieces, side: int) -> Side:
+def measure_side(pieces: MeasuredFragments, side: int) -> SideView:
     """Measure one side; the thing has a diagonal of 1."""
-    picture = pieces.pictures[side]
+    picture = pieces.depth_images[side]
     seen = np.isfinite(picture.depth)
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     far = float(high[:, 2].max() - low[:, 2].min())
     depth = np.where(seen, picture.depth, far)
     edges = _edges(pieces, picture, seen, depth)
@@ -90,10 +90,10 @@ def look(pieces: Pieces, side: int) -> Side:
     plane, middle = float(values[int(PLANE * (len(values) - 1))]), float(np.median(values))
     support = _support(seen & (depth < max(0.02 * far, 0.004)))
     shown = max(int(seen.sum()), 1)
-    return Side(
+    return SideView(
         detail=float(edges.sum() / shown),
         panels=_panels(pieces, side, low, high),
-        stands=float((seen & (depth < middle - 0.008)).sum() / shown) if middle > 0.008 else 0.0,
+        protruding_share=float((seen & (depth < middle - 0.008)).sum() / shown) if middle > 0.008 else 0.0,
         juts=min(plane / JUT, 1.0) * (1.0 - support),
         support=support,
         filled=float((seen & (depth < LEG)).mean()),
@@ -104,20 +104,20 @@ def look(pieces: Pieces, side: int) -> Side:
     )
 
 
-def _panels(pieces: Pieces, side: int, low: Floats, high: Floats) -> float:
+def _panels(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> float:
     """Share of the rectangle that thin pieces near the side cover."""
     size = high - low
     whole = high.max(axis=0) - low.min(axis=0)
     thin = (size[:, 2] < 0.2 * size[:, :2].min(axis=1)) & (low[:, 2] - low[:, 2].min() < 0.15 * whole[2])
     thin &= size[:, :2].max(axis=1) > 0.05
-    return min(float(pieces.seen[thin, side].sum() / max(whole[0] * whole[1], 1e-12)), 1.0)
+    return min(float(pieces.visible_area[thin, side].sum() / max(whole[0] * whole[1], 1e-12)), 1.0)
 
 
-def _edges(pieces: Pieces, picture: Picture, seen: Bools, depth: Floats) -> Bools:
+def _edges(pieces: MeasuredFragments, picture: DepthImage, seen: Bools, depth: Floats) -> Bools:
     """(H, W) pixels that differ from the one to the right or below in depth, direction, piece or material."""
     normals = pieces.soup.normals[np.maximum(picture.face, 0)]
     label = np.where(seen, pieces.label[np.maximum(picture.face, 0)], -1)
-    tint = np.where(seen, pieces.soup.tint[np.maximum(picture.face, 0)], -1)
+    tint = np.where(seen, pieces.soup.material_index[np.maximum(picture.face, 0)], -1)
     out: Bools = np.zeros(picture.face.shape, dtype=bool)
     for axis in (0, 1):
         a: list[slice] = [slice(None), slice(None)]
@@ -167,7 +167,7 @@ def _support(near: Bools) -> float:
     return float(ConvexHull(corners).volume / near.size)
 
 
-def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[Blob, ...]:
+def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[SideFeature, ...]:
     """Parts of the picture that are nearer than what is left when all that is narrow is taken away."""
     window = max(3, int(NARROW / pixel) | 1)
     wide = ndimage.maximum_filter(depth, window, mode="nearest")
@@ -183,7 +183,7 @@ def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[Blob, 
         stands = float(np.percentile((wall - depth)[box][mask], 80))
         if stands <= FARTHEST:
             middle = (box[1].start + columns / 2) / width, 1 - (box[0].start + rows / 2) / height
-            found.append(Blob(middle, (columns * pixel, rows * pixel), stands))
+            found.append(SideFeature(middle, (columns * pixel, rows * pixel), stands))
     return tuple(found)
 
 
@@ -204,12 +204,12 @@ def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
     return min(count, 4) / 2.0
 
 
-def _rings(pieces: Pieces, side: int, low: Floats, high: Floats) -> float:
+def _rings(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> float:
     """Log of 1 and the number of flat discs that are too large for knobs: burners."""
     size = high - low
     across = size[:, :2].max(axis=1)
     fits = (size[:, :2].min(axis=1) > 0.94 * across) & (across > RING_SMALLEST) & (across < RING_LARGEST)
-    fits &= (size[:, 2] < 0.3 * across) & (pieces.seen[:, side] > 0.15 * size[:, 0] * size[:, 1])
+    fits &= (size[:, 2] < 0.3 * across) & (pieces.visible_area[:, side] > 0.15 * size[:, 0] * size[:, 1])
     found: list[Floats] = []
     for i in np.flatnonzero(fits)[:MOST_TRIED].tolist():
         flat = pieces.points_of([i]) @ SIDES[side][:2].T

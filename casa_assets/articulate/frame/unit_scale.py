@@ -9,7 +9,7 @@ from casa_assets.model.registry.category import Span
 
 UNITS: Mapping[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
 # Longest sides of kitchen appliances and cabinets, from a kettle to a tall fridge, metres.
-ANY = Span(low=0.15, typical=0.75, high=2.6)
+ANY_APPLIANCE_M = Span(low=0.15, typical=0.75, high=2.6)
 
 
 def metres_per_unit(longest: float, stated: float | None, span: Span | None) -> tuple[float, float, str]:
@@ -18,7 +18,7 @@ def metres_per_unit(longest: float, stated: float | None, span: Span | None) -> 
     Args:
         longest: longest side, units. stated: by the file. span: of the longest side of its kind, where that is known.
     """
-    usual = span or ANY
+    usual = span or ANY_APPLIANCE_M
     if stated is not None and usual.low / 1.3 <= longest * stated <= usual.high * 1.3:
         return stated, 0.95, f"the file's unit gives {longest * stated:.3g} m"
     fits = {

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from casa_assets.articulate.fronts.rectangles import Leaf
-from casa_assets.articulate.segment.creases import Relief
+from casa_assets.articulate.fronts.rectangles import FrontRectangle
+from casa_assets.articulate.segment.creases import SideRelief
 from casa_assets.core.typing import Floats
 
 # A stair is no higher than this, diagonals; what lies deeper between two of them than both is a gap between fronts.
@@ -20,7 +20,7 @@ EVEN, FILLED = 0.035, 0.9
 STAIRS = 3
 
 
-def without_stairs(side: Relief, leaves: list[Leaf]) -> list[Leaf]:
+def merge_stairs(side: SideRelief, leaves: list[FrontRectangle]) -> list[FrontRectangle]:
     """Rectangles of a side with those made one that lie beside each other like the stairs of a bulging front.
 
     Args:
@@ -38,13 +38,15 @@ def without_stairs(side: Relief, leaves: list[Leaf]) -> list[Leaf]:
     return sorted(left, key=lambda m: (m.rows, m.columns))
 
 
-def _stairs(side: Relief, leaves: list[Leaf], core: Leaf, end: int) -> list[list[Leaf]]:
+def _stairs(
+    side: SideRelief, leaves: list[FrontRectangle], core: FrontRectangle, end: int
+) -> list[list[FrontRectangle]]:
     """Strips beside a rectangle that go down from it, nearest first; each of one rectangle, or of some upon another.
 
     Args:
         end: 0 for those to its left, 1 to its right.
     """
-    out: list[list[Leaf]] = []
+    out: list[list[FrontRectangle]] = []
     at, plane = core.columns[end], core.plane
     while True:
         strip = _beside(leaves, core, at, end)
@@ -57,7 +59,7 @@ def _stairs(side: Relief, leaves: list[Leaf], core: Leaf, end: int) -> list[list
         at, plane = strip[0].columns[end], deep
 
 
-def _beside(leaves: list[Leaf], core: Leaf, at: int, end: int) -> list[Leaf]:
+def _beside(leaves: list[FrontRectangle], core: FrontRectangle, at: int, end: int) -> list[FrontRectangle]:
     """Rectangles that end at a column and are as long as another, together; none where there are no such."""
     long = core.rows[1] - core.rows[0]
     slack = max(2, round(EVEN * long))
@@ -70,7 +72,7 @@ def _beside(leaves: list[Leaf], core: Leaf, at: int, end: int) -> list[Leaf]:
     return found if even and sum(m.rows[1] - m.rows[0] for m in found) >= FILLED * long else []
 
 
-def _goes_down(side: Relief, core: Leaf, at: int, end: int) -> bool:
+def _goes_down(side: SideRelief, core: FrontRectangle, at: int, end: int) -> bool:
     """Whether a border is a stair: a little deeper beyond it, and no deeper between."""
     first, last = at - BESIDE - 1, at + BESIDE
     if first < 0 or last >= side.depth.shape[1]:
@@ -82,7 +84,7 @@ def _goes_down(side: Relief, core: Leaf, at: int, end: int) -> bool:
     return 0.0 < step <= STAIR and groove <= GROOVE
 
 
-def _one(side: Relief, core: Leaf, strips: list[Leaf]) -> Leaf:
+def _one(side: SideRelief, core: FrontRectangle, strips: list[FrontRectangle]) -> FrontRectangle:
     """The rectangle that some strips make."""
     columns = min(m.columns[0] for m in strips), max(m.columns[1] for m in strips)
     window = slice(*core.rows), slice(*columns)

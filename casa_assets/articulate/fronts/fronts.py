@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.controls.controls import LONGEST, Control, what_it_is
-from casa_assets.articulate.fronts.panel_layers import backing, hung
+from casa_assets.articulate.controls.controls import LONGEST, Control, classify_control
+from casa_assets.articulate.fronts.panel_layers import find_backing_plates, find_door_bins
 from casa_assets.articulate.fronts.panels import SLACK, Panel
-from casa_assets.articulate.interior.hollow_parts import behind, from_above, roofed
-from casa_assets.articulate.interior.inner_parts import bears, heaps
-from casa_assets.articulate.segment.fragment_measures import BACK, BOTTOM, LEFT, RIGHT, TOP, Pieces, face_on
-from casa_assets.articulate.segment.shell_segments import BOXY, boxiness
+from casa_assets.articulate.interior.hollow_parts import free_share_behind, roofed_share, view_from_above
+from casa_assets.articulate.interior.inner_parts import group_touching, is_shelf
+from casa_assets.articulate.segment.fragment_measures import (
+    BACK,
+    BOTTOM,
+    LEFT,
+    RIGHT,
+    TOP,
+    MeasuredFragments,
+    corners_from_side,
+)
+from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
 from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 
@@ -43,13 +51,15 @@ PANEL_OF, CONTROL_PANEL = 2, 0.4
 STRIP = 0.13
 
 
-def dress(pieces: Pieces, side: int, panels: list[Panel], controls: list[Control]) -> list[Control]:
+def attach_to_panels(
+    pieces: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
+) -> list[Control]:
     """Give each panel its handles, trims and box; returns the controls that are none of these."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     taken = {f for p in panels for f in p.members}
-    rest = _pulls(panels, [c for c in controls if c.long <= LONGEST or c.stands >= HANDLE_STANDS])
+    rest = _pulls(panels, [c for c in controls if c.long <= LONGEST or c.protrusion >= HANDLE_STANDS])
     # What is neither knob nor key is a label, or a trim, of what it sits on.
-    rest = [c for c in rest if what_it_is(c, rest)[0] is not None or _host(panels, c.low, c.high) is None]
+    rest = [c for c in rest if classify_control(c, rest)[0] is not None or _host(panels, c.low, c.high) is None]
     taken |= {f for p in panels for g in p.grips for f in g} | {f for c in rest for f in c.fragments}
     for i in [*range(pieces.count), *range(pieces.count)]:
         if i in taken:
@@ -61,14 +71,14 @@ def dress(pieces: Pieces, side: int, panels: list[Panel], controls: list[Control
             stands = float(panel.low[2] - low[i, 2])
             held = stands >= HANDLE_STANDS and not (panel.controls and _is_mark(low[i], high[i]))
             (panel.grips.append([i]) if held else panel.trims.append(i))
-            panel.fore.append(float(low[i, 2]))
+            panel.attachment_depths.append(float(low[i, 2]))
             taken.add(i)
     rest = _feet(panels, rest, low, high)
     for panel in panels:
-        more = backing(pieces, side, panel, taken)
+        more = find_backing_plates(pieces, side, panel, taken)
         panel.trims += more
         taken |= set(more)
-        more = hung(pieces, side, panel, taken)
+        more = find_door_bins(pieces, side, panel, taken)
         panel.trims += more
         taken |= set(more)
     for panel in panels:
@@ -77,9 +87,11 @@ def dress(pieces: Pieces, side: int, panels: list[Panel], controls: list[Control
     return rest
 
 
-def handle_spots(pieces: Pieces, side: int, panels: list[Panel], controls: list[Control]) -> list[Floats]:
+def find_handle_spots(
+    pieces: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
+) -> list[Floats]:
     """(2,) middles in (u, v) of what stands out from some panel like a handle."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     taken = {f for p in panels for f in p.members}
     spots = []
     for i in range(pieces.count):
@@ -87,7 +99,7 @@ def handle_spots(pieces: Pieces, side: int, panels: list[Panel], controls: list[
         size = high[i, :2] - low[i, :2]
         if host is not None and float(host.low[2] - low[i, 2]) >= HANDLE_STANDS and size.max() > 2.5 * size.min():
             spots.append((low[i, :2] + high[i, :2]) / 2)
-    spots += [c.middle for c in controls if (c.long > 2.5 or c.round) and c.stands >= HANDLE_STANDS]
+    spots += [c.middle for c in controls if (c.long > 2.5 or c.is_round) and c.protrusion >= HANDLE_STANDS]
     out: list[Floats] = []
     for spot in spots:
         if not any(np.abs(spot - o).max() < 0.03 for o in out):
@@ -103,7 +115,7 @@ def _host(panels: list[Panel], low: Floats, high: Floats) -> Panel | None:
         over = np.minimum(high, p.high)[:2] - np.maximum(low, p.low)[:2]
         share = float(np.prod(np.maximum(over, 1e-9)) / max(float(np.prod(np.maximum((high - low)[:2], 1e-9))), 1e-18))
         inside = bool((middle >= p.low[:2]).all() and (middle <= p.high[:2]).all()) and share >= 0.7
-        reach = min((float(p.low[2]), *p.fore))
+        reach = min((float(p.low[2]), *p.attachment_depths))
         near = low[2] >= p.low[2] - 0.12 and low[2] <= p.high[2] and high[2] >= reach - HANDLE_GAP
         if inside and near and (found is None or p.width * p.height < found.width * found.height):
             found = p
@@ -128,7 +140,7 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
         bars = [c for c in own if c.long > 2.5 and _is_bar(c, panel)]
         bars += [c for c in own if not any(c is b for b in bars) and any(_bears(c, b) for b in bars)]
         panel.grips += [c.fragments for c in bars]
-        panel.fore += [float(c.low[2]) for c in bars]
+        panel.attachment_depths += [float(c.low[2]) for c in bars]
         own = [c for c in own if not any(c is b for b in bars)]
         small = [
             c for c in own if _is_pull(c, float(panel.low[2] - c.low[2])) and (_is_small(c, panel) or _is_cup(c, panel))
@@ -156,12 +168,12 @@ def _is_small(control: Control, panel: Panel) -> bool:
 def _is_cup(control: Control, panel: Panel) -> bool:
     """Whether something on a panel is as wide as a hand by its height: no knob, but what a low front is drawn by."""
     within = bool((control.across <= SHORT * (panel.high - panel.low)[:2]).all())
-    return within and not control.round and control.long > CUP_LONG
+    return within and not control.is_round and control.long > CUP_LONG
 
 
 def _is_pull(control: Control, stands: float) -> bool:
     """Whether a small thing stands out of a panel far enough for fingers: a knob or bar by its own width too."""
-    shaped = control.round or control.long > 2.5
+    shaped = control.is_round or control.long > 2.5
     return stands >= HANDLE_STANDS or (
         shaped and stands >= max(PULL_STANDS, PULL_BY_WIDTH * float(control.across.min()))
     )
@@ -192,10 +204,10 @@ def _touches(control: Control, low: Floats, high: Floats) -> bool:
     return meet and float((high - low)[:2].max()) >= 1.5 * float(control.across.max())
 
 
-def _box(pieces: Pieces, side: int, panel: Panel, low: Floats, high: Floats) -> list[int]:
-    """Pieces behind a panel that would go with it as a drawer's box: within its rectangle, from it backwards."""
-    hidden = pieces.seen[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
-    aside = pieces.seen[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
+def _box(pieces: MeasuredFragments, side: int, panel: Panel, low: Floats, high: Floats) -> list[int]:
+    """Return fragments behind a panel that would move with it as a drawer's box; empty for none."""
+    hidden = pieces.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+    aside = pieces.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
     surface = np.maximum(pieces.area, 1e-12)
     inside: Bools = np.ones(pieces.count, dtype=bool)
     for k in (0, 1):
@@ -207,7 +219,7 @@ def _box(pieces: Pieces, side: int, panel: Panel, low: Floats, high: Floats) -> 
     boards = _boards(low, high, inside, panel)
     inside[boards] = False
     middle = [float(low[i, 1] + high[i, 1]) / 2 for i in boards if low[i, 2] <= panel.high[2] + SHELF_GAP]
-    panel.shelved = any(0.15 * panel.height < v - panel.low[1] < 0.85 * panel.height for v in middle)
+    panel.has_shelf_behind = any(0.15 * panel.height < v - panel.low[1] < 0.85 * panel.height for v in middle)
     for shown in (hidden, aside):
         free = inside & (shown <= 0.05 * surface)
         first = np.flatnonzero(free & back & close)
@@ -218,10 +230,14 @@ def _box(pieces: Pieces, side: int, panel: Panel, low: Floats, high: Floats) -> 
         every = sorted({*first.tolist(), *more.tolist()})
         tall = float(high[every, 1].max() - low[every, 1].min()) >= LEAST_TALL * panel.height
         wide = panel.height <= MOST_UPRIGHT * panel.width
-        if shown is hidden and tall and wide and from_above(pieces, every).is_box:
+        if shown is hidden and tall and wide and view_from_above(pieces, every).is_box:
             return every
         near = set(first.tolist())
-        found = [h for h in heaps(low, high, every) if not near.isdisjoint(h) and _is_box(pieces, h, panel, low, high)]
+        found = [
+            h
+            for h in group_touching(low, high, every)
+            if not near.isdisjoint(h) and _is_box(pieces, h, panel, low, high)
+        ]
         if len(found) == 1:
             return found[0]
     return []
@@ -231,43 +247,43 @@ def _boards(low: Floats, high: Floats, inside: Bools, panel: Panel) -> list[int]
     """Level plates behind a panel that stand between walls of the body: a drawer has no room there."""
     size = high - low
     wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
-    return [i for i in np.flatnonzero(inside & wide).tolist() if bears(low, high, i, ~inside)]
+    return [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(low, high, i, ~inside)]
 
 
-def _open_above(pieces: Pieces, low: Floats, high: Floats) -> Bools:
+def _open_above(pieces: MeasuredFragments, low: Floats, high: Floats) -> Bools:
     """(N,) pieces at the very top that one looks into: basins, and no drawers."""
     plan = np.maximum((high - low)[:, 0] * (high - low)[:, 2], 1e-12)
     top = high[:, 1] >= float(high[:, 1].max()) - 0.05
-    found: Bools = top & (pieces.seen[:, TOP] >= 0.5 * plan)
+    found: Bools = top & (pieces.visible_area[:, TOP] >= 0.5 * plan)
     return found
 
 
-def _is_box(pieces: Pieces, heap: list[int], panel: Panel, low: Floats, high: Floats) -> bool:
+def _is_box(pieces: MeasuredFragments, heap: list[int], panel: Panel, low: Floats, high: Floats) -> bool:
     """Whether a heap behind a panel is a tub that fills most of the panel's width and a good part of its height."""
     wide = float(high[heap, 0].max() - low[heap, 0].min()) >= 0.6 * panel.width
     tall = float(high[heap, 1].max() - low[heap, 1].min()) >= LEAST_TALL * panel.height
-    return wide and tall and from_above(pieces, heap).is_tub
+    return wide and tall and view_from_above(pieces, heap).is_tub
 
 
-def box_depth(pieces: Pieces, side: int, panel: Panel) -> float:
+def box_depth(pieces: MeasuredFragments, side: int, panel: Panel) -> float:
     """How far the box of a panel reaches behind it."""
-    _, high = face_on(pieces, side)
+    _, high = corners_from_side(pieces, side)
     return max((float(high[i, 2] - panel.high[2]) for i in panel.box), default=0.0)
 
 
-def which_open(pieces: Pieces, side: int, panels: list[Panel]) -> list[tuple[Panel, float, str]]:
+def select_opening_panels(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> list[tuple[Panel, float, str]]:
     """Panels that open, with confidence and reason."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     whole = high.max(axis=0) - low.min(axis=0)
     gripped = [p for p in panels if p.grips]
     boxed = [p for p in panels if p.box or p.high[2] - p.low[2] > 0.34 * whole[2]]
     confidence = {id(p) for p in [*gripped, *boxed]}
-    boxy = boxiness(pieces.soup, pieces.pictures) >= BOXY
+    boxy = boxiness(pieces.soup, pieces.depth_images) >= MIN_BOXINESS
     least = min((p.width * p.height for p in panels if id(p) in confidence), default=0.0)
     out: list[tuple[Panel, float, str]] = []
     for p in panels:
         foot = p.width * p.height
-        if p.far and not p.grips:
+        if p.is_recessed and not p.grips:
             continue
         if p.grips and p.controls >= PANEL_OF and foot < CONTROL_PANEL * whole[0] * whole[1]:
             continue
@@ -290,7 +306,7 @@ def which_open(pieces: Pieces, side: int, panels: list[Panel]) -> list[tuple[Pan
     return out
 
 
-def _closes(pieces: Pieces, side: int, panel: Panel) -> bool:
+def _closes(pieces: MeasuredFragments, side: int, panel: Panel) -> bool:
     """Whether there is a roofed room behind a panel."""
-    room = behind(pieces, side, panel.everything, panel.low, panel.high)
-    return room >= HOLLOW and roofed(pieces, side, panel.low, panel.high) >= HOLLOW
+    room = free_share_behind(pieces, side, panel.everything, panel.low, panel.high)
+    return room >= HOLLOW and roofed_share(pieces, side, panel.low, panel.high) >= HOLLOW

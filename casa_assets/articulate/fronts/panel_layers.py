@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.segment.fragment_measures import SIDES, Pieces, face_on
-from casa_assets.articulate.segment.raster import draw
+from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.raster import render_depth
 
 # What hangs on the back of a door, or is a layer of it, is so shallow; what hangs keeps so far from its edges.
 SHALLOW, INSET = 0.14, 0.008
@@ -16,9 +16,9 @@ INTO, BIN = 0.25, 0.3
 OUTLINE, FILLS, MOST_LAYERS = 0.006, 0.8, 3
 
 
-def backing(pieces: Pieces, side: int, panel: Panel, taken: set[int]) -> list[int]:
+def find_backing_plates(pieces: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
     """Plates right behind a panel with its outline: a door is made of layers. The panel grows by them."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     whole = float(high[:, 2].max() - low[:, 2].min())
     found: list[int] = []
     for _ in range(MOST_LAYERS):
@@ -34,18 +34,18 @@ def backing(pieces: Pieces, side: int, panel: Panel, taken: set[int]) -> list[in
     return found
 
 
-def _fills(pieces: Pieces, side: int, fragment: int) -> float:
+def _fills(pieces: MeasuredFragments, side: int, fragment: int) -> float:
     """Share of its rectangle that a piece covers, looked at alone."""
     faces = pieces.soup.faces[pieces.faces_of([fragment])]
     used, local = np.unique(faces, return_inverse=True)
-    return float((draw(pieces.soup.points[used], local.reshape(-1, 3), SIDES[side], 48).face >= 0).mean())
+    return float((render_depth(pieces.soup.points[used], local.reshape(-1, 3), SIDES[side], 48).face >= 0).mean())
 
 
-def hung(pieces: Pieces, side: int, panel: Panel, taken: set[int]) -> list[int]:
+def find_door_bins(pieces: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
     """What hangs on the back of a panel: shallow, hidden, away from its edges, and in touch with it."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     size = high - low
-    hidden = pieces.seen.sum(axis=1) <= 0.02 * np.maximum(pieces.area, 1e-12)
+    hidden = pieces.visible_area.sum(axis=1) <= 0.02 * np.maximum(pieces.area, 1e-12)
     inset = (low[:, :2] >= panel.low[:2] + INSET).all(axis=1) & (high[:, :2] <= panel.high[:2] - INSET).all(axis=1)
     whole = float(high[:, 2].max() - low[:, 2].min())
     # A bin that reaches into the leaf hangs on it, though it is deep.

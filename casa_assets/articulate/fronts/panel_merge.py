@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.segment.fragment_measures import Pieces, face_on
+from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, corners_from_side
 from casa_assets.core.typing import Floats
 
 # Boards of one leaf begin at the same depth, and touch; diagonals.
@@ -29,7 +29,7 @@ SQUARE = 1.1
 DEEPER, MEETS = 0.0004, 0.0012
 
 
-def joined(panels: list[Panel], gripped: list[Floats], slats: list[Panel]) -> list[Panel]:
+def merge_framed_panels(panels: list[Panel], gripped: list[Floats], slats: list[Panel]) -> list[Panel]:
     """Panels with the boards of one leaf made one panel.
 
     Args:
@@ -51,30 +51,34 @@ def _merged(found: list[Panel]) -> Panel:
         members=[f for p in found for f in p.members],
         low=np.min([p.low for p in found], axis=0),
         high=np.max([p.high for p in found], axis=0),
-        shown=sum(p.shown for p in found),
+        visible_area=sum(p.visible_area for p in found),
         boards=sum(p.boards for p in found),
-        far=any(p.far for p in found),
+        is_recessed=any(p.is_recessed for p in found),
     )
 
 
-def find_slats(pieces: Pieces, side: int, panels: list[Panel]) -> list[Panel]:
+def find_slats(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
     """Flat boards on a side that are too slim to be panels, largest first."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     size = high - low
     foot = size[:, 0] * size[:, 1]
     slim = (size[:, :2].min(axis=1) >= SLIMMEST) & (size[:, :2].max(axis=1) >= SHORTEST) & (size[:, 2] < THIN)
-    slim &= (size[:, 2] <= SQUARE * size[:, :2].min(axis=1)) & (pieces.seen[:, side] >= SEEN * foot)
+    slim &= (size[:, 2] <= SQUARE * size[:, :2].min(axis=1)) & (pieces.visible_area[:, side] >= SEEN * foot)
     slim[[f for p in panels for f in p.members]] = False
     rows = np.flatnonzero(slim)
     order = rows[np.lexsort((rows, -foot[rows]))][:MOST_SLATS].tolist()
-    return [Panel([i], low[i], high[i], shown=float(pieces.seen[i, side])) for i in order]
+    return [Panel([i], low[i], high[i], visible_area=float(pieces.visible_area[i, side])) for i in order]
 
 
-def bridged(pieces: Pieces, side: int, panels: list[Panel]) -> list[Panel]:
+def merge_bridged_panels(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
     """Panels with those made one on which a stile lies that runs over the border between them."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     size = high - low
-    slim = (size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1)) & (size[:, 2] < THIN) & (pieces.seen[:, side] > 0)
+    slim = (
+        (size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1))
+        & (size[:, 2] < THIN)
+        & (pieces.visible_area[:, side] > 0)
+    )
     slim[[f for p in panels for f in p.members]] = False
     stiles = np.flatnonzero(slim).tolist()
     left = list(panels)

@@ -9,9 +9,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from casa_assets.articulate.controls.controls import around
-from casa_assets.articulate.interior.hollow_parts import from_above
-from casa_assets.articulate.segment.fragment_measures import BACK, BOTTOM, LEFT, RIGHT, TOP, Pieces, face_on
+from casa_assets.articulate.controls.controls import depth_around
+from casa_assets.articulate.interior.hollow_parts import view_from_above
+from casa_assets.articulate.segment.fragment_measures import (
+    BACK,
+    BOTTOM,
+    LEFT,
+    RIGHT,
+    TOP,
+    MeasuredFragments,
+    corners_from_side,
+)
 from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 
@@ -29,7 +37,7 @@ BAR, STOUT, STANDS_OFF = 4.0, 3.0, 0.008
 # A bar that touches its host is so narrow and stands out so far, with this part of its depth: rails of framed doors
 # reach 0.013, and a bulging front falls back beside its middle.
 SLIM, STANDS_OUT, OUTSIDE = 0.075, 0.015, 0.5
-# Pieces within this much of a rectangle lie inside it.
+# MeasuredFragments within this much of a rectangle lie inside it.
 SLACK = 0.006
 
 
@@ -41,10 +49,10 @@ class Panel:
         members: fragments that make its leaf, the largest first.
         low, high: (3,) corners of the leaf in (u, v, w).
         grips: each a list of fragments that a hand takes. trims: what else goes with it. box: what it drags along.
-        controls: how many knobs and buttons it carries. shown: area of its picture.
-        fore: depths at which things on it begin: a bar may touch it through its feet alone.
-        boards: how many panels were joined to make it. far: it lies so deep that only a handle makes it a front.
-        shelved: a shelf of the body stands right behind its middle.
+        controls: how many knobs and buttons it carries. visible_area: area of its picture.
+        attachment_depths: depths at which things on it begin: a bar may touch it through its feet alone.
+        boards: how many panels were merged into it. is_recessed: so deep that only a handle makes it a front.
+        has_shelf_behind: a shelf of the body stands right behind its middle.
     """
 
     members: list[int]
@@ -54,11 +62,11 @@ class Panel:
     trims: list[int] = field(default_factory=list)
     box: list[int] = field(default_factory=list)
     controls: int = 0
-    shown: float = 0.0
-    fore: list[float] = field(default_factory=list)
+    visible_area: float = 0.0
+    attachment_depths: list[float] = field(default_factory=list)
     boards: int = 1
-    far: bool = False
-    shelved: bool = False
+    is_recessed: bool = False
+    has_shelf_behind: bool = False
 
     @property
     def width(self) -> float:
@@ -85,9 +93,9 @@ class Panel:
         return bool((low[:2] >= self.low[:2] - slack).all() and (high[:2] <= self.high[:2] + slack).all())
 
 
-def find_panels(pieces: Pieces, side: int) -> list[Panel]:
+def find_panels(pieces: MeasuredFragments, side: int) -> list[Panel]:
     """Panels on a side, largest first."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     size = high - low
     whole = high.max(axis=0) - low.min(axis=0)
     foot = size[:, 0] * size[:, 1]
@@ -96,8 +104,8 @@ def find_panels(pieces: Pieces, side: int) -> list[Panel]:
     wide &= (size[:, :2].max(axis=1) >= LEAST_LONG) | (foot >= LARGE_SHARE * whole[0] * whole[1])
     slab = (size[:, 2] <= THICK * size[:, :2].min(axis=1)) & (size[:, 2] <= THICK_OF_DEPTH * whole[2])
     near = start <= DEEPEST * whole[2]
-    niche = slab & (start <= DEEPEST_HELD * whole[2]) & (pieces.seen[:, side] >= 0.6 * foot)
-    flat = wide & (near | niche) & (pieces.seen[:, side] >= 0.02 * foot)
+    niche = slab & (start <= DEEPEST_HELD * whole[2]) & (pieces.visible_area[:, side] >= 0.6 * foot)
+    flat = wide & (near | niche) & (pieces.visible_area[:, side] >= 0.02 * foot)
     deep = flat & ~slab & _are_drawers(pieces, side, size, whole)
     seeds = np.flatnonzero(flat & (slab | deep))
     order = seeds[np.lexsort((seeds, -foot[seeds]))]
@@ -113,24 +121,24 @@ def find_panels(pieces: Pieces, side: int) -> list[Panel]:
     parted = [p for g in groups for p in _plates(pieces, side, low, high, g)]
     panels = [_panel(pieces, side, low, high, g) for g in parted]
     for p in panels:
-        p.far = float(p.low[2] - low[:, 2].min()) > DEEPEST * whole[2]
-    return [p for p in panels if p.shown >= 0.12 * p.width * p.height]
+        p.is_recessed = float(p.low[2] - low[:, 2].min()) > DEEPEST * whole[2]
+    return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height]
 
 
-def _are_drawers(pieces: Pieces, side: int, size: Floats, whole: Floats) -> Bools:
+def _are_drawers(pieces: MeasuredFragments, side: int, size: Floats, whole: Floats) -> Bools:
     """(N,) deep pieces that show on one side only, as a drawer and its box in one do.
 
     What hides their floor or back may be missing: then only a tub that something covers is a drawer.
     """
-    around = pieces.seen[:, [s for s in (LEFT, RIGHT) if s != side]].sum(axis=1)
-    elsewhere = pieces.seen[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+    around = pieces.visible_area[:, [s for s in (LEFT, RIGHT) if s != side]].sum(axis=1)
+    elsewhere = pieces.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
     walls = size[:, 2] * (size[:, 0] + size[:, 1])
-    front = pieces.seen[:, side] >= 0.3 * size[:, 0] * size[:, 1]
+    front = pieces.visible_area[:, side] >= 0.3 * size[:, 0] * size[:, 1]
     narrow = size[:, 0] * size[:, 1] < 0.97 * whole[0] * whole[1]
-    covered = pieces.seen[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
+    covered = pieces.visible_area[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
     found: Bools = (around <= 0.12 * walls) & front & narrow & (size[:, 2] > THICK * size[:, :2].min(axis=1))
     for i in np.flatnonzero(found).tolist():
-        above = from_above(pieces, [i])
+        above = view_from_above(pieces, [i])
         found[i] = above.is_box if elsewhere[i] <= 0.12 * walls[i] else bool(covered[i]) and above.is_tub
     return found
 
@@ -143,7 +151,7 @@ def _inside(low: Floats, high: Floats, inner: int, outer: int) -> bool:
     return bool((b > a).all() and float(np.prod(b - a)) >= 0.9 * foot)
 
 
-def _is_bar(pieces: Pieces, side: int, low: Floats, high: Floats, i: int, host: int) -> bool:
+def _is_bar(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, i: int, host: int) -> bool:
     """Whether a piece is a bar that stands off from its host, or far out of it: a handle, and no part of the leaf."""
     size = (high - low)[i, :2]
     if size.max() < STOUT * size.min():
@@ -151,7 +159,7 @@ def _is_bar(pieces: Pieces, side: int, low: Floats, high: Floats, i: int, host: 
     if size.max() >= BAR * size.min() and high[i, 2] <= low[host, 2] - STANDS_OFF:
         return True
     # A bulging host falls back beside its middle.
-    ground = around(pieces.pictures[side], low[i], high[i])[0] + float(low[:, 2].min())
+    ground = depth_around(pieces.depth_images[side], low[i], high[i])[0] + float(low[:, 2].min())
     stands = max(float(low[host, 2]), min(ground, float(high[host, 2]))) - float(low[i, 2])
     return bool(size.min() <= SLIM and stands >= max(STANDS_OUT, OUTSIDE * float(high[i, 2] - low[i, 2])))
 
@@ -162,14 +170,14 @@ def _touch(low: Floats, high: Floats, i: int, group: list[int]) -> bool:
     return bool(low[i, 2] <= high[host, 2] + 0.02 and high[i, 2] >= low[host, 2] - 0.04)
 
 
-def _plates(pieces: Pieces, side: int, low: Floats, high: Floats, group: list[int]) -> list[list[int]]:
+def _plates(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, group: list[int]) -> list[list[int]]:
     """The group, or what lies before its first piece where that is a plate of the body that others cover."""
     first = group[0]
     foot = np.prod(high[:, :2] - low[:, :2], axis=1)
     before = [i for i in group[1:] if high[i, 2] <= low[first, 2] + 0.35 * (high[first, 2] - low[first, 2]) + 0.002]
     large = [i for i in before if foot[i] >= 0.12 * foot[first]]
     apart = [i for i in large if not any(_inside(low, high, i, k) for k in large if k != i and foot[k] >= foot[i])]
-    if len(apart) < 2 or pieces.seen[first, side] >= 0.35 * foot[first]:
+    if len(apart) < 2 or pieces.visible_area[first, side] >= 0.35 * foot[first]:
         return [group]
     out: list[list[int]] = [[i] for i in apart]
     for i in group[1:]:
@@ -179,6 +187,6 @@ def _plates(pieces: Pieces, side: int, low: Floats, high: Floats, group: list[in
     return out
 
 
-def _panel(pieces: Pieces, side: int, low: Floats, high: Floats, group: list[int]) -> Panel:
-    shown = float(pieces.seen[group, side].sum())
-    return Panel(list(group), low[group].min(axis=0), high[group].max(axis=0), shown=shown)
+def _panel(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, group: list[int]) -> Panel:
+    shown = float(pieces.visible_area[group, side].sum())
+    return Panel(list(group), low[group].min(axis=0), high[group].max(axis=0), visible_area=shown)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import find_objects, label
 
-from casa_assets.articulate.segment.creases import FAR, STEP, Blob, Relief, thick_lines
+from casa_assets.articulate.segment.creases import FAR, STEP, Protrusion, SideRelief, edge_lines
 from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 
@@ -41,7 +41,7 @@ FRAME, LEAST_SUNK, DEEPEST, FILLED = 0.15, 0.04, 0.05, 0.85
 
 
 @dataclass(frozen=True)
-class Leaf:
+class FrontRectangle:
     """A rectangle of the front, half-open ranges of pixels.
 
     Attributes:
@@ -54,20 +54,22 @@ class Leaf:
     blobs: tuple[int, ...] = ()
 
 
-def find_leaves(side: Relief) -> list[Leaf]:
+def find_front_rectangles(side: SideRelief) -> list[FrontRectangle]:
     """Rectangles of a side, top down and left to right; together they cover it."""
     seen = side.depth < FAR / 2
     rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
     if not len(rows):
         return []
-    whole = Leaf((int(rows[0]), int(rows[-1]) + 1), (int(columns[0]), int(columns[-1]) + 1))
+    whole = FrontRectangle((int(rows[0]), int(rows[-1]) + 1), (int(columns[0]), int(columns[-1]) + 1))
     waver = max(1, round(WAVER / side.picture.pixel))
-    lines = thick_lines(side, False, waver), thick_lines(side, True, waver)
+    lines = edge_lines(side, False, waver), edge_lines(side, True, waver)
     parted = [m for leaf in _parted(whole, lines, max(4, round(LEAST / side.picture.pixel))) for m in _held(side, leaf)]
     return sorted((_measured(side, m) for m in parted), key=lambda m: (m.rows, m.columns))
 
 
-def _parted(leaf: Leaf, lines: tuple[tuple[Bools, Bools], tuple[Bools, Bools]], least: int) -> list[Leaf]:
+def _parted(
+    leaf: FrontRectangle, lines: tuple[tuple[Bools, Bools], tuple[Bools, Bools]], least: int
+) -> list[FrontRectangle]:
     """A rectangle split along its best line, and the parts likewise, until none is left."""
     level = _best(lines[0], leaf.rows, leaf.columns, least)
     upright = _best(lines[1], leaf.columns, leaf.rows, least)
@@ -100,15 +102,15 @@ def _best(line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, 
     return best, low + int(run[len(run) // 2])
 
 
-def _at_row(leaf: Leaf, row: int) -> list[Leaf]:
+def _at_row(leaf: FrontRectangle, row: int) -> list[FrontRectangle]:
     return [replace(leaf, rows=(leaf.rows[0], row)), replace(leaf, rows=(row, leaf.rows[1]))]
 
 
-def _at_column(leaf: Leaf, column: int) -> list[Leaf]:
+def _at_column(leaf: FrontRectangle, column: int) -> list[FrontRectangle]:
     return [replace(leaf, columns=(leaf.columns[0], column)), replace(leaf, columns=(column, leaf.columns[1]))]
 
 
-def _inside(side: Relief, leaf: Leaf) -> list[Blob]:
+def _inside(side: SideRelief, leaf: FrontRectangle) -> list[Protrusion]:
     """What stands out with its middle in a rectangle."""
     return [
         b
@@ -117,17 +119,17 @@ def _inside(side: Relief, leaf: Leaf) -> list[Blob]:
     ]
 
 
-def is_bar(blob: Blob) -> bool:
+def is_bar(blob: Protrusion) -> bool:
     """Whether something is a handle by its shape."""
-    return blob.long >= BAR_LONG and BAR_STANDS <= blob.stands <= FARTHEST
+    return blob.long >= BAR_LONG and BAR_STANDS <= blob.protrusion <= FARTHEST
 
 
-def is_handle(side: Relief, blob: Blob) -> bool:
+def is_handle(side: SideRelief, blob: Protrusion) -> bool:
     """Whether something is a handle: a bar that is no stretch of the border of the thing, nor a flap near it."""
-    return is_bar(blob) and is_set(side, blob, AWAY if blob.stands >= SURELY else FAR_AWAY)
+    return is_bar(blob) and is_surrounded(side, blob, AWAY if blob.protrusion >= SURELY else FAR_AWAY)
 
 
-def is_set(side: Relief, blob: Blob, away: float) -> bool:
+def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
     """Whether something stands on a surface that goes on all round it, as far as `away`, diagonals."""
     (a, b), (c, d) = blob.rows, blob.columns
     near = max(1, round(away / side.picture.pixel))
@@ -139,7 +141,7 @@ def is_set(side: Relief, blob: Blob, away: float) -> bool:
     return float(ring.mean()) >= ALL_ROUND
 
 
-def _held(side: Relief, leaf: Leaf, drawn: bool = False) -> list[Leaf]:
+def _held(side: SideRelief, leaf: FrontRectangle, drawn: bool = False) -> list[FrontRectangle]:
     """A rectangle without seams, split so that a part has one handle, and no handle shares one with controls.
 
     Args:
@@ -164,7 +166,7 @@ def _held(side: Relief, leaf: Leaf, drawn: bool = False) -> list[Leaf]:
     return [leaf]
 
 
-def _are_pulls(side: Relief, leaf: Leaf, inside: list[Blob]) -> bool:
+def _are_pulls(side: SideRelief, leaf: FrontRectangle, inside: list[Protrusion]) -> bool:
     """Whether small things on a wide rectangle are what fronts are drawn by: far out, alike, and no row of controls."""
     pixel = side.picture.pixel
     wide = (leaf.columns[1] - leaf.columns[0]) >= WIDE * side.depth.shape[1]
@@ -173,12 +175,12 @@ def _are_pulls(side: Relief, leaf: Leaf, inside: list[Blob]) -> bool:
     size = np.array([b.high - b.low for b in inside])
     middle = np.array([b.middle for b in inside])
     alike = bool((np.abs(size - np.median(size, axis=0)) <= ALIKE * np.median(size) + 2 * pixel).all())
-    out = all(b.long < BAR_LONG and BAR_STANDS <= b.stands <= FARTHEST for b in inside)
+    out = all(b.long < BAR_LONG and BAR_STANDS <= b.protrusion <= FARTHEST for b in inside)
     row = max(int((np.abs(middle[:, 1] - v) < ROW / 2).sum()) for v in middle[:, 1])
     return alike and out and row < CONTROLS
 
 
-def _is_drawn(side: Relief, leaf: Leaf, leaves: list[Leaf]) -> bool:
+def _is_drawn(side: SideRelief, leaf: FrontRectangle, leaves: list[FrontRectangle]) -> bool:
     """Whether a rectangle has its pull at one side, as doors do, or in the middle and is framed, stacked or wide."""
     (pull,) = _inside(side, leaf)[:1]
     place = (sum(pull.columns) / 2 - leaf.columns[0]) / (leaf.columns[1] - leaf.columns[0])
@@ -190,7 +192,7 @@ def _is_drawn(side: Relief, leaf: Leaf, leaves: list[Leaf]) -> bool:
     return abs(place - 0.5) <= CENTRED and (stacked or bool(_sunk(side, leaf)))
 
 
-def _sunk(side: Relief, leaf: Leaf) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+def _sunk(side: SideRelief, leaf: FrontRectangle) -> list[tuple[tuple[int, int], tuple[int, int]]]:
     """Rows and columns of the rectangles that lie deeper than the frames round them: one is never of two fronts."""
     window = slice(*leaf.rows), slice(*leaf.columns)
     depth, free = side.depth[window], side.blob[window] < 0
@@ -208,7 +210,9 @@ def _sunk(side: Relief, leaf: Leaf) -> list[tuple[tuple[int, int], tuple[int, in
     return out
 
 
-def _apart(leaf: Leaf, pulls: list[Blob], sunk: list[tuple[tuple[int, int], tuple[int, int]]]) -> list[Leaf]:
+def _apart(
+    leaf: FrontRectangle, pulls: list[Protrusion], sunk: list[tuple[tuple[int, int], tuple[int, int]]]
+) -> list[FrontRectangle]:
     """A rectangle split between its pulls, in the widest gap from end to end that meets no pull and nothing sunk."""
     best: tuple[int, int, int] | None = None
     for way in (0, 1):
@@ -225,9 +229,9 @@ def _apart(leaf: Leaf, pulls: list[Blob], sunk: list[tuple[tuple[int, int], tupl
     return _at_row(leaf, best[2]) if best[1] == 0 else _at_column(leaf, best[2])
 
 
-def _band(leaf: Leaf, bars: list[Blob], others: list[Blob]) -> list[Leaf]:
+def _band(leaf: FrontRectangle, bars: list[Protrusion], others: list[Protrusion]) -> list[FrontRectangle]:
     """The strip along a side that holds the controls, and the rest; controls lie in the middle of their strip."""
-    found: list[tuple[float, int, list[Leaf]]] = []
+    found: list[tuple[float, int, list[FrontRectangle]]] = []
     for order, (name, first, step) in enumerate(
         (("rows", 0, 1), ("rows", 1, -1), ("columns", 1, -1), ("columns", 0, 1))
     ):
@@ -244,7 +248,7 @@ def _band(leaf: Leaf, bars: list[Blob], others: list[Blob]) -> list[Leaf]:
     return min(found, key=lambda f: f[:2])[2] if found else []
 
 
-def _between(leaf: Leaf, bars: list[Blob], row: int) -> list[Leaf]:
+def _between(leaf: FrontRectangle, bars: list[Protrusion], row: int) -> list[FrontRectangle]:
     """A rectangle with several handles, split between the first and the others.
 
     Fronts with level handles have them all at one distance from their tops; one above doors is drawn by its middle.
@@ -265,7 +269,7 @@ def _between(leaf: Leaf, bars: list[Blob], row: int) -> list[Leaf]:
     return _at_column(leaf, sum(by_column) // 2) if by_column is not None else []
 
 
-def _lie(bars: list[Blob]) -> bool:
+def _lie(bars: list[Protrusion]) -> bool:
     """Whether at least half of some bars are wider than high."""
     return 2 * sum(b.columns[1] - b.columns[0] > b.rows[1] - b.rows[0] for b in bars) >= len(bars)
 
@@ -281,7 +285,7 @@ def _gap(spans: list[tuple[int, int]], least: int) -> tuple[int, int] | None:
     return None
 
 
-def _measured(side: Relief, leaf: Leaf) -> Leaf:
+def _measured(side: SideRelief, leaf: FrontRectangle) -> FrontRectangle:
     """A rectangle with its plane and what stands on it."""
     window = slice(*leaf.rows), slice(*leaf.columns)
     ground = side.depth[window][side.blob[window] < 0]
@@ -290,7 +294,7 @@ def _measured(side: Relief, leaf: Leaf) -> Leaf:
     return replace(leaf, plane=float(np.median(ground)) if len(ground) else FAR, blobs=numbers)
 
 
-def corners(side: Relief, leaf: Leaf) -> tuple[Floats, Floats]:
+def rectangle_corners(side: SideRelief, leaf: FrontRectangle) -> tuple[Floats, Floats]:
     """(2,) lower and upper corner of a rectangle in (u, v)."""
     height = side.depth.shape[0]
     picture = side.picture

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.interior.cavity_limits import fitted
-from casa_assets.articulate.interior.cavity_views import View, view_of
-from casa_assets.articulate.plan import Articulation, Edge, Filling, PartKind, PartPlan, Room
-from casa_assets.articulate.segment.rays import Crossings, grid
-from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.interior.cavity_limits import fit_cavity
+from casa_assets.articulate.interior.cavity_views import CavityProbe, make_probe
+from casa_assets.articulate.plan import Articulation, Cavity, HingeEdge, InteriorKind, PartKind, PartPlan
+from casa_assets.articulate.segment.rays import RayCrossings, sample_grid
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec3
 
@@ -36,26 +36,26 @@ BOX_DEEP = 0.25
 MEET, ALIKE = 0.025, 0.9
 # Thickness of what is built round a room, metres. Ref: insulation and boards as in families/parts.
 WALL_M = {
-    Filling.OVEN: 0.036,
-    Filling.MICROWAVE: 0.018,
-    Filling.REFRIGERATOR: 0.04,
-    Filling.DISHWASHER: 0.024,
-    Filling.CABINET: 0.016,
-    Filling.PLAIN: 0.012,
-    Filling.DRAWER: 0.008,
+    InteriorKind.OVEN: 0.036,
+    InteriorKind.MICROWAVE: 0.018,
+    InteriorKind.REFRIGERATOR: 0.04,
+    InteriorKind.DISHWASHER: 0.024,
+    InteriorKind.CABINET: 0.016,
+    InteriorKind.PLAIN: 0.012,
+    InteriorKind.DRAWER: 0.008,
 }
 # Words of a category -> what its rooms are.
 _KINDS = (
-    (("microwave",), Filling.MICROWAVE),
-    (("refrigerator", "fridge", "freezer", "cooler"), Filling.REFRIGERATOR),
-    (("dishwasher",), Filling.DISHWASHER),
-    (("oven", "range", "stove"), Filling.OVEN),
-    (("cabinet", "island", "sink_base", "drawer_stack", "sideboard", "wardrobe", "cupboard"), Filling.CABINET),
+    (("microwave",), InteriorKind.MICROWAVE),
+    (("refrigerator", "fridge", "freezer", "cooler"), InteriorKind.REFRIGERATOR),
+    (("dishwasher",), InteriorKind.DISHWASHER),
+    (("oven", "range", "stove"), InteriorKind.OVEN),
+    (("cabinet", "island", "sink_base", "drawer_stack", "sideboard", "wardrobe", "cupboard"), InteriorKind.CABINET),
 )
 
 
 @dataclass(frozen=True)
-class Opening:
+class FrontOpening:
     """The front of a room, in the frame.
 
     Attributes:
@@ -71,7 +71,7 @@ class Opening:
     mouth: float
 
 
-def find_rooms(soup: Soup, found: Articulation, category: str) -> tuple[Room, ...]:
+def find_cavities(soup: TriangleSoup, found: Articulation, category: str) -> tuple[Cavity, ...]:
     """Rooms behind the doors and drawers that the body carries.
 
     Args:
@@ -80,9 +80,9 @@ def find_rooms(soup: Soup, found: Articulation, category: str) -> tuple[Room, ..
     """
     if not found.parts:
         return ()
-    view = view_of(soup, found.parts)
+    view = make_probe(soup, found.parts)
     metres = found.frame.metres or 1.0
-    filling = filling_of(found, category)
+    filling = interior_kind_of(found, category)
     out = []
     for opening in _openings(view, found, filling):
         room = _drawer_room(view, opening, metres) if opening.drawer else _room(view, opening, filling, metres)
@@ -91,27 +91,27 @@ def find_rooms(soup: Soup, found: Articulation, category: str) -> tuple[Room, ..
     return tuple(out)
 
 
-def filling_of(found: Articulation, category: str) -> Filling:
+def interior_kind_of(found: Articulation, category: str) -> InteriorKind:
     """How the rooms of a thing are furnished: by its category, else by what moves."""
     for words, filling in _KINDS:
         if any(w in category for w in words):
             return filling
     if category:
-        return Filling.PLAIN
+        return InteriorKind.PLAIN
     doors = [p for p in found.parts if p.kind is PartKind.DOOR and not p.parent]
     knobs = sum(p.kind is PartKind.KNOB for p in found.parts)
-    if len(doors) == 1 and doors[0].joint.edge is Edge.BOTTOM and knobs >= 2:
-        return Filling.OVEN
-    return Filling.PLAIN if knobs else Filling.CABINET
+    if len(doors) == 1 and doors[0].joint.edge is HingeEdge.BOTTOM and knobs >= 2:
+        return InteriorKind.OVEN
+    return InteriorKind.PLAIN if knobs else InteriorKind.CABINET
 
 
-def _openings(view: View, found: Articulation, filling: Filling) -> list[Opening]:
+def _openings(view: CavityProbe, found: Articulation, filling: InteriorKind) -> list[FrontOpening]:
     """Fronts that close something, doors that meet in the middle as one."""
     leaves = []
     for i, part in enumerate(found.parts):
         if part.parent or part.kind not in (PartKind.DOOR, PartKind.DRAWER) or not len(part.faces):
             continue
-        low, high = view.leaf(i)
+        low, high = view.leaf_box(i)
         behind = any(b[0] <= low[0] and b[1] >= high[0] and b[2] < low[1] for b in _doors(view, found, i))
         if part.kind is PartKind.DRAWER and behind:
             continue
@@ -130,13 +130,15 @@ def _openings(view: View, found: Articulation, filling: Filling) -> list[Opening
         own = tuple(g[0] for g in group)
         a, b = np.min([g[2] for g in group], axis=0), np.max([g[3] for g in group], axis=0)
         drawer = part.kind is PartKind.DRAWER
-        out.append(Opening(tuple(g[1] for g in group), own, drawer, a, b, view.mouth(own, a, b)))
+        out.append(FrontOpening(tuple(g[1] for g in group), own, drawer, a, b, view.mouth_depth(own, a, b)))
     return out
 
 
-def _doors(view: View, found: Articulation, but: int) -> list[tuple[float, float, float]]:
+def _doors(view: CavityProbe, found: Articulation, but: int) -> list[tuple[float, float, float]]:
     """Left, right and depth of the leaves of doors."""
-    boxes = [view.leaf(i) for i, p in enumerate(found.parts) if i != but and p.kind is PartKind.DOOR and not p.parent]
+    boxes = [
+        view.leaf_box(i) for i, p in enumerate(found.parts) if i != but and p.kind is PartKind.DOOR and not p.parent
+    ]
     return [(float(a[0]) - MEET, float(b[0]) + MEET, float(b[1])) for a, b in boxes]
 
 
@@ -145,35 +147,35 @@ def _is_pair(
     b: PartPlan,
     first: tuple[Floats, Floats],
     second: tuple[Floats, Floats],
-    filling: Filling,
+    filling: InteriorKind,
     found: Articulation,
 ) -> bool:
     """Whether two doors close one room: hinged outside, they meet in the middle."""
-    if a.kind is not PartKind.DOOR or a.joint.edge is not Edge.LEFT or b.joint.edge is not Edge.RIGHT:
+    if a.kind is not PartKind.DOOR or a.joint.edge is not HingeEdge.LEFT or b.joint.edge is not HingeEdge.RIGHT:
         return False
     # Of a fridge with no drawer the doors side by side are a freezer's and a fridge's.
-    if filling is Filling.REFRIGERATOR and not any(p.kind is PartKind.DRAWER for p in found.parts):
+    if filling is InteriorKind.REFRIGERATOR and not any(p.kind is PartKind.DRAWER for p in found.parts):
         return False
     over = min(first[1][2], second[1][2]) - max(first[0][2], second[0][2])
     tall = max(first[1][2] - first[0][2], second[1][2] - second[0][2])
     return bool(abs(second[0][0] - first[1][0]) <= MEET and over >= ALIKE * tall)
 
 
-def _room(view: View, opening: Opening, filling: Filling, metres: float) -> Room | None:
+def _room(view: CavityProbe, opening: FrontOpening, filling: InteriorKind, metres: float) -> Cavity | None:
     """The room behind a door."""
     rect = np.array([opening.low[[0, 2]], opening.high[[0, 2]]])
-    lines = view.lines(1, grid(rect[0], rect[1], LINES, INSET), opening.own)
-    behind = lines.only(lines.at > float(opening.low[1]) + 0.002)
-    back = view.back(behind, opening.mouth)
+    lines = view.cast_lines(1, sample_grid(rect[0], rect[1], LINES, INSET), opening.own)
+    behind = lines.select(lines.at > float(opening.low[1]) + 0.002)
+    back = view.back_depth(behind, opening.mouth)
     deep = back - opening.mouth
     if deep < LEAST_DEEP:
         return None
     closing = _closing(behind, opening.mouth, deep)
     closed = closing is not None
     start = opening.mouth if closing is None else closing
-    inner = behind.only(behind.at > start + 0.004)
+    inner = behind.select(behind.at > start + 0.004)
     free = float(np.median(np.minimum(inner.first(), back)))
-    walls, own = view.walls(opening, start, free)
+    walls, own = view.visible_walls(opening, start, free)
     names = tuple(p.name for p in opening.parts)
     if walls >= WALLS:
         room = _own(names, filling, own, f"{walls} of 5 inner walls are there")
@@ -181,7 +183,7 @@ def _room(view: View, opening: Opening, filling: Filling, metres: float) -> Room
             return room
         # A cavity that is closed at its front too: that alone is taken away.
         a, b = own[0] + SLIT, own[1] - SLIT
-        cut = vec([a[0], float(opening.low[1]), a[2]]), vec([b[0], start + SLIT, b[2]])
+        cut = to_vec3([a[0], float(opening.low[1]), a[2]]), to_vec3([b[0], start + SLIT, b[2]])
         reason = f"{room.reason}, but the front is closed"
         return room.replace(built=True, cut=cut, furnish=False, reason=reason)
     reason = "the body is closed behind it" if closed else f"{walls} of 5 inner walls are there"
@@ -190,33 +192,33 @@ def _room(view: View, opening: Opening, filling: Filling, metres: float) -> Room
     wall = min(WALL_M[filling] / metres, 0.1 * narrow, 0.2 * deep)
     leaf = opening.low, opening.high
     mouth = max(opening.mouth, _begins(behind, opening.mouth, deep)) if closed else opening.mouth
-    room = fitted(view, opening.own, leaf, mouth, back, wall, filling, closed)
+    room = fit_cavity(view, opening.own, leaf, mouth, back, wall, filling, closed)
     return room.replace(parts=names, confidence=confidence, reason=reason)
 
 
-def _closing(behind: Crossings, mouth: float, deep: float) -> float | None:
+def _closing(behind: RayCrossings, mouth: float, deep: float) -> float | None:
     """Depth of what closes the body right behind a front, None where it is open.
 
     A cavity with six walls shows the back of its front one: that may lie deeper.
     """
     rear = np.isin(behind.line, np.flatnonzero(behind.beyond(mouth, 1.0)[1]), invert=True)
-    near = behind.only((behind.at <= mouth + NEAR * deep) | ((behind.at <= mouth + CAP * deep) & rear))
+    near = behind.select((behind.at <= mouth + NEAR * deep) | ((behind.at <= mouth + CAP * deep) & rear))
     last = near.last()
     seen = np.isfinite(last)
     return float(np.median(last[seen])) if float(seen.mean()) >= CLOSED else None
 
 
-def _begins(behind: Crossings, mouth: float, deep: float) -> float:
+def _begins(behind: RayCrossings, mouth: float, deep: float) -> float:
     """Depth at which a closed body begins right behind a front."""
-    first = behind.only(behind.at <= mouth + NEAR * deep).first()
+    first = behind.select(behind.at <= mouth + NEAR * deep).first()
     seen = first[np.isfinite(first)]
     return float(np.median(seen)) if len(seen) else mouth
 
 
-def _own(names: tuple[str, ...], filling: Filling, corners: tuple[Floats, Floats], reason: str) -> Room:
+def _own(names: tuple[str, ...], filling: InteriorKind, corners: tuple[Floats, Floats], reason: str) -> Cavity:
     """A room that the mesh has."""
-    low, high = (vec(c) for c in corners)
-    return Room(
+    low, high = (to_vec3(c) for c in corners)
+    return Cavity(
         parts=names,
         filling=filling,
         low=low,
@@ -229,36 +231,36 @@ def _own(names: tuple[str, ...], filling: Filling, corners: tuple[Floats, Floats
     )
 
 
-def _drawer_room(view: View, opening: Opening, metres: float) -> Room | None:
+def _drawer_room(view: CavityProbe, opening: FrontOpening, metres: float) -> Cavity | None:
     """The room in a drawer: what its box leaves, or one to be built behind its front."""
     i = opening.own[0]
     rect = np.array([opening.low[[0, 2]], opening.high[[0, 2]]])
-    lines = view.lines(1, grid(rect[0], rect[1], LINES, INSET), opening.own)
-    front = view.slab(opening.own, opening.low, opening.high)
-    behind = lines.only(lines.at > front - 0.002)
-    back = view.back(behind, front)
+    lines = view.cast_lines(1, sample_grid(rect[0], rect[1], LINES, INSET), opening.own)
+    front = view.leaf_back(opening.own, opening.low, opening.high)
+    behind = lines.select(lines.at > front - 0.002)
+    back = view.back_depth(behind, front)
     deep = back - front
     if deep < LEAST_DEEP:
         return None
     own = float(opening.high[1]) - front
     names = tuple(p.name for p in opening.parts)
     if own >= BOX_DEEP * deep:
-        box = view.tub(i, front)
+        box = view.drawer_space(i, front)
         if box is None:
             return None
-        return _own(names, Filling.DRAWER, box, "it has a box")
-    closed = float(np.isfinite(behind.only(behind.at <= opening.mouth + NEAR * deep).first()).mean()) >= CLOSED
-    wall = min(WALL_M[Filling.DRAWER] / metres, 0.08 * float(opening.high[2] - opening.low[2]))
+        return _own(names, InteriorKind.DRAWER, box, "it has a box")
+    closed = float(np.isfinite(behind.select(behind.at <= opening.mouth + NEAR * deep).first()).mean()) >= CLOSED
+    wall = min(WALL_M[InteriorKind.DRAWER] / metres, 0.08 * float(opening.high[2] - opening.low[2]))
     reason = "the body is closed behind it" if closed else "there is no box behind it"
     leaf = (opening.low, np.array([opening.high[0], front, opening.high[2]]))
     mouth = max(opening.mouth, _begins(behind, front, deep)) if closed else opening.mouth
-    room = fitted(view, opening.own, leaf, mouth, back, wall, Filling.DRAWER, closed)
+    room = fit_cavity(view, opening.own, leaf, mouth, back, wall, InteriorKind.DRAWER, closed)
     # The box begins at its front, what it slides in where the body does.
     low = (room.low[0], front, room.low[2])
     return room.replace(parts=names, low=low, confidence=0.8, reason=reason)
 
 
-def vec(values: Floats | Sequence[float]) -> Vec3:
+def to_vec3(values: Floats | Sequence[float]) -> Vec3:
     """Three numbers."""
     x, y, z = (float(v) for v in values)
     return (x, y, z)

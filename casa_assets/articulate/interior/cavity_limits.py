@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from casa_assets.articulate.interior.cavity_views import View, border
-from casa_assets.articulate.plan import Filling, Room
-from casa_assets.articulate.segment.rays import grid
+from casa_assets.articulate.interior.cavity_views import CavityProbe, border_points
+from casa_assets.articulate.plan import Cavity, InteriorKind
+from casa_assets.articulate.segment.rays import sample_grid
 from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec3
@@ -32,16 +32,16 @@ AROUND = 5
 HOLE = 0.45
 
 
-def fitted(
-    view: View,
+def fit_cavity(
+    view: CavityProbe,
     own: Sequence[int],
     leaf: tuple[Floats, Floats],
     mouth: float,
     back: float,
     wall: float,
-    filling: Filling,
+    filling: InteriorKind,
     closed: bool,
-) -> Room:
+) -> Cavity:
     """The largest room behind a front.
 
     Args:
@@ -65,7 +65,7 @@ def fitted(
         half = 0.5 * np.minimum(inner_low - outer_low, outer_high - inner_high)
         start = np.array([inner_low[0] - half[0], float(leaf[0][1]), inner_low[2] - half[2]])
         cut = (_vec(start), _vec(inner_high + half))
-    return Room(
+    return Cavity(
         parts=(),
         filling=filling,
         low=_vec(inner_low),
@@ -79,12 +79,12 @@ def fitted(
     )
 
 
-def _covered(view: View, own: Sequence[int], low: Floats, high: Floats) -> tuple[Floats, Floats]:
+def _covered(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats) -> tuple[Floats, Floats]:
     """The corners of a front, drawn in where it is round until it covers the border of what is left."""
     low, high = low.copy(), high.copy()
     for _ in range(TRIES):
-        spots = border(low[[0, 2]], high[[0, 2]], EDGE * float((high - low)[[0, 2]].min()))
-        covered = np.isfinite(view.through(1, spots, own).first())
+        spots = border_points(low[[0, 2]], high[[0, 2]], EDGE * float((high - low)[[0, 2]].min()))
+        covered = np.isfinite(view.cast_through_leaves(1, spots, own).first())
         if float(covered.mean()) >= COVERS and _corners(covered, spots):
             return low, high
         low[[0, 2]], high[[0, 2]] = (
@@ -101,13 +101,13 @@ def _corners(covered: Bools, spots: Floats) -> bool:
     return all(bool(covered[np.round(d, 9) <= round(float(d.min()), 9)].all()) for d in away)
 
 
-def _fronts(view: View, own: Sequence[int], mouth: float) -> tuple[tuple[Vec3, Vec3], ...]:
+def _fronts(view: CavityProbe, own: Sequence[int], mouth: float) -> tuple[tuple[Vec3, Vec3], ...]:
     """Boxes of leaves that are rectangles, a little off the body round and behind them."""
     out = []
     for part in own:
-        low, high = view.leaf(part)
+        low, high = view.leaf_box(part)
         a, b = _covered(view, (part,), low, high)
-        end = min(mouth, view.slab((part,), low, high)) - OFF
+        end = min(mouth, view.leaf_back((part,), low, high)) - OFF
         if (a == low).all() and (b == high).all() and end > low[1] + OFF:
             shift = np.array([OFF, -OFF, OFF])
             out.append((_vec(low + shift), _vec([high[0] - OFF, end, high[2] - OFF])))
@@ -120,12 +120,12 @@ def _sheet(wall: float) -> Floats:
 
 
 def _within_frame(
-    view: View, own: Sequence[int], leaf: tuple[Floats, Floats], mouth: float, low: Floats, high: Floats
+    view: CavityProbe, own: Sequence[int], leaf: tuple[Floats, Floats], mouth: float, low: Floats, high: Floats
 ) -> tuple[Floats, Floats]:
     """The room drawn in to the frame that a hollow thing has round its opening."""
     a, b = leaf[0][[0, 2]], leaf[1][[0, 2]]
-    lines = view.lines(1, grid(a, b, FINE), own)
-    depth = lines.only(lines.at > float(leaf[0][1])).first().reshape(FINE, FINE)
+    lines = view.cast_lines(1, sample_grid(a, b, FINE), own)
+    depth = lines.select(lines.at > float(leaf[0][1])).first().reshape(FINE, FINE)
     clear: Bools = depth > mouth + 0.05
     step = (b - a) / FINE
     low, high = low.copy(), high.copy()
@@ -142,7 +142,7 @@ def _within_frame(
     return low, high
 
 
-def _kept_inside(view: View, own: Sequence[int], low: Floats, high: Floats) -> tuple[Floats, Floats]:
+def _kept_inside(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats) -> tuple[Floats, Floats]:
     """A box drawn in until the skin of the thing lies round all of it that one meets from its middle."""
     body = view.points[view.faces[view.owner == -1]].reshape(-1, 3)
     if len(body):
@@ -162,12 +162,12 @@ def _kept_inside(view: View, own: Sequence[int], low: Floats, high: Floats) -> t
     return low, high
 
 
-def _reach(view: View, own: Sequence[int], low: Floats, high: Floats, axis: int, sign: float) -> float:
+def _reach(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats, axis: int, sign: float) -> float:
     """How far a box may go to a side before it comes out of the skin at one of its edges there."""
     a, b = (k for k in range(3) if k != axis)
     share = np.linspace(0.004, 0.996, AROUND)
     x, y = (low[k] + share * (high[k] - low[k]) for k in (a, b))
-    lines = view.lines(axis, np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2), own)
+    lines = view.cast_lines(axis, np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2), own)
     # The farthest surface on each line is the skin; a line that leaves through a hole says nothing.
     far = lines.last() if sign > 0 else lines.first()
     away = np.where(np.isfinite(far), (far - (low[axis] + high[axis]) / 2) * sign, -1.0)
@@ -178,14 +178,14 @@ def _reach(view: View, own: Sequence[int], low: Floats, high: Floats, axis: int,
     return least - sign * SKIN
 
 
-def _has_contents(view: View, own: Sequence[int], low: Floats, high: Floats) -> bool:
+def _has_contents(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats) -> bool:
     """Whether something lies in a hollow room already: shelves, racks, pipes."""
     inset = 0.1 * (high - low)
     a, b = low + inset, high - inset
     for axis in (2, 0):
         p, q = (k for k in range(3) if k != axis)
-        lines = view.lines(axis, grid(a[[p, q]], b[[p, q]], AROUND), own)
-        inside = lines.only((lines.at > a[axis]) & (lines.at < b[axis]))
+        lines = view.cast_lines(axis, sample_grid(a[[p, q]], b[[p, q]], AROUND), own)
+        inside = lines.select((lines.at > a[axis]) & (lines.at < b[axis]))
         if float(np.isfinite(inside.first()).mean()) >= CONTENTS:
             return True
     return False

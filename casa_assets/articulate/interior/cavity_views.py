@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from casa_assets.articulate.plan import PartPlan
-from casa_assets.articulate.segment.rays import Crossings, crossings, grid
-from casa_assets.articulate.segment.triangle_soup import Bools, Soup
+from casa_assets.articulate.segment.rays import RayCrossings, cross_rays, sample_grid
+from casa_assets.articulate.segment.triangle_soup import Bools, TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 
 # The body round a front is looked for so far beyond its edges, diagonals.
@@ -36,7 +36,7 @@ COUNT, LINES_DOWN = 7, 9
 FLOOR = 0.4
 
 
-class Front(Protocol):
+class FrontBounds(Protocol):
     """What is asked of an opening."""
 
     @property
@@ -53,13 +53,13 @@ class Front(Protocol):
 
 
 @dataclass(frozen=True)
-class View:
+class CavityProbe:
     """Triangles and whose they are.
 
     Attributes:
         points: (P, 3) in the frame. faces: (F, 3) those that have an area. owner: (F,) part of each, -1 the body.
         grip: (F,) whether it is a handle's. carried: part -> those that it carries, itself included.
-        turned: 1, or -1 where the faces of the mesh look inwards.
+        normal_sign: 1, or -1 where the faces of the mesh look inwards.
     """
 
     points: Floats
@@ -67,50 +67,50 @@ class View:
     owner: Ints
     grip: Ints
     carried: tuple[tuple[int, ...], ...]
-    turned: float
+    normal_sign: float
 
-    def leaf(self, part: int) -> tuple[Floats, Floats]:
+    def leaf_box(self, part: int) -> tuple[Floats, Floats]:
         """(3,) corners of a part without its handle."""
         rows = (self.owner == part) & (self.grip == 0)
         rows = rows if rows.any() else self.owner == part
         own = self.points[self.faces[rows]].reshape(-1, 3)
         return own.min(axis=0), own.max(axis=0)
 
-    def lines(self, axis: int, spots: Floats, but: Sequence[int]) -> Crossings:
+    def cast_lines(self, axis: int, spots: Floats, but: Sequence[int]) -> RayCrossings:
         """Lines through everything but some parts and what they carry."""
         gone = [k for i in but for k in self.carried[i]]
         return self._cross(np.flatnonzero(~np.isin(self.owner, gone)), axis, spots)
 
-    def through(self, axis: int, spots: Floats, parts: Sequence[int]) -> Crossings:
+    def cast_through_leaves(self, axis: int, spots: Floats, parts: Sequence[int]) -> RayCrossings:
         """Lines through the leaves of some parts alone."""
         return self._cross(np.flatnonzero(np.isin(self.owner, list(parts)) & (self.grip == 0)), axis, spots)
 
-    def _cross(self, rows: Ints, axis: int, spots: Floats) -> Crossings:
+    def _cross(self, rows: Ints, axis: int, spots: Floats) -> RayCrossings:
         a, b = (k for k in range(3) if k != axis)
         flat = self.points[self.faces[rows]][:, :, [a, b]]
         low, high = spots.min(axis=0), spots.max(axis=0)
         rows = rows[((flat.min(axis=1) <= high) & (flat.max(axis=1) >= low)).all(axis=1)]
-        found = crossings(self.points, self.faces[rows], axis, spots)
-        return Crossings(found.line, found.at, found.towards * self.turned, rows[found.face], found.count)
+        found = cross_rays(self.points, self.faces[rows], axis, spots)
+        return RayCrossings(found.line, found.at, found.towards * self.normal_sign, rows[found.face], found.count)
 
-    def slab(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
+    def leaf_back(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
         """Depth of the back of a front near its border, where nothing hangs on it."""
         narrow = float(min(high[0] - low[0], high[2] - low[2]))
         backs = []
         # A leaf that is open behind, like a pan, is as thick as its rim.
         for inset in RIMS:
-            last = self.through(1, border(low[[0, 2]], high[[0, 2]], inset * narrow), parts).last()
+            last = self.cast_through_leaves(1, border_points(low[[0, 2]], high[[0, 2]], inset * narrow), parts).last()
             seen = last[np.isfinite(last)]
             # A box behind it reaches far back at some places only.
             backs += [float(np.percentile(seen, 30))] if len(seen) else []
         return max([*backs[:1], *(b for b in backs[1:] if b <= float(low[1]) + THICKEST)], default=float(high[1]))
 
-    def mouth(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
+    def mouth_depth(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
         """Depth at which the body begins round a front, at the back of that or behind it."""
-        slab = self.slab(parts, low, high)
-        spots = border(low[[0, 2]], high[[0, 2]], -ASIDE)
+        slab = self.leaf_back(parts, low, high)
+        spots = border_points(low[[0, 2]], high[[0, 2]], -ASIDE)
         body = self._cross(np.flatnonzero(self.owner == -1), 1, spots)
-        first = body.only((body.at >= float(low[1]) - STANDS_BACK) & (body.at <= slab + STANDS_BACK)).first()
+        first = body.select((body.at >= float(low[1]) - STANDS_BACK) & (body.at <= slab + STANDS_BACK)).first()
         seen = first[np.isfinite(first)]
         return max(slab, float(np.median(seen))) if len(seen) >= SHOWS * len(spots) else slab
 
@@ -118,17 +118,17 @@ class View:
         """Whether the body comes forward between two leaves, given by their corners, or a wall stands behind there."""
         x = float(left[1][0] + right[0][0]) / 2
         z = np.linspace(float(left[0][2]), float(left[1][2]), COUNT + 2)[1:-1]
-        first = self.lines(1, np.stack([np.full(COUNT, x), z], axis=1), pair).first()
+        first = self.cast_lines(1, np.stack([np.full(COUNT, x), z], axis=1), pair).first()
         if float(np.median(first)) < float(left[0][1] + left[1][1]) / 2:
             return True
         start, end = float(left[1][1]), float(self.points[:, 1].max())
         behind = np.array([[start + 0.2 * (end - start), left[0][2]], [start + 0.7 * (end - start), left[1][2]]])
-        across = self.lines(0, grid(behind[0], behind[1], COUNT, 0.1), pair)
+        across = self.cast_lines(0, sample_grid(behind[0], behind[1], COUNT, 0.1), pair)
         inner = [float(a[0] + b[0]) / 2 for a, b in (left, right)]
-        wall = across.only((across.at > inner[0]) & (across.at < inner[1])).first()
+        wall = across.select((across.at > inner[0]) & (across.at < inner[1])).first()
         return float(np.isfinite(wall).mean()) >= WALL_SHOWS
 
-    def back(self, behind: Crossings, start: float) -> float:
+    def back_depth(self, behind: RayCrossings, start: float) -> float:
         """Depth of the rearmost surface behind a front."""
         body = self.points[self.faces[self.owner == -1]].reshape(-1, 3)
         end = float(body[:, 1].max()) if len(body) else start
@@ -136,7 +136,7 @@ class View:
         seen = last[last > start + max(STANDS_BACK, FAR_BACK * (end - start))]
         return float(np.percentile(seen, 25)) if len(seen) >= MEETS * behind.count else end
 
-    def walls(self, front: Front, start: float, free: float) -> tuple[int, tuple[Floats, Floats]]:
+    def visible_walls(self, front: FrontBounds, start: float, free: float) -> tuple[int, tuple[Floats, Floats]]:
         """How many of left, right, floor, roof and back one sees from the middle, and the corners of that room."""
         low = np.array([front.low[0], start, front.low[2]])
         high = np.array([front.high[0], max(free, start + 1e-3), front.high[2]])
@@ -144,7 +144,7 @@ class View:
         count, out = 0, [low.copy(), high.copy()]
         for axis, signs in ((0, (-1.0, 1.0)), (2, (-1.0, 1.0)), (1, (1.0,))):
             a, b = (k for k in range(3) if k != axis)
-            lines = self.lines(axis, grid(low[[a, b]], high[[a, b]], COUNT, 0.2), front.own)
+            lines = self.cast_lines(axis, sample_grid(low[[a, b]], high[[a, b]], COUNT, 0.2), front.own)
             for sign in signs:
                 way, looks = lines.beyond(float(middle[axis]), sign)
                 near = np.isfinite(way) & (way <= 0.75 * size[axis] if axis != 1 else way < np.inf)
@@ -152,7 +152,7 @@ class View:
                 if axis == 2:
                     # Shelves stand back: right behind the mouth one sees the floor and the roof.
                     rim = np.array([high[0], start + RIM * size[1]])
-                    edge = self.lines(2, grid(low[:2], rim, COUNT, 0.2), front.own)
+                    edge = self.cast_lines(2, sample_grid(low[:2], rim, COUNT, 0.2), front.own)
                     way, _ = edge.beyond(float(middle[2]), sign)
                     near = np.isfinite(way) & (way <= 0.5 * size[2])
                 if near.any():
@@ -164,11 +164,11 @@ class View:
                 out[0][axis], out[1][axis] = low[axis], high[axis]
         return count, (out[0], out[1])
 
-    def tub(self, part: int, front: float) -> tuple[Floats, Floats] | None:
+    def drawer_space(self, part: int, front: float) -> tuple[Floats, Floats] | None:
         """(3,) corners of what a drawer holds behind its front, None where one does not look into it from above."""
-        low, high = self.leaf(part)
+        low, high = self.leaf_box(part)
         low = np.array([low[0], front, low[2]])
-        down = self.through(2, grid(low[:2], high[:2], LINES_DOWN, 0.12), (part,))
+        down = self.cast_through_leaves(2, sample_grid(low[:2], high[:2], LINES_DOWN, 0.12), (part,))
         top = down.last()
         seen = np.isfinite(top)
         deep = seen & (top <= low[2] + 0.5 * (high[2] - low[2]))
@@ -181,7 +181,7 @@ class View:
         )
 
 
-def view_of(soup: Soup, parts: Sequence[PartPlan]) -> View:
+def make_probe(soup: TriangleSoup, parts: Sequence[PartPlan]) -> CavityProbe:
     """A soup with its parts, to be measured."""
     owner = np.full(len(soup.faces), -1, dtype=np.int64)
     grip = np.zeros(len(soup.faces), dtype=np.int64)
@@ -192,8 +192,8 @@ def view_of(soup: Soup, parts: Sequence[PartPlan]) -> View:
     parent = [names.index(p.parent) if p.parent in names else -1 for p in parts]
     carried = tuple(tuple(k for k in range(len(parts)) if _is_on(k, i, parent)) for i in range(len(parts)))
     rows = np.flatnonzero(soup.areas > 0.0)
-    view = View(soup.points, soup.faces[rows], owner[rows], grip[rows], carried, 1.0)
-    return View(view.points, view.faces, view.owner, view.grip, carried, _turned(view))
+    view = CavityProbe(soup.points, soup.faces[rows], owner[rows], grip[rows], carried, 1.0)
+    return CavityProbe(view.points, view.faces, view.owner, view.grip, carried, _turned(view))
 
 
 def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
@@ -204,13 +204,13 @@ def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
     return False
 
 
-def _turned(view: View) -> float:
+def _turned(view: CavityProbe) -> float:
     """-1 where most of what one meets from outside looks away."""
     low, high = view.points.min(axis=0), view.points.max(axis=0)
     away: list[Bools] = []
     for axis in range(3):
         a, b = (k for k in range(3) if k != axis)
-        lines = crossings(view.points, view.faces, axis, grid(low[[a, b]], high[[a, b]], 2 * COUNT, 0.05))
+        lines = cross_rays(view.points, view.faces, axis, sample_grid(low[[a, b]], high[[a, b]], 2 * COUNT, 0.05))
         for sign, start in ((1.0, float(low[axis]) - 1.0), (-1.0, float(high[axis]) + 1.0)):
             way, looks = lines.beyond(start, sign)
             away.append(~looks[np.isfinite(way)])
@@ -218,7 +218,7 @@ def _turned(view: View) -> float:
     return -1.0 if len(found) and float(found.mean()) > INSIDE_OUT else 1.0
 
 
-def border(low: Floats, high: Floats, inset: float) -> Floats:
+def border_points(low: Floats, high: Floats, inset: float) -> Floats:
     """(N, 2) places along the border of a rectangle, moved inwards."""
     a, b = low + inset, high - inset
     # The ends lie a little inside the corners, so that no line runs along an edge.

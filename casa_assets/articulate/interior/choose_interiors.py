@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from casa_assets.articulate.decisions import GIVEN, SAME_M, Decisions, RoomDecision
-from casa_assets.articulate.plan import Articulation, Filling, Room
-from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.decisions import GIVEN_REASON, SAME_M, CavityDecision, Decisions
+from casa_assets.articulate.plan import Articulation, Cavity, InteriorKind
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats
 from casa_assets.errors import UnknownId
 from casa_assets.model.record import Vec3
@@ -19,7 +19,9 @@ CUT_SHARE = 0.5
 LINER_SHARE = 0.04
 
 
-def decided(rooms: Sequence[Room], found: Articulation, soup: Soup, said: Decisions, build: bool) -> tuple[Room, ...]:
+def apply_cavity_decisions(
+    rooms: Sequence[Cavity], found: Articulation, soup: TriangleSoup, said: Decisions, build: bool
+) -> tuple[Cavity, ...]:
     """The rooms with what is wanted otherwise than found.
 
     Args:
@@ -40,34 +42,40 @@ def decided(rooms: Sequence[Room], found: Articulation, soup: Soup, said: Decisi
     return tuple(out)
 
 
-def _changed(room: Room, wanted: RoomDecision, found: Articulation, soup: Soup) -> Room:
+def _changed(room: Cavity, wanted: CavityDecision, found: Articulation, soup: TriangleSoup) -> Cavity:
     """One room with what is wanted otherwise."""
     changed = room
     if wanted.build and not room.built:
         changed = _lined(room)
-    if wanted.filling is not None and wanted.filling is not room.filling and room.filling is not Filling.DRAWER:
-        changed = changed.replace(filling=wanted.filling, confidence=1.0, reason=GIVEN)
+    if wanted.filling is not None and wanted.filling is not room.filling and room.filling is not InteriorKind.DRAWER:
+        changed = changed.replace(filling=wanted.filling, confidence=1.0, reason=GIVEN_REASON)
     if wanted.furnish is not None and wanted.furnish is not room.furnish:
-        changed = changed.replace(furnish=wanted.furnish, confidence=1.0, reason=GIVEN)
+        changed = changed.replace(furnish=wanted.furnish, confidence=1.0, reason=GIVEN_REASON)
     if wanted.box_m is not None:
         changed = _boxed(changed, wanted.box_m, found, soup)
     return changed
 
 
-def _lined(room: Room) -> Room:
+def _lined(room: Cavity) -> Cavity:
     """A room that a mesh has, to be lined all the same: with walls inside what it has."""
     low, high = np.array(room.low), np.array(room.high)
     wall = LINER_SHARE * float((high - low).min())
     inner = np.array([low[0] + wall, low[1], low[2] + wall]), high - wall
     return room.replace(
-        low=_vec(inner[0]), high=_vec(inner[1]), wall=wall, built=True, furnish=False, confidence=1.0, reason=GIVEN
+        low=_vec(inner[0]),
+        high=_vec(inner[1]),
+        wall=wall,
+        built=True,
+        furnish=False,
+        confidence=1.0,
+        reason=GIVEN_REASON,
     )
 
 
-def _boxed(room: Room, box: tuple[Vec3, Vec3], found: Articulation, soup: Soup) -> Room:
+def _boxed(room: Cavity, box: tuple[Vec3, Vec3], found: Articulation, soup: TriangleSoup) -> Cavity:
     """A room between other corners, with walls as thick as before."""
     metres = found.frame.metres or 1.0
-    corners = np.array(box) / metres + foot_of(soup)
+    corners = np.array(box) / metres + asset_origin(soup)
     low, high = corners.min(axis=0), corners.max(axis=0)
     if float(np.abs(np.array([low - room.low, high - room.high])).max()) * metres <= SAME_M:
         return room
@@ -78,10 +86,12 @@ def _boxed(room: Room, box: tuple[Vec3, Vec3], found: Articulation, soup: Soup) 
         start = low - CUT_SHARE * np.maximum(grown[0], 0.0)
         start[1] = cut[0][1]
         cut = (_vec(start), _vec(high + CUT_SHARE * np.maximum(grown[1], 0.0)))
-    return room.replace(low=_vec(low), high=_vec(high), outer=(_vec(a), _vec(b)), cut=cut, confidence=1.0, reason=GIVEN)
+    return room.replace(
+        low=_vec(low), high=_vec(high), outer=(_vec(a), _vec(b)), cut=cut, confidence=1.0, reason=GIVEN_REASON
+    )
 
 
-def foot_of(soup: Soup) -> Floats:
+def asset_origin(soup: TriangleSoup) -> Floats:
     """(3,) where the origin of the asset lies in the frame: under the middle, on the ground."""
     low, high = soup.points.min(axis=0), soup.points.max(axis=0)
     return np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])

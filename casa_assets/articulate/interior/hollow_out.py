@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from casa_assets.articulate.plan import Articulation, Frame
-from casa_assets.articulate.segment.cut_planes import Knife, split
+from casa_assets.articulate.segment.cut_planes import CutPlane, cut_triangles
 from casa_assets.articulate.segment.fragment_measures import FRONT
-from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel
@@ -21,9 +21,9 @@ Box = tuple[Vec3, Vec3]
 FAR = 10.0
 
 
-def carved(
-    model: RawModel, placed: Soup, found: Articulation, holes: Sequence[Box]
-) -> tuple[RawModel, Soup, Articulation]:
+def hollow_out(
+    model: RawModel, placed: TriangleSoup, found: Articulation, holes: Sequence[Box]
+) -> tuple[RawModel, TriangleSoup, Articulation]:
     """Take all of the body away that lies in some boxes of the frame.
 
     Args:
@@ -45,15 +45,15 @@ def carved(
         start += count
     model = model.replace(parts=tuple(parts))
     kept = np.concatenate(parents)
-    return model, in_frame(model, found.frame), _renumbered(found, kept, len(placed.faces))
+    return model, soup_in_frame(model, found.frame), _renumbered(found, kept, len(placed.faces))
 
 
-def in_frame(model: RawModel, frame: Frame) -> Soup:
+def soup_in_frame(model: RawModel, frame: Frame) -> TriangleSoup:
     """All triangles of a model as one soup in the frame."""
     starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
     faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
-    soup = soup_of(np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces))
-    return soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    soup = weld_triangles(np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces))
+    return soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
 
 
 def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple[Mesh, Ints]:
@@ -71,15 +71,17 @@ def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple
         near = free & ((corners.min(axis=1) < high) & (corners.max(axis=1) > low)).all(axis=1)
         if not near.any():
             continue
-        done = split(place, mesh.faces[near].astype(np.int64), _blades(low, high))
-        middle = done.carried(place)[done.faces].mean(axis=1)
+        done = cut_triangles(place, mesh.faces[near].astype(np.int64), _blades(low, high))
+        middle = done.interpolate(place)[done.faces].mean(axis=1)
         out = ~((middle > low) & (middle < high)).all(axis=1)
-        normals = None if mesh.normals is None else _unit(done.carried(mesh.normals))
-        colors = None if mesh.colors is None else np.rint(done.carried(mesh.colors.astype(np.float64))).astype(np.uint8)
+        normals = None if mesh.normals is None else _unit(done.interpolate(mesh.normals))
+        colors = (
+            None if mesh.colors is None else np.rint(done.interpolate(mesh.colors.astype(np.float64))).astype(np.uint8)
+        )
         mesh = Mesh(
-            vertices=done.carried(mesh.vertices),
+            vertices=done.interpolate(mesh.vertices),
             faces=np.concatenate([mesh.faces[~near].astype(np.int64), done.faces[out]]).astype(np.int32),
-            uv=None if mesh.uv is None else done.carried(mesh.uv),
+            uv=None if mesh.uv is None else done.interpolate(mesh.uv),
             normals=normals,
             colors=colors,
         )
@@ -88,11 +90,11 @@ def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple
     return mesh, parent
 
 
-def _blades(low: Floats, high: Floats) -> list[Knife]:
+def _blades(low: Floats, high: Floats) -> list[CutPlane]:
     """Planes through the sides of a box."""
     a, b = np.full(3, -FAR), np.full(3, FAR)
     # A blade on the front counts right, up and depth: x, z and y.
-    return [Knife(FRONT, k, float(end[axis]), a, b) for k, axis in ((0, 0), (1, 2), (2, 1)) for end in (low, high)]
+    return [CutPlane(FRONT, k, float(end[axis]), a, b) for k, axis in ((0, 0), (1, 2), (2, 1)) for end in (low, high)]
 
 
 def _unit(vectors: Floats) -> Floats:

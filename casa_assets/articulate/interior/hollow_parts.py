@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.segment.fragment_measures import SIDES, TOP, Pieces
-from casa_assets.articulate.segment.raster import draw
+from casa_assets.articulate.segment.fragment_measures import SIDES, TOP, MeasuredFragments
+from casa_assets.articulate.segment.raster import render_depth
 from casa_assets.core.typing import Floats
 
 PIXELS = 96
@@ -19,7 +19,7 @@ BORDER, RISE = 0.12, 0.15
 
 
 @dataclass(frozen=True)
-class Above:
+class PlanView:
     """Shares of the plan of some pieces, looked at from above.
 
     Attributes:
@@ -44,21 +44,23 @@ class Above:
         return self.is_box and self.low >= 0.5 and min(self.walls) >= 0.6
 
 
-def from_above(pieces: Pieces, fragments: Sequence[int]) -> Above:
+def view_from_above(pieces: MeasuredFragments, fragments: Sequence[int]) -> PlanView:
     """Look down on fragments alone."""
     faces = pieces.soup.faces[pieces.faces_of(fragments)]
     low, high = pieces.box(fragments)
     used, local = np.unique(faces, return_inverse=True)
-    picture = draw(pieces.soup.points[used], local.reshape(-1, 3), SIDES[TOP], PIXELS)
+    picture = render_depth(pieces.soup.points[used], local.reshape(-1, 3), SIDES[TOP], PIXELS)
     height = max(float(high[2] - low[2]), 1e-9)
     share = picture.depth / height
     seen = np.isfinite(share)
     total = float(share.size)
     deep, shallow = seen & (share > 0.5), seen & (share < 0.25)
-    return Above(float(seen.sum()) / total, float(deep.sum()) / total, float(shallow.sum()) / total, _walls(share))
+    return PlanView(float(seen.sum()) / total, float(deep.sum()) / total, float(shallow.sum()) / total, _walls(share))
 
 
-def behind(pieces: Pieces, side: int, fragments: Sequence[int], low: Floats, high: Floats) -> float:
+def free_share_behind(
+    pieces: MeasuredFragments, side: int, fragments: Sequence[int], low: Floats, high: Floats
+) -> float:
     """Share of a rectangle behind which there is room, once some fragments are gone.
 
     Args:
@@ -69,14 +71,14 @@ def behind(pieces: Pieces, side: int, fragments: Sequence[int], low: Floats, hig
     faces = pieces.soup.faces[~gone]
     if not len(faces):
         return 0.0
-    picture = draw(pieces.soup.points, faces, SIDES[side], 2 * PIXELS)
+    picture = render_depth(pieces.soup.points, faces, SIDES[side], 2 * PIXELS)
     nearest = float((pieces.soup.points[faces] @ SIDES[side][2]).min())
     row, column = picture.rows_columns(np.array([low[:2], high[:2]]))
     depth = picture.depth[row[1] : row[0] + 1, column[0] : column[1] + 1] + nearest
     return float((np.isfinite(depth) & (depth > float(high[2]) + ROOM)).mean())
 
 
-def roofed(pieces: Pieces, side: int, low: Floats, high: Floats) -> float:
+def roofed_share(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> float:
     """Share of the strip right behind a front that something covers at the height of its top or above.
 
     Args:
@@ -84,7 +86,7 @@ def roofed(pieces: Pieces, side: int, low: Floats, high: Floats) -> float:
     """
     strip = np.array([[low[0], low[1], high[2]], [high[0], high[1], high[2] + ROOM]]) @ SIDES[side]
     flat = np.sort(strip @ SIDES[TOP].T, axis=0)
-    picture = pieces.pictures[TOP]
+    picture = pieces.depth_images[TOP]
     row, column = picture.rows_columns(flat[:, :2])
     depth = picture.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
     height = float(pieces.high[:, 2].max()) - np.where(np.isfinite(depth), depth, np.inf)

@@ -10,9 +10,17 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.interior.hollow_parts import from_above
-from casa_assets.articulate.plan import Edge
-from casa_assets.articulate.segment.fragment_measures import BOTTOM, FRONT, LEFT, RIGHT, SIDES, Pieces, face_on
+from casa_assets.articulate.interior.hollow_parts import view_from_above
+from casa_assets.articulate.plan import HingeEdge
+from casa_assets.articulate.segment.fragment_measures import (
+    BOTTOM,
+    FRONT,
+    LEFT,
+    RIGHT,
+    SIDES,
+    MeasuredFragments,
+    corners_from_side,
+)
 from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 
@@ -28,19 +36,21 @@ TOUCH = 0.001
 
 
 @dataclass(frozen=True)
-class Tray:
+class InnerPart:
     """Something behind a door that moves: `round` ones turn, `tub` ones are drawers, the others are racks."""
 
     fragments: tuple[int, ...]
-    round: bool
-    tub: bool
+    turns: bool
+    is_drawer: bool
     confidence: float
     reason: str
 
 
-def find_trays(pieces: Pieces, side: int, door: Panel, edge: Edge | None, taken: Sequence[int]) -> list[Tray]:
+def find_inner_parts(
+    pieces: MeasuredFragments, side: int, door: Panel, edge: HingeEdge | None, taken: Sequence[int]
+) -> list[InnerPart]:
     """Drawers and turntables behind a front, and racks behind one that folds down."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     free = np.ones(pieces.count, dtype=bool)
     free[list(taken)] = False
     within = (low[:, :2] >= door.low[:2] - 0.03).all(axis=1) & (high[:, :2] <= door.high[:2] + 0.03).all(axis=1)
@@ -49,18 +59,21 @@ def find_trays(pieces: Pieces, side: int, door: Panel, edge: Edge | None, taken:
     surface = SEEN * np.maximum(pieces.area, 1e-12)
     # A thing without a top or back shows what is in it; what shows elsewhere is a wall.
     covered = (
-        pieces.seen[:, [s for s in (FRONT, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1) <= TUB_SEEN / SEEN * surface
+        pieces.visible_area[:, [s for s in (FRONT, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+        <= TUB_SEEN / SEEN * surface
     )
     found = []
     gone: set[int] = set()
     for gap in GAPS:
-        for group in heaps(low, high, [i for i in np.flatnonzero(rows & covered).tolist() if i not in gone], gap):
+        for group in group_touching(
+            low, high, [i for i in np.flatnonzero(rows & covered).tolist() if i not in gone], gap
+        ):
             if _fills(low, high, group, door, LEAST_TUB) and _is_tub(pieces, low, high, group, door):
-                found.append(Tray(tuple(group), False, True, 0.7, "a tub behind a front"))
+                found.append(InnerPart(tuple(group), False, True, 0.7, "a tub behind a front"))
                 gone |= set(group)
-    rows &= pieces.seen.sum(axis=1) <= surface
+    rows &= pieces.visible_area.sum(axis=1) <= surface
     rows[sorted(gone)] = False
-    for heap in heaps(low, high, np.flatnonzero(rows).tolist()):
+    for heap in group_touching(low, high, np.flatnonzero(rows).tolist()):
         if not _fills(low, high, heap, door, LEAST_DISC):
             continue
         group = _with_what_it_holds(low, high, heap, rows)
@@ -84,30 +97,32 @@ def _fills(low: Floats, high: Floats, group: list[int], door: Panel, share: floa
     return bool(across[0] >= share * door.width and across[2] >= min(0.25, share) * door.width)
 
 
-def _is_tub(pieces: Pieces, low: Floats, high: Floats, group: list[int], door: Panel) -> bool:
+def _is_tub(pieces: MeasuredFragments, low: Floats, high: Floats, group: list[int], door: Panel) -> bool:
     """Whether a heap is a drawer: of solid walls, and starting not far behind the front."""
     across = high[group].max(axis=0) - low[group].min(axis=0)
     near = float(low[group, 2].min() - door.high[2]) <= 0.35 * float(across[2])
     tall = 0.08 * min(across[0], across[2]) <= across[1] <= MOST_HEIGHT * door.height
-    return bool(near and tall) and from_above(pieces, group).is_tub
+    return bool(near and tall) and view_from_above(pieces, group).is_tub
 
 
-def _rack(pieces: Pieces, side: int, group: list[int], edge: Edge | None, door: Panel) -> Tray | None:
+def _rack(
+    pieces: MeasuredFragments, side: int, group: list[int], edge: HingeEdge | None, door: Panel
+) -> InnerPart | None:
     """A rack or a turntable, or None for what is neither: boards between the walls do not move."""
-    low, high = face_on(pieces, side)
+    low, high = corners_from_side(pieces, side)
     across = high[group].max(axis=0) - low[group].min(axis=0)
     if across[1] > 0.6 * min(across[0], across[2]):
         return None
     disc = abs(float(across[0] - across[2])) < 0.03 * float(across[0]) and _is_disc(pieces, side, group)
     if disc:
-        return Tray(tuple(group), True, False, 0.7, "a disc behind a door")
+        return InnerPart(tuple(group), True, False, 0.7, "a disc behind a door")
     if (
-        edge is not Edge.BOTTOM
+        edge is not HingeEdge.BOTTOM
         or not _fills(low, high, group, door, LEAST_WIDTH)
         or _is_board(low, high, group, pieces.count)
     ):
         return None
-    return Tray(tuple(group), False, False, 0.6, "a level rack behind a door that folds down")
+    return InnerPart(tuple(group), False, False, 0.6, "a level rack behind a door that folds down")
 
 
 def _is_board(low: Floats, high: Floats, group: list[int], count: int) -> bool:
@@ -116,10 +131,10 @@ def _is_board(low: Floats, high: Floats, group: list[int], count: int) -> bool:
     plates = [i for i in group if np.prod((high[i] - low[i])[[0, 2]]) >= 0.9 * np.prod((b - a)[[0, 2]])]
     others = np.ones(count, dtype=bool)
     others[group] = False
-    return len(plates) == 1 and bears(low, high, plates[0], others)
+    return len(plates) == 1 and is_shelf(low, high, plates[0], others)
 
 
-def bears(low: Floats, high: Floats, plate: int, others: Bools) -> bool:
+def is_shelf(low: Floats, high: Floats, plate: int, others: Bools) -> bool:
     """Whether a level plate stands between two walls, which are among `others`: a shelf, a floor or a top."""
     thick = float((high - low)[plate, 1])
     near = others & (low <= high[plate] + TOUCH).all(axis=1) & (high >= low[plate] - TOUCH).all(axis=1)
@@ -129,7 +144,7 @@ def bears(low: Floats, high: Floats, plate: int, others: Bools) -> bool:
     return bool(left.any() and right.any())
 
 
-def heaps(low: Floats, high: Floats, rows: list[int], gap: float = 0.004) -> list[list[int]]:
+def group_touching(low: Floats, high: Floats, rows: list[int], gap: float = 0.004) -> list[list[int]]:
     """Groups of pieces whose boxes touch, each ascending; `gap` in diagonals."""
     if not rows:
         return []
@@ -139,7 +154,7 @@ def heaps(low: Floats, high: Floats, rows: list[int], gap: float = 0.004) -> lis
     return [[r for r, k in zip(rows, label.tolist(), strict=True) if k == n] for n in range(int(label.max()) + 1)]
 
 
-def _is_disc(pieces: Pieces, side: int, group: Sequence[int]) -> bool:
+def _is_disc(pieces: MeasuredFragments, side: int, group: Sequence[int]) -> bool:
     """Whether the outline seen from above is a circle: its corners are empty."""
     points = pieces.points_of(group) @ SIDES[side][[0, 2]].T
     middle = (points.min(axis=0) + points.max(axis=0)) / 2

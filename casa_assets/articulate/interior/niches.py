@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.raster import Picture, draw
+from casa_assets.articulate.segment.raster import DepthImage, render_depth
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.shape import Box
@@ -25,7 +25,7 @@ DEEP, NARROW_M, LONGER = 0.2, (0.015, 0.06), 2.0
 
 
 @dataclass(frozen=True)
-class Hollow:
+class Niche:
     """A box, metres, asset frame."""
 
     low: tuple[float, float, float]
@@ -44,13 +44,13 @@ class Hollow:
         return found
 
 
-def cup_place(asset: Asset) -> Hollow | None:
+def find_cup_niche(asset: Asset) -> Niche | None:
     """The room under the spout of a machine, open to its front; its floor is what a cup stands on.
 
     A machine without a tray pours onto what it stands on itself.
     """
     points, faces = _body(asset)
-    picture = draw(points, faces, SIDES[FRONT], PIXELS)
+    picture = render_depth(points, faces, SIDES[FRONT], PIXELS)
     deep = float(np.ptp(points[:, 1]))
     back = np.where(np.isfinite(picture.depth), picture.depth, deep)
     inner = back >= UNDER * deep
@@ -61,7 +61,7 @@ def cup_place(asset: Asset) -> Hollow | None:
     return None if best is None else _box(picture, points, back, best)
 
 
-def _largest(places: Bools, picture: Picture) -> tuple[int, int, int, int] | None:
+def _largest(places: Bools, picture: DepthImage) -> tuple[int, int, int, int] | None:
     """Rows and columns of the largest place that a cup fits into."""
     best: tuple[float, int, int, int, int] | None = None
     label, _ = ndimage.label(places)
@@ -78,10 +78,10 @@ def _largest(places: Bools, picture: Picture) -> tuple[int, int, int, int] | Non
     return None if best is None else best[1:]
 
 
-def slots(asset: Asset) -> list[Hollow]:
+def find_toaster_slots(asset: Asset) -> list[Niche]:
     """Long narrow hollows that are open above, from the left, or from the front where they lie across."""
     points, faces = _body(asset)
-    picture = draw(points, faces, SIDES[TOP], PIXELS)
+    picture = render_depth(points, faces, SIDES[TOP], PIXELS)
     low, high = points.min(axis=0), points.max(axis=0)
     tall = float(high[2] - low[2])
     deep = np.isfinite(picture.depth) & (picture.depth >= DEEP * tall)
@@ -100,12 +100,12 @@ def slots(asset: Asset) -> list[Hollow]:
         y1, y0 = (float(picture.low[1]) + (deep.shape[0] - r) * picture.pixel for r in (a, b))
         x0, x1 = (float(picture.low[0]) + k * picture.pixel for k in (c, d))
         px = picture.pixel
-        out.append(Hollow((_mm(x0 + px), _mm(y0 + px), _mm(floor)), (_mm(x1 - px), _mm(y1 - px), _mm(float(high[2])))))
+        out.append(Niche((_mm(x0 + px), _mm(y0 + px), _mm(floor)), (_mm(x1 - px), _mm(y1 - px), _mm(float(high[2])))))
     along = bool(out) and float(out[0].size[1]) >= float(out[0].size[0])
     return sorted(out, key=lambda h: h.low[0] if along else h.low[1])
 
 
-def floor_under(hollow: Hollow, thick: float = 0.003) -> tuple[Box, Pose]:
+def niche_floor(hollow: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
     """A thin board whose top is the floor of a hollow."""
     x, y, _ = (float(v) for v in hollow.size)
     at = hollow.middle
@@ -118,7 +118,7 @@ def _above(solid: Bools) -> Bools:
     return found
 
 
-def _box(picture: Picture, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Hollow:
+def _box(picture: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:
     a, b, c, d = span
     rows = back.shape[0]
     front = float(points[:, 1].min())
@@ -127,7 +127,7 @@ def _box(picture: Picture, points: Floats, back: Floats, span: tuple[int, int, i
     far = front + float(np.median(back[a:b, c:d]))
     # It begins where what stands under it does.
     near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front
-    return Hollow((_mm(x0), _mm(min(near, far - 0.02)), _mm(z0)), (_mm(x1), _mm(far), _mm(z1)))
+    return Niche((_mm(x0), _mm(min(near, far - 0.02)), _mm(z0)), (_mm(x1), _mm(far), _mm(z1)))
 
 
 def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:

@@ -28,7 +28,7 @@ TAKEN = 0.4
 DRAWER_INSET = 0.12
 
 
-def bounds_of(asset: Asset, link: str, held: bool = True) -> Bounds:
+def link_bounds(asset: Asset, link: str, held: bool = True) -> Bounds:
     """Lower and upper corner of what is seen of a link, asset frame, metres; `held`: with its handle."""
     pose = asset.asset_from_link(link)
     clouds = [pose.apply(v.mesh.vertices) for v in asset.link(link).visuals if held or v.label != "handle"]
@@ -36,20 +36,20 @@ def bounds_of(asset: Asset, link: str, held: bool = True) -> Bounds:
     return points.min(axis=0), points.max(axis=0)
 
 
-def box_of(asset: Asset, region: Region) -> Bounds:
+def region_bounds(asset: Asset, region: Region) -> Bounds:
     """Lower and upper corner of a region that stands upright, asset frame, metres."""
     middle = asset.asset_from_link(region.link).apply(np.array([region.pose.position]))[0]
     half = np.array(region.size) / 2
     return middle - half, middle + half
 
 
-def behind(asset: Asset, region: Region) -> str:
+def closing_link(asset: Asset, region: Region) -> str:
     """Name of the link that closes a room: the smallest front before its middle; empty for none."""
-    low, high = box_of(asset, region)
+    low, high = region_bounds(asset, region)
     middle = (low + high) / 2
     found = []
     for joint in asset.joints:
-        a, b = bounds_of(asset, joint.child)
+        a, b = link_bounds(asset, joint.child)
         before = a[1] < low[1] + 0.02
         if before and a[0] <= middle[0] <= b[0] and a[2] <= middle[2] <= b[2] and joint.behind is None:
             found.append((round(float((b - a)[0] * (b - a)[2]), 6), joint.child))
@@ -63,7 +63,7 @@ def split_by_shelves(asset: Asset, region: Region) -> list[Region]:
     """
     if region.link != "object" or region.kind != "box":
         return [region]
-    low, high = box_of(asset, region)
+    low, high = region_bounds(asset, region)
     if (high - low).min() < LEAST_M or _filled(asset, (low + high) / 2):
         low, high = _before(asset, low, high)
     boards = _boards(asset, low, high, 0)
@@ -81,13 +81,15 @@ def split_by_shelves(asset: Asset, region: Region) -> list[Region]:
 def _before(asset: Asset, low: Floats, high: Floats) -> Bounds:
     """All that lies behind the fronts before a place, as far as the walls: for rooms that boards have cut up."""
     middle = (low + high) / 2
-    fronts = [bounds_of(asset, j.child) for j in asset.joints if shown(asset, j.child) == "door" and j.behind is None]
+    fronts = [
+        link_bounds(asset, j.child) for j in asset.joints if link_label(asset, j.child) == "door" and j.behind is None
+    ]
     fronts = [(a, b) for a, b in fronts if a[2] <= middle[2] <= b[2] and b[1] <= middle[1]]
     near = [(a, b) for a, b in fronts if a[0] - APART_M <= middle[0] <= b[0] + APART_M]
     if not near:
         return low, high
     a, b = np.min([f[0] for f in near], axis=0), np.max([f[1] for f in near], axis=0)
-    whole = bounds_of(asset, "object")
+    whole = link_bounds(asset, "object")
     a, b = np.maximum(a, whole[0]), np.minimum(b, whole[1])
     return np.array([a[0], float(low[1]), a[2]]) + WALL_M, np.array([b[0], float(high[1]), b[2]]) - WALL_M
 
@@ -130,12 +132,12 @@ def _between(asset: Asset, point: Floats, low: float, high: float) -> tuple[floa
     return low, high
 
 
-def below_racks(asset: Asset, region: Region) -> Region | None:
+def region_below_racks(asset: Asset, region: Region) -> Region | None:
     """A room up to the lowest rack that slides in it; itself where there is none; None where none of it is left."""
     if region.link != "object":
         return region
-    low, high = box_of(asset, region)
-    racks = [bounds_of(asset, k.name) for k in asset.links if k.name.startswith("rack")]
+    low, high = region_bounds(asset, region)
+    racks = [link_bounds(asset, k.name) for k in asset.links if k.name.startswith("rack")]
     within = [a for a, b in racks if (a < high).all() and (b > low).all()]
     if not within:
         return region
@@ -147,28 +149,28 @@ def below_racks(asset: Asset, region: Region) -> Region | None:
     return region.replace(pose=Pose(position=(x, y, _mm((roof + float(low[2])) / 2))), size=size)
 
 
-def is_taken(asset: Asset, region: Region) -> bool:
+def is_occupied(asset: Asset, region: Region) -> bool:
     """Whether drawers or racks stand where a room of the body is: it is theirs."""
-    low, high = box_of(asset, region)
-    boxes = [bounds_of(asset, j.child) for j in asset.joints if j.behind is not None]
+    low, high = region_bounds(asset, region)
+    boxes = [link_bounds(asset, j.child) for j in asset.joints if j.behind is not None]
     inside = [np.minimum(b[1], high) - np.maximum(b[0], low) for b in boxes]
     share = sum(float(np.prod(np.maximum(i, 0.0))) for i in inside) / float(np.prod(high - low))
     return region.link == "object" and share >= TAKEN
 
 
-def over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | None:
+def region_over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | None:
     """The room over a rack, which moves with it: from its floor up to what is above."""
     link = asset.link(rack)
-    low, high = bounds_of(asset, rack)
+    low, high = link_bounds(asset, rack)
     middle = (low + high) / 2
     spans = _column(asset, link, float(middle[0]), float(middle[1]))
     if not spans:
         return None
     floor = spans[0][1]
-    above = [float(box_of(asset, r)[1][2]) for r in rooms if _holds(box_of(asset, r), middle)]
+    above = [float(region_bounds(asset, r)[1][2]) for r in rooms if _holds(region_bounds(asset, r), middle)]
     for other in asset.links:
         if other.name != rack and other.name.startswith("rack"):
-            a, b = bounds_of(asset, other.name)
+            a, b = link_bounds(asset, other.name)
             if a[2] > middle[2] and a[0] < middle[0] < b[0]:
                 above.append(float(a[2]))
     roof = min([floor + OVER_M, *(z - AIR_M for z in above)])
@@ -183,10 +185,10 @@ def over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | None:
     return Region(name=rack, link=rack, pose=Pose(position=(x, y, z)), size=size)
 
 
-def in_drawer(asset: Asset, drawer: str) -> Region | None:
+def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
     """The room in a drawer's box, which moves with it; None where it has no floor, or is full."""
     link = asset.link(drawer)
-    low, high = bounds_of(asset, drawer, held=False)
+    low, high = link_bounds(asset, drawer, held=False)
     inset = DRAWER_INSET * (high - low)[:2]
     a, b = low[:2] + inset, high[:2] - inset
     middle = (a + b) / 2
@@ -202,9 +204,9 @@ def in_drawer(asset: Asset, drawer: str) -> Region | None:
     return Region(name=drawer, link=drawer, pose=Pose(position=(x, y, z)), size=size)
 
 
-def support(asset: Asset, region: Region) -> str | None:
+def floor_collider(asset: Asset, region: Region) -> str | None:
     """Name of the collider of the body that the floor of a room is; None where nothing is under its middle."""
-    low, high = box_of(asset, region)
+    low, high = region_bounds(asset, region)
     middle = (low + high) / 2
     spans = _column(asset, asset.root, float(middle[0]), float(middle[1]))
     under = [(round(abs(t - float(low[2])), 6), name) for _, t, name in spans if abs(t - low[2]) <= APART_M]
@@ -274,7 +276,7 @@ def _upright(points: Floats, x: float, y: float) -> tuple[float, float] | None:
     return (bottom, top) if bottom < top else None
 
 
-def shown(asset: Asset, link: str) -> str:
+def link_label(asset: Asset, link: str) -> str:
     """What a link is: the label of what is seen of it besides its handle."""
     labels = [v.label for v in asset.link(link).visuals if v.label and v.label != "handle"]
     return labels[0] if labels else ""

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.plan import Edge
+from casa_assets.articulate.plan import HingeEdge
 from casa_assets.core.typing import Floats
 
 # Part of the door's depth from its back at which its hinge line lies. Ref: the articulation bench (docs/articulate.md,
 # The sets), which also scores this: its 67 hinged doors have a median of 0.13 and quartiles of 0.00 and 0.34.
 HINGE_DEPTH = 0.15
 # Part of its own depth by which a drawer opens. Ref: the 57 drawers of the same bench have a median of 0.82.
-DRAWER_WAY = 0.81
+DRAWER_TRAVEL_SHARE = 0.81
 DOOR_RANGE = math.pi / 2
 # A door hinges at its top or bottom only where it is this much wider than high.
 WIDE_DOOR = 1.2
@@ -26,35 +26,35 @@ SQUARE = 0.9
 
 
 @dataclass(frozen=True)
-class Opening:
+class HingeChoice:
     """How a panel opens: the edge of its hinge (None: it slides), the next likely edge, how sure, and why."""
 
-    edge: Edge | None
-    runner_up: Edge | None
+    edge: HingeEdge | None
+    runner_up: HingeEdge | None
     confidence: float
     reason: str
 
 
 @dataclass(frozen=True)
-class Grip:
+class PanelHandle:
     """Handle of a panel, of all its grips: middle and size relative to the panel, in (u, v)."""
 
     middle: Floats
     size: Floats
 
     @property
-    def lies(self) -> bool:
+    def is_level(self) -> bool:
         """It is wider than high."""
         return bool(self.size[0] > 1.5 * self.size[1])
 
     @property
-    def stands(self) -> bool:
+    def is_upright(self) -> bool:
         """It is higher than wide."""
         return bool(self.size[1] > 1.5 * self.size[0])
 
 
 def is_drawer(
-    panel: Panel, box_depth: float, whole: Floats, grip: Grip | None, others: list[Panel]
+    panel: Panel, box_depth: float, whole: Floats, grip: PanelHandle | None, others: list[Panel]
 ) -> tuple[bool, float, str]:
     """Whether a panel is the front of a drawer, how sure, and why."""
     deep = float(panel.high[2] - panel.low[2])
@@ -62,7 +62,7 @@ def is_drawer(
         return True, 0.95, "it is deep, and seen from its front alone"
     if box_depth > 0.3 * whole[2]:
         return True, 0.9, "a box behind it goes with it"
-    if panel.shelved:
+    if panel.has_shelf_behind:
         return False, 0.8, "a shelf behind it leaves no room for a box"
     ratio = panel.width / max(panel.height, 1e-9)
     full = panel.width > 0.8 * whole[0] and panel.height > 0.5 * whole[1]
@@ -72,14 +72,14 @@ def is_drawer(
     stacked = any(
         abs(o.low[0] - panel.low[0]) + abs(o.high[0] - panel.high[0]) < 0.03 for o in others if o is not panel
     )
-    if grip is not None and not grip.stands and ratio >= 1.5 and stacked:
+    if grip is not None and not grip.is_upright and ratio >= 1.5 and stacked:
         return True, 0.7, "a wide front with a centred handle, above or below others"
     if ratio >= 2.5 and panel.height < 0.35 * whole[1]:
         return True, 0.6, "a wide, low front"
     return False, 0.6, "no box behind it"
 
 
-def grip_of(panel: Panel, low: Floats, high: Floats) -> Grip | None:
+def panel_handle(panel: Panel, low: Floats, high: Floats) -> PanelHandle | None:
     """The handle of a panel: of its grips those that stand out at least 0.6 times as far as the one farthest out."""
     if not panel.grips:
         return None
@@ -87,10 +87,10 @@ def grip_of(panel: Panel, low: Floats, high: Floats) -> Grip | None:
     chosen = [i for g, s in zip(panel.grips, out, strict=True) if s >= 0.6 * max(out) for i in g]
     a, b = low[chosen, :2].min(axis=0), high[chosen, :2].max(axis=0)
     size = np.array([panel.width, panel.height])
-    return Grip(((a + b) / 2 - panel.low[:2]) / size, b - a)
+    return PanelHandle(((a + b) / 2 - panel.low[:2]) / size, b - a)
 
 
-def hinge_edge(panel: Panel, grip: Grip | None, others: list[Panel], whole: Floats) -> Opening:
+def hinge_edge(panel: Panel, grip: PanelHandle | None, others: list[Panel], whole: Floats) -> HingeChoice:
     """The edge of a door's hinge: opposite its handle, away from its neighbours."""
     ratio = panel.width / max(panel.height, 1e-9)
     full = panel.width > 0.8 * whole[0] and panel.height > 0.4 * whole[1]
@@ -98,24 +98,24 @@ def hinge_edge(panel: Panel, grip: Grip | None, others: list[Panel], whole: Floa
     if grip is None:
         return _by_neighbours(panel, others, ratio, full)
     x, y = float(grip.middle[0]) - 0.5, float(grip.middle[1]) - 0.5
-    side = Edge.LEFT if x > 0 else Edge.RIGHT
-    level = Edge.BOTTOM if y > 0 else Edge.TOP
+    side = HingeEdge.LEFT if x > 0 else HingeEdge.RIGHT
+    level = HingeEdge.BOTTOM if y > 0 else HingeEdge.TOP
     bar = float(grip.size[0]) / panel.width
     alone = full and not any(o is not panel and o.width * o.height > 0.3 * panel.width * panel.height for o in others)
-    if grip.lies and abs(y) > 0.15 and ((flap and (abs(x) < 0.15 or bar > 0.7)) or (alone and bar > 0.5)):
-        return Opening(level, side, 0.9, "a level handle on a wide door")
-    if grip.lies and y > 0.3 and abs(x) < 0.08 and bar > 0.5 and ratio > SQUARE and panel.width > 0.8 * whole[0]:
-        return Opening(level, side, 0.75, "a long level handle at the top of a door as wide as the thing")
-    if grip.stands and abs(x) > 0.1:
-        return Opening(side, level, 0.95, "an upright handle at one side")
+    if grip.is_level and abs(y) > 0.15 and ((flap and (abs(x) < 0.15 or bar > 0.7)) or (alone and bar > 0.5)):
+        return HingeChoice(level, side, 0.9, "a level handle on a wide door")
+    if grip.is_level and y > 0.3 and abs(x) < 0.08 and bar > 0.5 and ratio > SQUARE and panel.width > 0.8 * whole[0]:
+        return HingeChoice(level, side, 0.75, "a long level handle at the top of a door as wide as the thing")
+    if grip.is_upright and abs(x) > 0.1:
+        return HingeChoice(side, level, 0.95, "an upright handle at one side")
     if flap and abs(x) < 0.08 and abs(y) > 0.15:
-        return Opening(level, side, 0.7, "a handle in the middle of a wide door")
+        return HingeChoice(level, side, 0.7, "a handle in the middle of a wide door")
     if abs(x) < 0.04:
         return _by_neighbours(panel, others, ratio, full)
-    return Opening(side, level, 0.8, "a handle nearer to one side")
+    return HingeChoice(side, level, 0.8, "a handle nearer to one side")
 
 
-def _by_neighbours(panel: Panel, others: list[Panel], ratio: float, full: bool) -> Opening:
+def _by_neighbours(panel: Panel, others: list[Panel], ratio: float, full: bool) -> HingeChoice:
     """Doors side by side open from their outer edges; a very wide one folds down."""
     beside = [
         o
@@ -125,20 +125,25 @@ def _by_neighbours(panel: Panel, others: list[Panel], ratio: float, full: bool) 
     right = sum(float(o.low[0]) >= float(panel.high[0]) - 0.01 for o in beside)
     left = sum(float(o.high[0]) <= float(panel.low[0]) + 0.01 for o in beside)
     if right > left:
-        return Opening(Edge.LEFT, Edge.RIGHT, 0.75, "another front to its right")
+        return HingeChoice(HingeEdge.LEFT, HingeEdge.RIGHT, 0.75, "another front to its right")
     if left > right:
-        return Opening(Edge.RIGHT, Edge.LEFT, 0.75, "another front to its left")
+        return HingeChoice(HingeEdge.RIGHT, HingeEdge.LEFT, 0.75, "another front to its left")
     if ratio >= FLAP:
-        for level, over in ((Edge.BOTTOM, True), (Edge.TOP, False)):
+        for level, over in ((HingeEdge.BOTTOM, True), (HingeEdge.TOP, False)):
             if _stacked(panel, others, over):
-                return Opening(level, _opposite(level), 0.6, "a wide front, with another above or below it")
+                return HingeChoice(level, _opposite(level), 0.6, "a wide front, with another above or below it")
     if ratio > 2.0:
-        return Opening(Edge.BOTTOM, Edge.TOP, 0.5, "a very wide door without a handle")
-    return Opening(Edge.LEFT, Edge.RIGHT, 0.4, "nothing says which side")
+        return HingeChoice(HingeEdge.BOTTOM, HingeEdge.TOP, 0.5, "a very wide door without a handle")
+    return HingeChoice(HingeEdge.LEFT, HingeEdge.RIGHT, 0.4, "nothing says which side")
 
 
-def _opposite(edge: Edge) -> Edge:
-    return {Edge.LEFT: Edge.RIGHT, Edge.RIGHT: Edge.LEFT, Edge.TOP: Edge.BOTTOM, Edge.BOTTOM: Edge.TOP}[edge]
+def _opposite(edge: HingeEdge) -> HingeEdge:
+    return {
+        HingeEdge.LEFT: HingeEdge.RIGHT,
+        HingeEdge.RIGHT: HingeEdge.LEFT,
+        HingeEdge.TOP: HingeEdge.BOTTOM,
+        HingeEdge.BOTTOM: HingeEdge.TOP,
+    }[edge]
 
 
 def _stacked(panel: Panel, others: list[Panel], over: bool) -> bool:
@@ -151,17 +156,17 @@ def _stacked(panel: Panel, others: list[Panel], over: bool) -> bool:
     return False
 
 
-def hinge_line(panel: Panel, edge: Edge) -> tuple[Floats, Floats]:
+def hinge_line(panel: Panel, edge: HingeEdge) -> tuple[Floats, Floats]:
     """Axis and a point of it in (u, v, w), with which a positive turn opens the door towards the viewer.
 
     (u, v, w) is left-handed where w is depth; the axis is given for the right-handed frame right, up, towards viewer.
     """
     w = float(panel.high[2] - HINGE_DEPTH * (panel.high[2] - panel.low[2]))
     u, v = (panel.low[:2] + panel.high[:2]) / 2
-    if edge is Edge.LEFT:
+    if edge is HingeEdge.LEFT:
         return np.array([0.0, -1.0, 0.0]), np.array([panel.low[0], v, w])
-    if edge is Edge.RIGHT:
+    if edge is HingeEdge.RIGHT:
         return np.array([0.0, 1.0, 0.0]), np.array([panel.high[0], v, w])
-    if edge is Edge.BOTTOM:
+    if edge is HingeEdge.BOTTOM:
         return np.array([1.0, 0.0, 0.0]), np.array([u, panel.low[1], w])
     return np.array([-1.0, 0.0, 0.0]), np.array([u, panel.high[1], w])

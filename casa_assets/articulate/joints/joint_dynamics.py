@@ -29,7 +29,7 @@ TURNED = frozenset({PartKind.KNOB})
 LEAST_WAY = 1e-4
 
 
-def joint_for(part: PartPlan, metres: float, link: Link, behind: int | None, names: Sequence[str]) -> Joint:
+def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, names: Sequence[str]) -> Joint:
     """The joint of a part, child frame; friction and damping by what moves it.
 
     Args:
@@ -88,7 +88,7 @@ def _about(link: Link, axis: Floats) -> float:
     return float(axis @ link.inertial.tensor @ axis) + link.inertial.mass * float(off @ off)
 
 
-def states_for(part: PartPlan) -> tuple[State, ...]:
+def open_closed_states(part: PartPlan) -> tuple[State, ...]:
     """Closed and open of a front. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
     if part.kind not in (PartKind.DOOR, PartKind.DRAWER, PartKind.LID):
         return ()

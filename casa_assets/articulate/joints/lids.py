@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from casa_assets.articulate.controls.controls import is_round
-from casa_assets.articulate.interior.hollow_parts import from_above
-from casa_assets.articulate.segment.fragment_measures import FRONT, LEFT, TOP, Pieces, face_on
+from casa_assets.articulate.controls.controls import has_round_outline
+from casa_assets.articulate.interior.hollow_parts import view_from_above
+from casa_assets.articulate.segment.fragment_measures import FRONT, LEFT, TOP, MeasuredFragments, corners_from_side
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.coverage import surface_samples
 
@@ -38,7 +38,7 @@ class Lid:
 
     Attributes:
         fragments: all of it. knob: those of its knob. low, high: corners in the frame.
-        way: (3,) level unit direction from its middle to its hinge. far: how far it opens, rad.
+        way: (3,) level unit direction from its middle to its hinge. opening_angle: how far it opens, rad.
     """
 
     fragments: list[int]
@@ -46,7 +46,7 @@ class Lid:
     low: Floats
     high: Floats
     way: Floats
-    far: float
+    opening_angle: float
 
     @property
     def hinge(self) -> tuple[Floats, Floats]:
@@ -55,17 +55,17 @@ class Lid:
         return np.cross([0.0, 0.0, 1.0], self.way), middle + self.way * (self.high - self.low) / 2
 
 
-def find_lids(pieces: Pieces, taken: set[int]) -> list[Lid]:
+def find_lids(pieces: MeasuredFragments, taken: set[int]) -> list[Lid]:
     """The lid of a thing; none where several things look like one, as burners do."""
-    low, high = face_on(pieces, TOP)
+    low, high = corners_from_side(pieces, TOP)
     size = high - low
     across = size[:, :2].max(axis=1)
     fits = (across >= LEAST) & (size[:, :2].min(axis=1) >= across / 1.2) & (size[:, 2] <= THICK * across)
     fits &= pieces.area <= MOST_AREA * float(pieces.area.sum())
-    bare = pieces.seen[:, TOP] / np.maximum(size[:, 0] * size[:, 1], 1e-12)
+    bare = pieces.visible_area[:, TOP] / np.maximum(size[:, 0] * size[:, 1], 1e-12)
     fits &= bare >= BARE_UNDER_BAIL
     fits[sorted(taken)] = False
-    discs = [i for i in np.flatnonzero(fits).tolist() if is_round(pieces, TOP, [i], size[i, :2])]
+    discs = [i for i in np.flatnonzero(fits).tolist() if has_round_outline(pieces, TOP, [i], size[i, :2])]
     if len(discs) != 1:
         return []
     disc = discs[0]
@@ -78,11 +78,11 @@ def find_lids(pieces: Pieces, taken: set[int]) -> list[Lid]:
     held = _handle_side(pieces, host, fragments)
     ways = sorted(range(len(WAYS)), key=lambda k: (k != held, k))
     lids = [_opened(pieces, Lid(fragments, knob, *corners, WAYS[k], 0.0)) for k in ways]
-    wide = [lid for lid in lids if lid.far >= WIDE]
-    return [wide[0] if wide else max(lids, key=lambda lid: lid.far)]
+    wide = [lid for lid in lids if lid.opening_angle >= WIDE]
+    return [wide[0] if wide else max(lids, key=lambda lid: lid.opening_angle)]
 
 
-def _handle_side(pieces: Pieces, host: int, lid: list[int]) -> int:
+def _handle_side(pieces: MeasuredFragments, host: int, lid: list[int]) -> int:
     """Number of the way to the handle of a vessel, or away from its spout; the back where nothing tells.
 
     Of what sticks out at the sides the tallest is the handle; under a bail what sticks out alone is the spout.
@@ -107,7 +107,7 @@ def _handle_side(pieces: Pieces, host: int, lid: list[int]) -> int:
     return next(k for k, way in enumerate(WAYS) if float(way @ WAYS[best]) < -0.5) if spout else best
 
 
-def _opened(pieces: Pieces, lid: Lid) -> Lid:
+def _opened(pieces: MeasuredFragments, lid: Lid) -> Lid:
     """A lid with the angle to which it opens before it meets what does not touch it while it is shut."""
     rows = np.zeros(len(pieces.label), dtype=bool)
     rows[pieces.faces_of(lid.fragments)] = True
@@ -124,14 +124,14 @@ def _opened(pieces: Pieces, lid: Lid) -> Lid:
         if len(own) and float(tree.query(moved)[0].min()) < CLEAR:
             break
         far = float(angle)
-    return replace(lid, far=far)
+    return replace(lid, opening_angle=far)
 
 
-def _is_vessel(pieces: Pieces, host: int) -> bool:
+def _is_vessel(pieces: MeasuredFragments, host: int) -> bool:
     """Whether a piece is open at the top and closed all round."""
     size = pieces.high[host] - pieces.low[host]
-    closed = all(pieces.seen[host, s] >= 0.6 * size[a] * size[2] for s, a in ((FRONT, 0), (LEFT, 1)))
-    return closed and from_above(pieces, [host]).lid <= MOUTH
+    closed = all(pieces.visible_area[host, s] >= 0.6 * size[a] * size[2] for s, a in ((FRONT, 0), (LEFT, 1)))
+    return closed and view_from_above(pieces, [host]).lid <= MOUTH
 
 
 def _knob(low: Floats, high: Floats, disc: int, across: Floats) -> list[int]:

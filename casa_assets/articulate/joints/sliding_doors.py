@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.joints.hinges import Grip
-from casa_assets.articulate.segment.fragment_measures import Pieces, face_on
-from casa_assets.articulate.segment.raster import Picture
+from casa_assets.articulate.joints.hinges import PanelHandle
+from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.core.typing import Floats
 
 # Beside the door the niche is open for this part of its width, and deeper than the door by so much, diagonals.
@@ -21,7 +21,7 @@ FRAME = 0.006
 AWAY = 0.3
 
 
-def slide_way(pieces: Pieces, side: int, panel: Panel, grip: Grip | None) -> float | None:
+def sliding_direction(pieces: MeasuredFragments, side: int, panel: Panel, grip: PanelHandle | None) -> float | None:
     """1 for a door that runs to the right, -1 to the left, None for one that does not run.
 
     Args:
@@ -29,8 +29,8 @@ def slide_way(pieces: Pieces, side: int, panel: Panel, grip: Grip | None) -> flo
     """
     if grip is None:
         return None
-    low, high = face_on(pieces, side)
-    picture, near = pieces.pictures[side], float(low[:, 2].min())
+    low, high = corners_from_side(pieces, side)
+    picture, near = pieces.depth_images[side], float(low[:, 2].min())
     margin = 4 * picture.pixel
     inset = 0.1 * panel.height
     frame = [
@@ -53,7 +53,7 @@ def slide_way(pieces: Pieces, side: int, panel: Panel, grip: Grip | None) -> flo
     return None
 
 
-def _depths(picture: Picture, low: tuple[Any, Any], high: tuple[Any, Any]) -> npt.NDArray[np.float64]:
+def _depths(picture: DepthImage, low: tuple[Any, Any], high: tuple[Any, Any]) -> npt.NDArray[np.float64]:
     """Depths of the pixels of a rectangle in (u, v)."""
     corners: Floats = np.array([low, high], dtype=np.float64)
     row, column = picture.rows_columns(corners)

@@ -11,7 +11,7 @@ import numpy as np
 
 from casa_assets.articulate.plan import PartKind, PartPlan
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.triangle_soup import Bools, Soup
+from casa_assets.articulate.segment.triangle_soup import Bools, TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 
 # Parts that close with a board; what else is cut from a shell is closed where it was cut off.
@@ -23,7 +23,7 @@ FALLS = 0.05
 
 
 @dataclass(frozen=True)
-class Caps:
+class CapFaces:
     """Faces that close cuts.
 
     Attributes:
@@ -35,7 +35,7 @@ class Caps:
     owner: Ints
 
 
-def caps(soup: Soup, owner: Ints, parts: Sequence[PartPlan], backs: Mapping[int, float]) -> Caps:
+def close_cuts(soup: TriangleSoup, owner: Ints, parts: Sequence[PartPlan], backs: Mapping[int, float]) -> CapFaces:
     """Close every part against what it was cut from.
 
     Args:
@@ -68,13 +68,13 @@ def caps(soup: Soup, owner: Ints, parts: Sequence[PartPlan], backs: Mapping[int,
         faces += [shape[1] + start, against[:, ::-1] + start]
         owners += [np.full(len(shape[1]), i), np.full(len(against), -1 if board else far)]
     if not points:
-        return Caps(np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64))
-    return Caps(np.concatenate(points), np.concatenate(faces), np.concatenate(owners).astype(np.int64))
+        return CapFaces(np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64))
+    return CapFaces(np.concatenate(points), np.concatenate(faces), np.concatenate(owners).astype(np.int64))
 
 
-def _borders(soup: Soup, owner: Ints) -> tuple[Ints, Ints, Ints]:
+def _borders(soup: TriangleSoup, owner: Ints) -> tuple[Ints, Ints, Ints]:
     """Edges between faces of two owners, both ways: (E, 2) as the first owner's face has it, its owner, the other."""
-    alive = np.flatnonzero((soup.areas > 0) & (soup.twin == np.arange(len(soup.faces))))
+    alive = np.flatnonzero((soup.areas > 0) & (soup.duplicate_of == np.arange(len(soup.faces))))
     corners = soup.faces[alive]
     directed = np.concatenate([corners[:, [i, (i + 1) % 3]] for i in range(3)])
     mine = np.tile(owner[alive], 3)
@@ -102,7 +102,7 @@ def _inwards(part: PartPlan) -> Floats:
     return found
 
 
-def _has_back(soup: Soup, mine: Bools) -> bool:
+def _has_back(soup: TriangleSoup, mine: Bools) -> bool:
     """Whether a board has a surface that faces back."""
     facing = soup.normals @ SIDES[FRONT][2]
     front = float(soup.areas[mine & (facing < -0.8)].sum())

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.ndimage import binary_dilation, find_objects, grey_closing, label, maximum_filter1d
 
 from casa_assets.articulate.segment.fragment_measures import SIDES
-from casa_assets.articulate.segment.raster import Picture, draw
-from casa_assets.articulate.segment.triangle_soup import Bools, Soup
+from casa_assets.articulate.segment.raster import DepthImage, render_depth
+from casa_assets.articulate.segment.triangle_soup import Bools, TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 
 # Pixels along the longer side of a relief.
@@ -34,19 +34,19 @@ FAR = 2.0
 
 
 @dataclass(frozen=True)
-class Blob:
+class Protrusion:
     """A small thing that stands out.
 
     Attributes:
         rows, columns: half-open ranges of its pixels. low, high: (2,) corners in (u, v).
-        stands: how far it stands out at most. area: of its picture.
+        protrusion: how far it stands out at most. area: of its picture.
     """
 
     rows: tuple[int, int]
     columns: tuple[int, int]
     low: Floats
     high: Floats
-    stands: float
+    protrusion: float
     area: float
 
     @property
@@ -63,7 +63,7 @@ class Blob:
 
 
 @dataclass(frozen=True)
-class Relief:
+class SideRelief:
     """A side.
 
     Attributes:
@@ -72,18 +72,18 @@ class Relief:
         across, along: (H, W) edges between a pixel and the one at its right, below it.
     """
 
-    picture: Picture
+    picture: DepthImage
     depth: Floats
     base: Floats
     blob: Ints
-    blobs: tuple[Blob, ...]
+    blobs: tuple[Protrusion, ...]
     across: Bools
     along: Bools
 
 
-def relief(soup: Soup, side: int) -> Relief:
+def measure_relief(soup: TriangleSoup, side: int) -> SideRelief:
     """Look at a side of a soup that is in the frame."""
-    picture = draw(soup.points, soup.faces, SIDES[side], PIXELS)
+    picture = render_depth(soup.points, soup.faces, SIDES[side], PIXELS)
     depth = np.where(picture.face >= 0, picture.depth, FAR)
     base = depth
     for window in WINDOWS:
@@ -92,7 +92,7 @@ def relief(soup: Soup, side: int) -> Relief:
     base = np.where(base > FAR / 2, depth, base)
     blob, blobs = _blobs(picture, depth, base)
     across, along = _edges(soup, side, picture, depth)
-    return Relief(picture, depth, base, blob, blobs, across, along)
+    return SideRelief(picture, depth, base, blob, blobs, across, along)
 
 
 def _closed(depth: Floats, size: int) -> Floats:
@@ -102,11 +102,11 @@ def _closed(depth: Floats, size: int) -> Floats:
     return closed
 
 
-def _blobs(picture: Picture, depth: Floats, base: Floats) -> tuple[Ints, tuple[Blob, ...]]:
+def _blobs(picture: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[Protrusion, ...]]:
     """Connected regions that stand out: of nested ones the widest that is a small thing, not a frame or a board."""
     out = base - depth
     found = np.full(depth.shape, -1, dtype=np.int64)
-    blobs: list[Blob] = []
+    blobs: list[Protrusion] = []
     seen = depth < FAR / 2
     rough = float(np.median(np.abs(out[seen] - np.median(out[seen])))) if seen.any() else 0.0
     for level in LEVELS:
@@ -129,7 +129,7 @@ def _blobs(picture: Picture, depth: Floats, base: Floats) -> tuple[Ints, tuple[B
 
 def _sits(mask: Bools, seen: Bools, rows: slice, columns: slice) -> float:
     """Share of what is right round a region that is part of the thing: a ragged border stands out of nothing."""
-    grown = widened(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
+    grown = dilate(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
     window = np.pad(seen, 3)[rows.start : rows.stop + 6, columns.start : columns.stop + 6]
     return float(window[grown].mean())
 
@@ -138,25 +138,25 @@ def _around(span: slice) -> slice:
     return slice(max(0, span.start - 1), span.stop + 1)
 
 
-def _blob(picture: Picture, rows: slice, columns: slice, mask: Bools, out: Floats) -> Blob:
+def _blob(picture: DepthImage, rows: slice, columns: slice, mask: Bools, out: Floats) -> Protrusion:
     height = out.shape[0]
     low = picture.low + picture.pixel * np.array([columns.start, height - rows.stop])
     high = picture.low + picture.pixel * np.array([columns.stop, height - rows.start])
     stands = float(np.percentile(out[rows, columns][mask], 95))
     area = float(mask.sum()) * picture.pixel**2
-    return Blob((rows.start, rows.stop), (columns.start, columns.stop), low, high, stands, area)
+    return Protrusion((rows.start, rows.stop), (columns.start, columns.stop), low, high, stands, area)
 
 
-def _is_small(blob: Blob) -> bool:
+def _is_small(blob: Protrusion) -> bool:
     """Whether a region is a knob, a button or a bar, by its size and by how much of its rectangle it fills."""
     size = blob.high - blob.low
     fill = blob.area / float(np.prod(size))
     if size.max() <= SMALL:
         return fill >= 0.4
-    return bool(size.min() <= NARROW and blob.stands >= BAR_STANDS and (fill >= 0.4 or size.max() <= 2 * SMALL))
+    return bool(size.min() <= NARROW and blob.protrusion >= BAR_STANDS and (fill >= 0.4 or size.max() <= 2 * SMALL))
 
 
-def _edges(soup: Soup, side: int, picture: Picture, depth: Floats) -> tuple[Bools, Bools]:
+def _edges(soup: TriangleSoup, side: int, picture: DepthImage, depth: Floats) -> tuple[Bools, Bools]:
     """Pixels that step, or bend inwards, against the one at their right, and the one below.
 
     Outward bends are left out: they are the facets of a bulging front, while a gap always has an inward one.
@@ -172,20 +172,20 @@ def _edges(soup: Soup, side: int, picture: Picture, depth: Floats) -> tuple[Bool
     return across, along
 
 
-def widened(mask: Bools, pixels: int) -> Bools:
+def dilate(mask: Bools, pixels: int) -> Bools:
     """A mask grown by some pixels, all ways."""
     found: Bools = binary_dilation(mask, iterations=pixels) if pixels else mask
     return found
 
 
-def thick_lines(relief_: Relief, upright: bool, pixels: int) -> tuple[Bools, Bools]:
+def edge_lines(relief_: SideRelief, upright: bool, pixels: int) -> tuple[Bools, Bools]:
     """Edges along one way, each a few pixels wide, and where nothing hides the ground.
 
     Returns:
         (H, W) edges and (H, W) mask; transposed for upright lines, so that a line is always a row.
     """
     edges = relief_.across if upright else relief_.along
-    hidden = widened(relief_.blob >= 0, 2)
+    hidden = dilate(relief_.blob >= 0, 2)
     axis = 1 if upright else 0
     thick: Bools = maximum_filter1d((edges & ~hidden).astype(np.uint8), 2 * pixels + 1, axis=axis).astype(bool)
     free = ~hidden

@@ -17,7 +17,7 @@ REACH = 1e-6
 
 
 @dataclass(frozen=True)
-class Knife:
+class CutPlane:
     """A blade: the rectangle in which one of (right, up, depth) of a side has a value.
 
     Attributes:
@@ -33,28 +33,28 @@ class Knife:
 
 
 @dataclass(frozen=True)
-class Split:
+class CutTriangles:
     """Triangles after cutting.
 
     Attributes:
-        made: for each blade that cut: (a, b, share) of each new point, which is `a + share * (b - a)`; new points are
-            counted on from the last.
+        new_points: for each plane that cut: (a, b, share) of its new points, each `a + share * (b - a)`; they are
+            numbered on from the last point.
         faces: (F', 3). parent: (F',) triangle of which each is a part, ascending.
     """
 
-    made: tuple[tuple[Ints, Ints, Floats], ...]
+    new_points: tuple[tuple[Ints, Ints, Floats], ...]
     faces: Ints
     parent: Ints
 
-    def carried(self, values: Floats) -> Floats:
+    def interpolate(self, values: Floats) -> Floats:
         """(P', k) values at the old and the new points, from (P, k) values at the old ones."""
         out = values
-        for a, b, share in self.made:
+        for a, b, share in self.new_points:
             out = np.concatenate([out, out[a] + share[:, None] * (out[b] - out[a])])
         return out
 
 
-def split(points: Floats, faces: Ints, knives: Sequence[Knife]) -> Split:
+def cut_triangles(points: Floats, faces: Ints, knives: Sequence[CutPlane]) -> CutTriangles:
     """Cut triangles wherever an edge meets a blade: triangles that share an edge share the new point.
 
     Args:
@@ -71,10 +71,10 @@ def split(points: Floats, faces: Ints, knives: Sequence[Knife]) -> Split:
         parent = parent[kept]
         made.append((a, b, share))
     order = np.argsort(parent, kind="stable")
-    return Split(tuple(made), faces[order], parent[order])
+    return CutTriangles(tuple(made), faces[order], parent[order])
 
 
-def _cut(points: Floats, faces: Ints, knife: Knife) -> tuple[tuple[Ints, Ints, Floats], Ints, Ints] | None:
+def _cut(points: Floats, faces: Ints, knife: CutPlane) -> tuple[tuple[Ints, Ints, Floats], Ints, Ints] | None:
     """New points, triangles, and the one that each was part of; None where the blade meets nothing."""
     axes = SIDES[knife.side]
     level = points @ axes[knife.axis] - knife.at

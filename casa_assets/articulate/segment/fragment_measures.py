@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.segment.raster import Picture, draw
-from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.segment.raster import DepthImage, render_depth
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 
 # Rows of each: right, up, and the way one looks. Front, back, left, right, top, bottom.
@@ -28,22 +28,22 @@ PIXELS = 512
 
 
 @dataclass(frozen=True)
-class Pieces:
+class MeasuredFragments:
     """All fragments of a soup, in the frame.
 
     Attributes:
         label: (F,) fragment of each face, -1 for none.
         low, high: (N, 3) corners of each. area: (N,) surface.
-        seen: (N, 6) area of its picture from each of SIDES. pictures: those pictures, of faces.
+        visible_area: (N, 6) area of its picture from each of SIDES. depth_images: those pictures, of faces.
     """
 
-    soup: Soup
+    soup: TriangleSoup
     label: Ints
     low: Floats
     high: Floats
     area: Floats
-    seen: Floats
-    pictures: tuple[Picture, ...]
+    visible_area: Floats
+    depth_images: tuple[DepthImage, ...]
 
     @property
     def count(self) -> int:
@@ -67,7 +67,7 @@ class Pieces:
         return found
 
 
-def measure(soup: Soup, label: Ints, pixels: int = PIXELS) -> Pieces:
+def measure_fragments(soup: TriangleSoup, label: Ints, pixels: int = PIXELS) -> MeasuredFragments:
     """Measure the fragments of a soup that is in the frame."""
     count = int(label.max()) + 1 if len(label) else 0
     alive = np.flatnonzero(label >= 0)
@@ -76,15 +76,15 @@ def measure(soup: Soup, label: Ints, pixels: int = PIXELS) -> Pieces:
     np.minimum.at(low, label[alive], corners.min(axis=1))
     np.maximum.at(high, label[alive], corners.max(axis=1))
     area = np.bincount(label[alive], soup.areas[alive], count).astype(np.float64)
-    pictures = tuple(draw(soup.points, soup.faces, axes, pixels) for axes in SIDES)
+    pictures = tuple(render_depth(soup.points, soup.faces, axes, pixels) for axes in SIDES)
     seen = np.zeros((count, len(SIDES)))
     for i, picture in enumerate(pictures):
         shown = label[picture.face[picture.face >= 0]]
         seen[:, i] = np.bincount(shown[shown >= 0], minlength=count) * picture.pixel**2
-    return Pieces(soup, label, low, high, area, seen, pictures)
+    return MeasuredFragments(soup, label, low, high, area, seen, pictures)
 
 
-def face_on(pieces: Pieces, side: int) -> tuple[Floats, Floats]:
+def corners_from_side(pieces: MeasuredFragments, side: int) -> tuple[Floats, Floats]:
     """(N, 3) corners of every fragment as seen from a side: right, up, and depth from the viewer."""
     axes = SIDES[side]
     a, b = pieces.low @ axes.T, pieces.high @ axes.T

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Ints
 from casa_assets.geometry.mesh.topology import merge_rows
 
@@ -25,24 +25,24 @@ MOST_ROUND_EDGE = 12
 SAME_ANGLE = 1e-3
 
 
-def fragment_labels(soup: Soup) -> Ints:
+def fragment_labels(soup: TriangleSoup) -> Ints:
     """(F,) fragment of each face, by first face; without area -1, doubled that of the twin."""
-    alive = (soup.twin == np.arange(len(soup.faces))) & (soup.areas > 0.0)
+    alive = (soup.duplicate_of == np.arange(len(soup.faces))) & (soup.areas > 0.0)
     index = np.flatnonzero(alive)
     if not len(index):
         return np.full(len(soup.faces), -1, dtype=np.int64)
     left, right = _joined(soup, index)
-    alike = soup.tint[index[left]] == soup.tint[index[right]]
+    alike = soup.material_index[index[left]] == soup.material_index[index[right]]
     left, right = left[alike], right[alike]
     graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(len(index), len(index)))
     _, label = connected_components(graph, directed=False)
     _, ordered = merge_rows(label[:, None].astype(np.float64))
     found = np.full(len(soup.faces), -1, dtype=np.int64)
     found[index] = ordered
-    return np.where(soup.areas > 0.0, found[soup.twin], -1)
+    return np.where(soup.areas > 0.0, found[soup.duplicate_of], -1)
 
 
-def _joined(soup: Soup, index: Ints) -> tuple[Ints, Ints]:
+def _joined(soup: TriangleSoup, index: Ints) -> tuple[Ints, Ints]:
     """Pairs of places in `index` of faces that hang together."""
     faces = soup.faces[index]
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
@@ -66,7 +66,7 @@ def _joined(soup: Soup, index: Ints) -> tuple[Ints, Ints]:
     return np.concatenate(left), np.concatenate(right)
 
 
-def _wedges(soup: Soup, index: Ints, ends: Ints, owner: Ints, forward: Bools) -> tuple[Ints, Ints]:
+def _wedges(soup: TriangleSoup, index: Ints, ends: Ints, owner: Ints, forward: Bools) -> tuple[Ints, Ints]:
     """Pairs of faces round an edge that bound one wedge of matter each; none where the windings contradict that."""
     none = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
     a, b = soup.points[ends[0]], soup.points[ends[1]]

@@ -18,7 +18,7 @@ _STEPS = float(2**30)
 
 
 @dataclass(frozen=True)
-class Picture:
+class DepthImage:
     """What is seen along a direction.
 
     Attributes:
@@ -40,7 +40,7 @@ class Picture:
         return np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
 
 
-def draw(points: Floats, faces: Ints, axes: Floats, size_px: int) -> Picture:
+def render_depth(points: Floats, faces: Ints, axes: Floats, size_px: int) -> DepthImage:
     """Look at triangles from outside, along `axes[2]`.
 
     Args:
@@ -60,7 +60,7 @@ def draw(points: Floats, faces: Ints, axes: Floats, size_px: int) -> Picture:
     seen = buffer != np.iinfo(np.int64).max
     face = np.where(seen, buffer & 0xFFFFFFFF, -1).reshape(height, width)[::-1]
     depth = np.where(seen, (buffer >> 32) / _STEPS * span[2], np.inf).reshape(height, width)[::-1]
-    return Picture(face, depth, low[:2], pixel)
+    return DepthImage(face, depth, low[:2], pixel)
 
 
 def _chunks(rows: Floats, faces: Ints) -> list[tuple[int, int]]:

@@ -11,12 +11,12 @@ from casa_assets.core.typing import Floats, Ints
 
 # Faces that are looked at at once: bounds the memory, not the result.
 CHUNK = 20_000
-# Crossings nearer than this to each other are one sheet, diagonals.
+# RayCrossings nearer than this to each other are one sheet, diagonals.
 SHEET = 0.002
 
 
 @dataclass(frozen=True)
-class Crossings:
+class RayCrossings:
     """Where lines cross triangles, line by line, each along its axis.
 
     Attributes:
@@ -31,9 +31,9 @@ class Crossings:
     face: Ints
     count: int
 
-    def only(self, rows: Bools) -> Crossings:
+    def select(self, rows: Bools) -> RayCrossings:
         """Some of them."""
-        return Crossings(self.line[rows], self.at[rows], self.towards[rows], self.face[rows], self.count)
+        return RayCrossings(self.line[rows], self.at[rows], self.towards[rows], self.face[rows], self.count)
 
     def first(self) -> Floats:
         """(L,) least coordinate of each line, inf for none."""
@@ -63,7 +63,7 @@ class Crossings:
         return near, looks
 
 
-def crossings(points: Floats, faces: Ints, axis: int, spots: Floats) -> Crossings:
+def cross_rays(points: Floats, faces: Ints, axis: int, spots: Floats) -> RayCrossings:
     """Cross triangles with lines along an axis.
 
     Args:
@@ -91,11 +91,11 @@ def crossings(points: Floats, faces: Ints, axis: int, spots: Floats) -> Crossing
         owners.append(face + start)
     if not lines:
         none = np.empty(0)
-        return Crossings(none.astype(np.int64), none, none, none.astype(np.int64), len(spots))
+        return RayCrossings(none.astype(np.int64), none, none, none.astype(np.int64), len(spots))
     line, at = np.concatenate(lines), np.concatenate(depths)
     order = np.lexsort((np.concatenate(owners), at, line))
     side, owner = np.concatenate(sides)[order], np.concatenate(owners)[order]
-    return Crossings(line[order].astype(np.int64), at[order], side, owner.astype(np.int64), len(spots))
+    return RayCrossings(line[order].astype(np.int64), at[order], side, owner.astype(np.int64), len(spots))
 
 
 def _cross(p: Floats, q: Floats) -> Floats:
@@ -103,7 +103,7 @@ def _cross(p: Floats, q: Floats) -> Floats:
     return found
 
 
-def grid(low: Floats, high: Floats, count: int, inset: float = 0.0) -> Floats:
+def sample_grid(low: Floats, high: Floats, count: int, inset: float = 0.0) -> Floats:
     """(count * count, 2) places that fill a rectangle evenly; `inset` of its size is left free on every side."""
     share = inset + (1 - 2 * inset) * (np.arange(count) + 0.5013) / count
     x, y = (low[k] + share * (high[k] - low[k]) for k in (0, 1))

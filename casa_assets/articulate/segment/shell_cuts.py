@@ -6,12 +6,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from casa_assets.articulate.plan import Articulation, Frame, PartKind
-from casa_assets.articulate.segment.caps import Caps, caps
-from casa_assets.articulate.segment.cut_planes import Knife, split
+from casa_assets.articulate.segment.caps import CapFaces, close_cuts
+from casa_assets.articulate.segment.cut_planes import CutPlane, cut_triangles
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.shell_segments import Shell, find_shell, knives, zones
-from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
+from casa_assets.articulate.segment.shell_segments import FusedShell, find_shell, shell_cut_planes, shell_zones
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel, RawPart
@@ -19,7 +19,9 @@ from casa_assets.model.ingest.source import RawModel, RawPart
 _BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
 
 
-def opened(model: RawModel, placed: Soup, found: Articulation) -> tuple[RawModel, Soup, Articulation]:
+def cut_shell_parts(
+    model: RawModel, placed: TriangleSoup, found: Articulation
+) -> tuple[RawModel, TriangleSoup, Articulation]:
     """Cut a model along the borders of what was found on its shell; unchanged where there is no shell.
 
     Args:
@@ -34,14 +36,14 @@ def opened(model: RawModel, placed: Soup, found: Articulation) -> tuple[RawModel
     if shell is None:
         return model, placed, found
     owner = _owner(found, len(placed.faces))
-    zone = zones(shell, placed, np.arange(len(owner)))
+    zone = shell_zones(shell, placed, np.arange(len(owner)))
     part_of = _parts_of_zones(placed, zone, owner, shell)
     if not len(part_of):
         return model, placed, found  # controls stand on the shell, and nothing is cut out of it
-    blades = knives(shell, placed, np.flatnonzero(part_of >= 0).tolist())
+    blades = shell_cut_planes(shell, placed, np.flatnonzero(part_of >= 0).tolist())
     model, parent = _cut(model, found.frame, blades)
     soup = _in_frame(model, found.frame)
-    fresh = zones(shell, soup, parent)
+    fresh = shell_zones(shell, soup, parent)
     parted = np.bincount(parent, minlength=len(owner))[parent] > 1
     new = owner[parent]
     new = np.where(parted & (fresh >= 0), part_of[np.maximum(fresh, 0)], new)
@@ -52,7 +54,7 @@ def opened(model: RawModel, placed: Soup, found: Articulation) -> tuple[RawModel
         for i, (_, back) in enumerate(shell.fronts)
         if part_of[i] >= 0 and found.parts[part_of[i]].kind in _BOARDS
     }
-    closing = caps(soup, new, found.parts, backs)
+    closing = close_cuts(soup, new, found.parts, backs)
     found = _over(found, parent, new, closing)
     if len(closing.faces):
         model = model.replace(parts=(*model.parts, _cap_part(model, found.frame, closing)))
@@ -68,7 +70,7 @@ def _owner(found: Articulation, count: int) -> Ints:
     return owner
 
 
-def _parts_of_zones(soup: Soup, zone: Ints, owner: Ints, shell: Shell) -> Ints:
+def _parts_of_zones(soup: TriangleSoup, zone: Ints, owner: Ints, shell: FusedShell) -> Ints:
     """(Z,) the part that has most of each zone, -1 for the body."""
     count = len(shell.fronts) + len(shell.front.blobs) + len(shell.top.blobs)
     share = np.zeros((count, int(owner.max()) + 2))
@@ -78,20 +80,22 @@ def _parts_of_zones(soup: Soup, zone: Ints, owner: Ints, shell: Shell) -> Ints:
     return found
 
 
-def _cut(model: RawModel, frame: Frame, blades: list[Knife]) -> tuple[RawModel, Ints]:
+def _cut(model: RawModel, frame: Frame, blades: list[CutPlane]) -> tuple[RawModel, Ints]:
     """The model with its triangles cut, and the triangle that each was part of."""
     parts, parents = [], []
     start = 0
     for raw in model.parts:
         mesh = raw.mesh
         place = (mesh.vertices - np.array(frame.origin)) @ frame.rotation.T * frame.scale
-        done = split(place, mesh.faces.astype(np.int64), blades)
-        normals = None if mesh.normals is None else _unit(done.carried(mesh.normals))
-        colors = None if mesh.colors is None else np.rint(done.carried(mesh.colors.astype(np.float64))).astype(np.uint8)
+        done = cut_triangles(place, mesh.faces.astype(np.int64), blades)
+        normals = None if mesh.normals is None else _unit(done.interpolate(mesh.normals))
+        colors = (
+            None if mesh.colors is None else np.rint(done.interpolate(mesh.colors.astype(np.float64))).astype(np.uint8)
+        )
         fresh = Mesh(
-            vertices=done.carried(mesh.vertices),
+            vertices=done.interpolate(mesh.vertices),
             faces=done.faces.astype(np.int32),
-            uv=None if mesh.uv is None else done.carried(mesh.uv),
+            uv=None if mesh.uv is None else done.interpolate(mesh.uv),
             normals=normals,
             colors=colors,
         )
@@ -106,22 +110,24 @@ def _unit(vectors: Floats) -> Floats:
     return found
 
 
-def surface(model: RawModel) -> Soup:
+def model_soup(model: RawModel) -> TriangleSoup:
     """All triangles of a model as one soup, file axes."""
     starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
     faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
     numbers: dict[str, int] = {}
     looks = ["" if p.material is None else p.material.id for p in model.parts]
     tint = [np.full(len(f), numbers.setdefault(k, len(numbers))) for f, k in zip(faces, looks, strict=True)]
-    return soup_of(np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces), np.concatenate(tint))
+    return weld_triangles(
+        np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces), np.concatenate(tint)
+    )
 
 
-def _in_frame(model: RawModel, frame: Frame) -> Soup:
+def _in_frame(model: RawModel, frame: Frame) -> TriangleSoup:
     """All triangles of a model as one soup in the frame."""
-    return surface(model).placed(frame.rotation, np.array(frame.origin), frame.scale)
+    return model_soup(model).transformed(frame.rotation, np.array(frame.origin), frame.scale)
 
 
-def _over(found: Articulation, parent: Ints, owner: Ints, closing: Caps) -> Articulation:
+def _over(found: Articulation, parent: Ints, owner: Ints, closing: CapFaces) -> Articulation:
     """The parts over the cut faces, and over those that close them, which are counted on from the last."""
     parts = []
     for i, part in enumerate(found.parts):
@@ -132,7 +138,7 @@ def _over(found: Articulation, parent: Ints, owner: Ints, closing: Caps) -> Arti
     return found.replace(parts=tuple(parts))
 
 
-def _cap_part(model: RawModel, frame: Frame, closing: Caps) -> RawPart:
+def _cap_part(model: RawModel, frame: Frame, closing: CapFaces) -> RawPart:
     """The closing faces as a part that looks like the one round it: its material, its nearest texture coordinates."""
     largest = max(model.parts, key=lambda p: len(p.mesh.faces))
     points = frame.to_file(closing.points)

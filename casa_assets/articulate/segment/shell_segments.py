@@ -9,13 +9,20 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from casa_assets.articulate.fronts.bulging_fronts import without_stairs
-from casa_assets.articulate.fronts.rectangles import FAR_AWAY, Leaf, corners, find_leaves, is_handle, is_set
-from casa_assets.articulate.segment.creases import FAR, Relief, relief, widened
-from casa_assets.articulate.segment.cut_planes import Knife
+from casa_assets.articulate.fronts.bulging_fronts import merge_stairs
+from casa_assets.articulate.fronts.rectangles import (
+    FAR_AWAY,
+    FrontRectangle,
+    find_front_rectangles,
+    is_handle,
+    is_surrounded,
+    rectangle_corners,
+)
+from casa_assets.articulate.segment.creases import FAR, SideRelief, dilate, measure_relief
+from casa_assets.articulate.segment.cut_planes import CutPlane
 from casa_assets.articulate.segment.fragment_measures import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
-from casa_assets.articulate.segment.raster import Picture, draw
-from casa_assets.articulate.segment.triangle_soup import Bools, Soup
+from casa_assets.articulate.segment.raster import DepthImage, render_depth
+from casa_assets.articulate.segment.triangle_soup import Bools, TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 
 # A piece that holds this part of all surface, is so large every way, and is so much of what is seen of the front, is a
@@ -23,7 +30,7 @@ from casa_assets.core.typing import Floats, Ints
 SHELL_AREA, SHELL_EXTENT, SHELL_SHOWN = 0.55, 0.6, 0.5
 # What has fronts is boxy: so much of what is seen of it faces along an axis within 12 degrees, all sides alike. Ref: of
 # fused appliances and cabinets 0.64 to 0.97; of fruit, bottles, mugs, bowls and toys 0.07 to 0.60.
-BOXY, ALONG = 0.62, 0.978
+MIN_BOXINESS, ALONG = 0.62, 0.978
 # So much of a front faces the viewer within 35 degrees: a bulging one does, the side of a can does not.
 FACES, TOWARDS = 0.75, 0.819
 # A front whose back does not show is so thick, diagonals; none is thicker, or more than this part of the depth.
@@ -47,7 +54,7 @@ RIM = 0.006
 
 
 @dataclass(frozen=True)
-class Shell:
+class FusedShell:
     """What is to be cut.
 
     Attributes:
@@ -58,12 +65,12 @@ class Shell:
     mine: Bools
     shown: Bools
     skin: Bools
-    front: Relief
-    top: Relief
-    fronts: tuple[tuple[Leaf, float], ...]
+    front: SideRelief
+    top: SideRelief
+    fronts: tuple[tuple[FrontRectangle, float], ...]
 
 
-def cut(soup: Soup, label: Ints) -> Ints:
+def segment_shell(soup: TriangleSoup, label: Ints) -> Ints:
     """Take a shell apart on its front and top, along the edges that its triangles have.
 
     Args:
@@ -75,7 +82,7 @@ def cut(soup: Soup, label: Ints) -> Ints:
     shell = find_shell(soup, label)
     if shell is None:
         return label
-    zone = zones(shell, soup, np.arange(len(label)))
+    zone = shell_zones(shell, soup, np.arange(len(label)))
     fresh = int(label.max()) + 1
     number = np.cumsum(np.bincount(zone[zone >= 0], minlength=1) > 0) - 1
     out = np.where(zone >= 0, fresh + number[np.maximum(zone, 0)], label)
@@ -84,22 +91,22 @@ def cut(soup: Soup, label: Ints) -> Ints:
     return out
 
 
-def find_shell(soup: Soup, label: Ints) -> Shell | None:
+def find_shell(soup: TriangleSoup, label: Ints) -> FusedShell | None:
     """What of a soup is one shell that has parts in it, as for `cut`; None where each part is a piece of its own."""
     mine = _shell(soup, label)
     if not mine.any():
         return None
-    around = [draw(soup.points, soup.faces, SIDES[side], 256) for side in (BACK, LEFT, RIGHT, BOTTOM)]
-    front, top = relief(soup, FRONT), relief(soup, TOP)
+    around = [render_depth(soup.points, soup.faces, SIDES[side], 256) for side in (BACK, LEFT, RIGHT, BOTTOM)]
+    front, top = measure_relief(soup, FRONT), measure_relief(soup, TOP)
     seen = front.picture.face[front.picture.face >= 0]
-    if float(mine[seen].mean()) < SHELL_SHOWN or boxiness(soup, [front.picture, top.picture, *around]) < BOXY:
+    if float(mine[seen].mean()) < SHELL_SHOWN or boxiness(soup, [front.picture, top.picture, *around]) < MIN_BOXINESS:
         return None
     shown = np.zeros(len(label), dtype=bool)
     shown[seen] = True
     flat, deep = _seen_from(soup, FRONT)
     fronts = []
-    filled = [leaf for leaf in without_stairs(front, find_leaves(front)) if _may_open(soup, front, leaf, deep)]
-    marked = len(filled) >= PLAIN or any(is_set(front, b, FAR_AWAY) for b in front.blobs)
+    filled = [leaf for leaf in merge_stairs(front, find_front_rectangles(front)) if _may_open(soup, front, leaf, deep)]
+    marked = len(filled) >= PLAIN or any(is_surrounded(front, b, FAR_AWAY) for b in front.blobs)
     for leaf in filled:
         beside = marked and any(_beside(front, leaf, o) for o in filled) and _pixels(leaf) < WHOLE * len(seen)
         if any(is_handle(front, front.blobs[i]) for i in leaf.blobs) or beside:
@@ -108,10 +115,10 @@ def find_shell(soup: Soup, label: Ints) -> Shell | None:
     skin = np.zeros(len(label), dtype=bool)
     for picture in around:
         skin[picture.face[picture.face >= 0]] = True
-    return Shell(mine, shown, skin, front, top, tuple(fronts))
+    return FusedShell(mine, shown, skin, front, top, tuple(fronts))
 
 
-def knives(shell: Shell, soup: Soup, chosen: Sequence[int]) -> list[Knife]:
+def shell_cut_planes(shell: FusedShell, soup: TriangleSoup, chosen: Sequence[int]) -> list[CutPlane]:
     """Blades that give zones clean edges: round a front and behind it, under what stands out.
 
     Args:
@@ -120,10 +127,10 @@ def knives(shell: Shell, soup: Soup, chosen: Sequence[int]) -> list[Knife]:
     nearest = float((soup.points @ SIDES[FRONT][2]).min())
     out = []
     for leaf, back in (shell.fronts[i] for i in chosen if i < len(shell.fronts)):
-        a, b = corners(shell.front, leaf)
+        a, b = rectangle_corners(shell.front, leaf)
         low, high = np.append(a, nearest - 1.0), np.append(b, nearest + back)
-        out += [Knife(FRONT, axis, float(end[axis]), low, high) for axis in (0, 1) for end in (low, high)]
-        out.append(Knife(FRONT, 2, nearest + back, low, high))
+        out += [CutPlane(FRONT, axis, float(end[axis]), low, high) for axis in (0, 1) for end in (low, high)]
+        out.append(CutPlane(FRONT, 2, nearest + back, low, high))
     first = len(shell.fronts)
     for side, view in ((FRONT, shell.front), (TOP, shell.top)):
         nearest = float((soup.points @ SIDES[side][2]).min())
@@ -131,12 +138,12 @@ def knives(shell: Shell, soup: Soup, chosen: Sequence[int]) -> list[Knife]:
             if first + number in chosen:
                 rim = 3 * view.picture.pixel
                 low, high = np.append(blob.low - rim, nearest), np.append(blob.high + rim, nearest)
-                out.append(Knife(side, 2, nearest + _foot(view, number), low, high))
+                out.append(CutPlane(side, 2, nearest + _foot(view, number), low, high))
         first += len(view.blobs)
     return out
 
 
-def zones(shell: Shell, soup: Soup, parent: Ints) -> Ints:
+def shell_zones(shell: FusedShell, soup: TriangleSoup, parent: Ints) -> Ints:
     """(F',) which front, then which thing that stands out before it, then on the top, each face is of; -1 for none.
 
     Args:
@@ -157,19 +164,19 @@ def zones(shell: Shell, soup: Soup, parent: Ints) -> Ints:
     return out
 
 
-def _behind(shell: Shell, soup: Soup, zone: Ints) -> list[Ints]:
+def _behind(shell: FusedShell, soup: TriangleSoup, zone: Ints) -> list[Ints]:
     """Faces of surfaces behind fronts, each in one piece: boxes of drawers, walls and shelves."""
     flat, _ = _seen_from(soup, FRONT)
     out = []
     for leaf, _ in shell.fronts:
-        low, high = corners(shell.front, leaf)
+        low, high = rectangle_corners(shell.front, leaf)
         within = ((flat[:, :2] >= low + TIGHT) & (flat[:, :2] <= high - TIGHT)).all(axis=1)
         rows = np.flatnonzero(shell.mine & within & ~shell.skin & (zone < 0))
         out += [g for g in _hanging_together(soup, rows) if float(soup.areas[g].sum()) >= LEAST_BEHIND]
     return out
 
 
-def _seen_from(soup: Soup, side: int) -> tuple[Floats, float]:
+def _seen_from(soup: TriangleSoup, side: int) -> tuple[Floats, float]:
     """(F, 3) middle of each face as right, up and depth from the nearest point; and the depth of the whole."""
     flat = soup.points[soup.faces].mean(axis=1) @ SIDES[side].T
     depth = soup.points @ SIDES[side][2]
@@ -177,14 +184,14 @@ def _seen_from(soup: Soup, side: int) -> tuple[Floats, float]:
     return flat, float(np.ptp(depth))
 
 
-def _in_leaf(front: Relief, leaf: Leaf, flat: Floats) -> Bools:
+def _in_leaf(front: SideRelief, leaf: FrontRectangle, flat: Floats) -> Bools:
     """(F,) faces whose middle is in a rectangle, at any depth."""
     row, column = front.picture.rows_columns(flat[:, :2])
     found: Bools = (row >= leaf.rows[0]) & (row < leaf.rows[1])
     return found & (column >= leaf.columns[0]) & (column < leaf.columns[1])
 
 
-def _shell(soup: Soup, label: Ints) -> Bools:
+def _shell(soup: TriangleSoup, label: Ints) -> Bools:
     """(F,) faces of the piece that is most of the thing, none where there is no such piece."""
     alive = label >= 0
     none: Bools = np.zeros(len(label), dtype=bool)
@@ -199,7 +206,7 @@ def _shell(soup: Soup, label: Ints) -> Bools:
     return mine if large and area[most] >= SHELL_AREA * area.sum() else none
 
 
-def _thickness(soup: Soup, inside: Bools, behind: Floats, deep: float) -> float:
+def _thickness(soup: TriangleSoup, inside: Bools, behind: Floats, deep: float) -> float:
     """How thick a front is: to its back where that lies open, else what fronts usually are."""
     most = min(THICKEST, THICK_OF_DEPTH * deep)
     facing = soup.normals @ SIDES[FRONT][2] > 0.8
@@ -212,14 +219,14 @@ def _thickness(soup: Soup, inside: Bools, behind: Floats, deep: float) -> float:
     return float(behind[order[np.searchsorted(reach, 0.9 * reach[-1])]]) + 0.002
 
 
-def boxiness(soup: Soup, views: Sequence[Picture]) -> float:
+def boxiness(soup: TriangleSoup, views: Sequence[DepthImage]) -> float:
     """Share of what is seen that faces along an axis, all pictures by their area."""
     along = np.abs(soup.normals).max(axis=1) > ALONG
     area = [(float((v.face >= 0).sum()), float(along[v.face[v.face >= 0]].sum()), v.pixel**2) for v in views]
     return sum(a * p for _, a, p in area) / max(sum(n * p for n, _, p in area), 1e-12)
 
 
-def _hanging_together(soup: Soup, rows: Ints) -> list[Ints]:
+def _hanging_together(soup: TriangleSoup, rows: Ints) -> list[Ints]:
     """Some faces in groups that share points, each ascending."""
     if not len(rows):
         return []
@@ -232,7 +239,7 @@ def _hanging_together(soup: Soup, rows: Ints) -> list[Ints]:
     return [rows[of_face == k] for k in range(count) if (of_face == k).sum() >= 12]
 
 
-def _may_open(soup: Soup, front: Relief, leaf: Leaf, deep: float) -> bool:
+def _may_open(soup: TriangleSoup, front: SideRelief, leaf: FrontRectangle, deep: float) -> bool:
     """Whether a rectangle may be a front: filled, not far back, and facing the viewer."""
     window = slice(*leaf.rows), slice(*leaf.columns)
     if float((front.depth[window] < FAR / 2).mean()) < COVERS or leaf.plane > DEEPEST * deep:
@@ -242,7 +249,7 @@ def _may_open(soup: Soup, front: Relief, leaf: Leaf, deep: float) -> bool:
     return bool(len(ground)) and float(towards.mean()) >= FACES
 
 
-def _beside(front: Relief, leaf: Leaf, other: Leaf) -> bool:
+def _beside(front: SideRelief, leaf: FrontRectangle, other: FrontRectangle) -> bool:
     """Whether two rectangles lie side by side and nearly flush: the seam between them sets a front off."""
     apart = abs(leaf.plane - other.plane)
     least, gap = LEAST_LEAF / front.picture.pixel, GAP / front.picture.pixel
@@ -253,17 +260,17 @@ def _beside(front: Relief, leaf: Leaf, other: Leaf) -> bool:
     return leaf is not other and meet and not slim and apart <= FLUSH
 
 
-def _pixels(leaf: Leaf) -> int:
+def _pixels(leaf: FrontRectangle) -> int:
     return (leaf.rows[1] - leaf.rows[0]) * (leaf.columns[1] - leaf.columns[0])
 
 
-def _foot(view: Relief, number: int) -> float:
+def _foot(view: SideRelief, number: int) -> float:
     """Depth at which a thing that stands out is cut off: a little before the ground that it hides."""
     ground = float(np.median(view.base[view.blob == number]))
-    return ground - min(FOOT, 0.3 * view.blobs[number].stands)
+    return ground - min(FOOT, 0.3 * view.blobs[number].protrusion)
 
 
-def _take_blobs(out: Ints, free: Bools, view: Relief, soup: Soup, side: int, first: int) -> None:
+def _take_blobs(out: Ints, free: Bools, view: SideRelief, soup: TriangleSoup, side: int, first: int) -> None:
     """Number the faces of each thing that stands out, from `first` on.
 
     Long triangles that reach from it far over the ground are neither: they would make both larger than they are.
@@ -279,11 +286,11 @@ def _take_blobs(out: Ints, free: Bools, view: Relief, soup: Soup, side: int, fir
         rows = slice(max(0, blob.rows[0] - 2), blob.rows[1] + 2)
         columns = slice(max(0, blob.columns[0] - 2), blob.columns[1] + 2)
         mask = np.zeros(view.blob.shape, dtype=bool)
-        mask[rows, columns] = widened(view.blob[rows, columns] == number, 1)
+        mask[rows, columns] = dilate(view.blob[rows, columns] == number, 1)
         foot = _foot(view, number)
         rim = max(RIM, 3 * view.picture.pixel)
         within = ((corners_[:, :, :2] >= blob.low - rim) & (corners_[:, :, :2] <= blob.high + rim)).all(axis=(1, 2))
         mine = free & mask[row, column] & (middle[:, 2] < foot)
         out[mine & within] = first + number
         near = ((middle[:, :2] >= blob.low - rim) & (middle[:, :2] <= blob.high + rim)).all(axis=1)
-        out[free & near & ~(mine & within) & (nearest < foot - 0.4 * blob.stands)] = -1
+        out[free & near & ~(mine & within) & (nearest < foot - 0.4 * blob.protrusion)] = -1

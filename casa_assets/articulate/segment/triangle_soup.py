@@ -19,7 +19,7 @@ WELD_RELATIVE = 1e-5
 
 
 @dataclass(frozen=True)
-class Soup:
+class TriangleSoup:
     """Triangles, all parts of a file as one set.
 
     Attributes:
@@ -27,7 +27,7 @@ class Soup:
         faces: (F, 3) over the points, as many and in the order in which they came in; a triangle that welding
             collapses stays, with no area.
         normals: (F, 3) unit, zero where a face has no area. areas: (F,).
-        twin: (F,) the first face with the same three points and the same side; itself where it is the first.
+        duplicate_of: (F,) the first face with the same three points and the same side; itself where it is the first.
         tint: (F,) number of the material of each face; faces of two materials are not one piece of a thing.
     """
 
@@ -35,21 +35,23 @@ class Soup:
     faces: Ints
     normals: Floats
     areas: Floats
-    twin: Ints
-    tint: Ints
+    duplicate_of: Ints
+    material_index: Ints
 
     @property
     def diagonal(self) -> float:
         """Of the box around all triangles."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0))) if len(self.points) else 0.0
 
-    def placed(self, rotation: Floats, origin: Floats, scale: float) -> Soup:
+    def transformed(self, rotation: Floats, origin: Floats, scale: float) -> TriangleSoup:
         """The triangles as seen in another frame: `scale * rotation @ (point - origin)`; rotation is proper."""
         points = (self.points - origin) @ rotation.T * scale
-        return Soup(points, self.faces, self.normals @ rotation.T, self.areas * scale**2, self.twin, self.tint)
+        return TriangleSoup(
+            points, self.faces, self.normals @ rotation.T, self.areas * scale**2, self.duplicate_of, self.material_index
+        )
 
 
-def soup_of(vertices: Floats, faces: Ints, tint: Ints | None = None) -> Soup:
+def weld_triangles(vertices: Floats, faces: Ints, tint: Ints | None = None) -> TriangleSoup:
     """Weld triangles.
 
     Args:
@@ -63,7 +65,7 @@ def soup_of(vertices: Floats, faces: Ints, tint: Ints | None = None) -> Soup:
     flat = (ids[:, 0] == ids[:, 1]) | (ids[:, 1] == ids[:, 2]) | (ids[:, 2] == ids[:, 0])
     areas = np.where(flat, 0.0, areas)
     plain = np.zeros(len(ids), dtype=np.int64)
-    return Soup(points, ids, normals, areas, _twins(ids, len(points)), plain if tint is None else tint)
+    return TriangleSoup(points, ids, normals, areas, _twins(ids, len(points)), plain if tint is None else tint)
 
 
 def _twins(faces: Ints, count: int) -> Ints:

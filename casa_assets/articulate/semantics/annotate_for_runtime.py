@@ -11,18 +11,18 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.controls.burners import Burner, belongs
-from casa_assets.articulate.interior.niches import Hollow, cup_place, floor_under, slots
+from casa_assets.articulate.controls.burners import Burner, burner_faces
+from casa_assets.articulate.interior.niches import Niche, find_cup_niche, find_toaster_slots, niche_floor
 from casa_assets.articulate.interior.regions import (
-    behind,
-    below_racks,
-    bounds_of,
-    in_drawer,
-    is_taken,
-    over_rack,
-    shown,
+    closing_link,
+    floor_collider,
+    is_occupied,
+    link_bounds,
+    link_label,
+    region_below_racks,
+    region_in_drawer,
+    region_over_rack,
     split_by_shelves,
-    support,
 )
 from casa_assets.articulate.semantics.state_machines import behavior_for
 from casa_assets.core.typing import Floats
@@ -56,7 +56,7 @@ CABINETS = ("cabinet", "drawer_stack", "sink_base")
 COLD = "refrigerator"
 
 
-def equipped(asset: Asset, category: str, burners: Sequence[Burner] = ()) -> Asset:
+def annotate_for_runtime(asset: Asset, category: str, burners: Sequence[Burner] = ()) -> Asset:
     """A thing under the names of its kind, with regions, sites, poses and states of that kind, and its contract.
 
     Args:
@@ -73,11 +73,11 @@ def equipped(asset: Asset, category: str, burners: Sequence[Burner] = ()) -> Ass
         asset = _with_tray(asset)
     if category == COLD:
         asset = _with_lamp(asset)
-    asset = asset.replace(behavior=behavior_for(asset, category), contract=contract_of(asset, category))
+    asset = asset.replace(behavior=behavior_for(asset, category), contract=contract_for(asset, category))
     return asset.replace(keyframes=tuple(_poses(asset)))
 
 
-def contract_of(asset: Asset, category: str) -> str | None:
+def contract_for(asset: Asset, category: str) -> str | None:
     """Id of what a runtime expects of such a thing; None where no class reads it."""
     names = [j.name for j in asset.joints]
     if category == COLD:
@@ -98,7 +98,7 @@ def _fridge(asset: Asset, names: Sequence[str]) -> str | None:
         return None
     if "freezer_door_joint" not in names:
         return "fridge_bottom_freezer"
-    fridge, freezer = (bounds_of(asset, f"{w}_door") for w in ("fridge", "freezer"))
+    fridge, freezer = (link_bounds(asset, f"{w}_door") for w in ("fridge", "freezer"))
     if fridge[0][0] >= freezer[1][0] - 0.01:
         return "fridge_side_by_side"
     return "fridge_top_freezer" if freezer[0][2] > fridge[0][2] else "fridge_bottom_freezer"
@@ -115,9 +115,9 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
         if region.link in racks:
             continue
         shelved = category == COLD or _is_cabinet(category)
-        below = None if shelved else below_racks(asset, region)
+        below = None if shelved else region_below_racks(asset, region)
         for part in split_by_shelves(asset, region) if shelved else [below] if below is not None else []:
-            if is_taken(asset, part):
+            if is_occupied(asset, part):
                 continue
             word = _word(asset, part, category)
             number = count.get(word, 0)
@@ -126,15 +126,15 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
             name = f"{word}{number}" if numbered else word if not number else f"{word}_{number}"
             yield part.replace(name=name)
     filled = {r.link for r in inner}
-    for drawer in (k.name for k in asset.links if k.name not in filled and shown(asset, k.name) == "drawer"):
-        room = in_drawer(asset, drawer)
+    for drawer in (k.name for k in asset.links if k.name not in filled and link_label(asset, k.name) == "drawer"):
+        room = region_in_drawer(asset, drawer)
         if room is not None:
             word = _word(asset, room, category)
             number = count.get(word, 0)
             count[word] = number + 1
             yield room.replace(name=f"{word}{number}" if word.endswith("drawer") else word)
     for rack in racks:
-        room = over_rack(asset, rack, [r for r in inner if r.link == "object"])
+        room = region_over_rack(asset, rack, [r for r in inner if r.link == "object"])
         if room is not None:
             yield room.replace(name=rack)
 
@@ -146,7 +146,7 @@ def _word(asset: Asset, region: Region, category: str) -> str:
             return ("freezer" if region.link.startswith("freezer") else "fridge") + "_drawer"
         return "int" if region.link == "drawer" and _is_cabinet(category) else f"{region.link}_int"
     if category == COLD:
-        door = behind(asset, region)
+        door = closing_link(asset, region)
         return ("freezer" if door.startswith("freezer") else "fridge") + "_shelf"
     return "level" if _is_cabinet(category) else "int"
 
@@ -177,7 +177,7 @@ def _with_burners(asset: Asset, burners: Sequence[Burner]) -> Asset:
     for visual in asset.root.visuals:
         left = np.ones(len(visual.mesh.faces), dtype=bool)
         for b in used:
-            own = belongs(visual.mesh, b) & left
+            own = burner_faces(visual.mesh, b) & left
             if own.any() and not own.all():
                 left &= ~own
                 name = f"burner_{b.loc}_{visual.name.removeprefix('object_')}"
@@ -202,7 +202,7 @@ def _rows(mesh: Mesh, own: npt.NDArray[np.bool_]) -> Mesh:
 
 def _with_cup(asset: Asset) -> Asset:
     """Where a cup stands, and the stream that falls into it."""
-    place = cup_place(asset)
+    place = find_cup_niche(asset)
     if place is None:
         return asset
     x, y, _ = (round(float(v), 4) for v in place.middle)
@@ -218,19 +218,19 @@ def _with_cup(asset: Asset) -> Asset:
 
 def _with_slots(asset: Asset) -> Asset:
     """The slots of a toaster with their floors; a toaster of two or four."""
-    found = slots(asset)
+    found = find_toaster_slots(asset)
     words = {2: ("slot_l", "slot_r"), 4: tuple(f"side_{a}_slot_{b}" for a in "lr" for b in "lr")}.get(len(found), ())
     regions, floors = [], []
     for word, hollow in zip(words, found, strict=False):
         regions.append(_region(word, hollow))
-        shape, pose = floor_under(hollow)
+        shape, pose = niche_floor(hollow)
         substance = asset.root.colliders[0].substance
         floors.append(Collider(name=f"{word}_floor", shape=shape, pose=pose, substance=substance))
     root = asset.root.replace(colliders=(*asset.root.colliders, *floors))
     return asset.replace(links=(root, *asset.links[1:]), regions=(*asset.regions, *regions))
 
 
-def _region(name: str, hollow: Hollow) -> Region:
+def _region(name: str, hollow: Niche) -> Region:
     x, y, z = (round(float(v), 4) for v in hollow.middle)
     a, b, c = (round(max(float(v), 1e-3), 4) for v in hollow.size)
     return Region(name=name, pose=Pose(position=(x, y, z)), size=(a, b, c))
@@ -243,7 +243,7 @@ def _with_tray(asset: Asset) -> Asset:
     regions = {r.name for r in asset.regions}
     if room is not None and "tray" not in regions:
         asset = asset.replace(regions=(*asset.regions, room.replace(name="tray")))
-    under = support(asset, room) if room is not None and "tray" not in shapes else None
+    under = floor_collider(asset, room) if room is not None and "tray" not in shapes else None
     if under is None:
         return asset
     colliders = tuple(c.replace(name="tray") if c.name == under else c for c in asset.root.colliders)
@@ -265,7 +265,7 @@ def _poses(asset: Asset) -> Iterator[Keyframe]:
     """Closed, with every front open, and on."""
     joints = asset.joints
     yield Keyframe(name="closed")
-    fronts = [j for j in joints if j.behind is None and shown(asset, j.child) in ("door", "drawer", "lid")]
+    fronts = [j for j in joints if j.behind is None and link_label(asset, j.child) in ("door", "drawer", "lid")]
     upper = [j for j in joints if j.name == "rack1_joint" and asset.contract == "dishwasher"]
     wide = [*((j, 1.0) for j in fronts), *((j, 0.6) for j in upper)]
     if wide:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.controls.burners import Burner
-from casa_assets.articulate.plan import Edge, PartKind, PartPlan
+from casa_assets.articulate.plan import HingeEdge, PartKind, PartPlan
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 
@@ -21,7 +21,7 @@ ROW = 0.6
 
 
 @dataclass(frozen=True)
-class Name:
+class RuntimeName:
     """Of a part: its link, its joint, and the first of its shapes where that has a name of its own."""
 
     link: str
@@ -30,7 +30,7 @@ class Name:
 
 
 @dataclass(frozen=True)
-class Place:
+class PlacedPart:
     """A part, and the middle and size of what it is made of: right, back, up, metres."""
 
     part: PartPlan
@@ -38,11 +38,11 @@ class Place:
     size: Floats
 
 
-Names = dict[str, Name]
+NamesByPart = dict[str, RuntimeName]
 
 
-def names_for(places: Sequence[Place], category: str, burners: Sequence[Burner] = ()) -> Names:
-    """Names of those parts that a category has names for, by the names that they have; burners of its top."""
+def runtime_names(places: Sequence[PlacedPart], category: str, burners: Sequence[Burner] = ()) -> NamesByPart:
+    """NamesByPart of those parts that a category has names for, by the names that they have; burners of its top."""
     if category == "microwave":
         return _microwave(places)
     if category in ("refrigerator", "fridge"):
@@ -68,13 +68,13 @@ def names_for(places: Sequence[Place], category: str, burners: Sequence[Burner] 
     return {}
 
 
-def _named(place: Place, link: str, joint: str = "", shape: str = "") -> Names:
-    return {place.part.name: Name(link, joint or f"{link}_joint", shape)}
+def _named(place: PlacedPart, link: str, joint: str = "", shape: str = "") -> NamesByPart:
+    return {place.part.name: RuntimeName(link, joint or f"{link}_joint", shape)}
 
 
-def _microwave(places: Sequence[Place]) -> Names:
+def _microwave(places: Sequence[PlacedPart]) -> NamesByPart:
     """One door, a turntable, and the keys that start and stop it: the lowest ones, stop to the left of start."""
-    names: dict[str, Name] = {}
+    names: dict[str, RuntimeName] = {}
     doors = _of(places, PartKind.DOOR)
     if len(doors) == 1:
         names |= _named(doors[0], "door", "microjoint")
@@ -89,10 +89,10 @@ def _microwave(places: Sequence[Place]) -> Names:
     return names
 
 
-def _folding(places: Sequence[Place]) -> Names:
+def _folding(places: Sequence[PlacedPart]) -> NamesByPart:
     """Doors from above, and racks from below: the rack1 of a dishwasher is the upper one."""
     doors = sorted(_of(places, PartKind.DOOR), key=lambda p: -_mm(p, 2))
-    names: dict[str, Name] = {}
+    names: dict[str, RuntimeName] = {}
     words = [""] if len(doors) == 1 else ["upper_", "lower_"] if len(doors) == 2 else []
     for word, door in zip(words, doors, strict=False):
         names |= _named(door, f"{word}door")
@@ -102,19 +102,19 @@ def _folding(places: Sequence[Place]) -> Names:
     return names
 
 
-def _settings(places: Sequence[Place], category: str) -> Names:
+def _settings(places: Sequence[PlacedPart], category: str) -> NamesByPart:
     """Knobs of an oven, from the left or from above: temperature, function, time."""
     knobs = _in_line(_of(places, PartKind.KNOB))
     words = {2: ("temp", "time"), 3: ("temp", "function", "time"), 4: ("temp", "function", "doneness", "time")}
     if category == "wall_oven":
         words = {2: words[2], 3: words[3]}
-    names: dict[str, Name] = {}
+    names: dict[str, RuntimeName] = {}
     for word, knob in zip(words.get(len(knobs), ()), knobs, strict=False):
         names |= _named(knob, f"knob_{word}")
     return names
 
 
-def _hob(places: Sequence[Place], burners: Sequence[Burner], oven: bool = True) -> Names:
+def _hob(places: Sequence[PlacedPart], burners: Sequence[Burner], oven: bool = True) -> NamesByPart:
     """A knob for each burner: of a row in the order from left to right, of a column from the far end.
 
     Of the two burners of a side the knob farther out is that of the front one. Knobs more than burners in the middle
@@ -124,7 +124,7 @@ def _hob(places: Sequence[Place], burners: Sequence[Burner], oven: bool = True) 
     spare = len(knobs) - len(burners)
     if not burners or spare < 0 or (spare and not oven):
         return {}
-    names: dict[str, Name] = {}
+    names: dict[str, RuntimeName] = {}
     first = (len(knobs) - spare + 1) // 2
     for word, knob in zip(("temp", "time", "function"), knobs[first : first + spare], strict=False):
         names |= _named(knob, f"knob_{word}")
@@ -146,9 +146,9 @@ def _side(burner: Burner, middle: float) -> int:
     return 0 if abs(off) < burner.radius / 2 else 1 if off > 0 else -1
 
 
-def _toaster(places: Sequence[Place]) -> Names:
+def _toaster(places: Sequence[PlacedPart]) -> NamesByPart:
     """A lever to each pair of slots, with the knob and the key that are nearest to it: the lowest key cancels."""
-    names: dict[str, Name] = {}
+    names: dict[str, RuntimeName] = {}
     levers = _in_line(_of(places, PartKind.LEVER))
     for word, lever in zip({1: ("",), 2: ("side_l_", "side_r_")}.get(len(levers), ()), levers, strict=False):
         names |= _named(lever, f"{word}lever")
@@ -159,16 +159,16 @@ def _toaster(places: Sequence[Place]) -> Names:
     return names
 
 
-def _nearest(one: Place, all_: Sequence[Place], others: Sequence[Place]) -> list[Place]:
+def _nearest(one: PlacedPart, all_: Sequence[PlacedPart], others: Sequence[PlacedPart]) -> list[PlacedPart]:
     """Of others those that are nearer to one thing than to all that are like it; of two as near it is the first's."""
 
-    def away(place: Place, other: Place) -> float:
+    def away(place: PlacedPart, other: PlacedPart) -> float:
         return round(float(np.linalg.norm(place.middle - other.middle)), 4)
 
     return [o for o in others if min(all_, key=lambda p: away(p, o)) is one]
 
 
-def _starts(places: Sequence[Place]) -> Names:
+def _starts(places: Sequence[PlacedPart]) -> NamesByPart:
     """The largest key starts a coffee machine."""
     keys = sorted(
         _of(places, PartKind.BUTTON), key=lambda p: (-round(float(np.prod(np.sort(p.size)[1:])), 6), _mm(p, 0))
@@ -176,9 +176,9 @@ def _starts(places: Sequence[Place]) -> Names:
     return _named(keys[0], "start_button", shape="start_button") if keys else {}
 
 
-def _kettle(places: Sequence[Place]) -> Names:
+def _kettle(places: Sequence[PlacedPart]) -> NamesByPart:
     """Its lid, the switch that is lowest, and the key above it that opens the lid."""
-    names: dict[str, Name] = {}
+    names: dict[str, RuntimeName] = {}
     lids = _of(places, PartKind.LID)
     if len(lids) == 1:
         names |= _named(lids[0], "lid")
@@ -190,9 +190,9 @@ def _kettle(places: Sequence[Place]) -> Names:
     return names
 
 
-def _faucet(places: Sequence[Place]) -> Names:
+def _faucet(places: Sequence[PlacedPart]) -> NamesByPart:
     """The spout, the handle of the flow, and that of the temperature: the left one, where there are two."""
-    names: dict[str, Name] = {}
+    names: dict[str, RuntimeName] = {}
     spouts = _of(places, PartKind.SPOUT)
     if len(spouts) == 1:
         names |= _named(spouts[0], "spout")
@@ -203,11 +203,11 @@ def _faucet(places: Sequence[Place]) -> Names:
     return names
 
 
-def _fridge(places: Sequence[Place]) -> Names:
+def _fridge(places: Sequence[PlacedPart]) -> NamesByPart:
     """Doors and drawers by where they are: beside each other, or one above the other."""
     doors = sorted(_of(places, PartKind.DOOR), key=lambda p: _mm(p, 0))
     drawers = sorted(_of(places, PartKind.DRAWER), key=lambda p: -_mm(p, 2))
-    parts: list[tuple[Place, str]] = []
+    parts: list[tuple[PlacedPart, str]] = []
     if len(doors) == 1:
         parts = [(doors[0], "fridge_door")]
     elif len(doors) == 2:
@@ -223,7 +223,7 @@ def _fridge(places: Sequence[Place]) -> Names:
         low = min(doors, key=lambda p: _mm(p, 2))
         left, right = [p for p in doors if p is not low]
         parts = [(left, "fridge_left_door"), (right, "fridge_right_door"), (low, "freezer_door")]
-    names: dict[str, Name] = {}
+    names: dict[str, RuntimeName] = {}
     for place, word in parts:
         names |= _named(place, word)
     if parts and not any(w.startswith("freezer") for _, w in parts) and drawers:
@@ -234,13 +234,13 @@ def _fridge(places: Sequence[Place]) -> Names:
     return names
 
 
-def _cabinet(places: Sequence[Place]) -> Names:
+def _cabinet(places: Sequence[PlacedPart]) -> NamesByPart:
     """Doors that hinge at the side, from the left and from above, and drawers."""
-    doors = [p for p in _of(places, PartKind.DOOR) if p.part.joint.edge in (Edge.LEFT, Edge.RIGHT)]
+    doors = [p for p in _of(places, PartKind.DOOR) if p.part.joint.edge in (HingeEdge.LEFT, HingeEdge.RIGHT)]
     doors.sort(key=lambda p: (-round(float(p.middle[2]), 2), _mm(p, 0)))
     drawers = sorted(_of(places, PartKind.DRAWER), key=lambda p: (-round(float(p.middle[2]), 3), _mm(p, 0)))
     pairs = len({p.part.joint.edge for p in doors}) == 2
-    names: dict[str, Name] = {}
+    names: dict[str, RuntimeName] = {}
     count: dict[str, int] = {}
     for p in doors:
         word = f"{p.part.joint.edge.value}door" if pairs and p.part.joint.edge else "door"
@@ -254,7 +254,7 @@ def _cabinet(places: Sequence[Place]) -> Names:
     return names
 
 
-def _in_line(places: Sequence[Place]) -> list[Place]:
+def _in_line(places: Sequence[PlacedPart]) -> list[PlacedPart]:
     """Things in a row from the left, in a column from above, on a top from the far end."""
     if len(places) < 2:
         return list(places)
@@ -262,11 +262,11 @@ def _in_line(places: Sequence[Place]) -> list[Place]:
     return sorted(places, key=lambda p: _mm(p, axis) * (1 if axis == 0 else -1))
 
 
-def _of(places: Sequence[Place], kind: PartKind) -> list[Place]:
+def _of(places: Sequence[PlacedPart], kind: PartKind) -> list[PlacedPart]:
     """Parts of a kind that the body carries."""
     return [p for p in places if p.part.kind is kind and not p.part.parent]
 
 
-def _mm(place: Place, axis: int) -> float:
+def _mm(place: PlacedPart, axis: int) -> float:
     """Where a part is along an axis, to a tenth of a millimetre: order must not hang on the last digit."""
     return round(float(place.middle[axis]), 4)

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from casa_assets.articulate.controls.burners import find_burners
-from casa_assets.articulate.interior.regions import bounds_of
+from casa_assets.articulate.interior.regions import link_bounds
 from casa_assets.articulate.plan import Articulation, PartKind
-from casa_assets.articulate.semantics.annotate_for_runtime import equipped
-from casa_assets.articulate.semantics.part_roles import Name, Place, names_for
+from casa_assets.articulate.semantics.annotate_for_runtime import annotate_for_runtime
+from casa_assets.articulate.semantics.part_roles import PlacedPart, RuntimeName, runtime_names
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.joint import Joint
@@ -29,19 +29,20 @@ SETTING = math.radians(300)
 NEARLY = math.cos(math.radians(3))
 
 
-def named(asset: Asset, found: Articulation, category: str) -> tuple[Asset, dict[str, str]]:
+def rename_for_runtime(asset: Asset, found: Articulation, category: str) -> tuple[Asset, dict[str, str]]:
     """The asset under the names that its category has, with what else the category has; part -> name of its joint.
 
     What a category has no names for keeps its own, as does all of a thing without a category. The contract is the one
     that is aimed at: whether it is met is for the checks to say.
     """
-    boxes = {p.name: bounds_of(asset, p.name) for p in found.parts}
+    boxes = {p.name: link_bounds(asset, p.name) for p in found.parts}
     places = [
-        Place(p, (boxes[p.name][0] + boxes[p.name][1]) / 2, boxes[p.name][1] - boxes[p.name][0]) for p in found.parts
+        PlacedPart(p, (boxes[p.name][0] + boxes[p.name][1]) / 2, boxes[p.name][1] - boxes[p.name][0])
+        for p in found.parts
     ]
     burners = find_burners(asset) if category in ("hob", "range") else ()
-    names = names_for(places, category, burners)
-    called = {p.name: names.get(p.name, Name(p.name, f"{p.name}_joint")) for p in found.parts}
+    names = runtime_names(places, category, burners)
+    called = {p.name: names.get(p.name, RuntimeName(p.name, f"{p.name}_joint")) for p in found.parts}
     plain = {p.name for p in found.parts if p.name in names and p.kind in _PLAIN_AXES}
     joints = {part: name.joint for part, name in called.items()}
     links = {part: name.link for part, name in called.items()}
@@ -57,7 +58,7 @@ def named(asset: Asset, found: Articulation, category: str) -> tuple[Asset, dict
         ),
         regions=(main_region(asset), *(r.replace(link=links.get(r.link, r.link)) for r in asset.regions)),
     )
-    return (equipped(asset, category, burners) if category else asset), joints
+    return (annotate_for_runtime(asset, category, burners) if category else asset), joints
 
 
 def main_region(asset: Asset) -> Region:
@@ -71,7 +72,7 @@ def main_region(asset: Asset) -> Region:
     return Region(name="main", pose=Pose(position=_vec((low + high) / 2)), size=_vec(np.maximum(high - low, 1e-3)))
 
 
-def _link(link: Link, called: Mapping[str, Name]) -> Link:
+def _link(link: Link, called: Mapping[str, RuntimeName]) -> Link:
     name = called[link.name].link if link.name in called else link.name
     parent = called[link.parent].link if link.parent is not None and link.parent in called else link.parent
     first = called[link.name].shape if link.name in called else ""
@@ -86,7 +87,7 @@ def _link(link: Link, called: Mapping[str, Name]) -> Link:
     return link.replace(name=name, parent=parent, colliders=colliders, visuals=visuals)
 
 
-def _joint(joint: Joint, called: Mapping[str, Name], spelled: Mapping[str, str], plain: bool) -> Joint:
+def _joint(joint: Joint, called: Mapping[str, RuntimeName], spelled: Mapping[str, str], plain: bool) -> Joint:
     """The joint under its name, on an axis that loaders know; of a front, about +x, +y or +z."""
     name = called[joint.child]
     grip = None

@@ -15,7 +15,7 @@ from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
     from casa_assets.model.record import Vec3
-    from casa_assets.pipeline.articulate.run import Done
+    from casa_assets.pipeline.articulate.run import ArticulateOutcome
 
 
 def articulate(
@@ -55,7 +55,7 @@ def articulate(
     """
     from casa_assets.articulate.decisions import Decisions
     from casa_assets.pipeline.articulate import review_page
-    from casa_assets.pipeline.articulate.build import Wish
+    from casa_assets.pipeline.articulate.build import ArticulateRequest
     from casa_assets.pipeline.articulate.run import articulate as run
     from casa_assets.pipeline.articulate.sidecar import read
     from casa_assets.pipeline.ingest.run import CRASH_CODE
@@ -64,7 +64,9 @@ def articulate(
         raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
     said = Decisions() if decisions is None else read(decisions)
     axes = _axis(up, "--up"), _axis(front, "--front")
-    wishes = [Wish(m, out, category, *axes, size, said, preview or review, clip, complete, anew) for m in meshes]
+    wishes = [
+        ArticulateRequest(m, out, category, *axes, size, said, preview or review, clip, complete, anew) for m in meshes
+    ]
     console = Console()
     every = []
     for done in run(wishes, jobs):
@@ -72,7 +74,7 @@ def articulate(
         _tell(done, console)
         if report and done.found is not None:
             console.print(_table(done))
-            for line in done.lacking:
+            for line in done.unmet_checks:
                 console.print(f"  {escape(terminal_safe(line))}", highlight=False)
     if review:
         console.print(f"{review_page.write(out, every)}", highlight=False)
@@ -84,15 +86,15 @@ def articulate(
 
 def _axis(word: str, option: str) -> Vec3 | None:
     """A direction from such words as `+z`, `-y`, `x`. Raises typer.BadParameter."""
-    from casa_assets.articulate.decisions import direction
+    from casa_assets.articulate.decisions import parse_direction
 
     try:
-        return direction(word) if word else None
+        return parse_direction(word) if word else None
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint=option) from None
 
 
-def _tell(done: Done, console: Console) -> None:
+def _tell(done: ArticulateOutcome, console: Console) -> None:
     """One line for what became of a mesh, one for each warning."""
     name = escape(terminal_safe(done.mesh.name))
     if done.found is None:
@@ -113,9 +115,9 @@ def _tell(done: Done, console: Console) -> None:
     console.print(f"  {escape(terminal_safe(str(done.folder)))}", highlight=False, soft_wrap=True)
     if done.contract:
         console.print(f"  holds the contract {done.contract}", highlight=False)
-    elif done.lacking:
-        more = f" (and {len(done.lacking) - 2} more: --report)" if len(done.lacking) > 2 else ""
-        console.print(f"  {escape(terminal_safe(': '.join(done.lacking[:2])))}{more}", highlight=False)
+    elif done.unmet_checks:
+        more = f" (and {len(done.unmet_checks) - 2} more: --report)" if len(done.unmet_checks) > 2 else ""
+        console.print(f"  {escape(terminal_safe(': '.join(done.unmet_checks[:2])))}{more}", highlight=False)
     for issue in done.report.issues if done.report else ():
         console.print(
             f"  {issue.severity.value} {issue.code} {escape(terminal_safe(issue.pointer + ' ' + issue.message))}",
@@ -123,7 +125,7 @@ def _tell(done: Done, console: Console) -> None:
         )
 
 
-def _table(done: Done) -> Table:
+def _table(done: ArticulateOutcome) -> Table:
     assert done.found is not None
     frame = done.found.frame
     title = f"{done.category}; size: {done.size}; frame: {frame.confidence:.0%} sure ({frame.reason})" + (

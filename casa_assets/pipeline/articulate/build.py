@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.articulate.assemble import Brief, assemble
-from casa_assets.articulate.decisions import GIVEN, Decisions, applied, direction, word_of
+from casa_assets.articulate.assemble import AssetSpec, assemble
+from casa_assets.articulate.decisions import GIVEN_REASON, Decisions, apply_decisions, axis_word, parse_direction
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.frame.unit_scale import metres_per_unit
-from casa_assets.articulate.infer import infer
+from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan
 from casa_assets.articulate.segment.fragment_measures import TOP
-from casa_assets.articulate.segment.shell_cuts import opened, surface
-from casa_assets.articulate.segment.triangle_soup import Soup
-from casa_assets.articulate.semantics.rename import named
+from casa_assets.articulate.segment.shell_cuts import cut_shell_parts, model_soup
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.semantics.rename import rename_for_runtime
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
@@ -29,8 +29,8 @@ from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.source import RawModel, Source, Up
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
-from casa_assets.pipeline.articulate.interiors import completed
-from casa_assets.pipeline.articulate.kind import NAMED, Kind, kind_of, named_kind
+from casa_assets.pipeline.articulate.interiors import add_interiors
+from casa_assets.pipeline.articulate.kind import NAMED, CategoryGuess, guess_category, stated_category
 from casa_assets.pipeline.clip import classify_by_look, load_scorer
 from casa_assets.pipeline.library.identity import Identity, Producer
 
@@ -42,7 +42,7 @@ SAME_SIZE = 5e-4
 
 
 @dataclass(frozen=True)
-class Wish:
+class ArticulateRequest:
     """What the user asks for.
 
     Attributes:
@@ -67,29 +67,29 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Built:
+class ArticulateResult:
     """What became of a mesh, before anything is written.
 
     Attributes:
         found: the parts and joints as decided. placed: the mesh in the frame, a diagonal of 1. model: as read.
         brief: what the asset needs besides its geometry. confidence: of the category, and why; `size`, of the scale.
-        joints: part -> name of its joint, once it is named. lacking: what keeps it from holding its kind's contract.
+        joints: part name -> joint name, once renamed. unmet_checks: what keeps it from meeting its category's contract.
     """
 
     asset: Asset
     found: Articulation
-    placed: Soup
+    placed: TriangleSoup
     model: RawModel
-    brief: Brief
+    brief: AssetSpec
     category: Category
     confidence: tuple[float, str]
     size: tuple[float, str]
     longest_m: float
     source: Source
     joints: Mapping[str, str] = field(default_factory=dict)
-    lacking: tuple[str, ...] = ()
+    unmet_checks: tuple[str, ...] = ()
 
-    def again(self, joints: Mapping[str, JointPlan]) -> Built:
+    def again(self, joints: Mapping[str, JointPlan]) -> ArticulateResult:
         """The same with other joints for some parts."""
         parts = tuple(p.replace(joint=joints[p.name]) if p.name in joints else p for p in self.found.parts)
         found = self.found.replace(parts=parts)
@@ -97,14 +97,14 @@ class Built:
             replace(self, found=found, asset=assemble(self.model, self.placed, found, self.brief)) if joints else self
         )
 
-    def named(self) -> Built:
+    def named(self) -> ArticulateResult:
         """The same under the names that runtimes look for, where the category has any."""
         known = self.category.id if self.confidence[0] >= NAMED else ""
-        asset, joints = named(self.asset, self.found, known)
+        asset, joints = rename_for_runtime(self.asset, self.found, known)
         return replace(self, asset=asset, joints=joints)
 
 
-def build(wish: Wish) -> Built:
+def build(wish: ArticulateRequest) -> ArticulateResult:
     """The asset of a mesh, and the decisions.
 
     Raises:
@@ -112,28 +112,28 @@ def build(wish: Wish) -> Built:
         CasaError: what the user asks for does not exist, or does not go together.
     """
     known = registry.load()
-    one = found_in(wish.mesh)
+    one = find_input(wish.mesh)
     bundle = collect(one, known.limits)
     model = load(bundle, known.limits)
-    soup = surface(model)
+    soup = model_soup(model)
     frame = _frame(soup, model, wish)
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    found = infer(placed, frame, named_kind(one, wish.category or wish.decisions.category or ""))
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    found = infer_articulation(placed, frame, stated_category(one, wish.category or wish.decisions.category or ""))
     kind = _kind(one, wish, model, placed, found)
     category, confidence, reason = kind.category, kind.confidence, kind.reason
     longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
     unit, certain, size = _unit(longest, model, wish, category if kind.id else None)
     found = found.replace(frame=frame.replace(metres=unit / frame.scale), category=kind.id)
-    found = applied(found, placed, wish.decisions)
+    found = apply_decisions(found, placed, wish.decisions)
     if not found.parts:
         raise Rejected(NOTHING_MOVES, f"{wish.mesh.name}: no moving part found")
-    model, placed, found = opened(model, placed, found)
-    model, placed, found = completed(model, placed, found, kind.id, wish.decisions, wish.complete)
+    model, placed, found = cut_shell_parts(model, placed, found)
+    model, placed, found = add_interiors(model, placed, found, kind.id, wish.decisions, wish.complete)
     guesses = (
         Guess(subject="category", value=category.id, confidence=round(confidence, 2), reason=reason),
         Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, reason=size),
     )
-    brief = Brief(
+    brief = AssetSpec(
         asset_id=Identity(Producer.ARTICULATE, bundle.sha256).asset_id(category.id),
         metres=unit / frame.scale,
         category=category,
@@ -143,17 +143,19 @@ def build(wish: Wish) -> Built:
     )
     asset = assemble(model, placed, found, brief)
     words = ((confidence, reason), (certain, size))
-    return Built(asset, found, placed, model, brief, category, *words, longest * unit, one.source)
+    return ArticulateResult(asset, found, placed, model, brief, category, *words, longest * unit, one.source)
 
 
-def _kind(one: Found, wish: Wish, model: RawModel, placed: Soup, found: Articulation) -> Kind:
+def _kind(
+    one: Found, wish: ArticulateRequest, model: RawModel, placed: TriangleSoup, found: Articulation
+) -> CategoryGuess:
     """What it is; where CLIP is to be asked, it is shown the closed thing."""
 
     def seen() -> tuple[str, float, str]:
         assert wish.clip is not None
         known = registry.load()
         any_thing = known.category(registry.FALLBACK)
-        brief = Brief(
+        brief = AssetSpec(
             asset_id=f"{any_thing.id}_{'0' * 10}",
             metres=1.0,
             category=any_thing,
@@ -166,27 +168,29 @@ def _kind(one: Found, wish: Wish, model: RawModel, placed: Soup, found: Articula
 
     x, y, z = (float(v) for v in np.ptp(placed.points, axis=0))
     ordered = wish.category or wish.decisions.category or ""
-    return kind_of(one, (x, y, z), found, ordered, None if wish.clip is None else seen)
+    return guess_category(one, (x, y, z), found, ordered, None if wish.clip is None else seen)
 
 
-def _unit(longest: float, model: RawModel, wish: Wish, category: Category | None) -> tuple[float, float, str]:
+def _unit(
+    longest: float, model: RawModel, wish: ArticulateRequest, category: Category | None
+) -> tuple[float, float, str]:
     """Metres to a unit of which the longest side has so many, how sure, and why."""
     unit, certain, why = metres_per_unit(longest, model.metres_per_unit, category.longest_m if category else None)
     wanted = wish.size_m or wish.decisions.size_m
     if wanted and abs(wanted / (longest * unit) - 1) > SAME_SIZE:
-        return wanted / longest, 1.0, GIVEN
+        return wanted / longest, 1.0, GIVEN_REASON
     return unit, certain, why
 
 
-def _frame(soup: Soup, model: RawModel, wish: Wish) -> Frame:
+def _frame(soup: TriangleSoup, model: RawModel, wish: ArticulateRequest) -> Frame:
     """The guess, or what is given; a sidecar that repeats the guess leaves it a guess."""
     said = wish.decisions
-    up = wish.up or (direction(said.up) if said.up is not None else None)
-    front = wish.front or (direction(said.front) if said.front is not None else None)
+    up = wish.up or (parse_direction(said.up) if said.up is not None else None)
+    front = wish.front or (parse_direction(said.front) if said.front is not None else None)
     stated = None if model.up is None else _TOPS[model.up]
     if up is not None and front is not None:
         if abs(float(np.dot(up, front))) > 1e-3:
-            message = f"the front {word_of(front)} is not at a right angle to up {word_of(up)}"
+            message = f"the front {axis_word(front)} is not at a right angle to up {axis_word(up)}"
             raise CasaError(f"{wish.mesh.name}: {message}; give another --front or --up")
         given = guess_frame(soup, up, front, stated)
         guess = guess_frame(soup, stated=stated)
@@ -194,7 +198,7 @@ def _frame(soup: Soup, model: RawModel, wish: Wish) -> Frame:
     return guess_frame(soup, up, front, stated)
 
 
-def found_in(mesh: Path) -> Found:
+def find_input(mesh: Path) -> Found:
     """The input that a file is. Raises Rejected where it holds none, or cannot be read."""
     for one in discover([mesh]):
         if isinstance(one, Refused):

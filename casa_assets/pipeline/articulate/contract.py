@@ -27,7 +27,7 @@ MOVES = ("BEH003", "KIN", "HOL", "AST017")
 KEPT = 6
 
 
-def lacking(
+def unmet_checks(
     asset: Asset, category: Category, root: Path, contract: Contract | None, limits: Mapping[str, float]
 ) -> tuple[str, ...]:
     """What keeps an asset from holding the contract that it names; empty where it holds it.
@@ -43,7 +43,7 @@ def lacking(
     return ()
 
 
-def without(asset: Asset, faults: tuple[str, ...]) -> Asset:
+def without_contract(asset: Asset, faults: tuple[str, ...]) -> Asset:
     """The asset with no contract, and in its provenance why."""
     first = "; ".join(faults[:KEPT]) + (f"; and {len(faults) - KEPT} more" if len(faults) > KEPT else "")
     guess = Guess(subject="contract", value=f"not {asset.contract}", confidence=1.0, reason=first)

@@ -9,24 +9,24 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.articulate.decisions import GIVEN, Decisions
-from casa_assets.articulate.interior.cavities import find_rooms, vec
-from casa_assets.articulate.interior.choose_interiors import decided
-from casa_assets.articulate.interior.hollow_out import carved, in_frame
+from casa_assets.articulate.decisions import GIVEN_REASON, Decisions
+from casa_assets.articulate.interior.cavities import find_cavities, to_vec3
+from casa_assets.articulate.interior.choose_interiors import apply_cavity_decisions
+from casa_assets.articulate.interior.hollow_out import hollow_out, soup_in_frame
 from casa_assets.articulate.joints import hinges
 from casa_assets.articulate.plan import (
-    BUILT_AS,
-    Addition,
+    ADDED_MESH_NAMES,
+    AddedGeometry,
     Articulation,
-    Edge,
-    Filling,
+    Cavity,
+    HingeEdge,
+    InteriorKind,
     JointPlan,
     PartKind,
     PartPlan,
-    Room,
-    Space,
+    StorageSpace,
 )
-from casa_assets.articulate.segment.triangle_soup import Soup
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.family import Supplies
 from casa_assets.families.kit.asset_builder import ROOT, Bench, Moved, Piece
@@ -41,19 +41,19 @@ from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.model.record import Vec3
 from casa_assets.pipeline.families import finishes as palette
 
-LINERS: Mapping[Filling, str] = {
-    Filling.OVEN: "enamel_charcoal",
-    Filling.MICROWAVE: "enamel_grey",
-    Filling.REFRIGERATOR: "plastic_white",
-    Filling.DISHWASHER: "stainless_brushed",
-    Filling.CABINET: "melamine_white",
-    Filling.PLAIN: "plastic_grey",
-    Filling.DRAWER: "melamine_white",
+LINERS: Mapping[InteriorKind, str] = {
+    InteriorKind.OVEN: "enamel_charcoal",
+    InteriorKind.MICROWAVE: "enamel_grey",
+    InteriorKind.REFRIGERATOR: "plastic_white",
+    InteriorKind.DISHWASHER: "stainless_brushed",
+    InteriorKind.CABINET: "melamine_white",
+    InteriorKind.PLAIN: "plastic_grey",
+    InteriorKind.DRAWER: "melamine_white",
 }
-BOXES: Mapping[Filling, str] = {
-    Filling.OVEN: "enamel_charcoal",
-    Filling.REFRIGERATOR: "plastic_white",
-    Filling.DISHWASHER: "stainless_brushed",
+BOXES: Mapping[InteriorKind, str] = {
+    InteriorKind.OVEN: "enamel_charcoal",
+    InteriorKind.REFRIGERATOR: "plastic_white",
+    InteriorKind.DISHWASHER: "stainless_brushed",
 }
 # A hinged door that stands open at a right angle takes its own thickness of the mouth; and so much air, metres.
 AIR_M = 0.012
@@ -65,27 +65,27 @@ class _Work:
 
     bench: Bench
     metres: float
-    filling: dict[str, Filling] = field(default_factory=dict)
+    filling: dict[str, InteriorKind] = field(default_factory=dict)
     trays: int = 0
 
 
-def completed(
-    model: RawModel, placed: Soup, found: Articulation, category: str, said: Decisions, build: bool
-) -> tuple[RawModel, Soup, Articulation]:
+def add_interiors(
+    model: RawModel, placed: TriangleSoup, found: Articulation, category: str, said: Decisions, build: bool
+) -> tuple[RawModel, TriangleSoup, Articulation]:
     """Give every front something that it opens onto.
 
     Args:
         model: its faces, part by part, are those of `placed`. found: its parts, `found.frame.metres` set.
         category: id where it is known, else empty. build: build what is missing; else only what the decisions ask for.
     """
-    rooms = decided(find_rooms(placed, found, category), found, placed, said, build)
-    spaces = [_space_of(r) for r in rooms if not (r.empty or (r.built and r.filling is Filling.DRAWER))]
+    rooms = apply_cavity_decisions(find_cavities(placed, found, category), found, placed, said, build)
+    spaces = [_space_of(r) for r in rooms if not (r.empty or (r.built and r.filling is InteriorKind.DRAWER))]
     found = found.replace(rooms=rooms, spaces=tuple(spaces))
     wanted = [r for r in rooms if r.built]
     if not wanted:
         return model, placed, found
     holes = [hole for r in wanted if r.cut is not None for hole in (r.cut, *r.fronts)]
-    model, placed, found = carved(model, placed, found, holes)
+    model, placed, found = hollow_out(model, placed, found, holes)
     metres = found.frame.metres or 1.0
     known = registry.load()
     kind = known.category(registry.FALLBACK)
@@ -98,13 +98,15 @@ def completed(
     return _added(work, model, found)
 
 
-def _space_of(room: Room) -> Space:
+def _space_of(room: Cavity) -> StorageSpace:
     """All of a room; the box that is built for a drawer has its own."""
     part = room.parts[0]
-    return Space(name=f"{part}_int", part=part if room.filling is Filling.DRAWER else "", low=room.low, high=room.high)
+    return StorageSpace(
+        name=f"{part}_int", part=part if room.filling is InteriorKind.DRAWER else "", low=room.low, high=room.high
+    )
 
 
-def _built(work: _Work, room: Room, found: Articulation, placed: Soup) -> Articulation:
+def _built(work: _Work, room: Cavity, found: Articulation, placed: TriangleSoup) -> Articulation:
     """Put a room on the bench; the articulation with what that changes of its joints."""
     m, bench = work.metres, work.bench
     first = next(p for p in found.parts if p.name == room.parts[0])
@@ -121,9 +123,9 @@ def _built(work: _Work, room: Room, found: Articulation, placed: Soup) -> Articu
     before = list(bench.pieces)
     if first.kind is PartKind.DRAWER:
         if room.cut is not None:
-            interiors.walls(bench, inside, LINERS[Filling.PLAIN])
+            interiors.walls(bench, inside, LINERS[InteriorKind.PLAIN])
         bench.link(first.name)
-        finish = BOXES.get(_kind_of_box(found), LINERS[Filling.DRAWER])
+        finish = BOXES.get(_kind_of_box(found), LINERS[InteriorKind.DRAWER])
         deep = interiors.drawer_box(bench, first.name, inside, finish) / m
         found = _pulled(found, first, deep)
     else:
@@ -139,28 +141,28 @@ def _built(work: _Work, room: Room, found: Articulation, placed: Soup) -> Articu
     return found
 
 
-def _furnish(bench: Bench, inside: Interior, filling: Filling) -> None:
+def _furnish(bench: Bench, inside: Interior, filling: InteriorKind) -> None:
     match filling:
-        case Filling.OVEN:
+        case InteriorKind.OVEN:
             interiors.furnish_oven(bench, inside)
-        case Filling.MICROWAVE:
+        case InteriorKind.MICROWAVE:
             interiors.furnish_microwave(bench, inside)
-        case Filling.REFRIGERATOR:
+        case InteriorKind.REFRIGERATOR:
             interiors.furnish_cold(bench, inside)
-        case Filling.DISHWASHER:
+        case InteriorKind.DISHWASHER:
             interiors.furnish_dishwasher(bench, inside)
-        case Filling.CABINET:
+        case InteriorKind.CABINET:
             interiors.furnish_cabinet(bench, inside)
         case _:
             pass
 
 
-def _kind_of_box(found: Articulation) -> Filling:
+def _kind_of_box(found: Articulation) -> InteriorKind:
     """What drawers are made of follows the rooms beside them."""
-    return next((r.filling for r in found.rooms if r.filling is not Filling.DRAWER), Filling.DRAWER)
+    return next((r.filling for r in found.rooms if r.filling is not InteriorKind.DRAWER), InteriorKind.DRAWER)
 
 
-def _clear(room: Room, found: Articulation, placed: Soup) -> tuple[float, float]:
+def _clear(room: Cavity, found: Articulation, placed: TriangleSoup) -> tuple[float, float]:
     """What open doors take of the mouth at the left and at the right, metres."""
     left = right = 0.0
     for part in (p for p in found.parts if p.name in room.parts and p.joint.kind is JointKind.HINGE):
@@ -168,9 +170,9 @@ def _clear(room: Room, found: Articulation, placed: Soup) -> tuple[float, float]
         x = float(part.joint.anchor[0])
         thick = float(points[:, 1].max()) - float(part.joint.anchor[1])
         metres = found.frame.metres or 1.0
-        if part.joint.edge is Edge.LEFT:
+        if part.joint.edge is HingeEdge.LEFT:
             left = max(left, (x + thick - room.low[0]) * metres + AIR_M)
-        if part.joint.edge is Edge.RIGHT:
+        if part.joint.edge is HingeEdge.RIGHT:
             right = max(right, (room.high[0] - x + thick) * metres + AIR_M)
     return max(left, 0.0), max(right, 0.0)
 
@@ -178,20 +180,20 @@ def _clear(room: Room, found: Articulation, placed: Soup) -> tuple[float, float]
 def _pulled(found: Articulation, drawer: PartPlan, deep: float) -> Articulation:
     """A drawer comes out no farther than its box allows, unless somebody said how far."""
     joint = drawer.joint
-    way = hinges.DRAWER_WAY * deep
-    if joint.reason == GIVEN or joint.range[1] <= way:
+    way = hinges.DRAWER_TRAVEL_SHARE * deep
+    if joint.reason == GIVEN_REASON or joint.range[1] <= way:
         return found
     fresh = drawer.replace(joint=joint.replace(range=(0.0, way)))
     return found.replace(parts=tuple(fresh if p.name == drawer.name else p for p in found.parts))
 
 
-def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel, Soup, Articulation]:
+def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel, TriangleSoup, Articulation]:
     """The model with all that stands on the bench."""
     parts, faces = list(model.parts), sum(len(p.mesh.faces) for p in model.parts)
     known = {p.name: p for p in found.parts}
-    added: list[Addition] = []
+    added: list[AddedGeometry] = []
     for piece in work.bench.pieces.values():
-        filling = work.filling.get(piece.name, Filling.PLAIN)
+        filling = work.filling.get(piece.name, InteriorKind.PLAIN)
         fresh = _raw_parts(work, piece, found, filling)
         count = sum(len(p.mesh.faces) for p in fresh)
         if not count:
@@ -200,7 +202,7 @@ def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel,
         parts, faces = [*parts, *fresh], faces + count
         clouds = tuple(_cloud(c, piece, work.metres) for c in _shapes(piece))
         name = "" if piece.name == ROOT else piece.name
-        added.append(Addition(part=name, filling=filling, faces=rows, clouds=clouds))
+        added.append(AddedGeometry(part=name, filling=filling, faces=rows, clouds=clouds))
         if name in known:
             known[name] = known[name].replace(faces=np.concatenate([known[name].faces, rows]))
         elif name:
@@ -210,10 +212,10 @@ def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel,
     spaces = tuple(_space(r.name, r.link, r.pose.position, r.size, work) for r in inner)
     model = model.replace(parts=tuple(parts))
     found = found.replace(parts=tuple(known.values()), added=tuple(added), spaces=(*found.spaces, *spaces))
-    return model, in_frame(model, found.frame), found
+    return model, soup_in_frame(model, found.frame), found
 
 
-def _raw_parts(work: _Work, piece: Piece, found: Articulation, filling: Filling) -> list[RawPart]:
+def _raw_parts(work: _Work, piece: Piece, found: Articulation, filling: InteriorKind) -> list[RawPart]:
     """What is seen of a piece, one part for each finish, in the file."""
     finishes: dict[str, list[Mesh]] = {}
     for i, part in enumerate(piece.parts):
@@ -226,7 +228,7 @@ def _raw_parts(work: _Work, piece: Piece, found: Articulation, filling: Filling)
         faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=True)])
         mesh = Mesh(vertices=found.frame.to_file(points / work.metres), faces=faces.astype(np.int32))
         material = work.bench.supplies.finish(finish).material
-        out.append(RawPart(name=BUILT_AS[filling], mesh=mesh, material=material))
+        out.append(RawPart(name=ADDED_MESH_NAMES[filling], mesh=mesh, material=material))
     return out
 
 
@@ -240,12 +242,12 @@ def _cloud(points: Floats, piece: Piece, metres: float) -> Floats:
     return found
 
 
-def _tray(name: str, rows: Ints, moved: Moved, piece: Piece, metres: float, filling: Filling) -> PartPlan:
+def _tray(name: str, rows: Ints, moved: Moved, piece: Piece, metres: float, filling: InteriorKind) -> PartPlan:
     """A part that came with a room: a rack or a basket that slides out."""
     joint = JointPlan(
         kind=JointKind.SLIDE,
         axis=(0.0, -1.0, 0.0),
-        anchor=vec(np.array(piece.pose.position) / metres),
+        anchor=to_vec3(np.array(piece.pose.position) / metres),
         range=(0.0, max(abs(r) for r in moved.range) / metres),
         confidence=1.0,
         reason="built so",
@@ -262,11 +264,11 @@ def _tray(name: str, rows: Ints, moved: Moved, piece: Piece, metres: float, fill
     )
 
 
-def _space(name: str, link: str, middle: Vec3, size: Vec3, work: _Work) -> Space:
+def _space(name: str, link: str, middle: Vec3, size: Vec3, work: _Work) -> StorageSpace:
     at = np.array(middle) + np.array(work.bench.pieces[link].pose.position)
     half = np.array(size) / 2
     low, high = (at - half) / work.metres, (at + half) / work.metres
-    return Space(name=name, part=link, low=vec(low), high=vec(high))
+    return StorageSpace(name=name, part=link, low=to_vec3(low), high=to_vec3(high))
 
 
 def _metres(point: Vec3, metres: float) -> Vec3:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from casa_assets import registry
-from casa_assets.articulate.decisions import GIVEN
+from casa_assets.articulate.decisions import GIVEN_REASON
 from casa_assets.articulate.frame.kind import kind_by_parts, kind_named
 from casa_assets.articulate.plan import Articulation
 from casa_assets.ingest.sources.found import Found
@@ -19,11 +19,11 @@ LEAST = 0.2
 # Parts of a thing whose kind is no surer than this keep their own names.
 NAMED = 0.5
 # Id of a kind or nothing, how sure, and why.
-Seen = Callable[[], tuple[str, float, str]]
+ImageClassifier = Callable[[], tuple[str, float, str]]
 
 
 @dataclass(frozen=True)
-class Kind:
+class CategoryGuess:
     """A category, how sure, and who says so."""
 
     category: Category
@@ -36,7 +36,9 @@ class Kind:
         return self.category.id if self.confidence > LEAST else ""
 
 
-def kind_of(one: Found, extent: Vec3, found: Articulation, ordered: str = "", seen: Seen | None = None) -> Kind:
+def guess_category(
+    one: Found, extent: Vec3, found: Articulation, ordered: str = "", seen: ImageClassifier | None = None
+) -> CategoryGuess:
     """The kind of an input.
 
     A word of the user that repeats a guess that is sure leaves it one: the same decisions make the same asset.
@@ -51,10 +53,10 @@ def kind_of(one: Found, extent: Vec3, found: Articulation, ordered: str = "", se
     if not ordered or (ordered == guessed.category.id and guessed.confidence >= NAMED):
         return guessed
     known = registry.load()
-    return Kind(known.fixtures.get(ordered) or known.category(ordered), 1.0, GIVEN)
+    return CategoryGuess(known.fixtures.get(ordered) or known.category(ordered), 1.0, GIVEN_REASON)
 
 
-def named_kind(one: Found, ordered: str = "") -> str:
+def stated_category(one: Found, ordered: str = "") -> str:
     """The kind that somebody names: the user, or the name of the file; empty where nobody does."""
     if ordered:
         return ordered
@@ -62,19 +64,19 @@ def named_kind(one: Found, ordered: str = "") -> str:
     return named.id if named is not None and named.confidence >= NAMED else ""
 
 
-def _guessed(one: Found, extent: Vec3, found: Articulation, seen: Seen | None) -> Kind:
+def _guessed(one: Found, extent: Vec3, found: Articulation, seen: ImageClassifier | None) -> CategoryGuess:
     known = registry.load()
     look = NO_WEIGHTS
     if seen is not None:
         kind, confidence, look = seen()
         if kind:
-            return Kind(known.fixtures[kind], confidence, look)
+            return CategoryGuess(known.fixtures[kind], confidence, look)
     hints = [h for h in (one.source.category, *one.source.hints) if h]
     named = kind_named(hints)
     if named is not None:
-        return Kind(known.fixtures[named.id], named.confidence, f"by its name: {named.evidence}")
+        return CategoryGuess(known.fixtures[named.id], named.confidence, f"by its name: {named.evidence}")
     kind, confidence = kind_by_parts(extent, found)
     if confidence > LEAST:
-        return Kind(known.fixtures[kind], confidence, f"by its shape and parts; nothing names it, and {look}")
+        return CategoryGuess(known.fixtures[kind], confidence, f"by its shape and parts; nothing names it, and {look}")
     message = f"nothing names it, {look}, and its shape and parts are like no one kind's"
-    return Kind(known.category(registry.FALLBACK), 0.1, message)
+    return CategoryGuess(known.category(registry.FALLBACK), 0.1, message)

@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from casa_assets.pipeline.articulate import sidecar
-from casa_assets.pipeline.articulate.run import STRIP, Done
+from casa_assets.pipeline.articulate.run import STRIP, ArticulateOutcome
 
 NAME = "review.html"
 _PAGE = """<!doctype html>
@@ -29,7 +29,7 @@ th {{ color: #70757c }} .low {{ color: #b3261e }} .code {{ color: #b3261e; font-
 _LOW = 0.6
 
 
-def write(out: Path, done: Sequence[Done]) -> Path:
+def write(out: Path, done: Sequence[ArticulateOutcome]) -> Path:
     """Write the page into the folder of the library; returns its path."""
     ranked = sorted(done, key=lambda d: (d.accepted, _least(d), str(d.mesh)))
     rows = "\n".join(_row(d, out) for d in ranked)
@@ -43,14 +43,14 @@ def write(out: Path, done: Sequence[Done]) -> Path:
     return target
 
 
-def _least(done: Done) -> float:
+def _least(done: ArticulateOutcome) -> float:
     """How sure the least certain decision is."""
     if done.found is None:
         return 0.0
     return min([done.found.frame.confidence, *(min(p.confidence, p.joint.confidence) for p in done.found.parts)])
 
 
-def _row(done: Done, out: Path) -> str:
+def _row(done: ArticulateOutcome, out: Path) -> str:
     name = escape(done.mesh.name)
     if done.found is None or done.folder is None:
         return f'<article><h2>{name}</h2><span class="code">{escape(done.code)}</span> {escape(done.message)}</article>'
@@ -68,7 +68,7 @@ def _row(done: Done, out: Path) -> str:
         cells.append(f"<tr{low}>" + "".join(f"<td>{escape(w)}</td>" for w in words) + "</tr>")
     head = "".join(f"<th>{w}</th>" for w in ("part", "on", "joint", "confidence", "reason", "else", ""))
     frame = done.found.frame
-    held = f"holds the contract {done.contract}" if done.contract else ": ".join(done.lacking[:2])
+    held = f"holds the contract {done.contract}" if done.contract else ": ".join(done.unmet_checks[:2])
     message = "; ".join(w for w in (done.category, done.size, f"frame {frame.confidence:.0%} sure", held) if w)
     return (
         f'<article><h2><a href="{where}/">{name}</a>{code}</h2><div>{escape(message)}; '

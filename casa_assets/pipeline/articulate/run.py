@@ -10,9 +10,9 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
-from casa_assets.articulate.decisions import at_face
+from casa_assets.articulate.decisions import hinge_at_face
 from casa_assets.articulate.frame.axes import guess_frame
-from casa_assets.articulate.infer import infer
+from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, JointPlan, PartKind, PartPlan
 from casa_assets.checks.motion.joint_travel import Travel, travels
 from casa_assets.checks.package.package import Package
@@ -26,9 +26,9 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.issue import Report
 from casa_assets.pipeline.articulate import sidecar
-from casa_assets.pipeline.articulate.build import Built, Wish, build, found_in
-from casa_assets.pipeline.articulate.contract import lacking, without
-from casa_assets.pipeline.articulate.interiors import completed
+from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build, find_input
+from casa_assets.pipeline.articulate.contract import unmet_checks, without_contract
+from casa_assets.pipeline.articulate.interiors import add_interiors
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of, versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import weights_digest
@@ -55,15 +55,15 @@ _SMALL = frozenset({PartKind.KNOB, PartKind.BUTTON})
 STEPS: Mapping[str, CodeRef] = {
     "load": load,
     "frame": guess_frame,
-    "infer": infer,
-    "complete": completed,
+    "infer": infer_articulation,
+    "complete": add_interiors,
     "assemble": assemble,
     "travel": travels,
 }
 
 
 @dataclass(frozen=True)
-class Done:
+class ArticulateOutcome:
     """What became of one mesh.
 
     Attributes:
@@ -81,7 +81,7 @@ class Done:
     report: Report | None = None
     travels: Mapping[str, Travel] = field(default_factory=dict)
     contract: str = ""
-    lacking: tuple[str, ...] = ()
+    unmet_checks: tuple[str, ...] = ()
     code: str = ""
     message: str = ""
     kept: bool = False
@@ -92,7 +92,7 @@ class Done:
         return self.folder is not None and not self.code
 
 
-def articulate(wishes: Sequence[Wish], jobs: int = 1) -> Iterator[Done]:
+def articulate(wishes: Sequence[ArticulateRequest], jobs: int = 1) -> Iterator[ArticulateOutcome]:
     """Take meshes apart, each in a child process with limits, in the order in which they are done.
 
     Args:
@@ -107,19 +107,21 @@ def articulate(wishes: Sequence[Wish], jobs: int = 1) -> Iterator[Done]:
         library.sweep()
         try:
             with Pool(jobs, bounds, "casa_assets.pipeline.ingest.worker:warm") as pool:
-                for number, answer in pool.run("casa_assets.pipeline.articulate.run:work", list(wishes)):
+                for number, answer in pool.run("casa_assets.pipeline.articulate.run:articulate_one", list(wishes)):
                     if isinstance(answer, WorkerFailure):
-                        yield Done(wishes[number].mesh, code=FAILURE_CODES[answer.reason], message=answer.text)
+                        yield ArticulateOutcome(
+                            wishes[number].mesh, code=FAILURE_CODES[answer.reason], message=answer.text
+                        )
                     elif isinstance(answer, RunAborted):
                         raise CasaError(answer.message)
                     else:
-                        assert isinstance(answer, Done)
+                        assert isinstance(answer, ArticulateOutcome)
                         yield answer
         finally:
             library.sweep()
 
 
-def work(wish: Wish) -> Done | RunAborted:
+def articulate_one(wish: ArticulateRequest) -> ArticulateOutcome | RunAborted:
     """Read, take apart, write, look and check; runs in the child. RunAborted: the user has to change the command."""
     try:
         with writing(wish.out):
@@ -127,7 +129,7 @@ def work(wish: Wish) -> Done | RunAborted:
             kept = None if wish.anew else _kept(wish, asked)
             return _entry(wish, build(wish), asked) if kept is None else kept
     except Rejected as error:
-        return Done(wish.mesh, code=error.code, message=error.message)
+        return ArticulateOutcome(wish.mesh, code=error.code, message=error.message)
     except (CasaError, NoRenderer) as error:
         return RunAborted(str(error))
 
@@ -140,9 +142,9 @@ class _Asked:
     cache_key: str
 
 
-def _asked(wish: Wish) -> _Asked:
+def _asked(wish: ArticulateRequest) -> _Asked:
     """Raises Rejected where the file cannot be read."""
-    one = found_in(wish.mesh)
+    one = find_input(wish.mesh)
     sha256 = collect(one, registry.load().limits).sha256
     options = {
         "category": wish.category,
@@ -154,11 +156,11 @@ def _asked(wish: Wish) -> _Asked:
         "clip": "" if wish.clip is None else weights_digest(str(wish.clip)),
         "complete": wish.complete,
     }
-    code = key_of(build, settled, _written, certificate)
+    code = key_of(build, settle_joints, _written, certificate)
     return _Asked(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", code, options, one.source.digest))
 
 
-def _kept(wish: Wish, asked: _Asked) -> Done | None:
+def _kept(wish: ArticulateRequest, asked: _Asked) -> ArticulateOutcome | None:
     """What an earlier run made with the same key, where its entry and what it told are both there; else None."""
     library = disk.Library(wish.out)
     found = [(folder, key) for folder in library.entries_of(asked.identity) if (key := _key_in(folder))]
@@ -189,42 +191,44 @@ def _told_key(asked: _Asked) -> str:
     return digest_of("articulate/told", asked.identity.sha256, asked.cache_key, key_of(to_json, from_json))
 
 
-def to_json(done: Done) -> bytes:
+def to_json(done: ArticulateOutcome) -> bytes:
     """What is told of an entry besides its place, for the next run."""
     told = {
         "found": None if done.found is None else done.found.to_json(),
         "report": None if done.report is None else done.report.to_json(),
         "travels": {part: vars(travel) for part, travel in done.travels.items()},
-        "lacking": list(done.lacking),
+        "lacking": list(done.unmet_checks),
         **{name: getattr(done, name) for name in ("category", "size", "contract", "code", "message")},
     }
     return json.dumps(told).encode()
 
 
-def from_json(data: bytes, mesh: Path) -> Done:
+def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
     """The same read back."""
     told = json.loads(data)
-    return Done(
+    return ArticulateOutcome(
         mesh=mesh,
         found=None if told["found"] is None else Articulation.from_json(told["found"]),
         report=None if told["report"] is None else Report.from_json(told["report"]),
         travels={part: Travel(**travel) for part, travel in told["travels"].items()},
-        lacking=tuple(told["lacking"]),
+        unmet_checks=tuple(told["lacking"]),
         **{name: told[name] for name in ("category", "size", "contract", "code", "message")},
     )
 
 
-def _entry(wish: Wish, built: Built, asked: _Asked) -> Done:
+def _entry(wish: ArticulateRequest, built: ArticulateResult, asked: _Asked) -> ArticulateOutcome:
     """Write an entry of the library; where a check finds an error, it stands under `rejected`, with all its files."""
     library = disk.Library(wish.out)
     if built.asset.provenance.sha256 != asked.identity.sha256:
         raise Rejected("RUN005", "the file changed while it was being read; run again")
     staged = library.stage(built.asset.id)
-    built, went = settled(built, staged)
+    built, went = settle_joints(built, staged)
     report = _written(wish, built, staged, went)
     category, asset = built.category.id, built.asset
     kind = f"{category}, {built.confidence[0]:.0%} sure: {built.confidence[1]}"
-    done = Done(wish.mesh, None, built.found, kind, built.size[1], report, went, asset.contract or "", built.lacking)
+    done = ArticulateOutcome(
+        wish.mesh, None, built.found, kind, built.size[1], report, went, asset.contract or "", built.unmet_checks
+    )
     accepted, refused = library.folder(category, asset.id), library.refusal_folder(asset.id)
     if report.passed:
         made_by = disk.MadeBy(Producer.ARTICULATE, asked.cache_key, versions_of({**STEPS, **WRITING}))
@@ -254,17 +258,17 @@ def _entry(wish: Wish, built: Built, asked: _Asked) -> Done:
     return _remembered(_at(done, refused, worst.code, message), library, asked)
 
 
-def _remembered(done: Done, library: disk.Library, asked: _Asked) -> Done:
+def _remembered(done: ArticulateOutcome, library: disk.Library, asked: _Asked) -> ArticulateOutcome:
     """The same, once the next run can tell it too."""
     Store(library.cache).put(_told_key(asked), to_json(done))
     return done
 
 
-def _at(done: Done, folder: Path, code: str = "", message: str = "") -> Done:
-    return Done(**{**vars(done), "folder": folder, "code": code, "message": message})
+def _at(done: ArticulateOutcome, folder: Path, code: str = "", message: str = "") -> ArticulateOutcome:
+    return ArticulateOutcome(**{**vars(done), "folder": folder, "code": code, "message": message})
 
 
-def settled(built: Built, staged: Path) -> tuple[Built, dict[str, Travel]]:
+def settle_joints(built: ArticulateResult, staged: Path) -> tuple[ArticulateResult, dict[str, Travel]]:
     """The asset with joints as they can go, under the names of its category, and how far each part goes.
 
     A door that sticks in its frame gets its axis at its face, where that frees it; what runs into something
@@ -274,7 +278,9 @@ def settled(built: Built, staged: Path) -> tuple[Built, dict[str, Travel]]:
         staged: folder to write the model to.
     """
     went = _tried(built, staged)
-    stuck = {n: at_face(p, built.placed) for n, p in _parts(built, went) if went[n].free < LEAST_WAY and p.joint.edge}
+    stuck = {
+        n: hinge_at_face(p, built.placed) for n, p in _parts(built, went) if went[n].free < LEAST_WAY and p.joint.edge
+    }
     if stuck:
         other = built.again(stuck)
         freed = {n: t for n, t in _tried(other, staged).items() if n in stuck and t.free > went[n].free + 0.05}
@@ -291,28 +297,30 @@ def settled(built: Built, staged: Path) -> tuple[Built, dict[str, Travel]]:
     return built, {part: went[joint] for part, joint in built.joints.items()}
 
 
-def _contracted(built: Built, staged: Path) -> Built:
+def _contracted(built: ArticulateResult, staged: Path) -> ArticulateResult:
     """Written; with the contract of its kind where it holds that, else with what is missing."""
     known, asset = registry.load(), built.asset
     disk.write_files(staged, mjcf.write(asset))
     if asset.contract is None:
         return built
-    faults = lacking(asset, built.category, staged, known.contracts.get(asset.contract), known.limits)
+    faults = unmet_checks(asset, built.category, staged, known.contracts.get(asset.contract), known.limits)
     if not faults:
         return built
-    built = replace(built, asset=without(asset, faults), lacking=(f"contract {asset.contract} not met", *faults))
+    built = replace(
+        built, asset=without_contract(asset, faults), unmet_checks=(f"contract {asset.contract} not met", *faults)
+    )
     disk.write_files(staged, mjcf.write(built.asset))
     return built
 
 
-def _tried(built: Built, staged: Path) -> dict[str, Travel]:
+def _tried(built: ArticulateResult, staged: Path) -> dict[str, Travel]:
     """How far each part goes before it runs into something, by name."""
     disk.write_files(staged, mjcf.write(built.asset))
     found = travels(built.asset, staged / "model.xml", pushed=False)
     return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
 
 
-def _parts(built: Built, went: Mapping[str, Travel]) -> list[tuple[str, PartPlan]]:
+def _parts(built: ArticulateResult, went: Mapping[str, Travel]) -> list[tuple[str, PartPlan]]:
     return [(p.name, p) for p in built.found.parts if p.name in went]
 
 
@@ -323,7 +331,7 @@ def _tidy(far: float, joint: JointPlan, metres: float) -> float:
     return math.floor(far * metres * 1e4) / 1e4 / metres
 
 
-def _written(wish: Wish, built: Built, staged: Path, went: Mapping[str, Travel]) -> Report:
+def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path, went: Mapping[str, Travel]) -> Report:
     """Both formats, pictures, decisions, and every check that applies."""
     known, asset = registry.load(), built.asset
     picture = render(staged / "model.xml", View(size_px=PREVIEW_PX))
@@ -340,7 +348,7 @@ def _written(wish: Wish, built: Built, staged: Path, went: Mapping[str, Travel])
     return report
 
 
-def _moving(built: Built, went: Mapping[str, Travel]) -> list[Moving]:
+def _moving(built: ArticulateResult, went: Mapping[str, Travel]) -> list[Moving]:
     out = []
     for part in built.found.parts:
         joint, way = part.joint, went[part.name]
@@ -353,7 +361,7 @@ def _moving(built: Built, went: Mapping[str, Travel]) -> list[Moving]:
     return out
 
 
-def _heading(built: Built, asset: Asset) -> str:
+def _heading(built: ArticulateResult, asset: Asset) -> str:
     frame = built.found.frame
     x, y, z = (asset.bounds[1] - asset.bounds[0]).tolist()
     return f"{built.source.path}: {asset.id}, {x:.2f} x {y:.2f} x {z:.2f} m; frame {frame.confidence:.0%} sure"

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.articulate.decisions import Decisions, Direction, word_of
-from casa_assets.articulate.interior.choose_interiors import foot_of
-from casa_assets.articulate.plan import Filling, PartKind, PartPlan, Room
+from casa_assets.articulate.decisions import Decisions, Direction, axis_word
+from casa_assets.articulate.interior.choose_interiors import asset_origin
+from casa_assets.articulate.plan import Cavity, InteriorKind, PartKind, PartPlan
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
-from casa_assets.pipeline.articulate.build import Built
+from casa_assets.pipeline.articulate.build import ArticulateResult
 from casa_assets.pipeline.articulate.kind import NAMED
 
 NAME = "decisions.yaml"
@@ -33,25 +33,27 @@ def read(path: Path) -> Decisions:
     return registry.read_record(Decisions, document.value, document, ())
 
 
-def text(built: Built) -> str:
+def text(built: ArticulateResult) -> str:
     """The sidecar of a mesh, with how sure each decision is and the next likely one as comments."""
     frame = built.found.frame
     up, front = (frame.direction_to_file(v) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
     kinds = ", ".join(PartKind)
-    lines = [_HEAD.format(name=built.source.path or "the mesh", file=NAME, kinds=kinds, fillings=", ".join(Filling))]
+    lines = [
+        _HEAD.format(name=built.source.path or "the mesh", file=NAME, kinds=kinds, fillings=", ".join(InteriorKind))
+    ]
     # A guess that is not sure is not repeated as if somebody had said so.
     lines.append(
         _row("category" if built.confidence[0] >= NAMED else "# category", built.category.id, built.confidence)
     )
-    lines.append(_row("up", _axis(word_of(up)), (frame.confidence, frame.reason), frame.runner_up))
-    lines.append(_row("front", _axis(word_of(front)), (frame.confidence, frame.reason)))
+    lines.append(_row("up", _axis(axis_word(up)), (frame.confidence, frame.reason), frame.runner_up))
+    lines.append(_row("front", _axis(axis_word(front)), (frame.confidence, frame.reason)))
     lines.append(_row("size_m", f"{built.longest_m:.6g}", built.size))
     lines.append("parts:")
     for part in built.found.parts:
         lines += [] if part.added else _part(part, frame.metres or 1.0)
     lines += ["rooms:"] if built.found.rooms else []
     for room in built.found.rooms:
-        lines += _room(room, frame.metres or 1.0, foot_of(built.placed))
+        lines += _room(room, frame.metres or 1.0, asset_origin(built.placed))
     return "\n".join(lines) + "\n"
 
 
@@ -71,7 +73,7 @@ def _part(part: PartPlan, metres: float) -> list[str]:
     return lines
 
 
-def _room(room: Room, metres: float, foot: Floats) -> list[str]:
+def _room(room: Cavity, metres: float, foot: Floats) -> list[str]:
     """What is behind a front: built or the mesh's own."""
     box = [(np.array(c) - foot) * metres for c in (room.low, room.high)]
     words = ", ".join("[" + ", ".join(f"{v:.4f}" for v in c) + "]" for c in box)

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.articulate.colliders.build_colliders import touched
+from casa_assets.articulate.colliders.build_colliders import build_colliders
 from casa_assets.articulate.frame.unit_scale import metres_per_unit
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.errors import Rejected
 from casa_assets.geometry.solid.tessellate import surface
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Span
-from casa_assets.pipeline.articulate.build import Wish, build
+from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from tests.unit.articulate.blocks import Floats, Ints, box, drawers, microwave, together
 
 GIVEN = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
@@ -31,9 +31,9 @@ def obj(path: Path, vertices: Floats, faces: Ints) -> Path:
     return path
 
 
-def wish(mesh: Path, out: Path) -> Wish:
+def wish(mesh: Path, out: Path) -> ArticulateRequest:
     """With the axes given."""
-    return Wish(mesh, out, category="microwave", up=GIVEN["up"], front=GIVEN["front"])
+    return ArticulateRequest(mesh, out, category="microwave", up=GIVEN["up"], front=GIVEN["front"])
 
 
 def test_a_microwave_becomes_an_asset_that_opens(tmp_path: Path) -> None:
@@ -87,12 +87,12 @@ def test_a_rack_of_wires_is_touched_as_a_basket() -> None:
     wires = [box((x, 0.0, 0.0), (x + 0.003, 0.4, 0.003)) for x in np.linspace(0.0, 0.5, 36)]
     wires += [box((0.0, y, z), (0.503, y + 0.003, z + 0.003)) for y in (0.0, 0.397) for z in (0.04, 0.08, 0.12)]
     vertices, faces, _ = together(*wires)
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.25, 0.2, 0.06), range=(0.0, 0.3))
     every = np.arange(len(faces))
     rack = PartPlan(name="rack", kind=PartKind.TRAY, faces=every, grip=every, joint=joint)
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
-    found = touched(vertices, soup, fragment_labels(soup), Articulation(frame=frame, parts=(rack,)), "steel")[1]
+    found = build_colliders(vertices, soup, fragment_labels(soup), Articulation(frame=frame, parts=(rack,)), "steel")[1]
     assert {c.label for c in found.colliders} == {"rack"}
     assert len(found.colliders) <= 12
     # One finds a floor in its middle, and no lid.

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.articulate.decisions import Decisions, PartDecision, direction, word_of
-from casa_assets.articulate.plan import Edge, PartKind
+from casa_assets.articulate.decisions import Decisions, PartDecision, axis_word, parse_direction
+from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.pipeline.articulate import sidecar
-from casa_assets.pipeline.articulate.build import Built, Wish, build
+from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 
@@ -24,9 +24,9 @@ def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return obj(tmp_path_factory.mktemp("mesh") / "microwave.obj", vertices, faces)
 
 
-def made(mesh: Path, said: Decisions) -> Built:
+def made(mesh: Path, said: Decisions) -> ArticulateResult:
     """The microwave with decisions, axes given."""
-    return build(Wish(mesh, mesh.parent, up=(0.0, 0.0, 1.0), front=(0.0, -1.0, 0.0), decisions=said))
+    return build(ArticulateRequest(mesh, mesh.parent, up=(0.0, 0.0, 1.0), front=(0.0, -1.0, 0.0), decisions=said))
 
 
 def one(name: str, decision: PartDecision) -> Decisions:
@@ -34,23 +34,23 @@ def one(name: str, decision: PartDecision) -> Decisions:
 
 
 def test_a_hinge_is_mended_in_a_line(mesh: Path) -> None:
-    built = made(mesh, one("door_0", PartDecision(hinge=Edge.BOTTOM)))
+    built = made(mesh, one("door_0", PartDecision(hinge=HingeEdge.BOTTOM)))
     joint = built.asset.joint_of("door_0")
     assert joint is not None
     assert joint.axis == pytest.approx((1.0, 0.0, 0.0))
     at = built.asset.asset_from_link("door_0").position
     assert at[2] == pytest.approx(0.0, abs=1e-6)
     door = next(p for p in built.found.parts if p.name == "door_0")
-    assert door.joint.edge is Edge.BOTTOM
+    assert door.joint.edge is HingeEdge.BOTTOM
     assert door.joint.confidence == 1.0
 
 
 def test_a_sidecar_given_back_unchanged_makes_the_same_asset(mesh: Path, tmp_path: Path) -> None:
-    wish = Wish(mesh, tmp_path)
+    wish = ArticulateRequest(mesh, tmp_path)
     first = build(wish)
     path = tmp_path / "d.yaml"
     path.write_text(sidecar.text(first), encoding="utf-8")
-    again = build(Wish(mesh, tmp_path, decisions=sidecar.read(path)))
+    again = build(ArticulateRequest(mesh, tmp_path, decisions=sidecar.read(path)))
     assert again.asset.digest == first.asset.digest
 
 
@@ -98,7 +98,7 @@ def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
 
 def test_what_is_not_there_is_named(mesh: Path) -> None:
     with pytest.raises(UnknownId, match="did you mean door_0"):
-        made(mesh, one("door_9", PartDecision(hinge=Edge.LEFT)))
+        made(mesh, one("door_9", PartDecision(hinge=HingeEdge.LEFT)))
     with pytest.raises(UnknownId):
         made(mesh, one("door_0", PartDecision(on="nobody")))
 
@@ -115,7 +115,7 @@ def test_a_fault_in_the_file_has_a_line(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("word", ["+x", "-y", "z"])
 def test_axes_are_read_back(word: str) -> None:
-    assert word_of(direction(word)) in (word, f"+{word}")
-    slanted = direction((1.0, 1.0, 0.0))
+    assert axis_word(parse_direction(word)) in (word, f"+{word}")
+    slanted = parse_direction((1.0, 1.0, 0.0))
     assert np.linalg.norm(slanted) == pytest.approx(1.0)
-    assert word_of(slanted) == slanted
+    assert axis_word(slanted) == slanted

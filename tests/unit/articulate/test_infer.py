@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer
-from casa_assets.articulate.plan import Articulation, Edge, PartKind, PartPlan
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.infer import infer_articulation
+from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import box, carcass, drawers, microwave, together
 
 
 def found_in(vertices: np.ndarray, faces: np.ndarray) -> Articulation:
     """What is found where up is z and the front faces -y."""
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame)
+    return infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame)
 
 
 def parts_of(found: Articulation, kind: PartKind) -> list[PartPlan]:
@@ -42,7 +42,7 @@ def test_the_door_hinges_opposite_its_handle_and_opens_outwards() -> None:
     (door,) = parts_of(found, PartKind.DOOR)
     joint = door.joint
     assert joint.kind is JointKind.HINGE
-    assert joint.edge is Edge.LEFT
+    assert joint.edge is HingeEdge.LEFT
     anchor = found.frame.to_file(np.array([joint.anchor]))[0]
     assert anchor[0] == pytest.approx(0.0, abs=1e-6)
     assert -0.02 <= anchor[1] <= 0.0
@@ -54,7 +54,7 @@ def test_the_mirror_image_hinges_at_the_right() -> None:
     vertices, faces, _ = microwave()
     found = found_in(vertices * np.array([-1.0, 1.0, 1.0]), faces[:, ::-1])
     (door,) = parts_of(found, PartKind.DOOR)
-    assert door.joint.edge is Edge.RIGHT
+    assert door.joint.edge is HingeEdge.RIGHT
 
 
 def test_a_knob_turns_about_its_middle() -> None:
@@ -100,7 +100,7 @@ def test_a_flap_with_a_level_handle_at_its_top_folds_down() -> None:
     ]
     vertices, faces, owner = together(*parts)
     (door,) = parts_of(found_in(vertices, faces), PartKind.DOOR)
-    assert door.joint.edge is Edge.BOTTOM
+    assert door.joint.edge is HingeEdge.BOTTOM
     assert set(owner[door.faces].tolist()) == {5, 7, 8, 9}
 
 

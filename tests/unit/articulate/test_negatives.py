@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import guess_frame
-from casa_assets.articulate.infer import infer
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.infer import infer_articulation
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 Shape = tuple[np.ndarray, np.ndarray]
 
 
 def parts_of(shape: Shape) -> list[str]:
-    soup = soup_of(*shape)
+    soup = weld_triangles(*shape)
     frame = guess_frame(soup)
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    return [p.name for p in infer(placed, frame).parts]
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    return [p.name for p in infer_articulation(placed, frame).parts]
 
 
 def plain(*parts: Part) -> Shape:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.articulate.joints.joint_dynamics import joint_for
+from casa_assets.articulate.joints.joint_dynamics import build_joint
 from casa_assets.articulate.plan import JointPlan, PartKind, PartPlan
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import Params
@@ -41,7 +41,7 @@ def found(asset: Asset) -> Joint:
     plan = JointPlan(kind=joint.kind, axis=joint.axis, anchor=joint.anchor, range=joint.range)
     faces = np.zeros(0, dtype=np.int32)
     part = PartPlan(name="front", kind=kind, faces=faces, grip=faces, joint=plan)
-    return joint_for(part, 1.0, asset.link("front"), None, ("object", "front"))
+    return build_joint(part, 1.0, asset.link("front"), None, ("object", "front"))
 
 
 @pytest.mark.parametrize("kind", [JointKind.HINGE, JointKind.SLIDE])

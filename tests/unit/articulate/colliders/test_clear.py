@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.colliders.clearance import GAP_M, Solid, clear
-from casa_assets.articulate.colliders.link_shapes import box_cloud, clouds_of, shape_of
+from casa_assets.articulate.colliders.clearance import GAP_M, LinkSolid, clear_moving_parts
+from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds, fit_shape
 from casa_assets.model.asset.shape import Box, Hull
 from tests.unit.articulate.blocks import box, carcass, disc, together
 
@@ -15,15 +15,15 @@ def cloud(low: tuple[float, float, float], high: tuple[float, float, float]) -> 
     return box_cloud(np.array(low), np.array(high))
 
 
-def slider(shape: np.ndarray, far: float) -> Solid:
+def slider(shape: np.ndarray, far: float) -> LinkSolid:
     """Slides along -y, carried by the body."""
-    return Solid(0, [shape], [], axis=np.array([0.0, -1.0, 0.0]), anchor=np.zeros(3), far=far)
+    return LinkSolid(0, [shape], [], axis=np.array([0.0, -1.0, 0.0]), anchor=np.zeros(3), max_travel=far)
 
 
 def test_faces_that_touch_are_parted() -> None:
-    wall = Solid(None, [cloud((-0.5, 0.0, 0.0), (0.5, 0.3, 0.02))], [])
+    wall = LinkSolid(None, [cloud((-0.5, 0.0, 0.0), (0.5, 0.3, 0.02))], [])
     drawer = slider(cloud((-0.4, -0.1, 0.018), (0.4, 0.3, 0.2)), 0.3)
-    clear([wall, drawer])
+    clear_moving_parts([wall, drawer])
     top = max(float(c[:, 2].max()) for c in wall.clouds if c[:, 0].min() < 0.0 < c[:, 0].max())
     # What hangs before the wall at rest only moves away from it.
     bottom = min(float(c[:, 2].min()) for c in drawer.clouds if c[:, 1].max() > 0.01)
@@ -31,39 +31,39 @@ def test_faces_that_touch_are_parted() -> None:
 
 
 def test_what_stands_in_the_way_is_left() -> None:
-    post = Solid(None, [cloud((-0.1, -0.4, 0.0), (0.1, -0.2, 0.4))], [])
+    post = LinkSolid(None, [cloud((-0.1, -0.4, 0.0), (0.1, -0.2, 0.4))], [])
     drawer = slider(cloud((-0.4, -0.1, 0.0), (0.4, 0.3, 0.3)), 0.3)
-    clear([post, drawer])
+    clear_moving_parts([post, drawer])
     assert len(post.clouds) == len(drawer.clouds) == 1
     assert np.ptp(drawer.clouds[0], axis=0) == pytest.approx([0.8, 0.4, 0.3])
 
 
 def test_a_swinging_door_keeps_its_shape() -> None:
-    body = Solid(None, [cloud((-0.3, 0.0, 0.0), (0.3, 0.4, 0.5))], [])
+    body = LinkSolid(None, [cloud((-0.3, 0.0, 0.0), (0.3, 0.4, 0.5))], [])
     axis, anchor = np.array([0.0, 0.0, -1.0]), np.array([-0.3, -0.002, 0.0])
     leaf = cloud((-0.3, -0.02, 0.0), (0.3, 0.0, 0.5))
-    door = Solid(0, [leaf], [], turns=True, axis=axis, anchor=anchor, far=np.pi / 2)
-    clear([body, door])
+    door = LinkSolid(0, [leaf], [], turns=True, axis=axis, anchor=anchor, max_travel=np.pi / 2)
+    clear_moving_parts([body, door])
     assert sum(float(np.prod(np.ptp(c, axis=0))) for c in door.clouds) > 0.9 * float(np.prod(np.ptp(leaf, axis=0)))
     assert all(c[:, 1].min() >= GAP_M - 1e-9 for c in body.clouds)
 
 
 def test_a_box_is_a_box_and_a_disc_a_hull() -> None:
     points, faces = box((0, 0, 0), (0.2, 0.3, 0.1))
-    (only,) = clouds_of(points, faces, 8)
-    shape, pose = shape_of(only)
+    (only,) = convex_clouds(points, faces, 8)
+    shape, pose = fit_shape(only)
     assert isinstance(shape, Box)
     assert shape.size == pytest.approx((0.2, 0.3, 0.1))
     assert pose.position == pytest.approx((0.1, 0.15, 0.05))
     points, faces = disc((0, 0, 0), 0.03, 0.02)
-    shape, _ = shape_of(clouds_of(points, faces, 8)[0])
+    shape, _ = fit_shape(convex_clouds(points, faces, 8)[0])
     assert isinstance(shape, Hull)
 
 
 def test_shapes_leave_a_cavity_open_and_keep_to_their_number() -> None:
     vertices, faces, _ = together(*carcass(0.5, 0.4, 0.3))
     for most in (5, 12):
-        clouds = clouds_of(vertices, faces, most)
+        clouds = convex_clouds(vertices, faces, most)
         assert 1 < len(clouds) <= most
         middle = np.array([0.25, 0.1, 0.15])
         assert not any(((c.min(axis=0) < middle) & (middle < c.max(axis=0))).all() for c in clouds)

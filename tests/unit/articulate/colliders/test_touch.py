@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.colliders.clearance import Solid, clear
-from casa_assets.articulate.colliders.edge_grips import WIDE_M, take_by_the_edge
-from casa_assets.articulate.colliders.empty_regions import is_air
-from casa_assets.articulate.colliders.link_shapes import box_cloud, clouds_of, is_frame, plugs
+from casa_assets.articulate.colliders.clearance import LinkSolid, clear_moving_parts
+from casa_assets.articulate.colliders.edge_grips import WIDE_M, add_edge_grip
+from casa_assets.articulate.colliders.empty_regions import is_empty_region
+from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds, hull_closes_opening, is_frame
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer
+from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from tests.unit.articulate.blocks import box, carcass, disc, together
 
 Z = np.array([0.0, 0.0, 1.0])
@@ -33,19 +33,19 @@ def gasket() -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_a_hull_round_a_gasket_would_close_its_door() -> None:
-    assert plugs(*gasket())
+    assert hull_closes_opening(*gasket())
     assert is_frame(*gasket())
 
 
 def test_a_board_and_a_block_close_nothing() -> None:
     for high in ((0.6, 0.02, 1.0), (0.6, 0.5, 1.0)):
         points, faces = box((0, 0, 0), high)
-        assert not plugs(points, faces)
+        assert not hull_closes_opening(points, faces)
 
 
 def test_a_disc_without_thickness_is_touched_over_all_of_its_outline() -> None:
     points, faces = disc((0, 0, 0), 0.15, 0.0, 32)
-    (found,) = clouds_of(points, faces, 8)
+    (found,) = convex_clouds(points, faces, 8)
     assert np.ptp(found[:, 0]) == pytest.approx(0.3, abs=1e-6)
     assert np.ptp(found[:, 1]) == pytest.approx(0.002, abs=1e-6)
     # Its corners are free: it is a disc, not a box.
@@ -53,8 +53,8 @@ def test_a_disc_without_thickness_is_touched_over_all_of_its_outline() -> None:
 
 
 def test_a_door_without_a_handle_is_taken_by_its_free_edge() -> None:
-    door = Solid(0, [cloud((0.0, -0.02, 0.0), (0.4, 0.0, 0.6))], [], True, -Z, np.array([0.0, -0.003, 0.3]), 1.57)
-    take_by_the_edge(door, PartKind.DOOR)
+    door = LinkSolid(0, [cloud((0.0, -0.02, 0.0), (0.4, 0.0, 0.6))], [], True, -Z, np.array([0.0, -0.003, 0.3]), 1.57)
+    add_edge_grip(door, PartKind.DOOR)
     (grip,) = door.grips
     assert grip[:, 0].min() == pytest.approx(0.4 - WIDE_M)
     assert grip[:, 0].max() == pytest.approx(0.4)
@@ -63,8 +63,8 @@ def test_a_door_without_a_handle_is_taken_by_its_free_edge() -> None:
 
 def test_a_drawer_without_a_handle_is_taken_by_the_upper_edge_of_its_front() -> None:
     front, side = cloud((0.0, 0.0, 0.0), (0.4, 0.02, 0.2)), cloud((0.0, 0.02, 0.0), (0.01, 0.5, 0.25))
-    drawer = Solid(0, [front, side], [], False, np.array([0.0, -1.0, 0.0]), np.zeros(3), 0.3)
-    take_by_the_edge(drawer, PartKind.DRAWER)
+    drawer = LinkSolid(0, [front, side], [], False, np.array([0.0, -1.0, 0.0]), np.zeros(3), 0.3)
+    add_edge_grip(drawer, PartKind.DRAWER)
     (grip,) = drawer.grips
     assert grip[:, 2].max() == pytest.approx(0.2)
     assert grip[:, 1].max() == pytest.approx(0.02)
@@ -72,10 +72,12 @@ def test_a_drawer_without_a_handle_is_taken_by_the_upper_edge_of_its_front() -> 
 
 def test_what_has_a_handle_or_is_no_front_keeps_its_shapes() -> None:
     bar = cloud((0.35, -0.05, 0.2), (0.37, -0.03, 0.4))
-    held = Solid(0, [cloud((0, -0.02, 0), (0.4, 0, 0.6))], [bar], True, -Z, np.zeros(3), 1.57)
-    knob = Solid(0, [cloud((0, -0.02, 0), (0.04, 0, 0.04))], [], True, np.array([0.0, -1.0, 0.0]), np.zeros(3), 6.28)
-    take_by_the_edge(held, PartKind.DOOR)
-    take_by_the_edge(knob, PartKind.KNOB)
+    held = LinkSolid(0, [cloud((0, -0.02, 0), (0.4, 0, 0.6))], [bar], True, -Z, np.zeros(3), 1.57)
+    knob = LinkSolid(
+        0, [cloud((0, -0.02, 0), (0.04, 0, 0.04))], [], True, np.array([0.0, -1.0, 0.0]), np.zeros(3), 6.28
+    )
+    add_edge_grip(held, PartKind.DOOR)
+    add_edge_grip(knob, PartKind.KNOB)
     assert len(held.grips) == 1
     assert held.grips[0] is bar
     assert knob.grips == []
@@ -84,9 +86,9 @@ def test_what_has_a_handle_or_is_no_front_keeps_its_shapes() -> None:
 def test_a_rack_that_slides_out_notches_the_lip_of_its_mouth_and_not_a_post_before_it() -> None:
     rack = cloud((-0.23, 0.0, 0.2), (0.23, 0.4, 0.21))
     lip, post = cloud((0.224, -0.02, 0.0), (0.25, -0.018, 0.4)), cloud((-0.01, -0.03, 0.0), (0.01, -0.01, 0.4))
-    body = Solid(None, [lip, post], [])
-    slides = Solid(0, [rack], [], False, np.array([0.0, -1.0, 0.0]), np.zeros(3), 0.3, hidden=True)
-    clear([body, slides])
+    body = LinkSolid(None, [lip, post], [])
+    slides = LinkSolid(0, [rack], [], False, np.array([0.0, -1.0, 0.0]), np.zeros(3), 0.3, hidden=True)
+    clear_moving_parts([body, slides])
     assert any((c == post).all() for c in body.clouds if c.shape == post.shape)
     left = [c for c in body.clouds if c[:, 0].min() > 0.1]
     assert len(left) == 3
@@ -98,10 +100,10 @@ def test_a_place_is_air_where_what_is_seen_bounds_it_on_one_side_alone() -> None
     spread = np.random.default_rng(1).uniform(0.0, 1.0, (400, 2))
     wall = np.column_stack([np.zeros(400), 0.06 * spread[:, 0], 0.4 * spread[:, 1]])
     other = wall + np.array([0.05, 0.0, 0.0])
-    assert is_air(wall, [place])
-    assert not is_air(np.concatenate([wall, other]), [place])
-    assert not is_air(wall + np.array([0.025, 0.0, 0.0]), [place])
-    assert not is_air(None, [place])
+    assert is_empty_region(wall, [place])
+    assert not is_empty_region(np.concatenate([wall, other]), [place])
+    assert not is_empty_region(wall + np.array([0.025, 0.0, 0.0]), [place])
+    assert not is_empty_region(None, [place])
 
 
 def test_a_bin_that_reaches_into_a_leaf_hangs_on_it_and_a_shelf_behind_it_does_not() -> None:
@@ -109,9 +111,9 @@ def test_a_bin_that_reaches_into_a_leaf_hangs_on_it_and_a_shelf_behind_it_does_n
     basket = box((0.1, -0.02, 0.3), (0.5, 0.1, 0.4))
     shelf = box((0.02, 0.14, 0.7), (0.58, 0.58, 0.72))
     points, faces, owner = together(*carcass(0.6, 0.6, 1.2), *leaf, basket, shelf)
-    soup = soup_of(points, faces)
+    soup = weld_triangles(points, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    found = infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame)
+    found = infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame)
     (door,) = found.parts
     own = set(owner[door.faces].tolist())
     assert {5, 6, 7} <= own

@@ -6,25 +6,25 @@ import numpy as np
 
 from casa_assets.articulate.controls.burners import _discs, find_burners
 from casa_assets.articulate.controls.controls import Control
-from casa_assets.articulate.controls.round_controls import sole_key, without_burners
+from casa_assets.articulate.controls.round_controls import drop_burner_caps, find_single_button
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.fronts.rectangles import is_bar
-from casa_assets.articulate.infer import infer
+from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.creases import Blob
-from casa_assets.articulate.segment.fragment_measures import measure
+from casa_assets.articulate.segment.creases import Protrusion
+from casa_assets.articulate.segment.fragment_measures import measure_fragments
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
 from casa_assets.model.asset.mesh import Mesh
 from tests.assets import textured_box
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 
-def placed(*parts: Part) -> Soup:
+def placed(*parts: Part) -> TriangleSoup:
     points, faces, _ = together(*parts)
-    soup = soup_of(points, faces)
+    soup = weld_triangles(points, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    return soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
 
 
 def control(x: float, y: float, wide: float, high: float, round_: bool = True, stands: float = 0.02) -> Control:
@@ -40,7 +40,7 @@ def machine(*more: Part) -> tuple[Part, ...]:
 def test_the_one_round_thing_on_a_front_is_a_key_of_what_somebody_calls_a_machine() -> None:
     soup = placed(*machine(disc((0.1, -0.015, 0.31), 0.035, 0.015)))
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    (part,) = infer(soup, frame, "coffee_machine").parts
+    (part,) = infer_articulation(soup, frame, "coffee_machine").parts
     assert part.kind is PartKind.BUTTON
     assert part.joint.axis[1] > 0.99
     assert part.confidence < 0.5
@@ -49,7 +49,7 @@ def test_the_one_round_thing_on_a_front_is_a_key_of_what_somebody_calls_a_machin
 def test_two_of_them_are_not_the_one_key() -> None:
     pair = [disc((x, -0.015, 0.31), 0.02, 0.015) for x in (0.05, 0.15)]
     soup = placed(*machine(*pair))
-    assert sole_key(measure(soup, fragment_labels(soup), 256)) is None
+    assert find_single_button(measure_fragments(soup, fragment_labels(soup), 256)) is None
 
 
 def test_what_arms_stand_round_is_a_burner_and_no_knob() -> None:
@@ -63,7 +63,7 @@ def test_what_arms_stand_round_is_a_burner_and_no_knob() -> None:
             (0, -0.05, (0.005, 0.05)),
         )
     ]
-    left = without_burners([cap, knob], [cap, knob, *arms], [])
+    left = drop_burner_caps([cap, knob], [cap, knob, *arms], [])
     assert len(left) == 1
     assert left[0] is knob
 
@@ -71,7 +71,7 @@ def test_what_arms_stand_round_is_a_burner_and_no_knob() -> None:
 def test_what_differs_from_the_knobs_of_the_front_is_no_knob_on_the_top() -> None:
     front = [control(x, 0.3, 0.04, 0.04) for x in (-0.1, 0.0, 0.1)]
     cap, alike = control(0.1, 0.1, 0.07, 0.07), control(-0.1, 0.1, 0.042, 0.042)
-    left = without_burners([cap, alike], [cap, alike], front)
+    left = drop_burner_caps([cap, alike], [cap, alike], front)
     assert len(left) == 1
     assert left[0] is alike
 
@@ -89,8 +89,8 @@ def test_a_burner_of_six_sides_is_round_and_a_square_is_not() -> None:
 
 def test_a_bar_is_long_and_stands_out() -> None:
     low, high = np.zeros(2), np.array([0.2, 0.02])
-    assert is_bar(Blob((0, 10), (0, 100), low, high, 0.03, 0.004))
-    assert not is_bar(Blob((0, 10), (0, 100), low, high, 0.004, 0.004))
+    assert is_bar(Protrusion((0, 10), (0, 100), low, high, 0.03, 0.004))
+    assert not is_bar(Protrusion((0, 10), (0, 100), low, high, 0.004, 0.004))
 
 
 def test_a_small_panel_with_knobs_and_a_lever_is_no_door() -> None:
@@ -102,7 +102,7 @@ def test_a_small_panel_with_knobs_and_a_lever_is_no_door() -> None:
     parts += [box((0.08, -0.03, 0.13), (0.12, -0.006, 0.14))]
     parts += [disc((x, -0.016, 0.07), 0.008, 0.01) for x in (0.08, 0.12)]
     soup = placed(*parts)
-    found = infer(soup, given_frame(soup, (0, 0, 1), (0, -1, 0)))
+    found = infer_articulation(soup, given_frame(soup, (0, 0, 1), (0, -1, 0)))
     assert [p.kind for p in found.parts] == [PartKind.KNOB, PartKind.KNOB]
 
 

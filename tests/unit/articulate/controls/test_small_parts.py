@@ -8,11 +8,11 @@ import pytest
 from casa_assets.articulate.controls.controls import find_controls
 from casa_assets.articulate.controls.levers import Lever, find_levers
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer
+from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, PartKind
-from casa_assets.articulate.segment.fragment_measures import FRONT, measure
+from casa_assets.articulate.segment.fragment_measures import FRONT, measure_fragments
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Part, box, carcass, disc, together
 
@@ -20,9 +20,9 @@ from tests.unit.articulate.blocks import Floats, Part, box, carcass, disc, toget
 def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     """What is found where up is z and the front faces -y, and the part of each face."""
     vertices, faces, owner = together(*parts)
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame), owner
+    return infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame), owner
 
 
 def turned(part: Part, degrees: float, about: tuple[float, float, float]) -> Part:
@@ -47,10 +47,10 @@ def slotted() -> list[Part]:
 def levers_in(parts: list[Part]) -> tuple[list[Lever], float]:
     """Levers on the front of some parts, and metres in a unit of the frame."""
     vertices, faces, _ = together(*parts)
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    pieces = measure(placed, fragment_labels(placed))
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    pieces = measure_fragments(placed, fragment_labels(placed))
     levers, _ = find_levers(pieces, FRONT, find_controls(pieces, FRONT, []))
     return levers, 1 / frame.scale
 

@@ -7,11 +7,11 @@ import pytest
 
 from casa_assets.articulate.controls.faucets import find_spout
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer
+from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, PartKind
-from casa_assets.articulate.segment.fragment_measures import measure
+from casa_assets.articulate.segment.fragment_measures import measure_fragments
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Part, box, disc, together
 
@@ -35,9 +35,9 @@ def faucet(sticks: int = 2) -> list[Part]:
 def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     """What is found where up is z and the front faces -y, and the part of each face."""
     vertices, faces, owner = together(*parts)
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame), owner
+    return infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame), owner
 
 
 def test_a_stick_turns_about_what_it_is_rooted_in() -> None:
@@ -80,5 +80,5 @@ def test_a_short_pin_is_pressed_and_a_long_one_is_not() -> None:
 
 def test_an_arm_that_no_column_bears_is_no_spout() -> None:
     vertices, faces, _ = together(*faucet()[:-2], box((-0.015, -0.18, 0.24), (0.015, 0.015, 0.27)))
-    soup = soup_of(vertices, faces)
-    assert find_spout(measure(soup, fragment_labels(soup)), set()) is None
+    soup = weld_triangles(vertices, faces)
+    assert find_spout(measure_fragments(soup, fragment_labels(soup)), set()) is None

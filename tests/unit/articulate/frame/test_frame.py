@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame, guess_frame
-from casa_assets.articulate.frame.wall_alignment import straightened
+from casa_assets.articulate.frame.wall_alignment import align_walls
 from casa_assets.articulate.segment.fragment_measures import SIDES
-from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, disc, drawers, microwave, together
 
 UP, FRONT = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
@@ -39,10 +39,10 @@ def oven() -> tuple[Floats, Ints, Ints]:
 THINGS = {"drawers": drawers, "microwave": microwave, "oven": oven}
 
 
-def turned(name: str, rotation: Floats, scale: float = 1.0) -> Soup:
+def turned(name: str, rotation: Floats, scale: float = 1.0) -> TriangleSoup:
     """One of THINGS in another pose, with other units, moved."""
     vertices, faces, _ = THINGS[name]()
-    return soup_of(vertices @ rotation.T * scale + np.array([3.0, -2.0, 7.0]) * scale, faces)
+    return weld_triangles(vertices @ rotation.T * scale + np.array([3.0, -2.0, 7.0]) * scale, faces)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_the_front_is_found_from_any_side(name: str, degrees: float, stands: Flo
 def test_the_thing_fills_its_box(degrees: float) -> None:
     soup = turned("microwave", yaw(degrees), 10.0)
     frame = guess_frame(soup, up=UP.tolist(), front=(yaw(degrees) @ FRONT).tolist())
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
     low, high = placed.points.min(axis=0), placed.points.max(axis=0)
     assert np.linalg.norm(high - low) == pytest.approx(1.0)
     assert (low + high) / 2 == pytest.approx(np.zeros(3), abs=1e-9)
@@ -84,7 +84,7 @@ def test_what_the_user_says_holds(face: int) -> None:
 
 
 def test_the_word_of_the_file_counts() -> None:
-    cube = soup_of(*together(box((0, 0, 0), (1, 1, 1)))[:2])
+    cube = weld_triangles(*together(box((0, 0, 0), (1, 1, 1)))[:2])
     for side in range(6):
         assert guess_frame(cube, stated=side).rotation[2] == pytest.approx(-SIDES[side][2])
 
@@ -93,17 +93,17 @@ def test_the_word_of_the_file_counts() -> None:
 @pytest.mark.parametrize("stands", [np.eye(3), Y_UP, Y_UP.T @ yaw(31.0) @ Y_UP @ yaw(12.0)])
 def test_walls_are_laid_along_the_axes(degrees: float, stands: Floats) -> None:
     rotation = stands @ yaw(degrees)
-    found = straightened(turned("oven", rotation))
+    found = align_walls(turned("oven", rotation))
     assert np.linalg.det(found) == pytest.approx(1.0)
     together_ = np.abs(found @ rotation)
     assert together_.max(axis=1) == pytest.approx(np.ones(3), abs=1e-4 if degrees > 2 else 1e-3)
 
 
 def test_what_stands_straight_or_is_round_stays() -> None:
-    assert np.array_equal(straightened(turned("microwave", np.eye(3))), np.eye(3))
-    assert np.array_equal(straightened(turned("oven", Y_UP)), np.eye(3))
-    cylinder = soup_of(*together(disc((0, 0, 0), 0.4, 0.1, sides=48))[:2])
-    assert np.array_equal(straightened(cylinder), np.eye(3))
+    assert np.array_equal(align_walls(turned("microwave", np.eye(3))), np.eye(3))
+    assert np.array_equal(align_walls(turned("oven", Y_UP)), np.eye(3))
+    cylinder = weld_triangles(*together(disc((0, 0, 0), 0.4, 0.1, sides=48))[:2])
+    assert np.array_equal(align_walls(cylinder), np.eye(3))
 
 
 def test_the_same_thing_gives_the_same_frame() -> None:

@@ -7,27 +7,35 @@ from itertools import product
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import CANDIDATES, given_frame, weighed
-from casa_assets.articulate.frame.evidence import FEATURES, evidence, hidden_area
-from casa_assets.articulate.frame.score_candidate import TRIALS, axes_of, tried, turned
-from casa_assets.articulate.frame.side_views import look
-from casa_assets.articulate.segment.fragment_measures import BOTTOM, FRONT, LEFT, SIDES, TOP, Pieces, measure
+from casa_assets.articulate.frame.axes import CANDIDATES, candidate_shares, given_frame
+from casa_assets.articulate.frame.evidence import FEATURES, frame_features, hidden_area
+from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, candidate_axes, rotate_fragments, score_candidate
+from casa_assets.articulate.frame.side_views import measure_side
+from casa_assets.articulate.segment.fragment_measures import (
+    BOTTOM,
+    FRONT,
+    LEFT,
+    SIDES,
+    TOP,
+    MeasuredFragments,
+    measure_fragments,
+)
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from tests.unit.articulate.blocks import Part, box, carcass, drawers, microwave, together
 
 PIXELS = 128
 
 
-def pieces_of(*parts: Part) -> Pieces:
+def pieces_of(*parts: Part) -> MeasuredFragments:
     """The pieces of a thing that stands as it should."""
-    soup = soup_of(*together(*parts)[:2])
+    soup = weld_triangles(*together(*parts)[:2])
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    return measure(placed, fragment_labels(placed), PIXELS)
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    return measure_fragments(placed, fragment_labels(placed), PIXELS)
 
 
-def whole(name: str) -> Pieces:
+def whole(name: str) -> MeasuredFragments:
     """One of the things of the tests."""
     return pieces_of({"drawers": drawers, "microwave": microwave}[name]()[:2])
 
@@ -35,16 +43,16 @@ def whole(name: str) -> Pieces:
 @pytest.mark.parametrize(("front", "top"), [p for p in product(range(6), repeat=2) if p[0] // 2 != p[1] // 2])
 def test_turned_pieces_are_as_if_measured_there(front: int, top: int) -> None:
     pieces = whole("microwave")
-    found = turned(pieces, front, top)
-    rotation = axes_of(front, top)
+    found = rotate_fragments(pieces, front, top)
+    rotation = candidate_axes(front, top)
     assert np.linalg.det(rotation) == pytest.approx(1.0)
     assert rotation @ SIDES[front][2] == pytest.approx(SIDES[FRONT][2])
     assert rotation @ SIDES[top][2] == pytest.approx(SIDES[TOP][2])
-    anew = measure(found.soup, found.label, PIXELS)
+    anew = measure_fragments(found.soup, found.label, PIXELS)
     assert found.low == pytest.approx(anew.low)
     assert found.high == pytest.approx(anew.high)
-    assert found.seen == pytest.approx(anew.seen, abs=0.1 * anew.seen.max())
-    for old, new in zip(found.pictures, anew.pictures, strict=True):
+    assert found.visible_area == pytest.approx(anew.visible_area, abs=0.1 * anew.visible_area.max())
+    for old, new in zip(found.depth_images, anew.depth_images, strict=True):
         assert old.face.shape == new.face.shape
         assert old.low == pytest.approx(new.low, abs=1.1 * new.pixel)
         both = np.isfinite(old.depth) & np.isfinite(new.depth)
@@ -53,8 +61,8 @@ def test_turned_pieces_are_as_if_measured_there(front: int, top: int) -> None:
 
 def test_a_candidate_upside_down_or_sideways_finds_less() -> None:
     pieces = whole("drawers")
-    right = dict(zip(TRIALS, tried(pieces, FRONT, TOP), strict=True))
-    aside = dict(zip(TRIALS, tried(pieces, LEFT, TOP), strict=True))
+    right = dict(zip(SCORE_NAMES, score_candidate(pieces, FRONT, TOP), strict=True))
+    aside = dict(zip(SCORE_NAMES, score_candidate(pieces, LEFT, TOP), strict=True))
     assert right["drawers"] == pytest.approx(np.log1p(2))
     assert right["covered"] > 0.8
     assert right["nothing"] == 0.0
@@ -66,8 +74,8 @@ def test_a_front_that_may_be_drawn_has_no_box_without_one() -> None:
     parts = carcass(0.6, 0.5, 0.6)
     for z in (0.0, 0.3):
         parts += [box((0.0, -0.02, z), (0.6, 0.0, z + 0.295)), box((0.2, -0.05, z + 0.14), (0.4, -0.035, z + 0.155))]
-    bare = dict(zip(TRIALS, tried(pieces_of(*parts), FRONT, TOP), strict=True))
-    whole_ = dict(zip(TRIALS, tried(whole("drawers"), FRONT, TOP), strict=True))
+    bare = dict(zip(SCORE_NAMES, score_candidate(pieces_of(*parts), FRONT, TOP), strict=True))
+    whole_ = dict(zip(SCORE_NAMES, score_candidate(whole("drawers"), FRONT, TOP), strict=True))
     assert bare["unboxed"] == pytest.approx(np.log1p(2))
     assert bare["boxed"] == 0.0
     assert whole_["unboxed"] == 0.0
@@ -78,8 +86,8 @@ def test_a_slot_ends_before_the_border() -> None:
     floor = box((0.0, 0.0, 0.0), (0.4, 0.3, 0.15))
     long = [box((0.0, 0.0, 0.15), (0.4, 0.135, 0.25)), box((0.0, 0.165, 0.15), (0.4, 0.3, 0.25))]
     ends = [box((0.0, 0.135, 0.15), (0.07, 0.165, 0.25)), box((0.33, 0.135, 0.15), (0.4, 0.165, 0.25))]
-    assert look(pieces_of(floor, *long, *ends), TOP).slots == 0.5
-    assert look(pieces_of(floor, *long), TOP).slots == 0.0
+    assert measure_side(pieces_of(floor, *long, *ends), TOP).slots == 0.5
+    assert measure_side(pieces_of(floor, *long), TOP).slots == 0.0
 
 
 def test_another_material_in_the_same_plane_is_detail() -> None:
@@ -92,10 +100,10 @@ def test_another_material_in_the_same_plane_is_detail() -> None:
     vertices[8:, 1] -= 1e-4
     details = []
     for tint in (np.zeros(len(faces), dtype=np.int64), np.repeat(np.arange(3), 12)):
-        soup = soup_of(vertices, faces, tint)
+        soup = weld_triangles(vertices, faces, tint)
         frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-        placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-        details.append(look(measure(placed, fragment_labels(placed), PIXELS), FRONT).detail)
+        placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+        details.append(measure_side(measure_fragments(placed, fragment_labels(placed), PIXELS), FRONT).detail)
     assert details[0] == 0.0
     assert details[1] > 0.02
 
@@ -103,10 +111,10 @@ def test_another_material_in_the_same_plane_is_detail() -> None:
 def test_what_stands_on_legs_does_so_on_its_bottom_alone() -> None:
     legs = [box((x, y, 0.0), (x + 0.05, y + 0.05, 0.7)) for x in (0.0, 0.95) for y in (0.0, 0.55)]
     pieces = pieces_of(box((0.0, 0.0, 0.7), (1.0, 0.6, 0.75)), *legs)
-    sides = [look(pieces, i) for i in range(len(SIDES))]
+    sides = [measure_side(pieces, i) for i in range(len(SIDES))]
     number = {n: i for i, n in enumerate(FEATURES)}
-    upright = evidence(pieces, sides, FRONT, TOP, hidden_area(pieces))
-    overturned = evidence(pieces, sides, FRONT, BOTTOM, hidden_area(pieces))
+    upright = frame_features(pieces, sides, FRONT, TOP, hidden_area(pieces))
+    overturned = frame_features(pieces, sides, FRONT, BOTTOM, hidden_area(pieces))
     assert upright[number["bottom_legs"]] > 0.8
     assert upright[number["top_legs"]] == 0.0
     assert overturned[number["bottom_legs"]] == 0.0
@@ -115,9 +123,9 @@ def test_what_stands_on_legs_does_so_on_its_bottom_alone() -> None:
 
 def test_shares_sum_to_one_and_what_is_known_counts() -> None:
     pieces = whole("drawers")
-    even = weighed(pieces, dict.fromkeys(CANDIDATES, 0.0))
+    even = candidate_shares(pieces, dict.fromkeys(CANDIDATES, 0.0))
     assert sum(even.values()) == pytest.approx(1.0)
     assert max(even, key=lambda c: even[c]) == (FRONT, TOP)
-    told = weighed(pieces, {c: 0.0 if c == (LEFT, TOP) else -50.0 for c in CANDIDATES})
+    told = candidate_shares(pieces, {c: 0.0 if c == (LEFT, TOP) else -50.0 for c in CANDIDATES})
     assert max(told, key=lambda c: told[c]) == (LEFT, TOP)
-    assert weighed(pieces, {(LEFT, TOP): 0.0}) == {(LEFT, TOP): 1.0}
+    assert candidate_shares(pieces, {(LEFT, TOP): 0.0}) == {(LEFT, TOP): 1.0}

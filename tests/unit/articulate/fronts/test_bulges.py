@@ -6,39 +6,39 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.frame.side_views import look
-from casa_assets.articulate.fronts.bulging_fronts import without_stairs
+from casa_assets.articulate.frame.side_views import measure_side
+from casa_assets.articulate.fronts.bulging_fronts import merge_stairs
 from casa_assets.articulate.fronts.panels import find_panels
-from casa_assets.articulate.fronts.rectangles import Leaf
-from casa_assets.articulate.segment.creases import Relief
-from casa_assets.articulate.segment.fragment_measures import FRONT, Pieces, measure
+from casa_assets.articulate.fronts.rectangles import FrontRectangle
+from casa_assets.articulate.segment.creases import SideRelief
+from casa_assets.articulate.segment.fragment_measures import FRONT, MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.raster import Picture
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.raster import DepthImage
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from tests.unit.articulate.blocks import Floats, Part, box, together
 
 COLUMNS = ((0, 20), (20, 40), (40, 160), (160, 180), (180, 200))
 
 
-def relief_of(depth: Floats) -> Relief:
+def relief_of(depth: Floats) -> SideRelief:
     """A relief of which nothing stands out and nothing is an edge."""
     none = np.zeros(depth.shape, dtype=bool)
     blob = np.full(depth.shape, -1, dtype=np.int64)
-    picture = Picture(np.zeros(depth.shape, dtype=np.int64), depth, np.zeros(2), 0.002)
-    return Relief(picture, depth, depth, blob, (), none, none)
+    picture = DepthImage(np.zeros(depth.shape, dtype=np.int64), depth, np.zeros(2), 0.002)
+    return SideRelief(picture, depth, depth, blob, (), none, none)
 
 
-def fallen(planes: tuple[float, ...], rows: tuple[int, int] = (0, 100)) -> tuple[Relief, list[Leaf]]:
+def fallen(planes: tuple[float, ...], rows: tuple[int, int] = (0, 100)) -> tuple[SideRelief, list[FrontRectangle]]:
     """A front of strips that lie so deep, and the rectangles that it falls into."""
     depth = np.zeros((100, 200))
     for (a, b), plane in zip(COLUMNS, planes, strict=True):
         depth[:, a:b] = plane
-    return relief_of(depth), [Leaf(rows, c, p) for c, p in zip(COLUMNS, planes, strict=True)]
+    return relief_of(depth), [FrontRectangle(rows, c, p) for c, p in zip(COLUMNS, planes, strict=True)]
 
 
 def test_the_stairs_of_a_bulge_are_one_front() -> None:
     side, leaves = fallen((0.012, 0.006, 0.0, 0.006, 0.012))
-    (one,) = without_stairs(side, leaves)
+    (one,) = merge_stairs(side, leaves)
     assert (one.rows, one.columns) == ((0, 100), (0, 200))
     assert one.plane == pytest.approx(0.0)
 
@@ -54,22 +54,22 @@ def test_the_stairs_of_a_bulge_are_one_front() -> None:
 )
 def test_what_is_no_bulge_stays_apart(planes: tuple[float, ...]) -> None:
     side, leaves = fallen(planes)
-    assert without_stairs(side, leaves) == leaves
+    assert merge_stairs(side, leaves) == leaves
 
 
 def test_a_gap_between_fronts_is_no_stair() -> None:
     side, leaves = fallen((0.012, 0.006, 0.0, 0.006, 0.012))
     side.base[:, [20, 40, 160, 180]] = 0.05
-    assert without_stairs(side, leaves) == leaves
+    assert merge_stairs(side, leaves) == leaves
 
 
-def measured(parts: list[Part]) -> Pieces:
+def measured(parts: list[Part]) -> MeasuredFragments:
     """The pieces of some parts, up z, front -y, a diagonal of 1."""
     vertices, faces, _ = together(*parts)
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    return measure(placed, fragment_labels(placed))
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    return measure_fragments(placed, fragment_labels(placed))
 
 
 def wedge(low: tuple[float, float, float], high: tuple[float, float, float], back: float) -> Part:
@@ -97,5 +97,5 @@ def test_a_slope_is_no_detail() -> None:
     """A steep bevel has edges where it begins and ends, and none between."""
     steep = measured([wedge((0.0, 0.0, 0.0), (0.2, 0.5, 0.5), 0.4)])
     flat = measured([wedge((0.0, 0.0, 0.0), (0.2, 0.5, 0.5), 0.1)])
-    assert look(steep, FRONT).detail == pytest.approx(look(flat, FRONT).detail, abs=0.01)
-    assert look(steep, FRONT).detail < 0.05
+    assert measure_side(steep, FRONT).detail == pytest.approx(measure_side(flat, FRONT).detail, abs=0.01)
+    assert measure_side(steep, FRONT).detail < 0.05

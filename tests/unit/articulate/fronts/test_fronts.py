@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer
-from casa_assets.articulate.plan import Articulation, Edge, PartKind, PartPlan
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.infer import infer_articulation
+from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together
 
@@ -16,9 +16,9 @@ from tests.unit.articulate.blocks import Part, box, carcass, disc, together
 def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     """What is found where up is z and the front faces -y, and the part of each face."""
     vertices, faces, owner = together(*parts)
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame), owner
+    return infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame), owner
 
 
 def of_kind(found: Articulation, kind: PartKind) -> list[PartPlan]:
@@ -89,7 +89,7 @@ def test_a_rack_of_rods_slides_and_a_shelf_between_walls_does_not() -> None:
     shelf = box((0.02, 0.02, 0.12), (0.58, 0.48, 0.13))
     found, owner = found_in(oven(shelf, *rods))
     (door,), (rack,) = of_kind(found, PartKind.DOOR), of_kind(found, PartKind.TRAY)
-    assert door.joint.edge is Edge.BOTTOM
+    assert door.joint.edge is HingeEdge.BOTTOM
     assert set(owner[rack.faces].tolist()) == set(range(10, 21))
 
 
@@ -119,7 +119,7 @@ def test_a_leaf_of_two_boards_under_one_stile_is_one_door() -> None:
     parts += bar((0.365, -0.06, 0.4), (0.377, -0.05, 0.5), -0.01)
     found, owner = found_in(parts)
     (door,) = found.parts
-    assert door.joint.edge is Edge.LEFT
+    assert door.joint.edge is HingeEdge.LEFT
     assert set(owner[door.faces].tolist()) == set(range(5, 12))
 
 

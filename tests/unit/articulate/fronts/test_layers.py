@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer
+from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
 from tests.unit.articulate.fronts.test_fronts import bar, found_in, of_kind, tub
@@ -24,9 +24,9 @@ def shape_of(solid: manifold3d.Manifold) -> Part:
 
 def found_on(vertices: Floats, faces: Ints, tint: Ints | None = None) -> Articulation:
     """What is found where up is z and the front faces -y."""
-    soup = soup_of(vertices, faces, tint)
+    soup = weld_triangles(vertices, faces, tint)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame)
+    return infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame)
 
 
 def parts_of(plan: PartPlan, owner: Ints) -> set[int]:
@@ -36,8 +36,8 @@ def parts_of(plan: PartPlan, owner: Ints) -> set[int]:
 def test_faces_of_two_materials_are_two_fragments() -> None:
     points, faces = box((0, 0, 0), (1, 1, 1))
     tint = (np.arange(len(faces)) >= 8).astype(np.int64)
-    assert len(set(fragment_labels(soup_of(points, faces)).tolist())) == 1
-    label = fragment_labels(soup_of(points, faces, tint))
+    assert len(set(fragment_labels(weld_triangles(points, faces)).tolist())) == 1
+    label = fragment_labels(weld_triangles(points, faces, tint))
     assert not set(label[tint == 0].tolist()) & set(label[tint == 1].tolist())
 
 

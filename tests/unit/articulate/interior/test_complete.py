@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.articulate.decisions import Decisions, RoomDecision
-from casa_assets.articulate.interior.hollow_out import carved
-from casa_assets.articulate.plan import Articulation, Filling, Frame, PartKind
-from casa_assets.articulate.segment.rays import crossings, grid
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.decisions import CavityDecision, Decisions
+from casa_assets.articulate.interior.hollow_out import hollow_out
+from casa_assets.articulate.plan import Articulation, Frame, InteriorKind, PartKind
+from casa_assets.articulate.segment.rays import cross_rays, sample_grid
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.checks.motion.joint_travel import travels
 from casa_assets.errors import UnknownId
 from casa_assets.export import mjcf
@@ -20,7 +20,7 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh as Triangles
 from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.pipeline.articulate import sidecar
-from casa_assets.pipeline.articulate.build import Built, Wish, build
+from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build
 from casa_assets.pipeline.library import library as disk
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, drawers, microwave, together
 from tests.unit.articulate.test_assemble import obj
@@ -45,14 +45,16 @@ def front(low: float, high: float) -> list[Part]:
     return [box((0.0, -0.02, low), (0.6, -0.001, high)), box((0.2, -0.06, middle - 0.01), (0.4, -0.02, middle + 0.01))]
 
 
-def made(mesh: Mesh, folder: Path, category: str, said: Decisions | None = None, complete: bool = True) -> Built:
+def made(
+    mesh: Mesh, folder: Path, category: str, said: Decisions | None = None, complete: bool = True
+) -> ArticulateResult:
     """A mesh through everything, its axes given."""
     path = obj(folder / "thing.obj", mesh[0], mesh[1])
     axes = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
-    return build(Wish(path, folder, category, *axes, decisions=said or Decisions(), complete=complete))
+    return build(ArticulateRequest(path, folder, category, *axes, decisions=said or Decisions(), complete=complete))
 
 
-def reach(built: Built, spot: tuple[float, float]) -> float:
+def reach(built: ArticulateResult, spot: tuple[float, float]) -> float:
     """How far behind the front one can put something at a place (x, z) with the door open, metres."""
     points: list[Floats] = []
     tris: list[Ints] = []
@@ -61,7 +63,7 @@ def reach(built: Built, spot: tuple[float, float]) -> float:
             p, f = surface(collider.shape, collider.pose)
             tris.append(f + sum([len(q) for q in points]))
             points.append(p)
-    line = crossings(np.concatenate(points), np.concatenate(tris), 1, np.array([spot]))
+    line = cross_rays(np.concatenate(points), np.concatenate(tris), 1, np.array([spot]))
     return float(line.first()[0] - built.asset.bounds[0][1])
 
 
@@ -69,7 +71,7 @@ def test_lines_say_where_they_cross_and_from_which_side() -> None:
     points, faces, _ = together(box((0.0, 0.0, 0.0), (1.0, 2.0, 3.0)))
     for axis, far in enumerate((1.0, 2.0, 3.0)):
         others = [k for k in range(3) if k != axis]
-        found = crossings(points, faces, axis, grid(np.zeros(2), np.array([1.0, 2.0, 3.0])[others], 3, 0.1))
+        found = cross_rays(points, faces, axis, sample_grid(np.zeros(2), np.array([1.0, 2.0, 3.0])[others], 3, 0.1))
         assert found.first() == pytest.approx(np.zeros(9), abs=1e-12)
         assert found.last() == pytest.approx(np.full(9, far))
         assert (found.towards[found.at < 0.5] == -1).all()
@@ -85,7 +87,7 @@ def test_a_solid_block_gets_a_cavity_behind_its_door(tmp_path: Path) -> None:
     (room,) = built.found.rooms
     assert room.built
     assert room.cut is not None
-    assert room.filling is Filling.CABINET
+    assert room.filling is InteriorKind.CABINET
     metres = built.found.frame.metres or 1.0
     whole = np.ptp(built.asset.bounds, axis=0)
     size = (np.array(room.high) - np.array(room.low)) * metres
@@ -176,7 +178,7 @@ def test_a_drawer_front_before_a_block_gets_a_box_that_slides(tmp_path: Path) ->
     mesh = block(*front(0.0, 0.26), *front(0.265, 0.525), *front(0.53, 0.79))
     built = made(mesh, tmp_path, "drawer_stack")
     assert len(built.found.parts) == 3
-    assert all(r.built and r.cut is not None and r.filling is Filling.DRAWER for r in built.found.rooms)
+    assert all(r.built and r.cut is not None and r.filling is InteriorKind.DRAWER for r in built.found.rooms)
     disk.write_files(tmp_path / "m", mjcf.write(built.asset))
     for travel in travels(built.asset, tmp_path / "m" / "model.xml"):
         assert travel.whole, travel
@@ -193,11 +195,11 @@ def test_what_is_carved_is_gone_and_the_rest_is_whole() -> None:
     points, faces, _ = together(box((-0.4, -0.4, -0.4), (0.4, 0.4, 0.4)))
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0)
     raw = RawPart(name="a", mesh=Triangles(vertices=points, faces=faces.astype(np.int32)), material=Material(id="a"))
-    soup, found = soup_of(points, faces), Articulation(frame=frame)
+    soup, found = weld_triangles(points, faces), Articulation(frame=frame)
     model = RawModel(parts=(raw,), format="obj")
     hole = (-0.2, -1.0, -0.2), (0.2, 0.1, 0.2)
-    after, placed, _ = carved(model, soup, found, [hole])
-    lines = crossings(placed.points, placed.faces, 1, np.array([[0.01, 0.02], [0.28, 0.3]]))
+    after, placed, _ = hollow_out(model, soup, found, [hole])
+    lines = cross_rays(placed.points, placed.faces, 1, np.array([[0.01, 0.02], [0.28, 0.3]]))
     first = lines.first()
     assert first[0] == pytest.approx(float(placed.points[:, 1].max()))
     assert first[1] == pytest.approx(float(soup.points[:, 1].min()))
@@ -219,14 +221,14 @@ def test_a_sidecar_with_rooms_makes_the_same_asset(tmp_path: Path) -> None:
 
 
 def test_a_room_is_mended_in_a_line(tmp_path: Path) -> None:
-    def said(wanted: RoomDecision, name: str = "door_0") -> Built:
+    def said(wanted: CavityDecision, name: str = "door_0") -> ArticulateResult:
         return made(block(*door()), tmp_path, "wall_oven", Decisions(rooms={name: wanted}))
 
-    assert not said(RoomDecision(build=False)).found.added
-    assert said(RoomDecision(filling=Filling.PLAIN)).found.rooms[0].filling is Filling.PLAIN
-    assert not any(p.added for p in said(RoomDecision(furnish=False)).found.parts)
-    small = said(RoomDecision(box_m=((-0.1, -0.2, 0.1), (0.1, 0.0, 0.3))))
+    assert not said(CavityDecision(build=False)).found.added
+    assert said(CavityDecision(filling=InteriorKind.PLAIN)).found.rooms[0].filling is InteriorKind.PLAIN
+    assert not any(p.added for p in said(CavityDecision(furnish=False)).found.parts)
+    small = said(CavityDecision(box_m=((-0.1, -0.2, 0.1), (0.1, 0.0, 0.3))))
     region = next(r for r in small.asset.regions if r.name == "door_0_int")
     assert region.size == pytest.approx((0.2, 0.2, 0.2), abs=1e-4)
     with pytest.raises(UnknownId):
-        said(RoomDecision(build=True), "door_7")
+        said(CavityDecision(build=True), "door_7")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer
-from casa_assets.articulate.interior.cavities import find_rooms
-from casa_assets.articulate.plan import Articulation, Edge, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.segment.rays import crossings
-from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
+from casa_assets.articulate.infer import infer_articulation
+from casa_assets.articulate.interior.cavities import find_cavities
+from casa_assets.articulate.plan import Articulation, HingeEdge, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.segment.rays import cross_rays
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
 from tests.unit.articulate.interior.test_complete import block, door
@@ -25,29 +25,31 @@ def test_two_doors_that_meet_close_one_room() -> None:
     right = [box((0.302, -0.03, 0.0), (0.6, -0.001, 0.8)), box((0.325, -0.07, 0.3), (0.34, -0.03, 0.5))]
     vertices, faces, _ = block(*left, *right)
     soup, found = _inferred(vertices, faces)
-    (room,) = find_rooms(soup, found, "base_cabinet")
+    (room,) = find_cavities(soup, found, "base_cabinet")
     assert len(room.parts) == 2
-    rooms = find_rooms(soup, found, "refrigerator")
+    rooms = find_cavities(soup, found, "refrigerator")
     assert [len(r.parts) for r in rooms] == [1, 1]
 
 
-def _inferred(vertices: Floats, faces: Ints) -> tuple[Soup, Articulation]:
-    soup = soup_of(vertices, faces)
+def _inferred(vertices: Floats, faces: Ints) -> tuple[TriangleSoup, Articulation]:
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    return placed, infer(placed, frame.replace(metres=1.0))
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    return placed, infer_articulation(placed, frame.replace(metres=1.0))
 
 
 def test_an_inside_out_mesh_is_measured_as_the_same() -> None:
     parts = [*carcass(0.6, 0.6, 0.8), *door()]
-    right, wrong = (find_rooms(*_inferred(*together(*p)[:2]), "base_cabinet") for p in (parts, map(turned_in, parts)))
+    right, wrong = (
+        find_cavities(*_inferred(*together(*p)[:2]), "base_cabinet") for p in (parts, map(turned_in, parts))
+    )
     assert [r.built for r in right] == [r.built for r in wrong] == [False]
 
 
-def by_hand(edges: dict[int, Edge], *parts: Part) -> tuple[Soup, Articulation]:
+def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[TriangleSoup, Articulation]:
     """Solids of which some are doors, without anything being guessed: place in `parts` -> edge of its hinge."""
     vertices, faces, owner = together(*parts)
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0)).replace(metres=1.0)
     joint = JointPlan(kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.5))
     doors = [
@@ -60,7 +62,7 @@ def by_hand(edges: dict[int, Edge], *parts: Part) -> tuple[Soup, Articulation]:
         )
         for i, edge in edges.items()
     ]
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
     return placed, Articulation(frame=frame, parts=tuple(doors))
 
 
@@ -68,8 +70,8 @@ BLOCK = box((0.0, 0.0, 0.0), (0.6, 0.6, 0.8))
 
 
 def test_behind_a_round_door_the_front_stays_whole() -> None:
-    soup, found = by_hand({1: Edge.LEFT}, BLOCK, disc((0.3, -0.03, 0.4), 0.25, 0.029, 48))
-    (room,) = find_rooms(soup, found, "washing_machine")
+    soup, found = by_hand({1: HingeEdge.LEFT}, BLOCK, disc((0.3, -0.03, 0.4), 0.25, 0.029, 48))
+    (room,) = find_cavities(soup, found, "washing_machine")
     assert room.cut is not None
     assert room.fronts == ()
     scale, middle = found.frame.scale, np.array(found.frame.origin)
@@ -79,16 +81,16 @@ def test_behind_a_round_door_the_front_stays_whole() -> None:
 
 def test_a_stile_between_two_doors_parts_their_rooms() -> None:
     leaves = box((0.0, -0.03, 0.0), (0.29, -0.001, 0.8)), box((0.31, -0.03, 0.0), (0.6, -0.001, 0.8))
-    edges = {1: Edge.LEFT, 2: Edge.RIGHT}
-    assert len(find_rooms(*by_hand(edges, BLOCK, *leaves), "base_cabinet")) == 1
+    edges = {1: HingeEdge.LEFT, 2: HingeEdge.RIGHT}
+    assert len(find_cavities(*by_hand(edges, BLOCK, *leaves), "base_cabinet")) == 1
     hollow = carcass(0.6, 0.6, 0.8)
-    behind = {len(hollow): Edge.LEFT, len(hollow) + 1: Edge.RIGHT}
-    assert len(find_rooms(*by_hand(behind, *hollow, *leaves), "base_cabinet")) == 1
+    behind = {len(hollow): HingeEdge.LEFT, len(hollow) + 1: HingeEdge.RIGHT}
+    assert len(find_cavities(*by_hand(behind, *hollow, *leaves), "base_cabinet")) == 1
     board = box((0.29, 0.0, 0.02), (0.31, 0.58, 0.78))
-    rooms = find_rooms(*by_hand(behind, *hollow, *leaves, board), "base_cabinet")
+    rooms = find_cavities(*by_hand(behind, *hollow, *leaves, board), "base_cabinet")
     assert [r.built for r in rooms] == [False, False]
     stile = box((0.292, -0.03, 0.0), (0.308, 0.0, 0.8))
-    assert len(find_rooms(*by_hand(edges, BLOCK, *leaves, stile), "base_cabinet")) == 2
+    assert len(find_cavities(*by_hand(edges, BLOCK, *leaves, stile), "base_cabinet")) == 2
 
 
 def test_a_room_keeps_off_what_tapers_towards_the_back() -> None:
@@ -96,9 +98,9 @@ def test_a_room_keeps_off_what_tapers_towards_the_back() -> None:
     tapered = points.copy()
     back = tapered[:, 1] > 0.5
     tapered[back, 2] = 0.2 + 0.5 * tapered[back, 2]
-    soup, found = by_hand({1: Edge.LEFT}, (tapered, faces), box((0.0, -0.03, 0.0), (0.6, -0.001, 0.8)))
-    (room,) = find_rooms(soup, found, "")
+    soup, found = by_hand({1: HingeEdge.LEFT}, (tapered, faces), box((0.0, -0.03, 0.0), (0.6, -0.001, 0.8)))
+    (room,) = find_cavities(soup, found, "")
     skin = soup.faces[: len(faces)]
     for x, z in ((room.outer[i][0], room.outer[k][2]) for i in (0, 1) for k in (0, 1)):
-        up = crossings(soup.points, skin, 2, np.array([[x, room.outer[1][1]]]))
+        up = cross_rays(soup.points, skin, 2, np.array([[x, room.outer[1][1]]]))
         assert float(up.first()[0]) < z < float(up.last()[0])

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer
-from casa_assets.articulate.plan import Articulation, Edge, PartKind, PartPlan
+from casa_assets.articulate.infer import infer_articulation
+from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.shell_cuts import opened
-from casa_assets.articulate.segment.shell_segments import cut, find_shell
-from casa_assets.articulate.segment.triangle_soup import Soup, soup_of
+from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
+from casa_assets.articulate.segment.shell_segments import find_shell, segment_shell
+from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
@@ -50,12 +50,12 @@ def oven() -> Shape:
     )
 
 
-def placed_of(shape: Shape) -> tuple[Soup, Articulation]:
+def placed_of(shape: Shape) -> tuple[TriangleSoup, Articulation]:
     """A shape with z up and its front to -y, in the frame; and what is found on it."""
-    soup = soup_of(*shape)
+    soup = weld_triangles(*shape)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    return placed, infer(placed, frame)
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    return placed, infer_articulation(placed, frame)
 
 
 def model_of(shape: Shape) -> RawModel:
@@ -70,7 +70,7 @@ def test_a_fused_oven_has_a_door_that_folds_down_and_a_knob() -> None:
     assert sorted(p.kind for p in found.parts) == [PartKind.DOOR, PartKind.KNOB]
     door = next(p for p in found.parts if p.kind is PartKind.DOOR)
     assert door.joint.kind is JointKind.HINGE
-    assert door.joint.edge is Edge.BOTTOM
+    assert door.joint.edge is HingeEdge.BOTTOM
     assert len(door.grip)
 
 
@@ -123,7 +123,7 @@ def test_the_door_ends_at_the_gap_over_it() -> None:
 
 def test_cut_parts_are_closed_and_so_is_the_body() -> None:
     placed, found = placed_of(oven())
-    _, soup, parts = opened(model_of(oven()), placed, found)
+    _, soup, parts = cut_shell_parts(model_of(oven()), placed, found)
     owner = np.full(len(soup.faces), -1)
     for i, part in enumerate(parts.parts):
         owner[part.faces] = i
@@ -137,7 +137,7 @@ def test_cut_parts_are_closed_and_so_is_the_body() -> None:
 
 def test_a_cut_keeps_surface_volume_and_texture() -> None:
     placed, found = placed_of(oven())
-    model, soup, _ = opened(model_of(oven()), placed, found)
+    model, soup, _ = cut_shell_parts(model_of(oven()), placed, found)
     cut_mesh, caps = model.parts[0].mesh, model.parts[1].mesh
     assert cut_mesh.uv is not None
     assert np.allclose(cut_mesh.uv, cut_mesh.vertices[:, [0, 2]], atol=1e-9)
@@ -152,14 +152,14 @@ def test_a_cut_keeps_surface_volume_and_texture() -> None:
 
 def test_pieces_of_their_own_are_left_alone() -> None:
     vertices, faces, _ = microwave()
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
     label = fragment_labels(placed)
     assert find_shell(placed, label) is None
-    assert cut(placed, label) is label
+    assert segment_shell(placed, label) is label
     model = model_of((vertices, faces))
-    assert opened(model, placed, infer(placed, frame))[0] is model
+    assert cut_shell_parts(model, placed, infer_articulation(placed, frame))[0] is model
 
 
 def test_nothing_is_invented_on_a_plain_body() -> None:
@@ -183,4 +183,4 @@ def test_a_shell_with_nothing_to_cut_out_of_it_stays_whole() -> None:
     assert not (*shell.fronts, *shell.front.blobs, *shell.top.blobs)
     stick = placed_of(oven())[1].parts[0].replace(faces=np.array([0, 1]))
     model = model_of(plain)
-    assert opened(model, placed, found.replace(parts=(stick,)))[0] is model
+    assert cut_shell_parts(model, placed, found.replace(parts=(stick,)))[0] is model

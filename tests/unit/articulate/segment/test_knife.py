@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.segment.cut_planes import Knife, split
+from casa_assets.articulate.segment.cut_planes import CutPlane, cut_triangles
 from casa_assets.articulate.segment.fragment_measures import FRONT, TOP
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import is_closed
@@ -16,8 +16,8 @@ WIDE = np.full(3, 10.0)
 
 def test_a_box_cut_across_stays_closed_and_keeps_its_surface() -> None:
     points, faces = box((0, 0, 0), (1, 1, 1))
-    done = split(points, faces, [Knife(FRONT, 0, 0.3, -WIDE, WIDE), Knife(TOP, 1, 0.6, -WIDE, WIDE)])
-    after = done.carried(points)
+    done = cut_triangles(points, faces, [CutPlane(FRONT, 0, 0.3, -WIDE, WIDE), CutPlane(TOP, 1, 0.6, -WIDE, WIDE)])
+    after = done.interpolate(points)
     assert is_closed(done.faces)
     assert face_normals(after, done.faces)[1].sum() == pytest.approx(6.0)
     x = after[done.faces][:, :, 0]
@@ -28,8 +28,8 @@ def test_a_box_cut_across_stays_closed_and_keeps_its_surface() -> None:
 
 def test_pieces_know_the_triangle_that_they_were() -> None:
     points, faces = box((0, 0, 0), (1, 1, 1))
-    done = split(points, faces, [Knife(FRONT, 1, 0.5, -WIDE, WIDE)])
-    after = done.carried(points)
+    done = cut_triangles(points, faces, [CutPlane(FRONT, 1, 0.5, -WIDE, WIDE)])
+    after = done.interpolate(points)
     before, _ = face_normals(points, faces)
     now, areas = face_normals(after, done.faces)
     assert np.allclose(now, before[done.parent])
@@ -39,16 +39,18 @@ def test_pieces_know_the_triangle_that_they_were() -> None:
 
 def test_what_hangs_on_points_is_carried_along_the_edges() -> None:
     points, faces = box((0, 0, 0), (1, 2, 3))
-    done = split(points, faces, [Knife(FRONT, 2, 0.7, -WIDE, WIDE), Knife(FRONT, 0, 0.2, -WIDE, WIDE)])
+    done = cut_triangles(points, faces, [CutPlane(FRONT, 2, 0.7, -WIDE, WIDE), CutPlane(FRONT, 0, 0.2, -WIDE, WIDE)])
     linear = points @ np.array([[1.0, 2.0], [0.5, -1.0], [3.0, 0.25]])
-    assert np.allclose(done.carried(linear), done.carried(points) @ np.array([[1.0, 2.0], [0.5, -1.0], [3.0, 0.25]]))
+    assert np.allclose(
+        done.interpolate(linear), done.interpolate(points) @ np.array([[1.0, 2.0], [0.5, -1.0], [3.0, 0.25]])
+    )
 
 
 def test_a_blade_cuts_within_its_limits_alone() -> None:
     points, faces = box((0, 0, 0), (1, 1, 1))
     low, high = np.array([0.0, 0.0, -0.1]), np.array([1.0, 1.0, 0.1])
-    done = split(points, faces, [Knife(FRONT, 0, 0.5, low, high)])
-    after = done.carried(points)
+    done = cut_triangles(points, faces, [CutPlane(FRONT, 0, 0.5, low, high)])
+    after = done.interpolate(points)
     fresh = after[len(points) :]
     assert len(fresh)
     assert (fresh[:, 1] <= 0.1 + 1e-5).all()
@@ -57,6 +59,6 @@ def test_a_blade_cuts_within_its_limits_alone() -> None:
 
 def test_a_blade_that_misses_changes_nothing() -> None:
     points, faces = box((0, 0, 0), (1, 1, 1))
-    done = split(points, faces, [Knife(FRONT, 0, 2.0, -WIDE, WIDE)])
-    assert not done.made
+    done = cut_triangles(points, faces, [CutPlane(FRONT, 0, 2.0, -WIDE, WIDE)])
+    assert not done.new_points
     assert np.array_equal(done.faces, faces)

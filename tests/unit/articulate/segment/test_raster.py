@@ -7,14 +7,14 @@ import pytest
 
 from casa_assets.articulate.segment import raster
 from casa_assets.articulate.segment.fragment_measures import BACK, FRONT, LEFT, SIDES, TOP
-from casa_assets.articulate.segment.raster import draw
+from casa_assets.articulate.segment.raster import render_depth
 from tests.unit.articulate.blocks import box, together
 
 
 def test_a_box_fills_its_rectangle_from_every_side() -> None:
     vertices, faces, _ = together(box((0, 0, 0), (2, 1, 4)))
     for side, (width, height) in ((FRONT, (32, 64)), (LEFT, (16, 64)), (TOP, (64, 32))):
-        picture = draw(vertices, faces, SIDES[side], 64)
+        picture = render_depth(vertices, faces, SIDES[side], 64)
         assert picture.face.shape == (height, width)
         assert (picture.face >= 0).all()
         assert picture.depth == pytest.approx(0.0, abs=1e-6)
@@ -22,14 +22,14 @@ def test_a_box_fills_its_rectangle_from_every_side() -> None:
 
 def test_the_nearer_thing_is_seen_and_the_other_from_behind() -> None:
     vertices, faces, owner = together(box((0, 0, 0), (1, 0.1, 1)), box((0, 0.5, 0), (1, 0.6, 1)))
-    assert set(owner[draw(vertices, faces, SIDES[FRONT], 32).face.ravel()].tolist()) == {0}
-    assert set(owner[draw(vertices, faces, SIDES[BACK], 32).face.ravel()].tolist()) == {1}
+    assert set(owner[render_depth(vertices, faces, SIDES[FRONT], 32).face.ravel()].tolist()) == {0}
+    assert set(owner[render_depth(vertices, faces, SIDES[BACK], 32).face.ravel()].tolist()) == {1}
 
 
 def test_depth_follows_a_slope() -> None:
     vertices = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 1.0]])
     faces = np.array([[0, 1, 2], [0, 2, 3]])
-    picture = draw(vertices, faces, SIDES[FRONT], 16)
+    picture = render_depth(vertices, faces, SIDES[FRONT], 16)
     want = 1 - (np.arange(16) + 0.5) / 16
     assert picture.depth == pytest.approx(np.repeat(want[:, None], 16, axis=1), abs=1e-6)
 
@@ -40,7 +40,7 @@ def test_two_triangles_cover_a_pixel_grid_once() -> None:
         c, s = np.cos(angle), np.sin(angle)
         square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1.0]]) @ np.array([[c, s], [-s, c]])
         vertices = np.stack([square[:, 0], np.zeros(4), square[:, 1]], axis=1)
-        picture = draw(vertices, np.array([[0, 1, 2], [0, 2, 3]]), SIDES[FRONT], 128)
+        picture = render_depth(vertices, np.array([[0, 1, 2], [0, 2, 3]]), SIDES[FRONT], 128)
         area = float((picture.face >= 0).sum()) * picture.pixel**2
         assert area == pytest.approx(4.0, rel=0.02)
 
@@ -48,8 +48,8 @@ def test_two_triangles_cover_a_pixel_grid_once() -> None:
 def test_the_picture_does_not_depend_on_how_much_is_written_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     vertices, faces, _ = together(box((0, 0, 0), (2, 1, 4)), box((0.3, -0.4, 1.1), (1.1, 0.2, 2.7)))
     turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
-    whole = draw(vertices @ turn.T, faces, SIDES[FRONT], 64)
+    whole = render_depth(vertices @ turn.T, faces, SIDES[FRONT], 64)
     monkeypatch.setattr(raster, "CHUNK", 150)
-    parted = draw(vertices @ turn.T, faces, SIDES[FRONT], 64)
+    parted = render_depth(vertices @ turn.T, faces, SIDES[FRONT], 64)
     assert (whole.face == parted.face).all()
     assert (whole.depth == parted.depth).all()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from tests.unit.articulate.blocks import box, drawers, microwave, together
 
 
@@ -17,7 +17,7 @@ def pure(label: np.ndarray, owner: np.ndarray) -> bool:
 
 def test_boxes_that_share_a_face_stay_two_fragments() -> None:
     vertices, faces, owner = together(box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1)))
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     assert len(soup.points) == 12
     label = fragment_labels(soup)
     assert label.tolist() == owner.tolist()
@@ -25,13 +25,13 @@ def test_boxes_that_share_a_face_stay_two_fragments() -> None:
 
 def test_boxes_that_share_an_edge_stay_two_fragments() -> None:
     vertices, faces, owner = together(box((0, 0, 0), (1, 1, 1)), box((1, 1, 0), (2, 2, 1)))
-    assert fragment_labels(soup_of(vertices, faces)).tolist() == owner.tolist()
+    assert fragment_labels(weld_triangles(vertices, faces)).tolist() == owner.tolist()
 
 
 @pytest.mark.parametrize("make", [microwave, drawers])
 def test_no_fragment_straddles_parts_and_none_is_split(make: object) -> None:
     vertices, faces, owner = make()  # type: ignore[operator]
-    label = fragment_labels(soup_of(vertices, faces))
+    label = fragment_labels(weld_triangles(vertices, faces))
     assert pure(label, owner)
     assert int(label.max()) == int(owner.max())
 
@@ -39,7 +39,7 @@ def test_no_fragment_straddles_parts_and_none_is_split(make: object) -> None:
 def test_the_order_of_faces_does_not_matter() -> None:
     vertices, faces, owner = drawers()
     order = np.random.default_rng(1).permutation(len(faces))
-    label = fragment_labels(soup_of(vertices, faces[order]))
+    label = fragment_labels(weld_triangles(vertices, faces[order]))
     assert pure(label, owner[order])
     assert int(label.max()) == int(owner.max())
 
@@ -47,16 +47,16 @@ def test_the_order_of_faces_does_not_matter() -> None:
 def test_a_doubled_face_goes_with_its_twin_and_a_flat_one_with_none() -> None:
     vertices, faces, _ = together(box((0, 0, 0), (1, 1, 1)))
     more = np.concatenate([faces, faces[[3]][:, [1, 2, 0]], [[0, 0, 1]]])
-    soup = soup_of(vertices, more)
-    assert soup.twin[12] == 3
+    soup = weld_triangles(vertices, more)
+    assert soup.duplicate_of[12] == 3
     assert fragment_labels(soup).tolist() == [0] * 13 + [-1]
 
 
 def test_a_frame_turns_normals_and_scales_areas() -> None:
     vertices, faces, _ = together(box((0, 0, 0), (1, 2, 3)))
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    placed = soup.placed(turn, np.array([0.5, 1.0, 1.5]), 2.0)
+    placed = soup.transformed(turn, np.array([0.5, 1.0, 1.5]), 2.0)
     assert np.ptp(placed.points, axis=0) == pytest.approx([4.0, 2.0, 6.0])
     assert placed.areas.sum() == pytest.approx(4 * soup.areas.sum())
     corners = placed.points[placed.faces]

@@ -7,13 +7,20 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.frame.kind import HAS, NAMES, Controls, kind_by_parts, kind_named, shape_likelihood
-from casa_assets.articulate.frame.side_views import look
-from casa_assets.articulate.infer import infer
+from casa_assets.articulate.frame.kind import (
+    KIND_NAMES,
+    KIND_TRAITS,
+    ControlPlacement,
+    kind_by_parts,
+    kind_named,
+    shape_likelihood,
+)
+from casa_assets.articulate.frame.side_views import measure_side
+from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.segment.fragment_measures import BACK, FRONT, measure
+from casa_assets.articulate.segment.fragment_measures import BACK, FRONT, measure_fragments
 from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from tests.unit.articulate.blocks import drawers, microwave, together
 
 
@@ -39,16 +46,18 @@ def test_whole_words_name_a_kind(hint: str, kind: str | None) -> None:
 
 def test_every_kind_is_a_fixture_of_the_registry() -> None:
     fixtures = registry.load().fixtures
-    assert set(NAMES) <= set(fixtures)
-    assert set(HAS) <= set(fixtures)
+    assert set(KIND_NAMES) <= set(fixtures)
+    assert set(KIND_TRAITS) <= set(fixtures)
 
 
 def test_usual_proportions_are_likelier_upright() -> None:
     upright, sideways = (1.0, 0.76, 0.57), (0.57, 0.76, 1.0)
-    assert shape_likelihood(upright, Controls.ASIDE) > shape_likelihood(sideways, Controls.ABOVE) + 1.0
-    assert shape_likelihood((0.42, 0.4, 1.0), Controls.NONE) > shape_likelihood((1.0, 0.4, 0.42), Controls.NONE)
-    assert shape_likelihood((2.0, 1.5, 1.16), Controls.NONE) == pytest.approx(
-        shape_likelihood((1.0, 0.75, 0.58), Controls.NONE)
+    assert shape_likelihood(upright, ControlPlacement.ASIDE) > shape_likelihood(sideways, ControlPlacement.ABOVE) + 1.0
+    assert shape_likelihood((0.42, 0.4, 1.0), ControlPlacement.NONE) > shape_likelihood(
+        (1.0, 0.4, 0.42), ControlPlacement.NONE
+    )
+    assert shape_likelihood((2.0, 1.5, 1.16), ControlPlacement.NONE) == pytest.approx(
+        shape_likelihood((1.0, 0.75, 0.58), ControlPlacement.NONE)
     )
 
 
@@ -56,9 +65,9 @@ def test_usual_proportions_are_likelier_upright() -> None:
 def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
     assert callable(make)
     vertices, faces, _ = make()
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    found = infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame)
+    found = infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame)
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
     guessed, confidence = kind_by_parts((x, y, z), found)
     assert guessed == kind
@@ -67,11 +76,11 @@ def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
 
 
 def test_handle_and_knobs_stand_out_from_the_front() -> None:
-    soup = soup_of(*together(*[(v, f) for v, f in [microwave()[:2]]])[:2])
+    soup = weld_triangles(*together(*[(v, f) for v, f in [microwave()[:2]]])[:2])
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.placed(frame.rotation, np.array(frame.origin), frame.scale)
-    pieces = measure(placed, fragment_labels(placed), 256)
-    front, back = look(pieces, FRONT), look(pieces, BACK)
+    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    pieces = measure_fragments(placed, fragment_labels(placed), 256)
+    front, back = measure_side(pieces, FRONT), measure_side(pieces, BACK)
     bars = [b for b in front.blobs if b.is_bar]
     knobs = [b for b in front.blobs if b.is_knob]
     assert len(bars) == 1

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.controls.burners import Burner
-from casa_assets.articulate.plan import Edge, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.semantics.part_roles import Name, Place, names_for
+from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.semantics.part_roles import PlacedPart, RuntimeName, runtime_names
 from casa_assets.model.asset.joint import JointKind
 
 NONE = np.empty(0, dtype=np.int64)
@@ -19,10 +19,10 @@ def at(
     kind: PartKind,
     middle: tuple[float, float, float],
     size: tuple[float, float, float] = (0.02, 0.02, 0.02),
-    edge: Edge | None = None,
+    edge: HingeEdge | None = None,
     turns: bool | None = None,
     on: str = "",
-) -> Place:
+) -> PlacedPart:
     """A part of a kind with its middle there."""
     hinged = kind not in SLIDES if turns is None else turns
     joint = JointPlan(
@@ -34,31 +34,31 @@ def at(
         edge=edge,
     )
     part = PartPlan(name=name, kind=kind, parent=on, faces=NONE, grip=NONE, joint=joint)
-    return Place(part, np.array(middle), np.array(size))
+    return PlacedPart(part, np.array(middle), np.array(size))
 
 
-def joints(places: list[Place], category: str, burners: tuple[Burner, ...] = ()) -> dict[str, str]:
-    return {part: name.joint for part, name in names_for(places, category, burners).items()}
+def joints(places: list[PlacedPart], category: str, burners: tuple[Burner, ...] = ()) -> dict[str, str]:
+    return {part: name.joint for part, name in runtime_names(places, category, burners).items()}
 
 
 def test_the_lowest_keys_of_a_microwave_stop_and_start_it() -> None:
     keys = [(0.40, 0.2), (0.44, 0.2), (0.40, 0.16), (0.44, 0.16)]
     places = [at(f"b{i}", PartKind.BUTTON, (x, -0.2, z)) for i, (x, z) in enumerate(keys)]
     places += [
-        at("door_0", PartKind.DOOR, (0, -0.2, 0.2), edge=Edge.LEFT),
+        at("door_0", PartKind.DOOR, (0, -0.2, 0.2), edge=HingeEdge.LEFT),
         at("disc", PartKind.TRAY, (0, 0, 0.05), turns=True),
     ]
-    names = names_for(places, "microwave")
-    assert names["b3"] == Name("start_button", "start_button_joint", "start_button")
-    assert names["b2"] == Name("stop_button", "stop_button_joint", "stop_button")
-    assert names["door_0"] == Name("door", "microjoint")
-    assert names["disc"] == Name("tray", "tray_joint", "tray")
+    names = runtime_names(places, "microwave")
+    assert names["b3"] == RuntimeName("start_button", "start_button_joint", "start_button")
+    assert names["b2"] == RuntimeName("stop_button", "stop_button_joint", "stop_button")
+    assert names["door_0"] == RuntimeName("door", "microjoint")
+    assert names["disc"] == RuntimeName("tray", "tray_joint", "tray")
     assert set(names) == {"b2", "b3", "door_0", "disc"}
 
 
 def test_one_key_of_a_microwave_is_no_start() -> None:
     places = [at("b0", PartKind.BUTTON, (0.4, -0.2, 0.1))]
-    assert names_for(places, "microwave") == {}
+    assert runtime_names(places, "microwave") == {}
 
 
 BURNERS = tuple(
@@ -94,7 +94,7 @@ def test_knobs_in_a_column_belong_to_the_burners_from_the_far_end() -> None:
 
 def test_the_knob_in_the_middle_of_a_range_is_that_of_its_oven() -> None:
     row = [at(f"k{i}", PartKind.KNOB, (x, -0.35, 0.8)) for i, x in enumerate((-0.3, -0.2, 0.0, 0.2, 0.3))]
-    found = joints([*row, at("door_0", PartKind.DOOR, (0, -0.3, 0.4), edge=Edge.BOTTOM)], "range", BURNERS)
+    found = joints([*row, at("door_0", PartKind.DOOR, (0, -0.3, 0.4), edge=HingeEdge.BOTTOM)], "range", BURNERS)
     assert found["k2"] == "knob_temp_joint"
     assert found["k0"] == "knob_front_left_joint"
     assert found["k4"] == "knob_front_right_joint"
@@ -120,20 +120,20 @@ def test_knobs_of_ovens_from_above(category: str, knobs: int, wanted: list[str])
 
 def test_racks_count_from_below() -> None:
     places = [at("up", PartKind.TRAY, (0, 0, 0.5)), at("down", PartKind.TRAY, (0, 0, 0.2))]
-    places.append(at("front", PartKind.DOOR, (0, -0.3, 0.4), edge=Edge.BOTTOM))
+    places.append(at("front", PartKind.DOOR, (0, -0.3, 0.4), edge=HingeEdge.BOTTOM))
     assert joints(places, "dishwasher") == {"down": "rack0_joint", "up": "rack1_joint", "front": "door_joint"}
 
 
 def test_doors_of_cabinets_by_the_side_that_they_hinge_on() -> None:
     left, right = (
-        at(e.value, PartKind.DOOR, (x, -0.3, 0.5), edge=e) for e, x in ((Edge.LEFT, -0.2), (Edge.RIGHT, 0.2))
+        at(e.value, PartKind.DOOR, (x, -0.3, 0.5), edge=e) for e, x in ((HingeEdge.LEFT, -0.2), (HingeEdge.RIGHT, 0.2))
     )
     assert joints([left, right], "base_cabinet") == {"left": "leftdoorhinge", "right": "rightdoorhinge"}
     assert joints([right], "wall_cabinet") == {"right": "doorhinge"}
-    more = at("more", PartKind.DOOR, (0.6, -0.3, 0.5), edge=Edge.LEFT)
+    more = at("more", PartKind.DOOR, (0.6, -0.3, 0.5), edge=HingeEdge.LEFT)
     found = joints([left, right, more], "tall_cabinet")
     assert found == {"left": "unit0_leftdoorhinge", "right": "rightdoorhinge", "more": "unit1_leftdoorhinge"}
-    flap = at("flap", PartKind.DOOR, (0.0, -0.3, 0.5), edge=Edge.TOP)
+    flap = at("flap", PartKind.DOOR, (0.0, -0.3, 0.5), edge=HingeEdge.TOP)
     assert joints([flap], "wall_cabinet") == {}
 
 
@@ -145,9 +145,9 @@ def test_parts_on_other_parts_are_not_taken_for_those_of_the_body() -> None:
 def test_toaster_coffee_machine_and_kettle() -> None:
     lever = at("l", PartKind.LEVER, (0, -0.15, 0.15), turns=False)
     keys = [at("high", PartKind.BUTTON, (0.05, -0.15, 0.1)), at("low", PartKind.BUTTON, (0.05, -0.15, 0.05))]
-    found = names_for([lever, *keys, at("k", PartKind.KNOB, (0, -0.15, 0.05))], "toaster")
-    assert found["l"] == Name("lever", "lever_joint")
-    assert found["low"] == Name("button_cancel", "button_cancel_joint", "button_cancel")
+    found = runtime_names([lever, *keys, at("k", PartKind.KNOB, (0, -0.15, 0.05))], "toaster")
+    assert found["l"] == RuntimeName("lever", "lever_joint")
+    assert found["low"] == RuntimeName("button_cancel", "button_cancel_joint", "button_cancel")
     assert found["k"].joint == "knob_doneness_joint"
     wide = at("wide", PartKind.BUTTON, (0, -0.1, 0.3), size=(0.05, 0.01, 0.03))
     assert joints([*keys, wide], "coffee_machine") == {"wide": "start_button_joint"}

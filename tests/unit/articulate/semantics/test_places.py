@@ -5,10 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.controls.burners import belongs, find_burners
-from casa_assets.articulate.interior.niches import cup_place, slots
-from casa_assets.articulate.interior.regions import below_racks, box_of, in_drawer, over_rack, split_by_shelves, support
-from casa_assets.articulate.semantics.annotate_for_runtime import contract_of, equipped
+from casa_assets.articulate.controls.burners import burner_faces, find_burners
+from casa_assets.articulate.interior.niches import find_cup_niche, find_toaster_slots
+from casa_assets.articulate.interior.regions import (
+    floor_collider,
+    region_below_racks,
+    region_bounds,
+    region_in_drawer,
+    region_over_rack,
+    split_by_shelves,
+)
+from casa_assets.articulate.semantics.annotate_for_runtime import annotate_for_runtime, contract_for
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region
 from casa_assets.model.asset.link import Visual
 from casa_assets.model.asset.mesh import Mesh
@@ -111,7 +118,7 @@ class TestBurners:
     def test_what_is_seen_of_one_is_within_its_circle(self) -> None:
         asset = hob(FOUR)
         burner = find_burners(asset)[0]
-        own = belongs(asset.root.visuals[0].mesh, burner)
+        own = burner_faces(asset.root.visuals[0].mesh, burner)
         assert own.sum() == 4 * 24
 
     def test_a_knob_gives_its_burner_a_flame(self) -> None:
@@ -125,7 +132,7 @@ class TestBurners:
             range=(0.0, 5.0),
         )
         asset = asset.replace(links=(asset.root, knob), joints=(turns,))
-        ready = equipped(asset, "hob", find_burners(asset))
+        ready = annotate_for_runtime(asset, "hob", find_burners(asset))
         assert [s.name for s in ready.sites] == ["burner_on_front_left", "burner_front_left_place_site"]
         assert [v.label for v in ready.root.visuals] == ["burner", None]
         assert sum(len(v.mesh.faces) for v in ready.root.visuals) == len(asset.root.visuals[0].mesh.faces)
@@ -143,7 +150,7 @@ class TestRooms:
         }
         asset = thing(link("object", boards, None))
         found = split_by_shelves(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
-        boxes = [tuple(np.round(np.concatenate(box_of(asset, r))[[0, 3, 2, 5]], 3)) for r in found]
+        boxes = [tuple(np.round(np.concatenate(region_bounds(asset, r))[[0, 3, 2, 5]], 3)) for r in found]
         assert len(found) == 4
         assert boxes[0] == pytest.approx((-0.279, -0.012, 0.02, 0.398), abs=4e-3)
         assert boxes[3] == pytest.approx((0.012, 0.279, 0.418, 0.777), abs=4e-3)
@@ -151,7 +158,7 @@ class TestRooms:
     def test_an_empty_room_stays_whole(self) -> None:
         asset = thing(link("object", CARCASS, None))
         (found,) = split_by_shelves(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
-        low, high = box_of(asset, found)
+        low, high = region_bounds(asset, found)
         assert low == pytest.approx([-0.279, -0.27, 0.02], abs=2e-3)
         assert high == pytest.approx([0.279, 0.27, 0.777], abs=2e-3)
 
@@ -163,22 +170,22 @@ class TestRooms:
         ]
         asset = thing(link("object", boards, None), *doors, slides=("leftdoor", "rightdoor"))
         found = split_by_shelves(asset, region((-0.04, -0.27, 0.3), (0.04, 0.27, 0.5)))
-        ends = [(box_of(asset, r)[0][0], box_of(asset, r)[1][0]) for r in found]
+        ends = [(region_bounds(asset, r)[0][0], region_bounds(asset, r)[1][0]) for r in found]
         assert ends == [pytest.approx((-0.278, -0.042), abs=3e-3), pytest.approx((0.042, 0.278), abs=3e-3)]
-        assert box_of(asset, found[0])[0][2] == pytest.approx(0.02, abs=1e-3)
+        assert region_bounds(asset, found[0])[0][2] == pytest.approx(0.02, abs=1e-3)
 
     def test_what_is_over_a_rack_moves_with_it(self) -> None:
         rack = {"floor": ((-0.25, -0.25, 0.3), (0.25, 0.25, 0.31)), "rim": ((-0.25, -0.25, 0.31), (0.25, -0.24, 0.4))}
         asset = thing(link("object", CARCASS, None), link("rack0", rack, label="rack"), slides=("rack0",))
-        room = over_rack(asset, "rack0", [region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.4))])
+        room = region_over_rack(asset, "rack0", [region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.4))])
         assert room is not None
         assert room.link == "rack0"
-        low, high = box_of(asset, room)
+        low, high = region_bounds(asset, room)
         assert (low[2], high[2]) == pytest.approx((0.31, 0.39), abs=1e-3)
-        below = below_racks(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
+        below = region_below_racks(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
         assert below is not None
-        assert box_of(asset, below)[1][2] == pytest.approx(0.29, abs=1e-3)
-        assert below_racks(asset, region((-0.279, -0.27, 0.26), (0.279, 0.27, 0.779))) is None
+        assert region_bounds(asset, below)[1][2] == pytest.approx(0.29, abs=1e-3)
+        assert region_below_racks(asset, region((-0.279, -0.27, 0.26), (0.279, 0.27, 0.779))) is None
 
     def test_a_drawer_holds_what_lies_on_its_floor(self) -> None:
         tub = {
@@ -187,18 +194,20 @@ class TestRooms:
             "front": ((-0.25, -0.27, 0.28), (0.25, -0.25, 0.45)),
         }
         asset = thing(link("object", CARCASS, None), link("drawer", tub, label="drawer"), slides=("drawer",))
-        room = in_drawer(asset, "drawer")
+        room = region_in_drawer(asset, "drawer")
         assert room is not None
-        assert box_of(asset, room)[0][2] == pytest.approx(0.31, abs=1e-3)
+        assert region_bounds(asset, room)[0][2] == pytest.approx(0.31, abs=1e-3)
         solid = {"block": ((-0.2, -0.25, 0.3), (0.2, 0.2, 0.45))}
         asset = thing(link("object", CARCASS, None), link("drawer", solid, label="drawer"), slides=("drawer",))
-        assert in_drawer(asset, "drawer") is None
+        assert region_in_drawer(asset, "drawer") is None
 
     def test_the_floor_of_a_microwave_is_its_tray(self) -> None:
         asset = thing(link("object", CARCASS, None))
         room = region((-0.279, -0.27, 0.02), (0.279, 0.27, 0.779), "door_0_int")
-        assert support(asset, room) == "object_floor"
-        ready = equipped(asset.replace(regions=(region((-0.3, -0.3, 0), (0.3, 0.3, 0.8), "main"), room)), "microwave")
+        assert floor_collider(asset, room) == "object_floor"
+        ready = annotate_for_runtime(
+            asset.replace(regions=(region((-0.3, -0.3, 0), (0.3, 0.3, 0.8), "main"), room)), "microwave"
+        )
         assert "tray" in [c.name for c in ready.root.colliders]
         assert {"main", "int", "tray"} == {r.name for r in ready.regions}
 
@@ -212,13 +221,13 @@ class TestHollows:
             "left": ((-0.1, -0.15, 0.03), (-0.09, 0.0, 0.22)),
             "right": ((0.09, -0.15, 0.03), (0.1, 0.0, 0.22)),
         }
-        place = cup_place(thing(link("object", machine, None)))
+        place = find_cup_niche(thing(link("object", machine, None)))
         assert place is not None
         assert place.low[2] == pytest.approx(0.03, abs=3e-3)
         assert place.high[2] == pytest.approx(0.22, abs=3e-3)
         assert place.middle[0] == pytest.approx(0.0, abs=3e-3)
         assert -0.15 <= place.middle[1] <= 0.0
-        assert cup_place(thing(link("object", {"block": machine["back"]}, None))) is None
+        assert find_cup_niche(thing(link("object", {"block": machine["back"]}, None))) is None
 
     def test_a_machine_without_sides_has_room_for_a_cup_too(self) -> None:
         machine = {
@@ -226,7 +235,7 @@ class TestHollows:
             "head": ((-0.1, -0.15, 0.22), (0.1, 0.0, 0.35)),
             "foot": ((-0.1, -0.15, 0.0), (0.1, 0.0, 0.03)),
         }
-        place = cup_place(thing(link("object", machine, None)))
+        place = find_cup_niche(thing(link("object", machine, None)))
         assert place is not None
         assert place.low[2] == pytest.approx(0.03, abs=3e-3)
 
@@ -240,13 +249,13 @@ class TestHollows:
             "right": ((0.08, -0.06, 0.03), (0.15, 0.06, 0.2)),
         }
         asset = thing(link("object", walls, None))
-        found = slots(asset)
+        found = find_toaster_slots(asset)
         assert [h.middle[1] for h in found] == pytest.approx([-0.04, 0.04], abs=3e-3)
         assert [h.low[2] for h in found] == pytest.approx([0.03, 0.03], abs=3e-3)
-        ready = equipped(asset, "toaster")
+        ready = annotate_for_runtime(asset, "toaster")
         assert {"slot_l", "slot_r"} <= {r.name for r in ready.regions}
         assert {"slot_l_floor", "slot_r_floor"} <= {c.name for c in ready.root.colliders}
-        assert slots(thing(link("object", CARCASS, None))) == []
+        assert find_toaster_slots(thing(link("object", CARCASS, None))) == []
 
 
 @pytest.mark.parametrize(
@@ -267,4 +276,4 @@ def test_a_contract_is_aimed_at_by_what_opens(names: tuple[str, ...], category: 
         Joint(name=n, child=f"part{i}", kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), range=(0.0, 1.5))
         for i, n in enumerate(names)
     )
-    assert contract_of(thing(*links).replace(joints=joints), category) == contract
+    assert contract_for(thing(*links).replace(joints=joints), category) == contract

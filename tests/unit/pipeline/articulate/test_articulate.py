@@ -14,8 +14,8 @@ from casa_assets.articulate.plan import PartKind
 from casa_assets.checks.motion.joint_travel import travels
 from casa_assets.export import mjcf
 from casa_assets.pipeline.articulate import review_page
-from casa_assets.pipeline.articulate.build import Wish, build
-from casa_assets.pipeline.articulate.run import STRIP, Done, settled, work
+from casa_assets.pipeline.articulate.build import ArticulateRequest, build
+from casa_assets.pipeline.articulate.run import STRIP, ArticulateOutcome, articulate_one, settle_joints
 from casa_assets.pipeline.ingest.job import RunAborted
 from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.strip import CELL_PX
@@ -42,8 +42,10 @@ def boxed_in() -> list[Part]:
 
 def test_an_entry_is_whole(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
-    done = work(Wish(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path / "lib", preview=True, **AXES))
-    assert isinstance(done, Done)
+    done = articulate_one(
+        ArticulateRequest(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path / "lib", preview=True, **AXES)
+    )
+    assert isinstance(done, ArticulateOutcome)
     assert done.accepted, done.message
     assert done.folder is not None
     assert done.folder.parent == tmp_path / "lib" / "microwave"
@@ -70,10 +72,10 @@ def test_an_entry_is_whole(tmp_path: Path) -> None:
 def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) -> None:
     vertices, faces, _ = together(box((0, 0, 0), (1, 1, 1)))
     mesh = obj(tmp_path / "cube.obj", vertices, faces)
-    done = work(Wish(mesh, tmp_path / "lib"))
-    assert isinstance(done, Done)
+    done = articulate_one(ArticulateRequest(mesh, tmp_path / "lib"))
+    assert isinstance(done, ArticulateOutcome)
     assert (done.code, done.folder, done.accepted) == ("ART001", None, False)
-    said = work(Wish(mesh, tmp_path / "lib", up=(0.0, 0.0, 1.0), front=(0.0, 0.0, 1.0)))
+    said = articulate_one(ArticulateRequest(mesh, tmp_path / "lib", up=(0.0, 0.0, 1.0), front=(0.0, 0.0, 1.0)))
     assert isinstance(said, RunAborted)
     assert "not at a right angle" in said.message
 
@@ -83,12 +85,12 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     part = PartDecision(kind=PartKind.DRAWER, box_m=((-0.24, -0.25, 0.03), (0.24, 0.33, 0.31)), travel_m=0.3)
     said = Decisions(parts={"mine": part})
     mesh = obj(tmp_path / "thing.obj", vertices, faces)
-    built = build(Wish(mesh, tmp_path, size_m=0.66, decisions=said, **AXES))
+    built = build(ArticulateRequest(mesh, tmp_path, size_m=0.66, decisions=said, **AXES))
     mine = next(p for p in built.found.parts if p.name == "mine")
     assert len(mine.faces)
     folder = tmp_path / "staged"
     folder.mkdir()
-    after, went = settled(built, folder)
+    after, went = settle_joints(built, folder)
     way = went["mine"]
     joint = after.asset.joint_of("mine")
     assert joint is not None
@@ -99,10 +101,10 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
 
 def test_travel_tells_a_contact_from_none(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
-    built = build(Wish(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path, **AXES))
+    built = build(ArticulateRequest(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path, **AXES))
     folder = tmp_path / "staged"
     folder.mkdir()
-    built, went = settled(built, folder)
+    built, went = settle_joints(built, folder)
     assert all(t.whole for t in went.values())
     # Turned the wrong way, the door runs into the case.
     wide = built.asset.replace(
@@ -117,22 +119,26 @@ def test_travel_tells_a_contact_from_none(tmp_path: Path) -> None:
 
 def test_what_lacks_something_holds_no_contract_and_says_what(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
-    built = build(Wish(obj(tmp_path / "mesh.obj", vertices, faces), tmp_path, category="toaster_oven", **AXES))
+    built = build(
+        ArticulateRequest(obj(tmp_path / "mesh.obj", vertices, faces), tmp_path, category="toaster_oven", **AXES)
+    )
     folder = tmp_path / "staged"
     folder.mkdir()
-    after, _ = settled(built, folder)
+    after, _ = settle_joints(built, folder)
     assert after.asset.contract is None
-    assert after.lacking[0] == "contract toaster_oven not met"
-    assert any("knob_time_joint" in line for line in after.lacking)
+    assert after.unmet_checks[0] == "contract toaster_oven not met"
+    assert any("knob_time_joint" in line for line in after.unmet_checks)
     assert after.asset.provenance.guesses[-1].value == "not toaster_oven"
 
 
 def test_the_review_page_begins_with_the_doubtful(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
     out = tmp_path / "lib"
-    good = work(Wish(obj(tmp_path / "microwave.obj", vertices, faces), out, preview=True, **AXES))
-    assert isinstance(good, Done)
-    bad = Done(tmp_path / "<cube>.obj", code="ART001", message="no moving part found")
+    good = articulate_one(
+        ArticulateRequest(obj(tmp_path / "microwave.obj", vertices, faces), out, preview=True, **AXES)
+    )
+    assert isinstance(good, ArticulateOutcome)
+    bad = ArticulateOutcome(tmp_path / "<cube>.obj", code="ART001", message="no moving part found")
     page = review_page.write(out, [good, bad]).read_text(encoding="utf-8")
     assert page.index("&lt;cube&gt;.obj") < page.index("microwave.obj")
     assert f"{STRIP}" in page

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.model.asset.asset import Asset
-from casa_assets.pipeline.articulate.contract import KEPT, lacking, without
+from casa_assets.pipeline.articulate.contract import KEPT, unmet_checks, without_contract
 from tests.assets import category
 from tests.check_reports import packed
 from tests.contract_fixtures import hob, oven
@@ -16,7 +16,7 @@ KNOWN = registry.load()
 
 def faults(asset: Asset, folder: Path) -> tuple[str, ...]:
     contract = KNOWN.contracts.get(asset.contract or "")
-    return lacking(asset, category(asset), packed(asset, folder).root, contract, KNOWN.limits)
+    return unmet_checks(asset, category(asset), packed(asset, folder).root, contract, KNOWN.limits)
 
 
 def test_what_holds_its_contract_lacks_nothing(tmp_path: Path) -> None:
@@ -40,7 +40,7 @@ def test_what_does_not_move_is_said_once_the_names_are_right(tmp_path: Path) -> 
 
 
 def test_an_asset_without_its_contract_keeps_the_reason() -> None:
-    asset = without(hob(), tuple(f"CON001 joints/k{i}: is not there" for i in range(KEPT + 2)))
+    asset = without_contract(hob(), tuple(f"CON001 joints/k{i}: is not there" for i in range(KEPT + 2)))
     assert asset.contract is None
     guess = asset.provenance.guesses[-1]
     assert (guess.subject, guess.value) == ("contract", "not stovetop")

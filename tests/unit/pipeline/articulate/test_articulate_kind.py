@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer
+from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.segment.triangle_soup import soup_of
+from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.errors import UnknownId
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.record import Vec3
-from casa_assets.pipeline.articulate.kind import NAMED, kind_of
+from casa_assets.pipeline.articulate.kind import NAMED, guess_category
 from casa_assets.pipeline.clip import NO_WEIGHTS
 from tests.unit.articulate.blocks import drawers
 from tests.unit.articulate.test_assemble import obj
@@ -31,10 +31,10 @@ def one(folder: Path, name: str) -> Found:
 @pytest.fixture(scope="module")
 def chest() -> tuple[Vec3, Articulation]:
     vertices, faces, _ = drawers()
-    soup = soup_of(vertices, faces)
+    soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
-    return (x, y, z), infer(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame)
+    return (x, y, z), infer_articulation(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame)
 
 
 def toaster() -> tuple[str, float, str]:
@@ -46,42 +46,42 @@ def nothing() -> tuple[str, float, str]:
 
 
 def test_the_user_goes_before_all(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
-    kind = kind_of(one(tmp_path, "fridge.obj"), *chest, ordered="dishwasher", seen=toaster)
+    kind = guess_category(one(tmp_path, "fridge.obj"), *chest, ordered="dishwasher", seen=toaster)
     assert (kind.id, kind.confidence) == ("dishwasher", 1.0)
     with pytest.raises(UnknownId):
-        kind_of(one(tmp_path, "fridge.obj"), *chest, ordered="spaceship")
+        guess_category(one(tmp_path, "fridge.obj"), *chest, ordered="spaceship")
 
 
 def test_a_look_goes_before_a_name(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
-    kind = kind_of(one(tmp_path, "fridge.obj"), *chest, seen=toaster)
+    kind = guess_category(one(tmp_path, "fridge.obj"), *chest, seen=toaster)
     assert (kind.id, kind.confidence, kind.reason) == ("toaster", 0.8, "CLIP says a toaster")
 
 
 def test_a_name_goes_before_the_shape(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     for seen in (None, nothing):
-        kind = kind_of(one(tmp_path, "fridge.obj"), *chest, seen=seen)
+        kind = guess_category(one(tmp_path, "fridge.obj"), *chest, seen=seen)
         assert kind.id == "refrigerator"
         assert kind.reason.startswith("by its name")
 
 
 def test_the_shape_names_what_nothing_else_does(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     mesh = one(tmp_path, "mesh_0042.obj")
-    kind = kind_of(mesh, *chest)
+    kind = guess_category(mesh, *chest)
     assert kind.id == "drawer_stack"
     assert 0.2 < kind.confidence <= 0.6
     assert "by its shape and parts" in kind.reason
     assert NO_WEIGHTS in kind.reason
-    assert "names nothing" in kind_of(mesh, *chest, seen=nothing).reason
+    assert "names nothing" in guess_category(mesh, *chest, seen=nothing).reason
 
 
 def test_a_thing_of_no_parts_is_any_thing(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     bare = Articulation(frame=chest[1].frame)
-    kind = kind_of(one(tmp_path, "mesh_0042.obj"), chest[0], bare)
+    kind = guess_category(one(tmp_path, "mesh_0042.obj"), chest[0], bare)
     assert kind.id == ""
     assert "like no one kind's" in kind.reason
 
 
 def test_a_word_that_repeats_a_sure_guess_leaves_it_one(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
-    named = kind_of(one(tmp_path, "fridge.obj"), *chest)
+    named = guess_category(one(tmp_path, "fridge.obj"), *chest)
     assert named.confidence >= NAMED
-    assert kind_of(one(tmp_path, "fridge.obj"), *chest, ordered="refrigerator") == named
+    assert guess_category(one(tmp_path, "fridge.obj"), *chest, ordered="refrigerator") == named
