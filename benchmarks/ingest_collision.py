@@ -30,10 +30,10 @@ from judging.inputs import Prepared, dump, prepared
 
 from casa_assets.errors import CasaError
 from casa_assets.geometry.solid.hull import convex_hull, hull_volume
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.collision.collide import CollideParams, collide
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
-from casa_assets.ingest.draft import Placed
+from casa_assets.ingest.draft import PlacedShape
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Hull
 from casa_assets.model.pose import Pose
@@ -45,22 +45,22 @@ ROUND_STEPS = 96  # a cylinder so drawn lacks 0.07 % of its volume
 ROUNDS = 4  # a run that is stopped has seen inputs from all over the folder
 DEATH_S = 900  # wall seconds after which a process is given up; CPU limits come first
 
-Tool = Callable[[Prepared, int], tuple[list[Placed], str]]
+Tool = Callable[[Prepared, int], tuple[list[PlacedShape], str]]
 
 
-def ours(item: Prepared, _: int) -> tuple[list[Placed], str]:
+def ours(item: Prepared, _: int) -> tuple[list[PlacedShape], str]:
     """The stage of ingest."""
     out = collide(item.draft, item.category, CollideParams())
     return list(out.colliders), out.guesses[-1].value
 
 
-def coacd(item: Prepared, cpu_s: int) -> tuple[list[Placed], str]:
+def coacd(item: Prepared, cpu_s: int) -> tuple[list[PlacedShape], str]:
     """CoACD with obj2mjcf's defaults; it sets no limit to the vertices of a hull."""
     clouds, message = peer_coacd.run(*item.mesh, cpu_s)
     return _placed(clouds), message
 
 
-def vhacd(item: Prepared, cpu_s: int) -> tuple[list[Placed], str]:
+def vhacd(item: Prepared, cpu_s: int) -> tuple[list[PlacedShape], str]:
     """V-HACD of everything at once: 32 hulls of 64 vertices, 400,000 voxels."""
     try:
         return _placed(decompose("vhacd", *item.mesh, Budget(hulls=32, hull_vertices=64, cpu_s=cpu_s))), ""
@@ -71,14 +71,14 @@ def vhacd(item: Prepared, cpu_s: int) -> tuple[list[Placed], str]:
 TOOLS: dict[str, tuple[str, Tool]] = {"ours": (OURS, ours), "coacd": (COACD, coacd), "vhacd": (VHACD, vhacd)}
 
 
-def _placed(clouds: Sequence[Floats]) -> list[Placed]:
+def _placed(clouds: Sequence[Floats]) -> list[PlacedShape]:
     hulls = [convex_hull(cloud) for cloud in clouds if hull_volume(cloud) > 0]
     # Hulls of more vertices than the model allows are measured as they are.
     shapes = [Hull.model_construct(mesh=Mesh(vertices=points, faces=faces)) for points, faces in hulls]
-    return [Placed.model_construct(shape=shape, pose=Pose()) for shape in shapes]
+    return [PlacedShape.model_construct(shape=shape, pose=Pose()) for shape in shapes]
 
 
-def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[tuple[Row, list[Placed]]]:
+def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[tuple[Row, list[PlacedShape]]]:
     """Every tool on an input, and what it made, as each is done: a process's peak of memory never goes down again."""
     full = item.category.build in (Build.SOLID, Build.FILLED)
     of = truth(item.mesh, full)
@@ -94,9 +94,9 @@ def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[tuple[R
         yield _row(base, shapes, of, message), shapes
 
 
-def _row(base: Row, shapes: list[Placed], of: Truth, message: str) -> Row:
+def _row(base: Row, shapes: list[PlacedShape], of: Truth, message: str) -> Row:
     hulls = [len(s.shape.mesh.vertices) for s in shapes if isinstance(s.shape, Hull)]
-    measured = fit([surface(s.shape, s.pose, ROUND_STEPS)[0] for s in shapes], of) if shapes else None
+    measured = fit([tessellate(s.shape, s.pose, ROUND_STEPS)[0] for s in shapes], of) if shapes else None
     numbers = {} if measured is None else asdict(measured)
     return Row(
         **{
@@ -124,7 +124,7 @@ def _child(item: Prepared, names: Sequence[str], cpu_s: int, answer: Connection)
     answer.send(rows)
 
 
-def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, list[Placed]]]:
+def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, list[PlacedShape]]]:
     """`judged` in a process of its own; what kills it is said in the rows."""
     here, there = multiprocessing.Pipe(duplex=False)
     child = multiprocessing.Process(target=_child, args=(item, names, cpu_s, there))
@@ -132,7 +132,7 @@ def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, l
     there.close()
     try:
         if here.poll(DEATH_S):
-            rows: list[tuple[Row, list[Placed]]] = here.recv()
+            rows: list[tuple[Row, list[PlacedShape]]] = here.recv()
             return rows
         message = f"still running after {DEATH_S} s"
         child.kill()
@@ -163,7 +163,7 @@ def main() -> None:
         return
     most = dict(_counted(word) for word in given.peers)
     rows: list[Row] = []
-    made: dict[str, list[list[Placed]]] = {}
+    made: dict[str, list[list[PlacedShape]]] = {}
     pace = []
     for number, item in enumerate(prepared(given.folder, given.every, given.only, ROUNDS)):
         for row, shapes in apart(item, ["ours", *(n for n, count in most.items() if number < count)], given.cpu):
@@ -184,7 +184,7 @@ def _counted(word: str) -> tuple[str, float]:
     return name if name in TOOLS else TOOLS[name][0], float(count or "inf")
 
 
-def _pace(made: dict[str, list[list[Placed]]], count: int) -> list[stepping.Pace]:
+def _pace(made: dict[str, list[list[PlacedShape]]], count: int) -> list[stepping.Pace]:
     """Both tools' shapes of the same things on a table, as soon as there are so many; CoACD fails on too many."""
     tools = [t for t in (OURS, VHACD) if t in made]
     whole = [k for k in range(min(len(made[t]) for t in tools)) if all(made[t][k] for t in tools)]

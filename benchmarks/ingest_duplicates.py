@@ -30,8 +30,8 @@ from scipy.spatial.transform import Rotation
 from casa_assets import registry
 from casa_assets.checks.library.duplicates import Alike
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.registration import Cloud, cloud, overlay
-from casa_assets.geometry.mesh.shape_descriptor import form, form_gap
+from casa_assets.geometry.mesh.registration import SampledSurface, align, sampled_surface
+from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance, shape_descriptor
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.simplify import simplified
@@ -39,7 +39,7 @@ from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.signature import Form
+from casa_assets.model.asset.signature import ShapeDescriptor
 from casa_assets.model.ingest.source import Bundle
 from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE
 from casa_assets.pipeline.dedup.signature import surface as surface_of
@@ -58,8 +58,8 @@ class Known:
 
     name: str
     surface: Surface
-    form: Form
-    cloud: Cloud
+    shape_descriptor: ShapeDescriptor
+    sampled_surface: SampledSurface
 
 
 def moved(surface: Surface, rng: np.random.Generator, factor: float = 1.0) -> Surface:
@@ -131,7 +131,7 @@ def read(name: str, bundle: Bundle, category: str = registry.FALLBACK) -> Known:
 
 def signed(name: str, surface: Surface) -> Known:
     """A surface made ready."""
-    return Known(name, surface, form(*surface), cloud(*surface))
+    return Known(name, surface, shape_descriptor(*surface), sampled_surface(*surface))
 
 
 def gather(folder: Path, every: int) -> Iterator[Known]:
@@ -149,10 +149,10 @@ def gather(folder: Path, every: int) -> Iterator[Known]:
 
 def compared(one: Known, other: Known, limit: float) -> tuple[float, float, float, bool]:
     """Gap of the forms, how near most and nearly all of the surfaces lie (2 where it was not tried), the verdict."""
-    gap = form_gap(one.form, other.form)
+    gap = descriptor_distance(one.form, other.form)
     if gap > MAX_DESCRIPTOR_DISTANCE:
         return gap, 2.0, 2.0, False
-    found = overlay(one.cloud, other.cloud)
+    found = align(one.cloud, other.cloud)
     pair = Alike(one.name, other.name, found.most, found.all, 1.0, 0.0, True)
     return gap, found.most, found.all, pair.same_form(limit)
 

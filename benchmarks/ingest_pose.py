@@ -26,7 +26,7 @@ from casa_assets import registry
 from casa_assets.errors import CasaError
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.mass.estimates import estimates, judged
+from casa_assets.ingest.mass.estimates import combine_estimates, estimates
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
@@ -96,7 +96,7 @@ def measured(
     # Along the axes of the file, as the table has it: another pose makes another box.
     factor = float(np.linalg.norm(np.ptp(vertices, axis=0)) / np.linalg.norm(np.ptp(posed.soup()[0], axis=0)))
     known = registry.load()
-    found = judged(
+    found = combine_estimates(
         estimates(vertices, faces, category, known.substances[category.substance]), category, MASS_AGREEMENT_RATIO
     )
     row = Row(

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from casa_assets.geometry.grid.fillable_volume import water
+from casa_assets.geometry.grid.fillable_volume import fillable_volume
 from casa_assets.geometry.grid.voxel import Grid, voxelise
 from casa_assets.geometry.solid.hull import convex_hull, hull_volume
 from casa_assets.geometry.solid.manifold import closed_solid, union
@@ -43,7 +43,7 @@ class Truth:
     ruler: distance.Ruler
     seen: Floats
     solid: distance.Surface | None
-    water: Cubes | None
+    fillable_volume: Cubes | None
     grid: Grid
     box: Floats
     longest: float
@@ -84,7 +84,7 @@ def truth(mesh: distance.Surface, full: bool) -> Truth:
     grid = _grid(points, faces, box, full)
     samples, _ = distance.sample(mesh, SAMPLES)
     outer = voxelise(points, faces, SEEN_CELLS, bridge=full)
-    held = None if full else water(grid.solid)
+    held = None if full else fillable_volume(grid.solid)
     holds = held is not None and float(held.sum()) * grid.cell**3 >= CONTAINER * hull_volume(points)
     return Truth(
         mesh,
@@ -135,7 +135,7 @@ def _seen(points: Floats, grid: Grid) -> Floats:
 
 def _room(clouds: list[Floats], whole: distance.Surface, of: Truth, room: Cubes) -> tuple[float, float]:
     kept = 1 - float(distance.inside(of.grid.origin + np.argwhere(room) * of.grid.cell, clouds).mean())
-    held = float((water(_grid(*whole, of.box, full=False).solid) & room).sum() / room.sum())
+    held = float((fillable_volume(_grid(*whole, of.box, full=False).solid) & room).sum() / room.sum())
     return kept, held
 
 

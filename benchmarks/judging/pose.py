@@ -9,9 +9,9 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.pose.cloud import cloud_of
+from casa_assets.ingest.pose.cloud import sample_surface
 from casa_assets.ingest.pose.evidence import outline_score
-from casa_assets.ingest.pose.ups import UPS
+from casa_assets.ingest.pose.ups import UP_ROTATIONS
 from casa_assets.model.registry.category import Build, Category, Upright
 
 Floats = npt.NDArray[np.float64]
@@ -77,7 +77,7 @@ def rotation(before: Draft, after: Draft) -> Floats:
 
 def spread_points(draft: Draft) -> Floats:
     """(POINTS, 3) points over the surface, centred on the box around it, longest side 1."""
-    samples = cloud_of(*draft.soup()).samples
+    samples = sample_surface(*draft.soup()).samples
     picked = samples[:: max(1, len(samples) // POINTS)]
     low, high = samples.min(axis=0), samples.max(axis=0)
     out: Floats = (picked - (low + high) / 2) / float((high - low).max())
@@ -101,7 +101,7 @@ def grade(points: Floats, turn: Floats, up: str, category: Category) -> Grade:
     Args:
         points: of `spread_points`, in the axes of the file. turn: asset_from_file. up: true up axis of the file.
     """
-    true = UPS[up]
+    true = UP_ROTATIONS[up]
     if np.degrees(np.arccos(np.clip(turn[2] @ true[2], -1, 1))) < SAME_DEG:
         return Grade.EXACT
     if category.upright is Upright.ANY:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
-from casa_assets.geometry.mesh.visibility import exposure
+from casa_assets.geometry.mesh.visibility import measure_visibility
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -61,7 +61,7 @@ def soundness(surface: Surface) -> Soundness:
     _, uses, balance = edge_counts(ids)
     two = uses == 2
     label = face_components(ids, len(points))
-    found = exposure(points, ids, STREWN)
+    found = measure_visibility(points, ids, STREWN)
     shown = found.front ^ found.back
     return Soundness(
         faces=len(faces),

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from casa_assets.geometry.mesh.measure import signed_volume
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.geometry.solid.manifold import union
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
 from casa_assets.model.pose import Pose
 from judging import distance
@@ -102,11 +102,11 @@ def _cloud(model: mujoco.MjModel, geom: int) -> Floats:
         vertices: Floats = model.mesh_vert[start : start + int(model.mesh_vertnum[mesh])].astype(np.float64)
         return vertices
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
-        return surface(Box(size=(2 * size[0], 2 * size[1], 2 * size[2])), Pose())[0]
+        return tessellate(Box(size=(2 * size[0], 2 * size[1], 2 * size[2])), Pose())[0]
     if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
-        return surface(Sphere(radius=size[0]), Pose(), ROUND_STEPS)[0]
+        return tessellate(Sphere(radius=size[0]), Pose(), ROUND_STEPS)[0]
     if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        return surface(Cylinder(radius=size[0], height=2 * size[1]), Pose(), ROUND_STEPS)[0]
+        return tessellate(Cylinder(radius=size[0], height=2 * size[1]), Pose(), ROUND_STEPS)[0]
     if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
-        return surface(Capsule(radius=size[0], height=2 * size[1]), Pose(), ROUND_STEPS)[0]
+        return tessellate(Capsule(radius=size[0], height=2 * size[1]), Pose(), ROUND_STEPS)[0]
     raise ValueError(f"a collision shape of kind {kind.name} is not measured")

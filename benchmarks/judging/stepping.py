@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from casa_assets.geometry.solid.tessellate import surface
-from casa_assets.ingest.draft import Placed
+from casa_assets.geometry.solid.tessellate import tessellate
+from casa_assets.ingest.draft import PlacedShape
 from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
 
 TABLE_M = (1.6, 1.2, 0.05)  # full size
@@ -41,7 +41,7 @@ class Pace:
         return f"{words}: {self.steps:.0f} steps/s, {self.contacts:.0f} contacts"
 
 
-def compare(made: Mapping[str, Sequence[Sequence[Placed]]]) -> list[Pace]:
+def compare(made: Mapping[str, Sequence[Sequence[PlacedShape]]]) -> list[Pace]:
     """Steps per second with all things of each tool on a table, the best of some rounds."""
     found = []
     for tool, things in made.items():
@@ -51,14 +51,14 @@ def compare(made: Mapping[str, Sequence[Sequence[Placed]]]) -> list[Pace]:
     return found
 
 
-def table(things: Sequence[Sequence[Placed]]) -> mujoco.MjModel:
+def table(things: Sequence[Sequence[PlacedShape]]) -> mujoco.MjModel:
     """A table with things in rows a little above it, each free to move."""
     spec = mujoco.MjSpec()
     spec.option.timestep = 0.002
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[s / 2 for s in TABLE_M], pos=[0, 0, -TABLE_M[2] / 2])
     x, y, deep = -TABLE_M[0] / 2, -TABLE_M[1] / 2, 0.0
     for number, shapes in enumerate(things):
-        cloud = np.concatenate([surface(s.shape, s.pose)[0] for s in shapes])
+        cloud = np.concatenate([tessellate(s.shape, s.pose)[0] for s in shapes])
         low, high = cloud.min(axis=0), cloud.max(axis=0)
         if x + high[0] - low[0] > TABLE_M[0] / 2:
             x, y, deep = -TABLE_M[0] / 2, y + deep + GAP_M, 0.0
@@ -71,7 +71,7 @@ def table(things: Sequence[Sequence[Placed]]) -> mujoco.MjModel:
     return spec.compile()
 
 
-def _add(spec: mujoco.MjSpec, body: mujoco.MjsBody, placed: Placed, name: str) -> None:
+def _add(spec: mujoco.MjSpec, body: mujoco.MjsBody, placed: PlacedShape, name: str) -> None:
     shape, pose = placed.shape, placed.pose
     at = {"pos": list(pose.position), "quat": list(pose.quaternion)}
     if isinstance(shape, Box):
@@ -83,7 +83,7 @@ def _add(spec: mujoco.MjSpec, body: mujoco.MjsBody, placed: Placed, name: str) -
     elif isinstance(shape, Capsule):
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[shape.radius, shape.height / 2, 0], **at)
     else:
-        points, faces = surface(shape, pose)
+        points, faces = tessellate(shape, pose)
         mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
         mesh.uservert, mesh.userface = points.ravel().tolist(), faces.ravel().tolist()
         mesh.maxhullvert = 64

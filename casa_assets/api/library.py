@@ -11,7 +11,7 @@ from typing import Literal
 
 from casa_assets.articulate.decisions import Decisions, parse_direction
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
-from casa_assets.geometry.mesh.trimesh_exchange import Thing
+from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Up
 from casa_assets.model.issue import Issue, Report
@@ -152,7 +152,7 @@ class Library:
 
 
 def ingest(
-    mesh: str | Path | Thing,
+    mesh: str | Path | MeshOrScene,
     category: str = "",
     library: str | Path | None = None,
     name: str = "mesh",
@@ -197,7 +197,7 @@ def ingest(
         return Ingested(event.path, asset, None, event.warnings, report, folder if kept else None)
 
 
-def _in_memory(mesh: Thing, category: str, name: str, up: Up | None) -> Ingested:
+def _in_memory(mesh: MeshOrScene, category: str, name: str, up: Up | None) -> Ingested:
     try:
         asset, report = ingest_mesh(mesh, name, category, up)
     except Rejected as error:

@@ -10,17 +10,17 @@ from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind, Link
 from casa_assets.model.kitchen.scene import PlacedLink, Scene
 
 # What moves is beside what is fixed where the boxes around them are this near while all is shut, metres.
-BESIDE_M = 0.1
+ADJACENT_M = 0.1
 # Sine of the angle by which an axis may lean and still be one of the link's own.
-STRAIGHT = 1e-9
+AXIS_ALIGNED_SINE = 1e-9
 
 
 def ready_to_simulate(scene: Scene) -> Scene:
     """The scene with what a simulator need not work out: products of inertia unfelt, and pairs that never touch."""
-    return scene.replace(assets=tuple(map(felt, scene.assets)), exclusions=beside(scene))
+    return scene.replace(assets=tuple(map(drop_unfelt_products, scene.assets)), exclusions=adjacent_links(scene))
 
 
-def beside(scene: Scene) -> tuple[tuple[PlacedLink, PlacedLink], ...]:
+def adjacent_links(scene: Scene) -> tuple[tuple[PlacedLink, PlacedLink], ...]:
     """What moves on something fixed, and each fixed thing beside it while all is shut, its own frame among them.
 
     A door and the frame, walls and worktops around it are so near each other that a simulator looks at every step
@@ -35,12 +35,12 @@ def beside(scene: Scene) -> tuple[tuple[PlacedLink, PlacedLink], ...]:
         return ()
     own, other = (np.array(list(side.values())) for side in (moving, fixed))
     gaps = np.maximum(own[:, None, 0] - other[None, :, 1], other[None, :, 0] - own[:, None, 1])
-    near = (gaps <= BESIDE_M).all(axis=-1)
+    near = (gaps <= ADJACENT_M).all(axis=-1)
     bodies, frames = list(moving), list(fixed)
     return tuple((bodies[i], frames[j]) for i, j in np.argwhere(near))
 
 
-def felt(asset: Asset) -> Asset:
+def drop_unfelt_products(asset: Asset) -> Asset:
     """The asset with what it has of inertia in its own axes alone, where no motion that it is free for can tell.
 
     What never turns has no use for inertia, and what turns about an axis of its own link, on something that does not
@@ -82,6 +82,6 @@ def _straight(asset: Asset, link: Link) -> Link:
     if turning:
         asset_from_axis = asset.asset_from_link(turning[0].child).rotation @ np.array(turning[0].axis)
         axis = np.abs(asset.asset_from_link(link.name).rotation.T @ asset_from_axis)
-        if np.sort(axis)[1] > STRAIGHT:
+        if np.sort(axis)[1] > AXIS_ALIGNED_SINE:
             return link
     return link.replace(inertial=inertial.replace(inertia=(*inertial.inertia[:3], 0.0, 0.0, 0.0)))

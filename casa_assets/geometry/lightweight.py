@@ -17,20 +17,20 @@ from casa_assets.model.kitchen.scene import LightScene, Scene
 from casa_assets.model.pose import Pose
 
 # Sizes are multiples of this, rounded down, metres: the last digits of a solver are no promise.
-GRID = 1e-6
+SIZE_STEP_M = 1e-6
 # Half the size of the smallest primitive, metres, for shapes that are too thin for the grid.
-LEAST = 1e-5
+MIN_HALF_SIZE_M = 1e-5
 # Share of a hull that one primitive has to fill for the search to end.
-FULL = 0.97
+FULL_SHARE = 0.97
 # A further box is worth this share of the hull, and there are no more than so many.
-WORTH, MORE = 0.04, 3
+MIN_BOX_SHARE, MAX_EXTRA_BOXES = 0.04, 3
 # A shape that ends less than this above the lowest point stands there, metres; half the height of a foot.
-LEVEL, FOOT = 2e-4, 1.5e-3
+LEVEL_M, FOOT_HALF_HEIGHT_M = 2e-4, 1.5e-3
 # Cosine of the angle by which a shape may lean and still stand flat.
-FLAT = 0.99999
+FLAT_COSINE = 0.99999
 
 
-class Inside(NamedTuple):
+class InscribedPrimitive(NamedTuple):
     """A primitive inside a hull: half sizes (x, y, z) of a box, (radius, half height) of a cylinder, in a frame."""
 
     frame: Floats
@@ -69,7 +69,7 @@ def light_scene(scene: Scene, form: Callable[[Asset], Asset] = lighten) -> Light
     return LightScene(scene=scene, forms=tuple(form(asset) for asset in scene.assets))
 
 
-def inside(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:
+def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:
     """A box, a few boxes or a cylinder inside the convex hull of (N, 3) points, and their poses in its frame.
 
     Where a box leaves much of the hull empty (the corner of a worktop), a few more follow, which do not overlap it or
@@ -79,14 +79,14 @@ def inside(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:
         DegenerateShape: the points span no volume.
     """
     planes, volume = hull_planes(points), hull_volume(points)
-    boxes: list[Inside] = []
-    rods: list[Inside] = []
+    boxes: list[InscribedPrimitive] = []
+    rods: list[InscribedPrimitive] = []
     for frame in _frames(points):
         spans = np.ptp(points @ frame, axis=0) / 2
         round_ = np.array([min(spans[0], spans[1]), spans[2]])
         boxes += _largest(planes, frame, _box_reach(planes, frame), spans)
         rods += _largest(planes, frame, _rod_reach(planes, frame), round_)
-        if any(found.volume >= FULL * volume for found in (*boxes, *rods)):
+        if any(found.volume >= FULL_SHARE * volume for found in (*boxes, *rods)):
             break
     if not boxes or not rods:
         raise DegenerateShape("nothing fits inside the hull")
@@ -97,11 +97,11 @@ def inside(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:
     return tuple(_rounded(found) for found in best)
 
 
-def _beside(planes: Floats, first: Inside, volume: float) -> list[Inside]:
+def _beside(planes: Floats, first: InscribedPrimitive, volume: float) -> list[InscribedPrimitive]:
     """The largest boxes in what is left of a hull on each side of a box, largest first."""
-    if first.volume >= FULL * volume:
+    if first.volume >= FULL_SHARE * volume:
         return []
-    found: list[Inside] = []
+    found: list[InscribedPrimitive] = []
     rest = planes
     for axis in range(3):
         for sign in (1.0, -1.0):
@@ -109,19 +109,19 @@ def _beside(planes: Floats, first: Inside, volume: float) -> list[Inside]:
             face = sign * first.center[axis] + first.half[axis]
             beyond = np.vstack([rest, [*-normal, face]])
             boxes = _largest(beyond, first.frame, _box_reach(beyond, first.frame), first.half)
-            found += [box for box in boxes if box.volume >= WORTH * volume]
+            found += [box for box in boxes if box.volume >= MIN_BOX_SHARE * volume]
             # What comes after stays on the near side of this face.
             rest = np.vstack([rest, [*normal, -face]])
-    return sorted(found, key=lambda box: -box.volume)[:MORE]
+    return sorted(found, key=lambda box: -box.volume)[:MAX_EXTRA_BOXES]
 
 
-def _rounded(found: Inside) -> tuple[Box | Cylinder, Pose]:
+def _rounded(found: InscribedPrimitive) -> tuple[Box | Cylinder, Pose]:
     matrix = np.eye(4)
     matrix[:3, :3] = found.frame
     # Thousandths of the grid first: what lies on a line of the grid must not fall to either side by its last bit.
-    matrix[:3, 3] = np.round((found.frame @ found.center / GRID).round(3)) * GRID
+    matrix[:3, 3] = np.round((found.frame @ found.center / SIZE_STEP_M).round(3)) * SIZE_STEP_M
     # The centre was rounded by up to half a unit along each axis.
-    half = np.maximum(np.floor(((found.half - GRID) / GRID).round(3)) * GRID, LEAST)
+    half = np.maximum(np.floor(((found.half - SIZE_STEP_M) / SIZE_STEP_M).round(3)) * SIZE_STEP_M, MIN_HALF_SIZE_M)
     pose = _settled(Pose.from_matrix(matrix))
     if len(half) == 3:
         x, y, z = (2 * float(h) for h in half)
@@ -145,8 +145,8 @@ def _light_collider(item: Collider, low: float | None) -> tuple[Collider, ...]:
         return (item,)
     points = item.shape.mesh.vertices
     try:
-        found = inside(points)
-        if low is not None and item.pose.apply(points)[:, 2].min() < low + LEVEL:
+        found = inscribed_primitives(points)
+        if low is not None and item.pose.apply(points)[:, 2].min() < low + LEVEL_M:
             found = (*found, *_foot(item.pose, points, found))
     except DegenerateShape:
         return ()
@@ -182,14 +182,14 @@ def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tu
         pose: of the hull in its link. points: (N, 3) its vertices. found: what stands for it, in its frame.
     """
     low = float(pose.apply(points)[:, 2].min())
-    flat = [(shape, pose @ at) for shape, at in found if np.abs((pose @ at).rotation[2]).max() > FLAT]
-    if min((_foot_of(shape, at) for shape, at in flat), default=np.inf) < low + LEVEL:
+    flat = [(shape, pose @ at) for shape, at in found if np.abs((pose @ at).rotation[2]).max() > FLAT_COSINE]
+    if min((_foot_of(shape, at) for shape, at in flat), default=np.inf) < low + LEVEL_M:
         return ()
     planes, spans = hull_planes(pose.apply(points)), np.ptp(pose.apply(points), axis=0) / 2
-    thick = min(FOOT, spans[2] / 2)
-    normals, height = planes[:, :3], low + GRID + thick
+    thick = min(FOOT_HALF_HEIGHT_M, spans[2] / 2)
+    normals, height = planes[:, :3], low + SIZE_STEP_M + thick
     reach, wide = np.abs(normals[:, :2]), spans[:2]
-    room = GRID - planes[:, 3] - normals[:, 2] * height - np.abs(normals[:, 2]) * thick
+    room = SIZE_STEP_M - planes[:, 3] - normals[:, 2] * height - np.abs(normals[:, 2]) * thick
     # As in `_largest`, in the plane: first of the proportions of the hull, then as much wider as there is room.
     first = linprog(
         [0, 0, -1],
@@ -209,8 +209,8 @@ def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tu
     if best.status != 0:
         return ()
     half = np.array([*best.x[2:], thick])
-    upright = Inside(np.eye(3), np.array([best.x[0], best.x[1], height]), half)
-    if half.min() <= LEAST:
+    upright = InscribedPrimitive(np.eye(3), np.array([best.x[0], best.x[1], height]), half)
+    if half.min() <= MIN_HALF_SIZE_M:
         return ()
     shape, at = _rounded(upright)
     assert isinstance(shape, Box)
@@ -245,7 +245,7 @@ def _rod_reach(planes: Floats, frame: Floats) -> Floats:
     return np.stack([np.hypot(normals[:, 0], normals[:, 1]), np.abs(normals[:, 2])], axis=1)
 
 
-def _largest(planes: Floats, frame: Floats, reach: Floats, wide: Floats) -> list[Inside]:
+def _largest(planes: Floats, frame: Floats, reach: Floats, wide: Floats) -> list[InscribedPrimitive]:
     """None or one: first the largest of the proportions of `wide`, then as much wider as there is room.
 
     Both are linear programs in the centre and the half sizes: normal . centre + reach . half <= -offset.
@@ -262,5 +262,5 @@ def _largest(planes: Floats, frame: Floats, reach: Floats, wide: Floats) -> list
         [0, 0, 0, *(-1 / wide)], A_ub=np.column_stack([normals, reach]), b_ub=offsets, bounds=[*free, *least]
     )
     if second.status != 0:
-        return [Inside(frame, first.x[:3], first.x[3] * wide)]
-    return [Inside(frame, second.x[:3], second.x[3:])]
+        return [InscribedPrimitive(frame, first.x[:3], first.x[3] * wide)]
+    return [InscribedPrimitive(frame, second.x[:3], second.x[3:])]

@@ -32,7 +32,7 @@ def _turn(a: Floats, b: Floats, c: Floats) -> float:
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
-def overlap(one: Outline, other: Outline) -> float:
+def penetration_depth(one: Outline, other: Outline) -> float:
     """How deep two convex outlines lie in each other: the least way that parts them; negative for a gap. Metres."""
     a, b = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
     normals = np.concatenate([_normals(a), _normals(b)])
@@ -54,7 +54,7 @@ def distance(outline: Outline, points: Floats) -> Floats:
     return found
 
 
-def inside(outline: Outline, point: tuple[float, float]) -> bool:
+def contains_point(outline: Outline, point: tuple[float, float]) -> bool:
     """Whether a point lies in an outline, which need not be convex."""
     x, y = point
     odd = False
@@ -65,7 +65,7 @@ def inside(outline: Outline, point: tuple[float, float]) -> bool:
     return odd
 
 
-def within(outline: Outline, start: tuple[float, float], end: tuple[float, float]) -> float:
+def length_inside(outline: Outline, start: tuple[float, float], end: tuple[float, float]) -> float:
     """Length of the part of a straight line that lies inside a convex outline, metres."""
     a = np.asarray(outline, dtype=np.float64)
     normals = _normals(a)

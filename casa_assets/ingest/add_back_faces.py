@@ -7,16 +7,16 @@ import numpy as np
 from casa_assets.core.typing import Ints, Mask
 from casa_assets.geometry.mesh.normals import with_normals
 from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
-from casa_assets.geometry.mesh.visibility import Exposure, exposure
+from casa_assets.geometry.mesh.visibility import Visibility, measure_visibility
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.registry.category import Build, Category
 
 # Share of what is seen of a piece that are backs, from which on it is a sheet and not a wall with a gap.
-BARE = 0.05
+MIN_BACK_SHARE = 0.05
 
 
-def backs(draft: Draft, category: Category, missing: float) -> Draft:
+def add_back_faces(draft: Draft, category: Category, missing: float) -> Draft:
     """Turned copies of the faces of open pieces whose backs are seen; the last stage, for it is about looks alone.
 
     Args:
@@ -27,7 +27,7 @@ def backs(draft: Draft, category: Category, missing: float) -> Draft:
     vertices, faces = draft.soup()
     points, place = weld(vertices)
     ids = place[faces]
-    seen = exposure(points, ids)
+    seen = measure_visibility(points, ids)
     if category.build in (Build.SOLID, Build.FILLED) and float(seen.behind.max()) > missing:
         return draft
     bare = _sheets(ids, len(points), seen)
@@ -42,7 +42,7 @@ def backs(draft: Draft, category: Category, missing: float) -> Draft:
     return draft.replace(parts=tuple(parts), notes=draft.noted(warning("MSH060", "faces", message)))
 
 
-def _sheets(ids: Ints, count: int, seen: Exposure) -> Mask:
+def _sheets(ids: Ints, count: int, seen: Visibility) -> Mask:
     """(F,) faces of open pieces that show their backs."""
     piece = face_components(ids, count)
     ends, uses, _ = edge_counts(ids)
@@ -53,7 +53,7 @@ def _sheets(ids: Ints, count: int, seen: Exposure) -> Mask:
     own, total = piece[seen.face], len(is_open)
     shown = np.bincount(own[seen.front | seen.back], minlength=total)
     behind = np.bincount(own[seen.back], minlength=total)
-    return np.asarray((is_open & (behind > BARE * np.maximum(shown, 1)))[piece])
+    return np.asarray((is_open & (behind > MIN_BACK_SHARE * np.maximum(shown, 1)))[piece])
 
 
 def _with_backs(mesh: Mesh, rows: Mask) -> Mesh:

@@ -12,7 +12,7 @@ from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.mesh.normals import with_normals
 from casa_assets.geometry.solid.bounds import shape_bounds
 from casa_assets.geometry.solid.hull import convex_hull
-from casa_assets.ingest.draft import Draft, Placed
+from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Region, Site, Visual
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.asset.mesh import Mesh
@@ -133,7 +133,7 @@ def _unit(normals: Floats) -> Floats:
     return safe
 
 
-def _all_moved(placed: tuple[Placed, ...], shift: Floats) -> list[tuple[Shape, Pose]]:
+def _all_moved(placed: tuple[PlacedShape, ...], shift: Floats) -> list[tuple[Shape, Pose]]:
     """The shapes at their place; a splinter that rounding makes flat is left out."""
     moved = []
     for one in placed:
@@ -144,7 +144,7 @@ def _all_moved(placed: tuple[Placed, ...], shift: Floats) -> list[tuple[Shape, P
     return moved
 
 
-def _moved(placed: Placed, shift: Floats) -> tuple[Shape, Pose]:
+def _moved(placed: PlacedShape, shift: Floats) -> tuple[Shape, Pose]:
     shape, pose = placed.shape, placed.pose
     if isinstance(shape, Hull | MeshShape):
         points = _float32(pose.apply(shape.mesh.vertices) + shift)

@@ -9,16 +9,16 @@ from casa_assets.errors import Rejected
 from casa_assets.geometry.mesh.topology import edge_counts, weld
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.repair.components import pieces_of
-from casa_assets.ingest.repair.cracks import joined
-from casa_assets.ingest.repair.degenerate_faces import sound_faces
-from casa_assets.ingest.repair.enclosed_parts import clear_parts, hidden
-from casa_assets.ingest.repair.foreign_parts import extras, several
-from casa_assets.ingest.repair.intersecting_parts import crossing
-from casa_assets.ingest.repair.nonmanifold import untangled
-from casa_assets.ingest.repair.sheet_fins import fins
+from casa_assets.ingest.repair.cracks import close_cracks
+from casa_assets.ingest.repair.degenerate_faces import valid_faces
+from casa_assets.ingest.repair.enclosed_parts import clear_parts, enclosed_parts
+from casa_assets.ingest.repair.foreign_parts import foreign_parts, separate_objects
+from casa_assets.ingest.repair.intersecting_parts import intersecting_parts
+from casa_assets.ingest.repair.nonmanifold import cut_nonmanifold_faces
+from casa_assets.ingest.repair.sheet_fins import sheet_fins
 from casa_assets.ingest.repair.solidity import solidity
-from casa_assets.ingest.repair.t_junctions import split_tees
-from casa_assets.ingest.repair.winding import outward
+from casa_assets.ingest.repair.t_junctions import split_t_junctions
+from casa_assets.ingest.repair.winding import orient_outward
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.model.issue import Issue
@@ -48,19 +48,19 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     unused[faces.ravel()] = False
     vertices[unused] = vertices[faces[0, 0]]  # where they lie must not coarsen the grid that vertices are welded on
     _, place = weld(vertices)
-    keep = sound_faces(vertices, faces, place)
+    keep = valid_faces(vertices, faces, place)
     notes = [_dropped(int((~keep).sum()), len(keep), "degenerate or doubled")] if not keep.all() else []
     keep, found = _without_extras(vertices, faces, place, keep, category)
     notes += found
     if not keep.any():
         raise Rejected("MSH001", "no face with an area is left; the file holds only points, lines or slivers")
-    vertices, _, found = joined(vertices, faces, place, keep)
+    vertices, _, found = close_cracks(vertices, faces, place, keep)
     notes += found
-    parts, found = split_tees(_parts(draft, vertices, faces, keep, np.zeros(len(faces), dtype=bool)))
+    parts, found = split_t_junctions(_parts(draft, vertices, faces, keep, np.zeros(len(faces), dtype=bool)))
     notes += found
     parts, found = _turned(draft.replace(parts=parts))
     notes += found
-    parts, found = untangled(parts)
+    parts, found = cut_nonmanifold_faces(parts)
     notes += found
     full = category is not None and category.build in (Build.SOLID, Build.FILLED)
     return _measured(draft, parts, notes, full)
@@ -71,7 +71,7 @@ def _turned(draft: Draft) -> tuple[tuple[RawPart, ...], list[Issue]]:
     vertices, faces = draft.soup()
     _, place = weld(vertices)
     keep = np.ones(len(faces), dtype=bool)
-    faces, turned = outward(vertices, place[faces], faces, keep)
+    faces, turned = orient_outward(vertices, place[faces], faces, keep)
     notes = []
     if turned.any():
         message = f"{int(turned.sum())} faces ({turned.mean():.0%}) were turned to face outwards"
@@ -89,7 +89,7 @@ def _measured(draft: Draft, parts: tuple[RawPart, ...], notes: list[Issue], full
     ids = place[faces]
     what = solidity(points, ids, full)
     guesses = out.guessed("solidity", what.kind.value, what.confidence, what.message)
-    return out.replace(guesses=guesses, notes=out.noted(*notes, *_unsound(ids), *crossing(points, ids)))
+    return out.replace(guesses=guesses, notes=out.noted(*notes, *_unsound(ids), *intersecting_parts(points, ids)))
 
 
 def _unsound(ids: Ints) -> list[Issue]:
@@ -117,13 +117,13 @@ def _without_extras(
     if not len(index):
         return keep, []
     found = pieces_of(vertices, faces[index], place)
-    extra, notes = extras(found, category)
+    extra, notes = foreign_parts(found, category)
     out = keep.copy()
     out[index[extra[found.label]]] = False
     rest = np.flatnonzero(out)
-    stray, told = fins(place[faces[rest]])
+    stray, told = sheet_fins(place[faces[rest]])
     out[rest[stray]] = False
-    return out, notes + several(found, extra) + told
+    return out, notes + separate_objects(found, extra) + told
 
 
 def _without_hidden(draft: Draft, vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Mask, list[Issue]]:
@@ -131,7 +131,7 @@ def _without_hidden(draft: Draft, vertices: Floats, faces: Ints, place: Ints, ke
     index = np.flatnonzero(keep)
     found = pieces_of(vertices, faces[index], place)
     clear = np.repeat(clear_parts(draft.parts), [len(p.mesh.faces) for p in draft.parts])
-    sealed, notes = hidden(found, clear[index])
+    sealed, notes = enclosed_parts(found, clear[index])
     out = keep.copy()
     out[index[sealed[found.label]]] = False
     return out, notes

@@ -18,7 +18,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 
 
-class Placed(Record):
+class PlacedShape(Record):
     """A collision shape and where it sits (asset from shape), metres."""
 
     shape: Shape
@@ -43,7 +43,7 @@ class Draft(Record):
     format: str = "unknown"
     guesses: tuple[Guess, ...] = ()
     notes: tuple[Issue, ...] = ()
-    colliders: tuple[Placed, ...] = ()
+    colliders: tuple[PlacedShape, ...] = ()
     inertial: Inertial | None = None
     grasps: tuple[Grasp, ...] = ()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.core.typing import Floats
-from casa_assets.geometry.mesh.antipodal_grasps import Pinch, pinches
+from casa_assets.geometry.mesh.antipodal_grasps import AntipodalGrasp, antipodal_grasps
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.grasp import Grasp, Hold
@@ -41,8 +41,8 @@ def grasp(draft: Draft, category: Category, opening: float) -> Draft:
     points, place = weld(vertices)
     center = np.array(draft.inertial.center_of_mass)
     sides, top = np.ptp(points, axis=0), float(points[:, 2].max())
-    best: dict[Hold, tuple[float, Pinch]] = {}
-    for pinch in pinches(points, place[faces], opening):
+    best: dict[Hold, tuple[float, AntipodalGrasp]] = {}
+    for pinch in antipodal_grasps(points, place[faces], opening):
         off = (pinch.center - center)[:2] / float(sides[:2].max())
         aside = float(np.linalg.norm(off))
         hold = _hold(pinch, aside, top, category)
@@ -57,7 +57,7 @@ def grasp(draft: Draft, category: Category, opening: float) -> Draft:
     return draft.replace(grasps=tuple(_record(hold, best[hold][1]) for hold in Hold if hold in best))
 
 
-def _hold(pinch: Pinch, aside: float, top: float, category: Category) -> Hold | None:
+def _hold(pinch: AntipodalGrasp, aside: float, top: float, category: Category) -> Hold | None:
     """What a pinch takes; None for the wall of a vessel elsewhere than at its rim."""
     if category.build is Build.VESSEL and pinch.width <= RIM_THICK:
         is_at_top = pinch.center[2] >= top - RIM_DEEP and -pinch.approach[2] >= FROM_ABOVE
@@ -69,7 +69,7 @@ def _hold(pinch: Pinch, aside: float, top: float, category: Category) -> Hold | 
     return Hold.HANDLE if pinch.width <= HANDLE_THICK else None
 
 
-def _score(pinch: Pinch, hold: Hold, off: Floats) -> float:
+def _score(pinch: AntipodalGrasp, hold: Hold, off: Floats) -> float:
     """Higher is better: from above; a body near its middle, a rim at its highest, a handle far out and to the right."""
     steep, aside = -float(pinch.approach[2]), float(np.linalg.norm(off))
     if hold is Hold.BODY:
@@ -77,7 +77,7 @@ def _score(pinch: Pinch, hold: Hold, off: Floats) -> float:
     return 0.5 * steep + (aside + float(off[0]) if hold is Hold.HANDLE else 10 * float(pinch.center[2]))
 
 
-def _record(hold: Hold, pinch: Pinch) -> Grasp:
+def _record(hold: Hold, pinch: AntipodalGrasp) -> Grasp:
     return Grasp(
         hold=hold,
         center=_rounded(pinch.center),

@@ -7,21 +7,21 @@ import numpy as np
 from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.pose.cloud import Cloud, cloud_of
-from casa_assets.ingest.pose.evidence import score, stance
+from casa_assets.ingest.pose.cloud import SurfaceSample, sample_surface
+from casa_assets.ingest.pose.evidence import pose_score, stance
 from casa_assets.ingest.pose.front import Facing, facing, straightened
-from casa_assets.ingest.pose.ups import UPS, candidates, priors
+from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, priors
 from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.registry.category import Build, Category, Upright
 
 # How sure one can be of a pose at most where nobody knows what the thing is.
-UNKNOWN_SURE = 0.45
+MAX_CONFIDENCE_UNKNOWN = 0.45
 # How sure one is that the pose will do where the category has none.
-ANY_SURE = 0.9
+CONFIDENCE_WITHOUT_POSE = 0.9
 # Candidates that are so far behind the best one before it rains are not looked at further, nats; for vessels the rain
 # decides.
-HOPELESS, HOPELESS_VESSEL = 8.0, 16.0
+HOPELESS_NATS, HOPELESS_NATS_VESSEL = 8.0, 16.0
 
 
 def orient(draft: Draft, category: Category, generated: bool = False, ruling: UserOverride = NO_OVERRIDE) -> Draft:
@@ -35,21 +35,27 @@ def orient(draft: Draft, category: Category, generated: bool = False, ruling: Us
     """
     vertices, faces = draft.soup()
     try:
-        cloud = cloud_of(vertices, faces)
+        cloud = sample_surface(vertices, faces)
     except DegenerateShape as error:
         raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing needs a thickness") from error
     stater = "dae" if draft.format == "dae" and draft.up in ("y", "z") else "declared"
     key = f"{stater}_{draft.up}" if draft.up else ("generated" if generated else draft.format)
     stated = f"the file states {draft.up} up" if draft.up else f"{draft.format} states no up axis"
     if ruling.up is not None:
-        name, turn, confidence, reason = ruling.up.value, UPS[ruling.up.value], 1.0, "a person decided"
+        name, turn, confidence, reason = ruling.up.value, UP_ROTATIONS[ruling.up.value], 1.0, "a person decided"
     else:
         name, turn, confidence = _best(cloud, category, key)
         reason = f"{stated}; weighed with the usual shape, room and balance of a {category.id}"
         if category.upright is Upright.ANY:
-            confidence, reason = max(confidence, ANY_SURE), f"{stated}; a {category.id} rests in any pose"
+            confidence, reason = (
+                max(confidence, CONFIDENCE_WITHOUT_POSE),
+                f"{stated}; a {category.id} rests in any pose",
+            )
         if category.id == "object":
-            confidence, reason = min(confidence, UNKNOWN_SURE), f"{stated}; nobody knows what it is and how it rests"
+            confidence, reason = (
+                min(confidence, MAX_CONFIDENCE_UNKNOWN),
+                f"{stated}; nobody knows what it is and how it rests",
+            )
     look = _look(cloud.samples @ turn.T, category, draft, name, ruling)
     turn = _about_z(look.angle) @ turn
     out = draft.replace(parts=tuple(_turned(p, turn) for p in draft.parts), up="z")
@@ -57,18 +63,20 @@ def orient(draft: Draft, category: Category, generated: bool = False, ruling: Us
     return out.replace(guesses=out.guessed("front", look.value, look.confidence, look.reason))
 
 
-def _best(cloud: Cloud, category: Category, key: str) -> tuple[str, Floats, float]:
+def _best(cloud: SurfaceSample, category: Category, key: str) -> tuple[str, Floats, float]:
     """Name and rotation of the best candidate, and how sure one can be of it."""
     ways = candidates(cloud)
     log = priors(key, [name for name, _ in ways])
     if category.upright is Upright.ANY or category.id == "object":
-        log = np.array([p + score(stance(cloud, t, False), category) for p, (_, t) in zip(log, ways, strict=True)])
+        log = np.array([p + pose_score(stance(cloud, t, False), category) for p, (_, t) in zip(log, ways, strict=True)])
     else:
-        quick = np.array([p + score(stance(cloud, t, False), category) for p, (_, t) in zip(log, ways, strict=True)])
-        hopeful = quick > quick.max() - (HOPELESS_VESSEL if category.build is Build.VESSEL else HOPELESS)
+        quick = np.array(
+            [p + pose_score(stance(cloud, t, False), category) for p, (_, t) in zip(log, ways, strict=True)]
+        )
+        hopeful = quick > quick.max() - (HOPELESS_NATS_VESSEL if category.build is Build.VESSEL else HOPELESS_NATS)
         log = np.array(
             [
-                p + score(stance(cloud, turn, True), category) if hope else -np.inf
+                p + pose_score(stance(cloud, turn, True), category) if hope else -np.inf
                 for p, (_, turn), hope in zip(log, ways, hopeful, strict=True)
             ]
         )
@@ -82,7 +90,7 @@ def _look(samples: Floats, category: Category, draft: Draft, name: str, ruling: 
             float(np.radians(ruling.turn_deg)), f"turned by {ruling.turn_deg:g} degrees", 1.0, "a person decided"
         )
     look = facing(samples, category, draft.up is not None and draft.format in ("glb", "gltf"))
-    if look.angle == 0 and name not in UPS:
+    if look.angle == 0 and name not in UP_ROTATIONS:
         return Facing(straightened(samples), look.value, look.confidence, look.reason)
     return look
 

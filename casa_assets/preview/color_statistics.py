@@ -10,7 +10,7 @@ from PIL import Image
 from casa_assets.core.color import linear_from_srgb_array
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.mesh.shape_descriptor import shares
+from casa_assets.geometry.mesh.shape_descriptor import quantile_means
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.signature import TONE_SHARES, Tint
@@ -89,7 +89,7 @@ def _colors(visual: Visual, look: Material, count: int) -> Floats:
 def _tones(lab: Floats) -> tuple[float, ...]:
     light, a, b = lab.T
     tones = (light, a, b, (a + b) / np.sqrt(2.0), (a - b) / np.sqrt(2.0))
-    return tuple(round(share, 2) + 0.0 for tone in tones for share in shares(tone, TONE_SHARES))
+    return tuple(round(share, 2) + 0.0 for tone in tones for share in quantile_means(tone, TONE_SHARES))
 
 
 def _names(lab: Floats) -> tuple[tuple[str, float], ...]:

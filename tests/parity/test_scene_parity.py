@@ -11,7 +11,7 @@ import pytest
 from casa_assets.checks.readers import scene_mjcf, scene_usd, usd_facts
 from casa_assets.checks.scene.formats.facts import SceneFacts
 from casa_assets.checks.scene.formats.parity import compare, scene_parity
-from casa_assets.geometry.inertia import beside
+from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Base, Exclusion
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from tests.packages import tamper
@@ -59,7 +59,7 @@ def test_every_reader_says_what_the_scene_says(name: str, reader: Callable[[Path
         sum(scene.asset_of[p.name].mass for p in scene.placements)
     )
     own = {tuple(sorted((body(p.name, e.first), body(p.name, e.second)))) for p, e in _exclusions(scene)}
-    near = {tuple(sorted((body(*moving), body(*fixed)))) for moving, fixed in beside(scene)}
+    near = {tuple(sorted((body(*moving), body(*fixed)))) for moving, fixed in adjacent_links(scene)}
     assert set(found.things.exclusions) == own | near
     assert [p.name for p in found.things.poses] == ["closed", "open", "start"]
     assert found.gravity == pytest.approx(scene.gravity, abs=1e-6)

@@ -13,7 +13,7 @@ from casa_assets.geometry.mesh.measure import (
     solid_moments,
     winding_number,
 )
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
 from casa_assets.model.pose import Pose
 from tests.properties.strategies import closed, lengths, poses, quick, seeds, torus, turn
@@ -63,7 +63,7 @@ def test_powers_of_the_scale(seed: int, scale: float) -> None:
 @quick
 @given(lengths, lengths, lengths, poses())
 def test_box(x: float, y: float, z: float, pose: Pose) -> None:
-    volume, center, inertia = solid_moments(*surface(Box(size=(x, y, z)), pose))
+    volume, center, inertia = solid_moments(*tessellate(Box(size=(x, y, z)), pose))
     assert volume == pytest.approx(x * y * z, rel=1e-9)
     assert center == pytest.approx(np.array(pose.position), abs=1e-9)
     wanted = pose.rotation @ (box_inertia(x, y, z) * volume) @ pose.rotation.T
@@ -74,12 +74,12 @@ def test_sphere_and_cylinder_converge_to_the_formulas() -> None:
     r, h = 0.3, 0.5
     errors = []
     for steps in (32, 64, 128):
-        volume, _, inertia = solid_moments(*surface(Sphere(radius=r), Pose(), steps))
+        volume, _, inertia = solid_moments(*tessellate(Sphere(radius=r), Pose(), steps))
         misses = [1 - volume / (4 / 3 * np.pi * r**3), np.abs(inertia / volume - np.eye(3) * 0.4 * r * r).max() / r**2]
-        volume, _, inertia = solid_moments(*surface(Cylinder(radius=r, height=h), Pose(), steps))
+        volume, _, inertia = solid_moments(*tessellate(Cylinder(radius=r, height=h), Pose(), steps))
         wanted = np.diag([(3 * r * r + h * h) / 12] * 2 + [r * r / 2])
         misses += [1 - volume / (np.pi * r * r * h), np.abs(inertia / volume - wanted).max() / r**2]
-        volume, _, _ = solid_moments(*surface(Capsule(radius=r, height=h), Pose(), steps))
+        volume, _, _ = solid_moments(*tessellate(Capsule(radius=r, height=h), Pose(), steps))
         errors.append([*misses, 1 - volume / (np.pi * r * r * h + 4 / 3 * np.pi * r**3)])
     table = np.array(errors)
     assert (table > 0).all()  # inscribed surfaces are too small
@@ -89,7 +89,7 @@ def test_sphere_and_cylinder_converge_to_the_formulas() -> None:
 
 def test_shell_of_a_box_is_six_plates() -> None:
     x, y, z = 0.2, 0.3, 0.7
-    area, center, inertia = shell_moments(*surface(Box(size=(x, y, z)), Pose(position=(1, 2, 3))))
+    area, center, inertia = shell_moments(*tessellate(Box(size=(x, y, z)), Pose(position=(1, 2, 3))))
     wanted = np.zeros((3, 3))
     for axis, (u, v) in enumerate([(y, z), (z, x), (x, y)]):
         sides = [x, y, z]
@@ -102,7 +102,7 @@ def test_shell_of_a_box_is_six_plates() -> None:
 
 
 def test_shell_of_a_sphere() -> None:
-    area, _, inertia = shell_moments(*surface(Sphere(radius=0.3), Pose(), 128))
+    area, _, inertia = shell_moments(*tessellate(Sphere(radius=0.3), Pose(), 128))
     assert area == pytest.approx(4 * np.pi * 0.09, rel=2e-3)
     assert inertia / area == pytest.approx(np.eye(3) * 2 / 3 * 0.09, rel=2e-3, abs=1e-9)
 

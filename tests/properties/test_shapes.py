@@ -11,10 +11,10 @@ from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.measure import face_normals, signed_volume
 from casa_assets.geometry.mesh.topology import is_closed
 from casa_assets.geometry.solid.bounds import shape_bounds
-from casa_assets.geometry.solid.coverage import gaps, surface_samples
+from casa_assets.geometry.solid.coverage import distances_outside_hulls, surface_samples
 from casa_assets.geometry.solid.hull import convex_hull, hull_planes, hull_volume, small_hull
 from casa_assets.geometry.solid.primitive import best_primitive
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, Shape, Sphere
 from casa_assets.model.pose import Pose
@@ -167,7 +167,7 @@ def shapes(draw: st.DrawFn) -> Shape:
 @given(shapes(), poses())
 def test_bounds_hold_the_surface_and_touch_it(shape: Shape, pose: Pose) -> None:
     low, high = shape_bounds(shape, pose)
-    points, _ = surface(shape, pose, steps=48)
+    points, _ = tessellate(shape, pose, steps=48)
     size = float((high - low).max())
     assert (points >= low - 1e-9 * size).all()
     assert (points <= high + 1e-9 * size).all()
@@ -179,7 +179,7 @@ def test_bounds_hold_the_surface_and_touch_it(shape: Shape, pose: Pose) -> None:
 @quick
 @given(shapes(), poses())
 def test_tessellated_shapes_are_closed_and_outward(shape: Shape, pose: Pose) -> None:
-    points, faces = surface(shape, pose)
+    points, faces = tessellate(shape, pose)
     assert is_closed(faces)
     assert signed_volume(points, faces) > 0
 
@@ -189,7 +189,7 @@ def test_tessellated_shapes_are_closed_and_outward(shape: Shape, pose: Pose) -> 
 def test_a_box_is_found_again(x: float, y: float, z: float, pose: Pose) -> None:
     sides = sorted((x, y, z))
     aligned = Pose(position=pose.position)
-    fit = best_primitive(surface(Box(size=(x, y, z)), aligned)[0])
+    fit = best_primitive(tessellate(Box(size=(x, y, z)), aligned)[0])
     assert fit is not None
     assert isinstance(fit.shape, Box)
     assert sorted(fit.shape.size) == pytest.approx(sides, rel=1e-6)
@@ -202,7 +202,7 @@ def test_samples_lie_on_the_surface_and_a_hull_leaves_none_bare(seed: int) -> No
     points, faces = closed(seed)
     samples = surface_samples(points, faces, 500)
     assert len(samples) == 500
-    assert gaps(samples, [points]).max() < 1e-9
+    assert distances_outside_hulls(samples, [points]).max() < 1e-9
     shrunk = (points - points.mean(axis=0)) * 0.5 + points.mean(axis=0)
-    assert gaps(samples, [shrunk]).min() > 0
-    assert (gaps(samples, [shrunk, points]) < 1e-9).all()
+    assert distances_outside_hulls(samples, [shrunk]).min() > 0
+    assert (distances_outside_hulls(samples, [shrunk, points]) < 1e-9).all()

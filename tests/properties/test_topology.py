@@ -11,7 +11,7 @@ from casa_assets.geometry.grid.voxel import boundary, voxelise
 from casa_assets.geometry.mesh.measure import signed_volume
 from casa_assets.geometry.mesh.topology import consistent_winding, face_components, is_closed, weld
 from casa_assets.geometry.solid.manifold import closed_solid, union
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.shape import Box, Cylinder, Shape, Sphere
 from casa_assets.model.pose import Pose
 from tests.properties.strategies import Floats, Ints, closed, poses, quick, seeds, torus
@@ -102,7 +102,7 @@ def test_winding_of_many_pieces_and_of_what_has_no_sides() -> None:
 )
 @pytest.mark.parametrize("tilt", [(1, 0, 0, 0), (0.9, 0.3, 0.2, 0.1)], ids=["straight", "tilted"])
 def test_voxels_find_the_volume(shape: Shape, exact: float, tilt: tuple[float, float, float, float]) -> None:
-    points, faces = surface(shape, Pose(position=(3.0, -2.0, 1.0), quaternion=tilt), steps=64)
+    points, faces = tessellate(shape, Pose(position=(3.0, -2.0, 1.0), quaternion=tilt), steps=64)
     for bridge in (False, True):
         grid = voxelise(points, faces, 64, bridge=bridge)
         assert grid.volume == pytest.approx(exact, rel=0.05)
@@ -142,8 +142,8 @@ def test_boundary_of_voxels_is_closed_and_holds_their_volume(seed: int, pose: Po
 @quick
 @given(seeds, st.floats(0.0, 1.5))
 def test_overlap_counts_once(seed: int, shift: float) -> None:
-    box = surface(Box(size=(1, 1, 1)), Pose())
-    moved = surface(Box(size=(1, 1, 1)), Pose(position=(shift, 0.25, 0.125)))
+    box = tessellate(Box(size=(1, 1, 1)), Pose())
+    moved = tessellate(Box(size=(1, 1, 1)), Pose(position=(shift, 0.25, 0.125)))
     both = np.concatenate([box[0], moved[0]]), np.concatenate([box[1], moved[1] + len(box[0])])
     exact = 2 - max(0.0, 1 - shift) * 0.75 * 0.875
     solid, united = closed_solid(*both), union([box, moved])
@@ -154,7 +154,7 @@ def test_overlap_counts_once(seed: int, shift: float) -> None:
 
 
 def test_an_inner_wall_is_cut_out() -> None:
-    outer, inner = surface(Box(size=(1, 1, 1)), Pose()), surface(Box(size=(0.5, 0.5, 0.5)), Pose())
+    outer, inner = tessellate(Box(size=(1, 1, 1)), Pose()), tessellate(Box(size=(0.5, 0.5, 0.5)), Pose())
     both = np.concatenate([outer[0], inner[0]]), np.concatenate([outer[1], inner[1][:, ::-1] + 8])
     solid = closed_solid(*both)
     assert solid is not None
@@ -162,7 +162,7 @@ def test_an_inner_wall_is_cut_out() -> None:
 
 
 def test_what_bounds_no_volume_is_no_solid() -> None:
-    points, faces = surface(Box(size=(1, 1, 1)), Pose())
+    points, faces = tessellate(Box(size=(1, 1, 1)), Pose())
     assert closed_solid(points, faces[1:]) is None
     assert closed_solid(points, faces[:, ::-1]) is None
     assert closed_solid(points, np.concatenate([faces, faces[:, ::-1]])) is None

@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.coverage import surface_samples
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.link import Link
 from casa_assets.model.pose import Pose
@@ -124,7 +124,7 @@ def _between(asset: Asset, point: Floats, low: float, high: float) -> tuple[floa
     turned = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
     y, z = float(point[1]), float(point[2])
     for collider in asset.root.colliders:
-        span = _upright(surface(collider.shape, collider.pose)[0] @ turned.T, -z, y)
+        span = _upright(tessellate(collider.shape, collider.pose)[0] @ turned.T, -z, y)
         if span is not None and span[1] <= point[0]:
             low = max(low, span[1] + WALL_M)
         elif span is not None and span[0] >= point[0]:
@@ -252,7 +252,7 @@ def _column(asset: Asset, link: Link, x: float, y: float) -> list[tuple[float, f
     pose = asset.asset_from_link(link.name)
     out = []
     for collider in link.colliders:
-        span = _upright(surface(collider.shape, pose @ collider.pose)[0], x, y)
+        span = _upright(tessellate(collider.shape, pose @ collider.pose)[0], x, y)
         if span is not None:
             out.append((*span, collider.name))
     return sorted(out)

@@ -11,7 +11,7 @@ from casa_assets.articulate.plan import PartKind, PartPlan
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import START_N
 from casa_assets.core.typing import Floats
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Collider, Drive, Joint, JointKind, Link, State
 
 # Force that starts a part, N; all others are started as a door is.
@@ -76,7 +76,7 @@ def _arm(link: Link, grip: Collider | None, axis: Floats, rim: bool) -> float:
     """From the axis to the hand, metres: the middle of the handle, or the rim of what is turned between fingers."""
     if grip is None:
         return 0.01
-    points = surface(grip.shape, grip.pose)[0] if rim else np.array([grip.pose.position])
+    points = tessellate(grip.shape, grip.pose)[0] if rim else np.array([grip.pose.position])
     off = points - np.outer(points @ axis, axis)
     return max(0.005, float(np.linalg.norm(off, axis=1).max()))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.checks.check import Measured, largest
-from casa_assets.geometry.solid.coverage import gaps, surface_samples
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.coverage import distances_outside_hulls, surface_samples
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset, Link
 
 SAMPLES = 4000
@@ -34,7 +34,7 @@ def _bare(link: Link) -> float:
     bare = surface_samples(vertices, faces, SAMPLES)
     for collider in link.colliders:
         # What one shape covers no other has to.
-        bare = bare[gaps(bare, [surface(collider.shape, collider.pose)[0]]) > reach]
+        bare = bare[distances_outside_hulls(bare, [tessellate(collider.shape, collider.pose)[0]]) > reach]
         if not len(bare):
             break
     return len(bare) / SAMPLES

@@ -9,8 +9,8 @@ from casa_assets.checks.check import Measured, largest, not_applicable
 from casa_assets.checks.motion.motion_model import carried
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.bounds import link_bounds, shape_bounds
-from casa_assets.geometry.solid.coverage import gaps, surface_samples
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.coverage import distances_outside_hulls, surface_samples
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset, Collider, Joint, Link
 from casa_assets.model.asset.shape import Hull, MeshShape
 from casa_assets.model.pose import Pose
@@ -121,7 +121,7 @@ def _off_hull(link: Link) -> float:
         if isinstance(shape, Hull | MeshShape):  # its corners do, and no hull has to be made of them anew
             points.append(pose.apply(shape.mesh.vertices))
         else:
-            points.append(surface(shape, pose)[0])
+            points.append(tessellate(shape, pose)[0])
     cloud = np.concatenate(points)
     return float((DIRECTIONS @ np.array(link.inertial.center_of_mass) - (DIRECTIONS @ cloud.T).max(axis=1)).max())
 
@@ -155,7 +155,7 @@ def _misfit(grip: Collider, sides: list[float], limit: float) -> str:
 def _free_share(asset: Asset, joint: Joint, link: str, grip: Collider) -> float:
     """Share of the surface of a grip that lies in no other part, joints at zero. Parts that move with it count, too."""
     asset_from_grip = asset.asset_from_link(link) @ grip.pose
-    points = surface_samples(*surface(grip.shape, asset_from_grip), SAMPLES)
+    points = surface_samples(*tessellate(grip.shape, asset_from_grip), SAMPLES)
     low, high = points.min(axis=0), points.max(axis=0)
     clouds = []
     for other in asset.links:
@@ -166,5 +166,5 @@ def _free_share(asset: Asset, joint: Joint, link: str, grip: Collider) -> float:
             # Fingers close on a grip as on its neighbours of the same label: a handle in pieces.
             same = other.name == link and collider.label == grip.label
             if not beside and not same and not isinstance(collider.shape, MeshShape):
-                clouds.append(surface(collider.shape, frame @ collider.pose)[0])
-    return float((gaps(points, clouds) > FREE_M).mean()) if clouds else 1.0
+                clouds.append(tessellate(collider.shape, frame @ collider.pose)[0])
+    return float((distances_outside_hulls(points, clouds) > FREE_M).mean()) if clouds else 1.0

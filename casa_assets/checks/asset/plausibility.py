@@ -15,7 +15,7 @@ from casa_assets.geometry.mesh.measure import face_normals, signed_volume
 from casa_assets.geometry.mesh.topology import is_closed
 from casa_assets.geometry.solid.bounds import link_bounds
 from casa_assets.geometry.solid.manifold import union
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link
 from casa_assets.model.asset.shape import Hull
 
@@ -230,7 +230,7 @@ def _bounds(link: Link) -> Floats:
 
 
 def _clouds(link: Link) -> list[Floats]:
-    return [surface(c.shape, c.pose)[0] for c in link.colliders]
+    return [tessellate(c.shape, c.pose)[0] for c in link.colliders]
 
 
 def _thickness(points: Floats) -> float:
@@ -248,7 +248,7 @@ def _densities(asset: Asset) -> dict[str, float]:
 @lru_cache(maxsize=64)
 def _volume(colliders: tuple[Collider, ...]) -> float:
     """Volume of the union, m^3; zero where no shape is a solid. Two checks of one asset ask for it."""
-    joined = union([surface(c.shape, c.pose) for c in colliders])
+    joined = union([tessellate(c.shape, c.pose) for c in colliders])
     return 0.0 if joined is None else signed_volume(*joined)
 
 

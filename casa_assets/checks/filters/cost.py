@@ -10,7 +10,7 @@ from casa_assets.checks.filters.welded_surface import NOT_LOOSE
 from casa_assets.geometry.mesh.measure import signed_volume, solid_moments
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.geometry.solid.manifold import union
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset
 
 # Milliseconds that MuJoCo takes to load a thousand triangles, and a million pixels, as benchmarks/ingest_filters.py
@@ -25,7 +25,7 @@ def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
     if not is_loose_mesh(asset) or not asset.root.colliders:
         return not_applicable(NO_COLLIDERS if is_loose_mesh(asset) else NOT_LOOSE)
     link = asset.root
-    surfaces = [surface(c.shape, c.pose) for c in link.colliders]
+    surfaces = [tessellate(c.shape, c.pose) for c in link.colliders]
     solid = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
     volume = signed_volume(*solid)
     if volume <= 0:

@@ -9,7 +9,7 @@ from casa_assets.checks.check import Measured, clean, not_applicable
 from casa_assets.checks.filters.welded_surface import NOT_LOOSE, skin, skinless
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats
-from casa_assets.geometry.grid.fillable_volume import water
+from casa_assets.geometry.grid.fillable_volume import fillable_volume
 from casa_assets.geometry.grid.voxel import voxelise
 from casa_assets.geometry.solid.hull import hull_volume
 from casa_assets.model.registry.category import Affordance, Build, Category, Upright
@@ -52,7 +52,7 @@ def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
     if category.build is not Build.VESSEL or not category.can(Affordance.CONTAINER):
         return not_applicable(f"a {category.id} is no open vessel")
     grid = voxelise(found.points, found.faces, CELLS)
-    held = int(water(grid.solid).sum()) * grid.cell**3
+    held = int(fillable_volume(grid.solid).sum()) * grid.cell**3
     share = held / hull_volume(found.points)
     message = f"holds nothing as it stands ({share:.1%} of its hull), though a {category.id} is open"
     problem = (("links/object/visuals", f"{message}; look at its pose, and for a lid"),)

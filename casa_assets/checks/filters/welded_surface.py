@@ -12,7 +12,7 @@ from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import face_components, weld
-from casa_assets.geometry.mesh.visibility import Exposure, exposure
+from casa_assets.geometry.mesh.visibility import Visibility, measure_visibility
 from casa_assets.model.asset.asset import Asset, Visual
 
 NOT_LOOSE = "it did not come as one loose mesh"
@@ -32,7 +32,7 @@ class Skin:
     faces: Ints
     piece: Ints
     areas: Floats
-    seen: Exposure
+    seen: Visibility
 
     @property
     def longest(self) -> float:
@@ -61,4 +61,4 @@ def _skin(visuals: tuple[Visual, ...]) -> Skin | None:
     _, areas = face_normals(points, ids)
     if areas.sum() <= 0:
         return None
-    return Skin(points, ids, face_components(ids, len(points)), areas, exposure(points, ids))
+    return Skin(points, ids, face_components(ids, len(points)), areas, measure_visibility(points, ids))

@@ -6,11 +6,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-Cubes = npt.NDArray[np.bool_]
+VoxelMask = npt.NDArray[np.bool_]
 
 
-def water(solid: Cubes) -> Cubes:
-    """Cubes of air that the outside reaches and that water, which runs sideways and down, does not leave.
+def fillable_volume(solid: VoxelMask) -> VoxelMask:
+    """VoxelMask of air that the outside reaches and that water, which runs sideways and down, does not leave.
 
     Args:
         solid: (X, Y, Z) cubes of matter, z up, with air all around.
@@ -26,5 +26,5 @@ def water(solid: Cubes) -> Cubes:
             start[edge] = here[edge]
         runs[:, :, level] = ndimage.binary_propagation(start, plane, mask=here)
     reached = ndimage.binary_propagation(runs & air, ndimage.generate_binary_structure(3, 1), mask=air)
-    held: Cubes = (air & reached & ~runs)[:, :, 1:-1]
+    held: VoxelMask = (air & reached & ~runs)[:, :, 1:-1]
     return held

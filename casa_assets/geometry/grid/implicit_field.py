@@ -10,29 +10,29 @@ from scipy.spatial import cKDTree
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.grid.voxel import Grid
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.coverage import placed_samples
+from casa_assets.geometry.solid.coverage import samples_with_faces
 
-MOST_SAMPLES = 300_000
+MAX_SAMPLES = 300_000
 # Cubes on either side of the surface in which distances are taken.
-BAND = 2
+BAND_CELLS = 2
 # How many cubes off the surface one looks whether there is matter: the skin of the grid ends before that.
-LOOK = 1.8
+PROBE_CELLS = 1.8
 # Half the wall that a lone sheet gets, in cubes: the thinnest that the grid carries.
-SHEET = 0.6
+SHEET_HALF_CELLS = 0.6
 
 
-def matter_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
+def signed_distance_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
     """(X, Y, Z) signed distance at the centres of the cubes, metres, positive within; coarse away from the surface.
 
     Args:
         points: (P, 3). faces: (F, 3), any winding, open or not. grid: of that surface.
     """
     normals, areas = face_normals(points, faces)
-    count = int(min(MOST_SAMPLES, max(2000, 4 * areas.sum() / grid.cell**2)))
-    samples, face = placed_samples(points, faces, count)
-    ahead, behind = (_is_full(samples + s * LOOK * grid.cell * normals[face], grid) for s in (1, -1))
+    count = int(min(MAX_SAMPLES, max(2000, 4 * areas.sum() / grid.cell**2)))
+    samples, face = samples_with_faces(points, faces, count)
+    ahead, behind = (_is_full(samples + s * PROBE_CELLS * grid.cell * normals[face], grid) for s in (1, -1))
     field = np.where(grid.solid, grid.cell, -grid.cell)
-    near = np.argwhere(ndimage.binary_dilation(grid.skin, iterations=BAND))
+    near = np.argwhere(ndimage.binary_dilation(grid.skin, iterations=BAND_CELLS))
     places = grid.origin + near * grid.cell
     distance, nearest = cKDTree(samples).query(places)
     level = np.einsum("ij,ij->i", places - samples[nearest], normals[face[nearest]])
@@ -43,7 +43,7 @@ def matter_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
     both = ahead[nearest] & behind[nearest] & grid.solid[tuple(near.T)]
     signed = np.where(full | both | (skin & (inner > 0)), distance, -distance)
     lone = ~ahead[nearest] & ~behind[nearest]
-    field[tuple(near.T)] = np.where(lone & ~full, SHEET * grid.cell - distance, signed)
+    field[tuple(near.T)] = np.where(lone & ~full, SHEET_HALF_CELLS * grid.cell - distance, signed)
     inner = np.zeros(field.shape, dtype=bool)
     inner[1:-1, 1:-1, 1:-1] = True
     closed: Floats = np.where(inner, field, np.minimum(field, -grid.cell / 2))

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from casa_assets.core.typing import Floats, Ints
 
 # No vertex comes nearer to a corner of the grid than this share of an edge: slivers have no side.
-LEAST = 0.05
+MIN_EDGE_SHARE = 0.05
 
 
 def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints]:
@@ -36,7 +36,7 @@ def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints
     ends = np.stack([np.minimum(inner, outer), np.maximum(inner, outer)], axis=-1).reshape(-1, 2)
     keys, place = np.unique(ends[:, 0] * values.size + ends[:, 1], return_inverse=True)
     first, second = keys // values.size, keys % values.size
-    share = np.clip(values[first] / (values[first] - values[second]), LEAST, 1 - LEAST)
+    share = np.clip(values[first] / (values[first] - values[second]), MIN_EDGE_SHARE, 1 - MIN_EDGE_SHARE)
     at = np.stack(np.unravel_index(first, field.shape), axis=1)
     to = np.stack(np.unravel_index(second, field.shape), axis=1)
     points = origin + (at + share[:, None] * (to - at)) * cell

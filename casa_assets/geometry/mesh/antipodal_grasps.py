@@ -9,26 +9,26 @@ from scipy.spatial import cKDTree
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.coverage import placed_samples
+from casa_assets.geometry.solid.coverage import samples_with_faces
 
 # Points on the surface, and of how many of them it is tried whether a finger can lie there.
 SAMPLES, TRIES = 10_000, 250
 # A finger: how thick and how broad it is, how far it reaches past the middle of its pad, and how far behind it the palm
 # begins; the palm's depth and half its length along the closing direction; metres.
 # Ref: Franka hand, pads of 18 mm on fingers of about 10 by 20 mm, 45 mm free before the palm.
-THICK, BROAD, TIP, FREE = 0.010, 0.020, 0.006, 0.045
-PALM, PALM_HALF = 0.020, 0.070
+FINGER_THICKNESS_M, FINGER_WIDTH_M, FINGER_TIP_M, PALM_DISTANCE_M = 0.010, 0.020, 0.006, 0.045
+PALM_DEPTH_M, PALM_HALF_LENGTH_M = 0.020, 0.070
 # How far what touches may stand out under a finger, and the thinnest that fingers hold, metres.
-PLAY, THINNEST = 0.0015, 0.0008
+MAX_BUMP_M, MIN_WIDTH_M = 0.0015, 0.0008
 # Cosine between the two surfaces' normals: within the friction of rubber. Ref: friction 0.5 holds within 26 degrees.
-OPPOSED = -0.9
+MAX_NORMAL_COSINE = -0.9
 # Directions round the closing one from which the hand may come; none from more than a little below level.
-WAYS = 8
-FROM_BELOW = -0.1
+APPROACHES = 8
+MIN_APPROACH_HEIGHT = -0.1
 
 
 @dataclass(frozen=True)
-class Pinch:
+class AntipodalGrasp:
     """Two fingers on a surface.
 
     Attributes:
@@ -51,14 +51,14 @@ class _Cloud:
     floor: float
 
 
-def pinches(points: Floats, faces: Ints, opening: float) -> list[Pinch]:
+def antipodal_grasps(points: Floats, faces: Ints, opening: float) -> list[AntipodalGrasp]:
     """Ways for two fingers to close on a thing that stands on a floor below its lowest point.
 
     Args:
         points: (P, 3) metres, z up. faces: (F, 3) facing outwards.
         opening: the widest that the fingers go, metres.
     """
-    samples, face = placed_samples(points, faces, SAMPLES)
+    samples, face = samples_with_faces(points, faces, SAMPLES)
     normals, areas = face_normals(points, faces)
     near = max(0.002, 1.2 * float(np.sqrt(areas.sum() / SAMPLES)))
     cloud = _Cloud(samples, normals[face], cKDTree(samples), near, float(samples[:, 2].min()))
@@ -80,7 +80,12 @@ def _widths(cloud: _Cloud, start: Floats, normal: Floats, opening: float) -> lis
     off = cloud.samples[rows] - start
     depth = -(off @ normal)
     aside = np.linalg.norm(off + depth[:, None] * normal, axis=1)
-    opposed = (cloud.normals[rows] @ normal < OPPOSED) & (aside < cloud.near) & (depth > THINNEST) & (depth <= opening)
+    opposed = (
+        (cloud.normals[rows] @ normal < MAX_NORMAL_COSINE)
+        & (aside < cloud.near)
+        & (depth > MIN_WIDTH_M)
+        & (depth <= opening)
+    )
     depths = depth[opposed]
     if not len(depths):
         return []
@@ -88,23 +93,42 @@ def _widths(cloud: _Cloud, start: Floats, normal: Floats, opening: float) -> lis
     return [near] if far - near < 2 * cloud.near else [near, far]
 
 
-def _free_way(cloud: _Cloud, center: Floats, closing: Floats, width: float) -> Pinch | None:
+def _free_way(cloud: _Cloud, center: Floats, closing: Floats, width: float) -> AntipodalGrasp | None:
     """The steepest way from above on which neither fingers nor palm meet anything; None where there is none."""
-    reach = float(np.hypot(FREE + PALM, max(PALM_HALF, width / 2 + THICK)))
+    reach = float(np.hypot(PALM_DISTANCE_M + PALM_DEPTH_M, max(PALM_HALF_LENGTH_M, width / 2 + FINGER_THICKNESS_M)))
     rows = cloud.tree.query_ball_point(center, reach)
     off = cloud.samples[rows] - center
     for away in _ways(closing):
         broad = np.cross(closing, away)
         x, y, z = np.abs(off @ closing), np.abs(off @ broad), off @ away
-        inner = width / 2 + PLAY
-        finger = (x > inner) & (x < inner + THICK) & (y < BROAD / 2) & (z > -TIP) & (z < FREE)
-        palm = (x < PALM_HALF) & (y < BROAD) & (z >= FREE) & (z < FREE + PALM)
+        inner = width / 2 + MAX_BUMP_M
+        finger = (
+            (x > inner)
+            & (x < inner + FINGER_THICKNESS_M)
+            & (y < FINGER_WIDTH_M / 2)
+            & (z > -FINGER_TIP_M)
+            & (z < PALM_DISTANCE_M)
+        )
+        palm = (
+            (x < PALM_HALF_LENGTH_M)
+            & (y < FINGER_WIDTH_M)
+            & (z >= PALM_DISTANCE_M)
+            & (z < PALM_DISTANCE_M + PALM_DEPTH_M)
+        )
         if (finger | palm).any():
             continue
-        below = (inner + THICK) * abs(closing[2]) + BROAD / 2 * abs(broad[2]) + max(TIP * away[2], -FREE * away[2])
-        hand = PALM_HALF * abs(closing[2]) + BROAD * abs(broad[2]) - (FREE + PALM) * min(0.0, float(away[2]))
-        if center[2] - max(below, hand - FREE * max(0.0, float(away[2]))) >= cloud.floor - 1e-6:
-            return Pinch(center, closing, -away, width)
+        below = (
+            (inner + FINGER_THICKNESS_M) * abs(closing[2])
+            + FINGER_WIDTH_M / 2 * abs(broad[2])
+            + max(FINGER_TIP_M * away[2], -PALM_DISTANCE_M * away[2])
+        )
+        hand = (
+            PALM_HALF_LENGTH_M * abs(closing[2])
+            + FINGER_WIDTH_M * abs(broad[2])
+            - (PALM_DISTANCE_M + PALM_DEPTH_M) * min(0.0, float(away[2]))
+        )
+        if center[2] - max(below, hand - PALM_DISTANCE_M * max(0.0, float(away[2]))) >= cloud.floor - 1e-6:
+            return AntipodalGrasp(center, closing, -away, width)
     return None
 
 
@@ -116,6 +140,6 @@ def _ways(closing: Floats) -> list[Floats]:
         first = np.array([1.0, 0.0, 0.0]) - closing * closing[0]
     first /= np.linalg.norm(first)
     second = np.cross(closing, first)
-    angles = 2 * np.pi * np.arange(WAYS) / WAYS
+    angles = 2 * np.pi * np.arange(APPROACHES) / APPROACHES
     ways = [np.cos(a) * first + np.sin(a) * second for a in angles]
-    return sorted((w for w in ways if w[2] >= FROM_BELOW), key=lambda w: -round(float(w[2]), 6))
+    return sorted((w for w in ways if w[2] >= MIN_APPROACH_HEIGHT), key=lambda w: -round(float(w[2]), 6))

@@ -11,10 +11,12 @@ from casa_assets.geometry.mesh.topology import edge_counts, is_closed
 # Faces around tangled edges are taken out this many times, as each time may tear open some more.
 ROUNDS = 3
 # More torn edges than this share are no small damage.
-MOST_TORN = 0.02
+MAX_TORN_SHARE = 0.02
 
 
-def mended(points: Floats, faces: Ints, widest: float, most_torn: float = MOST_TORN) -> tuple[Floats, Ints] | None:
+def fill_holes(
+    points: Floats, faces: Ints, widest: float, most_torn: float = MAX_TORN_SHARE
+) -> tuple[Floats, Ints] | None:
     """The surface with its small holes closed, each by a fan about its middle; None where others are left.
 
     Args:

@@ -10,29 +10,29 @@ from scipy.spatial.transform import Rotation
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.mesh.shape_descriptor import spread
-from casa_assets.geometry.solid.coverage import placed_samples
+from casa_assets.geometry.mesh.shape_descriptor import principal_spread
+from casa_assets.geometry.solid.coverage import samples_with_faces
 
 # Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
-DENSE, FIRST, FITTED, MEASURED = 8000, 100, 400, 1500
+SURFACE_SAMPLES, START_SAMPLES, FIT_SAMPLES, ERROR_SAMPLES = 8000, 100, 400, 1500
 # Spreads along two axes that differ by less than this share do not tell the axes apart.
-SAME_AXES = 0.12
+EQUAL_SPREAD_SHARE = 0.12
 # Turns that are tried: about one axis, and of all kinds.
-ROUND, EVERY = 36, 1000
+TURNS_ABOUT_AXIS, TURNS_ANY_AXIS = 36, 1000
 # Starts that are followed up, and steps of each.
 STARTS, STEPS = 6, 30
 # A place is measured to the planes of so many neighbours, where it is not farther aside than so many spacings.
-NEIGHBORS, ASIDE = 4, 2.0
+NEIGHBORS, MAX_ASIDE_SPACINGS = 4, 2.0
 # In fitting, places farther off than this many times the median pull no more than that.
-TRIMMED = 3.0
+TRIM_MEDIANS = 3.0
 
 
 @dataclass(frozen=True)
-class Cloud:
+class SampledSurface:
     """A surface made ready: centred, root mean square distance 1.
 
     Attributes:
-        places, normals: (DENSE, 3). spacing: between two places.
+        places, normals: (SURFACE_SAMPLES, 3). spacing: between two places.
         axes: (3,) spread along the principal axes. frame: (3, 3) these axes as columns.
     """
 
@@ -49,7 +49,7 @@ class Cloud:
 
 
 @dataclass(frozen=True)
-class Overlay:
+class Alignment:
     """How two surfaces lie over each other, in parts of their radius.
 
     Attributes:
@@ -62,54 +62,54 @@ class Overlay:
     turn: Floats
 
 
-def cloud(points: Floats, faces: Ints) -> Cloud:
+def sampled_surface(points: Floats, faces: Ints) -> SampledSurface:
     """Make a surface ready; (P, 3) points, (F, 3) faces. Raises DegenerateShape where it has no area."""
-    center, radius, axes, frame = spread(points, faces)
+    center, radius, axes, frame = principal_spread(points, faces)
     normals, areas = face_normals(points, faces)
-    places, face = placed_samples(points, faces, DENSE)
+    places, face = samples_with_faces(points, faces, SURFACE_SAMPLES)
     # The places follow the order of the faces; fixed jumps through them make any part of them a fair sample.
-    order = np.arange(DENSE) * 4801 % DENSE
-    spacing = float(np.sqrt(areas.sum() / DENSE)) / radius
+    order = np.arange(SURFACE_SAMPLES) * 4801 % SURFACE_SAMPLES
+    spacing = float(np.sqrt(areas.sum() / SURFACE_SAMPLES)) / radius
     local = (places[order] - center) / radius
-    return Cloud(local, normals[face[order]], cKDTree(local), spacing, axes / radius, frame)
+    return SampledSurface(local, normals[face[order]], cKDTree(local), spacing, axes / radius, frame)
 
 
-def overlay(one: Cloud, other: Cloud) -> Overlay:
+def align(one: SampledSurface, other: SampledSurface) -> Alignment:
     """The best overlay of the first surface on the second that was found; mirror images are not tried."""
-    best: Overlay | None = None
+    best: Alignment | None = None
     for turn in _starts(one, other):
-        found, shift = _followed(one.some(FITTED), turn, other)
-        off = _apart(one.some(MEASURED) @ found.T + shift, other)
-        back = _apart((other.some(MEASURED) - shift) @ found, one)
+        found, shift = _followed(one.some(FIT_SAMPLES), turn, other)
+        off = _apart(one.some(ERROR_SAMPLES) @ found.T + shift, other)
+        back = _apart((other.some(ERROR_SAMPLES) - shift) @ found, one)
         most = max(float(np.quantile(off, 0.95)), float(np.quantile(back, 0.95)))
         every = max(float(np.quantile(off, 0.995)), float(np.quantile(back, 0.995)))
         if best is None or (most, every) < (best.most, best.all):
-            best = Overlay(round(most, 5), round(every, 5), found)
+            best = Alignment(round(most, 5), round(every, 5), found)
     assert best is not None, "there are starts"
     return best
 
 
-def _starts(one: Cloud, other: Cloud) -> list[Floats]:
+def _starts(one: SampledSurface, other: SampledSurface) -> list[Floats]:
     """The rotations, best first, from which the first surface comes nearest to the second at once."""
     turns = _candidates(one, other)
     coarse = cKDTree(other.some(1000))
-    moved = np.einsum("kij,nj->kni", turns, one.some(FIRST))
+    moved = np.einsum("kij,nj->kni", turns, one.some(START_SAMPLES))
     far = coarse.query(moved.reshape(-1, 3))[0].reshape(len(turns), -1)
     order = np.argsort(np.mean(far, axis=1).round(9), kind="stable")
     return [turns[i] for i in order[:STARTS]]
 
 
-def _candidates(one: Cloud, other: Cloud) -> Floats:
+def _candidates(one: SampledSurface, other: SampledSurface) -> Floats:
     """(K, 3, 3) rotations that lay principal axes on principal axes; all kinds of where these are not to be told."""
     x, y, z = (one.axes + other.axes) / 2
-    first, second = y > (1 - SAME_AXES) * x, z > (1 - SAME_AXES) * y
+    first, second = y > (1 - EQUAL_SPREAD_SHARE) * x, z > (1 - EQUAL_SPREAD_SHARE) * y
     if first and second:
-        return np.asarray(Rotation.from_quat(_quaternions(EVERY)).as_matrix())
+        return np.asarray(Rotation.from_quat(_quaternions(TURNS_ANY_AXIS)).as_matrix())
     flips = [np.diag(signs) for signs in ((1.0, 1, 1), (1.0, -1, -1), (-1.0, 1, -1), (-1.0, -1, 1))]
     within = [np.eye(3)]
     if first or second:
         axis = np.array([0.0, 0.0, 1.0]) if first else np.array([1.0, 0.0, 0.0])
-        angles = np.arange(ROUND) * 2 * np.pi / ROUND
+        angles = np.arange(TURNS_ABOUT_AXIS) * 2 * np.pi / TURNS_ABOUT_AXIS
         within = list(Rotation.from_rotvec(angles[:, None] * axis).as_matrix())
     return np.array([other.frame @ flip @ turn @ one.frame.T for turn in within for flip in flips])
 
@@ -124,7 +124,7 @@ def _quaternions(count: int) -> Floats:
     return np.stack(rows, axis=1)
 
 
-def _followed(places: Floats, turn: Floats, other: Cloud) -> tuple[Floats, Floats]:
+def _followed(places: Floats, turn: Floats, other: SampledSurface) -> tuple[Floats, Floats]:
     """Rotation and shift after fitting from a start. Ref: point to plane, Chen and Medioni 1992."""
     shift = np.zeros(3)
     for _ in range(STEPS):
@@ -132,7 +132,7 @@ def _followed(places: Floats, turn: Floats, other: Cloud) -> tuple[Floats, Float
         far, nearest = other.tree.query(moved)
         normal = other.normals[nearest]
         level = np.einsum("ij,ij->i", other.places[nearest] - moved, normal)
-        pull = np.minimum(1.0, TRIMMED * float(np.median(far)) / np.maximum(far, 1e-9))
+        pull = np.minimum(1.0, TRIM_MEDIANS * float(np.median(far)) / np.maximum(far, 1e-9))
         rows = np.hstack([np.cross(moved, normal), normal]) * pull[:, None]
         # A round thing may slide along itself: the least step that fits is taken.
         step = np.linalg.lstsq(rows, level * pull, rcond=1e-4)[0]
@@ -143,11 +143,11 @@ def _followed(places: Floats, turn: Floats, other: Cloud) -> tuple[Floats, Float
     return turn, shift
 
 
-def _apart(places: Floats, of: Cloud) -> Floats:
+def _apart(places: Floats, of: SampledSurface) -> Floats:
     """(N,) distance of places from a surface: to the planes of its nearest places, where these are near enough."""
     far, nearest = of.tree.query(places, k=NEIGHBORS)
     way = places[:, None] - of.places[nearest]
     level = np.abs(np.einsum("nkj,nkj->nk", way, of.normals[nearest]))
     aside = np.sqrt(np.maximum(far**2 - level**2, 0.0))
-    nearest_of: Floats = np.where(aside < ASIDE * of.spacing, level, far).min(axis=1)
+    nearest_of: Floats = np.where(aside < MAX_ASIDE_SPACINGS * of.spacing, level, far).min(axis=1)
     return nearest_of

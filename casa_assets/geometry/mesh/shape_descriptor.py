@@ -9,13 +9,13 @@ from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.measure import shell_moments
 from casa_assets.geometry.solid.coverage import surface_samples
-from casa_assets.model.asset.signature import PAIR_SHARES, REACH_SHARES, Form
+from casa_assets.model.asset.signature import PAIR_SHARES, REACH_SHARES, ShapeDescriptor
 
 # Places on a surface whose distances to each other are measured: a million pairs.
-PLACES = 1500
+SURFACE_SAMPLES = 1500
 
 
-def form(points: Floats, faces: Ints) -> Form:
+def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
     """The form of a surface.
 
     Ref: distances between random pairs of places, the D2 of Osada et al. 2002.
@@ -25,18 +25,18 @@ def form(points: Floats, faces: Ints) -> Form:
     Raises:
         DegenerateShape: the surface has no area.
     """
-    center, radius, axes, _ = spread(points, faces)
-    places = (surface_samples(points, faces, PLACES) - center) / radius
+    center, radius, axes, _ = principal_spread(points, faces)
+    places = (surface_samples(points, faces, SURFACE_SAMPLES) - center) / radius
     x, y, z = (_short(float(side)) for side in axes / radius)
-    return Form(
+    return ShapeDescriptor(
         radius=float(f"{radius:.6g}"),
-        pairs=tuple(_short(v) for v in shares(pdist(places), PAIR_SHARES)),
-        reach=tuple(_short(v) for v in shares(np.linalg.norm(places, axis=1), REACH_SHARES)),
+        pairs=tuple(_short(v) for v in quantile_means(pdist(places), PAIR_SHARES)),
+        reach=tuple(_short(v) for v in quantile_means(np.linalg.norm(places, axis=1), REACH_SHARES)),
         axes=(x, y, z),
     )
 
 
-def spread(points: Floats, faces: Ints) -> tuple[Floats, float, Floats, Floats]:
+def principal_spread(points: Floats, faces: Ints) -> tuple[Floats, float, Floats, Floats]:
     """How a surface is spread about its middle.
 
     Returns:
@@ -60,7 +60,7 @@ def spread(points: Floats, faces: Ints) -> tuple[Floats, float, Floats, Floats]:
     return center, float(np.sqrt(np.maximum(values, 0.0).sum())), sides, frame
 
 
-def shares(values: Floats, count: int) -> list[float]:
+def quantile_means(values: Floats, count: int) -> list[float]:
     """The means of `count` equal shares of the values, ascending.
 
     The distance between two such lists is about that of Wasserstein, which one value more or less hardly moves.
@@ -68,7 +68,7 @@ def shares(values: Floats, count: int) -> list[float]:
     return [float(part.mean()) for part in np.array_split(np.sort(values), count)]
 
 
-def form_gap(one: Form, other: Form) -> float:
+def descriptor_distance(one: ShapeDescriptor, other: ShapeDescriptor) -> float:
     """How far two forms are apart whatever their size, as a part of their radius; copies stay below some hundredths."""
     pairs = np.abs(np.subtract(one.pairs, other.pairs)).mean()
     reach = np.abs(np.subtract(one.reach, other.reach)).mean()

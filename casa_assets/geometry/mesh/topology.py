@@ -68,7 +68,7 @@ def face_components(faces: Ints, count: int) -> Ints:
     return place
 
 
-def patches(ids: Ints) -> Ints:
+def manifold_patches(ids: Ints) -> Ints:
     """(F,) patch of each face, joined over edges that two faces share and no third.
 
     Args:

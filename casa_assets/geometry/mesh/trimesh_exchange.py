@@ -19,13 +19,13 @@ from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import MultiMaterial, PBRMaterial, SimpleMaterial
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.pose import Pose
 
 Bytes = npt.NDArray[np.uint8]
-Thing = trimesh.Trimesh | trimesh.Scene
+MeshOrScene = trimesh.Trimesh | trimesh.Scene
 
 # Key of a scene's or mesh's metadata under which the axis that points up is stated: `x`, `y` or `z`.
 UP_KEY = "up_axis"
@@ -71,7 +71,7 @@ def collision_scene(asset: Asset) -> trimesh.Scene:
     scene = _skeleton(asset)
     for link in asset.links:
         for collider in link.colliders:
-            points, faces = surface(collider.shape, Pose())
+            points, faces = tessellate(collider.shape, Pose())
             stated = {"link": link.name, "shape": collider.shape.kind, "substance": collider.substance}
             geometry = trimesh.Trimesh(vertices=points, faces=faces, metadata=stated, process=False)
             geometry.units = "meters"
@@ -123,7 +123,7 @@ def _image(texture: Texture) -> Image.Image:
 
 
 @dataclass(frozen=True)
-class Finish:
+class TrimeshMaterial:
     """How a trimesh material looks.
 
     Attributes:
@@ -148,7 +148,7 @@ class Finish:
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedMesh:
     """One mesh with one material, where its scene places it.
 
     Attributes:
@@ -164,11 +164,11 @@ class Placed:
     normals: Floats | None
     uv: Floats | None
     colors: Bytes | None
-    finish: Finish | None
+    finish: TrimeshMaterial | None
     is_linear: bool = False
 
 
-def placed_meshes(thing: Thing) -> Iterator[Placed]:
+def placed_meshes(thing: MeshOrScene) -> Iterator[PlacedMesh]:
     """Every triangle mesh of a scene at its place, in the order of the nodes; paths and point clouds are passed over.
 
     Raises:
@@ -184,13 +184,13 @@ def placed_meshes(thing: Thing) -> Iterator[Placed]:
             yield from _split(str(node), geometry, np.asarray(matrix, dtype=np.float64))
 
 
-def passed_over(thing: Thing) -> int:
+def count_other_geometries(thing: MeshOrScene) -> int:
     """Number of geometries of a scene that are no triangle meshes."""
     found = [] if isinstance(thing, trimesh.Trimesh) else list(thing.geometry.values())
     return sum(not isinstance(g, trimesh.Trimesh) for g in found)
 
 
-def metres_per_unit(thing: Thing) -> float | None:
+def metres_per_unit(thing: MeshOrScene) -> float | None:
     """Length of a unit, None where nothing is stated. Raises ValueError: unknown, or meshes that do not agree."""
     meshes = [thing] if isinstance(thing, trimesh.Trimesh) else list(thing.geometry.values())
     # trimesh writes down `None` as a word once somebody has set it.
@@ -203,7 +203,7 @@ def metres_per_unit(thing: Thing) -> float | None:
     return None if unit is None else float(trimesh.units.unit_conversion(unit, "meters"))
 
 
-def up_axis(thing: Thing) -> str | None:
+def up_axis(thing: MeshOrScene) -> str | None:
     """`x`, `y` or `z` where the metadata states it, `y` for what came out of a glTF file, else None."""
     stated = str(thing.metadata.get(UP_KEY, "")).lower()
     if stated in ("x", "y", "z"):
@@ -212,8 +212,8 @@ def up_axis(thing: Thing) -> str | None:
     return "y" if any("from_gltf_primitive" in m.metadata for m in meshes) else None
 
 
-def _split(name: str, mesh: trimesh.Trimesh, matrix: Floats) -> Iterator[Placed]:
-    """A mesh at its place, one Placed for each of its materials."""
+def _split(name: str, mesh: trimesh.Trimesh, matrix: Floats) -> Iterator[PlacedMesh]:
+    """A mesh at its place, one PlacedMesh for each of its materials."""
     vertices = np.asarray(mesh.vertices, dtype=np.float64)
     faces = np.asarray(mesh.faces, dtype=np.int64)
     if len(faces) and not 0 <= int(faces.min()) <= int(faces.max()) < len(vertices):
@@ -229,7 +229,7 @@ def _split(name: str, mesh: trimesh.Trimesh, matrix: Floats) -> Iterator[Placed]
             of_face = np.zeros(len(faces)) if visual.face_materials is None else np.asarray(visual.face_materials)
             for index in np.unique(of_face.astype(np.int64)):
                 finish = _finish(visual.material.materials[int(index)])
-                yield _placed(Placed(name, vertices, faces[of_face == index], normals, uv, None, finish), matrix)
+                yield _placed(PlacedMesh(name, vertices, faces[of_face == index], normals, uv, None, finish), matrix)
             return
         finish = _finish(visual.material)
     elif isinstance(visual, ColorVisuals) and visual.kind == "vertex":
@@ -240,7 +240,7 @@ def _split(name: str, mesh: trimesh.Trimesh, matrix: Floats) -> Iterator[Placed]
         vertices, normals = vertices[rows], None if normals is None else normals[rows]
         faces = np.arange(len(rows)).reshape(-1, 3)
     is_linear = "from_gltf_primitive" in mesh.metadata
-    yield _placed(Placed(name, vertices, faces, normals, uv, colors, finish, is_linear), matrix)
+    yield _placed(PlacedMesh(name, vertices, faces, normals, uv, colors, finish, is_linear), matrix)
 
 
 def _stated_normals(mesh: trimesh.Trimesh) -> Floats | None:
@@ -256,7 +256,7 @@ def _stated_normals(mesh: trimesh.Trimesh) -> Floats | None:
     return None if np.allclose(given, own, atol=1e-9) else given
 
 
-def _placed(one: Placed, matrix: Floats) -> Placed:
+def _placed(one: PlacedMesh, matrix: Floats) -> PlacedMesh:
     """The mesh moved to its place."""
     linear = matrix[:3, :3]
     normals = one.normals
@@ -276,7 +276,7 @@ def _rgba(values: Any) -> Bytes:
     return out
 
 
-def _finish(material: Any) -> Finish | None:
+def _finish(material: Any) -> TrimeshMaterial | None:
     if isinstance(material, PBRMaterial):
         images = {
             "base": material.baseColorTexture,
@@ -286,7 +286,7 @@ def _finish(material: Any) -> Finish | None:
         }
         glow = np.zeros(3) if material.emissiveFactor is None else np.asarray(material.emissiveFactor)
         cutoff = 0.5 if material.alphaCutoff is None else float(material.alphaCutoff)
-        return Finish(
+        return TrimeshMaterial(
             name=str(material.name or ""),
             color=_color(material.baseColorFactor),
             metallic=material.metallicFactor,
@@ -297,7 +297,7 @@ def _finish(material: Any) -> Finish | None:
             images={key: image for key, image in images.items() if image is not None},
         )
     if isinstance(material, SimpleMaterial):
-        return Finish(
+        return TrimeshMaterial(
             name=str(material.name or ""),
             color=_color(material.diffuse),
             is_linear=False,

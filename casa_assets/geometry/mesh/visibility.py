@@ -8,7 +8,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.coverage import placed_samples
+from casa_assets.geometry.solid.coverage import samples_with_faces
 
 # Points that are strewn, pixels along the longest side, and directions from which the pictures are taken besides those
 # along the axes: so many points fall into a pixel that next to no gap shows what lies behind.
@@ -16,13 +16,13 @@ SAMPLES = 60_000
 PIXELS = 40
 DIRECTIONS = 24
 # Cosine to the line of sight below which a face is seen too much from its edge to say which side is seen.
-GRAZING = 0.2
+GRAZING_COSINE = 0.2
 # How much deeper than the nearest point of its pixel a point may lie and still be seen, in pixels.
-DEEP = 1.0
+DEPTH_TOLERANCE_PX = 1.0
 
 
 @dataclass(frozen=True)
-class Exposure:
+class Visibility:
     """What pictures from all around show.
 
     Attributes:
@@ -40,37 +40,37 @@ class Exposure:
     away: Floats
 
 
-def exposure(points: Floats, faces: Ints, count: int = SAMPLES) -> Exposure:
+def measure_visibility(points: Floats, faces: Ints, count: int = SAMPLES) -> Visibility:
     """What of a surface is seen from outside.
 
     Args:
         points: (P, 3), any unit. faces: (F, 3), with some area; those that wind counterclockwise face the viewer.
         count: points to strew.
     """
-    samples, face = placed_samples(points, faces, count)
+    samples, face = samples_with_faces(points, faces, count)
     normals = face_normals(points, faces)[0][face]
     cell = float(np.ptp(samples, axis=0).max()) / PIXELS
     front, back = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    away = np.concatenate([spread(DIRECTIONS), np.eye(3), -np.eye(3)])
+    away = np.concatenate([fibonacci_directions(DIRECTIONS), np.eye(3), -np.eye(3)])
     behind = np.zeros(len(away))
     for i, sight in enumerate(away):
         pixel, depth = _project(samples, sight, cell)
         nearest = np.full(int(pixel.max()) + 1, np.inf)
         np.minimum.at(nearest, pixel, depth)
-        seen = depth <= nearest[pixel] + DEEP * cell
+        seen = depth <= nearest[pixel] + DEPTH_TOLERANCE_PX * cell
         facing = -(normals @ sight)
         ahead = np.zeros(len(nearest), dtype=bool)
         ahead[pixel[seen & (facing > 0)]] = True
-        bare = seen & (facing < -GRAZING) & ~ahead[pixel]
-        front |= seen & (facing > GRAZING)
+        bare = seen & (facing < -GRAZING_COSINE) & ~ahead[pixel]
+        front |= seen & (facing > GRAZING_COSINE)
         back |= bare
         showing = np.zeros(len(nearest), dtype=bool)
         showing[pixel[bare]] = True
         behind[i] = showing.sum() / np.isfinite(nearest).sum()
-    return Exposure(samples, face, front, back, behind, away)
+    return Visibility(samples, face, front, back, behind, away)
 
 
-def spread(count: int) -> Floats:
+def fibonacci_directions(count: int) -> Floats:
     """(count, 3) unit vectors all around, evenly spread. Ref: Gonzalez 2010, the Fibonacci lattice."""
     z = 1 - (2 * np.arange(count) + 1) / count
     turn = np.pi * (3 - np.sqrt(5)) * np.arange(count)

@@ -13,10 +13,10 @@ from casa_assets.geometry.solid.hull import hull_planes
 
 def surface_samples(points: Floats, faces: Ints, count: int) -> Floats:
     """(count, 3) points spread evenly over the area, the same for the same surface."""
-    return placed_samples(points, faces, count)[0]
+    return samples_with_faces(points, faces, count)[0]
 
 
-def placed_samples(points: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
+def samples_with_faces(points: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
     """(count, 3) points spread evenly over the area, the same for the same surface, and the face of each.
 
     Ref: systematic sampling of the cumulative area, and the R2 sequence (Roberts 2018) within the triangles.
@@ -33,7 +33,7 @@ def placed_samples(points: Floats, faces: Ints, count: int) -> tuple[Floats, Int
     return samples, face.astype(np.int64)
 
 
-def gaps(samples: Floats, clouds: Sequence[Floats]) -> Floats:
+def distances_outside_hulls(samples: Floats, clouds: Sequence[Floats]) -> Floats:
     """(N,) how far each sample lies outside the nearest hull, 0 within one; metres.
 
     Measured to the planes of the faces: exact over faces, a little short over edges and corners.

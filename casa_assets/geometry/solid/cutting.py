@@ -17,8 +17,8 @@ Solid: TypeAlias = manifold3d.Manifold
 
 
 # Where a hull has too many vertices still, so many coarser tolerances are tried, each so many times the one before.
-LEAN_STEPS = 4
-LEAN_GROWTH = 1.5
+TOLERANCE_STEPS = 4
+TOLERANCE_GROWTH = 1.5
 
 
 def solid_of(points: Floats, faces: Ints) -> Solid | None:
@@ -58,7 +58,7 @@ def _turned(solid: Solid) -> Solid:
     return Solid(manifold3d.Mesh64(vert_properties=points, tri_verts=np.ascontiguousarray(faces[:, ::-1], np.uint64)))
 
 
-def slimmed(solid: Solid, tolerance: float, faces: int = 0, most: float = 0.0) -> Solid:
+def simplify_solid(solid: Solid, tolerance: float, faces: int = 0, most: float = 0.0) -> Solid:
     """The solid with fewer faces, its surface nowhere farther off than about a tolerance.
 
     Args:
@@ -71,24 +71,24 @@ def slimmed(solid: Solid, tolerance: float, faces: int = 0, most: float = 0.0) -
     return slim if slim.volume() > 0 else solid
 
 
-def parts(solid: Solid, least: float) -> list[Solid]:
+def connected_parts(solid: Solid, least: float) -> list[Solid]:
     """Connected parts with more volume than `least`, m^3, the largest first."""
     found = [p for p in solid.decompose() if p.volume() > least]
     return sorted(found, key=lambda p: (-round(p.volume(), 15), p.bounding_box()))
 
 
-def halves(solid: Solid, normal: Floats, offset: float) -> tuple[Solid, Solid]:
+def split_by_plane(solid: Solid, normal: Floats, offset: float) -> tuple[Solid, Solid]:
     """What lies beyond the plane `normal . x = offset`, and what lies before it."""
     beyond, before = solid.split_by_plane(tuple(float(v) for v in normal), float(offset))
     return beyond, before
 
 
-def contours(solid: Solid, height: float) -> list[Floats]:
+def section_contours(solid: Solid, height: float) -> list[Floats]:
     """(N, 2) closed polygons of the section at a height, outer ones against the clock and holes with it."""
     return [np.asarray(p, dtype=np.float64) for p in solid.slice(float(height)).to_polygons()]
 
 
-def turned_profile(profile: Floats, steps: int) -> Solid:
+def revolve_profile(profile: Floats, steps: int) -> Solid:
     """What the (N, 2) polygon of radius and height sweeps on its way about z, in `steps` flat sides."""
     return manifold3d.CrossSection([profile]).revolve(steps)
 
@@ -99,13 +99,13 @@ def hull_points(solids: Sequence[Solid]) -> Floats:
     return surface_of(whole)[0]
 
 
-def hull_size(solids: Sequence[Solid]) -> float:
+def volume_of_hull(solids: Sequence[Solid]) -> float:
     """Volume of the hull around some solids, m^3."""
     whole = manifold3d.Manifold.batch_hull(list(solids)) if len(solids) > 1 else solids[0].hull()
     return float(whole.volume())
 
 
-def lean_hull(cloud: Floats, limit: int, tolerance: float) -> Floats:
+def hull_within_tolerance(cloud: Floats, limit: int, tolerance: float) -> Floats:
     """(N, 3) vertices, at most `limit`, of a hull that differs from that of the cloud by about `tolerance`, metres.
 
     Raises:
@@ -115,8 +115,8 @@ def lean_hull(cloud: Floats, limit: int, tolerance: float) -> Floats:
     if whole.is_empty() or whole.volume() <= 0:
         raise DegenerateShape("the points span no volume")
     points = surface_of(whole)[0]
-    for step in range(LEAN_STEPS):
-        slim = whole.simplify(tolerance * LEAN_GROWTH**step)
+    for step in range(TOLERANCE_STEPS):
+        slim = whole.simplify(tolerance * TOLERANCE_GROWTH**step)
         if slim.is_empty() or slim.volume() <= 0:
             break
         points = surface_of(slim.hull())[0]

@@ -11,21 +11,21 @@ from scipy.spatial import cKDTree
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.coverage import placed_samples
+from casa_assets.geometry.solid.coverage import samples_with_faces
 from casa_assets.geometry.solid.hull import convex_hull, hull_planes
 
 SURFACE_SAMPLES = 20_000
 HULL_SAMPLES = 400  # on each shape
 PROBES = 5000
 # What lies so little beyond another shape, as a part of the longest side, is the joint between two.
-JOINT = 0.004
+JOINT_SHARE = 0.004
 # The normal of the nearest sample tells the distance where that sample is not farther aside than this many spacings.
-ASIDE = 3.0
+MAX_ASIDE_SPACINGS = 3.0
 VOTERS = 9
 
 
 @dataclass(frozen=True)
-class Ruler:
+class ReferenceSurface:
     """A closed surface that distances are taken to.
 
     Attributes:
@@ -42,23 +42,25 @@ class Ruler:
     probes: Floats
 
 
-def ruler(points: Floats, faces: Ints, count: int = SURFACE_SAMPLES) -> Ruler:
+def reference_surface(points: Floats, faces: Ints, count: int = SURFACE_SAMPLES) -> ReferenceSurface:
     """Prepare a closed outward surface, (P, 3) points and (F, 3) faces, for distances to it."""
     normals, areas = face_normals(points, faces)
-    samples, face = placed_samples(points, faces, count)
+    samples, face = samples_with_faces(points, faces, count)
     spacing = float(np.sqrt(areas.sum() / count))
     longest = float(np.ptp(points, axis=0).max())
-    return Ruler(samples, normals[face], cKDTree(samples), spacing, longest, samples[:: max(1, count // PROBES)])
+    return ReferenceSurface(
+        samples, normals[face], cKDTree(samples), spacing, longest, samples[:: max(1, count // PROBES)]
+    )
 
 
-def signed(queries: Floats, of: Ruler) -> Floats:
+def signed_distances(queries: Floats, of: ReferenceSurface) -> Floats:
     """(N,) how far each query lies outside the surface, below 0 within it; rounded to a micrometre."""
     far, nearest = of.tree.query(queries)
     level = np.einsum("ij,ij->i", queries - of.samples[nearest], of.normals[nearest])
     aside = np.sqrt(np.maximum(far**2 - level**2, 0.0))
-    found: Floats = np.where(aside < ASIDE * of.spacing, level, np.where(level > 0, far, -far))
+    found: Floats = np.where(aside < MAX_ASIDE_SPACINGS * of.spacing, level, np.where(level > 0, far, -far))
     # One sample says little of what is far from it: where it lies aside, the nearest ones vote for the side.
-    unsure = np.flatnonzero((aside >= ASIDE * of.spacing) & (level > 0))
+    unsure = np.flatnonzero((aside >= MAX_ASIDE_SPACINGS * of.spacing) & (level > 0))
     if len(unsure):
         _, voters = of.tree.query(queries[unsure], k=min(VOTERS, len(of.samples)))
         votes = np.einsum("ikj,ikj->ik", queries[unsure][:, None] - of.samples[voters], of.normals[voters])
@@ -66,12 +68,12 @@ def signed(queries: Floats, of: Ruler) -> Floats:
     return found.round(6)
 
 
-def beyond(queries: Floats, of: Ruler) -> Floats:
+def distances_outside(queries: Floats, of: ReferenceSurface) -> Floats:
     """(N,) how far each query lies outside the surface, 0 within it; rounded to a micrometre."""
-    return np.maximum(signed(queries, of), 0.0)
+    return np.maximum(signed_distances(queries, of), 0.0)
 
 
-def depths(queries: Floats, planes: Floats) -> Floats:
+def depths_within(queries: Floats, planes: Floats) -> Floats:
     """(N,) how deep each query lies within a convex shape, below 0 outside; rounded to a micrometre."""
     out = np.full(len(queries), -1.0)
     for start in range(0, len(queries), 4096):
@@ -80,7 +82,7 @@ def depths(queries: Floats, planes: Floats) -> Floats:
     return out.round(6)
 
 
-def buried(cloud: Floats, of: Ruler) -> Floats:
+def burial_depths(cloud: Floats, of: ReferenceSurface) -> Floats:
     """(N,) how deep the probes that one shape touches lie within it, metres.
 
     Raises:
@@ -88,22 +90,22 @@ def buried(cloud: Floats, of: Ruler) -> Floats:
     """
     planes = hull_planes(cloud)
     near = ((of.probes >= cloud.min(axis=0)) & (of.probes <= cloud.max(axis=0))).all(axis=1)
-    found = depths(of.probes[near], planes)
+    found = depths_within(of.probes[near], planes)
     return np.maximum(found[found > -of.spacing], 0.0)
 
 
-def protrusion(cloud: Floats, of: Ruler) -> Floats:
+def protrusion(cloud: Floats, of: ReferenceSurface) -> Floats:
     """(N,) how far the surface of one shape lies outside the solid, where it is not a face that cutting has made.
 
     Raises:
         DegenerateShape: the cloud spans no volume.
     """
     points, faces = convex_hull(cloud)
-    found = signed(placed_samples(points, faces, HULL_SAMPLES)[0], of)
-    return np.maximum(found[found > -JOINT * of.longest], 0.0)
+    found = signed_distances(samples_with_faces(points, faces, HULL_SAMPLES)[0], of)
+    return np.maximum(found[found > -JOINT_SHARE * of.longest], 0.0)
 
 
-def excess(cloud: Floats, of: Ruler, others: Sequence[Floats] = ()) -> tuple[Floats, float]:
+def excess(cloud: Floats, of: ReferenceSurface, others: Sequence[Floats] = ()) -> tuple[Floats, float]:
     """(N,) how far the surface of one shape lies outside the solid, at points evenly spread over it; its area, m^2.
 
     Args:
@@ -114,12 +116,12 @@ def excess(cloud: Floats, of: Ruler, others: Sequence[Floats] = ()) -> tuple[Flo
     """
     points, faces = convex_hull(cloud)
     normals, areas = face_normals(points, faces)
-    samples, face = placed_samples(points, faces, HULL_SAMPLES)
+    samples, face = samples_with_faces(points, faces, HULL_SAMPLES)
     free = np.ones(len(samples), dtype=bool)
-    probes = samples + JOINT * of.longest * normals[face]
+    probes = samples + JOINT_SHARE * of.longest * normals[face]
     for planes in others:
         free &= ~((probes @ planes[:, :3].T + planes[:, 3]).round(9) <= 0).all(axis=1)
-    return beyond(samples[free], of), float(areas.sum()) * float(free.mean())
+    return distances_outside(samples[free], of), float(areas.sum()) * float(free.mean())
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,7 @@ class Deviation:
     buried_worst: float
 
 
-def deviation(clouds: Sequence[Floats], of: Ruler, bare: Floats) -> Deviation:
+def deviation(clouds: Sequence[Floats], of: ReferenceSurface, bare: Floats) -> Deviation:
     """How shapes differ from a solid.
 
     Args:
@@ -153,6 +155,6 @@ def deviation(clouds: Sequence[Floats], of: Ruler, bare: Floats) -> Deviation:
     at = min(int(np.searchsorted(reach, 0.95 * reach[-1])), len(order) - 1) if len(order) else 0
     p95 = float(values[order][at]) if len(order) else 0.0
     worst = float(values.max(initial=0.0))
-    sunk = np.max([np.maximum(depths(of.probes, p), 0.0) for p in planes], axis=0)
+    sunk = np.max([np.maximum(depths_within(of.probes, p), 0.0) for p in planes], axis=0)
     missed = float(np.percentile(bare, 95)), float(bare.max())
     return Deviation(p95, worst, *missed, float(np.percentile(sunk, 95)), float(sunk.max(initial=0.0)))

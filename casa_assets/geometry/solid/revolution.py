@@ -8,17 +8,17 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.cutting import Solid, contours
+from casa_assets.geometry.solid.cutting import Solid, section_contours
 
 # A face belongs to a turned surface where its normal misses the axis by less than this sine.
-STRAIGHT = 0.17
+AXIS_MISS_SINE = 0.17
 ROUNDS = 12
 ROWS = 60
 RAYS = 96
 
 
 @dataclass(frozen=True)
-class Walls:
+class WallProfile:
     """A solid seen from an upright axis, at ROWS heights and RAYS angles.
 
     Attributes:
@@ -68,12 +68,12 @@ def upright_axis(points: Floats, faces: Ints) -> tuple[Floats, float]:
         ) / float(determinant)
         gap = center - middle
         miss = np.abs((gap * across).sum(axis=1)) / np.maximum(np.linalg.norm(gap, axis=1), 1e-12)
-        trust = 1 / (1 + (miss / STRAIGHT) ** 2) ** 2
-    share = float(weight[miss < STRAIGHT].sum() / weight.sum())
+        trust = 1 / (1 + (miss / AXIS_MISS_SINE) ** 2) ** 2
+    share = float(weight[miss < AXIS_MISS_SINE].sum() / weight.sum())
     return center.round(7), share
 
 
-def walls(solid: Solid, center: Floats) -> Walls:
+def wall_profile(solid: Solid, center: Floats) -> WallProfile:
     """Radii where matter begins and first ends around an axis.
 
     Args:
@@ -82,8 +82,8 @@ def walls(solid: Solid, center: Floats) -> Walls:
     box = solid.bounding_box()
     step = (box[5] - box[2]) / ROWS
     heights = box[2] + (np.arange(ROWS) + 0.5) * step
-    rows = [_row(contours(solid, height), center) for height in heights]
-    return Walls(center, heights, step, np.array([r[0] for r in rows]), np.array([r[1] for r in rows]))
+    rows = [_row(section_contours(solid, height), center) for height in heights]
+    return WallProfile(center, heights, step, np.array([r[0] for r in rows]), np.array([r[1] for r in rows]))
 
 
 def _row(polygons: list[Floats], center: Floats) -> tuple[Floats, Floats]:
@@ -112,7 +112,7 @@ def _row(polygons: list[Floats], center: Floats) -> tuple[Floats, Floats]:
     return inner, np.where(np.isinf(outer), np.nan, outer)
 
 
-def spread(radii: Floats) -> float:
+def radius_spread(radii: Floats) -> float:
     """How far the radii of a row are from one: their quartiles apart, over the median; 1 where there are few."""
     known = radii[np.isfinite(radii)]
     if len(known) < RAYS // 2:

@@ -19,12 +19,12 @@ MOST_PIECES = 24
 NORMAL_STEP = 0.05
 OFFSET_STEP = 0.01
 # An edge is hollow where its faces turn towards each other by more than this sine.
-HOLLOW = 0.3
-HAIR = 1e-5
+CONCAVE_SINE = 0.3
+MIN_PIECE_SHARE = 1e-5
 
 
 @dataclass(frozen=True)
-class Wire:
+class EdgeGraph:
     """A closed surface as planes meet it: (P, 3) points and (E, 2) edges, each once."""
 
     points: Floats
@@ -39,14 +39,14 @@ class Plane:
     offset: float
 
 
-def wire(points: Floats, faces: Ints) -> Wire:
+def edge_graph(points: Floats, faces: Ints) -> EdgeGraph:
     """The points and edges of a closed surface, (P, 3) and (F, 3)."""
     ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     key = np.unique(ends[:, 0] * len(points) + ends[:, 1])
-    return Wire(points, np.stack([key // len(points), key % len(points)], axis=1))
+    return EdgeGraph(points, np.stack([key // len(points), key % len(points)], axis=1))
 
 
-def hulls_size(of: Wire, plane: Plane) -> tuple[float, int]:
+def split_hull_volume(of: EdgeGraph, plane: Plane) -> tuple[float, int]:
     """Volume of all hulls, m^3, and their number, were the solid cut and every piece on either side given one."""
     above = of.points @ plane.normal - plane.offset
     side = above > 0
@@ -95,7 +95,7 @@ def _pieces(
     return out
 
 
-def hollow_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
+def concave_edge_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
     """Planes of the faces along hollow edges, those with the longest edges first: steps of built things part there.
 
     Args:
@@ -111,7 +111,7 @@ def hollow_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
     along = points[directed[pairs[:, 0], 1]] - points[directed[pairs[:, 0], 0]]
     turn = np.einsum("ij,ij->i", np.cross(normals[left], normals[right]), along)  # sine times length; < 0 where hollow
     length = np.linalg.norm(along, axis=1)
-    hollow = turn < -HOLLOW * length
+    hollow = turn < -CONCAVE_SINE * length
     face = np.concatenate([left[hollow], right[hollow]])
     if not len(face):
         return []
@@ -122,7 +122,7 @@ def hollow_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
     side = np.where(_leading(normals[face]) < 0, -1.0, 1.0)
     normal = normals[face] * side[:, None]
     # A hair before the face: what is cut right along it keeps a film of it.
-    offset = np.einsum("ij,ij->i", normal, points[faces[face, 0]]) + side * HAIR * longest
+    offset = np.einsum("ij,ij->i", normal, points[faces[face, 0]]) + side * MIN_PIECE_SHARE * longest
     steps = np.column_stack([normal / NORMAL_STEP, offset / (OFFSET_STEP * longest)]).round().astype(np.int64)
     kinds, first, kind = np.unique(steps, axis=0, return_index=True, return_inverse=True)
     total = np.bincount(kind.ravel(), weights=weight, minlength=len(kinds)).round(9)

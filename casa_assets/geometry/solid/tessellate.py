@@ -10,7 +10,7 @@ from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShap
 from casa_assets.model.pose import Pose
 
 
-def surface(shape: Shape, pose: Pose, steps: int = 32) -> tuple[Floats, Ints]:
+def tessellate(shape: Shape, pose: Pose, steps: int = 32) -> tuple[Floats, Ints]:
     """(P, 3) points and (F, 3) outward faces of a shape, in the frame that `pose` leads to, metres.
 
     Args:

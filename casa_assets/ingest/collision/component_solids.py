@@ -9,12 +9,12 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.grid.voxel import Grid
-from casa_assets.geometry.mesh.hole_filling import mended
+from casa_assets.geometry.mesh.hole_filling import fill_holes
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import consistent_winding, face_components
 from casa_assets.geometry.solid.coverage import surface_samples
 from casa_assets.geometry.solid.cutting import Solid, solid_of, surface_of, without_voids
-from casa_assets.geometry.solid.deviation import beyond, ruler
+from casa_assets.geometry.solid.deviation import distances_outside, reference_surface
 
 # With more pieces, or more faces of sheets, a grid is quicker.
 MOST_PIECES = 200
@@ -36,7 +36,7 @@ FAR = 0.012
 
 
 @dataclass(frozen=True)
-class Made:
+class AssembledSolid:
     """A solid that a surface was made into.
 
     Attributes:
@@ -48,7 +48,7 @@ class Made:
     lone: float = 0.0
 
 
-def assembled(points: Floats, faces: Ints, grid: Grid) -> Made | None:
+def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
     """The solid of a surface made of pieces; None where one of them can be made nothing of.
 
     Args:
@@ -86,20 +86,20 @@ def assembled(points: Floats, faces: Ints, grid: Grid) -> Made | None:
     share = sum(float(face_normals(points, rows)[1].sum()) for rows in sheets) / float(
         face_normals(points, faces)[1].sum()
     )
-    return Made(whole, tuple(done), share) if whole.volume() > 0 else None
+    return AssembledSolid(whole, tuple(done), share) if whole.volume() > 0 else None
 
 
-def stands_for(solid: Solid, points: Floats, faces: Ints, grid: Grid | None) -> bool:
+def covers_surface(solid: Solid, points: Floats, faces: Ints, grid: Grid | None) -> bool:
     """All of a surface lies on or in a solid, and so does what a grid, if one is given, knows it to enclose."""
-    of = ruler(*surface_of(solid))
+    of = reference_surface(*surface_of(solid))
     samples = surface_samples(points, faces, SAMPLES)
-    if float((beyond(samples, of) > FAR * of.longest).mean()) > LACKING:
+    if float((distances_outside(samples, of) > FAR * of.longest).mean()) > LACKING:
         return False
     inner = np.zeros((0, 3)) if grid is None else np.argwhere(grid.solid & ~grid.skin)
     if grid is None or len(inner) < FEW:
         return True
     places = grid.origin + inner[:: max(1, len(inner) // SAMPLES)] * grid.cell
-    return float((beyond(places, of) < grid.cell).mean()) >= ENCLOSED
+    return float((distances_outside(places, of) < grid.cell).mean()) >= ENCLOSED
 
 
 def _closed(points: Floats, faces: Ints, grid: Grid, longest: float) -> tuple[Solid, bool] | None:
@@ -108,7 +108,7 @@ def _closed(points: Floats, faces: Ints, grid: Grid, longest: float) -> tuple[So
     if solid is not None:
         return solid, False
     single = consistent_winding(_once(faces))[0]
-    whole = mended(points, single, np.inf, most_torn=1.0)
+    whole = fill_holes(points, single, np.inf, most_torn=1.0)
     if whole is None:
         return None
     solid = _either_way(*whole, longest)

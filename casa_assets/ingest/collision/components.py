@@ -19,7 +19,7 @@ SHEET_M = 0.001
 
 
 @dataclass(frozen=True)
-class Piece:
+class ConnectedPart:
     """A connected part: its points and faces, the volume of its hull, how much of that it fills (0..1)."""
 
     points: Floats
@@ -28,7 +28,7 @@ class Piece:
     fill: float
 
 
-def split(points: Floats, ids: Ints, most: int) -> list[Piece]:
+def connected_parts(points: Floats, ids: Ints, most: int) -> list[ConnectedPart]:
     """Connected parts that have a volume, largest first; specks are left out. Empty where there are far too many."""
     label = face_components(ids, len(points))
     count = int(label.max()) + 1
@@ -43,13 +43,13 @@ def split(points: Floats, ids: Ints, most: int) -> list[Piece]:
     found = []
     for rows in large:
         used, local = np.unique(ids[rows], return_inverse=True)
-        piece = measured(points[used], local.reshape(-1, 3), bridge=False)
+        piece = measure_part(points[used], local.reshape(-1, 3), bridge=False)
         if piece is not None:
             found.append(piece)
     return sorted(found, key=lambda p: -p.hull_volume)
 
 
-def measured(points: Floats, faces: Ints, bridge: bool) -> Piece | None:
+def measure_part(points: Floats, faces: Ints, bridge: bool) -> ConnectedPart | None:
     """Measure a part; a flat one is given a thickness. None where it has no extent."""
     if thickness(points) < SHEET_M / 4:
         normals, areas = face_normals(points, faces)
@@ -70,15 +70,15 @@ def measured(points: Floats, faces: Ints, bridge: bool) -> Piece | None:
         volume = signed_volume(*solid)
     else:
         volume = voxelise(points, faces, bridge=bridge).volume
-    return Piece(points, faces, hull_volume, min(1.0, volume / hull_volume))
+    return ConnectedPart(points, faces, hull_volume, min(1.0, volume / hull_volume))
 
 
-def _convex_piece(points: Floats) -> Piece | None:
+def _convex_piece(points: Floats) -> ConnectedPart | None:
     try:
         shell, triangles = convex_hull(points)
     except DegenerateShape:
         return None
-    return Piece(shell, triangles, signed_volume(shell, triangles), 1.0)
+    return ConnectedPart(shell, triangles, signed_volume(shell, triangles), 1.0)
 
 
 def thickness(points: Floats) -> float:
@@ -89,7 +89,7 @@ def thickness(points: Floats) -> float:
     return float(np.ptp(points @ vectors[:, 0]))
 
 
-def any_nested(pieces: list[Piece]) -> bool:
+def any_nested(pieces: list[ConnectedPart]) -> bool:
     """A piece lies within the box of a hollow one: the two walls of a double shell, say, which belong together."""
     boxes = [(p.points.min(axis=0), p.points.max(axis=0), p.fill) for p in pieces]
     return any(

@@ -9,15 +9,15 @@ import numpy as np
 from scipy import ndimage
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.grid.fillable_volume import water
+from casa_assets.geometry.grid.fillable_volume import fillable_volume
 from casa_assets.geometry.grid.voxel import voxelise
 from casa_assets.geometry.mesh.measure import signed_volume
-from casa_assets.geometry.solid.coverage import gaps, surface_samples
+from casa_assets.geometry.solid.coverage import distances_outside_hulls, surface_samples
 from casa_assets.geometry.solid.cutting import Solid, surface_of
-from casa_assets.geometry.solid.deviation import Deviation, Ruler, deviation, ruler
+from casa_assets.geometry.solid.deviation import Deviation, ReferenceSurface, deviation, reference_surface
 from casa_assets.geometry.solid.hull import convex_hull, hull_planes, hull_volume
 from casa_assets.geometry.solid.manifold import intersection_volume, union
-from casa_assets.ingest.collision.plane_splits import Bound
+from casa_assets.ingest.collision.plane_splits import ErrorBound
 
 SAMPLES = 4000
 # How far shapes may lie from the surface: 95 % of it, and all of it, as parts of the longest side.
@@ -30,14 +30,14 @@ BOX_RATIO = 0.02
 ROOM_CELLS = 64
 # A gap narrower than one of so many cubes is closed: as narrow as shapes may be off.
 SEEN_CELLS = 66
-CONTAINER = 0.03
+MIN_ROOM_SHARE = 0.03
 MOST_PLACES = 4000
 # The share of an opening that shapes may fill.
-FILLED = 0.15
+MAX_FILLED_SHARE = 0.15
 
 
 @dataclass(frozen=True)
-class Yardstick:
+class FitReference:
     """What the shapes of a mesh are measured by.
 
     Attributes:
@@ -47,15 +47,15 @@ class Yardstick:
     """
 
     solid: Solid
-    of: Ruler
+    of: ReferenceSurface
     samples: Floats
     box: Floats
     room: Floats
-    bound: Bound
+    bound: ErrorBound
 
 
 @dataclass(frozen=True)
-class Verdict:
+class FitErrors:
     """How shapes do: deviations, share of the opening that they leave open, and how many times the bound is used up.
 
     Attributes:
@@ -66,25 +66,25 @@ class Verdict:
     off: Deviation
     bare: float
     kept: float | None
-    strain: float
+    normalized_error: float
 
 
-def yardstick(points: Floats, faces: Ints, solid: Solid, is_open: bool) -> Yardstick:
+def fit_reference(points: Floats, faces: Ints, solid: Solid, is_open: bool) -> FitReference:
     """Measure a mesh.
 
     Args:
         points: (P, 3) welded, metres, z up. faces: (F, 3). solid: that it stands for.
         is_open: an opening is one, and not damage to a thing that is full.
     """
-    of = _touchable(ruler(*surface_of(solid)), points, faces, not is_open)
-    bound = Bound(max(P95_M, P95_RATIO * of.longest), WORST_RATIO * of.longest)
+    of = _touchable(reference_surface(*surface_of(solid)), points, faces, not is_open)
+    bound = ErrorBound(max(P95_M, P95_RATIO * of.longest), WORST_RATIO * of.longest)
     room = _room(points, faces) if is_open else np.zeros((0, 3))
     used = points[np.unique(faces)]
     box = np.stack([used.min(axis=0), used.max(axis=0)])
-    return Yardstick(solid, of, surface_samples(points, faces, SAMPLES), box, room, bound)
+    return FitReference(solid, of, surface_samples(points, faces, SAMPLES), box, room, bound)
 
 
-def _touchable(of: Ruler, points: Floats, faces: Ints, full: bool) -> Ruler:
+def _touchable(of: ReferenceSurface, points: Floats, faces: Ints, full: bool) -> ReferenceSurface:
     """The ruler with probes only where the air around the mesh comes near: nothing enters a slit or a sealed room."""
     grid = voxelise(points, faces, SEEN_CELLS, bridge=full)
     outside = ndimage.binary_dilation(~grid.solid, np.ones((3, 3, 3), dtype=bool))
@@ -96,14 +96,14 @@ def _touchable(of: Ruler, points: Floats, faces: Ints, full: bool) -> Ruler:
 def _room(points: Floats, faces: Ints) -> Floats:
     """(M, 3) places that would hold water, evenly picked; none where they are few."""
     grid = voxelise(points, faces, ROOM_CELLS)
-    held = water(grid.solid)
-    if float(held.sum()) * grid.cell**3 < CONTAINER * hull_volume(points):
+    held = fillable_volume(grid.solid)
+    if float(held.sum()) * grid.cell**3 < MIN_ROOM_SHARE * hull_volume(points):
         return np.zeros((0, 3))
     places: Floats = grid.origin + np.argwhere(held) * grid.cell
     return places[:: max(1, len(places) // MOST_PLACES)]
 
 
-def verdict(clouds: Sequence[Floats], by: Yardstick, reach: float) -> Verdict:
+def measure_fit(clouds: Sequence[Floats], by: FitReference, reach: float) -> FitErrors:
     """How convex shapes stand in for a mesh.
 
     Args:
@@ -111,7 +111,7 @@ def verdict(clouds: Sequence[Floats], by: Yardstick, reach: float) -> Verdict:
     Raises:
         DegenerateShape: a cloud spans no volume, or there are none.
     """
-    outside = gaps(by.samples, clouds).round(6)
+    outside = distances_outside_hulls(by.samples, clouds).round(6)
     off = deviation(clouds, by.of, outside)
     kept = None if not len(by.room) else 1 - _inside(by.room, clouds)
     strains = [off.added_p95 / by.bound.p95, off.added_worst / by.bound.worst]
@@ -121,8 +121,8 @@ def verdict(clouds: Sequence[Floats], by: Yardstick, reach: float) -> Verdict:
     ends = np.abs(np.stack([every.min(axis=0), every.max(axis=0)]) - by.box).max().round(6)
     strains.append(float(ends) / max(reach, BOX_RATIO * by.of.longest))
     if kept is not None:
-        strains.append((1 - kept) / FILLED)
-    return Verdict(off, float((outside > reach).mean()), kept, round(max(strains), 6))
+        strains.append((1 - kept) / MAX_FILLED_SHARE)
+    return FitErrors(off, float((outside > reach).mean()), kept, round(max(strains), 6))
 
 
 def _inside(places: Floats, clouds: Sequence[Floats]) -> float:
@@ -134,7 +134,7 @@ def _inside(places: Floats, clouds: Sequence[Floats]) -> float:
     return float(within.mean())
 
 
-def in_words(clouds: Sequence[Floats], by: Yardstick, found: Verdict) -> str:
+def describe_fit(clouds: Sequence[Floats], by: FitReference, found: FitErrors) -> str:
     """The numbers of shapes that were taken, for the report."""
     whole = union([convex_hull(cloud) for cloud in clouds])
     size, own = (0.0 if whole is None else signed_volume(*whole)), float(by.solid.volume())

@@ -9,10 +9,17 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.solid.cutting import Solid, halves, hull_points, hull_size, parts, surface_of
-from casa_assets.geometry.solid.deviation import Ruler, buried, protrusion
+from casa_assets.geometry.solid.cutting import (
+    Solid,
+    connected_parts,
+    hull_points,
+    split_by_plane,
+    surface_of,
+    volume_of_hull,
+)
+from casa_assets.geometry.solid.deviation import ReferenceSurface, burial_depths, protrusion
 from casa_assets.geometry.solid.hull import hull_planes
-from casa_assets.geometry.solid.split_planes import Plane, hollow_planes, hulls_size, wire
+from casa_assets.geometry.solid.split_planes import Plane, concave_edge_planes, edge_graph, split_hull_volume
 
 # Places along each axis where a cut is tried.
 OFFSETS = 7
@@ -32,7 +39,7 @@ MOST_TRIES = 60
 
 
 @dataclass(frozen=True)
-class Bound:
+class ErrorBound:
     """How far hulls may reach beyond a solid, metres: 95 % of their surface, and all of it."""
 
     p95: float
@@ -45,15 +52,15 @@ class Part:
 
     solid: Solid
     hull: float
-    strain: float
+    normalized_error: float
 
     @property
     def weight(self) -> float:
         """What makes a part the next to be cut: it has to fit badly, and large ones come first."""
-        return self.strain * max(self.hull, 0.0) ** (1 / 3) if self.strain > 1 else 0.0
+        return self.normalized_error * max(self.hull, 0.0) ** (1 / 3) if self.normalized_error > 1 else 0.0
 
 
-def split_up(solids: Sequence[Solid], of: Ruler, bound: Bound, most: int) -> list[Solid]:
+def split_to_bound(solids: Sequence[Solid], of: ReferenceSurface, bound: ErrorBound, most: int) -> list[Solid]:
     """Parts of solids whose hulls lie within a bound, or `most` of them (or as many as there are solids).
 
     The part that fits worst is cut next: into what does not hang together, or else along the plane that leaves the
@@ -66,7 +73,7 @@ def split_up(solids: Sequence[Solid], of: Ruler, bound: Bound, most: int) -> lis
     done = [_part(s, of, bound) for s in solids]
     while len(done) < most:
         worst = max(range(len(done)), key=lambda i: (round(done[i].weight, 9), -i))
-        if done[worst].strain <= 1:
+        if done[worst].normalized_error <= 1:
             break
         pieces = _cut(done[worst].solid, least, most - len(done) + 1, bound.p95)
         if len(pieces) < 2:
@@ -76,14 +83,14 @@ def split_up(solids: Sequence[Solid], of: Ruler, bound: Bound, most: int) -> lis
     return [part.solid for part in done]
 
 
-def _part(solid: Solid, of: Ruler, bound: Bound) -> Part:
-    return Part(solid, hull_size([solid]), strain(hull_points([solid]), of, bound))
+def _part(solid: Solid, of: ReferenceSurface, bound: ErrorBound) -> Part:
+    return Part(solid, volume_of_hull([solid]), normalized_error(hull_points([solid]), of, bound))
 
 
-def strain(cloud: Floats, of: Ruler, bound: Bound) -> float:
+def normalized_error(cloud: Floats, of: ReferenceSurface, bound: ErrorBound) -> float:
     """How many times the bound the hull of a cloud reaches beyond a solid, or buries its surface."""
     try:
-        errors = [e for e in (protrusion(cloud, of), buried(cloud, of)) if len(e)]
+        errors = [e for e in (protrusion(cloud, of), burial_depths(cloud, of)) if len(e)]
     except DegenerateShape:
         return 0.0
     strains = [max(float(np.percentile(e, 95)) / bound.p95, float(e.max()) / bound.worst) for e in errors]
@@ -92,13 +99,13 @@ def strain(cloud: Floats, of: Ruler, bound: Bound) -> float:
 
 def _cut(solid: Solid, least: float, room: int, thin: float) -> list[Solid]:
     """What does not hang together, else the parts on both sides of the best plane; at most `room`, or the solid."""
-    loose = parts(solid, least)
+    loose = connected_parts(solid, least)
     if 2 <= len(loose) <= room:
         return loose
     for plane in _best_planes(solid, room, thin):
-        both = [half for half in halves(solid, plane.normal, plane.offset) if half.volume() > least]
+        both = [half for half in split_by_plane(solid, plane.normal, plane.offset) if half.volume() > least]
         # Of a heap of pieces the halves stay heaps.
-        found = both if len(loose) > HEAP else [p for half in both for p in parts(half, least)]
+        found = both if len(loose) > HEAP else [p for half in both for p in connected_parts(half, least)]
         if 2 <= len(found) <= room:
             return found
     return [solid]
@@ -111,19 +118,19 @@ def _best_planes(solid: Solid, room: int, thin: float) -> list[Plane]:
         thin: no slice is thinner, metres.
     """
     points, faces = surface_of(solid)
-    of, whole = wire(points, faces), hull_size([solid])
+    of, whole = edge_graph(points, faces), volume_of_hull([solid])
 
     def gain(plane: Plane) -> float:
         along = points @ plane.normal - plane.offset
         if min(float(along.max()), -float(along.min())) < thin:
             return -np.inf
-        size, count = hulls_size(of, plane)
+        size, count = split_hull_volume(of, plane)
         # Parts are few: what takes more of them has to gain more.
         return round((whole - size) / whole / max(count - 1, 1) ** 0.5, 6) if count <= room else -np.inf
 
     spaced = _planes(points)
     steps = [step for _, step in spaced] + [0.0] * HOLLOW_PLANES
-    planes = [plane for plane, _ in spaced] + hollow_planes(points, faces, HOLLOW_PLANES)
+    planes = [plane for plane, _ in spaced] + concave_edge_planes(points, faces, HOLLOW_PLANES)
     gains = [gain(plane) for plane in planes]
     order = sorted(range(len(planes)), key=lambda k: (-gains[k], k))[:TRIED_PLANES]
     first = planes[order[0]]
@@ -155,14 +162,16 @@ def _planes(points: Floats) -> list[tuple[Plane, float]]:
     return planes
 
 
-def joined(groups: Sequence[Solid], of: Ruler, bound: Bound, room: Floats) -> list[list[Solid]]:
+def merge_within_bound(
+    groups: Sequence[Solid], of: ReferenceSurface, bound: ErrorBound, room: Floats
+) -> list[list[Solid]]:
     """Solids in groups that get one hull each, neighbours together where that keeps within the bound.
 
     Args:
         room: (N, 3) places that no joining may fill, those of the opening of a vessel.
     """
     sets = {k: [solid] for k, solid in enumerate(groups)}
-    sizes = {k: hull_size(one) for k, one in sets.items()}
+    sizes = {k: volume_of_hull(one) for k, one in sets.items()}
     boxes = {k: _box(one) for k, one in sets.items()}
     whole = sum(sizes.values())
     costs: dict[tuple[int, int], float] = {}
@@ -171,17 +180,17 @@ def joined(groups: Sequence[Solid], of: Ruler, bound: Bound, room: Floats) -> li
     while True:
         for i, j in ((i, j) for i in sets for j in sets if i < j and (i in fresh or j in fresh)):
             if (np.maximum(boxes[i][0], boxes[j][0]) <= np.minimum(boxes[i][1], boxes[j][1]) + of.spacing).all():
-                costs[i, j] = round((hull_size(sets[i] + sets[j]) - sizes[i] - sizes[j]) / whole, 9)
+                costs[i, j] = round((volume_of_hull(sets[i] + sets[j]) - sizes[i] - sizes[j]) / whole, 9)
         fresh = []
         while costs and tried < MOST_TRIES:
             i, j = min(costs, key=lambda pair: (costs[pair], pair))
             del costs[i, j]
             tried += 1
             cloud = hull_points(sets[i] + sets[j])
-            if strain(cloud, of, bound) <= 1 and not _fills(cloud, room):
+            if normalized_error(cloud, of, bound) <= 1 and not _fills(cloud, room):
                 new = max(sets) + 1
                 sets[new] = sets.pop(i) + sets.pop(j)
-                sizes[new], boxes[new] = hull_size(sets[new]), _box(sets[new])
+                sizes[new], boxes[new] = volume_of_hull(sets[new]), _box(sets[new])
                 costs = {pair: cost for pair, cost in costs.items() if not {i, j} & {*pair}}
                 fresh = [new]
                 break

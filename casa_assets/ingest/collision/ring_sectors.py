@@ -8,9 +8,16 @@ import manifold3d
 import numpy as np
 
 from casa_assets.core.typing import Floats
-from casa_assets.geometry.solid.cutting import Solid, halves, parts, surface_of, turned_profile
-from casa_assets.geometry.solid.revolution import RAYS, Walls, spread, upright_axis, walls
-from casa_assets.ingest.collision.ring_slabs import MOST, Slab, Table, middle, slabs, table
+from casa_assets.geometry.solid.cutting import Solid, connected_parts, revolve_profile, split_by_plane, surface_of
+from casa_assets.geometry.solid.revolution import RAYS, WallProfile, radius_spread, upright_axis, wall_profile
+from casa_assets.ingest.collision.ring_slabs import (
+    OPEN_RAY_SHARE,
+    Slab,
+    SlabCosts,
+    choose_slabs,
+    median_radius,
+    slab_costs,
+)
 
 # Radii of one height that differ by less than this share are round.
 ROUND = 0.05
@@ -30,7 +37,7 @@ EASED = 0.6
 
 
 @dataclass(frozen=True)
-class Vessel:
+class CutVessel:
     """An open vessel, cut.
 
     Attributes:
@@ -45,7 +52,7 @@ class Vessel:
     message: str
 
 
-def cut_vessel(solid: Solid, finest: float, fair: float, foot: float, most: int) -> Vessel | None:
+def cut_vessel(solid: Solid, finest: float, fair: float, foot: float, most: int) -> CutVessel | None:
     """A vessel as a floor, rings of sectors and handles; None where no such cut stays within `most` parts.
 
     Args:
@@ -55,9 +62,9 @@ def cut_vessel(solid: Solid, finest: float, fair: float, foot: float, most: int)
         foot: how high that hollow may be, metres. most: parts of floor and walls.
     """
     center, share = upright_axis(*surface_of(solid))
-    seen = walls(solid, center)
-    is_round = float(np.median([spread(row) for row in seen.outer])) < ROUND
-    asked = table(seen, is_round)
+    seen = wall_profile(solid, center)
+    is_round = float(np.median([radius_spread(row) for row in seen.outer])) < ROUND
+    asked = slab_costs(seen, is_round)
     for step in range(STEPS):
         error = finest * GROWTH**step
         under = min(error, foot) if error <= fair else foot
@@ -72,14 +79,14 @@ def cut_vessel(solid: Solid, finest: float, fair: float, foot: float, most: int)
             if not is_round:
                 floors, cells = [], [*floors, *cells]
             message = f"{share:.0%} of the wall turns about one axis" if is_round else "walls that are not round"
-            return Vessel(
+            return CutVessel(
                 tuple(floors), tuple(cells), tuple(handles), f"{message}: {plan.message}, {1000 * error:.2g} mm off"
             )
     return None
 
 
 @dataclass(frozen=True)
-class Plan:
+class RingPlan:
     """Slabs, and the rays at which walls that are not round are cut."""
 
     slabs: tuple[Slab, ...]
@@ -98,16 +105,18 @@ class Plan:
         return f"{len(self.slabs) - rings} floors, {rings} rings of up to {most} sectors"
 
 
-def _plan(seen: Walls, asked: Table, chord: float, bend: float, is_round: bool, foot: float) -> Plan | None:
+def _plan(
+    seen: WallProfile, asked: SlabCosts, chord: float, bend: float, is_round: bool, foot: float
+) -> RingPlan | None:
     turns = None if is_round else tuple(_turns(seen, chord))
-    found = slabs(asked, chord, bend, None if turns is None else len(turns), foot)
-    return None if found is None else Plan(tuple(found), turns)
+    found = choose_slabs(asked, chord, bend, None if turns is None else len(turns), foot)
+    return None if found is None else RingPlan(tuple(found), turns)
 
 
-def _without_handles(solid: Solid, seen: Walls, gap: float) -> tuple[Solid, list[Solid]]:
+def _without_handles(solid: Solid, seen: WallProfile, gap: float) -> tuple[Solid, list[Solid]]:
     """What lies within the turned outline of the body, and the parts outside of it."""
     radius = np.array([float(np.nanpercentile(r, OUTLINE)) if np.isfinite(r).any() else np.nan for r in seen.outer])
-    known = np.isfinite(radius) & (np.isfinite(seen.outer).mean(axis=1) > MOST)
+    known = np.isfinite(radius) & (np.isfinite(seen.outer).mean(axis=1) > OPEN_RAY_SHARE)
     if not known.any():
         return solid, []
     radius = np.interp(seen.heights, seen.heights[known], radius[known])
@@ -126,16 +135,16 @@ def _without_handles(solid: Solid, seen: Walls, gap: float) -> tuple[Solid, list
             [[wide[below][-1], top], [0.0, top]],
         ]
     )
-    outline = turned_profile(profile, RAYS).translate((float(seen.center[0]), float(seen.center[1]), 0.0))
+    outline = revolve_profile(profile, RAYS).translate((float(seen.center[0]), float(seen.center[1]), 0.0))
     least = CRUMB * float(solid.volume())
-    handles = [p for p in parts(solid - outline, 10 * least) if _reach(p) > 4 * gap]
+    handles = [p for p in connected_parts(solid - outline, 10 * least) if _reach(p) > 4 * gap]
     if not handles:
         return solid, []
     body = solid
     for handle in handles:
         body = body - handle
     # What is left of a handle, be it a film or inside out, would draw the hull of the wall out to it.
-    return manifold3d.Manifold.compose(parts(body, least)), handles
+    return manifold3d.Manifold.compose(connected_parts(body, least)), handles
 
 
 def _reach(solid: Solid) -> float:
@@ -143,9 +152,9 @@ def _reach(solid: Solid) -> float:
     return float((box[3:] - box[:3]).max())
 
 
-def _turns(seen: Walls, error: float) -> list[int]:
+def _turns(seen: WallProfile, error: float) -> list[int]:
     """Rays at which a wall that is not round is cut, as few as keep every chord within the error of the inner wall."""
-    hollow = (seen.inner > 0).mean(axis=1) >= MOST
+    hollow = (seen.inner > 0).mean(axis=1) >= OPEN_RAY_SHARE
     rows = np.flatnonzero(hollow)
     if not len(rows):
         return []
@@ -183,13 +192,13 @@ def _farthest(places: Floats, start: int, error: float) -> int:
     return farthest
 
 
-def _eased(solid: Solid, seen: Walls, gap: float) -> Solid:
+def _eased(solid: Solid, seen: WallProfile, gap: float) -> Solid:
     """The body with its inner wall set back by a gap: chords lie as far before that wall as their ends behind it."""
-    hollow = np.flatnonzero((seen.inner > 0).mean(axis=1) >= MOST)
+    hollow = np.flatnonzero((seen.inner > 0).mean(axis=1) >= OPEN_RAY_SHARE)
     if not len(hollow):
         return solid
-    inner = np.array([middle(seen.inner[k]) for k in hollow])
-    outer = np.array([middle(seen.outer[k]) for k in hollow])
+    inner = np.array([median_radius(seen.inner[k]) for k in hollow])
+    outer = np.array([median_radius(seen.outer[k]) for k in hollow])
     # Only from the floor up, and never more than a part of the wall.
     start = len(hollow) - 1
     while start > 0 and hollow[start - 1] == hollow[start] - 1:
@@ -208,12 +217,12 @@ def _eased(solid: Solid, seen: Walls, gap: float) -> Solid:
             [[wide[-1], high], [0.0, high]],
         ]
     )
-    core = turned_profile(profile, RAYS).translate((float(seen.center[0]), float(seen.center[1]), 0.0))
+    core = revolve_profile(profile, RAYS).translate((float(seen.center[0]), float(seen.center[1]), 0.0))
     eased = solid - core
     return eased if eased.volume() > 0 else solid
 
 
-def _cells(solid: Solid, seen: Walls, plan: Plan) -> tuple[list[Solid], list[Solid]]:
+def _cells(solid: Solid, seen: WallProfile, plan: RingPlan) -> tuple[list[Solid], list[Solid]]:
     """The slabs that are one part each, and the parts of the solid in every sector of the others."""
     up = np.array([0.0, 0.0, 1.0])
     floors: list[Solid] = []
@@ -222,7 +231,7 @@ def _cells(solid: Solid, seen: Walls, plan: Plan) -> tuple[list[Solid], list[Sol
     for slab in plan.slabs:
         layer = rest
         if slab is not plan.slabs[-1]:
-            rest, layer = halves(rest, up, float(seen.heights[slab.last - 1] + seen.step / 2))
+            rest, layer = split_by_plane(rest, up, float(seen.heights[slab.last - 1] + seen.step / 2))
         if slab.sectors == 1:
             floors.append(layer)
         elif plan.turns is None:
@@ -240,6 +249,6 @@ def _wedges(layer: Solid, center: Floats, edges: Floats) -> list[Solid]:
         begin, end = edges[k], edges[(k + 1) % len(edges)]
         left = np.array([-np.sin(begin), np.cos(begin), 0.0])
         right = np.array([np.sin(end), -np.cos(end), 0.0])
-        wedge = halves(layer, left, float(left[:2] @ center))[0]
-        out.append(halves(wedge, right, float(right[:2] @ center))[0])
+        wedge = split_by_plane(layer, left, float(left[:2] @ center))[0]
+        out.append(split_by_plane(wedge, right, float(right[:2] @ center))[0])
     return out

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.core.typing import Floats
-from casa_assets.geometry.solid.revolution import RAYS, Walls
+from casa_assets.geometry.solid.revolution import RAYS, WallProfile
 
 # A wall starts where this share of the rays finds no matter at the axis.
-MOST = 0.6
+OPEN_RAY_SHARE = 0.6
 FEWEST_SECTORS = 6
 
 
@@ -25,7 +25,7 @@ class Slab:
 
 
 @dataclass(frozen=True)
-class Table:
+class SlabCosts:
     """What decides how the rows from i to before j may be cut, by (i, j); metres.
 
     Attributes:
@@ -41,16 +41,16 @@ class Table:
     radius: Floats
 
 
-def table(seen: Walls, is_round: bool) -> Table:
+def slab_costs(seen: WallProfile, is_round: bool) -> SlabCosts:
     """What each stretch of rows asks for; of round walls the middle radius decides, of others every eighth ray."""
     count = len(seen.heights)
-    hollow = (seen.inner > 0).mean(axis=1) >= MOST
-    full = (seen.inner == 0).mean(axis=1) >= MOST
+    hollow = (seen.inner > 0).mean(axis=1) >= OPEN_RAY_SHARE
+    full = (seen.inner == 0).mean(axis=1) >= OPEN_RAY_SHARE
     inner = np.where(hollow[:, None] & (seen.inner > 0), seen.inner, np.nan)
     outer = np.where((hollow | full)[:, None], seen.outer, np.nan)
-    widest = np.nan_to_num(np.array([middle(row) for row in inner]))
+    widest = np.nan_to_num(np.array([median_radius(row) for row in inner]))
     if is_round:
-        sides = [np.array([[middle(row)] for row in radii]) for radii in (inner, -outer)]
+        sides = [np.array([[median_radius(row)] for row in radii]) for radii in (inner, -outer)]
     else:
         sides = [radii[:, :: RAYS // 12] for radii in (inner, -outer)]
     sides = [np.stack([_bridged(column) for column in side.T], axis=1) for side in sides]
@@ -71,7 +71,7 @@ def table(seen: Walls, is_round: bool) -> Table:
             bends[:, first, last] = [_bend(radii[rows], seen.step) for radii in sides]
     bends = _widest(bends)
     bend = np.where(has_full, bends[1], bends.max(axis=0))
-    return Table(bend.round(9), filled.round(9), under.round(9), has_full, radius.round(9))
+    return SlabCosts(bend.round(9), filled.round(9), under.round(9), has_full, radius.round(9))
 
 
 def _widest(bends: Floats) -> Floats:
@@ -94,13 +94,13 @@ def _bridged(column: Floats) -> Floats:
     return np.interp(np.arange(len(column)), known, column[known])
 
 
-def middle(row: Floats) -> float:
+def median_radius(row: Floats) -> float:
     """Median of the radii that are known, nan where none is."""
     known = row[np.isfinite(row)]
     return float(np.median(known)) if len(known) else np.nan
 
 
-def slabs(of: Table, chord: float, bend: float, turns: int | None, foot: float) -> list[Slab] | None:
+def choose_slabs(of: SlabCosts, chord: float, bend: float, turns: int | None, foot: float) -> list[Slab] | None:
     """Rows in slabs, bottom to top, with as few parts as keep the walls within the errors; None where none do.
 
     Args:
@@ -127,7 +127,7 @@ def slabs(of: Table, chord: float, bend: float, turns: int | None, foot: float) 
     return out[::-1]
 
 
-def _sectors(of: Table, chord: float, bend: float, turns: int | None, foot: float) -> Floats:
+def _sectors(of: SlabCosts, chord: float, bend: float, turns: int | None, foot: float) -> Floats:
     """(H, H + 1) into how many sectors the rows from i to before j have to be cut; infinite where they bend or fill."""
     half = np.arccos(1 - chord / np.maximum(of.radius, chord))
     ring = np.maximum(FEWEST_SECTORS, np.ceil((np.pi / half).round(6)))

@@ -8,13 +8,21 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.grid.implicit_field import matter_field
+from casa_assets.geometry.grid.implicit_field import signed_distance_field
 from casa_assets.geometry.grid.isosurface import isosurface
 from casa_assets.geometry.grid.voxel import Grid, voxelise
-from casa_assets.geometry.mesh.hole_filling import mended
+from casa_assets.geometry.mesh.hole_filling import fill_holes
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.solid.cutting import Solid, halves, hull_size, slimmed, solid_of, surface_of, without_voids
-from casa_assets.ingest.collision.component_solids import Made, assembled, stands_for
+from casa_assets.geometry.solid.cutting import (
+    Solid,
+    simplify_solid,
+    solid_of,
+    split_by_plane,
+    surface_of,
+    volume_of_hull,
+    without_voids,
+)
+from casa_assets.ingest.collision.component_solids import AssembledSolid, assemble_solid, covers_surface
 
 # Cubes along the longest side where a broken surface is made solid.
 CELLS = 72
@@ -32,11 +40,11 @@ LOOSE = 0.5
 LEFT = 0.7
 # A surface of which more than this share is lone sheets is one.
 LONE = 0.5
-# Matter that grows by more than this share once sealed rooms are filled had two walls.
+# SolidProxy that grows by more than this share once sealed rooms are filled had two walls.
 SEALED = 0.25
 
 
-class Kind(StrEnum):
+class SurfaceKind(StrEnum):
     """What kind of surface it was."""
 
     SOLID = "solid"
@@ -46,7 +54,7 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True)
-class Matter:
+class SolidProxy:
     """A solid that stands for a surface.
 
     Attributes:
@@ -57,13 +65,13 @@ class Matter:
     """
 
     solid: Solid
-    kind: Kind
+    kind: SurfaceKind
     message: str
     wall: float
     exact: bool
 
 
-def matter(points: Floats, faces: Ints, full: bool) -> Matter | None:
+def solid_proxy(points: Floats, faces: Ints, full: bool) -> SolidProxy | None:
     """The solid that a surface stands for; None where there is none.
 
     Args:
@@ -75,17 +83,17 @@ def matter(points: Floats, faces: Ints, full: bool) -> Matter | None:
     grid = voxelise(points, faces, CELLS, bridge=full)
     # The grid tells what a full thing fills only where that is many cubes thick.
     told = not full or float(np.ptp(points, axis=0).min()) * CELLS > TELLING_CELLS * longest
-    for made in (_closed, assembled):
+    for made in (_closed, assemble_solid):
         found = made(points, faces, grid)
         solid = None if found is None else without_voids(found.solid)
-        if found is not None and solid is not None and stands_for(solid, points, faces, grid if told else None):
+        if found is not None and solid is not None and covers_surface(solid, points, faces, grid if told else None):
             raw = None if found.lone > LONE else found.solid
             solid = _within(solid, points[np.unique(faces)]) if found.lone > 0 else solid
             return _classified(solid, raw, area, longest, list(found.done), exact=True)
-    gridded = solid_of(*isosurface(matter_field(points, faces, grid), grid.origin, grid.cell))
+    gridded = solid_of(*isosurface(signed_distance_field(points, faces, grid), grid.origin, grid.cell))
     if gridded is None:
         return None
-    solid = _within(without_voids(slimmed(gridded, SMOOTH * grid.cell)), points[np.unique(faces)])
+    solid = _within(without_voids(simplify_solid(gridded, SMOOTH * grid.cell)), points[np.unique(faces)])
     exact = _closed(points, faces, grid)
     done = [f"made solid on a grid of {1000 * grid.cell:.2g} mm"]
     return _classified(solid, None if exact is None else exact.solid, area, longest, done, exact=False)
@@ -95,36 +103,38 @@ def _within(solid: Solid, points: Floats) -> Solid:
     """What of a solid lies in the box round some points; all of it where that would take most of it, as of a sheet."""
     rest = solid
     for axis in np.eye(3):
-        rest = halves(rest, axis, float((points @ axis).min()))[0]
-        rest = halves(rest, -axis, float((points @ -axis).min()))[0]
+        rest = split_by_plane(rest, axis, float((points @ axis).min()))[0]
+        rest = split_by_plane(rest, -axis, float((points @ -axis).min()))[0]
     return rest if rest.volume() > LEFT * solid.volume() else solid
 
 
-def _closed(points: Floats, faces: Ints, grid: Grid) -> Made | None:
+def _closed(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
     """The surface as a solid, small holes closed where there are such."""
     solid = solid_of(points, faces)
     if solid is not None:
-        return Made(solid, ())
-    whole = mended(points, faces, SMALL_HOLE * grid.cell * CELLS)
+        return AssembledSolid(solid, ())
+    whole = fill_holes(points, faces, SMALL_HOLE * grid.cell * CELLS)
     solid = None if whole is None else solid_of(*whole)
-    return None if solid is None else Made(solid, ("small holes were closed",))
+    return None if solid is None else AssembledSolid(solid, ("small holes were closed",))
 
 
-def _classified(solid: Solid, raw: Solid | None, area: float, longest: float, done: list[str], exact: bool) -> Matter:
+def _classified(
+    solid: Solid, raw: Solid | None, area: float, longest: float, done: list[str], exact: bool
+) -> SolidProxy:
     """Words for what the surface was: how much of its hull it fills, how thick its walls are, what was sealed in."""
     size = float(solid.volume())
-    fills = size / max(hull_size([solid]), 1e-30)
+    fills = size / max(volume_of_hull([solid]), 1e-30)
     skin = face_normals(*surface_of(solid))[1].sum()
     wall = 2 * size / float(skin)
     before = float(raw.volume()) if raw is not None else 0.0
     thin = 2 * (before if raw is not None else size) / (area * longest)
     sealed = 1 - before / size if raw is not None and size > 0 else 0.0
     if raw is None:
-        kind = Kind.SHEET if thin < THIN else Kind.SOLID
+        kind = SurfaceKind.SHEET if thin < THIN else SurfaceKind.SOLID
     elif sealed > SEALED:
-        kind = Kind.DOUBLE
+        kind = SurfaceKind.DOUBLE
         done = [*done, f"{sealed:.0%} of it was sealed off and was filled"]
     else:
-        kind = Kind.WALLED if fills < LOOSE and thin < THIN else Kind.SOLID
+        kind = SurfaceKind.WALLED if fills < LOOSE and thin < THIN else SurfaceKind.SOLID
     message = f"{kind}: fills {fills:.0%} of its hull, walls {thin:.3f} of its length"
-    return Matter(solid, kind, "; ".join([message, *done]), wall, exact)
+    return SolidProxy(solid, kind, "; ".join([message, *done]), wall, exact)

@@ -39,7 +39,7 @@ Pixels = npt.NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
-class Look:
+class ImageUse:
     """How the pixels of an image are to be kept.
 
     Attributes:
@@ -57,7 +57,7 @@ class Images:
     def __init__(self, limits: Mapping[str, float], notes: Notes) -> None:
         self._limits, self._notes = limits, notes
         self._pixels: dict[str, Pixels | None] = {}
-        self._textures: dict[tuple[str, Look], Texture] = {}
+        self._textures: dict[tuple[str, ImageUse], Texture] = {}
         self._names = Names()
 
     def pixels(self, key: str, data: bytes) -> Pixels | None:
@@ -66,7 +66,7 @@ class Images:
             self._pixels[key] = self._decode(key, data)
         return self._pixels[key]
 
-    def texture(self, key: str, data: bytes, name: str, look: Look) -> Texture | None:
+    def texture(self, key: str, data: bytes, name: str, look: ImageUse) -> Texture | None:
         """Texture named after `name`, or None (noted) where the image is refused or unreadable."""
         if (key, look) not in self._textures:
             pixels = self.pixels(key, data)

@@ -31,7 +31,7 @@ COARSE = 2e-3
 
 
 @dataclass
-class Rough:
+class ReadPart:
     """One mesh with one material, as read.
 
     Attributes:
@@ -61,8 +61,8 @@ def check_face_count(count: int, limits: Mapping[str, float], name: str) -> None
         raise Rejected(rejection_codes.TOO_LARGE, message)
 
 
-def finish(
-    roughs: Sequence[Rough],
+def raw_model(
+    roughs: Sequence[ReadPart],
     notes: Notes,
     name: str,
     found: Format,
@@ -117,14 +117,14 @@ def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
         notes.add(rejection_codes.PRECISION_LOST, "vertices", message)
 
 
-def _usable_faces(rough: Rough) -> npt.NDArray[np.bool_]:
+def _usable_faces(rough: ReadPart) -> npt.NDArray[np.bool_]:
     """(F,) whether all three vertices of a face are finite and near enough to be meant."""
     with np.errstate(invalid="ignore"):
         good = np.asarray((np.abs(rough.vertices) < FAR).all(axis=1))
     return np.asarray(good[rough.faces].all(axis=1)) if len(rough.faces) else np.zeros(0, dtype=bool)
 
 
-def _part(rough: Rough, keep: npt.NDArray[np.bool_], names: Names, notes: Notes) -> RawPart:
+def _part(rough: ReadPart, keep: npt.NDArray[np.bool_], names: Names, notes: Notes) -> RawPart:
     faces = rough.faces if keep.all() else rough.faces[keep]
     used, compact = used_vertices(faces, len(rough.vertices))
     uv = None if rough.uv is None else _finite_uv(rough.uv[used], rough.name, notes)

@@ -11,7 +11,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.notes import Notes, clean
-from casa_assets.ingest.load.raw_parts import Rough, check_face_count, finish
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
 from casa_assets.ingest.load.text import decode, plain
 from casa_assets.ingest.load.wavefront.parser import numbers
 from casa_assets.model.asset.material import Material
@@ -32,14 +32,14 @@ def read_stl(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
         roughs = _text(plain(data, name), limits, name)
     else:
         roughs = [_binary(data, limits, name)]
-    return finish(roughs, notes, name, Format.STL)
+    return raw_model(roughs, notes, name, Format.STL)
 
 
 def _is_exact(data: bytes) -> bool:
     return len(data) >= 84 and int(struct.unpack_from("<I", data, 80)[0]) * 50 + 84 == len(data)
 
 
-def _binary(data: bytes, limits: Mapping[str, float], name: str) -> Rough:
+def _binary(data: bytes, limits: Mapping[str, float], name: str) -> ReadPart:
     if len(data) < 84:
         raise Rejected(
             rejection_codes.TRUNCATED, f"{name}: {len(data)} bytes, a binary STL header has 84; fetch it again"
@@ -53,10 +53,10 @@ def _binary(data: bytes, limits: Mapping[str, float], name: str) -> Rough:
     check_face_count(claimed, limits, name)
     table = np.frombuffer(data, dtype=_TRIANGLE, count=claimed, offset=84)
     vertices = table["corners"].reshape(-1, 3).astype(np.float64)
-    return Rough("solid", vertices, np.arange(len(vertices)).reshape(-1, 3), Material(id="material"))
+    return ReadPart("solid", vertices, np.arange(len(vertices)).reshape(-1, 3), Material(id="material"))
 
 
-def _text(data: bytes, limits: Mapping[str, float], name: str) -> list[Rough]:
+def _text(data: bytes, limits: Mapping[str, float], name: str) -> list[ReadPart]:
     """One rough per `solid`, corners in threes."""
     solids: list[tuple[str, list[bytes]]] = []
     for line in data.split(b"\n"):
@@ -77,5 +77,5 @@ def _text(data: bytes, limits: Mapping[str, float], name: str) -> list[Rough]:
             raise Rejected(rejection_codes.TRUNCATED, f"{name}: {len(rows)} vertices are not triangles; fetch it again")
         vertices = numbers(rows, 3, 3, "vertex")
         faces = np.arange(len(vertices)).reshape(-1, 3)
-        out.append(Rough(title or "solid", vertices, faces, Material(id="material")))
+        out.append(ReadPart(title or "solid", vertices, faces, Material(id="material")))
     return out

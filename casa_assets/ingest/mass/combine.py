@@ -9,9 +9,9 @@ from casa_assets.geometry.mesh.measure import signed_volume, solid_moments
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.geometry.solid.manifold import closed_solid, union
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.draft import Draft, warning
-from casa_assets.ingest.mass.estimates import estimates, judged
+from casa_assets.ingest.mass.estimates import combine_estimates, estimates
 from casa_assets.model.asset.asset import Inertial
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Issue
@@ -22,7 +22,7 @@ THINNEST = 1e-7
 # How far apart a mesh and the closed part of it may end, as a part of the longest side, for that part to be the whole.
 SAME_REACH = 0.02
 # A mass less sure than this is remarked on.
-DOUBTFUL = 0.5
+DOUBTFUL_CONFIDENCE = 0.5
 
 
 def mass(draft: Draft, category: Category, substance: Substance, agree: float, decided_kg: float = 0.0) -> Draft:
@@ -40,9 +40,9 @@ def mass(draft: Draft, category: Category, substance: Substance, agree: float, d
     if decided_kg > 0:
         kg, confidence, reason = decided_kg, 1.0, "a person decided"
     else:
-        found = judged(estimates(*draft.soup(), category, substance), category, agree)
+        found = combine_estimates(estimates(*draft.soup(), category, substance), category, agree)
         kg, confidence, reason = found.kg, found.confidence, found.message
-        if confidence < DOUBTFUL and category.id != "object":
+        if confidence < DOUBTFUL_CONFIDENCE and category.id != "object":
             notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {reason}"),)
     kg = float(f"{kg:.6g}")
     tensor = _possible(inertia) * (kg / volume)
@@ -62,7 +62,7 @@ def _moments(draft: Draft, category: Category) -> tuple[float, Floats, Floats, s
     """Volume, centre, inertia at density 1, and over what they were taken."""
     vertices, faces = draft.soup()
     points, place = weld(vertices)
-    surfaces = [surface(p.shape, p.pose) for p in draft.colliders]
+    surfaces = [tessellate(p.shape, p.pose) for p in draft.colliders]
     hulls = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
     solid = closed_solid(points, place[faces]) if category.build in (Build.SOLID, Build.VESSEL) else None
     if solid is not None and signed_volume(*solid) > 0.02 * signed_volume(*hulls) and _spans(solid[0], points):

@@ -20,7 +20,7 @@ from casa_assets.model.registry.category import Build, Category, Upright
 
 # Usual walls of household things, metres: a mug 3.5 to 5 mm, drinking glasses 2 to 3 mm, pots 0.8 to 3 mm, moulded
 # plastic 1.5 to 2.5 mm. Our estimates, good to a third; what is not here is no material that walls are made of.
-WALLS: Mapping[str, float] = {
+WALL_THICKNESS_M: Mapping[str, float] = {
     "aluminium": 0.0025,
     "bamboo": 0.005,
     "brass": 0.0015,
@@ -43,16 +43,16 @@ WALLS: Mapping[str, float] = {
     "wood": 0.01,
 }
 # Substances whose density is that of the whole thing, air and all.
-WHOLE = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "unknown"})
+BULK_DENSITY_SUBSTANCES = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "unknown"})
 # Matter that fills less than this share of what it outlines, in a thing that is full, is a shell that stands for it.
-SHELL = 0.6
+SHELL_SHARE = 0.6
 # An open surface with more area than this, over that of its hull, has an inner wall and an outer one.
-DOUBLE = 1.25
+DOUBLE_WALL_AREA_RATIO = 1.25
 # Share of its hull that a full thing fills, and how far that goes; less is known of what is long and bent.
 CONVEX, CONVEX_SPREAD, BENT_SPREAD = 0.9, 0.25, 0.6
 
 
-class Way(StrEnum):
+class EstimateMethod(StrEnum):
     """How an estimate was made."""
 
     MATTER = "matter"
@@ -65,14 +65,14 @@ class Way(StrEnum):
 class Estimate:
     """One mass, kg, with its spread (log) and how it was made."""
 
-    way: Way
+    way: EstimateMethod
     kg: float
     spread: float
     message: str
 
 
 @dataclass(frozen=True)
-class Verdict:
+class CombinedMass:
     """What it is taken to weigh, kg; confidence 0..1; the largest ratio between two estimates; all in words."""
 
     kg: float
@@ -113,37 +113,41 @@ def _matter(
     if category.build is Build.VESSEL:
         if inside is None:
             return None
-        return Estimate(Way.MATTER, inside * density, 0.25, f"{inside * 1e6:.4g} cm^3 of walls")
-    if category.build is Build.HOLLOW and substance.id not in WHOLE:
+        return Estimate(EstimateMethod.MATTER, inside * density, 0.25, f"{inside * 1e6:.4g} cm^3 of walls")
+    if category.build is Build.HOLLOW and substance.id not in BULK_DENSITY_SUBSTANCES:
         return None
     outline = voxelise(points, ids, bridge=True).volume
-    if category.build is Build.SOLID and inside is not None and inside > SHELL * outline:
-        return Estimate(Way.MATTER, inside * density, 0.12, f"{inside * 1e6:.4g} cm^3 within the closed mesh")
+    if category.build is Build.SOLID and inside is not None and inside > SHELL_SHARE * outline:
+        return Estimate(
+            EstimateMethod.MATTER, inside * density, 0.12, f"{inside * 1e6:.4g} cm^3 within the closed mesh"
+        )
     spread = 0.3 if category.build is Build.SOLID else 0.4
-    return Estimate(Way.MATTER, outline * density, spread, f"{outline * 1e6:.4g} cm^3 within the outline")
+    return Estimate(EstimateMethod.MATTER, outline * density, spread, f"{outline * 1e6:.4g} cm^3 within the outline")
 
 
 def _hull(volume: float, skin: float, category: Category, substance: Substance) -> Estimate | None:
-    if category.build in (Build.SOLID, Build.FILLED) or substance.id in WHOLE:
+    if category.build in (Build.SOLID, Build.FILLED) or substance.id in BULK_DENSITY_SUBSTANCES:
         spread = BENT_SPREAD if category.upright is Upright.LIES else CONVEX_SPREAD
         kg = CONVEX * volume * substance.density
         return Estimate(
-            Way.HULL, kg, spread + 0.1 * (category.build is not Build.SOLID), f"hull {volume * 1e6:.4g} cm^3"
+            EstimateMethod.HULL, kg, spread + 0.1 * (category.build is not Build.SOLID), f"hull {volume * 1e6:.4g} cm^3"
         )
-    wall = WALLS.get(substance.id)
+    wall = WALL_THICKNESS_M.get(substance.id)
     if wall is None:
         return None
-    return Estimate(Way.HULL, skin * wall * substance.density, 0.5, f"skin of the hull {skin * 1e4:.4g} cm^2")
+    return Estimate(
+        EstimateMethod.HULL, skin * wall * substance.density, 0.5, f"skin of the hull {skin * 1e4:.4g} cm^2"
+    )
 
 
 def _shell(area: float, skin: float, closed: bool, category: Category, substance: Substance) -> Estimate | None:
-    wall = WALLS.get(substance.id)
+    wall = WALL_THICKNESS_M.get(substance.id)
     if wall is None or category.build in (Build.SOLID, Build.FILLED):
         return None
-    one_side = area / 2 if closed or area > DOUBLE * skin else area
+    one_side = area / 2 if closed or area > DOUBLE_WALL_AREA_RATIO * skin else area
     spread = 0.35 if category.build is Build.VESSEL else 0.6
     message = f"{one_side * 1e4:.4g} cm^2 of {substance.id} {1000 * wall:.2g} mm thick"
-    return Estimate(Way.SHELL, one_side * wall * substance.density, spread, message)
+    return Estimate(EstimateMethod.SHELL, one_side * wall * substance.density, spread, message)
 
 
 def _usual(extents: Floats, category: Category) -> Estimate:
@@ -153,10 +157,10 @@ def _usual(extents: Floats, category: Category) -> Estimate:
     span = category.mass_kg
     kg = float(np.clip(span.typical * (box / typical) ** grows, span.low, span.high))
     spread = max(log(span.high / span.low) / 4, 0.2)
-    return Estimate(Way.USUAL, kg, spread, f"usual for a {category.id} of this size")
+    return Estimate(EstimateMethod.USUAL, kg, spread, f"usual for a {category.id} of this size")
 
 
-def judged(found: Sequence[Estimate], category: Category, agree: float) -> Verdict:
+def combine_estimates(found: Sequence[Estimate], category: Category, agree: float) -> CombinedMass:
     """One mass out of the estimates, within the range of the category.
 
     What was measured counts as it is where it is usual and the others bear it out; else all are weighed by how far
@@ -166,10 +170,10 @@ def judged(found: Sequence[Estimate], category: Category, agree: float) -> Verdi
         found: at least the usual one. agree: ratio up to which two estimates say the same.
     """
     by = {e.way: e for e in found}
-    span, matter = category.mass_kg, by.get(Way.MATTER)
+    span, matter = category.mass_kg, by.get(EstimateMethod.MATTER)
     usual_mass = matter is not None and span.low <= matter.kg <= span.high
     # A measured mass within the usual range need not be that of the average one.
-    ratio = _disagreement([e for e in found if e.way is not Way.USUAL or not usual_mass])
+    ratio = _disagreement([e for e in found if e.way is not EstimateMethod.USUAL or not usual_mass])
     if matter is not None and usual_mass and category.build is not Build.HOLLOW and ratio <= agree:
         kg = matter.kg
     else:
@@ -184,7 +188,7 @@ def judged(found: Sequence[Estimate], category: Category, agree: float) -> Verdi
         confidence = min(confidence, 0.55 if max(kg / kept, kept / kg) < agree else 0.35)
     if category.id == "object":
         confidence = min(confidence, 0.2)
-    return Verdict(kept, confidence, ratio, message)
+    return CombinedMass(kept, confidence, ratio, message)
 
 
 def _disagreement(found: Sequence[Estimate]) -> float:

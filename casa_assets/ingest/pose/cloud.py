@@ -10,14 +10,14 @@ from scipy.spatial import ConvexHull, QhullError
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.measure import solid_moments
-from casa_assets.geometry.solid.coverage import placed_samples
+from casa_assets.geometry.solid.coverage import samples_with_faces
 from casa_assets.geometry.solid.hull import convex_hull
 
 SAMPLES = 16000
 
 
 @dataclass(frozen=True)
-class Cloud:
+class SurfaceSample:
     """A surface in the axes and units of its file, moved to its hull's centre and scaled to a longest side of 1.
 
     Attributes:
@@ -36,7 +36,7 @@ class Cloud:
         return self.samples @ turn.T, self.shell @ turn.T
 
 
-def cloud_of(points: Floats, faces: Ints) -> Cloud:
+def sample_surface(points: Floats, faces: Ints) -> SurfaceSample:
     """Spread points over a surface and wrap it.
 
     Args:
@@ -50,8 +50,8 @@ def cloud_of(points: Floats, faces: Ints) -> Cloud:
     small = (points - points.mean(axis=0)) / longest
     shell, triangles = convex_hull(small)
     volume, center, _ = solid_moments(shell, triangles)
-    samples = placed_samples(small, faces, SAMPLES)[0]
-    return Cloud(samples - center, shell - center, triangles, max(volume, 1e-9))
+    samples = samples_with_faces(small, faces, SAMPLES)[0]
+    return SurfaceSample(samples - center, shell - center, triangles, max(volume, 1e-9))
 
 
 def plan_axes(points: Floats) -> tuple[float, float, float]:

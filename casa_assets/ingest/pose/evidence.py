@@ -9,7 +9,7 @@ from scipy.ndimage import binary_closing, grey_closing
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.typing import Floats
-from casa_assets.ingest.pose.cloud import Cloud, plan_axes
+from casa_assets.ingest.pose.cloud import SurfaceSample, plan_axes
 from casa_assets.model.registry.category import Build, Category, Upright
 
 # Cells along the longest side of the map of heights that rain falls on.
@@ -40,7 +40,7 @@ class Stance:
     taper: float
 
 
-def stance(cloud: Cloud, turn: Floats, rain: bool) -> Stance:
+def stance(cloud: SurfaceSample, turn: Floats, rain: bool) -> Stance:
     """Measure one way up.
 
     Args:
@@ -57,8 +57,8 @@ def stance(cloud: Cloud, turn: Floats, rain: bool) -> Stance:
     crown = _area(points * [1, 1, -1], -high[2], height)
     return Stance(
         extents=np.array([long, wide, height]),
-        holds=held(samples) / cloud.volume if rain else 0.0,
-        hides=held(samples * [1, 1, -1]) / cloud.volume if rain else 0.0,
+        holds=rain_volume(samples) / cloud.volume if rain else 0.0,
+        hides=rain_volume(samples * [1, 1, -1]) / cloud.volume if rain else 0.0,
         foot=foot[0] / outline,
         crown=crown[0] / outline,
         stable=foot[1],
@@ -94,7 +94,7 @@ def _area(points: Floats, ground: float, height: float) -> tuple[float, bool]:
     return float(hull.volume), bool((hull.equations[:, 2] < slack).all())
 
 
-def held(points: Floats) -> float:
+def rain_volume(points: Floats) -> float:
     """Volume that rain falling on (N, 3) points of a surface would leave standing, z up; sees no overhangs.
 
     Ref: filling of pits in maps of heights, Planchon and Darboux 2001.
@@ -126,7 +126,7 @@ def held(points: Floats) -> float:
     return float((level - top).sum()) * cell * cell
 
 
-def score(one: Stance, category: Category) -> float:
+def pose_score(one: Stance, category: Category) -> float:
     """Log likelihood of resting this way for a thing of the category, up to a constant."""
     if category.upright is Upright.ANY or category.id == "object":
         return 0.0 if one.stable else -0.5

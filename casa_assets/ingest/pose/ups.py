@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.core.typing import Floats
-from casa_assets.ingest.pose.cloud import Cloud
+from casa_assets.ingest.pose.cloud import SurfaceSample
 
 # asset_from_file rotations by the file axis that becomes z. The first two are the usual conversions,
 # so that a glTF front (+z) becomes the asset front (-y).
-UPS: dict[str, Floats] = {
+UP_ROTATIONS: dict[str, Floats] = {
     "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], dtype=np.float64),
     "z": np.eye(3),
     "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], dtype=np.float64),
@@ -21,7 +21,7 @@ UPS: dict[str, Floats] = {
 # Prior weight of each up axis by what is known of the file; what is left is shared by the other axes and directions.
 # glTF fixes y up, and most exporters obey; OBJ, PLY and STL leave it open. The other way up is what a wrong sign in a
 # converter makes. What is seen of the thing has to be able to speak against all of these.
-PRIOR: dict[str, dict[str, float]] = {
+UP_PRIOR: dict[str, dict[str, float]] = {
     "declared_y": {"y": 0.80, "z": 0.07, "minus_y": 0.05},
     "declared_z": {"z": 0.82, "y": 0.05, "minus_z": 0.05},
     # COLLADA has a default of y up that exporters leave standing, and a tag that they write without turning anything.
@@ -46,27 +46,27 @@ ASKEW = 0.4
 
 def priors(key: str, names: list[str]) -> Floats:
     """Log prior of each candidate, by its name."""
-    stated = PRIOR.get(key, PRIOR["unknown"])
-    rest = (1 - sum(stated.values())) / (len(UPS) - len(stated))
-    odds: Floats = np.log(np.array([stated.get(n, rest if n in UPS else rest * ASKEW) for n in names]))
+    stated = UP_PRIOR.get(key, UP_PRIOR["unknown"])
+    rest = (1 - sum(stated.values())) / (len(UP_ROTATIONS) - len(stated))
+    odds: Floats = np.log(np.array([stated.get(n, rest if n in UP_ROTATIONS else rest * ASKEW) for n in names]))
     return odds
 
 
-def candidates(cloud: Cloud) -> list[tuple[str, Floats]]:
-    """Names and asset_from_file rotations; the six axes first, in the order of UPS."""
-    found = list(UPS.items())
-    taken = [turn[2] for turn in UPS.values()]
+def candidates(cloud: SurfaceSample) -> list[tuple[str, Floats]]:
+    """Names and asset_from_file rotations; the six axes first, in the order of UP_ROTATIONS."""
+    found = list(UP_ROTATIONS.items())
+    taken = [turn[2] for turn in UP_ROTATIONS.values()]
     ways = [("foot", up) for up in _feet(cloud)]
     _, axes = np.linalg.eigh(np.cov(cloud.samples.T))
     ways += [("along", sign * axis) for axis in axes.T for sign in (1.0, -1.0)]
     for kind, up in ways:
         if all(np.arccos(np.clip(up @ other, -1, 1)) > SAME for other in taken):
             taken.append(up)
-            found.append((f"{kind}_{sum(n.startswith(kind) for n, _ in found)}", upright(up)))
+            found.append((f"{kind}_{sum(n.startswith(kind) for n, _ in found)}", rotation_to_z(up)))
     return found
 
 
-def _feet(cloud: Cloud) -> list[Floats]:
+def _feet(cloud: SurfaceSample) -> list[Floats]:
     """Directions up when the hull stands on one of its larger sides, largest first, or hangs from it.
 
     Both, because a bowl's largest side is its rim.
@@ -91,10 +91,10 @@ def _feet(cloud: Cloud) -> list[Floats]:
     return [way for _, up in sides[:MOST_FEET] for way in (up, -up)]
 
 
-def upright(up: Floats) -> Floats:
+def rotation_to_z(up: Floats) -> Floats:
     """(3, 3) rotation that brings a unit direction to z by the shortest way from the axis of the file next to it."""
-    name = max(UPS, key=lambda n: float(UPS[n][2] @ up))
-    base = UPS[name]
+    name = max(UP_ROTATIONS, key=lambda n: float(UP_ROTATIONS[n][2] @ up))
+    base = UP_ROTATIONS[name]
     a, b = base @ up, np.array([0.0, 0.0, 1.0])
     axis, cosine = np.cross(a, b), float(a @ b)
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])

@@ -21,7 +21,7 @@ ROUNDS = 4
 MOST_PAIRS = 40_000_000
 
 
-def joined(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Floats, Ints, list[Issue]]:
+def close_cracks(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Floats, Ints, list[Issue]]:
     """Close cracks where that makes open edges meet; everything else stays where it is.
 
     Args:

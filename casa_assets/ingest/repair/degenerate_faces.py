@@ -14,7 +14,7 @@ NO_HEIGHT = 1e-7
 MOSTLY = 0.98
 
 
-def sound_faces(vertices: Floats, faces: Ints, place: Ints) -> Mask:
+def valid_faces(vertices: Floats, faces: Ints, place: Ints) -> Mask:
     """(F,) faces with an area, each set of three points once; reversed twins go only where that leaves it closed.
 
     Args:

@@ -26,7 +26,7 @@ OPAQUE = 250
 WITH_ALPHA = (4, 6)
 
 
-def hidden(found: Pieces, clear: Mask) -> tuple[Mask, list[Issue]]:
+def enclosed_parts(found: Pieces, clear: Mask) -> tuple[Mask, list[Issue]]:
     """Which pieces are sealed up in others that cannot be seen through, and notes where there are some.
 
     The inner wall of a room stays, with a note: it says how thick the outer one is. So does all that is glass.

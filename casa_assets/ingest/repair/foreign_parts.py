@@ -60,7 +60,7 @@ APART_GAP = 0.1
 MOST_APART = 64
 
 
-def extras(found: Pieces, category: Category | None) -> tuple[Mask, list[Issue]]:
+def foreign_parts(found: Pieces, category: Category | None) -> tuple[Mask, list[Issue]]:
     """Which pieces are no part of the thing, and what is said of it.
 
     Args:
@@ -92,7 +92,7 @@ def extras(found: Pieces, category: Category | None) -> tuple[Mask, list[Issue]]
     return out | specks, notes
 
 
-def several(found: Pieces, out: Mask) -> list[Issue]:
+def separate_objects(found: Pieces, out: Mask) -> list[Issue]:
     """A note where large pieces stand apart from each other."""
     if out.all():
         return []

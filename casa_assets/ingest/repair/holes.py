@@ -29,7 +29,7 @@ SAME = 1e-3
 LEAST_LEVEL = 0.2
 
 
-def closed(parts: tuple[RawPart, ...], cut: Floats | None = None) -> tuple[tuple[RawPart, ...], list[Issue]]:
+def close_holes(parts: tuple[RawPart, ...], cut: Floats | None = None) -> tuple[tuple[RawPart, ...], list[Issue]]:
     """The parts with small holes closed, and a note where there were some.
 
     A fan takes texture coordinates, normals and colours from the vertices at the rim. Larger openings stay, and round
@@ -44,7 +44,7 @@ def closed(parts: tuple[RawPart, ...], cut: Floats | None = None) -> tuple[tuple
     points, place = weld(vertices)
     widest = WIDEST * float(np.ptp(points, axis=0).max())
     ours = None if cut is None or not len(cut) else cKDTree(cut)
-    torn = [rim for rim in rims(faces, place) if _is_torn(points[place[rim[:, 0]]], widest, ours)]
+    torn = [rim for rim in boundary_loops(faces, place) if _is_torn(points[place[rim[:, 0]]], widest, ours)]
     if not torn:
         return parts, []
     out = list(parts)
@@ -59,7 +59,7 @@ def closed(parts: tuple[RawPart, ...], cut: Floats | None = None) -> tuple[tuple
     return tuple(out), [warning("MSH041", "holes", message)]
 
 
-def rims(faces: Ints, place: Ints) -> list[Ints]:
+def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:
     """Closed ways along the edges that have a face on one side, against that face; ways that branch are left out.
 
     Args:

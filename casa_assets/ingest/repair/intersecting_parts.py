@@ -21,7 +21,7 @@ SPOTS = 200  # of each piece; walls of 4 mm hold 3 % of a mug that was pushed ha
 LEAST_INSIDE = 2
 
 
-def crossing(points: Floats, ids: Ints) -> list[Issue]:
+def intersecting_parts(points: Floats, ids: Ints) -> list[Issue]:
     """A note where pieces of like size run through each other.
 
     Args:

@@ -8,25 +8,25 @@ import numpy.typing as npt
 from casa_assets.core.typing import Ints
 from casa_assets.geometry.mesh.topology import edge_counts, weld
 from casa_assets.ingest.draft import warning
-from casa_assets.ingest.repair.holes import closed
+from casa_assets.ingest.repair.holes import close_holes
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.issue import Issue
 
 # More tangled edges than this share are the way it was built, and so many at most are looked at.
-MOST = 0.005
+MAX_NONMANIFOLD_SHARE = 0.005
 MOST_EDGES = 400
 # Cutting out may bare another tangle so many times.
 ROUNDS = 3
 
 
-def untangled(parts: tuple[RawPart, ...]) -> tuple[tuple[RawPart, ...], list[Issue]]:
+def cut_nonmanifold_faces(parts: tuple[RawPart, ...]) -> tuple[tuple[RawPart, ...], list[Issue]]:
     """The parts without tangles, small holes closed; as they were where that leaves more unsound edges than before.
 
     Returns:
         The parts, and notes of tangles that were cut out and of holes that were closed.
     """
-    plain, plain_notes = closed(parts)
+    plain, plain_notes = close_holes(parts)
     ids = _ids(plain)
     before = _unsound(ids)
     if not _is_rare(ids):
@@ -40,7 +40,7 @@ def untangled(parts: tuple[RawPart, ...]) -> tuple[tuple[RawPart, ...], list[Iss
         tried = _without(tried, bad)
         if not tried:
             return plain, plain_notes
-    mended, _ = closed(tried, np.concatenate(cut))
+    mended, _ = close_holes(tried, np.concatenate(cut))
     after = _unsound(_ids(mended))
     if after * 2 > before:
         return plain, plain_notes
@@ -62,7 +62,7 @@ def _unsound(ids: Ints) -> int:
 def _is_rare(ids: Ints) -> bool:
     _, uses, _ = edge_counts(ids)
     tangled = int((uses > 2).sum())
-    return 0 < tangled <= min(MOST_EDGES, MOST * len(uses))
+    return 0 < tangled <= min(MOST_EDGES, MAX_NONMANIFOLD_SHARE * len(uses))
 
 
 def _touching(ids: Ints) -> npt.NDArray[np.bool_]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.core.typing import Ints, Mask
-from casa_assets.geometry.mesh.topology import edge_counts, patches
+from casa_assets.geometry.mesh.topology import edge_counts, manifold_patches
 from casa_assets.ingest.draft import warning
 from casa_assets.model.issue import Issue
 
@@ -13,7 +13,7 @@ from casa_assets.model.issue import Issue
 MOST_FACES = 2
 
 
-def fins(ids: Ints) -> tuple[Mask, list[Issue]]:
+def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
     """Which faces are fins, and a note where there are some.
 
     Nothing is one where the rest would stay open: there a lone face may be all that is left of a wall.
@@ -25,7 +25,7 @@ def fins(ids: Ints) -> tuple[Mask, list[Issue]]:
     edges, uses, _ = edge_counts(ids)
     if not len(ids) or not (uses > 2).any() or not (uses == 1).any():
         return none, []
-    patch = patches(ids)
+    patch = manifold_patches(ids)
     small = np.bincount(patch)[patch] <= MOST_FACES
     stands, hangs = (np.isin(patch, patch[_has(ids, edges[mask])]) for mask in (uses == 1, uses > 2))
     found = small & stands & hangs

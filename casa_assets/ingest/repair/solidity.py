@@ -10,9 +10,9 @@ from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.grid.voxel import voxelise
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import edge_counts, face_components
-from casa_assets.geometry.mesh.visibility import exposure
+from casa_assets.geometry.mesh.visibility import measure_visibility
 from casa_assets.geometry.solid.hull import hull_volume
-from casa_assets.ingest.collision.solid_proxy import LOOSE, SEALED, THIN, Kind
+from casa_assets.ingest.collision.solid_proxy import LOOSE, SEALED, THIN, SurfaceKind
 
 # Share of the area of an open surface, or of a full thing, that must be out of sight for its walls to be double.
 UNSEEN = 0.25
@@ -31,7 +31,7 @@ class Solidity:
         closed: it bounds a volume, though it may touch itself; else `fills` and `wall` are by a grid.
     """
 
-    kind: Kind
+    kind: SurfaceKind
     fills: float
     wall: float
     seen: float
@@ -48,7 +48,7 @@ class Solidity:
     @property
     def confidence(self) -> float:
         """Confidence, 0..1: less where the surface is open, or a number is near its limit."""
-        near = abs(np.log(max(self.wall, 1e-6) / THIN)) < 0.25 and self.kind is not Kind.DOUBLE
+        near = abs(np.log(max(self.wall, 1e-6) / THIN)) < 0.25 and self.kind is not SurfaceKind.DOUBLE
         return (0.9 if self.closed else 0.6) - (0.2 if near else 0.0)
 
 
@@ -63,7 +63,7 @@ def solidity(points: Floats, faces: Ints, full: bool = False) -> Solidity:
     points, faces = points[used], local.reshape(-1, 3)
     hull = max(hull_volume(points), 1e-300)
     area, longest = float(face_normals(points, faces)[1].sum()), float(np.ptp(points, axis=0).max())
-    found = exposure(points, faces, STREWN)
+    found = measure_visibility(points, faces, STREWN)
     seen = float((found.front | found.back).mean())
     outer, rooms = _volumes(points, faces)
     closed = bool((edge_counts(faces)[2] == 0).all()) and outer > rooms
@@ -82,11 +82,11 @@ def _volumes(points: Floats, faces: Ints) -> tuple[float, float]:
     return float(volumes[volumes > 0].sum()), float(-volumes[volumes < 0].sum())
 
 
-def _kind(fills: float, wall: float, seen: float, sealed: float, closed: bool, full: bool) -> Kind:
+def _kind(fills: float, wall: float, seen: float, sealed: float, closed: bool, full: bool) -> SurfaceKind:
     unseen = wall < THIN and seen < 1 - UNSEEN
     # The inner wall of a closed vessel is out of sight, too; that of a thing that is full is a mistake.
     if sealed > SEALED or (unseen and (full or not closed)):
-        return Kind.DOUBLE
+        return SurfaceKind.DOUBLE
     if not closed:
-        return Kind.SHEET if wall < THIN else Kind.SOLID
-    return Kind.WALLED if fills < LOOSE and wall < THIN else Kind.SOLID
+        return SurfaceKind.SHEET if wall < THIN else SurfaceKind.SOLID
+    return SurfaceKind.WALLED if fills < LOOSE and wall < THIN else SurfaceKind.SOLID

@@ -17,8 +17,8 @@ from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.issue import Issue
 
 # How far off an edge a corner may lie: of the longest side, and of the edge.
-OFF = 2e-3
-OFF_EDGE = 0.1
+MAX_OFF_SHARE = 2e-3
+MAX_OFF_EDGE_SHARE = 0.1
 # A face is cut along one of its edges at a time.
 ROUNDS = 6
 # With more open edges than these it is a soup.
@@ -34,7 +34,7 @@ class _Cut:
     places: Floats
 
 
-def split_tees(parts: tuple[RawPart, ...]) -> tuple[tuple[RawPart, ...], list[Issue]]:
+def split_t_junctions(parts: tuple[RawPart, ...]) -> tuple[tuple[RawPart, ...], list[Issue]]:
     """Cut faces whose open edge is met by shorter open edges, where all of it is met.
 
     Texture coordinates, normals and colours of a new vertex are those of its place on the edge.
@@ -70,7 +70,7 @@ def _cuts(parts: tuple[RawPart, ...]) -> list[_Cut]:
     open_keys = set(key[bare].tolist())
     rim = np.unique(ends[bare])
     tree = cKDTree(points[rim])
-    off = OFF * float(np.ptp(points, axis=0).max())
+    off = MAX_OFF_SHARE * float(np.ptp(points, axis=0).max())
     first, second = points[ends[bare, 0]], points[ends[bare, 1]]
     length = np.linalg.norm(second - first, axis=1)
     near = tree.query_ball_point((first + second) / 2, length / 2, return_sorted=True)
@@ -80,7 +80,7 @@ def _cuts(parts: tuple[RawPart, ...]) -> list[_Cut]:
         if len(near[row]) < 3 or edge // 3 in taken:
             continue
         a, b = ends[edge]
-        way = _on_the_way(points, rim[near[row]], int(a), int(b), min(off, OFF_EDGE * float(length[row])))
+        way = _on_the_way(points, rim[near[row]], int(a), int(b), min(off, MAX_OFF_EDGE_SHARE * float(length[row])))
         if len(way) and _all_met(np.array([a, *way, b]), open_keys, len(points)):
             taken.add(edge // 3)
             found.append(_Cut(edge // 3, edge % 3, points[way]))

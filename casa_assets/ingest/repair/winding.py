@@ -6,8 +6,14 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.mesh.measure import winding_number
-from casa_assets.geometry.mesh.topology import consistent_winding, edge_counts, face_components, is_closed, patches
-from casa_assets.geometry.mesh.visibility import exposure
+from casa_assets.geometry.mesh.topology import (
+    consistent_winding,
+    edge_counts,
+    face_components,
+    is_closed,
+    manifold_patches,
+)
+from casa_assets.geometry.mesh.visibility import measure_visibility
 
 # So many pieces, the largest, are looked at for being within one another.
 MOST_HOLLOW = 64
@@ -21,7 +27,7 @@ LEAST_SHARE = 0.3
 LEAST_SEEN = 8
 
 
-def outward(vertices: Floats, ids: Ints, faces: Ints, keep: Mask) -> tuple[Ints, Mask]:
+def orient_outward(vertices: Floats, ids: Ints, faces: Ints, keep: Mask) -> tuple[Ints, Mask]:
     """Turn faces so that each piece winds one way, and outwards unless it is the inner wall of another.
 
     Args:
@@ -105,14 +111,14 @@ def _back_to_front(points: Floats, ids: Ints, label: Ints, open_: Mask) -> Mask:
     none = np.zeros(len(ids), dtype=bool)
     if not open_.any():
         return none
-    patch = patches(ids)
+    patch = manifold_patches(ids)
     corners = points[ids]
     count = int(label.max()) + 1
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, label, corners.min(axis=1))
     np.maximum.at(high, label, corners.max(axis=1))
     flat = (high - low).min(axis=1) <= 1e-6 * (high - low).max(axis=1)
-    found = exposure(points, ids)
+    found = measure_visibility(points, ids)
     size = int(patch.max()) + 1
     strewn = np.bincount(patch[found.face], minlength=size)
     front = np.bincount(patch[found.face], weights=found.front & ~found.back, minlength=size)

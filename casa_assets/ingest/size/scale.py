@@ -13,7 +13,7 @@ from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.mesh.measure import signed_volume
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.ingest.draft import Draft, warning
-from casa_assets.ingest.size.size_phrases import Told, told
+from casa_assets.ingest.size.size_phrases import StatedSize, parse_size_phrases
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import Build, Category
 
@@ -21,27 +21,27 @@ from casa_assets.model.registry.category import Build, Category
 UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
 # How often each is meant where the format states none, and where what it states cannot be; the rest is no unit at all:
 # sculpted by eye, or normalised.
-SILENT = {"metre": 0.40, "centimetre": 0.17, "millimetre": 0.20, "inch": 0.08}
-WRONG = {"metre": 0.02, "centimetre": 0.25, "millimetre": 0.25, "inch": 0.12}
-GENERATED = {"metre": 0.20, "centimetre": 0.02, "millimetre": 0.02, "inch": 0.01}
+UNIT_PRIOR_SILENT = {"metre": 0.40, "centimetre": 0.17, "millimetre": 0.20, "inch": 0.08}
+UNIT_PRIOR_WRONG = {"metre": 0.02, "centimetre": 0.25, "millimetre": 0.25, "inch": 0.12}
+UNIT_PRIOR_GENERATED = {"metre": 0.20, "centimetre": 0.02, "millimetre": 0.02, "inch": 0.01}
 # What no unit says is spread over that many nats: five decades.
-DECADES = 11.5
+PRIOR_NATS = 11.5
 # A longest side or a diagonal of one of these is the work of a normaliser, to a thousandth.
-NORMAL = (0.5, 1.0, 2.0, 10.0, 100.0)
+NORMALISED_LENGTHS = (0.5, 1.0, 2.0, 10.0, 100.0)
 # A guess is right when it is within this factor of the truth.
-NEAR = 1.25
+CORRECT_FACTOR = 1.25
 # A size that the category alone gives is never surer than this: there are odd ones everywhere.
-MOST_SURE = 0.85
+MAX_CONFIDENCE = 0.85
 # Nor is any unit where nobody knows what the thing is.
-UNKNOWN_SURE = 0.6
+MAX_CONFIDENCE_UNKNOWN = 0.6
 # Spread of a stated length about the side that it names, and of a stated volume about the size that it makes; log.
 LENGTH_SPREAD, VOLUME_SPREAD = 0.06, 0.12
 # What it holds over the volume of its hull.
-HOLDS = {Build.VESSEL: 0.7, Build.HOLLOW: 0.6, Build.FILLED: 0.85, Build.SOLID: 1.0}
+CAPACITY_SHARE = {Build.VESSEL: 0.7, Build.HOLLOW: 0.6, Build.FILLED: 0.85, Build.SOLID: 1.0}
 
 
 @dataclass(frozen=True)
-class Belief:
+class SizePrior:
     """A size before the file's units are looked at: metres per unit as a log normal, and where it comes from."""
 
     middle: float
@@ -50,7 +50,7 @@ class Belief:
 
 
 @dataclass(frozen=True)
-class Decision:
+class ScaleDecision:
     """Metres per unit, the name of that, confidence 0..1, evidence."""
 
     factor: float
@@ -84,9 +84,9 @@ def scale(
     if not np.isfinite(longest) or longest <= 0 or longest > 1e30:
         raise Rejected("MSH003", f"the longest side is {longest:g} file units; no unit makes a thing of that")
     if size_m > 0:
-        found = Decision(size_m / longest, "decided", 1.0, f"a person decided that it is {size_m:g} m long")
+        found = ScaleDecision(size_m / longest, "decided", 1.0, f"a person decided that it is {size_m:g} m long")
     else:
-        belief = _belief(vertices, extents, category, told(texts))
+        belief = _belief(vertices, extents, category, parse_size_phrases(texts))
         found = _decide(extents, draft.metres_per_unit, category, slack, belief, generated)
     factor = float(f"{found.factor:.9g}")
     notes: tuple[Issue, ...] = ()
@@ -101,7 +101,7 @@ def scale(
     )
 
 
-def _belief(vertices: Floats, extents: Floats, category: Category, words: Told) -> Belief:
+def _belief(vertices: Floats, extents: Floats, category: Category, words: StatedSize) -> SizePrior:
     """Metres per unit by the category's size along every axis, and by what is said of it."""
     sides = category.extents
     plan = sorted(sides[:2], key=lambda s: s.typical)
@@ -121,16 +121,18 @@ def _belief(vertices: Floats, extents: Floats, category: Category, words: Told) 
     message = f"the usual size of a {category.id}, along all three axes"
     if words.shift:
         message += f", and the words {', '.join(words.words)}"
-    hint = _stated_size(vertices, extents, category, words, Belief(middle, sigma, message))
-    return hint if hint is not None else Belief(middle, sigma, message)
+    hint = _stated_size(vertices, extents, category, words, SizePrior(middle, sigma, message))
+    return hint if hint is not None else SizePrior(middle, sigma, message)
 
 
-def _stated_size(vertices: Floats, extents: Floats, category: Category, words: Told, usual: Belief) -> Belief | None:
+def _stated_size(
+    vertices: Floats, extents: Floats, category: Category, words: StatedSize, usual: SizePrior
+) -> SizePrior | None:
     """What lengths and volumes in the words make of it, where one of them makes a usual size."""
     options = [(log(length / float(side)), LENGTH_SPREAD) for length in words.lengths for side in extents if side > 0]
     if words.volumes:
         try:
-            volume = signed_volume(*convex_hull(vertices)) * HOLDS[category.build]
+            volume = signed_volume(*convex_hull(vertices)) * CAPACITY_SHARE[category.build]
             options += [(log(v / volume) / 3, VOLUME_SPREAD) for v in words.volumes]
         except DegenerateShape:
             pass
@@ -138,12 +140,12 @@ def _stated_size(vertices: Floats, extents: Floats, category: Category, words: T
     if not near:
         return None
     _, middle, spread = min(near)
-    return Belief(middle, spread, f"the words {', '.join(words.words)}")
+    return SizePrior(middle, spread, f"the words {', '.join(words.words)}")
 
 
 def _decide(
-    extents: Floats, stated: float | None, category: Category, slack: float, belief: Belief, generated: bool
-) -> Decision:
+    extents: Floats, stated: float | None, category: Category, slack: float, belief: SizePrior, generated: bool
+) -> ScaleDecision:
     longest = float(extents.max())
     span = category.longest_m
     usual = f"a {category.id} is {span.low:g} to {span.high:g} m long"
@@ -154,12 +156,14 @@ def _decide(
         if normal:
             confidence = min(confidence, 0.45)
         if category.id == "object":
-            confidence = min(confidence, UNKNOWN_SURE)
-        return Decision(stated, "as_stated", confidence, f"the file's unit gives {longest * stated:.3g} m; {usual}")
-    table = GENERATED if generated else SILENT if stated is None else WRONG
+            confidence = min(confidence, MAX_CONFIDENCE_UNKNOWN)
+        return ScaleDecision(
+            stated, "as_stated", confidence, f"the file's unit gives {longest * stated:.3g} m; {usual}"
+        )
+    table = UNIT_PRIOR_GENERATED if generated else UNIT_PRIOR_SILENT if stated is None else UNIT_PRIOR_WRONG
     # A model that is exactly one unit long was normalised: its size says nothing.
     weights = {name: share * (0.02 if normal else 1.0) for name, share in table.items()}
-    free = (1 - sum(weights.values())) / DECADES
+    free = (1 - sum(weights.values())) / PRIOR_NATS
     odds = {
         name: weights[name] * _density(log(unit), belief)
         for name, unit in UNITS.items()
@@ -172,16 +176,16 @@ def _decide(
         plural = "inches" if name == "inch" else f"{name}s"
         message = f"{longest:.4g} units read as {plural} are {size:.3g} m; {usual}"
         # Where it was no unit after all, the usual size is what would have been guessed: right as often as that is.
-        most = UNKNOWN_SURE if category.id == "object" else 0.97
-        return Decision(UNITS[name], name, min(most, odds[name] / total), message)
+        most = MAX_CONFIDENCE_UNKNOWN if category.id == "object" else 0.97
+        return ScaleDecision(UNITS[name], name, min(most, odds[name] / total), message)
     factor = float(np.clip(np.exp(belief.middle), span.low / longest, span.high / longest))
-    confidence = erf(log(NEAR) / (sqrt(2) * belief.spread)) * (free / total)
+    confidence = erf(log(CORRECT_FACTOR) / (sqrt(2) * belief.spread)) * (free / total)
     why = "normalised to one unit" if normal else f"no unit fits {longest:.4g} units"
     message = f"{why}; set to {factor * longest:.3g} m by {belief.message}"
-    return Decision(factor, "usual_size", min(confidence, MOST_SURE), message)
+    return ScaleDecision(factor, "usual_size", min(confidence, MAX_CONFIDENCE), message)
 
 
-def _density(value: float, belief: Belief) -> float:
+def _density(value: float, belief: SizePrior) -> float:
     """Of the log normal, per nat; units are never quite as sharp as a stated length."""
     spread = max(belief.spread, 0.12)
     return float(np.exp(-0.5 * ((value - belief.middle) / spread) ** 2)) / (spread * sqrt(2 * pi))
@@ -190,6 +194,6 @@ def _density(value: float, belief: Belief) -> float:
 def _is_normalised(extents: Floats) -> bool:
     diagonal = float(np.linalg.norm(extents))
     sizes = (float(extents.max()), diagonal, diagonal / 2)
-    return any(abs(size / one - 1) < 1e-3 for size in sizes[:1] for one in NORMAL) or any(
+    return any(abs(size / one - 1) < 1e-3 for size in sizes[:1] for one in NORMALISED_LENGTHS) or any(
         abs(size - 1.0) < 1e-4 for size in sizes[1:]
     )

@@ -44,7 +44,7 @@ _SHIFTS = {
 
 
 @dataclass(frozen=True)
-class Told:
+class StatedSize:
     """What was said of the size.
 
     Attributes:
@@ -58,7 +58,7 @@ class Told:
     words: tuple[str, ...] = ()
 
 
-def told(texts: Sequence[str]) -> Told:
+def parse_size_phrases(texts: Sequence[str]) -> StatedSize:
     """Read titles and prompts, such as `Frypan 8"` or `a large 1.5 l pitcher`."""
     lengths: list[float] = []
     volumes: list[float] = []
@@ -75,7 +75,7 @@ def told(texts: Sequence[str]) -> Told:
             if word in _SHIFTS and abs(_SHIFTS[word]) > abs(shift):
                 shift = _SHIFTS[word]
                 words.append(word)
-    return Told(
+    return StatedSize(
         tuple(v for v in dict.fromkeys(lengths) if v > 0),
         tuple(v for v in dict.fromkeys(volumes) if v > 0),
         shift,

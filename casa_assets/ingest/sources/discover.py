@@ -12,10 +12,10 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
 from casa_assets.ingest.sources import manifest, objaverse
-from casa_assets.ingest.sources.bounded_reads import check_file, shown
+from casa_assets.ingest.sources.bounded_reads import check_file, escaped_path
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.package import Package
-from casa_assets.ingest.sources.untrusted_fields import hints
+from casa_assets.ingest.sources.untrusted_fields import unique_hints
 from casa_assets.model.ingest.source import Source, SourceKind
 
 DEEPEST_FOLDER = 64
@@ -59,8 +59,8 @@ def _discover(root: Path) -> Iterator[Found | Refused]:
             inputs += 1
             yield one
         if not inputs and suffix_of(place.name) in SUFFIXES:
-            message = f"{shown(place.name)}: a folder, not a regular file; put the file itself there"
-            yield Refused(shown(place.name), rejection_codes.NOT_A_FILE, message)
+            message = f"{escaped_path(place.name)}: a folder, not a regular file; put the file itself there"
+            yield Refused(escaped_path(place.name), rejection_codes.NOT_A_FILE, message)
     elif place.suffix.lower() in (".jsonl", ".json"):
         yield from _named_manifest(Package(place.parent, ""), place.name)
     else:
@@ -86,10 +86,8 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
     try:
         entries = sorted(os.scandir(package.root), key=lambda e: os.fsencode(e.name))
     except OSError as error:
-        message = (
-            f"{shown(package.prefix) or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
-        )
-        yield Refused(shown(package.prefix).rstrip("/"), rejection_codes.UNREADABLE, message)
+        message = f"{escaped_path(package.prefix) or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
+        yield Refused(escaped_path(package.prefix).rstrip("/"), rejection_codes.UNREADABLE, message)
         return
     entries = [e for e in entries if not e.name.startswith(".") and e.name != "__MACOSX"]
     names = frozenset(e.name.lower() for e in entries)
@@ -110,8 +108,8 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
             folders.append(entry.name)
     for name in folders:
         if depth >= DEEPEST_FOLDER:
-            message = f"{shown(name)}: folders nested too deep; move it"
-            yield Refused(shown(package.prefix + name), rejection_codes.UNREADABLE, message)
+            message = f"{escaped_path(name)}: folders nested too deep; move it"
+            yield Refused(escaped_path(package.prefix + name), rejection_codes.UNREADABLE, message)
         else:
             yield from _inner(package, name, claimed, depth)
 
@@ -129,8 +127,8 @@ def _is_unread(name: str, names: Set[str]) -> bool:
 
 
 def _unread(package: Package, name: str) -> Refused:
-    message = f"{shown(name)}: this is {UNREAD_SUFFIXES[suffix_of(name)]}, not a mesh that is read"
-    return Refused(shown(package.prefix + name), rejection_codes.WRONG_TYPE, message)
+    message = f"{escaped_path(name)}: this is {UNREAD_SUFFIXES[suffix_of(name)]}, not a mesh that is read"
+    return Refused(escaped_path(package.prefix + name), rejection_codes.WRONG_TYPE, message)
 
 
 def _inner(package: Package, name: str, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
@@ -159,12 +157,12 @@ def _loose(package: Package, main: str) -> Found | Refused:
     """A mesh file that no package describes: its name and folders are all that is known."""
     path = package.prefix + main
     try:
-        if shown(path) != path:
-            raise Rejected(rejection_codes.BAD_NAME, f"{shown(main)}: the name is not UTF-8; rename the file")
+        if escaped_path(path) != path:
+            raise Rejected(rejection_codes.BAD_NAME, f"{escaped_path(main)}: the name is not UTF-8; rename the file")
         check_file(str(package.root / main), package.root)
     except Rejected as error:
-        return Refused(shown(path), error.code, error.message)
+        return Refused(escaped_path(path), error.code, error.message)
     stem = posixpath.splitext(posixpath.basename(main))[0]
     folders = posixpath.dirname(path).split("/")[::-1]
-    source = Source(kind=SourceKind.FOLDER, path=path, hints=hints([stem], folders, [package.root.name]))
+    source = Source(kind=SourceKind.FOLDER, path=path, hints=unique_hints([stem], folders, [package.root.name]))
     return Found(package.root, main, source)

@@ -40,7 +40,7 @@ _IDS = {spdx_id.lower(): spdx_id for spdx_id in (*_SLUGS.values(), *_NAMES.value
 _CREATIVE = re.compile(r"cc[ -](by(?:-(?:nc|sa|nd)){0,2})[ -]v?(\d\.\d)")
 
 
-def spdx(word: str) -> str:
+def spdx_id(word: str) -> str:
     """SPDX id where the word maps to one, the word itself where not, `unknown` where it is empty."""
     text = " ".join(word.split())
     key = text.lower()

@@ -13,9 +13,9 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.licence import spdx
+from casa_assets.ingest.sources.licence import spdx_id
 from casa_assets.ingest.sources.package import Package
-from casa_assets.ingest.sources.untrusted_fields import hints, parse_json, safe_id, word, words
+from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id, text_field, text_list, unique_hints
 from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.model.issue import Issue
 
@@ -144,19 +144,19 @@ def _remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
 
 
 def _source(uid: str, main: str, row: Mapping[str, object]) -> Source:
-    is_generated = bool(word(row, "prompt") or word(row, "generator"))
-    title = word(row, "name") or word(row, "title")
+    is_generated = bool(text_field(row, "prompt") or text_field(row, "generator"))
+    title = text_field(row, "name") or text_field(row, "title")
     stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]
     return Source(
         kind=SourceKind.TEXT_TO_3D if is_generated else SourceKind.MANIFEST,
         path=main,
         uid=uid,
         title=title,
-        author=word(row, "author"),
-        licence=spdx(word(row, "license") or word(row, "licence")),
-        uri=word(row, "uri") or word(row, "url"),
-        prompt=word(row, "prompt"),
-        generator=word(row, "generator"),
-        category=word(row, "category"),
-        hints=hints([title], words(row.get("tags")), [word(row, "prompt")], [stem], folders, [uid]),
+        author=text_field(row, "author"),
+        licence=spdx_id(text_field(row, "license") or text_field(row, "licence")),
+        uri=text_field(row, "uri") or text_field(row, "url"),
+        prompt=text_field(row, "prompt"),
+        generator=text_field(row, "generator"),
+        category=text_field(row, "category"),
+        hints=unique_hints([title], text_list(row.get("tags")), [text_field(row, "prompt")], [stem], folders, [uid]),
     )

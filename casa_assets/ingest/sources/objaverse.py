@@ -14,11 +14,11 @@ from pathlib import Path
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.notes import clean
-from casa_assets.ingest.sources.bounded_reads import check_file, shown
+from casa_assets.ingest.sources.bounded_reads import check_file, escaped_path
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.licence import spdx
+from casa_assets.ingest.sources.licence import spdx_id
 from casa_assets.ingest.sources.package import MOST_INDEX_BYTES, Package
-from casa_assets.ingest.sources.untrusted_fields import hints, parse_json, safe_id, word, words
+from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id, text_field, text_list, unique_hints
 from casa_assets.model.ingest.source import Source, SourceKind
 
 INDEX_FILES = frozenset(
@@ -82,8 +82,8 @@ def _glbs(root: Path) -> list[tuple[str, str]]:
 def _input(package: Package, main: str, uid: str, row: object, category: str) -> Found | Refused:
     try:
         check_file(str(package.root / main), package.root)
-        if shown(main) != main:
-            raise Rejected(rejection_codes.BAD_NAME, f"{shown(main)}: the name is not UTF-8; rename the file")
+        if escaped_path(main) != main:
+            raise Rejected(rejection_codes.BAD_NAME, f"{escaped_path(main)}: the name is not UTF-8; rename the file")
         return package.found(main, _source(main, uid, row, category))
     except Rejected as error:
         return package.refuse(main, error)
@@ -92,18 +92,18 @@ def _input(package: Package, main: str, uid: str, row: object, category: str) ->
 def _source(main: str, uid: str, row: object, category: str) -> Source:
     entry: Mapping[str, object] = row if isinstance(row, dict) else {}
     user = entry.get("user")
-    author = (word(user, "displayName") or word(user, "username")) if isinstance(user, dict) else ""
-    title = word(entry, "name")
+    author = (text_field(user, "displayName") or text_field(user, "username")) if isinstance(user, dict) else ""
+    title = text_field(entry, "name")
     return Source(
         kind=SourceKind.OBJAVERSE,
         path=main,
         uid=uid,
         title=title,
         author=author,
-        licence=spdx(word(entry, "license")),
-        uri=word(entry, "uri") or word(entry, "viewerUrl"),
+        licence=spdx_id(text_field(entry, "license")),
+        uri=text_field(entry, "uri") or text_field(entry, "viewerUrl"),
         category=category,
-        hints=hints([title], words(entry.get("tags")), words(entry.get("categories"))),
+        hints=unique_hints([title], text_list(entry.get("tags")), text_list(entry.get("categories"))),
     )
 
 
@@ -178,18 +178,18 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
         if not isinstance(row, dict):
             raise Rejected(rejection_codes.BAD_ROW, f"{place}: not an object; mend it")
         main = package.file(row.get("path"), place)
-        title = word(row, "name")
+        title = text_field(row, "name")
         stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]
         source = Source(
             kind=SourceKind.OBJAVERSE_XL,
             path=main,
-            uid=word(row, "sha256"),
+            uid=text_field(row, "sha256"),
             title=title,
-            author=word(row, "author"),
-            licence=spdx(word(row, "license")),
-            uri=word(row, "fileIdentifier"),
-            category=word(row, "category"),
-            hints=hints([title], words(row.get("tags")), [stem], folders),
+            author=text_field(row, "author"),
+            licence=spdx_id(text_field(row, "license")),
+            uri=text_field(row, "fileIdentifier"),
+            category=text_field(row, "category"),
+            hints=unique_hints([title], text_list(row.get("tags")), [stem], folders),
         )
         return package.found(main, source)
     except Rejected as error:

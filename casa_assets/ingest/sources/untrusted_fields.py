@@ -40,23 +40,23 @@ def _whole(digits: str) -> int | None:
     return int(digits) if len(digits) < 20 else None
 
 
-def word(row: Mapping[str, object], key: str) -> str:
+def text_field(row: Mapping[str, object], key: str) -> str:
     """Text at `key`, cleaned of control characters; empty where it is missing or no text."""
     value = row.get(key)
     return clean(value, MOST_CHARACTERS).strip() if isinstance(value, str) else ""
 
 
-def words(values: object, key: str = "name") -> list[str]:
+def text_list(values: object, key: str = "name") -> list[str]:
     """Texts of a list of texts or of objects with a `key`; a bare text counts as one."""
     if isinstance(values, str):
         return [clean(values)]
     if not isinstance(values, list):
         return []
-    found = [word(v, key) if isinstance(v, dict) else clean(v) if isinstance(v, str) else "" for v in values]
+    found = [text_field(v, key) if isinstance(v, dict) else clean(v) if isinstance(v, str) else "" for v in values]
     return [w for w in found[:MOST_HINTS] if w]
 
 
-def hints(*groups: Iterable[str]) -> tuple[str, ...]:
+def unique_hints(*groups: Iterable[str]) -> tuple[str, ...]:
     """All words in order, each once, without empty ones and content hashes."""
     out: dict[str, None] = {}
     for group in groups:

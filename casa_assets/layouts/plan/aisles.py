@@ -8,7 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.geometry.planar import inside
+from casa_assets.geometry.planar import contains_point
 from casa_assets.model.kitchen.floor import Aisle, AisleKind, Corners, Row, RunEnd, Side
 from casa_assets.model.record import Vec2
 
@@ -133,7 +133,7 @@ def _passes(
     """Whether the strip before a face goes on at both ends."""
     for u in (hits[0][0] - BEYOND, hits[-1][0] + BEYOND):
         x, y = np.array(face.start) + u * face.along + width / 2 * face.away
-        if not inside(outline, (float(x), float(y))):
+        if not contains_point(outline, (float(x), float(y))):
             return False
         for row, left, right, front in bodies:
             along, before = row.of((float(x), float(y)))

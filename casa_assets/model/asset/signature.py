@@ -14,7 +14,7 @@ PAIR_SHARES, REACH_SHARES, TONE_SHARES = 32, 16, 9
 TONES = 5
 
 
-class Form(Record):
+class ShapeDescriptor(Record):
     """A surface in numbers that no turn, no move and no triangulation changes; lengths are parts of `radius`.
 
     Attributes:
@@ -45,7 +45,7 @@ class Tint(Record):
 
 
 class Signature(Record):
-    """Form and colours of one thing."""
+    """ShapeDescriptor and colours of one thing."""
 
-    form: Form
+    form: ShapeDescriptor
     tint: Tint

@@ -33,7 +33,7 @@ from casa_assets.families.kit.asset_builder import ROOT, Bench, Moved, Piece
 from casa_assets.families.kit.solids.skin import skin
 from casa_assets.families.parts.carcass import interiors
 from casa_assets.families.parts.carcass.interiors import Interior
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.provenance import Labels
@@ -234,7 +234,7 @@ def _raw_parts(work: _Work, piece: Piece, found: Articulation, filling: Interior
 
 def _shapes(piece: Piece) -> list[Floats]:
     """Points of every shape of a piece, its frame, metres."""
-    return [surface(c.shape, c.pose, 16)[0] for c in piece.colliders]
+    return [tessellate(c.shape, c.pose, 16)[0] for c in piece.colliders]
 
 
 def _cloud(points: Floats, piece: Piece, metres: float) -> Floats:

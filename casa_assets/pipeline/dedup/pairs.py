@@ -12,9 +12,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from casa_assets.checks.library.duplicates import Alike
-from casa_assets.geometry.mesh.registration import Cloud, cloud, overlay
-from casa_assets.geometry.mesh.shape_descriptor import form_gap
-from casa_assets.model.asset.signature import PAIR_SHARES, REACH_SHARES, Form
+from casa_assets.geometry.mesh.registration import SampledSurface, align, sampled_surface
+from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance
+from casa_assets.model.asset.signature import PAIR_SHARES, REACH_SHARES, ShapeDescriptor
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import AssetRow
@@ -40,11 +40,11 @@ def similar_pairs(rows: Sequence[AssetRow], store: Store) -> Iterator[Alike]:
 class ShapeIndex:
     """ShapeIndex as arrays, so that the few near one of them are found among very many at once."""
 
-    def __init__(self, forms: Iterable[Form] = ()) -> None:
+    def __init__(self, forms: Iterable[ShapeDescriptor] = ()) -> None:
         self._forms = list(forms)
         self._table = np.array([_flat(form) for form in self._forms]).reshape(-1, PAIR_SHARES + REACH_SHARES + 3)
 
-    def add(self, form: Form) -> None:
+    def add(self, form: ShapeDescriptor) -> None:
         """One more form; its place is the number of those before it."""
         count = len(self._forms)
         if count == len(self._table):
@@ -53,27 +53,27 @@ class ShapeIndex:
         self._table[count] = _flat(form)
         self._forms.append(form)
 
-    def near(self, form: Form) -> list[int]:
+    def near(self, form: ShapeDescriptor) -> list[int]:
         """Places of the forms that are near a form, ascending."""
         apart = np.abs(self._table[: len(self._forms)] - np.array(_flat(form)))
         pairs, reach = apart[:, :PAIR_SHARES].mean(axis=1), apart[:, PAIR_SHARES:-3].mean(axis=1)
         gap = np.maximum(np.maximum(pairs, reach), apart[:, -3:].max(axis=1))
-        # Sums of another order may differ in their last digits: who is near is for `form_gap` to say.
+        # Sums of another order may differ in their last digits: who is near is for `descriptor_distance` to say.
         likely = np.flatnonzero(gap <= MAX_DESCRIPTOR_DISTANCE * (1 + 1e-9)).tolist()
-        return [i for i in likely if form_gap(form, self._forms[i]) <= MAX_DESCRIPTOR_DISTANCE]
+        return [i for i in likely if descriptor_distance(form, self._forms[i]) <= MAX_DESCRIPTOR_DISTANCE]
 
 
-def _flat(form: Form) -> tuple[float, ...]:
+def _flat(form: ShapeDescriptor) -> tuple[float, ...]:
     return (*form.pairs, *form.reach, *form.axes)
 
 
-def nearby_pairs(forms: Sequence[Form]) -> list[tuple[int, int]]:
+def nearby_pairs(forms: Sequence[ShapeDescriptor]) -> list[tuple[int, int]]:
     """Indices of the pairs of forms that are near each other, in order."""
     if len(forms) < 2:
         return []
     table = np.array([form.pairs for form in forms])
     found = cKDTree(table).query_pairs(MAX_DESCRIPTOR_DISTANCE * PAIR_SHARES, p=1)
-    return sorted((i, j) for i, j in found if form_gap(forms[i], forms[j]) <= MAX_DESCRIPTOR_DISTANCE)
+    return sorted((i, j) for i, j in found if descriptor_distance(forms[i], forms[j]) <= MAX_DESCRIPTOR_DISTANCE)
 
 
 def measure_pair(one: AssetRow, other: AssetRow, store: Store) -> Alike:
@@ -95,18 +95,18 @@ def measure_pair(one: AssetRow, other: AssetRow, store: Store) -> Alike:
 
 
 def _registration_error(one: AssetRow, other: AssetRow, store: Store) -> tuple[float, float]:
-    key = digest_of("overlay", key_of(overlay, cloud, surface), one.digest, other.digest)
+    key = digest_of("overlay", key_of(align, sampled_surface, surface), one.digest, other.digest)
     kept = store.get(key)
     if kept is not None:
         most, every = json.loads(kept)
         return float(most), float(every)
-    found = overlay(_cloud(one.folder, one.digest), _cloud(other.folder, other.digest))
+    found = align(_cloud(one.folder, one.digest), _cloud(other.folder, other.digest))
     with suppress(OSError):  # a library that may only be read
         store.put(key, json.dumps([found.most, found.all]).encode())
     return found.most, found.all
 
 
 @lru_cache(maxsize=32)
-def _cloud(folder: Path, digest: str) -> Cloud:
+def _cloud(folder: Path, digest: str) -> SampledSurface:
     """The surface of the asset in a folder; the digest tells what stood there before from what stands there now."""
-    return cloud(*surface(disk.read_asset(folder)))
+    return sampled_surface(*surface(disk.read_asset(folder)))

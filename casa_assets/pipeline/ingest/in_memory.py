@@ -7,7 +7,7 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.trimesh_exchange import Thing
+from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
 from casa_assets.ingest.load.by_trimesh.from_trimesh import bundle_from_trimesh
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.asset.asset import Asset
@@ -20,7 +20,7 @@ from casa_assets.pipeline.library.asset_package import check_package, write_pack
 from casa_assets.pipeline.library.review import doubtful_guesses
 
 
-def ingest_mesh(mesh: Thing, name: str, category: str = "", up: Up | None = None) -> tuple[Asset, Report]:
+def ingest_mesh(mesh: MeshOrScene, name: str, category: str = "", up: Up | None = None) -> tuple[Asset, Report]:
     """The asset of a mesh or scene, and the report of every check, errors too.
 
     Args:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from casa_assets.ingest.add_back_faces import backs
+from casa_assets.ingest.add_back_faces import add_back_faces
 from casa_assets.ingest.assemble import assemble
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.collide import collide
@@ -109,7 +109,7 @@ def _grasp(draft: Draft, brief: BuildContext) -> Draft:
 
 
 def _backs(draft: Draft, brief: BuildContext) -> Draft:
-    return backs(draft, brief.category, brief.limits["missing_side"])
+    return add_back_faces(draft, brief.category, brief.limits["missing_side"])
 
 
 # `load` and `clean` come before, `assemble` after: they change the type.

@@ -13,7 +13,7 @@ from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind
 from casa_assets.articulate.segment.fragments import fragment_labels
 from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.errors import Rejected
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Span
@@ -96,7 +96,7 @@ def test_a_rack_of_wires_is_touched_as_a_basket() -> None:
     assert {c.label for c in found.colliders} == {"rack"}
     assert len(found.colliders) <= 12
     # One finds a floor in its middle, and no lid.
-    shapes = [c.pose.apply(surface(c.shape, Pose())[0]) + np.array(joint.anchor) for c in found.colliders]
+    shapes = [c.pose.apply(tessellate(c.shape, Pose())[0]) + np.array(joint.anchor) for c in found.colliders]
     over = [
         p for p in shapes if (p[:, :2].min(axis=0) < (0.25, 0.2)).all() and (p[:, :2].max(axis=0) > (0.25, 0.2)).all()
     ]

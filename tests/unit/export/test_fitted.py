@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import kitchen as usd
-from casa_assets.geometry.inertia import BESIDE_M, beside, felt
+from casa_assets.geometry.inertia import ADJACENT_M, adjacent_links, drop_unfelt_products
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.model.asset.asset import Asset, Base, Inertial, JointKind
 from casa_assets.model.kitchen.scene import Scene
@@ -48,25 +48,25 @@ def resistance(scene: Scene) -> np.ndarray:
 
 class TestFelt:
     def test_what_stands_and_what_turns_about_its_own_axis_is_straight(self) -> None:
-        assert products(felt(leaning(cupboard()))) == dict.fromkeys(products(cupboard()), False)
+        assert products(drop_unfelt_products(leaning(cupboard()))) == dict.fromkeys(products(cupboard()), False)
 
     def test_moments_mass_and_centre_stay(self) -> None:
-        for link in felt(leaning(cupboard())).links:
+        for link in drop_unfelt_products(leaning(cupboard())).links:
             assert link.inertial.inertia[:3] == LEANS.inertia[:3]
             assert (link.inertial.mass, link.inertial.center_of_mass) == (LEANS.mass, LEANS.center_of_mass)
 
     def test_an_axis_that_leans_itself_keeps_the_tensor(self) -> None:
         leant = leaning(joint_changed("knob_turn", axis=(0.0, math.cos(0.2), math.sin(0.2))))
-        assert products(felt(leant)) == {**dict.fromkeys(products(leant), False), "knob": True}
+        assert products(drop_unfelt_products(leant)) == {**dict.fromkeys(products(leant), False), "knob": True}
 
     def test_what_slides_along_any_axis_is_straight(self) -> None:
         leant = leaning(joint_changed("drawer_slide", axis=(0.0, math.cos(0.2), math.sin(0.2))))
-        assert not products(felt(leant))["drawer"]
+        assert not products(drop_unfelt_products(leant))["drawer"]
 
     def test_what_turns_on_what_turns_keeps_the_tensor(self) -> None:
         whole = leaning(cupboard())
         links = tuple(k.replace(parent="door") if k.name == "knob" else k for k in whole.links)
-        assert products(felt(whole.replace(links=links)))["knob"]
+        assert products(drop_unfelt_products(whole.replace(links=links)))["knob"]
 
     def test_a_turned_frame_is_judged_by_its_own_axes(self) -> None:
         """Carried rigidly by a door, in a frame about x by 0.6 rad: the upright hinge is none of its own axes."""
@@ -76,12 +76,12 @@ class TestFelt:
             k.replace(parent="door", pose=k.pose.replace(quaternion=TILTED)) if k.name == "knob" else k
             for k in whole.links
         )
-        found = products(felt(whole.replace(links=links, joints=joints)))
+        found = products(drop_unfelt_products(whole.replace(links=links, joints=joints)))
         assert (found["knob"], found["door"]) == (True, False)
 
     def test_a_loose_thing_is_left_alone(self) -> None:
         loose = leaning(cupboard()).replace(base=Base.FREE)
-        assert felt(loose) is loose
+        assert drop_unfelt_products(loose) is loose
 
     def test_no_joint_can_tell(self) -> None:
         scene = room((leaning(cupboard()), at(0.0, 0.0, 0.0)))
@@ -96,16 +96,16 @@ class TestBeside:
     def test_a_cupboard_is_beside_itself_and_what_is_near(self) -> None:
         wide = block("near", (0.6, 0.05, 0.7))
         gap = 0.257 + 0.025  # from the middle of what stands before it to the bar of the drawer
-        for more, near in ((BESIDE_M - 0.001, True), (BESIDE_M + 0.02, False)):
+        for more, near in ((ADJACENT_M - 0.001, True), (ADJACENT_M + 0.02, False)):
             scene = room((cupboard(), at(0.0, 0.0, 0.0)), (wide, at(0.0, -gap - more, 0.0)))
-            pairs = {(f"{a.placement}/{a.link}", b.placement) for a, b in beside(scene)}
+            pairs = {(f"{a.placement}/{a.link}", b.placement) for a, b in adjacent_links(scene)}
             assert {p for p in pairs if p[1] == "thing_0"} == {
                 (f"thing_0/{joint.child}", "thing_0") for joint in cupboard().joints
             }
             assert (("thing_0/drawer", "thing_1") in pairs) == near
 
     def test_what_moves_and_what_is_loose_is_tried_with_everything_that_moves(self) -> None:
-        pairs = beside(corner())
+        pairs = adjacent_links(corner())
         assets = corner().asset_of
         for moving, fixed in pairs:
             assert assets[moving.placement].base is assets[fixed.placement].base is Base.FIXED
@@ -114,7 +114,7 @@ class TestBeside:
 
     def test_both_formats_leave_out_these_pairs(self) -> None:
         scene = room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.6, 0.0, 0.0)))
-        count = len(beside(scene))
+        count = len(adjacent_links(scene))
         assert count > len(cupboard().joints) * 2
         assert mjcf.write(scene).entries[mjcf.FILE].count(b"<exclude ") == count
         layer = usd.write(scene).entries[usd.FILE].decode()
@@ -124,4 +124,4 @@ class TestBeside:
 
     def test_slides_count_as_moving(self) -> None:
         kinds = {joint.child: joint.kind for joint in cupboard().joints}
-        assert {kinds[m.link] for m, _ in beside(room((cupboard(), at(0.0, 0.0, 0.0))))} == set(JointKind)
+        assert {kinds[m.link] for m, _ in adjacent_links(room((cupboard(), at(0.0, 0.0, 0.0))))} == set(JointKind)

@@ -17,7 +17,7 @@ from lxml import etree
 from casa_assets.export.mjcf import document
 from casa_assets.export.mjcf.scene.kitchen import Groups, write
 from casa_assets.export.mjcf.scene.resources import FOLDER
-from casa_assets.geometry.inertia import beside
+from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Placement, Scene
 from tests.assets import microwave, textured_box
@@ -113,7 +113,7 @@ class TestNames:
             for p in corner().placements
             for e in asset_of[p.name].exclusions
         }
-        near = {tuple(body(end.placement, end.link) for end in pair) for pair in beside(corner())}
+        near = {tuple(body(end.placement, end.link) for end in pair) for pair in adjacent_links(corner())}
         assert own <= set(pairs)
         # The light form has filters for the others. No pair is said twice, whatever comes first in it.
         beyond = near - {pair[::-1] for pair in own} - own if weight is Weight.FULL else set()

@@ -10,9 +10,9 @@ import numpy.typing as npt
 import pytest
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.lightweight import inside, lighten
+from casa_assets.geometry.lightweight import inscribed_primitives, lighten
 from casa_assets.geometry.solid.hull import convex_hull, hull_planes, hull_volume
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset, Collider
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Box, Cylinder, Hull, MeshShape
@@ -37,7 +37,7 @@ def volume(shape: Box | Cylinder) -> float:
 
 
 def filled(points: Floats) -> float:
-    return sum(volume(shape) for shape, _ in inside(points)) / hull_volume(points)
+    return sum(volume(shape) for shape, _ in inscribed_primitives(points)) / hull_volume(points)
 
 
 ROD = prism([(0.05 * math.cos(t), 0.05 * math.sin(t)) for t in np.arange(24) * math.pi / 12], 0.6)
@@ -52,14 +52,14 @@ PLATE = prism([(0.0, 0.0), (0.5, 0.0), (0.5, 0.3), (0.0, 0.3)], 0.0006)
 def test_nothing_sticks_out(points: Floats, pose: Pose) -> None:
     moved = pose.apply(points)
     planes = hull_planes(moved)
-    for shape, at in inside(moved):
-        corners, _ = surface(shape, at)
+    for shape, at in inscribed_primitives(moved):
+        corners, _ = tessellate(shape, at)
         assert (corners @ planes[:, :3].T + planes[:, 3]).max() <= 1e-9
 
 
 @pytest.mark.parametrize("points", [CORNER, WEDGE, CLOUD])
 def test_boxes_of_one_hull_do_not_overlap(points: Floats) -> None:
-    for (first, one), (second, other) in itertools.combinations(inside(points), 2):
+    for (first, one), (second, other) in itertools.combinations(inscribed_primitives(points), 2):
         assert isinstance(first, Box)
         assert isinstance(second, Box)
         assert one.quaternion == other.quaternion
@@ -76,22 +76,22 @@ def test_how_much_is_left() -> None:
 
 
 def test_a_round_hull_is_a_cylinder_and_a_corner_is_not() -> None:
-    ((rod, pose),) = inside(TURNED.apply(ROD))
+    ((rod, pose),) = inscribed_primitives(TURNED.apply(ROD))
     assert isinstance(rod, Cylinder)
     assert np.abs(pose.rotation[:, 2] @ TURNED.rotation[:, 2]) == pytest.approx(1.0, abs=1e-6)
     assert rod.height == pytest.approx(0.6, abs=1e-4)
-    boxes = [shape for shape, _ in inside(CORNER)]
+    boxes = [shape for shape, _ in inscribed_primitives(CORNER)]
     assert len(boxes) > 1
     assert all(isinstance(shape, Box) for shape in boxes)
 
 
 def test_a_second_time_is_the_same() -> None:
-    assert inside(CLOUD) == inside(CLOUD.copy())
+    assert inscribed_primitives(CLOUD) == inscribed_primitives(CLOUD.copy())
 
 
 def test_a_flat_cloud_has_no_inside() -> None:
     with pytest.raises(DegenerateShape):
-        inside(np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0)]))
+        inscribed_primitives(np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0)]))
 
 
 @pytest.mark.parametrize("asset", [rigid_mug(), drawer_unit(), grill()])
@@ -114,7 +114,7 @@ def test_an_asset_keeps_all_but_its_meshes(asset: Asset) -> None:
 
 def test_walls_of_a_mug_leave_it_open() -> None:
     for item in colliders(lighten(rigid_mug())).values():
-        corners, _ = surface(item.shape, item.pose)
+        corners, _ = tessellate(item.shape, item.pose)
         rim = corners[corners[:, 2] > 0.02]
         assert rim.size == 0 or np.hypot(rim[:, 0], rim[:, 1]).min() > 0.03
 
@@ -147,7 +147,7 @@ def test_what_leans_keeps_the_foot_that_it_stands_on() -> None:
     leaning = asset.replace(links=(asset.root.replace(colliders=(block,)),))
     feet = []
     for item in colliders(lighten(leaning)).values():
-        corners, _ = surface(item.shape, item.pose)
+        corners, _ = tessellate(item.shape, item.pose)
         assert corners[:, 2].min() > -1e-6
         flat = corners[corners[:, 2] < 1e-4]
         feet.append(float(np.prod(np.ptp(flat[:, :2], axis=0))) if len(flat) >= 4 else 0.0)

@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.mesh.registration import cloud, overlay
-from casa_assets.geometry.mesh.shape_descriptor import form, form_gap, spread
+from casa_assets.geometry.mesh.registration import align, sampled_surface
+from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance, principal_spread, shape_descriptor
 from tests.meshes import box_mesh, lathe
 
 Floats = npt.NDArray[np.float64]
@@ -60,10 +60,10 @@ EVERY = {"mug": mug(), "box": box(0.1, 0.2, 0.3), "cube": box(0.2, 0.2, 0.2), "t
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_copy_has_the_same_form_and_lies_on_the_original(name: str, seed: int) -> None:
     own, copy = EVERY[name], finer(moved(EVERY[name], seed, factor=37.0))
-    first, second = form(*own), form(*copy)
+    first, second = shape_descriptor(*own), shape_descriptor(*copy)
     assert second.radius / first.radius == pytest.approx(37.0, rel=1e-4)
-    assert form_gap(first, second) < 0.02
-    found = overlay(cloud(*own), cloud(*copy))
+    assert descriptor_distance(first, second) < 0.02
+    found = align(sampled_surface(*own), sampled_surface(*copy))
     assert found.most < SAME
     assert found.all < 4 * SAME
     assert np.linalg.det(found.turn) == pytest.approx(1.0)
@@ -79,18 +79,18 @@ def test_a_copy_has_the_same_form_and_lies_on_the_original(name: str, seed: int)
     ],
 )
 def test_what_differs_does_not_lie_on_it(one: Surface, other: Surface) -> None:
-    found = overlay(cloud(*one), cloud(*moved(other, 5)))
+    found = align(sampled_surface(*one), sampled_surface(*moved(other, 5)))
     assert found.most > 0.025 or found.all > 0.1
 
 
 def test_the_same_surface_gives_the_same_numbers() -> None:
-    assert form(*mug()) == form(*mug())
-    one, other = (overlay(cloud(*mug()), cloud(*moved(mug(), 3))) for _ in range(2))
+    assert shape_descriptor(*mug()) == shape_descriptor(*mug())
+    one, other = (align(sampled_surface(*mug()), sampled_surface(*moved(mug(), 3))) for _ in range(2))
     assert (one.most, one.all) == (other.most, other.all)
 
 
 def test_principal_axes_come_widest_first() -> None:
-    center, radius, sides, frame = spread(*box(0.1, 0.2, 0.3))
+    center, radius, sides, frame = principal_spread(*box(0.1, 0.2, 0.3))
     assert center == pytest.approx([0.3, 0.1, 0.0])
     assert list(sides) == sorted(sides, reverse=True)
     assert radius == pytest.approx(np.linalg.norm(sides))
@@ -100,4 +100,4 @@ def test_principal_axes_come_widest_first() -> None:
 @pytest.mark.parametrize("faces", [np.zeros((0, 3), dtype=np.int64), np.array([[0, 1, 1]])])
 def test_no_area_has_no_form(faces: Ints) -> None:
     with pytest.raises(DegenerateShape):
-        form(np.zeros((3, 3)), faces)
+        shape_descriptor(np.zeros((3, 3)), faces)

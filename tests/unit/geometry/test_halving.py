@@ -6,12 +6,19 @@ import manifold3d
 import numpy as np
 import pytest
 
-from casa_assets.geometry.mesh.hole_filling import mended
+from casa_assets.geometry.mesh.hole_filling import fill_holes
 from casa_assets.geometry.mesh.measure import signed_volume
 from casa_assets.geometry.mesh.topology import is_closed
-from casa_assets.geometry.solid.cutting import Solid, halves, hull_size, parts, solid_of, surface_of
-from casa_assets.geometry.solid.deviation import buried, protrusion, ruler, signed
-from casa_assets.geometry.solid.split_planes import Plane, hollow_planes, hulls_size, wire
+from casa_assets.geometry.solid.cutting import (
+    Solid,
+    connected_parts,
+    solid_of,
+    split_by_plane,
+    surface_of,
+    volume_of_hull,
+)
+from casa_assets.geometry.solid.deviation import burial_depths, protrusion, reference_surface, signed_distances
+from casa_assets.geometry.solid.split_planes import Plane, concave_edge_planes, edge_graph, split_hull_volume
 from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 
@@ -37,56 +44,56 @@ ANGLE = block((0.1, 0.1, 0.02), (0.05, 0.05, 0.01)) + block((0.02, 0.1, 0.1), (0
 class TestHullsSize:
     @pytest.mark.parametrize("height", [0.1, 0.4, 0.66])
     def test_legs_below_a_table_are_pieces_of_their_own(self, height: float) -> None:
-        size, count = hulls_size(wire(*surface_of(table())), Plane(UP, height))
-        below, above = halves(table(), UP, height)[1], halves(table(), UP, height)[0]
-        exact = sum(hull_size([p]) for half in (below, above) for p in parts(half, 0.0))
+        size, count = split_hull_volume(edge_graph(*surface_of(table())), Plane(UP, height))
+        below, above = split_by_plane(table(), UP, height)[1], split_by_plane(table(), UP, height)[0]
+        exact = sum(volume_of_hull([p]) for half in (below, above) for p in connected_parts(half, 0.0))
         assert count == 5
         assert size == pytest.approx(exact, rel=1e-6)
 
     def test_the_two_walls_of_a_pipe_are_one_piece(self) -> None:
         pipe = block((0.1, 0.1, 0.2), (0.0, 0.0, 0.0)) - block((0.08, 0.08, 0.3), (0.0, 0.0, 0.0))
-        size, count = hulls_size(wire(*surface_of(pipe)), Plane(UP, 0.03))
+        size, count = split_hull_volume(edge_graph(*surface_of(pipe)), Plane(UP, 0.03))
         assert count == 2
         assert size == pytest.approx(0.1 * 0.1 * 0.2, rel=1e-6)
 
     def test_a_plane_beside_the_solid_makes_nothing(self) -> None:
-        assert hulls_size(wire(*surface_of(ANGLE)), Plane(UP, 0.5)) == (np.inf, 1)
+        assert split_hull_volume(edge_graph(*surface_of(ANGLE)), Plane(UP, 0.5)) == (np.inf, 1)
 
 
 class TestHollowPlanes:
     def test_an_angle_parts_along_its_inner_edge(self) -> None:
-        found = hollow_planes(*surface_of(ANGLE), 8)
+        found = concave_edge_planes(*surface_of(ANGLE), 8)
         known = sorted((tuple(np.abs(p.normal).round(6).tolist()), round(abs(p.offset), 5)) for p in found)
         assert known == [((0.0, 0.0, 1.0), 0.02), ((1.0, 0.0, 0.0), 0.02)]
         for plane in found:
-            size, count = hulls_size(wire(*surface_of(ANGLE)), plane)
+            size, count = split_hull_volume(edge_graph(*surface_of(ANGLE)), plane)
             assert count == 2
             assert size == pytest.approx(float(ANGLE.volume()), rel=1e-3)
 
     def test_a_convex_thing_has_none(self) -> None:
-        assert hollow_planes(*surface_of(block((0.1, 0.2, 0.3), (0.0, 0.0, 0.0))), 8) == []
+        assert concave_edge_planes(*surface_of(block((0.1, 0.2, 0.3), (0.0, 0.0, 0.0))), 8) == []
 
 
 class TestBuried:
     def test_a_slit_that_a_hull_fills_is_as_deep_as_it_is(self) -> None:
         slit = block((0.1, 0.1, 0.1), (0.0, 0.0, 0.05)) - block((0.004, 0.2, 0.06), (0.0, 0.0, 0.1))
-        of = ruler(*surface_of(slit))
+        of = reference_surface(*surface_of(slit))
         cloud = surface_of(block((0.1, 0.1, 0.1), (0.0, 0.0, 0.05)))[0]
-        assert buried(cloud, of).max() == pytest.approx(0.03, abs=0.002)
+        assert burial_depths(cloud, of).max() == pytest.approx(0.03, abs=0.002)
         assert protrusion(cloud, of).max() < 0.003  # the lid over the slit is never far from its rims
 
     def test_the_hull_of_a_convex_part_buries_and_adds_nothing(self) -> None:
-        of = ruler(*surface_of(ANGLE))
-        planes = hollow_planes(*surface_of(ANGLE), 8)
+        of = reference_surface(*surface_of(ANGLE))
+        planes = concave_edge_planes(*surface_of(ANGLE), 8)
         [level] = [p for p in planes if abs(p.normal[2]) > 0.9]
-        cloud = surface_of(halves(ANGLE, level.normal, level.offset)[0])[0]
-        assert buried(cloud, of).max() < 1e-5
+        cloud = surface_of(split_by_plane(ANGLE, level.normal, level.offset)[0])[0]
+        assert burial_depths(cloud, of).max() < 1e-5
         assert protrusion(cloud, of).max() < 1e-5
 
     def test_what_is_deep_within_is_not_outside(self) -> None:
-        of = ruler(*surface_of(block((0.2, 0.2, 0.2), (0.0, 0.0, 0.0))), count=300)
+        of = reference_surface(*surface_of(block((0.2, 0.2, 0.2), (0.0, 0.0, 0.0))), count=300)
         places = np.random.default_rng(1).uniform(-0.09, 0.09, size=(200, 3))
-        assert (signed(places, of) < 0).all()
+        assert (signed_distances(places, of) < 0).all()
 
 
 def test_two_holes_that_meet_in_a_point_are_both_closed() -> None:
@@ -100,7 +107,7 @@ def test_two_holes_that_meet_in_a_point_are_both_closed() -> None:
     first = fan[0]
     apart = [f for f in fan if len(set(faces[f]) & set(faces[first])) == 1]
     torn = Mesh(vertices=points, faces=np.delete(faces, [first, apart[0]], axis=0))
-    found = mended(points, torn.faces.astype(np.int64), 0.1)
+    found = fill_holes(points, torn.faces.astype(np.int64), 0.1)
     assert found is not None
     assert is_closed(found[1])
     assert signed_volume(*found) == pytest.approx(1e-3, rel=1e-6)

@@ -6,29 +6,29 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.geometry.grid.fillable_volume import water
-from casa_assets.geometry.grid.implicit_field import matter_field
+from casa_assets.geometry.grid.fillable_volume import fillable_volume
+from casa_assets.geometry.grid.implicit_field import signed_distance_field
 from casa_assets.geometry.grid.isosurface import isosurface
 from casa_assets.geometry.grid.voxel import voxelise
-from casa_assets.geometry.mesh.hole_filling import mended
+from casa_assets.geometry.mesh.hole_filling import fill_holes
 from casa_assets.geometry.mesh.measure import signed_volume
 from casa_assets.geometry.mesh.topology import is_closed, weld
 from casa_assets.geometry.solid.cutting import (
     Solid,
-    contours,
-    halves,
+    connected_parts,
     hull_points,
-    hull_size,
-    lean_hull,
-    parts,
+    hull_within_tolerance,
+    revolve_profile,
+    section_contours,
     solid_of,
+    split_by_plane,
     surface_of,
-    turned_profile,
+    volume_of_hull,
     without_voids,
 )
-from casa_assets.geometry.solid.deviation import beyond, deviation, excess, ruler
+from casa_assets.geometry.solid.deviation import deviation, distances_outside, excess, reference_surface
 from casa_assets.geometry.solid.hull import hull_planes, hull_volume
-from casa_assets.geometry.solid.revolution import spread, upright_axis, walls
+from casa_assets.geometry.solid.revolution import radius_spread, upright_axis, wall_profile
 from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, flipped, joined, moved, turned
@@ -74,7 +74,7 @@ class TestField:
     def made(self, mesh: Mesh, bridge: bool = False) -> Solid:
         faces = mesh.faces.astype(np.int64)
         grid = voxelise(mesh.vertices, faces, 48, bridge=bridge)
-        found = solid_of(*isosurface(matter_field(mesh.vertices, faces, grid), grid.origin, grid.cell))
+        found = solid_of(*isosurface(signed_distance_field(mesh.vertices, faces, grid), grid.origin, grid.cell))
         assert found is not None
         return found
 
@@ -95,22 +95,22 @@ class TestField:
 class TestMend:
     def test_a_small_hole_is_closed_and_the_volume_is_right(self) -> None:
         torn = np.delete(CUP.faces.astype(np.int64), [40], axis=0)
-        found = mended(CUP.vertices, torn, 0.1)
+        found = fill_holes(CUP.vertices, torn, 0.1)
         assert found is not None
         assert is_closed(found[1])
         assert signed_volume(*found) == pytest.approx(signed_volume(CUP.vertices, CUP.faces.astype(np.int64)), rel=1e-6)
 
     def test_a_wide_hole_stays_an_opening(self) -> None:
         torn = np.delete(CUP.faces.astype(np.int64), [40], axis=0)
-        assert mended(CUP.vertices, torn, 0.001) is None
+        assert fill_holes(CUP.vertices, torn, 0.001) is None
 
     def test_much_that_is_torn_is_not_mended(self) -> None:
-        assert mended(CUP.vertices, CUP.faces[::2].astype(np.int64), 1.0) is None
+        assert fill_holes(CUP.vertices, CUP.faces[::2].astype(np.int64), 1.0) is None
 
 
 class TestCutting:
     def test_two_halves_are_the_whole(self) -> None:
-        beyond_, before = halves(solid(BOX), np.array([1.0, 0.0, 0.0]), 0.02)
+        beyond_, before = split_by_plane(solid(BOX), np.array([1.0, 0.0, 0.0]), 0.02)
         assert beyond_.volume() == pytest.approx(0.03 * 0.06 * 0.04)
         assert before.volume() == pytest.approx(0.07 * 0.06 * 0.04)
 
@@ -121,36 +121,36 @@ class TestCutting:
 
     def test_parts_are_sorted_and_crumbs_left_out(self) -> None:
         both = solid(joined(moved(BOX, (0.3, 0, 0), 0.5), BOX, moved(BOX, (0.6, 0, 0), 0.01)))
-        found = parts(both, 1e-8)
+        found = connected_parts(both, 1e-8)
         assert [p.volume() for p in found] == pytest.approx([2.4e-4, 3e-5])
 
     def test_the_section_of_a_cup_has_two_circles(self) -> None:
-        rings = contours(solid(CUP), 0.05)
+        rings = section_contours(solid(CUP), 0.05)
         assert sorted(float(np.linalg.norm(r, axis=1).max()) for r in rings) == pytest.approx([0.036, 0.04], rel=1e-3)
 
     def test_a_turned_profile_stands_upright(self) -> None:
-        found = turned_profile(np.array([[0.0, 0.1], [0.02, 0.1], [0.02, 0.3], [0.0, 0.3]]), 64)
+        found = revolve_profile(np.array([[0.0, 0.1], [0.02, 0.1], [0.02, 0.3], [0.0, 0.3]]), 64)
         assert found.volume() == pytest.approx(np.pi * 0.02**2 * 0.2, rel=5e-3)
         assert found.bounding_box()[2::3] == pytest.approx((0.1, 0.3))
 
     def test_a_lean_hull_is_small_and_close(self) -> None:
         ball = np.random.default_rng(0).normal(size=(3000, 3))
         ball *= 0.05 / np.linalg.norm(ball, axis=1, keepdims=True)
-        lean = lean_hull(ball, 40, 0.0005)
+        lean = hull_within_tolerance(ball, 40, 0.0005)
         assert len(lean) <= 40
         assert 0.8 * hull_volume(ball) < hull_volume(lean) <= hull_volume(ball) * (1 + 1e-9)
         with pytest.raises(DegenerateShape):
-            lean_hull(ball * [1, 1, 0], 40, 0.0005)
+            hull_within_tolerance(ball * [1, 1, 0], 40, 0.0005)
 
     def test_the_hull_around_two_solids(self) -> None:
         pair = [solid(BOX), solid(moved(BOX, (0.2, 0, 0)))]
-        assert hull_size(pair) == pytest.approx(0.3 * 0.06 * 0.04)
+        assert volume_of_hull(pair) == pytest.approx(0.3 * 0.06 * 0.04)
         assert np.ptp(hull_points(pair), axis=0) == pytest.approx([0.3, 0.06, 0.04])
 
 
 class TestDeviation:
     def test_a_box_that_is_too_large_sticks_out_by_that_much(self) -> None:
-        of = ruler(*surface_of(solid(BOX)))
+        of = reference_surface(*surface_of(solid(BOX)))
         larger = BOX.vertices * [1.0, 1.0, 1.5]  # the lid is lifted by 20 mm
         values, area = excess(larger, of)
         assert values.max() == pytest.approx(0.02, abs=1e-4)
@@ -160,12 +160,12 @@ class TestDeviation:
         assert found.bare_worst == 0
 
     def test_a_box_that_fits_adds_nothing(self) -> None:
-        of = ruler(*surface_of(solid(BOX)))
+        of = reference_surface(*surface_of(solid(BOX)))
         assert excess(BOX.vertices, of)[0].max() < 1e-5
-        assert beyond(np.array([[0.0, 0.0, 0.02]]), of)[0] == 0
+        assert distances_outside(np.array([[0.0, 0.0, 0.02]]), of)[0] == 0
 
     def test_the_joint_between_two_shapes_is_no_surface(self) -> None:
-        of = ruler(*surface_of(solid(BOX)))
+        of = reference_surface(*surface_of(solid(BOX)))
         left = BOX.vertices * [0.5, 1, 1] - [0.025, 0, 0]
         right = BOX.vertices * [0.5, 1, 1] + [0.025, 0, 0]
         _, alone = excess(left, of)
@@ -174,7 +174,7 @@ class TestDeviation:
 
     def test_no_shapes_are_refused(self) -> None:
         with pytest.raises(DegenerateShape):
-            deviation([], ruler(*surface_of(solid(BOX))), np.zeros(1))
+            deviation([], reference_surface(*surface_of(solid(BOX))), np.zeros(1))
 
 
 class TestRevolution:
@@ -190,16 +190,16 @@ class TestRevolution:
         assert upright_axis(sheet.vertices, sheet.faces.astype(np.int64))[1] == 0
 
     def test_walls_begin_and_end_where_they_do(self) -> None:
-        seen = walls(solid(CUP), np.zeros(2))
+        seen = wall_profile(solid(CUP), np.zeros(2))
         floor, wall = seen.heights < 0.006, seen.heights > 0.006
         assert (seen.inner[floor] == 0).all()
         assert seen.inner[wall] == pytest.approx(0.036, rel=6e-3)
         assert seen.outer == pytest.approx(0.04, rel=6e-3)
-        assert max(spread(row) for row in seen.outer) < 0.01
+        assert max(radius_spread(row) for row in seen.outer) < 0.01
 
     def test_a_square_is_not_round(self) -> None:
-        square = walls(solid(box_mesh((0.1, 0.1, 0.04), (0, 0, 0), shared=True)), np.zeros(2))
-        assert spread(square.outer[10]) > 0.1
+        square = wall_profile(solid(box_mesh((0.1, 0.1, 0.04), (0, 0, 0), shared=True)), np.zeros(2))
+        assert radius_spread(square.outer[10]) > 0.1
 
 
 class TestWater:
@@ -207,7 +207,7 @@ class TestWater:
         for turn, share in ((1.0, 1.0), (-1.0, 0.0)):
             cup = CUP.vertices * [1, 1, turn]
             grid = voxelise(cup, CUP.faces.astype(np.int64), 64)
-            held = water(grid.solid).sum() * grid.cell**3
+            held = fillable_volume(grid.solid).sum() * grid.cell**3
             assert held == pytest.approx(share * np.pi * 0.036**2 * 0.089, rel=0.12, abs=1e-9)
 
     def test_a_cup_with_a_hole_in_its_wall_is_full_up_to_there(self) -> None:
@@ -215,6 +215,6 @@ class TestWater:
         pierced = grid.solid.copy()
         height = round((0.05 - grid.origin[2]) / grid.cell)
         pierced[grid.solid.shape[0] // 2 :, grid.solid.shape[1] // 2, height] = False
-        held = water(pierced)
+        held = fillable_volume(pierced)
         assert held[:, :, height - 2].any()
         assert not held[:, :, height + 1 :].any()

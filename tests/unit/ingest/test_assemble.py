@@ -12,7 +12,7 @@ from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.solid.bounds import link_bounds
 from casa_assets.geometry.solid.hull import small_hull
 from casa_assets.ingest.assemble import assemble
-from casa_assets.ingest.draft import Draft, Placed
+from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.model.asset.asset import Asset, Base, Inertial
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.provenance import split_of
@@ -28,7 +28,7 @@ TILT = Pose(position=(1 / 3, -2 / 7, 0.7), quaternion=(0.9, 0.1, 0.3, 0.2))
 INERTIAL = Inertial(mass=1.5, center_of_mass=(1 / 3, -2 / 7, 0.7), inertia=(0.02, 0.02, 0.02, 0.0, 0.0, 0.0))
 
 
-def ready(*meshes: Mesh, colliders: tuple[Placed, ...] = (Placed(shape=Hull(mesh=SHARED)),)) -> Draft:
+def ready(*meshes: Mesh, colliders: tuple[PlacedShape, ...] = (PlacedShape(shape=Hull(mesh=SHARED)),)) -> Draft:
     return draft(*(meshes or (BODY,))).replace(colliders=colliders, inertial=INERTIAL)
 
 
@@ -50,7 +50,7 @@ class TestPlace:
 
     def test_shapes_and_centre_of_mass_go_along(self) -> None:
         shapes = (Box(size=(0.1, 0.2, 0.3)), Sphere(radius=0.1), Cylinder(radius=0.1, height=0.2))
-        placed = tuple(Placed(shape=s, pose=TILT) for s in (*shapes, Capsule(radius=0.1, height=0.2)))
+        placed = tuple(PlacedShape(shape=s, pose=TILT) for s in (*shapes, Capsule(radius=0.1, height=0.2)))
         asset = finished(ready(colliders=placed))
         for collider, before in zip(asset.root.colliders, placed, strict=True):
             assert collider.pose.position == pytest.approx((0, 0, 0.15), abs=1e-7)
@@ -60,7 +60,7 @@ class TestPlace:
         assert asset.root.inertial.inertia == INERTIAL.inertia
 
     def test_the_bbox_holds_all_shapes_and_no_more(self) -> None:
-        placed = (Placed(shape=Box(size=(0.1, 0.2, 0.3)), pose=TILT), Placed(shape=Hull(mesh=SHARED)))
+        placed = (PlacedShape(shape=Box(size=(0.1, 0.2, 0.3)), pose=TILT), PlacedShape(shape=Hull(mesh=SHARED)))
         asset = finished(ready(colliders=placed))
         [region] = asset.regions
         assert region.name == "bbox"
@@ -106,7 +106,7 @@ class TestNumbers:
     def test_rounded_hulls_stay_convex_and_small(self, seed: int) -> None:
         cloud = np.random.default_rng(seed).normal(size=(400, 3)) * [0.05, 0.05, 10.0 ** -(seed + 2)]
         points, faces = small_hull(cloud + np.array([0.3, -0.2, 0.7]))
-        placed = (Placed(shape=Hull(mesh=Mesh(vertices=points, faces=faces))),)
+        placed = (PlacedShape(shape=Hull(mesh=Mesh(vertices=points, faces=faces))),)
         hull = finished(ready(colliders=placed)).root.colliders[0].shape
         assert isinstance(hull, Hull)
         assert 4 <= len(hull.mesh.vertices) <= 64
@@ -122,7 +122,7 @@ class TestNumbers:
 
     def test_splinters_that_rounding_flattens_are_left_out(self) -> None:
         thin = moved(box_mesh((0.1, 0.1, 1e-12), (0, 0, 0), shared=True), (1 / 3, -2 / 7, 0.7))
-        both = (Placed(shape=Hull(mesh=thin)), Placed(shape=Hull(mesh=SHARED)))
+        both = (PlacedShape(shape=Hull(mesh=thin)), PlacedShape(shape=Hull(mesh=SHARED)))
         assert [c.name for c in finished(ready(colliders=both)).root.colliders] == ["object_collider_000"]
         with pytest.raises(Rejected) as error:
             finished(ready(colliders=both[:1]))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.geometry.mesh.visibility import exposure
-from casa_assets.ingest.add_back_faces import backs
+from casa_assets.geometry.mesh.visibility import measure_visibility
+from casa_assets.ingest.add_back_faces import add_back_faces
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
@@ -21,11 +21,11 @@ MISSING = 0.5
 
 def after(mesh: Mesh, build: Build) -> Draft:
     part = RawPart(name="part", mesh=mesh, material=Material(id="look"))
-    return backs(Draft(parts=(part,)), ROW.replace(build=build), MISSING)
+    return add_back_faces(Draft(parts=(part,)), ROW.replace(build=build), MISSING)
 
 
 def behind(draft: Draft) -> float:
-    return float(exposure(*draft.soup()).behind.mean())
+    return float(measure_visibility(*draft.soup()).behind.mean())
 
 
 def test_a_bowl_without_a_thickness_is_seen_from_within() -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.geometry.mesh.antipodal_grasps import pinches
-from casa_assets.geometry.mesh.visibility import exposure
+from casa_assets.geometry.mesh.antipodal_grasps import antipodal_grasps
+from casa_assets.geometry.mesh.visibility import measure_visibility
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.ingest.assemble import assemble
-from casa_assets.ingest.draft import Draft, Placed
+from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.ingest.grasp import grasp
 from casa_assets.model.asset.grasp import Grasp, Hold
 from casa_assets.model.asset.material import Material
@@ -30,7 +30,7 @@ def draft(size: Vec3, *meshes: Mesh) -> Draft:
     """Parts at rest on the ground with the mass of a box of that size."""
     parts = tuple(RawPart(name=f"part_{i}", mesh=mesh, material=Material(id="look")) for i, mesh in enumerate(meshes))
     inertial = box_inertial(0.2, size, (0.0, 0.0, size[2] / 2))
-    return Draft(parts=parts, inertial=inertial, colliders=(Placed(shape=Box(size=size)),))
+    return Draft(parts=parts, inertial=inertial, colliders=(PlacedShape(shape=Box(size=size)),))
 
 
 def found(size: Vec3, *meshes: Mesh, row: Category = ROW) -> dict[Hold, Grasp]:
@@ -100,7 +100,7 @@ def test_fingers_need_room_behind_what_they_hold() -> None:
     boxes = [box_mesh((0.03, 0.03, 0.1), (x, 0.0, 0.05), shared=True) for x in (-0.017, 0.017)]
     points = np.concatenate([b.vertices for b in boxes])
     faces = np.concatenate([b.faces + 8 * i for i, b in enumerate(boxes)]).astype(np.int64)
-    across = [p for p in pinches(points, faces, OPENING) if abs(p.closing[0]) > 0.9]
+    across = [p for p in antipodal_grasps(points, faces, OPENING) if abs(p.closing[0]) > 0.9]
     assert across
     assert min(p.width for p in across) > 0.06
 
@@ -108,14 +108,14 @@ def test_fingers_need_room_behind_what_they_hold() -> None:
 class TestExposure:
     def test_a_closed_surface_shows_no_back(self) -> None:
         points, faces = convex_hull(carton().vertices)
-        seen = exposure(points, faces)
+        seen = measure_visibility(points, faces)
         assert seen.behind.max() < 0.01
         assert seen.front.mean() > 0.99
         assert not seen.back.any() or seen.back.mean() < 0.01
 
     def test_from_below_an_open_box_is_hollow(self) -> None:
         open_box = without_side(carton(), (0, 0, -1))
-        seen = exposure(open_box.vertices, open_box.faces.astype(np.int64))
+        seen = measure_visibility(open_box.vertices, open_box.faces.astype(np.int64))
         assert seen.away[int(seen.behind.argmax())][2] > 0.9
         assert seen.behind.max() > 0.75
 
@@ -123,7 +123,7 @@ class TestExposure:
         outer, inner = carton(), box_mesh((0.02, 0.02, 0.02), (0.0, 0.0, 0.06))
         points = np.concatenate([outer.vertices, inner.vertices])
         faces = np.concatenate([outer.faces, inner.faces + len(outer.vertices)]).astype(np.int64)
-        seen = exposure(points, faces)
+        seen = measure_visibility(points, faces)
         within = seen.face >= len(outer.faces)
         assert within.any()
         assert not (seen.front[within] | seen.back[within]).any()

@@ -8,7 +8,7 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.size.scale import UNITS, scale
-from casa_assets.ingest.size.size_phrases import told
+from casa_assets.ingest.size.size_phrases import parse_size_phrases
 from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import category, codes, draft, moved
@@ -99,7 +99,7 @@ def test_no_size_is_refused(mesh: Mesh) -> None:
 def test_words_that_name_a_size(
     text: str, lengths: tuple[float, ...], volumes: tuple[float, ...], shift: float
 ) -> None:
-    found = told([text])
+    found = parse_size_phrases([text])
     assert found.lengths == pytest.approx(lengths)
     assert found.volumes == pytest.approx(volumes)
     assert found.shift == shift

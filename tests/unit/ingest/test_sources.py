@@ -14,7 +14,7 @@ import pytest
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.sources import Found, Refused, collect, discover, objaverse
-from casa_assets.ingest.sources.licence import spdx
+from casa_assets.ingest.sources.licence import spdx_id
 from casa_assets.model.ingest.source import SourceKind
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, codes_of, load_path, png
 
@@ -325,7 +325,7 @@ def test_moving_a_package_keeps_its_digest(tmp_path: Path) -> None:
     ],
 )
 def test_licence_words(word: str, licence: str) -> None:
-    assert spdx(word) == licence
+    assert spdx_id(word) == licence
 
 
 def test_download_says_what_is_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import ndimage
 
 from casa_assets.core.typing import Floats, Mask
-from casa_assets.geometry.planar import Outline, distance, inside
+from casa_assets.geometry.planar import Outline, contains_point, distance
 from casa_assets.model.kitchen.floor import Corners, Facts, Fixture, Role, Row, Side
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
@@ -151,7 +151,7 @@ def _wall(room: Corners, wall: Side, holes: Sequence[tuple[Vec2, Vec2]]) -> Iter
     out = np.array([-along[1], along[0]])
     corner = THICK / 2 * out
     before, after = (
-        0.0 if inside(room, (float(p[0]), float(p[1]))) else THICK
+        0.0 if contains_point(room, (float(p[0]), float(p[1]))) else THICK
         for p in (a - THICK / 2 * along + corner, b + THICK / 2 * along + corner)
     )
     marks = [-before]

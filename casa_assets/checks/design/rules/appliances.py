@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from casa_assets.checks.check import Measured, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.geometry.planar import overlap
+from casa_assets.geometry.planar import penetration_depth
 from casa_assets.model.kitchen.floor import Facts, Fixture, Role, Row, RunEnd, Side
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
@@ -99,7 +99,7 @@ def _cooks_at(cooktop: Fixture) -> float:
 def over(facts: Facts, below: Fixture) -> list[Fixture]:
     """What hangs on the wall or under the ceiling above a fixture, except lamps and what lies on worktops."""
     hung = facts.of(Role.HOOD, Role.UPPER, Role.SHELF, Role.HOUSING)
-    return [f for f in hung if f.low >= below.high and overlap(f.foot.corners, below.foot.corners) > OVER]
+    return [f for f in hung if f.low >= below.high and penetration_depth(f.foot.corners, below.foot.corners) > OVER]
 
 
 def is_not_below_a_window(subject: DesignSubject, limit: float | None) -> Measured:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from casa_assets.checks.check import Measured, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.geometry.planar import overlap
+from casa_assets.geometry.planar import penetration_depth
 from casa_assets.model.kitchen.floor import APPLIANCES, Corners, Facts, Leaf
 from casa_assets.model.kitchen.plan import OpeningKind
 
@@ -36,7 +36,7 @@ def enters_freely(subject: DesignSubject, limit: float | None) -> Measured:
         for name, outline, low, high in bodies if way.leaf else ():
             assert way.leaf is not None
             if _level(way.leaf.low, way.leaf.high, low, high):
-                deep = overlap(way.leaf.swept, outline)
+                deep = penetration_depth(way.leaf.swept, outline)
                 worst = max(worst, deep)
                 if deep > limit:
                     problems.append((f"openings/{way.id}", f"its leaf swings {deep:.3f} m into {name}"))
@@ -55,7 +55,7 @@ def opens_apart(subject: DesignSubject, limit: float | None) -> Measured:
         for other, b, bottom, top in leaves[i + 1 :]:
             if one.split("/")[0] == other.split("/")[0] or not _level(low, high, bottom, top):
                 continue
-            deep = overlap(a, b)
+            deep = penetration_depth(a, b)
             worst = max(worst, deep)
             if deep > limit:
                 problems.append((f"fixtures/{one}", f"its way crosses that of {other} by {deep:.3f} m"))

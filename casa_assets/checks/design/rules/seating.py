@@ -7,7 +7,7 @@ import math
 from casa_assets.checks.design.robot.floor_map import obstacles
 from casa_assets.checks.design.rules.appliances import COOKTOPS, over
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.geometry.planar import within
+from casa_assets.geometry.planar import length_inside
 from casa_assets.model.kitchen.floor import Facts, Fixture, Role, RunEnd
 
 FAR = 3.0  # metres behind a seat that are looked at
@@ -31,7 +31,7 @@ def _free_behind(facts: Facts, seat: Fixture) -> float:
         step = 0.05
         for k in range(math.ceil(free / step - 1e-9)):
             a, b = row.at(u, -(start + k * step)), row.at(u, -(start + (k + 1) * step))
-            if within(outline, a, b) > 0:
+            if length_inside(outline, a, b) > 0:
                 free = k * step
                 break
     return free

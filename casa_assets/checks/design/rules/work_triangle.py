@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from casa_assets.checks.design.rules.frontage import COOKTOPS
-from casa_assets.geometry.planar import outline_of, within
+from casa_assets.geometry.planar import length_inside, outline_of
 from casa_assets.model.kitchen.floor import Facts, Fixture, Role, Row
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
@@ -52,7 +52,7 @@ def cut(facts: Facts) -> float | None:
     """Metres of a leg that lie across an island or a peninsula, the most; None where there is neither."""
     rows = [r for r in facts.rows if not r.at_wall and r.units]
     own = {f.run for f, _ in centres(facts)}
-    crossed = [within(_outline(r), a, b) for r in rows if r.id not in own for a, b in legs(facts)]
+    crossed = [length_inside(_outline(r), a, b) for r in rows if r.id not in own for a, b in legs(facts)]
     return max(crossed, default=None)
 
 
@@ -84,7 +84,9 @@ def crossed(facts: Facts) -> float | None:
         return None
     middles = [((w.start[0] + w.end[0]) / 2, (w.start[1] + w.end[1]) / 2) for w in doors]
     triangle = outline_of(points)
-    return max(within(triangle, a, b) for a, b in itertools.combinations(middles, 2)) if len(triangle) == 3 else 0.0
+    return (
+        max(length_inside(triangle, a, b) for a, b in itertools.combinations(middles, 2)) if len(triangle) == 3 else 0.0
+    )
 
 
 def between_sink(facts: Facts) -> float | None:

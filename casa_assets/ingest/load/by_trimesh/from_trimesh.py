@@ -12,20 +12,20 @@ from PIL import Image
 
 from casa_assets.errors import Rejected
 from casa_assets.geometry.mesh.trimesh_exchange import (
-    Finish,
-    Placed,
-    Thing,
+    MeshOrScene,
+    PlacedMesh,
+    TrimeshMaterial,
+    count_other_geometries,
     metres_per_unit,
-    passed_over,
     placed_meshes,
     up_axis,
 )
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.image import Images, Look, linear_from_srgb, srgb_bytes_from_linear
+from casa_assets.ingest.load.image import Images, ImageUse, linear_from_srgb, srgb_bytes_from_linear
 from casa_assets.ingest.load.names import Names
 from casa_assets.ingest.load.notes import Notes
-from casa_assets.ingest.load.raw_parts import Rough, check_face_count, finish
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
 from casa_assets.ingest.load.wavefront.materials import roughness_of_shininess
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
@@ -41,7 +41,7 @@ NO_LIMITS: Mapping[str, float] = {
 
 
 def raw_from_trimesh(
-    thing: Thing, limits: Mapping[str, float] = NO_LIMITS, name: str = "mesh", up: Up | None = None
+    thing: MeshOrScene, limits: Mapping[str, float] = NO_LIMITS, name: str = "mesh", up: Up | None = None
 ) -> RawModel:
     """RawModel of a mesh or scene, node transforms applied; the same content gives the same model.
 
@@ -60,7 +60,7 @@ def raw_from_trimesh(
 
 
 def bundle_from_trimesh(
-    thing: Thing, limits: Mapping[str, float] = NO_LIMITS, name: str = "mesh", up: Up | None = None
+    thing: MeshOrScene, limits: Mapping[str, float] = NO_LIMITS, name: str = "mesh", up: Up | None = None
 ) -> Bundle:
     """A mesh or scene as a Bundle without files: `load` gives back its model, `sha256` is the digest of its content.
 
@@ -73,14 +73,14 @@ def bundle_from_trimesh(
 
 
 def read_placed(
-    thing: Thing, limits: Mapping[str, float], notes: Notes, name: str, found: Format, up: Up | None = None
+    thing: MeshOrScene, limits: Mapping[str, float], notes: Notes, name: str, found: Format, up: Up | None = None
 ) -> RawModel:
     """RawModel of a mesh or scene; remarks go into `notes`. Raises Rejected as raw_from_trimesh."""
-    if count := passed_over(thing):
+    if count := count_other_geometries(thing):
         notes.add(
             rejection_codes.FEATURE_IGNORED, "geometry", f"{count} geometries are paths or point clouds; left out"
         )
-    placed: list[Placed] = []
+    placed: list[PlacedMesh] = []
     faces = 0
     try:
         for one in placed_meshes(thing):
@@ -96,14 +96,14 @@ def read_placed(
     stated = up_axis(thing)
     materials = _Materials(Images(limits, notes), notes)
     roughs = [_rough(p, materials) for p in placed]
-    return finish(roughs, notes, name, found, metres, up or (Up(stated) if stated else None))
+    return raw_model(roughs, notes, name, found, metres, up or (Up(stated) if stated else None))
 
 
-def _rough(placed: Placed, materials: _Materials) -> Rough:
+def _rough(placed: PlacedMesh, materials: _Materials) -> ReadPart:
     colors = placed.colors
     if colors is not None and placed.is_linear:
         colors = np.column_stack((srgb_bytes_from_linear(colors[:, :3] / 255.0), colors[:, 3]))
-    return Rough(
+    return ReadPart(
         name=placed.name,
         vertices=placed.vertices,
         faces=placed.faces,
@@ -121,9 +121,9 @@ class _Materials:
         self._images, self._notes = images, notes
         self._names = Names()
         self._made: dict[tuple[object, ...], Material] = {}
-        self._encoded: dict[tuple[int, Look], Texture | None] = {}
+        self._encoded: dict[tuple[int, ImageUse], Texture | None] = {}
 
-    def material(self, finish: Finish | None, is_colored: bool) -> Material:
+    def material(self, finish: TrimeshMaterial | None, is_colored: bool) -> Material:
         """Ours; grey where nothing says how it looks, white where vertex colours do."""
         key: tuple[object, ...] = (is_colored,)
         if finish is not None:
@@ -133,7 +133,7 @@ class _Materials:
             self._made[key] = self._make(finish, is_colored)
         return self._made[key]
 
-    def _make(self, finish: Finish | None, is_colored: bool) -> Material:
+    def _make(self, finish: TrimeshMaterial | None, is_colored: bool) -> Material:
         if finish is None:
             base = WHITE if is_colored else (0.8, 0.8, 0.8, 1.0)
             return Material(id=self._names.unique("material", "material"), base_color=base)
@@ -143,7 +143,7 @@ class _Materials:
             self._notes.add(rejection_codes.EMISSIVE_AS_BASE, name, "black surface that glows: its glow is its colour")
             picture, color = finish.images.get("emissive"), (*finish.emissive, color[3])
         alpha, opacity = self._alpha(finish, name)
-        base_picture = self._texture(picture, f"{name}_color", Look(ColorSpace.SRGB, alpha))
+        base_picture = self._texture(picture, f"{name}_color", ImageUse(ColorSpace.SRGB, alpha))
         rgb = color[:3] if finish.is_linear else tuple(linear_from_srgb(c) for c in color[:3])
         if not finish.is_linear and base_picture is not None:
             rgb = (1.0, 1.0, 1.0)  # as for OBJ: beside a picture the diffuse colour is a leftover as often as a tint
@@ -154,13 +154,15 @@ class _Materials:
             roughness=_roughness(finish),
             base_color_texture=base_picture,
             metallic_roughness_texture=self._texture(
-                finish.images.get("rough"), f"{name}_rough", Look(ColorSpace.RAW, "drop")
+                finish.images.get("rough"), f"{name}_rough", ImageUse(ColorSpace.RAW, "drop")
             ),
-            normal_texture=self._texture(finish.images.get("normal"), f"{name}_normal", Look(ColorSpace.RAW, "drop")),
+            normal_texture=self._texture(
+                finish.images.get("normal"), f"{name}_normal", ImageUse(ColorSpace.RAW, "drop")
+            ),
         )
 
-    def _alpha(self, finish: Finish, name: str) -> tuple[str | float, float]:
-        """What becomes of the picture's alpha (see Look), and the opacity of the material."""
+    def _alpha(self, finish: TrimeshMaterial, name: str) -> tuple[str | float, float]:
+        """What becomes of the picture's alpha (see ImageUse), and the opacity of the material."""
         opacity = finish.color[3]
         if finish.alpha_mode == "OPAQUE":
             return "drop", 1.0
@@ -169,7 +171,7 @@ class _Materials:
             return "drop", 1.0
         return (min(1.0, finish.alpha_cutoff / opacity), 1.0) if finish.alpha_mode == "MASK" else ("keep", opacity)
 
-    def _texture(self, image: Image.Image | None, name: str, look: Look) -> Texture | None:
+    def _texture(self, image: Image.Image | None, name: str, look: ImageUse) -> Texture | None:
         if image is None:
             return None
         key = (id(image), look)
@@ -181,14 +183,14 @@ class _Materials:
         return self._encoded[key]
 
 
-def _metallic(finish: Finish) -> float:
+def _metallic(finish: TrimeshMaterial) -> float:
     """Stated, or what the kind of material means where it says nothing (glTF: 1)."""
     if finish.metallic is None:
         return 1.0 if finish.is_linear and not _is_bare(finish) else 0.0
     return min(1.0, max(0.0, float(finish.metallic)))
 
 
-def _roughness(finish: Finish) -> float:
+def _roughness(finish: TrimeshMaterial) -> float:
     if not finish.is_linear:
         return roughness_of_shininess(finish.shininess)
     if finish.roughness is None:
@@ -196,7 +198,7 @@ def _roughness(finish: Finish) -> float:
     return min(1.0, max(0.0, float(finish.roughness)))
 
 
-def _is_bare(finish: Finish) -> bool:
+def _is_bare(finish: TrimeshMaterial) -> bool:
     """Whether a PBR material states nothing at all of how it shines; it is then matt, as for glTF."""
     stated = finish.metallic, finish.roughness
     return stated == (None, None) and not {"base", "rough"} & finish.images.keys() and finish.color == WHITE

@@ -17,7 +17,7 @@ from casa_assets.errors import Rejected
 from casa_assets.geometry.mesh.trimesh_exchange import read_scene
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.by_trimesh.from_trimesh import read_placed
-from casa_assets.ingest.load.by_trimesh.threemf import measure
+from casa_assets.ingest.load.by_trimesh.threemf import package_size
 from casa_assets.ingest.load.collada.guarded_xml import guard, tag
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.notes import Notes, clean
@@ -76,7 +76,7 @@ def read_3mf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     members = _unpacked(bundle.files[bundle.main], limits, name)
     for member in members.values():
         guard(member, name)
-    stated = measure(members, limits, name)
+    stated = package_size(members, limits, name)
     if stated.is_colored:
         notes.add(rejection_codes.FEATURE_IGNORED, "resources", "materials, colours and pictures of a 3MF are left out")
     return _read(_packed(members), "3mf", Format.THREE_MF, limits, notes, name, Up.Z)

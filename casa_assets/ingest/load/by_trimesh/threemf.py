@@ -27,7 +27,7 @@ class _Object:
 
 
 @dataclass(frozen=True)
-class Measured:
+class PackageSize:
     """What a package becomes: triangles over all copies, copies, and whether it states colours."""
 
     faces: int
@@ -35,7 +35,7 @@ class Measured:
     is_colored: bool
 
 
-def measure(members: Mapping[str, bytes], limits: Mapping[str, float], name: str) -> Measured:
+def package_size(members: Mapping[str, bytes], limits: Mapping[str, float], name: str) -> PackageSize:
     """Count what the build of a package places.
 
     Args:
@@ -76,7 +76,7 @@ def measure(members: Mapping[str, bytes], limits: Mapping[str, float], name: str
     check_face_count(faces, limits, name)
     if not faces:
         raise Rejected(rejection_codes.NO_GEOMETRY, f"{name}: its build places no triangle; export the object itself")
-    return Measured(faces, copies, is_colored)
+    return PackageSize(faces, copies, is_colored)
 
 
 def _placed(objects: Mapping[str, _Object], placed: list[str], name: str) -> tuple[int, int]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.collada.guarded_xml import Document, Element, floats_of, kid, kids, tag, text_of
-from casa_assets.ingest.load.image import Images, Look, linear_from_srgb
+from casa_assets.ingest.load.image import Images, ImageUse, linear_from_srgb
 from casa_assets.ingest.load.names import Names
 from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
@@ -65,7 +65,7 @@ class Surfaces:
         slot = self._color_slot(shader)
         file, texcoord = self._file(profile, kid(slot, "texture"))
         transparent = kid(shader, "transparent")
-        look = Look(ColorSpace.SRGB, "keep" if kid(transparent, "texture") is not None else "drop")
+        look = ImageUse(ColorSpace.SRGB, "keep" if kid(transparent, "texture") is not None else "drop")
         texture = self._texture(file, f"{name}_color", look)
         color = (1.0, 1.0, 1.0) if texture is not None else self._rgb(slot, name)
         material = Material(
@@ -132,7 +132,7 @@ class Surfaces:
         exponent = float(values[0])
         return 0.6 if exponent <= 1.0 else float(min(0.9, max(0.2, (2.0 / (exponent + 2.0)) ** 0.25)))
 
-    def _texture(self, file: str, name: str, look: Look) -> Texture | None:
+    def _texture(self, file: str, name: str, look: ImageUse) -> Texture | None:
         data = self.files.get(file) if file else None
         return None if data is None else self.images.texture(file, data, name, look)
 

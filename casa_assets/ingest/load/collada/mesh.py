@@ -20,7 +20,7 @@ SURFACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 
 
 @dataclass(frozen=True)
-class Piece:
+class Primitive:
     """Triangles of one primitive, node frame not yet applied.
 
     Attributes:
@@ -46,7 +46,9 @@ class _Input:
     number: int
 
 
-def pieces_of(document: Document, mesh: Element, notes: Notes, check_count: Callable[[int], None]) -> list[Piece]:
+def primitives_of(
+    document: Document, mesh: Element, notes: Notes, check_count: Callable[[int], None]
+) -> list[Primitive]:
     """Every surface primitive of a <mesh>.
 
     Args:
@@ -84,7 +86,7 @@ def _triangle_count(primitive: Element) -> int:
     return sum(corners) // 3 if kind == "triangles" else sum(max(0, n - 2) for n in corners)
 
 
-def _piece(document: Document, primitive: Element, notes: Notes) -> Piece | None:
+def _piece(document: Document, primitive: Element, notes: Notes) -> Primitive | None:
     inputs = _inputs(document, primitive)
     if not any(i.semantic == "POSITION" for i in inputs):
         return None
@@ -100,7 +102,7 @@ def _piece(document: Document, primitive: Element, notes: Notes) -> Piece | None
     return _assembled(primitive.get("material", ""), inputs, corners[picks.reshape(-1)])
 
 
-def _assembled(symbol: str, inputs: list[_Input], corners: Ints) -> Piece:
+def _assembled(symbol: str, inputs: list[_Input], corners: Ints) -> Primitive:
     offsets = sorted({i.offset for i in inputs})
     first, faces = merged_corners([corners[:, o] for o in offsets])
     rows = corners[first]
@@ -120,7 +122,7 @@ def _assembled(symbol: str, inputs: list[_Input], corners: Ints) -> Piece:
             colors = np.full((len(rows), 4), 255, dtype=np.uint8)
             width = min(4, values.shape[1])
             colors[:, :width] = np.rint(np.clip(values[:, :width], 0.0, 1.0) * 255.0).astype(np.uint8)
-    return Piece(symbol, vertices[:, :3], faces, normals, colors, uvs)
+    return Primitive(symbol, vertices[:, :3], faces, normals, colors, uvs)
 
 
 def _inputs(document: Document, primitive: Element) -> list[_Input]:

@@ -13,11 +13,11 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.collada.guarded_xml import Document, Element, floats_of, kid, kids, open_dae, tag, text_of
 from casa_assets.ingest.load.collada.materials import Surface, Surfaces
-from casa_assets.ingest.load.collada.mesh import Piece, pieces_of, vertex_count
+from casa_assets.ingest.load.collada.mesh import Primitive, primitives_of, vertex_count
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.image import Images
 from casa_assets.ingest.load.notes import Notes, clean
-from casa_assets.ingest.load.raw_parts import Rough, check_face_count, finish, transformed
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed
 from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
@@ -36,9 +36,9 @@ class _Reader:
     limits: Mapping[str, float]
     notes: Notes
     name: str
-    roughs: list[Rough] = field(default_factory=list)
+    roughs: list[ReadPart] = field(default_factory=list)
     faces: int = 0
-    _pieces: dict[Element, list[Piece]] = field(default_factory=dict)
+    _pieces: dict[Element, list[Primitive]] = field(default_factory=dict)
 
     def walk(self, roots: list[Element]) -> None:
         """Every geometry that the nodes place."""
@@ -70,7 +70,7 @@ class _Reader:
             return
         if mesh not in self._pieces:
             so_far = self.faces
-            self._pieces[mesh] = pieces_of(
+            self._pieces[mesh] = primitives_of(
                 self.document,
                 mesh,
                 self.notes,
@@ -86,7 +86,7 @@ class _Reader:
             self.roughs.append(_placed(piece, self.surfaces.surface(url), binding, world, name))
         if not self._pieces[mesh]:
             bare = np.zeros((min(1, vertex_count(self.document, mesh)), 3))
-            self.roughs.append(Rough(name, bare, np.zeros((0, 3), dtype=np.int64), Material(id="none")))
+            self.roughs.append(ReadPart(name, bare, np.zeros((0, 3), dtype=np.int64), Material(id="none")))
 
     def _unbound(self, symbol: str) -> str | None:
         """Files without bind_material name the material itself as the symbol."""
@@ -105,14 +105,14 @@ class _Reader:
         self.geometry(self.document.target(skin.get("source")), instance, world, label)
 
 
-def _placed(piece: Piece, surface: Surface, binding: Element | None, world: Matrix, name: str) -> Rough:
+def _placed(piece: Primitive, surface: Surface, binding: Element | None, world: Matrix, name: str) -> ReadPart:
     vertices, normals, is_mirrored = transformed(piece.vertices, piece.normals, world)
     faces = piece.faces[:, ::-1] if is_mirrored else piece.faces
     uv = _chosen_uv(piece, surface, binding)
-    return Rough(name, vertices, faces, surface.material, uv, normals, piece.colors)
+    return ReadPart(name, vertices, faces, surface.material, uv, normals, piece.colors)
 
 
-def _chosen_uv(piece: Piece, surface: Surface, binding: Element | None) -> npt.NDArray[np.float64] | None:
+def _chosen_uv(piece: Primitive, surface: Surface, binding: Element | None) -> npt.NDArray[np.float64] | None:
     """The set that the picture's texcoord symbol is bound to, else the first."""
     for one in kids(binding, "bind_vertex_input"):
         if one.get("semantic") == surface.texcoord and one.get("input_set", "0").isdigit():
@@ -205,4 +205,4 @@ def read_dae(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     if kid(document.root, "library_animations") is not None:
         notes.add(rejection_codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
     metres, up = _unit_and_up(document, notes)
-    return finish(reader.roughs, notes, name, Format.DAE, metres, up)
+    return raw_model(reader.roughs, notes, name, Format.DAE, metres, up)

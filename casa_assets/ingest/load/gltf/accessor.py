@@ -11,7 +11,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf.container import data_uri
 from casa_assets.ingest.load.gltf.meshopt import EXTENSIONS, decompressed
-from casa_assets.ingest.load.gltf.tree import Node
+from casa_assets.ingest.load.gltf.tree import JsonObject
 
 # componentType -> dtype. Ref: glTF 2.0, 3.6.2.2
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -24,7 +24,7 @@ class Accessors:
     """Reads accessors of one document, each once."""
 
     def __init__(
-        self, document: Node, binary: bytes | None, files: Mapping[str, bytes], limits: Mapping[str, float]
+        self, document: JsonObject, binary: bytes | None, files: Mapping[str, bytes], limits: Mapping[str, float]
     ) -> None:
         self._document, self._binary, self._files = document, binary, files
         self._most = int(3 * limits["input_faces"])
@@ -73,7 +73,7 @@ class Accessors:
             self._arrays[index] = self._read(self._document.pick(index, "accessors"))
         return self._arrays[index]
 
-    def _read(self, accessor: Node) -> Raw:
+    def _read(self, accessor: JsonObject) -> Raw:
         dtype, width = self._layout(accessor)
         count = accessor.count("count")
         if not accessor.has("bufferView"):
@@ -85,19 +85,19 @@ class Accessors:
             array = self._sparse(array, accessor.child("sparse"), dtype, width)
         return array
 
-    def _layout(self, accessor: Node) -> tuple[np.dtype[np.generic], int]:
+    def _layout(self, accessor: JsonObject) -> tuple[np.dtype[np.generic], int]:
         component, shape = accessor.count("componentType"), accessor.text("type")
         if component not in _COMPONENTS or shape not in _WIDTHS:
             message = f"glTF {accessor.place}: componentType {component} with type {shape[:12]!r} cannot be read here"
             raise Rejected(rejection_codes.BAD_SCHEMA, message)
         return np.dtype(_COMPONENTS[component]), _WIDTHS[shape]
 
-    def _refuse_more_than_most(self, count: int, accessor: Node) -> None:
+    def _refuse_more_than_most(self, count: int, accessor: JsonObject) -> None:
         if count > self._most:
             message = f"glTF {accessor.place}: {count} elements, more than {self._most}; simplify the mesh first"
             raise Rejected(rejection_codes.TOO_LARGE, message)
 
-    def _strided(self, owner: Node, view_index: int, count: int, dtype: np.dtype[np.generic], width: int) -> Raw:
+    def _strided(self, owner: JsonObject, view_index: int, count: int, dtype: np.dtype[np.generic], width: int) -> Raw:
         view = self._document.pick(view_index, "bufferViews")
         data, start, length = self._span(view)
         element = dtype.itemsize * width
@@ -115,7 +115,7 @@ class Accessors:
             return np.zeros((0, width), dtype=dtype)
         return np.ndarray((count, width), dtype, data, start + offset, (stride, dtype.itemsize))
 
-    def _sparse(self, array: Raw, sparse: Node, dtype: np.dtype[np.generic], width: int) -> Raw:
+    def _sparse(self, array: Raw, sparse: JsonObject, dtype: np.dtype[np.generic], width: int) -> Raw:
         count = sparse.count("count")
         places, values = sparse.child("indices"), sparse.child("values")
         component = _COMPONENTS.get(places.count("componentType"), "")
@@ -130,7 +130,7 @@ class Accessors:
         out[where] = self._strided(values, values.count("bufferView"), count, dtype, width)
         return out
 
-    def _span(self, view: Node) -> tuple[bytes, int, int]:
+    def _span(self, view: JsonObject) -> tuple[bytes, int, int]:
         """Buffer, start and length of a view."""
         packed = [e for e in EXTENSIONS if view.child("extensions").has(e)]
         if packed:
@@ -143,13 +143,13 @@ class Accessors:
             return data, 0, view.count("byteLength")
         return self._cut(view)
 
-    def _unpack(self, extension: Node) -> bytes:
+    def _unpack(self, extension: JsonObject) -> bytes:
         if extension.place not in self._unpacked:
             data, start, length = self._cut(extension)
             self._unpacked[extension.place] = decompressed(extension, data[start : start + length], self._most_bytes)
         return self._unpacked[extension.place]
 
-    def _cut(self, view: Node) -> tuple[bytes, int, int]:
+    def _cut(self, view: JsonObject) -> tuple[bytes, int, int]:
         """Buffer, start and length of what a view, or its compressed form, names."""
         data = self._buffer(view.count("buffer"))
         start, length = view.count("byteOffset", 0), view.count("byteLength")
@@ -171,7 +171,7 @@ class Accessors:
             self._buffers[index] = data
         return self._buffers[index]
 
-    def _buffer_bytes(self, index: int, buffer: Node) -> bytes:
+    def _buffer_bytes(self, index: int, buffer: JsonObject) -> bytes:
         uri = buffer.text("uri")
         if uri.startswith("data:"):
             return data_uri(uri, buffer.place)

@@ -10,7 +10,7 @@ from urllib.parse import unquote_to_bytes
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf.meshopt import EXTENSIONS
-from casa_assets.ingest.load.gltf.tree import Node, parse
+from casa_assets.ingest.load.gltf.tree import JsonObject, parse
 
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 # What may be required and still be read rightly, or ignored without harm to shape and colour.
@@ -24,7 +24,7 @@ ADVICE = {
 }
 
 
-def open_document(data: bytes, name: str) -> tuple[Node, bytes | None]:
+def open_document(data: bytes, name: str) -> tuple[JsonObject, bytes | None]:
     """The document and the GLB's binary chunk (None in a .gltf).
 
     Raises:
@@ -34,7 +34,7 @@ def open_document(data: bytes, name: str) -> tuple[Node, bytes | None]:
         text, binary = _chunks(data, name)
     else:
         text, binary = data, None
-    document = Node(parse(text, name), "")
+    document = JsonObject(parse(text, name), "")
     version = document.child("asset").value.get("version", "2.0")
     if not isinstance(version, str) or not version.startswith("2"):
         raise Rejected(
@@ -44,7 +44,7 @@ def open_document(data: bytes, name: str) -> tuple[Node, bytes | None]:
     return document, binary
 
 
-def _check_extensions(document: Node, name: str) -> None:
+def _check_extensions(document: JsonObject, name: str) -> None:
     for wanted in document.array("extensionsRequired"):
         readable = isinstance(wanted, str) and (wanted in READABLE or wanted.startswith("KHR_materials_"))
         if not readable:

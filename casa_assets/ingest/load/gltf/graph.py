@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.gltf.tree import Node
+from casa_assets.ingest.load.gltf.tree import JsonObject
 from casa_assets.ingest.load.notes import Notes
 
 Matrix = npt.NDArray[np.float64]
@@ -18,7 +18,7 @@ _IDENTITY16 = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 
 
 
 @dataclass(frozen=True)
-class Placed:
+class MeshInstance:
     """A mesh at its place.
 
     Attributes:
@@ -33,14 +33,14 @@ class Placed:
 
 
 @dataclass(frozen=True)
-class Graph:
-    """Placed meshes of the shown scene, and the world matrix of every node in it."""
+class SceneGraph:
+    """MeshInstance meshes of the shown scene, and the world matrix of every node in it."""
 
-    placed: tuple[Placed, ...]
+    placed: tuple[MeshInstance, ...]
     world_from_node: dict[int, Matrix]
 
 
-def read_graph(document: Node, notes: Notes) -> Graph:
+def read_graph(document: JsonObject, notes: Notes) -> SceneGraph:
     """Walk the shown scene; fall back to all root nodes, then to bare meshes, each with a note.
 
     Raises:
@@ -64,11 +64,11 @@ def read_graph(document: Node, notes: Notes) -> Graph:
     if nodes and len(children) >= len(nodes):
         message = "glTF nodes: every node has a parent, so they form a cycle; export it again"
         raise Rejected(rejection_codes.BAD_SCENE_GRAPH, message)
-    bare = tuple(Placed(None, i, np.eye(4)) for i in range(len(document.items("meshes"))))
-    return Graph(bare, graph.world_from_node)
+    bare = tuple(MeshInstance(None, i, np.eye(4)) for i in range(len(document.items("meshes"))))
+    return SceneGraph(bare, graph.world_from_node)
 
 
-def _scene_roots(document: Node) -> list[int] | None:
+def _scene_roots(document: JsonObject) -> list[int] | None:
     scenes = document.array("scenes")
     if not scenes:
         return None
@@ -76,9 +76,9 @@ def _scene_roots(document: Node) -> list[int] | None:
     return [_index(value, scene) for value in scene.array("nodes")]
 
 
-def _walk(document: Node, nodes: list[Node], roots: list[int], notes: Notes) -> Graph:
+def _walk(document: JsonObject, nodes: list[JsonObject], roots: list[int], notes: Notes) -> SceneGraph:
     worlds: dict[int, Matrix] = {}
-    placed: list[Placed] = []
+    placed: list[MeshInstance] = []
     stack = [(root, np.eye(4)) for root in reversed(roots)]
     meshes = len(document.array("meshes"))
     while stack:
@@ -99,12 +99,12 @@ def _walk(document: Node, nodes: list[Node], roots: list[int], notes: Notes) -> 
                 raise Rejected(
                     rejection_codes.OUT_OF_BOUNDS, f"glTF {node.place}/mesh: {mesh} of {meshes}; export it again"
                 )
-            placed.append(Placed(index, mesh, worlds[index]))
+            placed.append(MeshInstance(index, mesh, worlds[index]))
         stack.extend((_index(child, node), worlds[index]) for child in reversed(node.array("children")))
-    return Graph(tuple(placed), worlds)
+    return SceneGraph(tuple(placed), worlds)
 
 
-def local_matrix(node: Node, notes: Notes) -> Matrix:
+def local_matrix(node: JsonObject, notes: Notes) -> Matrix:
     """(4, 4) parent_from_node, file units."""
     if node.has("matrix"):
         return np.array(node.numbers("matrix", _IDENTITY16)).reshape(4, 4).T
@@ -127,7 +127,7 @@ def local_matrix(node: Node, notes: Notes) -> Matrix:
     return out
 
 
-def _index(value: object, node: Node) -> int:
+def _index(value: object, node: JsonObject) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value < 0:
         raise Rejected(
             rejection_codes.BAD_SCHEMA, f"glTF {node.place}: {str(value)[:20]!r} is no node index; export it again"

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.gltf.tree import Node
+from casa_assets.ingest.load.gltf.tree import JsonObject
 
 EXTENSIONS = ("KHR_meshopt_compression", "EXT_meshopt_compression")
 
@@ -26,7 +26,7 @@ _FILTERS: dict[str, tuple[Callable[..., Bytes], tuple[int, ...] | None]] = {
 _WIDEST = 256
 
 
-def decompressed(extension: Node, data: bytes, most_bytes: int) -> bytes:
+def decompressed(extension: JsonObject, data: bytes, most_bytes: int) -> bytes:
     """Bytes of a view.
 
     Args:
@@ -58,7 +58,7 @@ def decompressed(extension: Node, data: bytes, most_bytes: int) -> bytes:
     raise _unknown(extension, "mode", mode)
 
 
-def _attributes(extension: Node, data: bytes, count: int, stride: int) -> bytes:
+def _attributes(extension: JsonObject, data: bytes, count: int, stride: int) -> bytes:
     if stride % 4:
         raise extension.fail("byteStride", "a multiple of 4")
     out = meshoptimizer.decode_vertex_buffer(count, stride, data, dtype=np.dtype(f"V{stride}"))
@@ -74,7 +74,7 @@ def _attributes(extension: Node, data: bytes, count: int, stride: int) -> bytes:
     return bytes(run(out.view(np.uint8), ctypes.c_size_t(count), ctypes.c_size_t(stride)).tobytes())
 
 
-def _indices(extension: Node, data: bytes, count: int, stride: int) -> bytes:
+def _indices(extension: JsonObject, data: bytes, count: int, stride: int) -> bytes:
     if stride not in (2, 4):
         raise extension.fail("byteStride", "2 or 4")
     if extension.text("mode") == "TRIANGLES":
@@ -87,7 +87,7 @@ def _indices(extension: Node, data: bytes, count: int, stride: int) -> bytes:
     return bytes(out.tobytes()[: count * stride])
 
 
-def _unknown(extension: Node, key: str, name: str) -> Rejected:
+def _unknown(extension: JsonObject, key: str, name: str) -> Rejected:
     message = (
         f"glTF {extension.place}: meshopt {key} {name[:20]!r} is not supported; run `gltf-transform copy` on the file"
     )

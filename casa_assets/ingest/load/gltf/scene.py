@@ -14,13 +14,13 @@ from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.gltf.accessor import Accessors
 from casa_assets.ingest.load.gltf.container import open_document
-from casa_assets.ingest.load.gltf.graph import Graph, Placed, read_graph
-from casa_assets.ingest.load.gltf.skin import posed
+from casa_assets.ingest.load.gltf.graph import MeshInstance, SceneGraph, read_graph
+from casa_assets.ingest.load.gltf.skin import rest_vertices
 from casa_assets.ingest.load.gltf.surface import Surfaces
-from casa_assets.ingest.load.gltf.tree import Node
+from casa_assets.ingest.load.gltf.tree import JsonObject
 from casa_assets.ingest.load.image import Images, srgb_bytes_from_linear
 from casa_assets.ingest.load.notes import Notes, clean
-from casa_assets.ingest.load.raw_parts import Rough, check_face_count, finish, transformed, used_vertices
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed, used_vertices
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
@@ -28,18 +28,18 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 @dataclass
 class _Reader:
-    document: Node
+    document: JsonObject
     accessors: Accessors
     surfaces: Surfaces
-    graph: Graph
+    graph: SceneGraph
     limits: Mapping[str, float]
     notes: Notes
     name: str
     faces: int = 0
 
-    def roughs(self) -> list[Rough]:
+    def roughs(self) -> list[ReadPart]:
         """All triangles of all placed meshes."""
-        out: list[Rough] = []
+        out: list[ReadPart] = []
         for placed in self.graph.placed:
             mesh = self.document.pick(placed.mesh, "meshes")
             label = mesh.text("name")
@@ -51,7 +51,7 @@ class _Reader:
                     out.append(rough)
         return out
 
-    def _primitive(self, primitive: Node, placed: Placed, label: str) -> Rough | None:
+    def _primitive(self, primitive: JsonObject, placed: MeshInstance, label: str) -> ReadPart | None:
         attributes = primitive.child("attributes")
         if not attributes.has("POSITION"):
             self.notes.add(rejection_codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
@@ -65,10 +65,10 @@ class _Reader:
         vertices = self.accessors.floats(attributes.count("POSITION"), (3,))
         if len(faces) == 0:
             # the vertices are only counted, for telling a point cloud from an empty file
-            return Rough(label, vertices[:1], faces, self.surfaces.surface(None).material)
+            return ReadPart(label, vertices[:1], faces, self.surfaces.surface(None).material)
         return self._baked(primitive, placed, label, faces)
 
-    def _baked(self, primitive: Node, placed: Placed, label: str, faces: Ints) -> Rough:
+    def _baked(self, primitive: JsonObject, placed: MeshInstance, label: str, faces: Ints) -> ReadPart:
         attributes = primitive.child("attributes")
         vertices = self.accessors.floats(attributes.count("POSITION"), (3,))
         used, faces = used_vertices(faces, len(vertices))
@@ -81,7 +81,7 @@ class _Reader:
         if uv is not None:
             with np.errstate(invalid="ignore", over="ignore"):
                 uv = surface.mapping.apply(uv) if surface.mapping else np.column_stack((uv[:, 0], 1.0 - uv[:, 1]))
-        return Rough(
+        return ReadPart(
             name=label,
             vertices=vertices,
             faces=faces[:, ::-1] if is_mirrored else faces,
@@ -92,10 +92,10 @@ class _Reader:
         )
 
     def _placed(
-        self, placed: Placed, attributes: Node, used: Ints, vertices: Floats, normals: Floats | None
+        self, placed: MeshInstance, attributes: JsonObject, used: Ints, vertices: Floats, normals: Floats | None
     ) -> tuple[Floats, Floats | None, bool]:
         """Vertices and normals in the frame of the file, and whether the transform mirrors."""
-        skinned = posed(self.document, self.accessors, self.graph, placed, attributes, used, vertices)
+        skinned = rest_vertices(self.document, self.accessors, self.graph, placed, attributes, used, vertices)
         if skinned is not None:
             self.notes.add(
                 rejection_codes.FEATURE_IGNORED, "skins", "a rigged mesh: read in its rest pose, without its rig"
@@ -103,7 +103,7 @@ class _Reader:
             return skinned, None, False
         return transformed(vertices, normals, placed.world_from_mesh)
 
-    def _attribute(self, attributes: Node, key: str, widths: tuple[int, ...], used: Ints) -> Floats | None:
+    def _attribute(self, attributes: JsonObject, key: str, widths: tuple[int, ...], used: Ints) -> Floats | None:
         if not attributes.has(key):
             return None
         values = self.accessors.floats(attributes.count(key), widths)
@@ -113,7 +113,7 @@ class _Reader:
             return None
         return values[used]
 
-    def _colors(self, attributes: Node, used: Ints) -> npt.NDArray[np.uint8] | None:
+    def _colors(self, attributes: JsonObject, used: Ints) -> npt.NDArray[np.uint8] | None:
         """(V, 4) sRGB bytes; glTF vertex colours are linear."""
         values = self._attribute(attributes, "COLOR_0", (3, 4), used)
         if values is None:
@@ -127,7 +127,7 @@ class _Reader:
             out[:, 3] = np.rint(np.clip(values[:, 3], 0.0, 1.0) * 255.0).astype(np.uint8)
         return out
 
-    def _triangles(self, primitive: Node, count: int) -> Ints:
+    def _triangles(self, primitive: JsonObject, count: int) -> Ints:
         """(F, 3) indices into the vertices of the primitive."""
         mode = primitive.count("mode", _TRIANGLES)
         if mode not in (_TRIANGLES, _STRIP, _FAN):
@@ -144,11 +144,11 @@ class _Reader:
             flat = np.arange(count, dtype=np.int64)
         return _from_mode(flat, mode)
 
-    def _claimed_faces(self, primitive: Node, count: int, mode: int) -> int:
+    def _claimed_faces(self, primitive: JsonObject, count: int, mode: int) -> int:
         indices = self.accessors.count(primitive.count("indices")) if primitive.has("indices") else count
         return indices // 3 if mode == _TRIANGLES else indices
 
-    def _refuse_draco(self, primitive: Node, attributes: Node) -> None:
+    def _refuse_draco(self, primitive: JsonObject, attributes: JsonObject) -> None:
         if not primitive.child("extensions").has("KHR_draco_mesh_compression"):
             return
         accessor = self.document.pick(attributes.count("POSITION"), "accessors")
@@ -158,7 +158,7 @@ class _Reader:
             )
             raise Rejected(rejection_codes.UNSUPPORTED_EXTENSION, message)
 
-    def _remark(self, primitive: Node) -> None:
+    def _remark(self, primitive: JsonObject) -> None:
         if primitive.array("targets"):
             self.notes.add(
                 rejection_codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read"
@@ -196,4 +196,4 @@ def read_gltf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawM
         notes.add(rejection_codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
     reader = _Reader(document, accessors, surfaces, graph, limits, notes, name)
     found = Format.GLB if data.startswith(b"glTF") else Format.GLTF
-    return finish(reader.roughs(), notes, name, found, metres_per_unit=1.0, up=Up.Y)
+    return raw_model(reader.roughs(), notes, name, found, metres_per_unit=1.0, up=Up.Y)

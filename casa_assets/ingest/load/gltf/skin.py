@@ -7,16 +7,16 @@ import numpy.typing as npt
 
 from casa_assets.core.typing import Floats
 from casa_assets.ingest.load.gltf.accessor import Accessors
-from casa_assets.ingest.load.gltf.graph import Graph, Placed
-from casa_assets.ingest.load.gltf.tree import Node
+from casa_assets.ingest.load.gltf.graph import MeshInstance, SceneGraph
+from casa_assets.ingest.load.gltf.tree import JsonObject
 
 
-def posed(
-    document: Node,
+def rest_vertices(
+    document: JsonObject,
     accessors: Accessors,
-    graph: Graph,
-    placed: Placed,
-    attributes: Node,
+    graph: SceneGraph,
+    placed: MeshInstance,
+    attributes: JsonObject,
     used: npt.NDArray[np.int64],
     vertices: Floats,
 ) -> Floats | None:
@@ -46,7 +46,7 @@ def posed(
     return out
 
 
-def _joint_matrices(document: Node, accessors: Accessors, graph: Graph, skin: Node) -> Floats | None:
+def _joint_matrices(document: JsonObject, accessors: Accessors, graph: SceneGraph, skin: JsonObject) -> Floats | None:
     """(J, 4, 4) file_from_bind of every joint, or None where a joint stands outside the scene."""
     joints = [j for j in skin.array("joints") if isinstance(j, int) and j in graph.world_from_node]
     if not joints or len(joints) != len(skin.array("joints")):

@@ -13,8 +13,8 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf.accessor import Accessors
 from casa_assets.ingest.load.gltf.container import data_uri
-from casa_assets.ingest.load.gltf.tree import Node
-from casa_assets.ingest.load.image import Images, Look
+from casa_assets.ingest.load.gltf.tree import JsonObject
+from casa_assets.ingest.load.image import Images, ImageUse
 from casa_assets.ingest.load.names import Names
 from casa_assets.ingest.load.notes import Notes
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
@@ -58,7 +58,7 @@ class Surface:
 class Surfaces:
     """Reads each material of one document once."""
 
-    document: Node
+    document: JsonObject
     accessors: Accessors
     files: Mapping[str, bytes]
     images: Images
@@ -77,13 +77,13 @@ class Surfaces:
                 self._read[index] = self._surface(self.document.pick(index, "materials"))
         return self._read[index]
 
-    def _surface(self, node: Node) -> Surface:
+    def _surface(self, node: JsonObject) -> Surface:
         pbr = node.child("pbrMetallicRoughness")
         old = node.child("extensions").child("KHR_materials_pbrSpecularGlossiness")
         if old.value:
             color_node, color = old.child("diffuseTexture"), old.numbers("diffuseFactor", (1.0, 1.0, 1.0, 1.0))
             metallic, roughness = 0.0, 1.0 - old.number("glossinessFactor", 1.0)
-            rough_node = Node({}, old.place)
+            rough_node = JsonObject({}, old.place)
         else:
             color_node, color = pbr.child("baseColorTexture"), pbr.numbers("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
             metallic, roughness = pbr.number("metallicFactor", 1.0), pbr.number("roughnessFactor", 1.0)
@@ -93,9 +93,9 @@ class Surfaces:
         color_node, color = self._emissive(node, color_node, color)
         alpha, color = self._alpha(node, color)
         name = node.text("name") or "material"
-        base_picture = self._picture(color_node, f"{name}_color", Look(ColorSpace.SRGB, alpha))
-        rough_picture = self._picture(rough_node, f"{name}_rough", Look(ColorSpace.RAW, "drop"))
-        normal_picture = self._picture(node.child("normalTexture"), f"{name}_normal", Look(ColorSpace.RAW, "drop"))
+        base_picture = self._picture(color_node, f"{name}_color", ImageUse(ColorSpace.SRGB, alpha))
+        rough_picture = self._picture(rough_node, f"{name}_rough", ImageUse(ColorSpace.RAW, "drop"))
+        normal_picture = self._picture(node.child("normalTexture"), f"{name}_normal", ImageUse(ColorSpace.RAW, "drop"))
         mapping, base, rough, normal = self._one_mapping(node.place, base_picture, rough_picture, normal_picture)
         return Surface(
             Material(
@@ -110,7 +110,9 @@ class Surfaces:
             mapping,
         )
 
-    def _emissive(self, node: Node, picture: Node, color: tuple[float, ...]) -> tuple[Node, tuple[float, ...]]:
+    def _emissive(
+        self, node: JsonObject, picture: JsonObject, color: tuple[float, ...]
+    ) -> tuple[JsonObject, tuple[float, ...]]:
         """A black surface whose picture glows is an unlit export: the picture is its colour."""
         glow = node.numbers("emissiveFactor", (0.0, 0.0, 0.0))
         is_black = max(color[:3]) <= _BLACK
@@ -119,7 +121,7 @@ class Surfaces:
         self.notes.add(rejection_codes.EMISSIVE_AS_BASE, node.place, "black surface that glows: its glow is its colour")
         return node.child("emissiveTexture"), (*glow, color[3])
 
-    def _alpha(self, node: Node, color: tuple[float, ...]) -> tuple[str | float, tuple[float, ...]]:
+    def _alpha(self, node: JsonObject, color: tuple[float, ...]) -> tuple[str | float, tuple[float, ...]]:
         mode = node.text("alphaMode") or "OPAQUE"
         if mode == "OPAQUE":
             return "drop", (*color[:3], 1.0)
@@ -130,7 +132,7 @@ class Surfaces:
             return min(1.0, node.number("alphaCutoff", 0.5) / color[3]), (*color[:3], 1.0)
         return "keep", color
 
-    def _picture(self, node: Node, name: str, look: Look) -> tuple[Texture, Mapping2D] | None:
+    def _picture(self, node: JsonObject, name: str, look: ImageUse) -> tuple[Texture, Mapping2D] | None:
         if not node.has("index"):
             return None
         texture = self.document.pick(node.count("index"), "textures")
@@ -147,14 +149,14 @@ class Surfaces:
         made = self.images.texture(f"image {source}", data, image.text("name") or name, look)
         return None if made is None else (made, _mapping(node))
 
-    def _source(self, texture: Node) -> int | None:
+    def _source(self, texture: JsonObject) -> int | None:
         webp = texture.child("extensions").child("EXT_texture_webp")
         for node in (webp, texture):
             if node.has("source"):
                 return node.count("source")
         return None
 
-    def _image_bytes(self, image: Node) -> bytes | None:
+    def _image_bytes(self, image: JsonObject) -> bytes | None:
         if image.has("bufferView"):
             try:
                 return self.accessors.view_bytes(image.count("bufferView"))
@@ -190,7 +192,7 @@ class Surfaces:
         return lead, kept[0], kept[1], kept[2]
 
 
-def _mapping(node: Node) -> Mapping2D:
+def _mapping(node: JsonObject) -> Mapping2D:
     moved = node.child("extensions").child("KHR_texture_transform")
     offset, scale = moved.numbers("offset", (0.0, 0.0)), moved.numbers("scale", (1.0, 1.0))
     return Mapping2D(

@@ -31,7 +31,7 @@ def parse(text: bytes, name: str) -> Json:
 
 
 @dataclass(frozen=True)
-class Node:
+class JsonObject:
     """A JSON object with its place, such as `meshes/0/primitives/2`.
 
     Attributes:
@@ -53,22 +53,22 @@ class Node:
         """Whether the key is there and not null."""
         return self.value.get(key) is not None
 
-    def child(self, key: str) -> Node:
+    def child(self, key: str) -> JsonObject:
         """Object at `key`; an empty one where there is none."""
         value = self.value.get(key)
         if value is None:
-            return Node({}, f"{self.place}/{key}")
+            return JsonObject({}, f"{self.place}/{key}")
         if not isinstance(value, dict):
             raise self.fail(key, "an object")
-        return Node(value, f"{self.place}/{key}")
+        return JsonObject(value, f"{self.place}/{key}")
 
-    def items(self, key: str) -> list[Node]:
+    def items(self, key: str) -> list[JsonObject]:
         """Objects of the array at `key`; none where it is missing."""
         out = []
         for i, value in enumerate(self.array(key)):
             if not isinstance(value, dict):
                 raise self.fail(key, "an array of objects")
-            out.append(Node(value, f"{self.place}/{key}/{i}"))
+            out.append(JsonObject(value, f"{self.place}/{key}/{i}"))
         return out
 
     def array(self, key: str) -> list[object]:
@@ -130,7 +130,7 @@ class Node:
             )
         return number
 
-    def pick(self, index: int, key: str) -> Node:
+    def pick(self, index: int, key: str) -> JsonObject:
         """Object `index` of the array at `key`. Raises OUT_OF_BOUNDS where there is none."""
         values = self.array(key)
         if not 0 <= index < len(values):
@@ -139,4 +139,4 @@ class Node:
         value = values[index]
         if not isinstance(value, dict):
             raise self.fail(key, "an array of objects")
-        return Node(value, f"{key}/{index}")
+        return JsonObject(value, f"{key}/{index}")

@@ -11,10 +11,10 @@ from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.image import Images, Look
+from casa_assets.ingest.load.image import Images, ImageUse
 from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.load.ply.table import Table, check_lengths, read_header, read_tables
-from casa_assets.ingest.load.raw_parts import Rough, check_face_count, finish
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
 from casa_assets.ingest.load.triangulate import triangulate
 from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import Bundle, RawModel
@@ -49,14 +49,14 @@ def read_ply(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     check_face_count(len(corners), limits, name)
     if fanned:
         notes.add(rejection_codes.POLYGON_FAN, "face", f"{fanned} concave or crossed faces were cut as fans")
-    rough = Rough("part", vertices, corners, _material(bundle, header.textures, limits, notes))
+    rough = ReadPart("part", vertices, corners, _material(bundle, header.textures, limits, notes))
     if {"nx", "ny", "nz"} <= vertex.scalars.keys():
         rough.normals = _columns(vertex, ("nx", "ny", "nz"))
     rough.colors = _colors(vertex, notes)
     rough.uv = _vertex_uv(vertex)
     if rough.uv is None and len(corners):
         _spread_corner_uv(rough, tables["face"], polygons, notes)
-    return finish([rough], notes, name, Format.PLY)
+    return raw_model([rough], notes, name, Format.PLY)
 
 
 def _columns(table: Table, names: tuple[str, ...]) -> Floats:
@@ -112,7 +112,7 @@ def _vertex_uv(vertex: Table) -> Floats | None:
     return None
 
 
-def _spread_corner_uv(rough: Rough, face: Table, origin: Ints, notes: Notes) -> None:
+def _spread_corner_uv(rough: ReadPart, face: Table, origin: Ints, notes: Notes) -> None:
     """MeshLab keeps texture coordinates per corner: corners with the same vertex and uv become one vertex."""
     if "texcoord" not in face.lists:
         return
@@ -154,7 +154,7 @@ def _material(bundle: Bundle, textures: list[str], limits: Mapping[str, float], 
         notes.add(rejection_codes.FEATURE_IGNORED, "header", f"{len(textures)} texture files; only the first is used")
     texture = None
     if textures and textures[0] in bundle.files:
-        texture = Images(limits, notes).texture(textures[0], bundle.files[textures[0]], "color", Look())
+        texture = Images(limits, notes).texture(textures[0], bundle.files[textures[0]], "color", ImageUse())
     if texture is None:
         return Material(id="material")
     return Material(id="material", base_color=(1.0, 1.0, 1.0, 1.0), base_color_texture=texture)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.image import Images, Look, Pixels, linear_from_srgb
+from casa_assets.ingest.load.image import Images, ImageUse, Pixels, linear_from_srgb
 from casa_assets.ingest.load.names import Names
 from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.load.text import decode, plain
@@ -155,7 +155,7 @@ class Materials:
 
     def _texture(self, file: str | None, name: str) -> Texture | None:
         data = self.files.get(file) if file else None
-        return None if data is None or file is None else self.images.texture(file, data, name, Look())
+        return None if data is None or file is None else self.images.texture(file, data, name, ImageUse())
 
     def _pixels(self, file: str | None) -> Pixels | None:
         data = self.files.get(file) if file else None

@@ -14,7 +14,7 @@ from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.image import Images
 from casa_assets.ingest.load.notes import Notes, clean
-from casa_assets.ingest.load.raw_parts import Rough, check_face_count, finish, merged_corners
+from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, merged_corners, raw_model
 from casa_assets.ingest.load.text import plain
 from casa_assets.ingest.load.triangulate import triangulate
 from casa_assets.ingest.load.wavefront.materials import Materials, MtlEntry, parse_mtl
@@ -57,8 +57,8 @@ def read_obj(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     triangles = _triangles(lines, vertices[:, :3], (len(uvs), len(normals)), name, notes)
     check_face_count(len(triangles.v), limits, name)
     if not len(triangles.v):
-        bare = Rough("part", vertices[:, :3], np.zeros((0, 3), dtype=np.int64), Material(id="none"))
-        return finish([bare], notes, name, Format.OBJ)
+        bare = ReadPart("part", vertices[:, :3], np.zeros((0, 3), dtype=np.int64), Material(id="none"))
+        return raw_model([bare], notes, name, Format.OBJ)
     materials = _materials(bundle, lines, limits, notes)
     colors = _colors(vertices, notes)
     roughs = []
@@ -68,7 +68,7 @@ def read_obj(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
             rough = _rough(triangles, mine, vertices[:, :3], uvs, normals, colors)
             rough.name, rough.material = thing or material or "part", materials[material]
             roughs.append(rough)
-    return finish(roughs, notes, name, Format.OBJ)
+    return raw_model(roughs, notes, name, Format.OBJ)
 
 
 def _triangles(lines: ObjLines, vertices: Floats, others: tuple[int, int], name: str, notes: Notes) -> _Triangles:
@@ -125,7 +125,7 @@ def _rough(
     uvs: Floats,
     normals: Floats,
     colors: npt.NDArray[np.uint8] | None,
-) -> Rough:
+) -> ReadPart:
     """Corners with the same (v, vt, vn) become one vertex."""
     v, vt, vn = (a[mine].reshape(-1) for a in (triangles.v, triangles.vt, triangles.vn))
     has_uv, has_normals = bool((vt >= 0).any()), bool((vn >= 0).all())
@@ -133,7 +133,7 @@ def _rough(
     rough_uv = None
     if has_uv:
         rough_uv = np.where((vt[first] >= 0)[:, None], uvs[vt[first]], 0.0)
-    return Rough(
+    return ReadPart(
         name="",
         vertices=vertices[v[first]],
         faces=faces,

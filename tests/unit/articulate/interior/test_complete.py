@@ -15,7 +15,7 @@ from casa_assets.articulate.segment.triangle_soup import weld_triangles
 from casa_assets.checks.motion.joint_travel import travels
 from casa_assets.errors import UnknownId
 from casa_assets.export import mjcf
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh as Triangles
 from casa_assets.model.ingest.source import RawModel, RawPart
@@ -60,7 +60,7 @@ def reach(built: ArticulateResult, spot: tuple[float, float]) -> float:
     tris: list[Ints] = []
     for link in (k for k in built.asset.links if k.name == "object"):
         for collider in link.colliders:
-            p, f = surface(collider.shape, collider.pose)
+            p, f = tessellate(collider.shape, collider.pose)
             tris.append(f + sum([len(q) for q in points]))
             points.append(p)
     line = cross_rays(np.concatenate(points), np.concatenate(tris), 1, np.array([spot]))
@@ -185,7 +185,7 @@ def test_a_drawer_front_before_a_block_gets_a_box_that_slides(tmp_path: Path) ->
     for part in built.found.parts:
         region = next(r for r in built.asset.regions if r.link == part.name)
         assert min(region.size) > 0.05
-        shapes = [surface(c.shape, c.pose)[0] for c in built.asset.link(part.name).colliders if c.label == "drawer"]
+        shapes = [tessellate(c.shape, c.pose)[0] for c in built.asset.link(part.name).colliders if c.label == "drawer"]
         low, high = (np.array(region.pose.position) + s * np.array(region.size) / 2 for s in (-0.98, 0.98))
         # Nothing fills the box: it is open at the top, and closed below.
         assert not any((c.min(axis=0) < low).all() and (c.max(axis=0) > high).all() for c in shapes)

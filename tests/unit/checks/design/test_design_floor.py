@@ -15,7 +15,7 @@ from casa_assets.checks.design.robot.placing import Size, Span, Zone, acceptance
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import whereabouts
 from casa_assets.core.sampling import rng_for
-from casa_assets.geometry.planar import distance, inside, outline_of, overlap, within
+from casa_assets.geometry.planar import contains_point, distance, length_inside, outline_of, penetration_depth
 from casa_assets.model.kitchen.floor import Facts, Role, Side, Stance
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
@@ -42,25 +42,25 @@ class TestOutlines:
 
     @pytest.mark.parametrize(("x", "deep"), [(0.7, 0.3), (1.0, 0.0), (1.2, -0.2)])
     def test_overlap_is_the_way_that_parts_them(self, x: float, deep: float) -> None:
-        assert overlap(SQUARE, moved(x, 0.1)) == pytest.approx(deep)
+        assert penetration_depth(SQUARE, moved(x, 0.1)) == pytest.approx(deep)
 
     def test_turned_outlines_pass_at_their_corners(self) -> None:
         """Their boxes overlap, they do not."""
         edge = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
-        assert overlap(edge, moved(0.6, 0.6)) == pytest.approx(-0.2 / math.sqrt(2))
+        assert penetration_depth(edge, moved(0.6, 0.6)) == pytest.approx(-0.2 / math.sqrt(2))
 
     def test_distance_is_nought_inside_and_round_corners(self) -> None:
         points = np.array([(0.5, 0.5), (0.5, -0.3), (1.3, 1.4)])
         assert distance(SQUARE, points) == pytest.approx([0.0, 0.3, 0.5])
 
     def test_within_measures_what_a_line_cuts(self) -> None:
-        assert within(SQUARE, (-1.0, 0.5), (0.25, 0.5)) == pytest.approx(0.25)
-        assert within(SQUARE, (-1.0, 1.5), (2.0, 1.5)) == 0.0
+        assert length_inside(SQUARE, (-1.0, 0.5), (0.25, 0.5)) == pytest.approx(0.25)
+        assert length_inside(SQUARE, (-1.0, 1.5), (2.0, 1.5)) == 0.0
 
     def test_inside_of_an_l(self) -> None:
         outline = ((0.0, 0.0), (2.0, 0.0), (2.0, -1.0), (1.0, -1.0), (1.0, -2.0), (0.0, -2.0))
-        assert inside(outline, (0.5, -1.5))
-        assert not inside(outline, (1.5, -1.5))
+        assert contains_point(outline, (0.5, -1.5))
+        assert not contains_point(outline, (1.5, -1.5))
 
 
 class TestFloor:

@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.run import run
-from casa_assets.geometry.planar import distance, overlap
+from casa_assets.geometry.planar import distance, penetration_depth
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import Kitchen
 from casa_assets.model.kitchen.floor import APPLIANCES, Facts, Role
@@ -66,8 +66,8 @@ def test_leaves_begin_at_their_fixture_and_reach_out_of_it(facts: Facts) -> None
     for fixture in facts.fixtures:
         for joint in fixture.joints:
             if joint.leaf is not None:
-                assert overlap(joint.leaf.swept, fixture.foot.corners) > -0.05, (fixture.name, joint.name)
-                assert overlap(joint.leaf.swept, joint.leaf.open) > 0.0
+                assert penetration_depth(joint.leaf.swept, fixture.foot.corners) > -0.05, (fixture.name, joint.name)
+                assert penetration_depth(joint.leaf.swept, joint.leaf.open) > 0.0
                 assert joint.leaf.low < joint.leaf.high
     washer = facts.of(Role.DISHWASHER)[0]
     flap = washer.joint("door_joint")

@@ -12,7 +12,7 @@ import pytest
 from casa_assets.checks.scene.motion import opening, pulling, rest
 from casa_assets.checks.scene.placement import overlap, support
 from casa_assets.checks.scene.subject import SceneSubject, bare, boxes, meet
-from casa_assets.geometry.inertia import beside
+from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.shape import Box
 from casa_assets.model.kitchen.scene import Scene
@@ -112,7 +112,9 @@ class TestPairsThatTheFileLeavesOut:
     def test_a_post_right_before_the_door(self, tmp_path: Path) -> None:
         scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post(), at(0.1, -0.257 - 0.06, 0.0)))
         found = subject(scene, tmp_path)
-        assert {("thing_0", "door"), ("thing_0", "drawer")} <= {tuple(m) for m, f in beside(scene) if f[0] == "thing_1"}
+        assert {("thing_0", "door"), ("thing_0", "drawer")} <= {
+            tuple(m) for m, f in adjacent_links(scene) if f[0] == "thing_1"
+        }
         assert {p for p, _ in opening.opens_wide(found, LIMIT).problems} == {
             "joints/thing_0__door_hinge",
             "joints/thing_0__drawer_slide",

@@ -9,20 +9,20 @@ from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.geometry.mesh.measure import signed_volume
 from casa_assets.geometry.mesh.topology import weld
-from casa_assets.geometry.solid.coverage import gaps
-from casa_assets.geometry.solid.cutting import halves, solid_of, surface_of
-from casa_assets.geometry.solid.deviation import ruler
+from casa_assets.geometry.solid.coverage import distances_outside_hulls
+from casa_assets.geometry.solid.cutting import solid_of, split_by_plane, surface_of
+from casa_assets.geometry.solid.deviation import reference_surface
 from casa_assets.geometry.solid.hull import convex_hull, hull_volume
 from casa_assets.geometry.solid.manifold import intersection_volume, union
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.collision import collide as stage
 from casa_assets.ingest.collision.collide import CollideParams, collide
 from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed
-from casa_assets.ingest.collision.fit import Verdict, verdict, yardstick
-from casa_assets.ingest.collision.plane_splits import Bound
-from casa_assets.ingest.collision.plane_splits import joined as joined_up
-from casa_assets.ingest.collision.solid_proxy import Kind, matter
-from casa_assets.ingest.collision.strategies import WAYS
+from casa_assets.ingest.collision.fit import FitErrors, fit_reference, measure_fit
+from casa_assets.ingest.collision.plane_splits import ErrorBound
+from casa_assets.ingest.collision.plane_splits import merge_within_bound as joined_up
+from casa_assets.ingest.collision.solid_proxy import SurfaceKind, solid_proxy
+from casa_assets.ingest.collision.strategies import STRATEGIES
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Box, Cylinder, Hull, Sphere
@@ -36,11 +36,11 @@ CUP = turned(MUG, 16)
 
 
 def clouds(state: Draft) -> list[Floats]:
-    return [surface(p.shape, p.pose)[0] for p in state.colliders]
+    return [tessellate(p.shape, p.pose)[0] for p in state.colliders]
 
 
 def is_touched(state: Draft, spot: tuple[float, float, float]) -> bool:
-    return bool(gaps(np.array([spot]), clouds(state))[0] == 0)
+    return bool(distances_outside_hulls(np.array([spot]), clouds(state))[0] == 0)
 
 
 def never(method: str, points: Floats, faces: Ints, budget: Budget) -> list[Floats]:
@@ -176,16 +176,16 @@ def handled() -> Mesh:
     return fused(turned(MUG, 48), *bars)
 
 
-def numbers(state: Draft, mesh: Mesh) -> tuple[float, Verdict]:
+def numbers(state: Draft, mesh: Mesh) -> tuple[float, FitErrors]:
     """Intersection over union with a closed mesh, and the verdict."""
     solid = solid_of(*welded(mesh))
     assert solid is not None
-    by = yardstick(*welded(mesh), solid, is_open=True)
+    by = fit_reference(*welded(mesh), solid, is_open=True)
     whole = union([convex_hull(c) for c in clouds(state)])
     assert whole is not None
     both = intersection_volume(whole, welded(mesh))
     size = signed_volume(*whole) + volume(mesh) - both
-    return both / size, verdict(clouds(state), by, PARAMS.error_m)
+    return both / size, measure_fit(clouds(state), by, PARAMS.error_m)
 
 
 class TestOpenings:
@@ -209,7 +209,7 @@ class TestOpenings:
         overlap, found = numbers(out, mug)
         assert len(out.colliders) <= 24
         assert overlap >= 0.85
-        assert found.strain <= 1
+        assert found.normalized_error <= 1
         assert found.kept is not None
         assert found.kept >= 0.9
         assert not is_touched(out, (0.052, 0.0, 0.05))  # the hole of the handle
@@ -232,7 +232,7 @@ class TestOpenings:
             out = collide(draft(mesh), category(name), PARAMS, never)
             _, found = numbers(out, mesh)
             assert len(out.colliders) <= PARAMS.hull_count
-            assert found.strain <= 1.1
+            assert found.normalized_error <= 1.1
             assert found.kept is not None
             assert found.kept >= 0.85
 
@@ -285,33 +285,37 @@ class TestCuts:
         assert numbers(out, angle)[0] > 0.97
 
     def test_parts_that_make_one_shape_are_joined(self) -> None:
-        of = ruler(*welded(BOX))
+        of = reference_surface(*welded(BOX))
         whole = solid_of(*welded(BOX))
         assert whole is not None
-        quarters = [q for half in halves(whole, np.array([1.0, 0, 0]), 0.3) for q in halves(half, np.eye(3)[1], 0.0)]
-        groups = joined_up(quarters, of, Bound(0.002, 0.005), np.zeros((0, 3)))
+        quarters = [
+            q
+            for half in split_by_plane(whole, np.array([1.0, 0, 0]), 0.3)
+            for q in split_by_plane(half, np.eye(3)[1], 0.0)
+        ]
+        groups = joined_up(quarters, of, ErrorBound(0.002, 0.005), np.zeros((0, 3)))
         assert [len(g) for g in groups] == [4]
-        kept = joined_up(quarters, of, Bound(0.002, 0.005), np.array([[0.3, 0.0, 0.2]]))
+        kept = joined_up(quarters, of, ErrorBound(0.002, 0.005), np.array([[0.3, 0.0, 0.2]]))
         assert len(kept) > 1
 
 
 class TestMatter:
-    def kind(self, mesh: Mesh, full: bool = False) -> Kind:
-        found = matter(*welded(mesh), full)
+    def kind(self, mesh: Mesh, full: bool = False) -> SurfaceKind:
+        found = solid_proxy(*welded(mesh), full)
         assert found is not None
         return found.kind
 
     def test_what_kind_of_surface_it_is(self) -> None:
         egg = turned([(0.02 * np.sin(t), -0.03 * np.cos(t)) for t in np.linspace(0, np.pi, 30)], 32)
         lining = flipped(moved(egg, scale=0.9))
-        assert self.kind(egg) is Kind.SOLID
-        assert self.kind(CUP) is Kind.WALLED
-        assert self.kind(joined(egg, lining)) is Kind.DOUBLE
-        assert self.kind(turned([(0.07, 0.05), (0.05, 0.01), (0.0, 0.0)], 48)) is Kind.SHEET
+        assert self.kind(egg) is SurfaceKind.SOLID
+        assert self.kind(CUP) is SurfaceKind.WALLED
+        assert self.kind(joined(egg, lining)) is SurfaceKind.DOUBLE
+        assert self.kind(turned([(0.07, 0.05), (0.05, 0.01), (0.0, 0.0)], 48)) is SurfaceKind.SHEET
 
     def test_a_double_wall_is_filled_before_anything_else(self) -> None:
         egg = turned([(0.02 * np.sin(t), -0.03 * np.cos(t)) for t in np.linspace(0, np.pi, 30)], 32)
-        found = matter(*welded(joined(egg, flipped(moved(egg, scale=0.9)))), full=False)
+        found = solid_proxy(*welded(joined(egg, flipped(moved(egg, scale=0.9)))), full=False)
         assert found is not None
         assert found.exact
         assert found.solid.volume() == pytest.approx(volume(egg), rel=1e-6)
@@ -323,10 +327,10 @@ class TestMatter:
             box_mesh((0.09, 0.05, 0.11), (0.0, 0.0, 0.06), shared=True),
         )
         leaky = cut(shell, box_mesh((0.004, 0.004, 0.02), (0.0, 0.0, 0.12), shared=True))
-        found = matter(*welded(leaky), full=True)
+        found = solid_proxy(*welded(leaky), full=True)
         assert found is not None
         assert found.solid.volume() == pytest.approx(0.1 * 0.06 * 0.12, rel=0.05)
-        open_ = matter(*welded(leaky), full=False)
+        open_ = solid_proxy(*welded(leaky), full=False)
         assert open_ is not None
         assert open_.solid.volume() == pytest.approx(volume(leaky), rel=1e-6)
 
@@ -334,7 +338,7 @@ class TestMatter:
 @pytest.fixture
 def decomposers_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """As for a mesh that no exact way does justice to."""
-    monkeypatch.setattr(stage, "WAYS", WAYS[-2:])
+    monkeypatch.setattr(stage, "WAYS", STRATEGIES[-2:])
 
 
 @pytest.mark.usefixtures("decomposers_only")
@@ -424,7 +428,7 @@ def test_what_is_made_of_an_open_bottle_ends_where_the_mesh_does(full: bool) -> 
             )
         ]
     )
-    made = matter(points, faces, full)
+    made = solid_proxy(points, faces, full)
     assert made is not None
     assert (made.solid.volume() > 0.5 * hull_volume(points)) == full
     ends = surface_of(made.solid)[0]

@@ -9,8 +9,8 @@ from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.grid.voxel import Grid, voxelise
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.ingest.collision.collide import CollideParams, collide
-from casa_assets.ingest.collision.component_solids import SHEET_RATIO, assembled, stands_for
-from casa_assets.ingest.collision.solid_proxy import CELLS, matter
+from casa_assets.ingest.collision.component_solids import SHEET_RATIO, assemble_solid, covers_surface
+from casa_assets.ingest.collision.solid_proxy import CELLS, solid_proxy
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Hull
 from tests.meshes import box_mesh
@@ -38,16 +38,16 @@ def surface(*meshes: Mesh) -> tuple[Floats, Ints, Grid]:
 
 def test_a_wall_with_loose_ends_is_a_full_can() -> None:
     points, faces, grid = surface(WALL, disc(0.1), flipped(disc(0.0)))
-    found = assembled(points, faces, grid)
+    found = assemble_solid(points, faces, grid)
     assert found is not None
     assert found.solid.volume() == pytest.approx(np.pi * 0.03**2 * 0.1, rel=0.05)
-    assert stands_for(found.solid, points, faces, grid)
+    assert covers_surface(found.solid, points, faces, grid)
     assert "lids on 1" in found.done
 
 
 def test_a_wall_without_ends_gets_no_lids() -> None:
     points, faces, grid = surface(WALL)
-    found = assembled(points, faces, grid)
+    found = assemble_solid(points, faces, grid)
     assert found is not None
     assert found.solid.volume() == pytest.approx(2 * np.pi * 0.03 * 0.1 * 0.001, rel=0.1)
     assert found.lone == pytest.approx(1.0)
@@ -56,7 +56,7 @@ def test_a_wall_without_ends_gets_no_lids() -> None:
 def test_a_sheet_with_two_faces_has_a_thickness_beside_a_box() -> None:
     double = joined(SHEET, flipped(SHEET))
     points, faces, grid = surface(BOX, moved(double, (0.0, 0.1, 0.02)))
-    found = assembled(points, faces, grid)
+    found = assemble_solid(points, faces, grid)
     assert found is not None
     longest = float(np.ptp(points, axis=0).max())
     thick = max(0.001, SHEET_RATIO * longest)
@@ -78,7 +78,7 @@ def test_a_whisk_of_flat_wires_is_no_solid_lump() -> None:
 def test_the_closed_part_alone_does_not_stand_for_what_is_beside_it() -> None:
     points, faces, _ = surface(BOX, moved(joined(SHEET, flipped(SHEET)), (0.0, 0.1, 0.02)))
     alone, _, _ = surface(BOX)
-    found = matter(points, faces, full=False)
+    found = solid_proxy(points, faces, full=False)
     assert found is not None
     assert np.asarray(found.solid.bounding_box())[4] == pytest.approx(float(points[:, 1].max()), abs=0.002)
     assert float(alone[:, 1].max()) < 0.04

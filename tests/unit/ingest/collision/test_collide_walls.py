@@ -1,4 +1,4 @@
-"""Walls of vessels: hulls of flared and filleted ones, and of thin ones, stay as near as they were planned to be."""
+"""WallProfile of vessels: hulls of flared and filleted ones, and of thin ones, stay as near as they were planned to be."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.solid.revolution import RAYS, Walls
-from casa_assets.geometry.solid.tessellate import surface
+from casa_assets.geometry.solid.revolution import RAYS, WallProfile
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.collision.collide import CollideParams, collide
 from casa_assets.ingest.collision.convex_decomposition import Budget
-from casa_assets.ingest.collision.ring_slabs import table
+from casa_assets.ingest.collision.ring_slabs import slab_costs
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Box, Cylinder
@@ -40,16 +40,16 @@ def confidence(state: Draft) -> float:
     return guess.confidence
 
 
-def seen(inner: list[float]) -> Walls:
+def seen(inner: list[float]) -> WallProfile:
     radii: Floats = np.repeat(np.array(inner, dtype=np.float64)[:, None], RAYS, axis=1)
     heights: Floats = 0.01 * np.arange(len(inner), dtype=np.float64)
-    return Walls(np.zeros(2), heights, 0.01, radii, radii + 0.005)
+    return WallProfile(np.zeros(2), heights, 0.01, radii, radii + 0.005)
 
 
 class TestTable:
     def test_a_hull_has_chords_from_every_height_to_every_other(self) -> None:
         inner = [0.026, 0.033, 0.033, 0.033, 0.033, 0.033, 0.033, 0.045]
-        found = table(seen(inner), is_round=True).bend
+        found = slab_costs(seen(inner), is_round=True).bend
         part = found[0, 7]  # from the fillet to the end of the straight wall
         assert part > 0.004
         assert found[0, 8] >= part
@@ -57,7 +57,7 @@ class TestTable:
 
     def test_a_wall_that_bulges_inwards_recedes_nowhere_but_outside(self) -> None:
         inner = [0.03, 0.034, 0.036, 0.034, 0.03]
-        found = table(seen(inner), is_round=True).bend
+        found = slab_costs(seen(inner), is_round=True).bend
         assert found[0, 5] > 0.003
 
 
@@ -74,7 +74,7 @@ def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:
     out = collide(draft(turned([*inner, *outer[::-1]], 64)), category("bowl"), PARAMS, never)
     assert confidence(out) == 1.0
     assert len(out.colliders) <= 32
-    low = min(float(surface(p.shape, p.pose)[0][:, 2].min()) for p in out.colliders)
+    low = min(float(tessellate(p.shape, p.pose)[0][:, 2].min()) for p in out.colliders)
     assert low > -1e-6
 
 
@@ -112,4 +112,4 @@ def test_a_carton_that_bulges_is_one_box_between_its_bulges_and_its_edges() -> N
     assert 0.06 < x < 0.0675
     assert 0.1 < y < 0.1075
     assert z == pytest.approx(0.16, abs=1e-3)
-    assert float(surface(placed.shape, placed.pose)[0][:, 2].min()) == pytest.approx(-0.08, abs=1e-6)
+    assert float(tessellate(placed.shape, placed.pose)[0][:, 2].min()) == pytest.approx(-0.08, abs=1e-6)

@@ -12,7 +12,7 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.gltf.meshopt import decompressed
-from casa_assets.ingest.load.gltf.tree import Node
+from casa_assets.ingest.load.gltf.tree import JsonObject
 from tests.mesh_files import Gltf, load_bytes
 from tests.raw_models import MUG, turned
 
@@ -68,7 +68,7 @@ def test_comes_out_as_it_went_in(name: str) -> None:
 def test_sequences_of_indices(wide: int) -> None:
     indices = np.array([0, 5, 3, 3, 2, 9, 1], dtype=np.uint32)
     data = meshoptimizer.encode_index_sequence(indices, len(indices), 10)
-    out = decompressed(Node(packed(data, wide, "INDICES", len(indices)), "x"), data, 10**6)
+    out = decompressed(JsonObject(packed(data, wide, "INDICES", len(indices)), "x"), data, 10**6)
     assert np.frombuffer(out, f"<u{wide}").tolist() == indices.tolist()
 
 
@@ -76,14 +76,14 @@ def test_exponents_become_floats() -> None:
     # Ref: EXT_meshopt_compression, filter EXPONENTIAL: 8 bits of exponent over 24 bits of mantissa.
     values = np.array([[0x00000003], [0x01FFFFFF], [0xFF000005]], dtype=np.uint32)
     data = meshoptimizer.encode_vertex_buffer(values.view(np.float32), 3, 4)
-    out = decompressed(Node(packed(data, 4, "ATTRIBUTES", 3, filter="EXPONENTIAL"), "x"), data, 10**6)
+    out = decompressed(JsonObject(packed(data, 4, "ATTRIBUTES", 3, filter="EXPONENTIAL"), "x"), data, 10**6)
     assert np.frombuffer(out, "<f4").tolist() == [3.0, -2.0, 2.5]
 
 
 def test_octahedral_normals_have_length_one() -> None:
     values = np.array([[0, 0, 127, 0], [127, 0, 127, 0], [0, -127, 127, 0]], dtype=np.int8)
     data = meshoptimizer.encode_vertex_buffer(values.view(np.float32), 3, 4)
-    out = decompressed(Node(packed(data, 4, "ATTRIBUTES", 3, filter="OCTAHEDRAL"), "x"), data, 10**6)
+    out = decompressed(JsonObject(packed(data, 4, "ATTRIBUTES", 3, filter="OCTAHEDRAL"), "x"), data, 10**6)
     got = np.frombuffer(out, "i1").reshape(3, 4)[:, :3]
     assert got.tolist() == [[0, 0, 127], [127, 0, 0], [0, -127, 0]]
 
@@ -111,7 +111,7 @@ class TestRefused:
     def test_what_is_out_of_bounds(self, changes: dict[str, object], code: str) -> None:
         data = self.data()
         with pytest.raises(Rejected) as caught:
-            decompressed(Node(packed(data, 12, "ATTRIBUTES", 100) | changes, "x"), data, 10**8)
+            decompressed(JsonObject(packed(data, 12, "ATTRIBUTES", 100) | changes, "x"), data, 10**8)
         assert caught.value.code == code
 
     def test_broken_streams(self) -> None:
@@ -119,13 +119,14 @@ class TestRefused:
         draw = np.random.default_rng(0)
         for cut in (0, 1, len(data) // 2, len(data) - 1):
             with pytest.raises(Rejected):
-                decompressed(Node(packed(data, 12, "ATTRIBUTES", 100), "x"), data[:cut], 10**8)
+                decompressed(JsonObject(packed(data, 12, "ATTRIBUTES", 100), "x"), data[:cut], 10**8)
         for _ in range(300):  # whatever comes out, it has the size that was claimed, or is refused
             corrupted = bytearray(data)
             corrupted[int(draw.integers(len(data)))] = int(draw.integers(256))
             with suppress(Rejected):
                 assert (
-                    len(decompressed(Node(packed(data, 12, "ATTRIBUTES", 100), "x"), bytes(corrupted), 10**8)) == 1200
+                    len(decompressed(JsonObject(packed(data, 12, "ATTRIBUTES", 100), "x"), bytes(corrupted), 10**8))
+                    == 1200
                 )
 
     def test_a_view_that_claims_more_than_is_packed(self) -> None:

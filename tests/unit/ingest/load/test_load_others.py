@@ -13,7 +13,7 @@ from PIL import Image
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.image import Images, Look
+from casa_assets.ingest.load.image import Images, ImageUse
 from casa_assets.ingest.load.names import Names, identifier
 from casa_assets.ingest.load.notes import MOST_NOTES, Notes
 from casa_assets.model.ingest.source import Up
@@ -197,7 +197,7 @@ def test_every_kind_of_picture_becomes_eight_bit_rgb(mode: str) -> None:
         else Image.fromarray(QUARTERS).convert(mode)
     )
     image.save(out, "JPEG" if mode == "CMYK" else "PNG")
-    texture = Images(LIMITS, Notes()).texture("a", out.getvalue(), "Ärger/../x", Look())
+    texture = Images(LIMITS, Notes()).texture("a", out.getvalue(), "Ärger/../x", ImageUse())
     assert texture is not None
     assert (texture.name, texture.width_px, texture.png[24], texture.png[25]) == ("arger_x", 2, 8, 2)
 
@@ -213,8 +213,8 @@ def test_sixteen_bit_grey_keeps_its_brightness() -> None:
 def test_large_pictures_are_refused_unseen_and_big_ones_scaled() -> None:
     notes = Notes()
     images = Images({"input_texture_px": 16384, "input_texture_pixels": 64e6}, notes)
-    assert images.texture("bomb", png(np.zeros((20000, 20), dtype=np.uint8)), "x", Look()) is None
-    scaled = images.texture("wide", png(np.zeros((2, 8000), dtype=np.uint8)), "x", Look())
+    assert images.texture("bomb", png(np.zeros((20000, 20), dtype=np.uint8)), "x", ImageUse()) is None
+    scaled = images.texture("wide", png(np.zeros((2, 8000), dtype=np.uint8)), "x", ImageUse())
     assert scaled is not None
     assert (scaled.width_px, scaled.height_px) == (4096, 1)
     assert [n.code for n in notes.issues] == [rejection_codes.IMAGE_REFUSED, rejection_codes.IMAGE_DOWNSCALED]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets.geometry.mesh.measure import shifted_inertia
-from casa_assets.ingest.draft import Draft, Placed
+from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.ingest.mass.combine import mass
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.mesh import Mesh
@@ -24,7 +24,7 @@ SLACK = 2.0
 
 
 def with_shapes(mesh: Mesh, *shapes: tuple[Shape, Pose]) -> Draft:
-    return draft(mesh).replace(colliders=tuple(Placed(shape=s, pose=p) for s, p in shapes))
+    return draft(mesh).replace(colliders=tuple(PlacedShape(shape=s, pose=p) for s, p in shapes))
 
 
 def boxed(mesh: Mesh) -> Draft:

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.ingest.mass.estimates import WALLS, Estimate, Verdict, Way, estimates, judged
+from casa_assets.ingest.mass.estimates import (
+    WALL_THICKNESS_M,
+    CombinedMass,
+    Estimate,
+    EstimateMethod,
+    combine_estimates,
+    estimates,
+)
 from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, category, flipped, joined, moved, turned, volume
@@ -14,29 +21,31 @@ from tests.raw_models import MUG, category, flipped, joined, moved, turned, volu
 CUP = turned(MUG, 64)
 
 
-def of(mesh: Mesh, name: str) -> dict[Way, float]:
+def of(mesh: Mesh, name: str) -> dict[EstimateMethod, float]:
     kind = category(name)
     substance = registry.load().substances[kind.substance]
     return {e.way: e.kg for e in estimates(mesh.vertices, mesh.faces, kind, substance)}
 
 
-def verdict(mesh: Mesh, name: str) -> Verdict:
+def verdict(mesh: Mesh, name: str) -> CombinedMass:
     kind = category(name)
     substance = registry.load().substances[kind.substance]
-    return judged(estimates(mesh.vertices, mesh.faces, kind, substance), kind, 2.0)
+    return combine_estimates(estimates(mesh.vertices, mesh.faces, kind, substance), kind, 2.0)
 
 
-def guess(name: str, **kilograms: float) -> Verdict:
-    found = [Estimate(Way(way), kg, 0.3, "") for way, kg in kilograms.items()]
-    return judged(found, category(name), 2.0)
+def guess(name: str, **kilograms: float) -> CombinedMass:
+    found = [Estimate(EstimateMethod(way), kg, 0.3, "") for way, kg in kilograms.items()]
+    return combine_estimates(found, category(name), 2.0)
 
 
 def test_a_vessel_is_weighed_by_its_walls() -> None:
     found = of(CUP, "mug")
-    assert found[Way.MATTER] == pytest.approx(volume(CUP) * 2300, rel=1e-6)
+    assert found[EstimateMethod.MATTER] == pytest.approx(volume(CUP) * 2300, rel=1e-6)
     inner, outer = 2 * np.pi * 0.036 * 0.089 + np.pi * 0.036**2, 2 * np.pi * 0.04 * 0.095 + np.pi * 0.04**2
-    assert found[Way.SHELL] == pytest.approx((inner + outer) / 2 * WALLS["ceramic"] * 2300, rel=0.05)
-    assert set(found) == set(Way)
+    assert found[EstimateMethod.SHELL] == pytest.approx(
+        (inner + outer) / 2 * WALL_THICKNESS_M["ceramic"] * 2300, rel=0.05
+    )
+    assert set(found) == set(EstimateMethod)
 
 
 def test_a_lone_sheet_is_one_wall_and_no_matter() -> None:
@@ -45,23 +54,23 @@ def test_a_lone_sheet_is_one_wall_and_no_matter() -> None:
         faces=CUP.faces[np.linalg.norm(CUP.vertices[CUP.faces][..., :2], axis=2).max(axis=1) > 0.0399],
     )
     found = of(sheet, "mug")
-    assert Way.MATTER not in found
+    assert EstimateMethod.MATTER not in found
     skin = 2 * np.pi * 0.04 * 0.095 + np.pi * 0.04**2
-    assert found[Way.SHELL] == pytest.approx(skin * WALLS["ceramic"] * 2300, rel=0.15)
+    assert found[EstimateMethod.SHELL] == pytest.approx(skin * WALL_THICKNESS_M["ceramic"] * 2300, rel=0.15)
 
 
 def test_a_full_thing_has_matter_and_a_hull_but_no_wall() -> None:
     block = box_mesh((0.07, 0.07, 0.07), (0, 0, 0), shared=True)
     found = of(block, "apple")
-    assert found[Way.MATTER] == pytest.approx(0.07**3 * 950, rel=1e-6)
-    assert found[Way.HULL] == pytest.approx(0.9 * 0.07**3 * 950, rel=1e-6)
-    assert Way.SHELL not in found
+    assert found[EstimateMethod.MATTER] == pytest.approx(0.07**3 * 950, rel=1e-6)
+    assert found[EstimateMethod.HULL] == pytest.approx(0.9 * 0.07**3 * 950, rel=1e-6)
+    assert EstimateMethod.SHELL not in found
 
 
 def test_a_double_wall_that_stands_for_a_full_thing_is_filled() -> None:
     outer = box_mesh((0.07, 0.07, 0.07), (0, 0, 0), shared=True)
     hollow = joined(outer, flipped(box_mesh((0.066, 0.066, 0.066), (0, 0, 0), shared=True)))
-    assert of(hollow, "apple")[Way.MATTER] == pytest.approx(0.07**3 * 950, rel=0.1)
+    assert of(hollow, "apple")[EstimateMethod.MATTER] == pytest.approx(0.07**3 * 950, rel=0.1)
 
 
 @pytest.mark.parametrize("name", ["apple", "mug", "bottle", "microwave", "fork", "cheese"])

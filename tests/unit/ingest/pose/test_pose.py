@@ -9,10 +9,10 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.orient import orient
-from casa_assets.ingest.pose.cloud import cloud_of, plan_axes
-from casa_assets.ingest.pose.evidence import held, outline_score, stance
+from casa_assets.ingest.pose.cloud import plan_axes, sample_surface
+from casa_assets.ingest.pose.evidence import outline_score, rain_volume, stance
 from casa_assets.ingest.pose.front import facing, straightened
-from casa_assets.ingest.pose.ups import UPS, candidates, priors, upright
+from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, priors, rotation_to_z
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import Up
 from casa_assets.model.ingest.user_override import UpAxis, UserOverride
@@ -73,7 +73,7 @@ def test_the_handle_points_to_x(degrees: float) -> None:
 
 
 def test_without_a_handle_nothing_is_turned_and_nobody_is_sure() -> None:
-    found = facing(cloud_of(turned(MUG).vertices, turned(MUG).faces).samples, category("mug"), stated=True)
+    found = facing(sample_surface(turned(MUG).vertices, turned(MUG).faces).samples, category("mug"), stated=True)
     assert found.angle == 0
     assert found.confidence < 0.5
 
@@ -113,19 +113,19 @@ def test_a_sheet_is_refused() -> None:
 
 class TestRain:
     def test_a_mug_holds_what_it_should_and_nothing_upside_down(self) -> None:
-        samples = cloud_of(CUP.vertices, CUP.faces).samples
+        samples = sample_surface(CUP.vertices, CUP.faces).samples
         unit = float(np.ptp(CUP.vertices, axis=0).max()) ** 3
         room = np.pi * 0.036**2 * 0.089
-        assert held(samples) * unit == pytest.approx(room, rel=0.2)
-        assert held(samples * [1, 1, -1]) * unit < 0.05 * room
+        assert rain_volume(samples) * unit == pytest.approx(room, rel=0.2)
+        assert rain_volume(samples * [1, 1, -1]) * unit < 0.05 * room
 
     def test_a_block_holds_nothing(self) -> None:
         block = box_mesh((0.1, 0.2, 0.3), (0, 0, 0), shared=True)
-        assert held(cloud_of(block.vertices, block.faces).samples) < 1e-3
+        assert rain_volume(sample_surface(block.vertices, block.faces).samples) < 1e-3
 
     def test_a_stance_says_where_the_room_and_the_foot_are(self) -> None:
-        cloud = cloud_of(THINGS["bottle"].vertices, THINGS["bottle"].faces)
-        up, down = (stance(cloud, UPS[axis], rain=True) for axis in ("z", "minus_z"))
+        cloud = sample_surface(THINGS["bottle"].vertices, THINGS["bottle"].faces)
+        up, down = (stance(cloud, UP_ROTATIONS[axis], rain=True) for axis in ("z", "minus_z"))
         assert (up.foot, up.crown, up.holds) == pytest.approx((down.crown, down.foot, down.hides), rel=0.05, abs=0.01)
         assert up.taper > 0.5 > down.taper
         assert up.stable
@@ -135,7 +135,7 @@ class TestRain:
 class TestCandidates:
     def test_they_are_rotations_and_differ(self) -> None:
         tilted = moved(THINGS["bottle"], matrix=spin(0, 30) @ spin(1, 20))
-        found = candidates(cloud_of(tilted.vertices, tilted.faces))
+        found = candidates(sample_surface(tilted.vertices, tilted.faces))
         ups = [turn[2] for _, turn in found]
         for _, turn in found:
             assert turn @ turn.T == pytest.approx(np.eye(3), abs=1e-9)
@@ -144,8 +144,8 @@ class TestCandidates:
         assert max(float(u @ spin(0, 30) @ spin(1, 20) @ [0, 0, 1]) for u in ups) > np.cos(np.radians(1))
 
     def test_the_axes_keep_their_usual_conversions(self) -> None:
-        for turn in UPS.values():
-            assert upright(turn[2]) == pytest.approx(turn)
+        for turn in UP_ROTATIONS.values():
+            assert rotation_to_z(turn[2]) == pytest.approx(turn)
 
     def test_priors_fall_from_the_stated_axis_to_what_is_no_axis(self) -> None:
         stated, other, askew = priors("declared_y", ["y", "x", "foot_0"])

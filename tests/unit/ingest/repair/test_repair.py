@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from casa_assets.geometry.mesh.topology import edge_counts, weld
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.collision.solid_proxy import Kind
+from casa_assets.ingest.collision.solid_proxy import SurfaceKind
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.repair.holes import rims
+from casa_assets.ingest.repair.holes import boundary_loops
 from casa_assets.ingest.repair.solidity import Solidity, solidity
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
@@ -165,8 +165,8 @@ class TestHoles:
 
     def test_ways_that_branch_are_no_rims(self) -> None:
         two = np.array([[0, 1, 2], [0, 3, 4]])
-        assert rims(two, np.arange(5)) == []
-        assert [len(r) for r in rims(two[:1], np.arange(5))] == [3]
+        assert boundary_loops(two, np.arange(5)) == []
+        assert [len(r) for r in boundary_loops(two[:1], np.arange(5))] == [3]
 
 
 class TestExtras:
@@ -300,12 +300,12 @@ class TestWinding:
 
 class TestSolidity:
     def test_kinds(self) -> None:
-        assert measured(sphere()).kind is Kind.SOLID
-        assert measured(turned(MUG)).kind is Kind.WALLED
-        assert measured(turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)])).kind is Kind.SHEET
+        assert measured(sphere()).kind is SurfaceKind.SOLID
+        assert measured(turned(MUG)).kind is SurfaceKind.WALLED
+        assert measured(turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)])).kind is SurfaceKind.SHEET
         double = joined(sphere(), flipped(moved(sphere(), scale=0.95)))
         found = measured(double)
-        assert found.kind is Kind.DOUBLE
+        assert found.kind is SurfaceKind.DOUBLE
         assert found.sealed == pytest.approx(0.95**3, abs=0.01)
         assert found.fills == pytest.approx(1 - 0.95**3, abs=0.01)
         # Twice the volume over area and length of two spheres.
@@ -326,7 +326,7 @@ class TestSolidity:
         outer = [(0.05 * float(np.cos(a)) if a > -1.57 else 0.0, 0.05 * float(np.sin(a))) for a in arc]
         inner = [(0.96 * r, 0.96 * z) for r, z in outer]
         shell = turned([*outer, *inner[::-1]], 32)
-        assert measured(shell).kind is Kind.WALLED
+        assert measured(shell).kind is SurfaceKind.WALLED
         assert of(clean(raw(shell), category("bottled_water"))) == "double walled"
         assert of(clean(raw(shell), category("mug"))) == "walled"
 

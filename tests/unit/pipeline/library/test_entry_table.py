@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.geometry.mesh.shape_descriptor import form_gap
-from casa_assets.model.asset.signature import Form
+from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance
+from casa_assets.model.asset.signature import ShapeDescriptor
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import read_rows
 from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, similar_pairs
@@ -122,13 +122,13 @@ def test_a_table_that_is_none_is_made_anew(library: disk.Library, damage: bytes 
 def test_near_forms_by_arrays_are_those_by_pairs() -> None:
     rng = np.random.default_rng(5)
 
-    def form(near_to: Form | None = None) -> Form:
+    def form(near_to: ShapeDescriptor | None = None) -> ShapeDescriptor:
         scatter = rng.normal(0.0, 0.02, 51)
         base = (
             rng.uniform(0.2, 2.0, 51) if near_to is None else np.array((*near_to.pairs, *near_to.reach, *near_to.axes))
         )
         values = [round(float(v), 4) for v in base + (0 if near_to is None else scatter)]
-        return Form(
+        return ShapeDescriptor(
             radius=0.1, pairs=tuple(values[:32]), reach=tuple(values[32:48]), axes=(values[48], values[49], values[50])
         )
 
@@ -137,7 +137,10 @@ def test_near_forms_by_arrays_are_those_by_pairs() -> None:
     table = ShapeIndex()
     for one in forms:
         table.add(one)
-    slow = [[j for j, other in enumerate(forms) if form_gap(one, other) <= MAX_DESCRIPTOR_DISTANCE] for one in forms]
+    slow = [
+        [j for j, other in enumerate(forms) if descriptor_distance(one, other) <= MAX_DESCRIPTOR_DISTANCE]
+        for one in forms
+    ]
     assert [table.near(one) for one in forms] == slow
     assert [(i, j) for i, row in enumerate(slow) for j in row if i < j] == nearby_pairs(forms)
     assert any(len(row) > 1 for row in slow)
