@@ -40,7 +40,7 @@ LOOSE = 0.5
 LEFT = 0.7
 # A surface of which more than this share is lone sheets is one.
 LONE = 0.5
-# SolidProxy that grows by more than this share once sealed rooms are filled had two walls.
+# Matter that grows by more than this share once sealed rooms are filled had two walls.
 SEALED = 0.25
 
 

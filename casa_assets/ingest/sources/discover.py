@@ -86,8 +86,9 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
     try:
         entries = sorted(os.scandir(package.root), key=lambda e: os.fsencode(e.name))
     except OSError as error:
-        message = f"{escaped_path(package.prefix) or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
-        yield Refused(escaped_path(package.prefix).rstrip("/"), rejection_codes.UNREADABLE, message)
+        folder = escaped_path(package.prefix)
+        message = f"{folder or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
+        yield Refused(folder.rstrip("/"), rejection_codes.UNREADABLE, message)
         return
     entries = [e for e in entries if not e.name.startswith(".") and e.name != "__MACOSX"]
     names = frozenset(e.name.lower() for e in entries)

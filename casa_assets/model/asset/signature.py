@@ -45,7 +45,7 @@ class Tint(Record):
 
 
 class Signature(Record):
-    """ShapeDescriptor and colours of one thing."""
+    """Shape descriptor and colours of one thing."""
 
     form: ShapeDescriptor
     tint: Tint

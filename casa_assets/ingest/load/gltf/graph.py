@@ -34,7 +34,7 @@ class MeshInstance:
 
 @dataclass(frozen=True)
 class SceneGraph:
-    """MeshInstance meshes of the shown scene, and the world matrix of every node in it."""
+    """Placed meshes of the shown scene, and the world matrix of every node in it."""
 
     placed: tuple[MeshInstance, ...]
     world_from_node: dict[int, Matrix]

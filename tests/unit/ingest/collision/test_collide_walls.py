@@ -1,4 +1,4 @@
-"""WallProfile of vessels: hulls of flared and filleted ones, and of thin ones, stay as near as they were planned to be."""
+"""Walls of vessels: hulls of flared and filleted ones, and of thin ones, stay as near as they were planned to be."""
 
 from __future__ import annotations
 
