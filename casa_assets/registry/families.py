@@ -11,7 +11,7 @@ from typing import Any
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.catalog import GROUPS, MODELS
 from casa_assets.families.family import Family, ParametricModel, Params
-from casa_assets.families.parts.fronts.look import Look
+from casa_assets.families.parts.fronts.look import CabinetLook
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document, Path_
 from casa_assets.model.registry.fields import expected_one_of
@@ -90,19 +90,19 @@ def read_family(model: ParametricModel[Any], document: Document) -> Family[Any]:
 
 
 def _preset(model: ParametricModel[Any], name: str, row: Any, document: Document) -> Params:
-    """One preset; where a field is a cabinet's Look, the name of a row of looks.yaml may stand for it."""
+    """One preset; where a field is a cabinet's CabinetLook, the name of a row of looks.yaml may stand for it."""
     at: Path_ = ("presets", name)
     if isinstance(row, dict):
         row = dict(row)
         for key, value in row.items():
             field = model.params.model_fields.get(key)
-            if isinstance(value, str) and field is not None and field.annotation is Look:
+            if isinstance(value, str) and field is not None and field.annotation is CabinetLook:
                 row[key] = _look(value, document, (*at, key))
     made: Params = read_record(model.params, row, document, at)
     return made
 
 
-def _look(name: str, document: Document, at: Path_) -> Look:
+def _look(name: str, document: Document, at: Path_) -> CabinetLook:
     known = looks()
     if name not in known:
         raise document.fault(at, expected_one_of(tuple(known), name), repr(name))
@@ -110,9 +110,11 @@ def _look(name: str, document: Document, at: Path_) -> Look:
 
 
 @lru_cache(maxsize=1)
-def looks() -> Mapping[str, Look]:
+def looks() -> Mapping[str, CabinetLook]:
     """The named looks of cabinets: kind of front, handle, finishes. Raises RegistryError."""
     document = read_document(data_root() / LOOKS)
     if not isinstance(document.value, dict):
         raise document.fault((), "a mapping of names to looks", type(document.value).__name__)
-    return MappingProxyType({name: read_record(Look, row, document, (name,)) for name, row in document.value.items()})
+    return MappingProxyType(
+        {name: read_record(CabinetLook, row, document, (name,)) for name, row in document.value.items()}
+    )

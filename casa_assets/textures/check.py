@@ -13,7 +13,7 @@ from PIL import Image
 from casa_assets.model.asset.material import Texture
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.model.registry.finish import Finish
-from casa_assets.textures.distance import Look, closest_pairs, oklab
+from casa_assets.textures.distance import TextureDescriptor, closest_pairs, oklab
 from casa_assets.textures.seam import seam
 
 Pixels = npt.NDArray[np.uint8]
@@ -39,7 +39,7 @@ class Pictures:
 
 
 @dataclass(frozen=True)
-class Row:
+class TextureCheck:
     """One check of a picture.
 
     Attributes:
@@ -102,14 +102,14 @@ def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
     return Report(subject=pictures.id, results=tuple(results), issues=tuple(issues))
 
 
-def check_set(name: str, looks: Mapping[str, Look], limits: Mapping[str, float]) -> Report:
+def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping[str, float]) -> Report:
     """Checks of a whole set: how many there are, and that no two are nearly alike.
 
     Args:
         name: of the set, such as `wall`.
         looks: of every picture of the set, by id. limits: as registry/limits.yaml has it.
     """
-    wanted, apart = limits[OF_SETS["TEX012"][1]], limits[OF_SETS["TEX013"][1]]
+    wanted, apart = limits[SET_CHECKS["TEX012"][1]], limits[SET_CHECKS["TEX013"][1]]
     pairs = closest_pairs(looks, most=len(looks))
     close = [p for p in pairs if p[0] <= apart]
     nearest = pairs[0][0] if pairs else None
@@ -208,8 +208,8 @@ def _megabytes(p: Pictures) -> float:
     return p.size_bytes / 1e6
 
 
-TABLE: tuple[Row, ...] = (
-    Row(
+TABLE: tuple[TextureCheck, ...] = (
+    TextureCheck(
         "TEX001",
         "Seam at the border",
         _seam,
@@ -220,7 +220,7 @@ TABLE: tuple[Row, ...] = (
         "The step across the border of the picture is at most {limit:g} times the strongest steps inside it; paint or "
         "generate it so that it tiles.",
     ),
-    Row(
+    TextureCheck(
         "TEX002",
         "Mean brightness",
         _mean,
@@ -230,7 +230,7 @@ TABLE: tuple[Row, ...] = (
         "the picture is nearly black",
         "The mean colour is at least {limit:g} of white; choose lighter colours.",
     ),
-    Row(
+    TextureCheck(
         "TEX003",
         "Clipped pixels",
         _clipped,
@@ -240,7 +240,7 @@ TABLE: tuple[Row, ...] = (
         "pixels are clipped to white or black",
         "At most {limit:.0%} of the pixels are pure white or pure black; lower the contrast or the exposure.",
     ),
-    Row(
+    TextureCheck(
         "TEX004",
         "Visible contrast",
         _contrast,
@@ -250,7 +250,7 @@ TABLE: tuple[Row, ...] = (
         "nothing is seen on the picture, a plain finish would do",
         "The standard deviation of what is seen is at least {limit:g}; use a plain finish, or a stronger pattern.",
     ),
-    Row(
+    TextureCheck(
         "TEX005",
         "Length of normals",
         _length,
@@ -260,7 +260,7 @@ TABLE: tuple[Row, ...] = (
         "normals are not of unit length",
         "Normals of the normal map have unit length to {limit:g}; normalise them before they are stored.",
     ),
-    Row(
+    TextureCheck(
         "TEX006",
         "Mean of normals",
         _lean,
@@ -270,7 +270,7 @@ TABLE: tuple[Row, ...] = (
         "normals lean to one side on the whole",
         "The mean of all normals leans by at most {limit:g} along the surface; take the slope out of the height map.",
     ),
-    Row(
+    TextureCheck(
         "TEX007",
         "Least roughness",
         _rough_low,
@@ -280,7 +280,7 @@ TABLE: tuple[Row, ...] = (
         "the surface is a mirror that renderers alias on",
         "All but one per cent of the surface has a roughness of at least {limit:g}; raise the roughness.",
     ),
-    Row(
+    TextureCheck(
         "TEX008",
         "Pixels per metre",
         _px_per_m,
@@ -290,7 +290,7 @@ TABLE: tuple[Row, ...] = (
         "the picture is coarse for its size",
         "The picture has at least {limit:g} pixels per metre; use more pixels, or state a smaller size.",
     ),
-    Row(
+    TextureCheck(
         "TEX009",
         "Size of the picture",
         _short_side,
@@ -300,7 +300,7 @@ TABLE: tuple[Row, ...] = (
         "the picture is small, its repeat is seen",
         "The shorter side of the picture spans at least {limit:g} m of surface; make a larger picture.",
     ),
-    Row(
+    TextureCheck(
         "TEX010",
         "Visible repeats",
         _blotch,
@@ -310,7 +310,7 @@ TABLE: tuple[Row, ...] = (
         "one blotch shows every repeat from afar",
         "Lightness varies by at most {limit:g} over half a picture or more; even out large blotches.",
     ),
-    Row(
+    TextureCheck(
         "TEX011",
         "File size",
         _megabytes,
@@ -322,7 +322,7 @@ TABLE: tuple[Row, ...] = (
     ),
 )
 # Checks of a whole set: code -> title, key of the limit, description.
-OF_SETS = {
+SET_CHECKS = {
     "TEX012": (
         "Size of the set",
         "texture_set_count",

@@ -32,7 +32,7 @@ _FLOOR = 0.006  # Oklab lightness: texture of less amplitude is not seen
 
 
 @dataclass(frozen=True)
-class Look:
+class TextureDescriptor:
     """What is compared of one picture. All arrays float64.
 
     Attributes:
@@ -66,12 +66,12 @@ class Look:
         )
 
 
-def look(
+def describe_texture(
     albedo: npt.NDArray[np.floating],
     tile_m: tuple[float, float],
     roughness: npt.NDArray[np.floating] | None = None,
     height_m: npt.NDArray[np.floating] | None = None,
-) -> Look:
+) -> TextureDescriptor:
     """Describe a picture that repeats.
 
     Args:
@@ -86,7 +86,7 @@ def look(
     bands, shape = _spectrum(light, tile_m)
     gloss = 0.5 if roughness is None else float(roughness.mean())
     relief = 0.0 if height_m is None else _slope(np.asarray(height_m, dtype=np.float64), tile_m)
-    return Look(
+    return TextureDescriptor(
         color=mean,
         tones=np.array([part.mean() for part in np.array_split(np.sort(light, axis=None), _BINS)]),
         chroma=lab[..., 1:].std(axis=(0, 1)),
@@ -96,12 +96,12 @@ def look(
     )
 
 
-def distance(one: Look, other: Look) -> float:
+def distance(one: TextureDescriptor, other: TextureDescriptor) -> float:
     """0 for the same, `NEARLY_ALIKE` where two are as alike as two pieces of one material."""
     return float(np.linalg.norm(one.vector - other.vector))
 
 
-def pairwise(looks: Sequence[Look]) -> Array:
+def pairwise(looks: Sequence[TextureDescriptor]) -> Array:
     """(N, N) symmetric distances, 0 on the diagonal."""
     vectors = np.stack([each.vector for each in looks]) if looks else np.zeros((0, 1))
     # Row by row: the differences of all pairs at once would take N times the memory.
@@ -109,7 +109,7 @@ def pairwise(looks: Sequence[Look]) -> Array:
 
 
 def closest_pairs(
-    looks: Mapping[str, Look], below: float = np.inf, most: int = 20
+    looks: Mapping[str, TextureDescriptor], below: float = np.inf, most: int = 20
 ) -> tuple[tuple[float, str, str], ...]:
     """(distance, id, id) of the most alike pairs, the closest first; ids of a pair in the order of `looks`."""
     ids = tuple(looks)

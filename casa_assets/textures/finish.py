@@ -15,7 +15,7 @@ from casa_assets.textures.layers import Layers, Map
 
 Pixels = npt.NDArray[np.uint8]
 # Normals and roughness are written at half the size: they hold no finer detail that is seen beside the colour.
-FINE_SHARE = 2
+DETAIL_SCALE = 2
 
 
 def finish(name: str, tile_m: Vec2, layers: Layers, substance: Substance) -> Finish:
@@ -70,8 +70,8 @@ def normals(height_m: Map, tile_m: Vec2) -> Pixels:
 
 def _halved(image: Map) -> Map:
     """Mean of each block of two by two."""
-    h, w = (n - n % FINE_SHARE for n in image.shape)
-    blocks = image[:h, :w].reshape(h // FINE_SHARE, FINE_SHARE, w // FINE_SHARE, FINE_SHARE)
+    h, w = (n - n % DETAIL_SCALE for n in image.shape)
+    blocks = image[:h, :w].reshape(h // DETAIL_SCALE, DETAIL_SCALE, w // DETAIL_SCALE, DETAIL_SCALE)
     return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)
 
 

@@ -12,7 +12,7 @@ from casa_assets.model.record import Vec2
 from casa_assets.model.registry.texture_recipe import Recipe
 from casa_assets.textures.layers import Layers, Map
 
-__all__ = ["Canvas", "Kind", "Recipe"]
+__all__ = ["Canvas", "TextureKind", "Recipe"]
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Canvas:
 
 
 @dataclass(frozen=True)
-class Kind:
+class TextureKind:
     """How one sort of surface is painted.
 
     Attributes:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from casa_assets.core.sampling import rng_for
 from casa_assets.errors import UnknownId
-from casa_assets.textures.kind import Canvas, Kind, Recipe
+from casa_assets.textures.kind import Canvas, Recipe, TextureKind
 from casa_assets.textures.kinds import KINDS
 from casa_assets.textures.layers import Layers
 
 SIZE_PX = 1024
 
 
-def kind_of(name: str) -> Kind:
+def kind_of(name: str) -> TextureKind:
     """The kind of that name. Raises UnknownId with the nearest names."""
     if name not in KINDS:
         raise UnknownId("kind of texture", name, KINDS)
@@ -23,7 +23,7 @@ def make(recipe: Recipe, size_px: int = SIZE_PX) -> Layers:
     return paint(kind_of(recipe.kind), recipe, size_px)
 
 
-def paint(kind: Kind, recipe: Recipe, size_px: int = SIZE_PX) -> Layers:
+def paint(kind: TextureKind, recipe: Recipe, size_px: int = SIZE_PX) -> Layers:
     """The same by a kind that is known already."""
     width, height = recipe.tile_m
     longest = max(width, height)

@@ -12,9 +12,20 @@ from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood_grain
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
-from casa_assets.textures.wood_grain import Cut, Grain, Rings, Species
+from casa_assets.textures.wood_grain import GrainMaps, GrowthRings, SawCut, WoodSpecies
 
-__all__ = ["Board", "Cut", "Grain", "Palette", "Rings", "Species", "board", "dress", "grain_of", "rgb"]
+__all__ = [
+    "BoardLayers",
+    "SawCut",
+    "GrainMaps",
+    "WoodPalette",
+    "GrowthRings",
+    "WoodSpecies",
+    "board",
+    "dress",
+    "grain_of",
+    "rgb",
+]
 
 grain_of = wood_grain.grain
 # Between the deepest pore and the face of a planed board. Ref: about the vessel diameter of open woods, 0.1 to 0.3 mm.
@@ -23,7 +34,7 @@ _RING_DEPTH_M = 0.00008
 _JOINT_DEPTH_M = 0.00015
 
 
-class Palette(Record):
+class WoodPalette(Record):
     """Colours of a finished wood, as a colour card shows them.
 
     Attributes:
@@ -48,7 +59,7 @@ class Palette(Record):
 
 
 @dataclass(frozen=True)
-class Board:
+class BoardLayers:
     """A dressed face, as `Layers` without the metal.
 
     Attributes:
@@ -63,8 +74,8 @@ class Board:
 
 
 def board(
-    sheet: Sheet, species: Species, cut: Cut, palette: Palette, rng: np.random.Generator, leaves: int = 1
-) -> Board:
+    sheet: Sheet, species: WoodSpecies, cut: SawCut, palette: WoodPalette, rng: np.random.Generator, leaves: int = 1
+) -> BoardLayers:
     """A face that tiles in both directions, grain along the height.
 
     Args:
@@ -78,7 +89,9 @@ def board(
     return dress(wood_grain.grain(sheet, species, cut, leaves, rng), species, palette, sheet, rng)
 
 
-def dress(grain: Grain, species: Species, palette: Palette, sheet: Sheet, rng: np.random.Generator) -> Board:
+def dress(
+    grain: GrainMaps, species: WoodSpecies, palette: WoodPalette, sheet: Sheet, rng: np.random.Generator
+) -> BoardLayers:
     """Give maps of a face their colours, relief and gloss."""
     light, dark, pore, heart = (rgb(c) for c in (palette.light, palette.dark, palette.pore, palette.heart))
     cloud = np.clip(0.5 + 0.22 * grain.zone, 0.0, 1.0)
@@ -106,7 +119,7 @@ def dress(grain: Grain, species: Species, palette: Palette, sheet: Sheet, rng: n
     relief = relief + 0.00001 * grain.fibre - _JOINT_DEPTH_M * grain.joint
     roughness = palette.gloss + 0.10 * open_pores - 0.06 * species.rays * grain.fleck - 0.03 * grain.sheen
     roughness = roughness + 0.015 * grain.fibre + 0.05 * grain.knot
-    return Board(
+    return BoardLayers(
         albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
         height_m=relief.astype(np.float32),
         roughness=np.clip(roughness, 0.04, 1.0).astype(np.float32),

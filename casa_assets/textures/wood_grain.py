@@ -18,7 +18,7 @@ from casa_assets.textures.sheet import Map, Share, Sheet, covered, curve, smooth
 _JOINT_M = 0.001
 
 
-class Cut(StrEnum):
+class SawCut(StrEnum):
     """How the board was taken from the log, and with it what its face shows."""
 
     FLAT = "flat"  # arches
@@ -27,7 +27,7 @@ class Cut(StrEnum):
     ROTARY = "rotary"  # peeled: wide clouds and islands
 
 
-class Rings(StrEnum):
+class GrowthRings(StrEnum):
     """What one year looks like from its start to its end."""
 
     RING_POROUS = "ring_porous"  # oak, ash: a row of large pores, then plain wood
@@ -36,7 +36,7 @@ class Rings(StrEnum):
     BANDED = "banded"  # walnut, rosewood, zebrano: broad bands of pigment
 
 
-class Species(Record):
+class WoodSpecies(Record):
     """Anatomy of a wood, as far as it can be seen on a board.
 
     Attributes:
@@ -53,7 +53,7 @@ class Species(Record):
         knots_per_m2: of the size of a thumb nail.
     """
 
-    rings: Rings = Rings.DIFFUSE
+    rings: GrowthRings = GrowthRings.DIFFUSE
     ring_m: Annotated[float, Field(gt=0.0005, lt=0.1)] = 0.0025
     unevenness: Share = 0.4
     contrast: Share = 0.5
@@ -69,7 +69,7 @@ class Species(Record):
 
 
 @dataclass(frozen=True)
-class Grain:
+class GrainMaps:
     """Maps of a board face, each (H, W) float32.
 
     Attributes:
@@ -101,7 +101,7 @@ class Grain:
     edge_m: Map
 
 
-def grain(sheet: Sheet, species: Species, cut: Cut, leaves: int, rng: np.random.Generator) -> Grain:
+def grain(sheet: Sheet, species: WoodSpecies, cut: SawCut, leaves: int, rng: np.random.Generator) -> GrainMaps:
     """Maps of a face made of `leaves` boards or veneers side by side; 1 is one piece without a joint.
 
     Args:
@@ -123,8 +123,8 @@ def grain(sheet: Sheet, species: Species, cut: Cut, leaves: int, rng: np.random.
     knot, push = _knots(sheet, x, y, species, rng)
     across = wander + push
     radius = _radius(sheet, cut, x + across - (left + wide * (0.25 + 0.5 * seeds[1][leaf])), y + drop, rng)
-    if cut in (Cut.QUARTER, Cut.RIFT):
-        radius = x + across * (0.5 if cut is Cut.QUARTER else 1.2) + seeds[2][leaf] * (leaves > 1)
+    if cut in (SawCut.QUARTER, SawCut.RIFT):
+        radius = x + across * (0.5 if cut is SawCut.QUARTER else 1.2) + seeds[2][leaf] * (leaves > 1)
     jagged = min(0.1 * species.ring_m, 0.0003) * sheet.seen(0.06, 0.0025)
     radius = radius + jagged * sheet.noise(0.06, 0.0025, rng)
     ring, early, zone = years(sheet, species, radius, rng)
@@ -136,13 +136,13 @@ def grain(sheet: Sheet, species: Species, cut: Cut, leaves: int, rng: np.random.
     pores = sheet.shifted(pores, across, drop)
     clouds = 0.6 * zone + 0.8 * sheet.shifted(sheet.noise(0.5, 0.06, rng, 2), across, drop)
     clouds = clouds - clouds.mean()  # a board is neither paler nor darker than its palette says
-    return Grain(
+    return GrainMaps(
         ring=ring,
         early=early,
         fibre=fine / 1.6,
         zone=clouds,
         pore=_kept(smoothstep(0.4, 2.6, pores), sheet.seen(species.pore_m, 0.0017)),
-        fleck=_flecks(sheet, across, rng) if cut is Cut.QUARTER else np.zeros_like(ring),
+        fleck=_flecks(sheet, across, rng) if cut is SawCut.QUARTER else np.zeros_like(ring),
         dash=_dashes(sheet, across, rng),
         sheen=_sheen(sheet, species, across, rng),
         knot=knot,
@@ -171,11 +171,11 @@ def _leaves(sheet: Sheet, x: Map, count: int, rng: np.random.Generator) -> tuple
     )
 
 
-def _radius(sheet: Sheet, cut: Cut, x: Map, y: Map, rng: np.random.Generator) -> Map:
+def _radius(sheet: Sheet, cut: SawCut, x: Map, y: Map, rng: np.random.Generator) -> Map:
     """Distance from the pith in metres: flat and rotary cuts."""
     tall = sheet.tile_m[1]
     warp = 0.0016 * sheet.noise(0.35, 0.06, rng) + 0.0007 * sheet.noise(0.09, 0.02, rng)
-    if cut is Cut.ROTARY:
+    if cut is SawCut.ROTARY:
         field = sheet.noise(0.6, 0.16, rng) + 0.25 * sheet.noise(0.2, 0.06, rng)
         return np.asarray(0.03 * field + warp, dtype=np.float32)
     # The pith leans and the trunk tapers, so the face comes nearer to it and leaves it again: that makes the arches.
@@ -184,7 +184,7 @@ def _radius(sheet: Sheet, cut: Cut, x: Map, y: Map, rng: np.random.Generator) ->
     return np.asarray(np.hypot(x, depth) + warp, dtype=np.float32)
 
 
-def years(sheet: Sheet, species: Species, radius: Map, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+def years(sheet: Sheet, species: WoodSpecies, radius: Map, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Darkness of the year, its porous part, and the slow change of tone over the years, each (H, W).
 
     Args:
@@ -208,20 +208,20 @@ def years(sheet: Sheet, species: Species, radius: Map, rng: np.random.Generator)
     shown = np.clip(1.5 - 1.6 * narrow, 0.0, 1.0)
     dark, mean = _course(species.rings, part)
     ring = strength * (mean + (dark - mean) * shown)
-    porous = species.rings is Rings.RING_POROUS
+    porous = species.rings is GrowthRings.RING_POROUS
     early = 0.25 + shown * (1.0 - smoothstep(0.15, 0.45, part) - 0.25) if porous else np.ones_like(ring)
     tones = _slow(count, rng) + 0.5 * rng.normal(0, 1, count)
     zone = np.interp(at, (edges[:-1] + edges[1:]) / 2.0, tones, period=length)
     return np.asarray(ring, dtype=np.float32), np.asarray(early, dtype=np.float32), zone.astype(np.float32)
 
 
-def _course(rings: Rings, part: Map) -> tuple[Map, float]:
+def _course(rings: GrowthRings, part: Map) -> tuple[Map, float]:
     """Darkness 0..1 over one year and its mean."""
-    if rings is Rings.CONIFER:
+    if rings is GrowthRings.CONIFER:
         return smoothstep(0.25, 0.9, part) * (1.0 - smoothstep(0.95, 1.0, part)), 0.36
-    if rings is Rings.RING_POROUS:
+    if rings is GrowthRings.RING_POROUS:
         return np.maximum(1.0 - smoothstep(0.1, 0.42, part), 0.35 * smoothstep(0.55, 1.0, part)), 0.33
-    if rings is Rings.BANDED:
+    if rings is GrowthRings.BANDED:
         return smoothstep(0.3, 0.72, part) * (1.0 - smoothstep(0.88, 1.0, part)), 0.4
     return smoothstep(0.55, 0.97, part) * (1.0 - smoothstep(0.97, 1.0, part)), 0.22
 
@@ -233,7 +233,7 @@ def _slow(count: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:
     return np.asarray(ndimage.map_coordinates(coarse, [where], order=3, mode="grid-wrap"))
 
 
-def _sheen(sheet: Sheet, species: Species, across: Map, rng: np.random.Generator) -> Map:
+def _sheen(sheet: Sheet, species: WoodSpecies, across: Map, rng: np.random.Generator) -> Map:
     """Stripes of interlocked grain, and waves across it."""
     ribbon = sheet.shifted(sheet.noise(0.4, species.ribbon_m, rng), across)
     curl = sheet.noise(0.013, 0.14, rng) * smoothstep(-1.2, 1.0, sheet.noise(0.5, 0.2, rng))
@@ -256,7 +256,7 @@ def _flecks(sheet: Sheet, across: Map, rng: np.random.Generator) -> Map:
     return _kept(smoothstep(0.7, 2.2, rays + 0.6 * patch), sheet.seen(0.003, 0.01))
 
 
-def _knots(sheet: Sheet, x: Map, y: Map, species: Species, rng: np.random.Generator) -> tuple[Map, Map]:
+def _knots(sheet: Sheet, x: Map, y: Map, species: WoodSpecies, rng: np.random.Generator) -> tuple[Map, Map]:
     """Darkness of the knots, and how far the grain gives way to them in metres."""
     wide, tall = sheet.tile_m
     dark = np.zeros(sheet.size_px, dtype=np.float32)

@@ -185,10 +185,12 @@ def ingest(
 
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.packs import PackOptions, ingest_pack
-    from casa_assets.textures.packs.entry import Described
+    from casa_assets.textures.packs.entry import PictureDescription
 
     try:
-        said = Described(surface=surface, tile_m=tile, licence=licence, generator=generator, substance=substance)
+        said = PictureDescription(
+            surface=surface, tile_m=tile, licence=licence, generator=generator, substance=substance
+        )
     except ValidationError as error:
         first = error.errors()[0]
         option = "--" + str(first["loc"][0]).removesuffix("_m")

@@ -9,10 +9,10 @@ import numpy as np
 
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import Params
-from casa_assets.families.kit.asset_builder import ROOT, Bench, Moved, Part, Piece
-from casa_assets.families.kit.mass_properties import total
-from casa_assets.families.kit.quantize import settled
-from casa_assets.families.kit.solids.skin import skin
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder, JointBuilder, LinkBuilder, VisualPart
+from casa_assets.families.kit.mass_properties import combine_masses
+from casa_assets.families.kit.quantize import quantize
+from casa_assets.families.kit.solids.skin import solid_mesh
 from casa_assets.model.asset.asset import Asset, Drive, Inertial, Joint, JointKind, Link, Region, Visual
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.asset.mesh import Mesh
@@ -21,11 +21,11 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 
-def assemble(bench: Bench, family: str, params: Params) -> Asset:
+def assemble(builder: AssetBuilder, family: str, params: Params) -> Asset:
     """The finished Asset; its id is the family and the digest of its numbers."""
-    inertials = {name: _inertial(piece) for name, piece in bench.pieces.items()}
-    joints = tuple(_joint(bench, m, inertials) for m in bench.moved)
-    visuals = {name: _visuals(bench, piece) for name, piece in bench.pieces.items()}
+    inertials = {name: _inertial(piece) for name, piece in builder.links.items()}
+    joints = tuple(_joint(builder, m, inertials) for m in builder.joints)
+    visuals = {name: _visuals(builder, piece) for name, piece in builder.links.items()}
     links = tuple(
         Link(
             name=p.name,
@@ -35,23 +35,23 @@ def assemble(bench: Bench, family: str, params: Params) -> Asset:
             visuals=visuals[p.name],
             colliders=tuple(p.colliders),
         )
-        for p in _ordered(bench)
+        for p in _ordered(builder)
     )
-    materials = _materials(bench, links)
+    materials = _materials(builder, links)
     made = Asset(
         id=f"{family}_{params.digest[:10]}",
-        base=bench.base,
+        base=builder.base,
         links=links,
         joints=joints,
-        sites=tuple(bench.sites),
-        regions=tuple(bench.regions),
-        states=tuple(bench.states),
-        keyframes=tuple(bench.keyframes),
-        behavior=bench.behavior,
-        contract=bench.contract,
+        sites=tuple(builder.sites),
+        regions=tuple(builder.regions),
+        states=tuple(builder.states),
+        keyframes=tuple(builder.keyframes),
+        behavior=builder.behavior,
+        contract=builder.contract,
         materials=materials,
-        substances=_substances(bench, links),
-        labels=bench.supplies.labels,
+        substances=_substances(builder, links),
+        labels=builder.supplies.labels,
         provenance=Provenance(
             source="family",
             path=family,
@@ -61,13 +61,13 @@ def assemble(bench: Bench, family: str, params: Params) -> Asset:
             generator="casa-assets families",
         ),
     )
-    return with_outside(settled(centred(made)))
+    return add_main_region(quantize(center_footprint(made)))
 
 
-def _ordered(bench: Bench) -> list[Piece]:
+def _ordered(builder: AssetBuilder) -> list[LinkBuilder]:
     """Links, parents before children, else as they were made."""
-    out: list[Piece] = []
-    left = list(bench.pieces.values())
+    out: list[LinkBuilder] = []
+    left = list(builder.links.values())
     while left:
         ready = [p for p in left if p.parent is None or any(o.name == p.parent for o in out)]
         if not ready:
@@ -77,36 +77,36 @@ def _ordered(bench: Bench) -> list[Piece]:
     return out
 
 
-def _visuals(bench: Bench, piece: Piece) -> tuple[Visual, ...]:
-    groups: dict[tuple[str, str | None, str | None], list[Part]] = {}
+def _visuals(builder: AssetBuilder, piece: LinkBuilder) -> tuple[Visual, ...]:
+    groups: dict[tuple[str, str | None, str | None], list[VisualPart]] = {}
     for part in piece.parts:
         groups.setdefault((part.finish, part.label, part.name), []).append(part)
     out = []
     for (finish, label, name), parts in groups.items():
-        tile = bench.supplies.finish(finish).tile_m
+        tile = builder.supplies.finish(finish).tile_m
         stem = name or f"{piece.name}_{label or 'body'}_{finish}"
         meshes = []
         for i, part in enumerate(parts):
-            meshes.append(skin(part.solid, tile, part.grain, f"{stem}/{i}"))
+            meshes.append(solid_mesh(part.solid, tile, part.grain, f"{stem}/{i}"))
         out.append(Visual(name=f"{stem}_visual", mesh=_merged(meshes), material=finish, label=label))
     return tuple(out)
 
 
-def _materials(bench: Bench, links: Sequence[Link]) -> tuple[Material, ...]:
+def _materials(builder: AssetBuilder, links: Sequence[Link]) -> tuple[Material, ...]:
     used = sorted({v.material for k in links for v in k.visuals})
-    return tuple(bench.supplies.finish(name).material for name in used)
+    return tuple(builder.supplies.finish(name).material for name in used)
 
 
-def _substances(bench: Bench, links: Sequence[Link]) -> tuple[Substance, ...]:
+def _substances(builder: AssetBuilder, links: Sequence[Link]) -> tuple[Substance, ...]:
     used = {c.substance for k in links for c in k.colliders}
-    known = {f.substance.id: f.substance for f in bench.supplies.finishes.values()}
+    known = {f.substance.id: f.substance for f in builder.supplies.finishes.values()}
     return tuple(known[name] for name in sorted(used))
 
 
-def _joint(bench: Bench, moved: Moved, inertials: dict[str, Inertial]) -> Joint:
-    lever = _lever(bench, moved) if moved.lever is None else moved.lever
+def _joint(builder: AssetBuilder, moved: JointBuilder, inertials: dict[str, Inertial]) -> Joint:
+    lever = _lever(builder, moved) if moved.lever is None else moved.lever
     way = moved.range[1] - moved.range[0]
-    inertia = _resistance(bench, moved, inertials)
+    inertia = _resistance(builder, moved, inertials)
     found = moved.feel or hand_dynamics.feel_against(moved.spring, inertia, lever, way, moved.start_n, moved.push_n)
     drive = None
     if moved.spring:
@@ -127,9 +127,9 @@ def _joint(bench: Bench, moved: Moved, inertials: dict[str, Inertial]) -> Joint:
     )
 
 
-def _lever(bench: Bench, moved: Moved) -> float:
+def _lever(builder: AssetBuilder, moved: JointBuilder) -> float:
     """Distance from the hinge's axis to the middle of the grip, metres."""
-    grips = [c for c in bench.pieces[moved.child].colliders if c.name == moved.grip]
+    grips = [c for c in builder.links[moved.child].colliders if c.name == moved.grip]
     if not grips:
         raise ValueError(f"joint {moved.name!r}: link {moved.child!r} has no collider {moved.grip!r}")
     arm = np.array(grips[0].pose.position) - np.array(moved.anchor)
@@ -137,9 +137,9 @@ def _lever(bench: Bench, moved: Moved) -> float:
     return max(0.01, float(np.linalg.norm(arm - axis * float(arm @ axis) / float(axis @ axis))))
 
 
-def _resistance(bench: Bench, moved: Moved, inertials: dict[str, Inertial]) -> float:
+def _resistance(builder: AssetBuilder, moved: JointBuilder, inertials: dict[str, Inertial]) -> float:
     """Inertia of all that a joint moves: kg*m^2 about its axis, or kg."""
-    carried = _carried(bench, moved.child, Pose())
+    carried = _carried(builder, moved.child, Pose())
     if moved.kind is JointKind.SLIDE:
         return sum(inertials[name].mass for name, _ in carried)
     axis = np.array(moved.axis) / np.linalg.norm(moved.axis)
@@ -153,16 +153,16 @@ def _resistance(bench: Bench, moved: Moved, inertials: dict[str, Inertial]) -> f
     return total
 
 
-def _carried(bench: Bench, name: str, pose: Pose) -> list[tuple[str, Pose]]:
+def _carried(builder: AssetBuilder, name: str, pose: Pose) -> list[tuple[str, Pose]]:
     """A link and all that it carries, with their poses in its frame."""
     out = [(name, pose)]
-    for piece in bench.pieces.values():
+    for piece in builder.links.values():
         if piece.parent == name:
-            out += _carried(bench, piece.name, pose @ piece.pose)
+            out += _carried(builder, piece.name, pose @ piece.pose)
     return out
 
 
-def with_outside(asset: Asset) -> Asset:
+def add_main_region(asset: Asset) -> Asset:
     """The asset with a region `main` round all that is seen of it, unless it has one or answers to no contract."""
     if asset.contract is None or any(region.name == "main" for region in asset.regions):
         return asset
@@ -173,7 +173,7 @@ def with_outside(asset: Asset) -> Asset:
     return asset.replace(regions=(*asset.regions, outside))
 
 
-def centred(asset: Asset) -> Asset:
+def center_footprint(asset: Asset) -> Asset:
     """The asset moved so that the middle of its footprint is the origin, on the ground, joints at zero."""
     low, high = asset.bounds
     x, y, z = (float(np.float32(v)) for v in (-(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2]))
@@ -217,11 +217,11 @@ def _merged(meshes: Sequence[Mesh]) -> Mesh:
     )
 
 
-def _inertial(piece: Piece) -> Inertial:
+def _inertial(piece: LinkBuilder) -> Inertial:
     """Mass properties of all that is on a link."""
-    if not piece.weights:
+    if not piece.masses:
         raise ValueError(f"link {piece.name!r} weighs nothing")
-    whole = total(piece.weights)
+    whole = combine_masses(piece.masses)
     tensor = whole.inertia
     # A thin plate's moments touch A + B = C; rounding must not carry them beyond.
     tensor = tensor + np.eye(3) * 1e-6 * float(np.trace(tensor))

@@ -8,7 +8,7 @@ import numpy as np
 
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import Supplies
-from casa_assets.families.kit.mass_properties import Weight, weight_of
+from casa_assets.families.kit.mass_properties import RigidMass, solid_mass
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.model.asset.asset import Base, Collider, JointKind, JointValue, Keyframe, Region, Site, State
 from casa_assets.model.asset.behavior import Behavior
@@ -19,7 +19,7 @@ ROOT = "object"
 
 
 @dataclass
-class Part:
+class VisualPart:
     """A solid on a link, with how it is drawn."""
 
     solid: Solid
@@ -30,7 +30,7 @@ class Part:
 
 
 @dataclass
-class Moved:
+class JointBuilder:
     """A joint whose friction is chosen once the masses are known."""
 
     name: str
@@ -49,18 +49,18 @@ class Moved:
 
 
 @dataclass
-class Piece:
+class LinkBuilder:
     """A link on the bench. `pose` is parent_from_link."""
 
     name: str
     parent: str | None
     pose: Pose
-    parts: list[Part] = field(default_factory=list)
+    parts: list[VisualPart] = field(default_factory=list)
     colliders: list[Collider] = field(default_factory=list)
-    weights: list[Weight] = field(default_factory=list)
+    masses: list[RigidMass] = field(default_factory=list)
 
 
-class Bench:
+class AssetBuilder:
     """Where an asset is put together.
 
     Lengths are metres, z up, x right, the front faces -y. Everything may be built about any origin: `assemble` moves it
@@ -70,8 +70,8 @@ class Bench:
     def __init__(self, supplies: Supplies, base: Base = Base.FIXED) -> None:
         self.supplies = supplies
         self.base = base
-        self.pieces: dict[str, Piece] = {ROOT: Piece(ROOT, None, Pose())}
-        self.moved: list[Moved] = []
+        self.links: dict[str, LinkBuilder] = {ROOT: LinkBuilder(ROOT, None, Pose())}
+        self.joints: list[JointBuilder] = []
         self.sites: list[Site] = []
         self.regions: list[Region] = []
         self.states: list[State] = []
@@ -83,9 +83,9 @@ class Bench:
 
     def link(self, name: str, at: Vec3 | Pose = (0.0, 0.0, 0.0), parent: str = ROOT) -> str:
         """A new link; `at` is parent_from_link. Returns its name."""
-        if name in self.pieces:
+        if name in self.links:
             raise ValueError(f"link {name!r} occurs twice")
-        self.pieces[name] = Piece(name, parent, at if isinstance(at, Pose) else Pose(position=at))
+        self.links[name] = LinkBuilder(name, parent, at if isinstance(at, Pose) else Pose(position=at))
         return name
 
     def add(
@@ -97,9 +97,9 @@ class Bench:
         name: str | None = None,
         grain: Vec3 = (0.0, 0.0, 1.0),
         *,
-        touch: str | bool = True,
+        collider: str | bool = True,
         density: float | str | None = None,
-        seen: bool = True,
+        visible: bool = True,
     ) -> None:
         """Put a solid on a link.
 
@@ -109,26 +109,30 @@ class Bench:
             label: what part it is; parts of one finish and label are drawn as one mesh.
             name: of its mesh; a named part is drawn as a mesh of its own called `<name>_visual`.
             grain: direction that the grain of its finish runs along, link frame.
-            touch: False: not touched; a name: of its (first) collider; True: touched under a made-up name.
+            collider: False: not touched; a name: of its (first) collider; True: touched under a made-up name.
             density: instead of the substance's, for what is drawn solid and is not: a name in the supplies, or kg/m^3
                 where it is worked out; 0 weighs nothing.
-            seen: False for what is touched and weighs but is hidden.
+            visible: False for what is touched and weighs but is hidden.
         """
-        piece = self.pieces[link]
+        piece = self.links[link]
         found = self.supplies.finish(finish)
-        if seen:
-            piece.parts.append(Part(solid, finish, label, name, grain))
+        if visible:
+            piece.parts.append(VisualPart(solid, finish, label, name, grain))
         if density is None:
             density = found.substance.density
         elif isinstance(density, str):
             density = self.supplies.density(density)
         if density > 0:
-            piece.weights.append(weight_of(solid, density))
-        if touch is not False:
-            base = touch if isinstance(touch, str) else name
-            self._touch(piece, solid if solid.shapes else solid.hulled(), found.substance.id, label, base)
+            piece.masses.append(solid_mass(solid, density))
+        if collider is not False:
+            base = collider if isinstance(collider, str) else name
+            self._add_colliders(
+                piece, solid if solid.shapes else solid.with_hull_collider(), found.substance.id, label, base
+            )
 
-    def _touch(self, piece: Piece, solid: Solid, substance: str, label: str | None, base: str | None) -> None:
+    def _add_colliders(
+        self, piece: LinkBuilder, solid: Solid, substance: str, label: str | None, base: str | None
+    ) -> None:
         stem = base or f"{piece.name}_{label or 'body'}"
         for i, (shape, pose) in enumerate(solid.shapes):
             name = base if base and i == 0 else f"{stem}_{len(piece.colliders):02d}"
@@ -138,7 +142,7 @@ class Bench:
         """A weight of kilograms that is neither seen nor touched: a motor, a compressor, a transformer. A box."""
         x, y, z = size
         inertia = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * mass / 12
-        self.pieces[link].weights.append(Weight(mass, np.array(at), inertia))
+        self.links[link].masses.append(RigidMass(mass, np.array(at), inertia))
 
     # Joints ---------------------------------------------------------------------------------------------------------
 
@@ -172,8 +176,8 @@ class Bench:
             behind: joint that has to be open before this one can move.
         """
         hinge = JointKind.HINGE
-        self.moved.append(
-            Moved(name, child, hinge, axis, anchor, span, grip, start_n, spring, lever, push_n, feel, behind)
+        self.joints.append(
+            JointBuilder(name, child, hinge, axis, anchor, span, grip, start_n, spring, lever, push_n, feel, behind)
         )
 
     def slide(
@@ -192,7 +196,9 @@ class Bench:
     ) -> None:
         """A slide that moves `child`; span in metres, one end 0. As `hinge`."""
         kind, here = JointKind.SLIDE, (0.0, 0.0, 0.0)
-        self.moved.append(Moved(name, child, kind, axis, here, span, grip, start_n, spring, 1.0, push_n, feel, behind))
+        self.joints.append(
+            JointBuilder(name, child, kind, axis, here, span, grip, start_n, spring, 1.0, push_n, feel, behind)
+        )
 
     # Names ----------------------------------------------------------------------------------------------------------
 
@@ -235,7 +241,7 @@ class Bench:
         values = tuple(JointValue(joint=j, value=v) for j, v in joints.items())
         self.keyframes.append(Keyframe(name=name, joints=values))
 
-    def far(self, joint: str, share: float = 1.0) -> float:
+    def joint_position(self, joint: str, share: float = 1.0) -> float:
         """The position of a joint at a share of its way from zero, rad or m."""
-        span = next(m.range for m in self.moved if m.name == joint)
+        span = next(m.range for m in self.joints if m.name == joint)
         return share * max(span, key=abs)

@@ -12,7 +12,7 @@ from casa_assets.geometry.mesh.measure import solid_moments
 
 
 @dataclass(frozen=True)
-class Weight:
+class RigidMass:
     """A mass (kg) at `center` ((3,) metres, link frame) with its inertia ((3, 3) kg*m^2) about that point."""
 
     mass: float
@@ -20,15 +20,15 @@ class Weight:
     inertia: Floats
 
 
-def weight_of(solid: Solid, density: float) -> Weight:
+def solid_mass(solid: Solid, density: float) -> RigidMass:
     """The weight of a closed solid of a density in kg/m^3."""
     volume, center, inertia = solid_moments(solid.points, solid.faces)
     if volume <= 0:
         raise ValueError(f"a solid of volume {volume:.3g} m^3 has no weight")
-    return Weight(volume * density, np.array(center), np.array(inertia) * density)
+    return RigidMass(volume * density, np.array(center), np.array(inertia) * density)
 
 
-def total(weights: list[Weight]) -> Weight:
+def combine_masses(weights: list[RigidMass]) -> RigidMass:
     """Several weights as one rigid body. Raises ValueError where there are none."""
     mass = sum(w.mass for w in weights)
     if mass <= 0:
@@ -38,4 +38,4 @@ def total(weights: list[Weight]) -> Weight:
     for w in weights:
         off = w.center - center
         tensor += w.inertia + w.mass * (float(off @ off) * np.eye(3) - np.outer(off, off))
-    return Weight(mass, center, tensor)
+    return RigidMass(mass, center, tensor)

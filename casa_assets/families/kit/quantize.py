@@ -16,10 +16,14 @@ from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShap
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-PLACES, TURNS, DRAWN = 9, 12, 7  # decimals of metres and numbers, of quaternions, of normals and texture coordinates
+LENGTH_DECIMALS, QUATERNION_DECIMALS, VISUAL_DECIMALS = (
+    9,
+    12,
+    7,
+)  # decimals of metres and numbers, of quaternions, of normals and texture coordinates
 
 
-def settled(asset: Asset) -> Asset:
+def quantize(asset: Asset) -> Asset:
     """The asset with every number rounded."""
     return asset.replace(
         links=tuple(_link(k) for k in asset.links),
@@ -56,19 +60,21 @@ def _shape(shape: Shape) -> Shape:
     if isinstance(shape, Box):
         return shape.replace(size=_vec(shape.size))
     if isinstance(shape, Sphere):
-        return shape.replace(radius=round(shape.radius, PLACES))
+        return shape.replace(radius=round(shape.radius, LENGTH_DECIMALS))
     if isinstance(shape, Cylinder | Capsule):
-        return shape.replace(radius=round(shape.radius, PLACES), height=round(shape.height, PLACES))
+        return shape.replace(radius=round(shape.radius, LENGTH_DECIMALS), height=round(shape.height, LENGTH_DECIMALS))
     assert isinstance(shape, Hull | MeshShape)
-    return shape.replace(mesh=shape.mesh.with_vertices(_array(shape.mesh.vertices, PLACES), shape.mesh.normals))
+    return shape.replace(
+        mesh=shape.mesh.with_vertices(_array(shape.mesh.vertices, LENGTH_DECIMALS), shape.mesh.normals)
+    )
 
 
 def _mesh(mesh: Mesh) -> Mesh:
     return Mesh(
-        vertices=_single(mesh.vertices, PLACES - 1),
+        vertices=_single(mesh.vertices, LENGTH_DECIMALS - 1),
         faces=mesh.faces,
-        uv=None if mesh.uv is None else _single(mesh.uv, DRAWN),
-        normals=None if mesh.normals is None else _single(mesh.normals, DRAWN),
+        uv=None if mesh.uv is None else _single(mesh.uv, VISUAL_DECIMALS),
+        normals=None if mesh.normals is None else _single(mesh.normals, VISUAL_DECIMALS),
     )
 
 
@@ -82,10 +88,10 @@ def _array(values: Floats, places: int) -> Floats:
 
 
 def _vec(values: Vec3) -> Vec3:
-    x, y, z = (round(v, PLACES) + 0.0 for v in values)
+    x, y, z = (round(v, LENGTH_DECIMALS) + 0.0 for v in values)
     return (x, y, z)
 
 
 def _pose(pose: Pose) -> Pose:
-    w, x, y, z = (round(q, TURNS) + 0.0 for q in pose.quaternion)
+    w, x, y, z = (round(q, QUATERNION_DECIMALS) + 0.0 for q in pose.quaternion)
     return Pose(position=_vec(pose.position), quaternion=(w, x, y, z))

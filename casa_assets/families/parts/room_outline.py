@@ -11,11 +11,11 @@ from casa_assets.families.kit.solids import cells
 from casa_assets.model.record import Vec2, Vec3
 
 Outline = tuple[Vec2, ...]
-LEAST_SIDE = 0.1  # metres
-EXACT = 1e-6
+MIN_SIDE = 0.1  # metres
+LENGTH_TOLERANCE = 1e-6
 
 
-class Lay(StrEnum):
+class LayDirection(StrEnum):
     """Direction that boards, and the height of any picture, run along."""
 
     X = "x"
@@ -24,7 +24,7 @@ class Lay(StrEnum):
     @property
     def vector(self) -> Vec3:
         """As a unit vector."""
-        return (1.0, 0.0, 0.0) if self is Lay.X else (0.0, 1.0, 0.0)
+        return (1.0, 0.0, 0.0) if self is LayDirection.X else (0.0, 1.0, 0.0)
 
 
 def inside(outline: Outline) -> cells.Cells:
@@ -40,14 +40,14 @@ def inside(outline: Outline) -> cells.Cells:
         raise ValueError(f"an outline has four corners at least, not {len(points)}")
     run = np.roll(points, -1, axis=0) - points
     for k, (x, y) in enumerate(run):
-        if min(abs(x), abs(y)) > EXACT:
+        if min(abs(x), abs(y)) > LENGTH_TOLERANCE:
             raise ValueError(f"side {k} of the outline runs aslant: {x:g} by {y:g} m")
-        if max(abs(x), abs(y)) < LEAST_SIDE:
-            raise ValueError(f"side {k} of the outline is shorter than {LEAST_SIDE:g} m")
-    grid = cells.within(outline)
+        if max(abs(x), abs(y)) < MIN_SIDE:
+            raise ValueError(f"side {k} of the outline is shorter than {MIN_SIDE:g} m")
+    grid = cells.cells_inside(outline)
     around = float(np.abs(run).sum())
     if (
-        abs(grid.area - abs(_area(points))) > EXACT * around
+        abs(grid.area - abs(_area(points))) > LENGTH_TOLERANCE * around
         or abs(grid.perimeter - around) > 1e-5
         or grid.touches_at_a_point
     ):
@@ -57,17 +57,17 @@ def inside(outline: Outline) -> cells.Cells:
 
 def loop(outline: Outline) -> Floats:
     """(N, 2) corners, counter-clockwise, none within a straight side. Metres."""
-    points: Floats = np.round(np.array(outline, dtype=np.float64), cells.DIGITS).astype(np.float64)
+    points: Floats = np.round(np.array(outline, dtype=np.float64), cells.LINE_DECIMALS).astype(np.float64)
     if _area(points) < 0:
         points = points[::-1]
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     turns = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    return np.asarray(points[np.abs(turns) > EXACT])
+    return np.asarray(points[np.abs(turns) > LENGTH_TOLERANCE])
 
 
 def spans(grid: cells.Cells, low: float, high: float) -> list[Vec2]:
     """(from, to) along u of what is inside over the whole breadth low..high of v, metres."""
-    rows = (grid.vs[:-1] < high - EXACT) & (grid.vs[1:] > low + EXACT)
+    rows = (grid.vs[:-1] < high - LENGTH_TOLERANCE) & (grid.vs[1:] > low + LENGTH_TOLERANCE)
     inside_all = grid.solid[:, rows].all(axis=1)
     steps = np.diff(np.concatenate([[0], inside_all.astype(np.int64), [0]]))
     begins, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)

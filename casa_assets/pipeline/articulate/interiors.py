@@ -29,8 +29,8 @@ from casa_assets.articulate.plan import (
 from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.family import Supplies
-from casa_assets.families.kit.asset_builder import ROOT, Bench, Moved, Piece
-from casa_assets.families.kit.solids.skin import skin
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder, JointBuilder, LinkBuilder
+from casa_assets.families.kit.solids.skin import solid_mesh
 from casa_assets.families.parts.carcass import interiors
 from casa_assets.families.parts.carcass.interiors import Interior
 from casa_assets.geometry.solid.tessellate import tessellate
@@ -63,7 +63,7 @@ AIR_M = 0.012
 class _Work:
     """The bench, and which room each piece on it belongs to; lengths on it are those of the frame in metres."""
 
-    bench: Bench
+    builder: AssetBuilder
     metres: float
     filling: dict[str, InteriorKind] = field(default_factory=dict)
     trays: int = 0
@@ -91,7 +91,7 @@ def add_interiors(
     kind = known.category(registry.FALLBACK)
     labels = Labels(category=kind.id, classes=(kind.id,), qcode=kind.qcode)
     supplies = Supplies(finishes=palette.plain(), labels=labels, densities=known.densities)
-    work = _Work(Bench(supplies), metres)
+    work = _Work(AssetBuilder(supplies), metres)
     work.trays = sum(p.name.startswith("tray_") for p in found.parts)
     for room in wanted:
         found = _built(work, room, found, placed)
@@ -108,7 +108,7 @@ def _space_of(room: Cavity) -> StorageSpace:
 
 def _built(work: _Work, room: Cavity, found: Articulation, placed: TriangleSoup) -> Articulation:
     """Put a room on the bench; the articulation with what that changes of its joints."""
-    m, bench = work.metres, work.bench
+    m, builder = work.metres, work.builder
     first = next(p for p in found.parts if p.name == room.parts[0])
     outer = _metres(room.outer[0], m), _metres(room.outer[1], m)
     inside = Interior(
@@ -120,39 +120,39 @@ def _built(work: _Work, room: Cavity, found: Articulation, placed: TriangleSoup)
         _clear(room, found, placed),
         work.trays,
     )
-    before = list(bench.pieces)
+    before = list(builder.links)
     if first.kind is PartKind.DRAWER:
         if room.cut is not None:
-            interiors.walls(bench, inside, LINERS[InteriorKind.PLAIN])
-        bench.link(first.name)
+            interiors.walls(builder, inside, LINERS[InteriorKind.PLAIN])
+        builder.link(first.name)
         finish = BOXES.get(_kind_of_box(found), LINERS[InteriorKind.DRAWER])
-        deep = interiors.drawer_box(bench, first.name, inside, finish) / m
+        deep = interiors.drawer_box(builder, first.name, inside, finish) / m
         found = _pulled(found, first, deep)
     else:
         if room.wall:
-            interiors.walls(bench, inside, LINERS[room.filling])
+            interiors.walls(builder, inside, LINERS[room.filling])
         if room.furnish:
-            _furnish(bench, inside, room.filling)
+            _furnish(builder, inside, room.filling)
     work.filling.setdefault(ROOT, room.filling)
-    for name in bench.pieces:
+    for name in builder.links:
         if name not in before:
             work.filling[name] = room.filling
-    work.trays += sum(n.startswith("tray_") for n in bench.pieces if n not in before)
+    work.trays += sum(n.startswith("tray_") for n in builder.links if n not in before)
     return found
 
 
-def _furnish(bench: Bench, inside: Interior, filling: InteriorKind) -> None:
+def _furnish(builder: AssetBuilder, inside: Interior, filling: InteriorKind) -> None:
     match filling:
         case InteriorKind.OVEN:
-            interiors.furnish_oven(bench, inside)
+            interiors.furnish_oven(builder, inside)
         case InteriorKind.MICROWAVE:
-            interiors.furnish_microwave(bench, inside)
+            interiors.furnish_microwave(builder, inside)
         case InteriorKind.REFRIGERATOR:
-            interiors.furnish_cold(bench, inside)
+            interiors.furnish_cold(builder, inside)
         case InteriorKind.DISHWASHER:
-            interiors.furnish_dishwasher(bench, inside)
+            interiors.furnish_dishwasher(builder, inside)
         case InteriorKind.CABINET:
-            interiors.furnish_cabinet(bench, inside)
+            interiors.furnish_cabinet(builder, inside)
         case _:
             pass
 
@@ -192,7 +192,7 @@ def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel,
     parts, faces = list(model.parts), sum(len(p.mesh.faces) for p in model.parts)
     known = {p.name: p for p in found.parts}
     added: list[AddedGeometry] = []
-    for piece in work.bench.pieces.values():
+    for piece in work.builder.links.values():
         filling = work.filling.get(piece.name, InteriorKind.PLAIN)
         fresh = _raw_parts(work, piece, found, filling)
         count = sum(len(p.mesh.faces) for p in fresh)
@@ -206,43 +206,45 @@ def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel,
         if name in known:
             known[name] = known[name].replace(faces=np.concatenate([known[name].faces, rows]))
         elif name:
-            moved = next(m for m in work.bench.moved if m.child == name)
+            moved = next(m for m in work.builder.joints if m.child == name)
             known[name] = _tray(name, rows, moved, piece, work.metres, filling)
-    inner = [r for r in work.bench.regions if r.link != ROOT]
+    inner = [r for r in work.builder.regions if r.link != ROOT]
     spaces = tuple(_space(r.name, r.link, r.pose.position, r.size, work) for r in inner)
     model = model.replace(parts=tuple(parts))
     found = found.replace(parts=tuple(known.values()), added=tuple(added), spaces=(*found.spaces, *spaces))
     return model, soup_in_frame(model, found.frame), found
 
 
-def _raw_parts(work: _Work, piece: Piece, found: Articulation, filling: InteriorKind) -> list[RawPart]:
+def _raw_parts(work: _Work, piece: LinkBuilder, found: Articulation, filling: InteriorKind) -> list[RawPart]:
     """What is seen of a piece, one part for each finish, in the file."""
     finishes: dict[str, list[Mesh]] = {}
     for i, part in enumerate(piece.parts):
-        tile = work.bench.supplies.finish(part.finish).tile_m
-        finishes.setdefault(part.finish, []).append(skin(part.solid, tile, part.grain, f"{piece.name}/{i}"))
+        tile = work.builder.supplies.finish(part.finish).tile_m
+        finishes.setdefault(part.finish, []).append(solid_mesh(part.solid, tile, part.grain, f"{piece.name}/{i}"))
     out = []
     for finish, meshes in finishes.items():
         starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
         points = np.concatenate([m.vertices for m in meshes]) + np.array(piece.pose.position)
         faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=True)])
         mesh = Mesh(vertices=found.frame.to_file(points / work.metres), faces=faces.astype(np.int32))
-        material = work.bench.supplies.finish(finish).material
+        material = work.builder.supplies.finish(finish).material
         out.append(RawPart(name=ADDED_MESH_NAMES[filling], mesh=mesh, material=material))
     return out
 
 
-def _shapes(piece: Piece) -> list[Floats]:
+def _shapes(piece: LinkBuilder) -> list[Floats]:
     """Points of every shape of a piece, its frame, metres."""
     return [tessellate(c.shape, c.pose, 16)[0] for c in piece.colliders]
 
 
-def _cloud(points: Floats, piece: Piece, metres: float) -> Floats:
+def _cloud(points: Floats, piece: LinkBuilder, metres: float) -> Floats:
     found: Floats = (points + np.array(piece.pose.position)) / metres
     return found
 
 
-def _tray(name: str, rows: Ints, moved: Moved, piece: Piece, metres: float, filling: InteriorKind) -> PartPlan:
+def _tray(
+    name: str, rows: Ints, moved: JointBuilder, piece: LinkBuilder, metres: float, filling: InteriorKind
+) -> PartPlan:
     """A part that came with a room: a rack or a basket that slides out."""
     joint = JointPlan(
         kind=JointKind.SLIDE,
@@ -265,7 +267,7 @@ def _tray(name: str, rows: Ints, moved: Moved, piece: Piece, metres: float, fill
 
 
 def _space(name: str, link: str, middle: Vec3, size: Vec3, work: _Work) -> StorageSpace:
-    at = np.array(middle) + np.array(work.bench.pieces[link].pose.position)
+    at = np.array(middle) + np.array(work.builder.links[link].pose.position)
     half = np.array(size) / 2
     low, high = (at - half) / work.metres, (at + half) / work.metres
     return StorageSpace(name=name, part=link, low=to_vec3(low), high=to_vec3(high))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from casa_assets import registry
 from casa_assets.checks.table import TABLE
 from casa_assets.textures import check as texture_check
-from casa_assets.textures.packs.faults import MEND
+from casa_assets.textures.packs.faults import REMEDIES
 
 HEAD = """# Checks and rejections
 
@@ -50,15 +50,15 @@ def _textures(known: registry.Registry) -> list[str]:
         value = known.limits[row.limit]
         limit = f"{bound} {value:g} {row.unit}".rstrip()
         lines.append(f"| {row.code} | {row.title} | {limit} | {row.description.format(limit=value)} |")
-    for code, (title, key, description) in texture_check.OF_SETS.items():
+    for code, (title, key, description) in texture_check.SET_CHECKS.items():
         value = known.limits[key]
         lines.append(f"| {code} | {title} | {value:g} | {description.format(limit=value)} |")
     lines += ["", "## Why a picture is left out of a pack", "", "| code | name | what to do |", "|---|---|---|"]
-    lines += [f"| {fault.value} | {fault.name.lower()} | {mend} |" for fault, mend in MEND.items()]
+    lines += [f"| {fault.value} | {fault.name.lower()} | {mend} |" for fault, mend in REMEDIES.items()]
     return lines
 
 
 def codes() -> frozenset[str]:
     """Every code that the page explains."""
     known = {*registry.load().rejections, *(row.code for row in TABLE), *(row.code for row in texture_check.TABLE)}
-    return frozenset(known | texture_check.OF_SETS.keys() | {fault.value for fault in MEND})
+    return frozenset(known | texture_check.SET_CHECKS.keys() | {fault.value for fault in REMEDIES})

@@ -16,7 +16,7 @@ from casa_assets.pipeline.textures.recipes import finish_of, recipe, recipes
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.textures.check import check_pictures, check_set, pictures_of
-from casa_assets.textures.distance import Look, look
+from casa_assets.textures.distance import TextureDescriptor, describe_texture
 from casa_assets.textures.make import make
 
 COMPARISON_PX = 256
@@ -30,14 +30,14 @@ class CheckedTexture:
 
     recipe: Recipe
     report: Report
-    look: Look
+    look: TextureDescriptor
 
 
 def check_one(wanted: Recipe, cache: Path) -> CheckedTexture:
     """Paint a recipe, or take it from the store at `cache`, and check it."""
     report = check_pictures(pictures_of(finish_of(wanted, cache)), registry.load().limits)
     small = make(wanted, COMPARISON_PX)
-    seen = look(small.albedo, wanted.tile_m, small.roughness, small.height_m)
+    seen = describe_texture(small.albedo, wanted.tile_m, small.roughness, small.height_m)
     return CheckedTexture(wanted, report, seen)
 
 

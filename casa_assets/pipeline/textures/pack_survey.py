@@ -14,9 +14,9 @@ from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.textures.packs.decode import SUFFIXES, decode
-from casa_assets.textures.packs.derive import SIZE_PX, Tile, tile
-from casa_assets.textures.packs.entry import UNKNOWN, Described, Refused
-from casa_assets.textures.packs.faults import Fault, refuse, refused
+from casa_assets.textures.packs.derive import SIZE_PX, TiledPicture, tile
+from casa_assets.textures.packs.entry import UNKNOWN, PictureDescription, RefusedPicture
+from casa_assets.textures.packs.faults import PackFault, refuse, refused
 
 MANIFESTS = ("pack.yaml", "pack.yml", "pack.json")
 _KEYS = ("pack", "defaults", "pictures")
@@ -36,7 +36,7 @@ class PackOptions:
 
     library: Path
     pack: str | None = None
-    flags: Described = field(default_factory=Described)
+    flags: PictureDescription = field(default_factory=PictureDescription)
     size_px: int = SIZE_PX
 
 
@@ -51,8 +51,8 @@ class PackDescription:
     """
 
     pack: str | None
-    defaults: Described
-    rows: Mapping[str, Described]
+    defaults: PictureDescription
+    rows: Mapping[str, PictureDescription]
     faults: Mapping[str, str]
     used: tuple[str, ...]
 
@@ -60,7 +60,7 @@ class PackDescription:
 class PreparedPicture(Record):
     """The costly part of one picture, as the store keeps it: the tile, and what decoding told."""
 
-    tile: Tile
+    tile: TiledPicture
     prompt: str
     notes: tuple[str, ...]
 
@@ -71,7 +71,7 @@ class AcceptedPicture:
 
     source: str
     sha256: str
-    said: Described
+    said: PictureDescription
     worked: PreparedPicture
 
 
@@ -80,7 +80,7 @@ class PackSurvey:
     """Pictures that can be used, those that cannot, and files that are no pictures; each sorted by path."""
 
     accepted: tuple[AcceptedPicture, ...]
-    refused: tuple[Refused, ...]
+    refused: tuple[RefusedPicture, ...]
     ignored: tuple[str, ...]
 
 
@@ -92,8 +92,8 @@ def read_description(folder: Path) -> PackDescription:
             for its picture.
     """
     used = [name for name in MANIFESTS if (folder / name).is_file()][:1]
-    pack, defaults = None, Described()
-    rows: dict[str, Described] = {}
+    pack, defaults = None, PictureDescription()
+    rows: dict[str, PictureDescription] = {}
     faults: dict[str, str] = {}
     if used:
         document = registry.read_document(folder / used[0])
@@ -104,13 +104,13 @@ def read_description(folder: Path) -> PackDescription:
             if key not in _KEYS:
                 raise document.fault((key,), f"one of {', '.join(_KEYS)}", repr(key))
         pack = str(top["pack"]) if top.get("pack") is not None else None
-        defaults = registry.read_record(Described, top.get("defaults") or {}, document, ("defaults",))
+        defaults = registry.read_record(PictureDescription, top.get("defaults") or {}, document, ("defaults",))
         listed: Any = top.get("pictures") or {}
         if not isinstance(listed, dict):
             raise document.fault(("pictures",), "a mapping of file names to rows", type(listed).__name__)
         for source, row in listed.items():
             try:
-                rows[source] = registry.read_record(Described, row or {}, document, ("pictures", source))
+                rows[source] = registry.read_record(PictureDescription, row or {}, document, ("pictures", source))
             except RegistryError as error:
                 faults[source] = str(error)
     for path in _files(folder):
@@ -118,7 +118,7 @@ def read_description(folder: Path) -> PackDescription:
         if path.suffix.lower() == ".txt" and picture is not None and path.stat().st_size <= _MOST_PROMPT:
             source = picture.relative_to(folder).as_posix()
             prompt = " ".join(path.read_text(encoding="utf-8", errors="replace").split())
-            rows[source] = rows.get(source, Described()).over(Described(prompt=prompt))
+            rows[source] = rows.get(source, PictureDescription()).over(PictureDescription(prompt=prompt))
             used.append(path.relative_to(folder).as_posix())
     return PackDescription(pack, defaults, rows, faults, tuple(used))
 
@@ -126,7 +126,7 @@ def read_description(folder: Path) -> PackDescription:
 def survey(folder: Path, told: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
     """Look at every file under a folder; what is wrong with one does not touch the others."""
     found: list[AcceptedPicture] = []
-    refusals: list[Refused] = []
+    refusals: list[RefusedPicture] = []
     ignored: list[str] = []
     by_bytes: dict[str, str] = {}
     present: list[str] = []
@@ -141,7 +141,7 @@ def survey(folder: Path, told: PackDescription, options: PackOptions, store: Sto
             data = _bytes(path, folder)
             digest = hashlib.sha256(data).hexdigest()
             if digest in by_bytes:
-                raise refuse(Fault.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
+                raise refuse(PackFault.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
             by_bytes[digest] = source
             said = _picture_fields(source, told, options.flags)
             found.append(AcceptedPicture(source, digest, said, _prepared(data, digest, options.size_px, store)))
@@ -149,7 +149,7 @@ def survey(folder: Path, told: PackDescription, options: PackOptions, store: Sto
             refusals.append(refused(source, error))
     for source in told.rows:
         if source not in present:
-            refusals.append(refused(source, refuse(Fault.MISSING, "is named in pack.yaml and is not there")))
+            refusals.append(refused(source, refuse(PackFault.MISSING, "is named in pack.yaml and is not there")))
     return PackSurvey(tuple(found), tuple(sorted(refusals, key=lambda r: r.source)), tuple(ignored))
 
 
@@ -163,26 +163,26 @@ def _files(folder: Path) -> Iterator[Path]:
 def _bytes(path: Path, folder: Path) -> bytes:
     try:
         if not path.resolve(strict=True).is_relative_to(folder.resolve()):
-            raise refuse(Fault.UNREADABLE, "is a link that leaves the folder")
+            raise refuse(PackFault.UNREADABLE, "is a link that leaves the folder")
         if not path.is_file():
-            raise refuse(Fault.UNREADABLE, "is no regular file")
+            raise refuse(PackFault.UNREADABLE, "is no regular file")
         if path.stat().st_size > _MOST_BYTES:
-            raise refuse(Fault.TOO_LARGE, f"has over {_MOST_BYTES // 2**20} MiB")
+            raise refuse(PackFault.TOO_LARGE, f"has over {_MOST_BYTES // 2**20} MiB")
         return path.read_bytes()
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
-        raise refuse(Fault.UNREADABLE, f"cannot be read: {error}") from None
+        raise refuse(PackFault.UNREADABLE, f"cannot be read: {error}") from None
 
 
-def _picture_fields(source: str, told: PackDescription, flags: Described) -> Described:
+def _picture_fields(source: str, told: PackDescription, flags: PictureDescription) -> PictureDescription:
     """All that is said of a picture: its row, then the flags, then the defaults of the file."""
     if source in told.faults:
-        raise refuse(Fault.BAD_ROW, told.faults[source])
-    said = told.rows.get(source, Described()).over(flags).over(told.defaults)
+        raise refuse(PackFault.BAD_ROW, told.faults[source])
+    said = told.rows.get(source, PictureDescription()).over(flags).over(told.defaults)
     missing = [name for name in ("surface", "tile_m", "licence") if getattr(said, name) is None]
     if missing:
-        raise refuse(Fault.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
+        raise refuse(PackFault.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
     if (said.substance or UNKNOWN) not in registry.load().substances:
-        raise refuse(Fault.BAD_ROW, f"{said.substance!r} is no substance of registry/substances.yaml")
+        raise refuse(PackFault.BAD_ROW, f"{said.substance!r} is no substance of registry/substances.yaml")
     return said
 
 

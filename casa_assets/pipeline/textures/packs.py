@@ -21,11 +21,11 @@ from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.library.library import Library, file_digests, write_files
 from casa_assets.pipeline.textures.pack_survey import AcceptedPicture, PackOptions, read_description, survey
 from casa_assets.preview.sheet import Shot, sheet
-from casa_assets.textures.distance import NEARLY_ALIKE, Look, closest_pairs, look
+from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture
 from casa_assets.textures.finish import finish
 from casa_assets.textures.packs import derive
 from casa_assets.textures.packs.derive import layers, pixels_of
-from casa_assets.textures.packs.entry import UNKNOWN, Alike, Pack, Picture
+from casa_assets.textures.packs.entry import UNKNOWN, Pack, PackPicture, SimilarPair
 from casa_assets.textures.packs.naming import slug, unique_ids
 
 __all__ = ["PackOptions", "PackReport", "ingest_pack", "load_finishes", "load_pack"]
@@ -67,8 +67,8 @@ def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
         found = survey(folder, told, options, Store(library.cache))
         staged = library.stage(name)
         ids = unique_ids(name, [one.said.name or Path(one.source).stem for one in found.accepted])
-        pictures: list[Picture] = []
-        looks: dict[str, Look] = {}
+        pictures: list[PackPicture] = []
+        looks: dict[str, TextureDescriptor] = {}
         shots: list[Shot] = []
         for id_, one in zip(ids, found.accepted, strict=True):
             picture, maps, looks[id_] = _picture(id_, one)
@@ -82,7 +82,7 @@ def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
             version=FORMAT,
             pictures=tuple(pictures),
             refused=found.refused,
-            alike=tuple(Alike(first=a, second=b, distance=round(d, 3)) for d, a, b in pairs),
+            alike=tuple(SimilarPair(first=a, second=b, distance=round(d, 3)) for d, a, b in pairs),
             ignored=found.ignored,
         )
         page = sheet(shots, f"{name}: {len(pictures)} pictures, {len(found.refused)} left out")
@@ -113,7 +113,7 @@ def load_finishes(folder: Path, substances: Mapping[str, Substance]) -> dict[str
     return {p.id: _finish(folder, p, substances[p.substance]) for p in load_pack(folder).pictures}
 
 
-def _picture(id_: str, one: AcceptedPicture) -> tuple[Picture, dict[str, bytes], Look]:
+def _picture(id_: str, one: AcceptedPicture) -> tuple[PackPicture, dict[str, bytes], TextureDescriptor]:
     """Its record, its three files, and what it looks like."""
     said, made = one.said, one.worked.tile
     assert said.surface is not None
@@ -130,9 +130,9 @@ def _picture(id_: str, one: AcceptedPicture) -> tuple[Picture, dict[str, bytes],
     notes = list(one.worked.notes)
     if made.repaired:
         notes.append(f"was cut to {made.kept[0]:.0%} x {made.kept[1]:.0%} and its border mended")
-    if made.seam_after > derive.SEAM_SEEN:
+    if made.seam_after > derive.VISIBLE_SEAM:
         notes.append("its border can still be found by who looks for it")
-    picture = Picture(
+    picture = PackPicture(
         id=id_,
         source=one.source,
         source_sha256=one.sha256,
@@ -154,10 +154,10 @@ def _picture(id_: str, one: AcceptedPicture) -> tuple[Picture, dict[str, bytes],
         notes=tuple(notes),
     )
     coarse = slice(None, None, _LOOK_STEP)
-    return picture, maps, look(base[coarse, coarse], size)
+    return picture, maps, describe_texture(base[coarse, coarse], size)
 
 
-def _finish(folder: Path, picture: Picture, substance: Substance) -> Finish:
+def _finish(folder: Path, picture: PackPicture, substance: Substance) -> Finish:
     spaces = (ColorSpace.SRGB, ColorSpace.RAW, ColorSpace.RAW)
     textures = []
     for path, digest, space in zip(picture.files, picture.sha256, spaces, strict=True):

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.textures.laying.pieces import Array, Outline, Place, box, polygon, whole
+from casa_assets.textures.laying.pieces import Array, Outline, PlacedOutline, box, polygon, whole
 
 Size = tuple[float, float]
 _LEVEL = np.pi / 2  # a piece whose length runs along x
 
 
-def running(tile_m: Size, width: float, length: float, bond: float, upright: bool) -> list[Place]:
+def running(tile_m: Size, width: float, length: float, bond: float, upright: bool) -> list[PlacedOutline]:
     """Rows of bricks; every row is moved along by `bond` of a length. `upright` rows are columns."""
     along, across = (tile_m[1], tile_m[0]) if upright else tile_m
     columns, true_length = whole(along, length)
@@ -25,13 +25,13 @@ def running(tile_m: Size, width: float, length: float, bond: float, upright: boo
             a, b = (column + 0.5 + bond * row) * true_length % along, (row + 0.5) * true_width
             x, y = (b, a) if upright else (a, b)
             turn = 0.0 if upright else _LEVEL
-            found.append(Place(x, y, turn, true_width / 2, true_length / 2, shape, (row + column) % 2))
+            found.append(PlacedOutline(x, y, turn, true_width / 2, true_length / 2, shape, (row + column) % 2))
     return found
 
 
 def planks(
     tile_m: Size, width: float, length: float, widths: int, upright: bool, ends_m: float, rng: np.random.Generator
-) -> list[Place]:
+) -> list[PlacedOutline]:
     """Boards end to end in courses, their ends staggered at random.
 
     Args:
@@ -60,11 +60,11 @@ def planks(
             a, b = (ends[n] + half_v) % along, edges[course] + half_u
             x, y = (b, a) if upright else (a, b)
             turn = 0.0 if upright else _LEVEL
-            found.append(Place(x, y, turn, half_u, half_v, box(half_u, half_v + ends_m / 2), course % 2))
+            found.append(PlacedOutline(x, y, turn, half_u, half_v, box(half_u, half_v + ends_m / 2), course % 2))
     return found
 
 
-def basket(tile_m: Size, width: float, length: float) -> list[Place]:
+def basket(tile_m: Size, width: float, length: float) -> list[PlacedOutline]:
     """Squares of parallel pieces, level and upright in turn."""
     columns, side_x = whole(tile_m[0], length, even=True)
     rows, side_y = whole(tile_m[1], length, even=True)
@@ -79,11 +79,11 @@ def basket(tile_m: Size, width: float, length: float) -> list[Place]:
                 y = (row + (0.5 if upright else off)) * side_y
                 half_u, half_v = (side_x if upright else side_y) / fingers / 2, (side_y if upright else side_x) / 2
                 turn = 0.0 if upright else _LEVEL
-                found.append(Place(x, y, turn, half_u, half_v, box(half_u, half_v), int(upright)))
+                found.append(PlacedOutline(x, y, turn, half_u, half_v, box(half_u, half_v), int(upright)))
     return found
 
 
-def herringbone(tile_m: Size, width: float, length: float, slant: bool) -> list[Place]:
+def herringbone(tile_m: Size, width: float, length: float, slant: bool) -> list[PlacedOutline]:
     """Pieces of `length` = n `width` at right angles; `slant` turns the whole by 45 degrees.
 
     The picture holds whole repeats: multiples of 2 n width each way, with `slant` of n sqrt(2) width across and
@@ -110,11 +110,11 @@ def herringbone(tile_m: Size, width: float, length: float, slant: bool) -> list[
     for x, y in spots:
         for (a, b), angle, sort in pair:
             px, py = x + (cos * a - sin * b) * width, y + (sin * a + cos * b) * width
-            found.append(Place(px % tile_m[0], py % tile_m[1], angle + turn, half_u, half_v, shape, sort))
+            found.append(PlacedOutline(px % tile_m[0], py % tile_m[1], angle + turn, half_u, half_v, shape, sort))
     return found
 
 
-def chevron(tile_m: Size, width: float, length: float) -> list[Place]:
+def chevron(tile_m: Size, width: float, length: float) -> list[PlacedOutline]:
     """Pieces cut at 45 degrees that meet in straight upright seams."""
     columns, wide = whole(tile_m[0], length / np.sqrt(2.0), even=True)
     rows, tall = whole(tile_m[1], width * np.sqrt(2.0))
@@ -129,11 +129,11 @@ def chevron(tile_m: Size, width: float, length: float) -> list[Place]:
         shape = polygon(corners)
         for row in range(rows):
             x, y = (column + 0.5) * wide, (row + 0.5) * tall
-            found.append(Place(x, y, angle, float(half[0]), float(half[1]), shape, column % 2))
+            found.append(PlacedOutline(x, y, angle, float(half[0]), float(half[1]), shape, column % 2))
     return found
 
 
-def ashlar(tile_m: Size, unit: float, rng: np.random.Generator) -> list[Place]:
+def ashlar(tile_m: Size, unit: float, rng: np.random.Generator) -> list[PlacedOutline]:
     """Rectangles of one to three units each way that fill the picture without order."""
     columns, wide = whole(tile_m[0], unit)
     rows, tall = whole(tile_m[1], unit)
@@ -158,11 +158,13 @@ def ashlar(tile_m: Size, unit: float, rng: np.random.Generator) -> list[Place]:
             half_u, half_v = (half_y, half_x) if level else (half_x, half_y)
             x, y = column * wide + half_x, row * tall + half_y
             turn = _LEVEL if level else 0.0
-            found.append(Place(x % tile_m[0], y % tile_m[1], turn, half_u, half_v, box(half_u, half_v), across * down))
+            found.append(
+                PlacedOutline(x % tile_m[0], y % tile_m[1], turn, half_u, half_v, box(half_u, half_v), across * down)
+            )
     return found
 
 
-def panel(tile_m: Size, width: float, length: float) -> list[Place]:
+def panel(tile_m: Size, width: float, length: float) -> list[PlacedOutline]:
     """Square parquet panels: a mitred frame, and in it a basket weave on the slant.
 
     Args:
@@ -181,18 +183,18 @@ def panel(tile_m: Size, width: float, length: float) -> list[Place]:
     return found
 
 
-def _frame(x: float, y: float, quarter: int, half: float, width: float) -> Place:
+def _frame(x: float, y: float, quarter: int, half: float, width: float) -> PlacedOutline:
     """One strip of a mitred frame."""
     corners = [(-width / 2, -half), (width / 2, -half + width), (width / 2, half - width), (-width / 2, half)]
     turn = quarter * np.pi / 2
     reach = half - width / 2
     # Its outer edge is at u = -width/2, away from the middle of the panel.
-    return Place(
+    return PlacedOutline(
         x - np.cos(turn) * reach, y - np.sin(turn) * reach, turn, width / 2, half, polygon(corners), 2 + quarter % 2
     )
 
 
-def _weave(x: float, y: float, inner: float, block: float) -> list[Place]:
+def _weave(x: float, y: float, inner: float, block: float) -> list[PlacedOutline]:
     """Slanting blocks of three strips each, cut off by the frame."""
     found = []
     turn = np.pi / 4
@@ -207,7 +209,7 @@ def _weave(x: float, y: float, inner: float, block: float) -> list[Place]:
                     continue
                 angle = turn + (0.0 if upright else np.pi / 2)
                 shape = _clipped(box(block / 6, block / 2), dx, dy, angle, inner)
-                found.append(Place(x + dx, y + dy, angle, block / 6, block / 2, shape, int(upright)))
+                found.append(PlacedOutline(x + dx, y + dy, angle, block / 6, block / 2, shape, int(upright)))
     return found
 
 

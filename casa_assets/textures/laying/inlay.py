@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from casa_assets.textures.kind import Canvas
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.laying.pieces import Array, Pieces
+from casa_assets.textures.laying.pieces import Array, PieceMap
 from casa_assets.textures.sheet import Map
 
 
@@ -29,7 +29,7 @@ def slab_canvas(canvas: Canvas, tile_m: tuple[float, float]) -> Canvas:
 
 
 def inlay(
-    pieces: Pieces,
+    pieces: PieceMap,
     slabs: tuple[Slab, ...],
     pick: npt.NDArray[np.int64],
     middle_u: Array,

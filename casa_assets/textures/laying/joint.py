@@ -13,11 +13,11 @@ from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.laying.pieces import Pieces
+from casa_assets.textures.laying.pieces import PieceMap
 from casa_assets.textures.sheet import Map, Share, Sheet
 
 
-class Edge(StrEnum):
+class TileEdge(StrEnum):
     """Profile of a piece at its rim."""
 
     SQUARE = "square"  # broken by half a millimetre
@@ -42,14 +42,14 @@ class Joint(Record):
     width_m: Annotated[float, Field(ge=0, le=0.03)] = 0.003
     depth_m: Annotated[float, Field(ge=0, le=0.02)] = 0.001
     rough: Annotated[float, Field(ge=0.1, le=1)] = 0.88
-    edge: Edge = Edge.SQUARE
+    edge: TileEdge = TileEdge.SQUARE
     edge_m: Annotated[float, Field(ge=0.0002, le=0.05)] = 0.001
     drop_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0004
     wobble_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
     sand: Share = 0.3
 
 
-def rim(joint: Joint, pieces: Pieces, canvas: Canvas, rng: np.random.Generator) -> Map:
+def rim(joint: Joint, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Map:
     """(H, W) metres from the rim of the piece, positive on it, with the strayings of hand-made pieces."""
     inside = pieces.inside_m - np.float32(joint.width_m / 2)
     if joint.wobble_m > 0:
@@ -70,9 +70,9 @@ def gap(joint: Joint, rim_m: Map, canvas: Canvas) -> Map:
 def profile(joint: Joint, rim_m: Map) -> Map:
     """(H, W) metres, 0 in the middle of a piece and -drop_m at its rim."""
     t = np.clip(rim_m / np.float32(joint.edge_m), 0.0, None)
-    if joint.edge is Edge.BEVEL:
+    if joint.edge is TileEdge.BEVEL:
         rise = np.minimum(t, 1.0)
-    elif joint.edge is Edge.PILLOW:
+    elif joint.edge is TileEdge.PILLOW:
         rise = 1.0 - np.exp(-2.5 * t)
     else:
         rise = np.sqrt(np.clip(1.0 - (1.0 - np.minimum(t, 1.0)) ** 2, 0.0, 1.0))

@@ -11,10 +11,10 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.textures.kind import Canvas
 from casa_assets.textures.laying import bonds, rubble, shapes
-from casa_assets.textures.laying.pieces import Pieces, Place, raster
+from casa_assets.textures.laying.pieces import PieceMap, PlacedOutline, raster
 
 
-class Pattern(StrEnum):
+class LayingPattern(StrEnum):
     """Shapes and bonds."""
 
     RUNNING = "running"
@@ -51,7 +51,7 @@ class Laying(Record):
         ends_m: of planks: by how much the joints at their ends are narrower than those along them, metres.
     """
 
-    pattern: Pattern
+    pattern: LayingPattern
     width_m: Annotated[float, Field(gt=0.005, le=2)]
     length_m: Annotated[float, Field(gt=0.005, le=3)] = 0.1
     bond: Annotated[float, Field(ge=0, lt=1)] = 0.0
@@ -61,52 +61,52 @@ class Laying(Record):
     ends_m: Annotated[float, Field(ge=0, le=0.03)] = 0.0
 
 
-def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> Pieces:
+def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:
     """Every pixel's piece, and where on it.
 
     Raises:
         ValueError: the picture holds no whole number of repeats.
     """
     width, length = laying.width_m, laying.length_m
-    if laying.pattern is Pattern.FIELDSTONE:
+    if laying.pattern is LayingPattern.FIELDSTONE:
         return rubble.fieldstone(canvas, length, width, rng)
-    if laying.pattern is Pattern.LEDGE:
+    if laying.pattern is LayingPattern.LEDGE:
         return rubble.ledges(canvas, width, length, rng)
     return raster(_places(laying, canvas.tile_m, rng), canvas)
 
 
-def _places(laying: Laying, tile_m: tuple[float, float], rng: np.random.Generator) -> list[Place]:
+def _places(laying: Laying, tile_m: tuple[float, float], rng: np.random.Generator) -> list[PlacedOutline]:
     width, length = laying.width_m, laying.length_m
     match laying.pattern:
-        case Pattern.RUNNING:
+        case LayingPattern.RUNNING:
             return bonds.running(tile_m, width, length, laying.bond, laying.upright)
-        case Pattern.PLANKS:
+        case LayingPattern.PLANKS:
             return bonds.planks(tile_m, width, length, laying.widths, laying.upright, laying.ends_m, rng)
-        case Pattern.BASKET:
+        case LayingPattern.BASKET:
             return bonds.basket(tile_m, width, length)
-        case Pattern.HERRINGBONE:
+        case LayingPattern.HERRINGBONE:
             return bonds.herringbone(tile_m, width, length, laying.slant)
-        case Pattern.CHEVRON:
+        case LayingPattern.CHEVRON:
             return bonds.chevron(tile_m, width, length)
-        case Pattern.ASHLAR:
+        case LayingPattern.ASHLAR:
             return bonds.ashlar(tile_m, width, rng)
-        case Pattern.PANEL:
+        case LayingPattern.PANEL:
             return bonds.panel(tile_m, width, length)
-        case Pattern.PICKET:
+        case LayingPattern.PICKET:
             return shapes.pickets(tile_m, width, length)
-        case Pattern.DIAMOND:
+        case LayingPattern.DIAMOND:
             return shapes.diamonds(tile_m, width, length)
-        case Pattern.LANTERN:
+        case LayingPattern.LANTERN:
             return shapes.lanterns(tile_m, width, length)
         case _:
             return _BY_WIDTH[laying.pattern](tile_m, width)
 
 
 _BY_WIDTH = {
-    Pattern.HEXAGON: shapes.hexagons,
-    Pattern.PENNY: shapes.pennies,
-    Pattern.SCALE: shapes.scales,
-    Pattern.OCTAGON: shapes.octagons,
-    Pattern.STAR: shapes.stars,
-    Pattern.CUBE: shapes.cubes,
+    LayingPattern.HEXAGON: shapes.hexagons,
+    LayingPattern.PENNY: shapes.pennies,
+    LayingPattern.SCALE: shapes.scales,
+    LayingPattern.OCTAGON: shapes.octagons,
+    LayingPattern.STAR: shapes.stars,
+    LayingPattern.CUBE: shapes.cubes,
 }

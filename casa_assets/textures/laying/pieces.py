@@ -19,7 +19,7 @@ _MARGIN_M = 0.004  # joints are looked up a little beyond the outline
 
 
 @dataclass(frozen=True)
-class Place:
+class PlacedOutline:
     """One piece.
 
     Attributes:
@@ -40,7 +40,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Pieces:
+class PieceMap:
     """The laid surface.
 
     Attributes:
@@ -66,7 +66,7 @@ class Pieces:
         return len(self.turn)
 
 
-def raster(places: Sequence[Place], canvas: Canvas) -> Pieces:
+def raster(places: Sequence[PlacedOutline], canvas: Canvas) -> PieceMap:
     """Draw all places; where two overlap, a pixel goes to the piece in which it lies deeper."""
     owner = np.zeros(canvas.size_px, dtype=np.int32)
     best = np.full(canvas.size_px, -1.0, dtype=np.float32)
@@ -81,7 +81,7 @@ def raster(places: Sequence[Place], canvas: Canvas) -> Pieces:
         for target, fresh in ((best, inside), (us, u), (vs, v)):
             target[at] = np.where(deeper, fresh, target[at])
         owner[at] = np.where(deeper, number, owner[at])
-    return Pieces(
+    return PieceMap(
         owner=owner,
         inside_m=best,
         u_m=us,
@@ -94,7 +94,7 @@ def raster(places: Sequence[Place], canvas: Canvas) -> Pieces:
     )
 
 
-def window(place: Place, canvas: Canvas) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Map, Map]:
+def window(place: PlacedOutline, canvas: Canvas) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Map, Map]:
     """Rows and columns (wrapped) around a piece, and their distances from its middle: (1, w) and (h, 1)."""
     cos, sin = abs(np.cos(place.turn)), abs(np.sin(place.turn))
     reach_x = place.half_u * cos + place.half_v * sin + _MARGIN_M

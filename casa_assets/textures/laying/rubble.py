@@ -6,11 +6,11 @@ import numpy as np
 
 from casa_assets.textures import noise
 from casa_assets.textures.kind import Canvas
-from casa_assets.textures.laying.pieces import Pieces, Place, box, raster, whole
+from casa_assets.textures.laying.pieces import PieceMap, PlacedOutline, box, raster, whole
 from casa_assets.textures.sheet import Sheet
 
 
-def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Generator) -> Pieces:
+def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Generator) -> PieceMap:
     """Irregular round stones of about this size, metres; `inside_m` is the distance to the border between two."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     rows, columns = sheet.cells(height, width)
@@ -41,7 +41,7 @@ def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Gener
     count = rows * columns
     number = np.arange(count)
     inside = 0.5 * (second - first) * np.float32(min(wide, tall))
-    return Pieces(
+    return PieceMap(
         owner=owner,
         inside_m=noise.blur(inside.astype(np.float32), 0.0015 / canvas.pixel_m),
         u_m=us.astype(np.float32),
@@ -54,14 +54,14 @@ def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Gener
     )
 
 
-def ledges(canvas: Canvas, width: float, length: float, rng: np.random.Generator) -> Pieces:
+def ledges(canvas: Canvas, width: float, length: float, rng: np.random.Generator) -> PieceMap:
     """Strips of split stone in courses of a third to one `width`, about `length` long, metres."""
     wide, tall = canvas.tile_m
     units, unit = whole(tall, width / 3)
     heights: list[int] = []
     while sum(heights) < units:
         heights.append(min(int(rng.choice((1, 2, 2, 3))), units - sum(heights)))
-    places: list[Place] = []
+    places: list[PlacedOutline] = []
     top = 0.0
     for height in heights:
         count = max(2, round(wide / (length * rng.uniform(0.75, 1.25))))
@@ -70,6 +70,6 @@ def ledges(canvas: Canvas, width: float, length: float, rng: np.random.Generator
         for n in range(count):
             half_v, half_u = (ends[n + 1] - ends[n]) / 2, height * unit / 2
             x, y = (ends[n] + half_v) % wide, top + half_u
-            places.append(Place(x, y, np.pi / 2, half_u, half_v, box(half_u, half_v), height))
+            places.append(PlacedOutline(x, y, np.pi / 2, half_u, half_v, box(half_u, half_v), height))
         top += height * unit
     return raster(places, canvas)

@@ -24,7 +24,7 @@ from casa_assets.textures.motif.figures import (
 Figures = list[tuple[Array, int]]
 
 
-class Design(StrEnum):
+class TileDesign(StrEnum):
     """What is on a tile."""
 
     COASTAL = "coastal"
@@ -226,23 +226,23 @@ def _tulip(u: Array, v: Array) -> Figures:
     return [(bud, 1), (slit, 0), (stem, 2), (leaf, 2), (heart, 2), (0.09 - s, 1)]
 
 
-DESIGNS: dict[Design, Callable[[Array, Array], Figures]] = {
-    Design.COASTAL: _coastal,
-    Design.QUATREFOIL: _quatrefoil,
-    Design.STAR: _star,
-    Design.MOROCCAN: _moroccan,
-    Design.CIRCLES: _circles,
-    Design.COMPASS: _compass,
-    Design.LACE: _lace,
-    Design.DIAMONDS: _diamonds,
-    Design.ROSETTE: _rosette,
-    Design.BORDERED: _bordered,
-    Design.CUBES: _cubes,
-    Design.TRIANGLES: _triangles,
-    Design.FLEUR: _fleur,
-    Design.CROSSES: _crosses,
-    Design.ARCS: _arcs,
-    Design.WAVES: _waves,
-    Design.OCTAGRAM: _octagram,
-    Design.TULIP: _tulip,
+DESIGNS: dict[TileDesign, Callable[[Array, Array], Figures]] = {
+    TileDesign.COASTAL: _coastal,
+    TileDesign.QUATREFOIL: _quatrefoil,
+    TileDesign.STAR: _star,
+    TileDesign.MOROCCAN: _moroccan,
+    TileDesign.CIRCLES: _circles,
+    TileDesign.COMPASS: _compass,
+    TileDesign.LACE: _lace,
+    TileDesign.DIAMONDS: _diamonds,
+    TileDesign.ROSETTE: _rosette,
+    TileDesign.BORDERED: _bordered,
+    TileDesign.CUBES: _cubes,
+    TileDesign.TRIANGLES: _triangles,
+    TileDesign.FLEUR: _fleur,
+    TileDesign.CROSSES: _crosses,
+    TileDesign.ARCS: _arcs,
+    TileDesign.WAVES: _waves,
+    TileDesign.OCTAGRAM: _octagram,
+    TileDesign.TULIP: _tulip,
 }

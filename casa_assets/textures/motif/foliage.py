@@ -7,11 +7,11 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.textures.kind import Canvas
-from casa_assets.textures.laying.pieces import Place, window
+from casa_assets.textures.laying.pieces import PlacedOutline, window
 from casa_assets.textures.motif.figures import Array, disc, flower, ink, lens
 
 
-class Growth(StrEnum):
+class FoliageKind(StrEnum):
     """What grows there."""
 
     FERN = "fern"
@@ -23,7 +23,7 @@ class Growth(StrEnum):
 
 
 def scatter(
-    canvas: Canvas, growth: Growth, size_m: float, inks: Array, ground: Array, rng: np.random.Generator
+    canvas: Canvas, growth: FoliageKind, size_m: float, inks: Array, ground: Array, rng: np.random.Generator
 ) -> Array:
     """(H, W, 3) sRGB picture of a ground with plants on it.
 
@@ -36,7 +36,7 @@ def scatter(
     soft = canvas.pixel_m / size_m * 1.2
     for x, y, turn, size, number in _spots(canvas, growth, size_m, rng):
         half = 0.62 * size
-        place = Place(x, y, turn, half, half, lambda u, v: u)
+        place = PlacedOutline(x, y, turn, half, half, lambda u, v: u)
         rows, columns, dx, dy = window(place, canvas)
         cos, sin = np.float32(np.cos(turn)), np.float32(np.sin(turn))
         u, v = (cos * dx + sin * dy) / np.float32(size), (cos * dy - sin * dx) / np.float32(size)
@@ -50,7 +50,7 @@ def scatter(
 
 
 def _spots(
-    canvas: Canvas, growth: Growth, size_m: float, rng: np.random.Generator
+    canvas: Canvas, growth: FoliageKind, size_m: float, rng: np.random.Generator
 ) -> list[tuple[float, float, float, float, int]]:
     """Middles, turns, lengths and first inks: one to a cell of a jittered grid, in an order that hides the grid."""
     wide, tall = canvas.tile_m
@@ -160,21 +160,21 @@ def _meadow(u: Array, v: Array) -> list[tuple[Array, int]]:
     return [(blades, 0), (np.maximum(stem, np.maximum.reduce(rays)), 1), (np.maximum.reduce(tops), 2)]
 
 
-_MIXED = (Growth.FERN, Growth.BANANA, Growth.WILLOW)  # inks are shades of one colour: any may come first
-_ANY_WAY = (Growth.FERN, Growth.GINKGO, Growth.BANANA)
+_MIXED = (FoliageKind.FERN, FoliageKind.BANANA, FoliageKind.WILLOW)  # inks are shades of one colour: any may come first
+_ANY_WAY = (FoliageKind.FERN, FoliageKind.GINKGO, FoliageKind.BANANA)
 _DENSE = {
-    Growth.FERN: 2.0,
-    Growth.BANANA: 2.1,
-    Growth.GINKGO: 1.15,
-    Growth.WILLOW: 1.9,
-    Growth.BLOSSOM: 1.35,
-    Growth.MEADOW: 1.9,
+    FoliageKind.FERN: 2.0,
+    FoliageKind.BANANA: 2.1,
+    FoliageKind.GINKGO: 1.15,
+    FoliageKind.WILLOW: 1.9,
+    FoliageKind.BLOSSOM: 1.35,
+    FoliageKind.MEADOW: 1.9,
 }
 _DRAW = {
-    Growth.FERN: _fern,
-    Growth.BANANA: _banana,
-    Growth.GINKGO: _ginkgo,
-    Growth.WILLOW: _willow,
-    Growth.BLOSSOM: _blossom,
-    Growth.MEADOW: _meadow,
+    FoliageKind.FERN: _fern,
+    FoliageKind.BANANA: _banana,
+    FoliageKind.GINKGO: _ginkgo,
+    FoliageKind.WILLOW: _willow,
+    FoliageKind.BLOSSOM: _blossom,
+    FoliageKind.MEADOW: _meadow,
 }

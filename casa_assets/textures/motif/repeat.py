@@ -13,7 +13,7 @@ from casa_assets.textures.motif.figures import Array, diamond, disc, flower, len
 Figures = list[tuple[Array, int]]
 
 
-class Repeat(StrEnum):
+class PaperRepeat(StrEnum):
     """What is in one repeat."""
 
     DAMASK = "damask"
@@ -217,20 +217,20 @@ def _arches(u: Array, v: Array) -> Figures:
     return found
 
 
-REPEATS: dict[Repeat, Callable[[Array, Array], Figures]] = {
-    Repeat.DAMASK: _damask,
-    Repeat.STRIPE: _stripe,
-    Repeat.TICKING: _ticking,
-    Repeat.TRELLIS: _trellis,
-    Repeat.OGEE: _ogee,
-    Repeat.FANS: _fans,
-    Repeat.HEXLINES: _hexlines,
-    Repeat.GINGHAM: _gingham,
-    Repeat.SCALLOP: _scallop,
-    Repeat.DOTS: _dots,
-    Repeat.CHEVRON: _chevron,
-    Repeat.SPRIG: _sprig,
-    Repeat.SUNBURST: _sunburst,
-    Repeat.KEY: _key,
-    Repeat.ARCHES: _arches,
+REPEATS: dict[PaperRepeat, Callable[[Array, Array], Figures]] = {
+    PaperRepeat.DAMASK: _damask,
+    PaperRepeat.STRIPE: _stripe,
+    PaperRepeat.TICKING: _ticking,
+    PaperRepeat.TRELLIS: _trellis,
+    PaperRepeat.OGEE: _ogee,
+    PaperRepeat.FANS: _fans,
+    PaperRepeat.HEXLINES: _hexlines,
+    PaperRepeat.GINGHAM: _gingham,
+    PaperRepeat.SCALLOP: _scallop,
+    PaperRepeat.DOTS: _dots,
+    PaperRepeat.CHEVRON: _chevron,
+    PaperRepeat.SPRIG: _sprig,
+    PaperRepeat.SUNBURST: _sunburst,
+    PaperRepeat.KEY: _key,
+    PaperRepeat.ARCHES: _arches,
 }

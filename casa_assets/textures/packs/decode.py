@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageOps, UnidentifiedImageError
 
-from casa_assets.textures.packs.faults import Fault, refuse
+from casa_assets.textures.packs.faults import PackFault, refuse
 
 FORMATS = ("PNG", "JPEG", "WEBP")
 SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
-LEAST_PX = 512
-MOST_PX = 8192
-LONGEST = 2.0  # sides: a longer strip shows too little of a pattern
+MIN_SIDE_PX = 512
+MAX_SIDE_PX = 8192
+MAX_ASPECT = 2.0  # sides: a longer strip shows too little of a pattern
 _OPAQUE = 250  # of 255: some encoders write 254 for opaque
 _BLANK = 1.5  # of 255: deviation of the noise that encoders add to one colour
 _FAULTS = (OSError, SyntaxError, ValueError, TypeError, IndexError, KeyError, OverflowError, EOFError, struct.error)
@@ -27,7 +27,7 @@ Floats = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Decoded:
+class DecodedPicture:
     """A picture.
 
     Attributes:
@@ -41,7 +41,7 @@ class Decoded:
     notes: tuple[str, ...]
 
 
-def decode(data: bytes) -> Decoded:
+def decode(data: bytes) -> DecodedPicture:
     """The picture in these bytes.
 
     Raises:
@@ -58,23 +58,23 @@ def decode(data: bytes) -> Decoded:
             pixels, notes = _rgb(upright if upright is not None else image)
     except (UnidentifiedImageError, Image.DecompressionBombError) as error:
         large = isinstance(error, Image.DecompressionBombError)
-        fault = Fault.TOO_LARGE if large else Fault.NOT_A_PICTURE
+        fault = PackFault.TOO_LARGE if large else PackFault.NOT_A_PICTURE
         raise refuse(fault, "is far too large" if large else f"is no {', '.join(FORMATS)} file") from None
     except (*_FAULTS, zlib.error) as error:
-        raise refuse(Fault.BROKEN, f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}") from None
+        raise refuse(PackFault.BROKEN, f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}") from None
     if float(np.abs(pixels - pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
-        raise refuse(Fault.BLANK, "shows one colour")
-    return Decoded(pixels, prompt, notes)
+        raise refuse(PackFault.BLANK, "shows one colour")
+    return DecodedPicture(pixels, prompt, notes)
 
 
 def _check_size(width: int, height: int) -> None:
     size = f"{width} x {height} pixels"
-    if max(width, height) > MOST_PX:
-        raise refuse(Fault.TOO_LARGE, f"{size}, over {MOST_PX} a side")
-    if min(width, height) < LEAST_PX:
-        raise refuse(Fault.TOO_SMALL, f"{size}, under {LEAST_PX} a side")
-    if max(width, height) > LONGEST * min(width, height):
-        raise refuse(Fault.TOO_LONG, f"{size}, longer than {LONGEST:g} times its width")
+    if max(width, height) > MAX_SIDE_PX:
+        raise refuse(PackFault.TOO_LARGE, f"{size}, over {MAX_SIDE_PX} a side")
+    if min(width, height) < MIN_SIDE_PX:
+        raise refuse(PackFault.TOO_SMALL, f"{size}, under {MIN_SIDE_PX} a side")
+    if max(width, height) > MAX_ASPECT * min(width, height):
+        raise refuse(PackFault.TOO_LONG, f"{size}, longer than {MAX_ASPECT:g} times its width")
 
 
 def _rgb(image: Image.Image) -> tuple[Floats, tuple[str, ...]]:
@@ -83,7 +83,7 @@ def _rgb(image: Image.Image) -> tuple[Floats, tuple[str, ...]]:
     if mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
         alpha = np.asarray(image.convert("RGBA"))[..., 3]
         if int(alpha.min()) < _OPAQUE:
-            raise refuse(Fault.TRANSPARENT, f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through")
+            raise refuse(PackFault.TRANSPARENT, f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through")
     if mode.startswith("I") or mode == "F":
         raw = np.asarray(image, dtype=np.float32)
         grey = raw / (65535.0 if raw.max() > 255 else 255.0)

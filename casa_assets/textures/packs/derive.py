@@ -12,14 +12,14 @@ from scipy import ndimage
 from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.finish import Surface
 from casa_assets.textures.layers import Layers
-from casa_assets.textures.packs.faults import Fault, refuse
+from casa_assets.textures.packs.faults import PackFault, refuse
 from casa_assets.textures.seam import jump, repair, seam
 
 SIZE_PX = 1024
 # A border whose steps are this many times those inside is seen in a wall of copies. A mended one has less.
-SEAM_SEEN = 1.5
+VISIBLE_SEAM = 1.5
 _MEND_SEAM, _MEND_JUMP = 1.0, 1.5
-SEAM_REFUSED = 2.5
+MAX_SEAM = 2.5
 # Dark is taken to lie deeper: true of joints, pores and cracks, not of what is painted on. So the relief is kept low.
 _RELIEF_M = 0.0006
 _GLOSS = {Surface.WALL: 0.75, Surface.FLOOR: 0.45, Surface.COUNTER: 0.25, Surface.CABINET: 0.45}
@@ -28,7 +28,7 @@ _UNEVEN = 0.15  # roughness between the palest and the darkest detail
 Floats = npt.NDArray[np.float32]
 
 
-class Tile(Record):
+class TiledPicture(Record):
     """A picture made to tile, as it is stored.
 
     Attributes:
@@ -47,7 +47,7 @@ class Tile(Record):
     repaired: bool
 
 
-def tile(pixels: Floats, size_px: int = SIZE_PX) -> Tile:
+def tile(pixels: Floats, size_px: int = SIZE_PX) -> TiledPicture:
     """Scale down, mend the border where it is seen.
 
     Args:
@@ -61,10 +61,10 @@ def tile(pixels: Floats, size_px: int = SIZE_PX) -> Tile:
     mend = before > _MEND_SEAM or jump(small).worst > _MEND_JUMP
     mended = repair(small) if mend else small
     after = seam(mended).worst
-    if after > SEAM_REFUSED:
-        raise refuse(Fault.SEAM, f"its border is {after:.1f} times as strong as the pattern, after mending")
+    if after > MAX_SEAM:
+        raise refuse(PackFault.SEAM, f"its border is {after:.1f} times as strong as the pattern, after mending")
     height, width = mended.shape[:2]
-    return Tile(
+    return TiledPicture(
         base=png(mended),
         width_px=width,
         height_px=height,

@@ -16,7 +16,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 UNKNOWN = "unknown"
 
 
-class Described(Record):
+class PictureDescription(Record):
     """What somebody says of a picture; None is not said. A row of pack.yaml, its `defaults`, or the flags.
 
     Attributes:
@@ -39,13 +39,13 @@ class Described(Record):
     roughness: Share | None = None
     name: Text | None = None
 
-    def over(self, other: Described) -> Described:
+    def over(self, other: PictureDescription) -> PictureDescription:
         """This description, with what it leaves out taken from another."""
         said = {name: getattr(self, name) for name in type(self).model_fields}
-        return Described(**{k: getattr(other, k) if v is None else v for k, v in said.items()})
+        return PictureDescription(**{k: getattr(other, k) if v is None else v for k, v in said.items()})
 
 
-class Picture(Record):
+class PackPicture(Record):
     """A picture of the pack.
 
     Attributes:
@@ -83,7 +83,7 @@ class Picture(Record):
     notes: tuple[str, ...] = ()
 
 
-class Refused(Record):
+class RefusedPicture(Record):
     """A picture that was left out.
 
     Attributes:
@@ -99,7 +99,7 @@ class Refused(Record):
     mend: str
 
 
-class Alike(Record):
+class SimilarPair(Record):
     """Two pictures of a pack that can hardly be told apart; both are kept."""
 
     first: Id
@@ -119,7 +119,7 @@ class Pack(Record):
 
     id: Id
     version: int
-    pictures: tuple[Picture, ...] = ()
-    refused: tuple[Refused, ...] = ()
-    alike: tuple[Alike, ...] = ()
+    pictures: tuple[PackPicture, ...] = ()
+    refused: tuple[RefusedPicture, ...] = ()
+    alike: tuple[SimilarPair, ...] = ()
     ignored: tuple[str, ...] = ()

@@ -20,7 +20,7 @@ from casa_assets import registry
 from casa_assets.checks.check import Check, Measured
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
-from casa_assets.textures.check import OF_SETS
+from casa_assets.textures.check import SET_CHECKS
 from casa_assets.textures.check import TABLE as TEXTURES
 
 ROOT = Path(__file__).parents[3] / "casa_assets"
@@ -71,7 +71,7 @@ def taken_by_key() -> set[str]:
 
 
 def test_every_limit_is_read() -> None:
-    textures = {row.limit for row in TEXTURES} | {key for _, key, _ in OF_SETS.values()}
+    textures = {row.limit for row in TEXTURES} | {key for _, key, _ in SET_CHECKS.values()}
     assert LIMITS.keys() - handed_over() - textures - taken_by_key() == set()
 
 

@@ -12,7 +12,7 @@ from casa_assets.articulate.plan import JointPlan, PartKind, PartPlan
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import Params
 from casa_assets.families.kit.assemble import assemble
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from tests.unit.families.test_kit import SUPPLIES
@@ -22,16 +22,16 @@ QUARTER = math.pi / 2
 
 def built(kind: JointKind) -> Asset:
     """A cupboard with a door of 0.5 m, or a drawer, as a family builds it."""
-    bench = Bench(SUPPLIES)
-    bench.add(ROOT, box((0.5, 0.5, 0.7)), "plain")
-    bench.link("front", at=(-0.25, -0.26, 0.0))
-    bench.add("front", box((0.5, 0.018, 0.7), (0.25, 0.0, 0.0)), "plain")
-    bench.add("front", box((0.012, 0.03, 0.2), (0.46, -0.024, 0.0)), "plain", label="handle", name="front_handle")
+    builder = AssetBuilder(SUPPLIES)
+    builder.add(ROOT, box((0.5, 0.5, 0.7)), "plain")
+    builder.link("front", at=(-0.25, -0.26, 0.0))
+    builder.add("front", box((0.5, 0.018, 0.7), (0.25, 0.0, 0.0)), "plain")
+    builder.add("front", box((0.012, 0.03, 0.2), (0.46, -0.024, 0.0)), "plain", label="handle", name="front_handle")
     if kind is JointKind.HINGE:
-        bench.hinge("front_joint", "front", (0.0, 0.0, -1.0), (0.0, QUARTER), "front_handle")
+        builder.hinge("front_joint", "front", (0.0, 0.0, -1.0), (0.0, QUARTER), "front_handle")
     else:
-        bench.slide("front_joint", "front", (0.0, -1.0, 0.0), (0.0, 0.4), "front_handle")
-    return assemble(bench, "cupboard", Params())
+        builder.slide("front_joint", "front", (0.0, -1.0, 0.0), (0.0, 0.4), "front_handle")
+    return assemble(builder, "cupboard", Params())
 
 
 def found(asset: Asset) -> Joint:

@@ -16,9 +16,9 @@ from casa_assets.families.fixtures.cabinets.base_cabinet import BaseCabinet
 from casa_assets.families.fixtures.cabinets.drawer_stack import DrawerStack
 from casa_assets.families.fixtures.cabinets.island_base import IslandBase, stiles
 from casa_assets.families.parts.fronts import fronts
-from casa_assets.families.parts.fronts.doors import SWING
-from casa_assets.families.parts.fronts.fronts import Edge, FrontKind
-from casa_assets.families.parts.fronts.look import Look
+from casa_assets.families.parts.fronts.doors import DOOR_TRAVEL
+from casa_assets.families.parts.fronts.fronts import FrontEdge, FrontKind
+from casa_assets.families.parts.fronts.look import CabinetLook
 from casa_assets.families.parts.hardware import handles
 from casa_assets.families.parts.hardware.handles import HandleKind
 from casa_assets.model.asset.asset import Asset, JointKind
@@ -68,7 +68,7 @@ def holds(asset: Asset) -> None:
             assert -0.7 <= low <= -0.15
         else:
             assert joint.axis == (0.0, 0.0, 1.0)
-            assert 1.2 <= max(-low, high) <= SWING
+            assert 1.2 <= max(-low, high) <= DOOR_TRAVEL
             assert stays_in_its_width(asset, joint)
             assert min(-low, high) == 0
             assert not joint.name.endswith("leftdoorhinge") or high == 0
@@ -117,7 +117,7 @@ def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:
 
 
 def test_sizes_are_those_asked_for() -> None:
-    params = BaseCabinet(width=0.43, depth=0.58, height=0.87, look=Look(handle=HandleKind.FINGER_GROOVE))
+    params = BaseCabinet(width=0.43, depth=0.58, height=0.87, look=CabinetLook(handle=HandleKind.FINGER_GROOVE))
     found = BY_NAME["base_cabinet"]
     low, high = found.build(params, supplies(found, params)).bounds
     np.testing.assert_allclose(high - low, (0.43, 0.58, 0.87), atol=1e-5)
@@ -156,20 +156,22 @@ def test_parts_clear_each_other_when_all_stand_open(family: str, name: str, tmp_
 
 
 @pytest.mark.parametrize("kind", list(FrontKind))
-@pytest.mark.parametrize("groove", [None, *Edge])
-def test_fronts_fill_their_size_and_are_closed(kind: FrontKind, groove: Edge | None) -> None:
+@pytest.mark.parametrize("groove", [None, *FrontEdge])
+def test_fronts_fill_their_size_and_are_closed(kind: FrontKind, groove: FrontEdge | None) -> None:
     for drawer, height in ((False, 0.72), (True, 0.14), (False, 2.1)):
         parts = fronts.front(kind, 0.4, height, drawer=drawer, groove=groove)
         assert all(p.solid.volume > 0 for p in parts)
         cloud = np.concatenate([p.solid.points for p in parts])
-        np.testing.assert_allclose(cloud.max(axis=0) - cloud.min(axis=0), (0.4, fronts.THICK, height), atol=1e-6)
+        np.testing.assert_allclose(
+            cloud.max(axis=0) - cloud.min(axis=0), (0.4, fronts.FRONT_THICKNESS, height), atol=1e-6
+        )
         assert fronts.is_glazed(kind) == any(p.pane for p in fronts.front(kind, 0.4, 0.72))
 
 
 def test_a_groove_leaves_a_lip() -> None:
-    (part,) = fronts.front(FrontKind.SLAB, 0.5, 0.3, groove=Edge.TOP)
-    top = part.solid.points[part.solid.points[:, 2] > 0.3 - fronts.GROOVE + 0.006]
-    assert top[:, 1].max() == pytest.approx(fronts.LIP, abs=1e-6)
+    (part,) = fronts.front(FrontKind.SLAB, 0.5, 0.3, groove=FrontEdge.TOP)
+    top = part.solid.points[part.solid.points[:, 2] > 0.3 - fronts.GROOVE_DEPTH + 0.006]
+    assert top[:, 1].max() == pytest.approx(fronts.GROOVE_LIP, abs=1e-6)
 
 
 def test_depth_at_finds_the_panel_behind_the_face() -> None:
@@ -194,9 +196,9 @@ def test_handles_stand_on_the_face_and_fit_a_gripper(kind: HandleKind) -> None:
 
 
 def test_stiles_of_an_island_part_doors_from_what_opens_beside_them() -> None:
-    bars = IslandBase(look=Look(handle=HandleKind.BAR))
+    bars = IslandBase(look=CabinetLook(handle=HandleKind.BAR))
     assert min(stiles(bars)) > handles.reach_of(HandleKind.BAR)
-    flush = IslandBase(look=Look(front=FrontKind.SLAB, handle=HandleKind.FINGER_GROOVE))
+    flush = IslandBase(look=CabinetLook(front=FrontKind.SLAB, handle=HandleKind.FINGER_GROOVE))
     assert stiles(flush) == (0.0, 0.0)
 
 

@@ -10,16 +10,21 @@ import numpy as np
 import pytest
 
 from casa_assets.export import mjcf
-from casa_assets.families.fixtures.cooking.microwave_models import Controls, Microwave, Pull, Stand
-from casa_assets.families.fixtures.cooking.range import WIDE
+from casa_assets.families.fixtures.cooking.microwave_models import (
+    Microwave,
+    MicrowaveControls,
+    MicrowaveHandle,
+    MicrowaveMounting,
+)
+from casa_assets.families.fixtures.cooking.range import DOUBLE_OVEN_WIDTH
 from casa_assets.families.fixtures.cooking.range_models import Range
 from casa_assets.families.fixtures.cooking.toaster_oven_models import PanelPlace, ToasterOven
-from casa_assets.families.kit.solids.boolean import common
-from casa_assets.families.parts.cooktop.burners import RIM, spots
+from casa_assets.families.kit.solids.boolean import intersect
+from casa_assets.families.parts.cooktop.burners import DRIP_BOWL_RATIO, spots
 from casa_assets.families.parts.cooktop.grates import cells
 from casa_assets.families.parts.hardware import knobs
 from casa_assets.families.parts.hardware.knobs import KnobStyle
-from casa_assets.families.parts.hardware.readout import BARS, Sign, figures, sign
+from casa_assets.families.parts.hardware.readout import SEGMENTS, KeySign, figures, sign
 from casa_assets.model.asset.asset import Asset
 from casa_assets.registry.families import family_groups
 from tests.family_members import drawn, known, made, preset, unmet
@@ -145,7 +150,7 @@ def test_burners_keep_apart_and_each_has_a_cell(count: int, depth: float) -> Non
     assert len({s.loc for s in places}) == count
     for a, b in combinations(places, 2):
         if a.x == b.x:
-            assert abs(a.y - b.y) > RIM * (a.radius + b.radius)
+            assert abs(a.y - b.y) > DRIP_BOWL_RATIO * (a.radius + b.radius)
     found = cells(places, field, middle)
     assert len(found) == count
     assert sum((c.x[1] - c.x[0]) * (c.y[1] - c.y[0]) for c in found) == pytest.approx(field[0] * field[1])
@@ -159,7 +164,7 @@ def test_a_knob_carries_its_pointer(style: KnobStyle) -> None:
     radius, depth = 0.02, 0.023
     body, extra = knobs._shape(style, radius, depth)
     pointer = knobs._pointer(style, radius, depth)
-    met = sum(common(solid, pointer).volume for solid in (body, *extra) if _meet(solid, pointer))
+    met = sum(intersect(solid, pointer).volume for solid in (body, *extra) if _meet(solid, pointer))
     assert met > 0.05 * pointer.volume
     assert pointer.points[:, 2].max() > max(s.points[:, 2].max() for s in (body, *extra)) - 0.4 * depth
     assert pointer.points[:, 1].min() > 0
@@ -167,14 +172,14 @@ def test_a_knob_carries_its_pointer(style: KnobStyle) -> None:
 
 def _meet(a: object, b: object) -> bool:
     try:
-        common(a, b)  # type: ignore[arg-type]
+        intersect(a, b)  # type: ignore[arg-type]
     except ValueError:
         return False
     return True
 
 
 def test_figures_show_what_they_are_given() -> None:
-    assert len(set(BARS.values())) == len(BARS)
+    assert len(set(SEGMENTS.values())) == len(SEGMENTS)
     assert len(figures("8", 0.02).faces) == 7 * 12
     assert len(figures("1:1", 0.02).faces) == (2 + 2 + 2) * 12
     low, high = figures("12:30", 0.02).bounds
@@ -183,8 +188,8 @@ def test_figures_show_what_they_are_given() -> None:
         figures("x", 0.02)
 
 
-@pytest.mark.parametrize("kind", list(Sign))
-def test_signs_lie_flat_and_fit_their_size(kind: Sign) -> None:
+@pytest.mark.parametrize("kind", list(KeySign))
+def test_signs_lie_flat_and_fit_their_size(kind: KeySign) -> None:
     solid = sign(kind, 0.01)
     low, high = solid.bounds
     assert 0.006 < max(high - low) < 0.0101
@@ -192,12 +197,16 @@ def test_signs_lie_flat_and_fit_their_size(kind: Sign) -> None:
     assert solid.volume > 0
 
 
-@pytest.mark.parametrize(("stand", "pull", "controls"), list(product(Stand, Pull, Controls)))
-def test_every_microwave_has_its_keys_and_handle(stand: Stand, pull: Pull, controls: Controls) -> None:
+@pytest.mark.parametrize(
+    ("stand", "pull", "controls"), list(product(MicrowaveMounting, MicrowaveHandle, MicrowaveControls))
+)
+def test_every_microwave_has_its_keys_and_handle(
+    stand: MicrowaveMounting, pull: MicrowaveHandle, controls: MicrowaveControls
+) -> None:
     asset = made("microwave", Microwave(stand=stand, pull=pull, controls=controls))
     holds("microwave", asset)
     turned = [j.name for j in asset.joints if j.name.startswith("knob_")]
-    assert len(turned) == (2 if controls is Controls.KNOBS else 0)
+    assert len(turned) == (2 if controls is MicrowaveControls.KNOBS else 0)
 
 
 @pytest.mark.parametrize(("place", "tray"), list(product(PanelPlace, (False, True))))
@@ -213,7 +222,7 @@ def test_a_toaster_oven_has_a_rack_or_a_tray(place: PanelPlace, tray: bool) -> N
 
 
 def test_a_wide_range_has_two_ovens() -> None:
-    narrow, wide = (made("range", Range(width=w, burners=6)) for w in (0.91, WIDE + 0.1))
+    narrow, wide = (made("range", Range(width=w, burners=6)) for w in (0.91, DOUBLE_OVEN_WIDTH + 0.1))
     assert [j.name for j in narrow.joints if "door" in j.name] == ["door_joint"]
     assert [j.name for j in wide.joints if "door" in j.name] == ["door_joint", "right_door_joint"]
     behind = {j.name: j.behind for j in wide.joints if j.name.startswith("rack")}

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from casa_assets.families.fixtures.decor import cutting_board
-from casa_assets.families.fixtures.decor.dish_rack_models import DishRack, Form
+from casa_assets.families.fixtures.decor.dish_rack_models import DishRack, DishRackForm
 from casa_assets.families.fixtures.wall_decor import spice_rack, utensil_rack
-from casa_assets.families.parts.decor.hung_tools import Grip, Hung, hung_tool
-from casa_assets.families.parts.decor.jars import Lid, jar
+from casa_assets.families.parts.decor.hung_tools import HungTool, ToolHandle, hung_tool
+from casa_assets.families.parts.decor.jars import JarLid, jar
 from casa_assets.families.parts.hardware.tubs import tub
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.registry.families import family, family_groups
@@ -84,8 +84,8 @@ def test_fifty_draws_differ(family: str) -> None:
     assert len({drawn(family, seed).digest for seed in range(50)}) >= 48
 
 
-@pytest.mark.parametrize("form", list(Form))
-def test_a_dish_rack_has_room_for_a_bowl(form: Form) -> None:
+@pytest.mark.parametrize("form", list(DishRackForm))
+def test_a_dish_rack_has_room_for_a_bowl(form: DishRackForm) -> None:
     asset = made("dish_rack", DishRack(form=form, cup=False))
     room = next(r for r in asset.regions if r.name == "int")
     assert min(room.size[:2]) >= 0.09
@@ -98,8 +98,8 @@ def test_a_dish_rack_holds_the_plates_it_is_given() -> None:
         assert sum(c.name.startswith("plate_") for c in asset.root.colliders) == count
 
 
-@pytest.mark.parametrize("rail", list(utensil_rack.Rail))
-def test_tools_hang_apart_in_front_of_the_wall(rail: utensil_rack.Rail) -> None:
+@pytest.mark.parametrize("rail", list(utensil_rack.RailStyle))
+def test_tools_hang_apart_in_front_of_the_wall(rail: utensil_rack.RailStyle) -> None:
     asset = made("utensil_rack", utensil_rack.UtensilRack(rail=rail, tools=8, length=0.9))
     shafts = [c for c in asset.root.colliders if c.name.endswith("_shaft")]
     assert len(shafts) == 8
@@ -109,9 +109,9 @@ def test_tools_hang_apart_in_front_of_the_wall(rail: utensil_rack.Rail) -> None:
     assert max(c.pose.position[1] for c in shafts) < back - 0.02
 
 
-@pytest.mark.parametrize("kind", list(Hung))
-@pytest.mark.parametrize("grip", list(Grip))
-def test_a_hung_tool_is_closed_and_as_long_as_asked(kind: Hung, grip: Grip) -> None:
+@pytest.mark.parametrize("kind", list(HungTool))
+@pytest.mark.parametrize("grip", list(ToolHandle))
+def test_a_hung_tool_is_closed_and_as_long_as_asked(kind: HungTool, grip: ToolHandle) -> None:
     pieces = hung_tool(kind, grip, 0.3)
     solids = [*pieces.grip, *pieces.metal, *pieces.head]
     assert all(s.volume > 0 for s in solids)
@@ -119,8 +119,8 @@ def test_a_hung_tool_is_closed_and_as_long_as_asked(kind: Hung, grip: Grip) -> N
     assert -0.32 < low < -0.27
 
 
-@pytest.mark.parametrize("lid", list(Lid))
-def test_a_jar_holds_less_than_its_outside_and_is_shut(lid: Lid) -> None:
+@pytest.mark.parametrize("lid", list(JarLid))
+def test_a_jar_holds_less_than_its_outside_and_is_shut(lid: JarLid) -> None:
     found = jar(0.05, 0.15, lid, fill=0.5)
     assert found.inside.volume < found.shell.volume - found.body.volume
     assert found.body.volume < 0.35 * found.shell.volume
@@ -144,9 +144,9 @@ def test_a_leaning_board_stands_up() -> None:
     assert sides(leaning)[2] > 0.2
 
 
-@pytest.mark.parametrize("form", list(spice_rack.Form))
-def test_a_spice_rack_carries_two_tiers(form: spice_rack.Form) -> None:
+@pytest.mark.parametrize("form", list(spice_rack.SpiceRackForm))
+def test_a_spice_rack_carries_two_tiers(form: spice_rack.SpiceRackForm) -> None:
     asset = made("spice_rack", spice_rack.SpiceRack(form=form, columns=4))
     heights = [c.pose.position[2] for c in asset.root.colliders if c.name.startswith("jar_")]
-    assert len(heights) == (10 if form is spice_rack.Form.CAROUSEL else 8)
+    assert len(heights) == (10 if form is spice_rack.SpiceRackForm.CAROUSEL else 8)
     assert max(heights) - min(heights) > 0.015

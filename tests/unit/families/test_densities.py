@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families import kit
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box
 from casa_assets.registry import data_root, read_document
 from casa_assets.registry.families import family
@@ -50,11 +50,11 @@ def test_a_row_is_a_number_or_a_share_of_a_substance() -> None:
 
 def test_a_part_weighs_its_volume_times_the_density_of_that_name() -> None:
     vase = family("vase")
-    bench = Bench(supplies(vase, vase.presets["white_tulips"]))
-    bench.add(ROOT, box((0.1, 0.2, 0.3), ease=0.0), "chrome", density="hood_body")
-    assert bench.pieces[ROOT].weights[0].mass == pytest.approx(0.006 * known().densities["hood_body"])
+    builder = AssetBuilder(supplies(vase, vase.presets["white_tulips"]))
+    builder.add(ROOT, box((0.1, 0.2, 0.3), ease=0.0), "chrome", density="hood_body")
+    assert builder.links[ROOT].masses[0].mass == pytest.approx(0.006 * known().densities["hood_body"])
     with pytest.raises(UnknownId, match="hood_body"):
-        bench.add(ROOT, box((0.1, 0.2, 0.3), ease=0.0), "chrome", density="hood_bodi")
+        builder.add(ROOT, box((0.1, 0.2, 0.3), ease=0.0), "chrome", density="hood_bodi")
 
 
 @pytest.mark.parametrize(

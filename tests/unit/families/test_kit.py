@@ -10,14 +10,14 @@ import pytest
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import FinishId, Params, Supplies
 from casa_assets.families.kit.assemble import assemble
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import ball, board, box, lathe, rod
-from casa_assets.families.kit.solids.boolean import cut, united
-from casa_assets.families.kit.solids.loft import levels, loft, vessel
-from casa_assets.families.kit.solids.skin import skin
+from casa_assets.families.kit.solids.boolean import subtract, union
+from casa_assets.families.kit.solids.loft import inset_rings, loft, vessel
+from casa_assets.families.kit.solids.skin import solid_mesh
 from casa_assets.families.kit.solids.slab import slab
 from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.kit.solids.sweep import circle, frame, prism, rectangle, tube
+from casa_assets.families.kit.solids.sweep import circle, mitred_frame, prism, rectangle, tube
 from casa_assets.geometry.mesh.topology import is_closed
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Substance
@@ -41,7 +41,10 @@ SOLIDS: dict[str, tuple[Solid, float]] = {
     "slab": (slab(rectangle(0.4, 0.3), [(0.0, 0.0), (0.0, 0.03)], [True] * 4), 0.4 * 0.3 * 0.03),
     "pipe": (tube([(0, 0, 0), (0, 0, 0.3)], 0.01), math.pi * 0.01**2 * 0.3),
     "mitred strap": (tube([(0, 0, 0), (0.2, 0, 0), (0.2, 0, 0.2)], rectangle(0.02, 0.01)), 0.4 * 0.0002),
-    "taper": (loft(levels(circle(0.1, 64), [(0.0, 0.0), (0.05, 0.1)])), math.pi * 0.1 / 3 * (0.01 + 0.005 + 0.0025)),
+    "taper": (
+        loft(inset_rings(circle(0.1, 64), [(0.0, 0.0), (0.05, 0.1)])),
+        math.pi * 0.1 / 3 * (0.01 + 0.005 + 0.0025),
+    ),
 }
 
 
@@ -58,25 +61,25 @@ class TestSolid:
 
     def test_keeps_it_when_moved_and_mirrored(self, name: str) -> None:
         solid, _ = SOLIDS[name]
-        for other in (solid.at(1.0, 2.0, 3.0), solid.turned("y", 0.7), solid.mirrored_x()):
+        for other in (solid.translated(1.0, 2.0, 3.0), solid.rotated("y", 0.7), solid.mirrored_x()):
             assert other.volume == pytest.approx(solid.volume, rel=1e-6)
 
     def test_skin_is_true_to_size(self, name: str) -> None:
         solid, _ = SOLIDS[name]
-        mesh = skin(solid, (0.5, 0.8), (0.0, 0.0, 1.0), name)
+        mesh = solid_mesh(solid, (0.5, 0.8), (0.0, 0.0, 1.0), name)
         assert mesh.uv is not None
         corners, shown = mesh.vertices[mesh.faces], mesh.uv[mesh.faces] * np.array([0.5, 0.8])
         for i, j in ((0, 1), (1, 2), (2, 0)):
             true = np.linalg.norm(corners[:, i] - corners[:, j], axis=1)
             flat = np.linalg.norm(shown[:, i] - shown[:, j], axis=1)
-            if solid.spread is None:  # what is laid flat is exact; what is rolled off stretches a little at its seams
+            if solid.uv_m is None:  # what is laid flat is exact; what is rolled off stretches a little at its seams
                 np.testing.assert_allclose(flat, true, atol=1e-6)
             else:
                 assert np.median(np.abs(flat - true)) < 1e-3
 
 
 def test_grain_runs_along_the_height_of_the_picture() -> None:
-    plank = skin(board((0, 0, 0), (1.0, 0.02, 0.1), 0.0), (1.0, 1.0), (1.0, 0.0, 0.0))
+    plank = solid_mesh(board((0, 0, 0), (1.0, 0.02, 0.1), 0.0), (1.0, 1.0), (1.0, 0.0, 0.0))
     assert plank.uv is not None
     front = [f for f in plank.faces if np.ptp(plank.vertices[f][:, 1]) < 1e-9]
     for face in front:
@@ -87,9 +90,9 @@ def test_grain_runs_along_the_height_of_the_picture() -> None:
 
 def test_what_is_cut_away_is_gone() -> None:
     block = box((0.2, 0.2, 0.2), ease=0.0)
-    hollow = cut(block, box((0.1, 0.1, 1.0), ease=0.0))
+    hollow = subtract(block, box((0.1, 0.1, 1.0), ease=0.0))
     assert hollow.volume == pytest.approx(0.008 - 0.002)
-    assert united(block, block.at(0.1)).volume == pytest.approx(0.012)
+    assert union(block, block.translated(0.1)).volume == pytest.approx(0.012)
 
 
 def test_a_vessel_holds_what_it_says() -> None:
@@ -110,16 +113,16 @@ class Lid(Params):
 
 def chest(start_n: float = 7.0) -> Asset:
     """A box with a door of 400 mm, pulled at its edge."""
-    bench = Bench(SUPPLIES)
-    bench.contract = "hinge_cabinet"
-    bench.add(ROOT, board((0, 0.02, 0), (0.4, 0.3, 0.6)), "plain", label="case")
-    bench.link("door", at=(0.0, 0.0, 0.0))
-    bench.add("door", board((0, 0, 0), (0.4, 0.018, 0.6)), "tiled", label="door", name="door_main")
-    bench.add("door", box((0.01, 0.03, 0.1), (0.36, -0.015, 0.3)), "plain", label="handle", name="door_handle_main")
-    bench.hinge("doorhinge", "door", (0, 0, 1), (-math.pi / 2, 0.0), "door_handle_main", start_n=start_n)
-    bench.keyframe("closed")
-    bench.keyframe("open", doorhinge=bench.far("doorhinge"))
-    return assemble(bench, "chest", Lid())
+    builder = AssetBuilder(SUPPLIES)
+    builder.contract = "hinge_cabinet"
+    builder.add(ROOT, board((0, 0.02, 0), (0.4, 0.3, 0.6)), "plain", label="case")
+    builder.link("door", at=(0.0, 0.0, 0.0))
+    builder.add("door", board((0, 0, 0), (0.4, 0.018, 0.6)), "tiled", label="door", name="door_main")
+    builder.add("door", box((0.01, 0.03, 0.1), (0.36, -0.015, 0.3)), "plain", label="handle", name="door_handle_main")
+    builder.hinge("doorhinge", "door", (0, 0, 1), (-math.pi / 2, 0.0), "door_handle_main", start_n=start_n)
+    builder.keyframe("closed")
+    builder.keyframe("open", doorhinge=builder.joint_position("doorhinge"))
+    return assemble(builder, "chest", Lid())
 
 
 class TestBench:
@@ -154,13 +157,13 @@ class TestBench:
         assert key.joints[0].value == pytest.approx(-math.pi / 2)
 
     def test_a_grip_that_is_not_there(self) -> None:
-        bench = Bench(SUPPLIES)
-        bench.add(ROOT, box((0.1, 0.1, 0.1)), "plain")
-        bench.link("flap")
-        bench.add("flap", box((0.1, 0.1, 0.1)), "plain")
-        bench.hinge("flap_joint", "flap", (0, 0, 1), (0.0, 1.0), "no_handle")
+        builder = AssetBuilder(SUPPLIES)
+        builder.add(ROOT, box((0.1, 0.1, 0.1)), "plain")
+        builder.link("flap")
+        builder.add("flap", box((0.1, 0.1, 0.1)), "plain")
+        builder.hinge("flap_joint", "flap", (0, 0, 1), (0.0, 1.0), "no_handle")
         with pytest.raises(ValueError, match="no collider 'no_handle'"):
-            assemble(bench, "chest", Lid())
+            assemble(builder, "chest", Lid())
 
 
 def test_params_name_their_finishes() -> None:
@@ -187,6 +190,6 @@ def test_a_key_is_pressed_by_the_given_forces() -> None:
 
 
 def test_a_moulding_runs_round() -> None:
-    moulding = frame(0.4, 0.6, np.array([(-0.02, 0.0), (0.02, 0.0), (0.02, 0.01), (-0.02, 0.01)]))
+    moulding = mitred_frame(0.4, 0.6, np.array([(-0.02, 0.0), (0.02, 0.0), (0.02, 0.01), (-0.02, 0.01)]))
     assert moulding.volume == pytest.approx(2 * (0.4 + 0.6) * 0.04 * 0.01, rel=0.01)
     assert moulding.bounds[1][0] == pytest.approx(0.22)

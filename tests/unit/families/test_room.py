@@ -13,14 +13,14 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets.families.family import Params
-from casa_assets.families.fixtures.room.room_ceiling import Beams, Ceiling, Coving
+from casa_assets.families.fixtures.room.room_ceiling import Beams, Ceiling, CovingProfile
 from casa_assets.families.fixtures.room.room_floor import Floor
-from casa_assets.families.fixtures.room.room_wall import DENSITY, Opening, Structure, Wall
-from casa_assets.families.fixtures.room.skirting import End, Profile, Skirting, section
-from casa_assets.families.fixtures.room.wall_panelling import Panelling, Panels
+from casa_assets.families.fixtures.room.room_wall import DENSITY, Wall, WallOpening, WallStructure
+from casa_assets.families.fixtures.room.skirting import Skirting, SkirtingEnd, SkirtingProfile, section
+from casa_assets.families.fixtures.room.wall_panelling import Panelling, PanellingStyle
 from casa_assets.families.kit.solids import cells
-from casa_assets.families.kit.solids.moulding import round_the_room, straight
-from casa_assets.families.parts.room_outline import Lay, Outline, inside, spans
+from casa_assets.families.kit.solids.moulding import room_moulding, straight_moulding
+from casa_assets.families.parts.room_outline import LayDirection, Outline, inside, spans
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import is_closed, weld
 from casa_assets.model.asset.asset import Asset, Visual
@@ -31,8 +31,8 @@ from tests.family_members import MANY, TILE_M, known, made, stock
 Floats = npt.NDArray[np.float64]
 BY_NAME = {f.name: f for f in family_groups()["room"]}
 PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
-BAY = Opening(left=1.0, bottom=0.9, width=1.2, height=1.1)
-DOOR = Opening(left=2.6, width=0.9, height=2.1)
+BAY = WallOpening(left=1.0, bottom=0.9, width=1.2, height=1.1)
+DOOR = WallOpening(left=2.6, width=0.9, height=2.1)
 
 
 def visual(asset: Asset, name: str) -> Visual:
@@ -125,15 +125,18 @@ def test_the_largest_of_their_category_are_within_its_range() -> None:
     heavy: list[tuple[str, Params]] = [
         (
             "room_wall",
-            Wall(length=12.0, height=3.6, thickness=0.3, left_more=0.4, right_more=0.4, structure=Structure.BRICK),
+            Wall(length=12.0, height=3.6, thickness=0.3, left_more=0.4, right_more=0.4, structure=WallStructure.BRICK),
         ),
         ("room_floor", Floor(outline=big, thickness=0.15)),
         ("room_ceiling", Ceiling(outline=big, thickness=0.15)),
-        ("skirting", Skirting(length=12.0, height=0.2, thickness=0.03, left=End.OUTER, right=End.OUTER)),
-        ("wall_panelling", Panelling(length=12.0, height=1.8, pitch=0.3, panels=Panels.RAISED)),
+        (
+            "skirting",
+            Skirting(length=12.0, height=0.2, thickness=0.03, left=SkirtingEnd.OUTER, right=SkirtingEnd.OUTER),
+        ),
+        ("wall_panelling", Panelling(length=12.0, height=1.8, pitch=0.3, panels=PanellingStyle.RAISED)),
         ("room_wall", Wall(length=0.3, height=2.2, thickness=0.08)),
         ("skirting", Skirting(length=0.05, height=0.05, thickness=0.008)),
-        ("wall_panelling", Panelling(length=0.3, height=0.6, panels=Panels.BEADBOARD, foot=False)),
+        ("wall_panelling", Panelling(length=0.3, height=0.6, panels=PanellingStyle.BEADBOARD, foot=False)),
     ]
     for family, params in heavy:
         asset, category = made(family, params), known().fixtures[BY_NAME[family].category]
@@ -144,20 +147,20 @@ def test_the_largest_of_their_category_are_within_its_range() -> None:
 
 # Walls ----------------------------------------------------------------------------------------------------------------
 
-HOLES: dict[str, tuple[Opening, ...]] = {
+HOLES: dict[str, tuple[WallOpening, ...]] = {
     "none": (),
     "window": (BAY,),
     "door": (DOOR,),
     "both": (BAY, DOOR),
     "three": (
-        Opening(left=0.2, bottom=0.4, width=0.8, height=0.8),
-        Opening(left=0.6, bottom=1.4, width=0.9, height=0.9),
-        Opening(left=1.6, width=0.7, height=2.0),
+        WallOpening(left=0.2, bottom=0.4, width=0.8, height=0.8),
+        WallOpening(left=0.6, bottom=1.4, width=0.9, height=0.9),
+        WallOpening(left=1.6, width=0.7, height=2.0),
     ),
-    "at_the_left": (Opening(left=0.0, width=0.8, height=2.1),),
-    "at_the_right": (Opening(left=3.2, bottom=0.9, width=0.8, height=1.0),),
-    "to_the_top": (Opening(left=1.0, bottom=1.0, width=1.0, height=1.6),),
-    "through": (Opening(left=1.0, width=1.0, height=2.6),),
+    "at_the_left": (WallOpening(left=0.0, width=0.8, height=2.1),),
+    "at_the_right": (WallOpening(left=3.2, bottom=0.9, width=0.8, height=1.0),),
+    "to_the_top": (WallOpening(left=1.0, bottom=1.0, width=1.0, height=1.6),),
+    "through": (WallOpening(left=1.0, width=1.0, height=2.6),),
 }
 
 
@@ -232,8 +235,8 @@ def test_what_closes_a_corner_stays_out_of_main() -> None:
     assert inner[:, 0] == pytest.approx((low[0], high[0]), abs=1e-6)
 
 
-@pytest.mark.parametrize("structure", list(Structure))
-def test_a_wall_weighs_what_it_is_built_of(structure: Structure) -> None:
+@pytest.mark.parametrize("structure", list(WallStructure))
+def test_a_wall_weighs_what_it_is_built_of(structure: WallStructure) -> None:
     asset = made("room_wall", Wall(length=2.0, height=2.5, thickness=0.1, structure=structure))
     assert asset.mass == pytest.approx(0.5 * known().densities[DENSITY[structure]], rel=1e-5)
 
@@ -241,16 +244,16 @@ def test_a_wall_weighs_what_it_is_built_of(structure: Structure) -> None:
 @pytest.mark.parametrize(
     ("message", "holes"),
     [
-        ("out of the wall at its right", (Opening(left=3.5, width=0.8, height=2.0),)),
-        ("out of the wall at its top", (Opening(left=1.0, bottom=1.0, width=0.8, height=2.0),)),
-        ("openings 0 and 1 overlap", (BAY, Opening(left=1.5, bottom=1.2, width=1.0, height=0.5))),
-        ("openings 0 and 1 overlap", (BAY, Opening(left=2.21, bottom=0.9, width=0.5, height=1.1))),
-        ("openings 0 and 1 overlap", (BAY, Opening(left=2.2, bottom=2.0, width=0.5, height=0.4))),
-        ("of wall at its left", (Opening(left=0.01, width=0.8, height=2.0),)),
-        ("leave nothing", (Opening(left=0.0, width=4.0, height=2.6),)),
+        ("out of the wall at its right", (WallOpening(left=3.5, width=0.8, height=2.0),)),
+        ("out of the wall at its top", (WallOpening(left=1.0, bottom=1.0, width=0.8, height=2.0),)),
+        ("openings 0 and 1 overlap", (BAY, WallOpening(left=1.5, bottom=1.2, width=1.0, height=0.5))),
+        ("openings 0 and 1 overlap", (BAY, WallOpening(left=2.21, bottom=0.9, width=0.5, height=1.1))),
+        ("openings 0 and 1 overlap", (BAY, WallOpening(left=2.2, bottom=2.0, width=0.5, height=0.4))),
+        ("of wall at its left", (WallOpening(left=0.01, width=0.8, height=2.0),)),
+        ("leave nothing", (WallOpening(left=0.0, width=4.0, height=2.6),)),
     ],
 )
-def test_openings_that_do_not_fit_are_refused(message: str, holes: tuple[Opening, ...]) -> None:
+def test_openings_that_do_not_fit_are_refused(message: str, holes: tuple[WallOpening, ...]) -> None:
     with pytest.raises(ValueError, match=message):
         Wall(length=4.0, height=2.6, openings=holes)
 
@@ -329,8 +332,8 @@ def test_either_way_round_is_the_same_floor() -> None:
 
 
 @pytest.mark.parametrize("family", ["room_floor", "room_ceiling"])
-@pytest.mark.parametrize("boards", list(Lay))
-def test_boards_run_as_asked_from_a_corner_of_the_room(family: str, boards: Lay) -> None:
+@pytest.mark.parametrize("boards", list(LayDirection))
+def test_boards_run_as_asked_from_a_corner_of_the_room(family: str, boards: LayDirection) -> None:
     kind: Any = Floor if family == "room_floor" else Ceiling
     asset = made(family, kind(outline=L_ROOM, boards=boards, face="oak_natural"))
     shown = visual(asset, family.removeprefix("room_"))
@@ -338,9 +341,9 @@ def test_boards_run_as_asked_from_a_corner_of_the_room(family: str, boards: Lay)
     at = shown.mesh.vertices
     left_out, back_out = at[:, 0] - low[0], at[:, 1] - low[1]
     if family == "room_floor":  # seen from above; the picture's width runs to the right of its height
-        expected = (high[1] - at[:, 1], left_out) if boards is Lay.X else (left_out, back_out)
+        expected = (high[1] - at[:, 1], left_out) if boards is LayDirection.X else (left_out, back_out)
     else:  # seen from below
-        expected = (back_out, left_out) if boards is Lay.X else (high[0] - at[:, 0], back_out)
+        expected = (back_out, left_out) if boards is LayDirection.X else (high[0] - at[:, 0], back_out)
     assert phase_error(shown, np.column_stack(expected)) < 1e-5
 
 
@@ -366,8 +369,8 @@ def test_outlines_that_are_no_room_are_refused(message: str, outline: Outline) -
         Ceiling(outline=outline)
 
 
-@pytest.mark.parametrize("coving", [c for c in Coving if c is not Coving.NONE])
-def test_coving_goes_round_the_room_without_a_gap(coving: Coving) -> None:
+@pytest.mark.parametrize("coving", [c for c in CovingProfile if c is not CovingProfile.NONE])
+def test_coving_goes_round_the_room_without_a_gap(coving: CovingProfile) -> None:
     p = Ceiling(outline=L_ROOM[::-1], coving=coving, drop=0.08, out=0.06)
     asset = made("room_ceiling", p)
     mesh = visual(asset, "coving").mesh
@@ -390,16 +393,16 @@ def test_coving_goes_round_the_room_without_a_gap(coving: Coving) -> None:
 def test_a_ring_of_moulding_has_the_volume_of_its_section_along_its_middle() -> None:
     square = np.array([(0.0, -0.1), (0.1, -0.1), (0.1, 0.0), (0.0, 0.0)])
     room = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 3.0), (0.0, 3.0)])
-    assert round_the_room(room, square).volume == pytest.approx((2 * 3 - 1.8 * 2.8) * 0.1)
+    assert room_moulding(room, square).volume == pytest.approx((2 * 3 - 1.8 * 2.8) * 0.1)
 
 
 def test_a_coving_too_wide_for_the_room_is_refused() -> None:
     with pytest.raises(ValidationError, match="meets itself"):
-        Ceiling(outline=((0.0, 0.0), (2.0, 0.0), (2.0, 0.3), (0.0, 0.3)), coving=Coving.COVE, out=0.2)
+        Ceiling(outline=((0.0, 0.0), (2.0, 0.0), (2.0, 0.3), (0.0, 0.3)), coving=CovingProfile.COVE, out=0.2)
 
 
-@pytest.mark.parametrize("run", list(Lay))
-def test_beams_run_from_wall_to_wall_and_stay_in_the_room(run: Lay) -> None:
+@pytest.mark.parametrize("run", list(LayDirection))
+def test_beams_run_from_wall_to_wall_and_stay_in_the_room(run: LayDirection) -> None:
     asset = made("room_ceiling", Ceiling(outline=T_ROOM, beams=Beams(count=5, run=run)))
     low = main(asset)[0]
     beams = boxes(asset, "beam")
@@ -408,10 +411,10 @@ def test_beams_run_from_wall_to_wall_and_stay_in_the_room(run: Lay) -> None:
         flat = b[:, :2] - low[:2] + np.array(T_ROOM).min(axis=0)
         tips = np.array([(x, y) for x in flat[:, 0] for y in flat[:, 1]])
         assert has(T_ROOM, tips + 1e-4 * (flat.mean(axis=0) - tips)).all()
-        end = flat[:, 0] if run is Lay.X else flat[:, 1]
-        step = np.array((1.0, 0.0) if run is Lay.X else (0.0, 1.0)) * (float(np.ptp(end)) / 2 + 0.01)
+        end = flat[:, 0] if run is LayDirection.X else flat[:, 1]
+        step = np.array((1.0, 0.0) if run is LayDirection.X else (0.0, 1.0)) * (float(np.ptp(end)) / 2 + 0.01)
         middle = flat.mean(axis=0)
-        side = np.array((0.0, 0.069) if run is Lay.X else (0.069, 0.0))
+        side = np.array((0.0, 0.069) if run is LayDirection.X else (0.069, 0.0))
         for way in (step, -step):  # a centimetre further one side of the beam is in the wall
             assert not has(T_ROOM, np.array([middle + way - side, middle + way + side])).all()
         assert b[0][2] == pytest.approx(low[2] - 0.16, abs=1e-6)
@@ -439,12 +442,12 @@ def test_rectangles_tile_any_grid() -> None:
 # Skirting and panelling -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("profile", list(Profile))
-@pytest.mark.parametrize(("end", "quarter"), [(End.INNER, -1), (End.OUTER, 1)])
-def test_two_mitres_meet_in_a_corner(profile: Profile, end: End, quarter: int) -> None:
+@pytest.mark.parametrize("profile", list(SkirtingProfile))
+@pytest.mark.parametrize(("end", "quarter"), [(SkirtingEnd.INNER, -1), (SkirtingEnd.OUTER, 1)])
+def test_two_mitres_meet_in_a_corner(profile: SkirtingProfile, end: SkirtingEnd, quarter: int) -> None:
     outline = section(Skirting(profile=profile))
-    one = straight(outline, 1.0, 0.0, end.slope)
-    two = straight(outline, 1.0, end.slope, 0.0).turned("z", quarter * math.pi / 2).at(1.0, 0.0, 0.0)
+    one = straight_moulding(outline, 1.0, 0.0, end.slope)
+    two = straight_moulding(outline, 1.0, end.slope, 0.0).rotated("z", quarter * math.pi / 2).translated(1.0, 0.0, 0.0)
     n = len(outline)
     assert one.points[n:] == pytest.approx(two.points[:n], abs=1e-9)
     assert is_closed(one.faces)
@@ -452,7 +455,7 @@ def test_two_mitres_meet_in_a_corner(profile: Profile, end: End, quarter: int) -
 
 
 def test_a_skirting_is_measured_at_the_wall() -> None:
-    for end, more in ((End.SQUARE, 0.0), (End.INNER, 0.0), (End.OUTER, 0.015)):
+    for end, more in ((SkirtingEnd.SQUARE, 0.0), (SkirtingEnd.INNER, 0.0), (SkirtingEnd.OUTER, 0.015)):
         asset = made("skirting", Skirting(length=1.0, right=end))
         low, high = main(asset)
         assert high - low == pytest.approx((1.0 + more, 0.015, 0.1), abs=1e-6)
@@ -461,11 +464,11 @@ def test_a_skirting_is_measured_at_the_wall() -> None:
 
 def test_a_skirting_shorter_than_its_mitres_is_refused() -> None:
     with pytest.raises(ValidationError, match="leave less than 10 mm"):
-        Skirting(length=0.05, thickness=0.03, left=End.INNER, right=End.INNER)
+        Skirting(length=0.05, thickness=0.03, left=SkirtingEnd.INNER, right=SkirtingEnd.INNER)
 
 
-@pytest.mark.parametrize("panels", list(Panels))
-def test_panelling_fills_its_length_and_height(panels: Panels) -> None:
+@pytest.mark.parametrize("panels", list(PanellingStyle))
+def test_panelling_fills_its_length_and_height(panels: PanellingStyle) -> None:
     p = Panelling(length=1.83, height=0.95, panels=panels)
     asset = made("wall_panelling", p)
     low, high = main(asset)

@@ -12,20 +12,20 @@ from casa_assets.textures import wood
 from casa_assets.textures.distance import oklab
 from casa_assets.textures.kind import Canvas
 from casa_assets.textures.kinds import KINDS, cabinets, counters, floors, walls
-from casa_assets.textures.kinds.cabinets.board import Face, Pressed
+from casa_assets.textures.kinds.cabinets.board import FrontFace, PressedFront
 from casa_assets.textures.kinds.cabinets.board import paint as paint_pressed
-from casa_assets.textures.kinds.cabinets.painted import Coat, Painted
+from casa_assets.textures.kinds.cabinets.painted import PaintCoat, PaintedFront
 from casa_assets.textures.kinds.cabinets.painted import paint as paint_painted
 from casa_assets.textures.kinds.cabinets.veneer import Veneer
 from casa_assets.textures.kinds.cabinets.veneer import paint as paint_veneer
 from casa_assets.textures.layers import Map
 from casa_assets.textures.make import make
 from casa_assets.textures.seam import seam
-from casa_assets.textures.wood import Cut, Palette, Species
+from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
 
 RECIPES = recipes()[Surface.CABINET]
 CANVAS = Canvas((240, 240), (0.6, 0.6))
-PALETTE = Palette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818")
+PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818")
 
 
 def steps(image: Map) -> tuple[float, float]:
@@ -76,47 +76,47 @@ def test_colours_are_muted(name: str) -> None:
     assert np.hypot(lab[1], lab[2]) < 0.125
 
 
-@pytest.mark.parametrize("coat", [Coat.SPRAYED, Coat.BRUSHED, Coat.CHALK])
-def test_paint_has_its_colour(coat: Coat) -> None:
-    made = paint_painted(Painted(color="#6d8a78", coat=coat, gloss=0.5), CANVAS, rng_for(1, "p"))
+@pytest.mark.parametrize("coat", [PaintCoat.SPRAYED, PaintCoat.BRUSHED, PaintCoat.CHALK])
+def test_paint_has_its_colour(coat: PaintCoat) -> None:
+    made = paint_painted(PaintedFront(color="#6d8a78", coat=coat, gloss=0.5), CANVAS, rng_for(1, "p"))
     assert made.albedo.mean(axis=(0, 1)) == pytest.approx(wood.rgb("#6d8a78"), abs=0.01)
     assert float(made.roughness.mean()) == pytest.approx(0.5, abs=0.02)
     across, along = steps(made.height_m)
-    if coat is Coat.BRUSHED:
+    if coat is PaintCoat.BRUSHED:
         assert across > 4 * along
 
 
 def test_worn_paint_shows_what_is_under_it() -> None:
     bare = []
     for worn in (0.0, 0.5, 0.9):
-        front = Painted(color="#ffffff", under="#000000", coat=Coat.CHALK, worn=worn)
+        front = PaintedFront(color="#ffffff", under="#000000", coat=PaintCoat.CHALK, worn=worn)
         made = paint_painted(front, CANVAS, rng_for(1, "p"))
         bare.append(float((made.albedo[..., 0] < 0.5).mean()))
     assert bare[0] == 0.0 < bare[1] < bare[2] < 0.9
 
 
 def test_grain_telegraphs_through_the_paint() -> None:
-    oak = Species(pores=0.8)
-    plain = paint_painted(Painted(color="#c0c0c0"), CANVAS, rng_for(1, "p"))
-    grainy = paint_painted(Painted(color="#c0c0c0", species=oak, telegraph=1.0), CANVAS, rng_for(1, "p"))
+    oak = WoodSpecies(pores=0.8)
+    plain = paint_painted(PaintedFront(color="#c0c0c0"), CANVAS, rng_for(1, "p"))
+    grainy = paint_painted(PaintedFront(color="#c0c0c0", species=oak, telegraph=1.0), CANVAS, rng_for(1, "p"))
     assert grainy.height_m.std() > 5 * plain.height_m.std()
     across, along = steps(grainy.albedo.mean(axis=2))
     assert across > 1.5 * along
 
 
 def test_grooves_and_ribs_are_counted() -> None:
-    boards = paint_painted(Painted(color="#c0c0c0", grooves_m=0.1), CANVAS, rng_for(1, "p"))
+    boards = paint_painted(PaintedFront(color="#c0c0c0", grooves_m=0.1), CANVAS, rng_for(1, "p"))
     assert rises(boards.height_m[5]) == 6
-    for face in (Face.RIBBED, Face.FLUTED):
-        front = Pressed(color="#c0c0c0", second="#a0a0a0", face=face, pitch_m=0.03)
+    for face in (FrontFace.RIBBED, FrontFace.FLUTED):
+        front = PressedFront(color="#c0c0c0", second="#a0a0a0", face=face, pitch_m=0.03)
         made = paint_pressed(front, CANVAS, rng_for(1, "p"))
         assert rises(made.height_m[5]) == 20
         assert np.ptp(made.height_m, axis=0).max() == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("face", list(Face))
-def test_faces_tile_and_lie_between_their_colours(face: Face) -> None:
-    front = Pressed(color="#b0a898", second="#807868", face=face, strength=0.7, pitch_m=0.03)
+@pytest.mark.parametrize("face", list(FrontFace))
+def test_faces_tile_and_lie_between_their_colours(face: FrontFace) -> None:
+    front = PressedFront(color="#b0a898", second="#807868", face=face, strength=0.7, pitch_m=0.03)
     made = paint_pressed(front, CANVAS, rng_for(1, "p"))
     assert seam(made.albedo).worst < 1.6
     assert seam(made.height_m[..., None] * 500).worst < 1.6
@@ -127,7 +127,7 @@ def test_faces_tile_and_lie_between_their_colours(face: Face) -> None:
 
 
 def test_gaps_are_dark_and_deep() -> None:
-    closed = Veneer(species=Species(), palette=PALETTE, cut=Cut.FLAT, leaves=4)
+    closed = Veneer(species=WoodSpecies(), palette=PALETTE, cut=SawCut.FLAT, leaves=4)
     gap = paint_veneer(closed.replace(gap_m=0.005), CANVAS, rng_for(1, "v"))
     whole = paint_veneer(closed, CANVAS, rng_for(1, "v"))
     deep = gap.height_m < -0.0015
@@ -136,7 +136,7 @@ def test_gaps_are_dark_and_deep() -> None:
 
 
 def test_weather_greys_and_roughens() -> None:
-    board = Veneer(species=Species(), palette=PALETTE, cut=Cut.FLAT, leaves=4)
+    board = Veneer(species=WoodSpecies(), palette=PALETTE, cut=SawCut.FLAT, leaves=4)
     new, old = (paint_veneer(board.replace(weather=w), CANVAS, rng_for(1, "v")) for w in (0.0, 1.0))
     chroma = [np.hypot(*np.moveaxis(oklab(p.albedo)[..., 1:].mean(axis=(0, 1)), 0, 0)) for p in (new, old)]
     assert chroma[1] < 0.7 * chroma[0]
@@ -144,7 +144,9 @@ def test_weather_greys_and_roughens() -> None:
 
 
 def test_saw_marks_lie_level() -> None:
-    board = Veneer(species=Species(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0), palette=PALETTE, cut=Cut.RIFT)
+    board = Veneer(
+        species=WoodSpecies(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0), palette=PALETTE, cut=SawCut.RIFT
+    )
     sawn = paint_veneer(board.replace(saw_marks=1.0), CANVAS, rng_for(1, "v"))
     across, along = steps(sawn.height_m)
     assert along > 2 * across
@@ -152,7 +154,10 @@ def test_saw_marks_lie_level() -> None:
 
 def test_bamboo_has_nodes() -> None:
     strip = Veneer(
-        species=Species(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0), palette=PALETTE, cut=Cut.QUARTER, leaves=8
+        species=WoodSpecies(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0),
+        palette=PALETTE,
+        cut=SawCut.QUARTER,
+        leaves=8,
     )
     plain, jointed = (paint_veneer(strip.replace(nodes_m=n), CANVAS, rng_for(1, "v")) for n in (0.0, 0.2))
     darker = (plain.albedo - jointed.albedo)[:, 10, 0] > 0.05

@@ -17,7 +17,7 @@ from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures import noise
 from casa_assets.textures.check import TABLE, Pictures, check_pictures, check_set, pictures_of
-from casa_assets.textures.distance import Look, look
+from casa_assets.textures.distance import TextureDescriptor, describe_texture
 from casa_assets.textures.finish import finish, normals
 from casa_assets.textures.make import make
 from casa_assets.textures.swatch import swatch
@@ -118,10 +118,10 @@ def test_every_limit_is_in_the_registry_with_the_unit_of_its_row() -> None:
     assert len({row.code for row in TABLE}) == len(TABLE)
 
 
-def looks(count: int, alike: bool = False) -> dict[str, Look]:
+def looks(count: int, alike: bool = False) -> dict[str, TextureDescriptor]:
     picture = good().base[::4, ::4] / 255.0
     shades = [1.0 if alike else 0.4 + 0.6 * n / count for n in range(count)]
-    return {f"one_{n}": look(picture * shade, (1.0, 1.0)) for n, shade in enumerate(shades)}
+    return {f"one_{n}": describe_texture(picture * shade, (1.0, 1.0)) for n, shade in enumerate(shades)}
 
 
 def test_a_set_that_is_full_and_varied_passes() -> None:

@@ -13,38 +13,38 @@ from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures import wood
 from casa_assets.textures.kind import Canvas
 from casa_assets.textures.kinds import counters
-from casa_assets.textures.kinds.counters.butcher import EndGrain, Staves, paint_blocks, paint_staves
-from casa_assets.textures.kinds.counters.crystals import cells
-from casa_assets.textures.kinds.counters.flow import Banded
+from casa_assets.textures.kinds.counters.butcher import ButcherBlock, EndGrain, paint_blocks, paint_staves
+from casa_assets.textures.kinds.counters.crystals import crystal_cells
+from casa_assets.textures.kinds.counters.flow import BandedStone
 from casa_assets.textures.kinds.counters.flow import paint as paint_banded
 from casa_assets.textures.kinds.counters.granite import Granite, Mineral, Speck
 from casa_assets.textures.kinds.counters.granite import paint as paint_granite
 from casa_assets.textures.kinds.counters.laid import (
-    Glazed,
-    Print,
-    Printed,
-    Tiled,
+    GlazedLava,
+    LaminatePattern,
+    PrintedLaminate,
+    TiledCounter,
     paint_glaze,
     paint_print,
     paint_tiles,
 )
-from casa_assets.textures.kinds.counters.metal import Metal, Tooling
+from casa_assets.textures.kinds.counters.metal import MetalTooling, SheetMetal
 from casa_assets.textures.kinds.counters.metal import paint as paint_metal
-from casa_assets.textures.kinds.counters.speckled import Chips, Made
+from casa_assets.textures.kinds.counters.speckled import ChipSize, MadeStone
 from casa_assets.textures.kinds.counters.speckled import paint as paint_made
-from casa_assets.textures.kinds.counters.veined import Course, Vein, Veined
+from casa_assets.textures.kinds.counters.veined import Vein, VeinCourse, VeinedStone
 from casa_assets.textures.kinds.counters.veined import paint as paint_veined
 from casa_assets.textures.layers import Layers, Map
 from casa_assets.textures.make import make
 from casa_assets.textures.seam import seam
 from casa_assets.textures.sheet import Sheet
-from casa_assets.textures.wood import Palette, Species
+from casa_assets.textures.wood import WoodPalette, WoodSpecies
 
 RECIPES = recipes()[Surface.COUNTER]
 CANVAS = Canvas((240, 240), (0.6, 0.6))
 WHITE, BLACK = "#ffffff", "#000000"
-PALETTE = Palette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818", variety=0.0)
-QUIET = Species(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
+PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818", variety=0.0)
+QUIET = WoodSpecies(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
 
 
 def runs(row: Map) -> int:
@@ -91,7 +91,7 @@ def test_another_size_shows_the_same_design(name: str) -> None:
 
 def test_cells_have_their_size_and_close() -> None:
     sheet = Sheet((200, 200), (0.5, 0.5))
-    found = cells(sheet, 0.05, rng_for(1, "cells"))
+    found = crystal_cells(sheet, 0.05, rng_for(1, "cells"))
     assert found.count == 100
     assert len(np.unique(found.id)) == 100
     assert np.all(found.near_m <= found.second_m)
@@ -126,13 +126,13 @@ def test_orbs_are_round_and_larger_than_the_grain() -> None:
     assert 0.005 < np.median(lengths) < 0.06
 
 
-@pytest.mark.parametrize("course", list(Course))
-def test_veins_have_their_width(course: Course) -> None:
+@pytest.mark.parametrize("course", list(VeinCourse))
+def test_veins_have_their_width(course: VeinCourse) -> None:
     """Twice the width is about twice the ink; the widest place is near the width that was asked for."""
     ink = []
     for width in (0.006, 0.012):
         vein = Vein(color=BLACK, strength=1, course=course, spacing_m=0.15, width_m=width, bleed=0, gaps=0, wobble=0.2)
-        stone = Veined(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
+        stone = VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
         ink.append(1.0 - float(paint_veined(stone, CANVAS, rng_for(2, "v")).albedo.mean()))
     assert ink[0] > 0.01
     assert 1.5 < ink[1] / ink[0] < 2.5
@@ -142,13 +142,13 @@ def test_veins_that_are_gone_leave_the_stone() -> None:
     vein = Vein(color=BLACK, strength=1, spacing_m=0.15, width_m=0.01, bleed=0)
     inks = []
     for gaps in (0.0, 1.0):
-        stone = Veined(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein.replace(gaps=gaps),))
+        stone = VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein.replace(gaps=gaps),))
         inks.append(1.0 - float(paint_veined(stone, CANVAS, rng_for(2, "v")).albedo.mean()))
     assert inks[1] < 0.5 * inks[0]
 
 
 def test_layers_are_counted() -> None:
-    stone = Banded(colors=(WHITE, BLACK), layers=5, fold_m=0.0, fine=0, mottle=0)
+    stone = BandedStone(colors=(WHITE, BLACK), layers=5, fold_m=0.0, fine=0, mottle=0)
     made = paint_banded(stone, CANVAS, rng_for(1, "b"))
     assert runs(made.albedo[:, 7, 0]) == 5
     pitted = paint_banded(stone.replace(pits=0.8), CANVAS, rng_for(1, "b"))
@@ -157,10 +157,10 @@ def test_layers_are_counted() -> None:
 
 def test_chips_lie_beside_each_other() -> None:
     """Large and small chips cover their places, a small one never on a large one."""
-    large = Chips(colors=(BLACK,), size_m=0.05, share=1.0, spread=0)
-    small = Chips(colors=("#ff0000",), size_m=0.01, share=1.0, spread=0)
-    made = paint_made(Made(binder=WHITE, clouds=0, chips=(large, small)), CANVAS, rng_for(1, "m")).albedo
-    alone = paint_made(Made(binder=WHITE, clouds=0, chips=(large,)), CANVAS, rng_for(1, "m")).albedo
+    large = ChipSize(colors=(BLACK,), size_m=0.05, share=1.0, spread=0)
+    small = ChipSize(colors=("#ff0000",), size_m=0.01, share=1.0, spread=0)
+    made = paint_made(MadeStone(binder=WHITE, clouds=0, chips=(large, small)), CANVAS, rng_for(1, "m")).albedo
+    alone = paint_made(MadeStone(binder=WHITE, clouds=0, chips=(large,)), CANVAS, rng_for(1, "m")).albedo
     inside = alone.max(axis=2) < 0.02
     assert 0.2 < inside.mean() < 0.9
     assert made[inside].max() < 0.05
@@ -169,7 +169,7 @@ def test_chips_lie_beside_each_other() -> None:
 
 def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
     """0.6 m hold ten staves of 0.06 m, each of one tone from end to end, with a dark line between two."""
-    staves = Staves(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.6)
+    staves = ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.6)
     made = paint_staves(staves, CANVAS, rng_for(1, "s")).albedo[..., 0]
     bodies = made.reshape(10, 24, 240)[:, 4:-4]
     assert len(np.unique(bodies.mean(axis=(1, 2)).round(3))) == 10
@@ -179,7 +179,7 @@ def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
 
 
 def test_pieces_end_at_different_places() -> None:
-    staves = Staves(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.3)
+    staves = ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.3)
     made = paint_staves(staves, CANVAS, rng_for(1, "s")).albedo[..., 0]
     ends = [np.flatnonzero(np.abs(np.diff(row)) > 0.004) for row in made[12::24]]
     assert all(len(e) >= 2 for e in ends)
@@ -188,7 +188,7 @@ def test_pieces_end_at_different_places() -> None:
 
 
 def test_blocks_are_square_and_two_woods_take_turns() -> None:
-    pale, dark = PALETTE, Palette(light="#403020", dark="#201810", pore="#100c08", heart="#080604", variety=0.0)
+    pale, dark = PALETTE, WoodPalette(light="#403020", dark="#201810", pore="#100c08", heart="#080604", variety=0.0)
     blocks = EndGrain(species=QUIET, palette=pale, second=dark, block_m=0.1, bond=0.0)
     made = paint_blocks(blocks, CANVAS, rng_for(1, "e")).albedo[..., 0]
     assert runs(made[20]) == runs(made[:, 20]) == 3  # six blocks, three of each
@@ -197,7 +197,7 @@ def test_blocks_are_square_and_two_woods_take_turns() -> None:
 
 
 def test_tiles_and_joints_are_as_wide_as_stated() -> None:
-    tiles = Tiled(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, uneven=0)
+    tiles = TiledCounter(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, uneven=0)
     made = paint_tiles(tiles, CANVAS, rng_for(1, "t"))
     assert runs(made.albedo[20, :, 0]) == 4
     assert runs(made.albedo[:, 30, 0]) == 6
@@ -209,28 +209,30 @@ def test_tiles_and_joints_are_as_wide_as_stated() -> None:
 
 
 def test_checkered_tiles_take_turns_over_the_border() -> None:
-    tiles = Tiled(colors=(WHITE, "#404040"), grout=BLACK, width_m=0.12, height_m=0.12, checker=True, uneven=0)
+    tiles = TiledCounter(colors=(WHITE, "#404040"), grout=BLACK, width_m=0.12, height_m=0.12, checker=True, uneven=0)
     made = paint_tiles(tiles, CANVAS, rng_for(1, "t")).albedo[..., 0]  # five columns would not close: six are laid
     assert made[20, 20] != pytest.approx(made[20, 230], abs=0.2)
 
 
-@pytest.mark.parametrize("tooling", list(Tooling))
-def test_metal_tiles_and_shows_its_tool(tooling: Tooling) -> None:
-    made = paint_metal(Metal(color="#b0b0b0", aged="#707070", tooling=tooling, mark_m=0.03), CANVAS, rng_for(1, "m"))
+@pytest.mark.parametrize("tooling", list(MetalTooling))
+def test_metal_tiles_and_shows_its_tool(tooling: MetalTooling) -> None:
+    made = paint_metal(
+        SheetMetal(color="#b0b0b0", aged="#707070", tooling=tooling, mark_m=0.03), CANVAS, rng_for(1, "m")
+    )
     assert seam(made.albedo).worst < 1.6
     assert made.metallic == 1.0
     across = float(np.abs(np.diff(made.albedo[..., 0], axis=1)).mean())
     along = float(np.abs(np.diff(made.albedo[..., 0], axis=0)).mean())
-    if tooling in (Tooling.ALONG, Tooling.ROLLED):
+    if tooling in (MetalTooling.ALONG, MetalTooling.ROLLED):
         assert along > 3 * across
-    elif tooling is Tooling.UPRIGHT:
+    elif tooling is MetalTooling.UPRIGHT:
         assert across > 3 * along
     else:
         assert 0.3 < along / across < 3.5
 
 
 def test_patina_and_spots_age_the_metal() -> None:
-    clean = Metal(color="#b0b0b0", aged="#303030", tooling=Tooling.ROLLED)
+    clean = SheetMetal(color="#b0b0b0", aged="#303030", tooling=MetalTooling.ROLLED)
     shares = [paint_metal(clean.replace(patina=p), CANVAS, rng_for(1, "m")) for p in (0.0, 0.4, 0.9)]
     assert shares[0].albedo.mean() > shares[1].albedo.mean() > shares[2].albedo.mean()
     assert shares[0].roughness.mean() < shares[2].roughness.mean()
@@ -238,9 +240,9 @@ def test_patina_and_spots_age_the_metal() -> None:
     assert spotted.albedo.mean() < shares[0].albedo.mean()
 
 
-@pytest.mark.parametrize("pattern", list(Print))
-def test_prints_use_their_inks(pattern: Print) -> None:
-    sheet = Printed(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
+@pytest.mark.parametrize("pattern", list(LaminatePattern))
+def test_prints_use_their_inks(pattern: LaminatePattern) -> None:
+    sheet = PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
     made: Layers = paint_print(sheet, CANVAS, rng_for(1, "p"))
     inked = made.albedo.min(axis=2) < 0.7
     assert 0.01 < inked.mean() < 0.95
@@ -248,7 +250,7 @@ def test_prints_use_their_inks(pattern: Print) -> None:
 
 
 def test_crackle_is_a_fine_net() -> None:
-    plain = Glazed(color="#e0e0e0", deep="#e0e0e0", crackle=0.0, crackle_m=0.06)
+    plain = GlazedLava(color="#e0e0e0", deep="#e0e0e0", crackle=0.0, crackle_m=0.06)
     still, cracked = (paint_glaze(g, CANVAS, rng_for(1, "g")) for g in (plain, plain.replace(crackle=1.0)))
     lines = still.albedo[..., 0] - cracked.albedo[..., 0] > 0.05
     assert 0.005 < lines.mean() < 0.2

@@ -9,7 +9,15 @@ from casa_assets.core.sampling import rng_for
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures import noise
-from casa_assets.textures.distance import NEARLY_ALIKE, Look, closest_pairs, distance, look, oklab, pairwise
+from casa_assets.textures.distance import (
+    NEARLY_ALIKE,
+    TextureDescriptor,
+    closest_pairs,
+    describe_texture,
+    distance,
+    oklab,
+    pairwise,
+)
 from casa_assets.textures.layers import Map
 from casa_assets.textures.make import make
 
@@ -24,8 +32,8 @@ def stripes(seed: int = 1, across_m: float = 0.02, color: tuple[float, float, fl
     return np.asarray(np.clip(np.array(color)[None, None, :] * tone[..., None], 0.0, 1.0), dtype=np.float32)
 
 
-def seen(albedo: Map) -> Look:
-    return look(albedo, TILE)
+def seen(albedo: Map) -> TextureDescriptor:
+    return describe_texture(albedo, TILE)
 
 
 def test_same_is_zero_and_distance_is_symmetric() -> None:
@@ -56,14 +64,14 @@ def test_gloss_and_relief_count() -> None:
     picture = stripes(1)
     flat, rough = np.zeros((160, 160)), 0.002 * noise.gradient((160, 160), (20, 20), rng_for(1, "relief"))
     matt, shiny = np.full((160, 160), 0.8), np.full((160, 160), 0.1)
-    plain = look(picture, TILE, matt, flat)
-    assert distance(plain, look(picture, TILE, shiny, flat)) > NEARLY_ALIKE
-    assert distance(plain, look(picture, TILE, matt, rough)) > 0.5
+    plain = describe_texture(picture, TILE, matt, flat)
+    assert distance(plain, describe_texture(picture, TILE, shiny, flat)) > NEARLY_ALIKE
+    assert distance(plain, describe_texture(picture, TILE, matt, rough)) > 0.5
 
 
 def test_size_in_metres_counts_not_pixels() -> None:
     """The same picture on a tile of twice the size has stripes twice as wide."""
-    assert distance(look(stripes(1), (0.8, 0.8)), look(stripes(1), (1.6, 1.6))) > 0.8
+    assert distance(describe_texture(stripes(1), (0.8, 0.8)), describe_texture(stripes(1), (1.6, 1.6))) > 0.8
     fine, coarse = stripes(1), stripes(1)[::2, ::2]
     assert distance(seen(fine), seen(coarse)) < 0.5
 
@@ -100,7 +108,7 @@ def test_every_pair_of_ours_is_distinct(surface: Surface) -> None:
     looks = {}
     for name, recipe in recipes()[surface].items():
         picture = make(recipe, 128)
-        looks[name] = look(picture.albedo, recipe.tile_m, picture.roughness, picture.height_m)
+        looks[name] = describe_texture(picture.albedo, recipe.tile_m, picture.roughness, picture.height_m)
     assert len(looks) == 100
     assert closest_pairs(looks, below=NEARLY_ALIKE) == ()
 
@@ -110,7 +118,7 @@ def test_two_seeds_of_one_recipe_are_nearly_alike(surface: Surface) -> None:
     far = {}
     for name, recipe in list(recipes()[surface].items())[::3]:
         one, other = make(recipe, 128), make(recipe.replace(seed=recipe.seed + 7777), 128)
-        looks = [look(p.albedo, recipe.tile_m, p.roughness, p.height_m) for p in (one, other)]
+        looks = [describe_texture(p.albedo, recipe.tile_m, p.roughness, p.height_m) for p in (one, other)]
         if distance(*looks) > NEARLY_ALIKE:
             far[name] = distance(*looks)
     assert far == {}

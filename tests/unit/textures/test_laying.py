@@ -10,40 +10,40 @@ from casa_assets.textures.kind import Canvas
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying import rubble
 from casa_assets.textures.laying.inlay import Slab, dealt, inlay
-from casa_assets.textures.laying.joint import Edge, Joint, gap, profile
-from casa_assets.textures.laying.laying import Laying, Pattern, lay
-from casa_assets.textures.laying.pieces import Pieces, box, disc, polygon, whole
+from casa_assets.textures.laying.joint import Joint, TileEdge, gap, profile
+from casa_assets.textures.laying.laying import Laying, LayingPattern, lay
+from casa_assets.textures.laying.pieces import PieceMap, box, disc, polygon, whole
 
 R2, R3 = float(np.sqrt(2.0)), float(np.sqrt(3.0))
 # Pattern -> laying, picture in metres, area of one module in square metres, pieces in the picture.
 TILINGS: dict[str, tuple[Laying, tuple[float, float], int]] = {
-    "stacked": (Laying(pattern=Pattern.RUNNING, width_m=0.1, length_m=0.2), (0.8, 0.6), 24),
-    "running": (Laying(pattern=Pattern.RUNNING, width_m=0.1, length_m=0.2, bond=0.5), (0.8, 0.6), 24),
+    "stacked": (Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.2), (0.8, 0.6), 24),
+    "running": (Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.2, bond=0.5), (0.8, 0.6), 24),
     "upright third": (
-        Laying(pattern=Pattern.RUNNING, width_m=0.1, length_m=0.2, bond=1 / 3, upright=True), (0.6, 0.8), 24),
-    "basket": (Laying(pattern=Pattern.BASKET, width_m=0.1, length_m=0.3), (1.2, 0.6), 24),
-    "herringbone": (Laying(pattern=Pattern.HERRINGBONE, width_m=0.1, length_m=0.3), (0.6, 0.6), 12),
+        Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.2, bond=1 / 3, upright=True), (0.6, 0.8), 24),
+    "basket": (Laying(pattern=LayingPattern.BASKET, width_m=0.1, length_m=0.3), (1.2, 0.6), 24),
+    "herringbone": (Laying(pattern=LayingPattern.HERRINGBONE, width_m=0.1, length_m=0.3), (0.6, 0.6), 12),
     "herringbone slant": (
-        Laying(pattern=Pattern.HERRINGBONE, width_m=0.1, length_m=0.3, slant=True), (0.6 * R2, 0.6 * R2), 24),
-    "chevron": (Laying(pattern=Pattern.CHEVRON, width_m=0.1, length_m=0.4), (0.8 / R2, 0.4 * R2), 8),
-    "ashlar": (Laying(pattern=Pattern.ASHLAR, width_m=0.1), (1.0, 0.8), 0),
-    "panel": (Laying(pattern=Pattern.PANEL, width_m=0.05, length_m=0.6), (0.6, 0.6), 0),
-    "hexagon": (Laying(pattern=Pattern.HEXAGON, width_m=0.1), (0.6, 0.1 * R3 * 3), 36),
-    "picket": (Laying(pattern=Pattern.PICKET, width_m=0.1, length_m=0.3), (0.6, 0.5), 12),
-    "diamond": (Laying(pattern=Pattern.DIAMOND, width_m=0.1, length_m=0.2), (0.6, 0.6), 36),
-    "scale": (Laying(pattern=Pattern.SCALE, width_m=0.1), (0.6, 0.6), 72),
-    "lantern": (Laying(pattern=Pattern.LANTERN, width_m=0.1, length_m=0.2), (0.6, 0.6), 36),
-    "octagon": (Laying(pattern=Pattern.OCTAGON, width_m=0.1), (0.6, 0.6), 72),
-    "star": (Laying(pattern=Pattern.STAR, width_m=0.2), (0.6, 0.6), 18),
-    "cube": (Laying(pattern=Pattern.CUBE, width_m=0.2), (0.6, 0.2 * R3 * 2), 36),
-    "planks": (Laying(pattern=Pattern.PLANKS, width_m=0.1, length_m=0.5, upright=True), (0.6, 1.0), 12),
-    "ledge": (Laying(pattern=Pattern.LEDGE, width_m=0.09, length_m=0.3), (0.9, 0.9), 0),
+        Laying(pattern=LayingPattern.HERRINGBONE, width_m=0.1, length_m=0.3, slant=True), (0.6 * R2, 0.6 * R2), 24),
+    "chevron": (Laying(pattern=LayingPattern.CHEVRON, width_m=0.1, length_m=0.4), (0.8 / R2, 0.4 * R2), 8),
+    "ashlar": (Laying(pattern=LayingPattern.ASHLAR, width_m=0.1), (1.0, 0.8), 0),
+    "panel": (Laying(pattern=LayingPattern.PANEL, width_m=0.05, length_m=0.6), (0.6, 0.6), 0),
+    "hexagon": (Laying(pattern=LayingPattern.HEXAGON, width_m=0.1), (0.6, 0.1 * R3 * 3), 36),
+    "picket": (Laying(pattern=LayingPattern.PICKET, width_m=0.1, length_m=0.3), (0.6, 0.5), 12),
+    "diamond": (Laying(pattern=LayingPattern.DIAMOND, width_m=0.1, length_m=0.2), (0.6, 0.6), 36),
+    "scale": (Laying(pattern=LayingPattern.SCALE, width_m=0.1), (0.6, 0.6), 72),
+    "lantern": (Laying(pattern=LayingPattern.LANTERN, width_m=0.1, length_m=0.2), (0.6, 0.6), 36),
+    "octagon": (Laying(pattern=LayingPattern.OCTAGON, width_m=0.1), (0.6, 0.6), 72),
+    "star": (Laying(pattern=LayingPattern.STAR, width_m=0.2), (0.6, 0.6), 18),
+    "cube": (Laying(pattern=LayingPattern.CUBE, width_m=0.2), (0.6, 0.2 * R3 * 2), 36),
+    "planks": (Laying(pattern=LayingPattern.PLANKS, width_m=0.1, length_m=0.5, upright=True), (0.6, 1.0), 12),
+    "ledge": (Laying(pattern=LayingPattern.LEDGE, width_m=0.09, length_m=0.3), (0.9, 0.9), 0),
 }  # fmt: skip
 
 UNEQUAL = {"octagon", "star", "planks", "ashlar", "panel", "ledge"}
 
 
-def laid(name: str, px_per_m: int = 400) -> tuple[Pieces, Canvas]:
+def laid(name: str, px_per_m: int = 400) -> tuple[PieceMap, Canvas]:
     laying, tile, _ = TILINGS[name]
     canvas = Canvas((round(tile[1] * px_per_m), round(tile[0] * px_per_m)), tile)
     return lay(laying, canvas, rng_for(1, name)), canvas
@@ -102,7 +102,7 @@ def test_design_does_not_hang_on_pixels() -> None:
 
 def test_pennies_leave_the_gaps_of_circles() -> None:
     canvas = Canvas((round(0.1 * R3 * 2 * 400), 160), (0.4, 0.1 * R3 * 2))
-    pieces = lay(Laying(pattern=Pattern.PENNY, width_m=0.1), canvas, rng_for(1, "p"))
+    pieces = lay(Laying(pattern=LayingPattern.PENNY, width_m=0.1), canvas, rng_for(1, "p"))
     covered = float((pieces.inside_m > 0).mean())
     assert covered == pytest.approx(np.pi * 0.0475**2 / (0.1 * 0.1 * R3 / 2), abs=0.01)
 
@@ -121,7 +121,7 @@ def test_a_picture_that_holds_no_whole_number_is_an_error(length: float, module:
 
 
 def test_rows_that_do_not_close_are_an_error() -> None:
-    laying = Laying(pattern=Pattern.RUNNING, width_m=0.1, length_m=0.2, bond=0.5)
+    laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.2, bond=0.5)
     with pytest.raises(ValueError, match="do not close"):
         lay(laying, Canvas((50, 40), (0.4, 0.5)), rng_for(1, "x"))
 
@@ -144,8 +144,8 @@ def test_a_joint_covers_its_width_at_any_resolution() -> None:
         assert share.sum() * pixel == pytest.approx(0.003, rel=0.02)
 
 
-@pytest.mark.parametrize("edge", Edge)
-def test_rims_fall_off_by_the_stated_drop(edge: Edge) -> None:
+@pytest.mark.parametrize("edge", TileEdge)
+def test_rims_fall_off_by_the_stated_drop(edge: TileEdge) -> None:
     joint = Joint(edge=edge, edge_m=0.004, drop_m=0.001)
     depth = profile(joint, np.array([[0.0, 0.002, 0.05]], dtype=np.float32))
     np.testing.assert_allclose(depth[0, [0, 2]], [-0.001, 0.0], atol=1e-5)

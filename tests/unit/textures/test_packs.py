@@ -22,13 +22,13 @@ from casa_assets.textures import noise
 from casa_assets.textures.packs import decode as decoding
 from casa_assets.textures.packs.decode import decode
 from casa_assets.textures.packs.derive import layers, tile
-from casa_assets.textures.packs.entry import Described
-from casa_assets.textures.packs.faults import MEND, Fault
+from casa_assets.textures.packs.entry import PictureDescription
+from casa_assets.textures.packs.faults import REMEDIES, PackFault
 from casa_assets.textures.packs.naming import slug, unique_ids
 from casa_assets.textures.seam import seam
 
 Pixels = npt.NDArray[np.uint8]
-FLAGS = Described(surface=Surface.WALL, tile_m=(1.0, 1.0), licence="CC0-1.0")
+FLAGS = PictureDescription(surface=Surface.WALL, tile_m=(1.0, 1.0), licence="CC0-1.0")
 
 
 def pixels(seed: int = 1, width: int = 520, height: int = 520, color: tuple[int, int, int] = (150, 120, 90)) -> Pixels:
@@ -44,7 +44,7 @@ def encoded(image: Pixels, kind: str = "PNG") -> bytes:
     return out.getvalue()
 
 
-def taken(folder: Path, library: Path, flags: Described = FLAGS) -> PackReport:
+def taken(folder: Path, library: Path, flags: PictureDescription = FLAGS) -> PackReport:
     return ingest_pack(folder, PackOptions(library=library, pack="my stones", flags=flags))
 
 
@@ -148,22 +148,22 @@ def _transparent() -> bytes:
 
 
 BAD = {
-    Fault.NOT_A_PICTURE: b"GIF89a not a picture at all",
-    Fault.BROKEN: encoded(pixels())[:4000],
-    Fault.TOO_LARGE: encoded(np.zeros((1, 9000, 3), np.uint8)),
-    Fault.TOO_SMALL: encoded(pixels(1, 511, 600)),
-    Fault.TOO_LONG: encoded(pixels(1, 1100, 540)),
-    Fault.TRANSPARENT: _transparent(),
-    Fault.BLANK: encoded(np.full((520, 520, 3), 7, np.uint8)),
+    PackFault.NOT_A_PICTURE: b"GIF89a not a picture at all",
+    PackFault.BROKEN: encoded(pixels())[:4000],
+    PackFault.TOO_LARGE: encoded(np.zeros((1, 9000, 3), np.uint8)),
+    PackFault.TOO_SMALL: encoded(pixels(1, 511, 600)),
+    PackFault.TOO_LONG: encoded(pixels(1, 1100, 540)),
+    PackFault.TRANSPARENT: _transparent(),
+    PackFault.BLANK: encoded(np.full((520, 520, 3), 7, np.uint8)),
 }
 
 
 @pytest.mark.parametrize("fault", list(BAD))
-def test_a_bad_picture_is_left_out_with_its_reason(fault: Fault, folder: Path, tmp_path: Path) -> None:
+def test_a_bad_picture_is_left_out_with_its_reason(fault: PackFault, folder: Path, tmp_path: Path) -> None:
     (folder / "bad.png").write_bytes(BAD[fault])
     report = taken(folder, tmp_path / "lib")
     assert [(r.source, r.code) for r in report.pack.refused] == [("bad.png", fault.value)]
-    assert report.pack.refused[0].mend == MEND[fault]
+    assert report.pack.refused[0].mend == REMEDIES[fault]
     assert len(report.pack.pictures) == 2
 
 
@@ -174,7 +174,7 @@ def test_a_header_that_lies_is_not_unpacked(folder: Path, tmp_path: Path) -> Non
     bomb[29:33] = zlib.crc32(bytes(bomb[12:29])).to_bytes(4, "big")
     (folder / "bomb.png").write_bytes(bytes(bomb))
     refused = taken(folder, tmp_path / "lib").pack.refused
-    assert [r.code for r in refused] == [Fault.TOO_LARGE.value]
+    assert [r.code for r in refused] == [PackFault.TOO_LARGE.value]
 
 
 def test_a_picture_that_cannot_be_mended_is_refused(
@@ -182,7 +182,7 @@ def test_a_picture_that_cannot_be_mended_is_refused(
 ) -> None:
     monkeypatch.setattr("casa_assets.textures.packs.derive.repair", lambda image: image)
     refused = taken(folder, tmp_path / "lib").pack.refused
-    assert {r.code for r in refused} == {Fault.SEAM.value}
+    assert {r.code for r in refused} == {PackFault.SEAM.value}
 
 
 def test_links_out_of_the_folder_are_not_followed(folder: Path, tmp_path: Path) -> None:
@@ -197,7 +197,7 @@ def test_duplicates_are_named(folder: Path, tmp_path: Path) -> None:
     (folder / "zz_copy.png").write_bytes((folder / "Old Brick 01.png").read_bytes())
     (folder / "other.jpg").write_bytes(encoded(pixels(1), "JPEG"))  # the same picture, other bytes
     pack = taken(folder, tmp_path / "lib").pack
-    assert [(r.source, r.code) for r in pack.refused] == [("zz_copy.png", Fault.DUPLICATE.value)]
+    assert [(r.source, r.code) for r in pack.refused] == [("zz_copy.png", PackFault.DUPLICATE.value)]
     assert "Old Brick 01.png" in pack.refused[0].message
     assert [(a.first, a.second) for a in pack.alike] == [("my_stones_old_brick_01", "my_stones_other")]
     assert pack.alike[0].distance < 0.3
@@ -212,7 +212,7 @@ def test_the_manifest_is_kept(folder: Path, tmp_path: Path) -> None:
     )
     (folder / "Old Brick 01.txt").write_text("an old\nbrick wall")
     (folder / "readme.md").write_text("hello")
-    pack = taken(folder, tmp_path / "lib", Described()).pack
+    pack = taken(folder, tmp_path / "lib", PictureDescription()).pack
     brick, ember = pack.pictures
     assert (brick.surface, brick.licence, brick.generator, brick.prompt) == (
         Surface.FLOOR,
@@ -226,20 +226,20 @@ def test_the_manifest_is_kept(folder: Path, tmp_path: Path) -> None:
         "embers",
         "A. Maker",
     )
-    assert [(r.source, r.code) for r in pack.refused] == [("lost.png", Fault.MISSING.value)]
+    assert [(r.source, r.code) for r in pack.refused] == [("lost.png", PackFault.MISSING.value)]
     assert pack.ignored == ("readme.md",)
 
 
 def test_flags_stand_between_rows_and_defaults(folder: Path, tmp_path: Path) -> None:
     (folder / "pack.yaml").write_text("defaults: {surface: floor, licence: A}\npictures: {ember.jpg: {licence: B}}\n")
-    flags = Described(licence="C", tile_m=(1.0, 1.0))
+    flags = PictureDescription(licence="C", tile_m=(1.0, 1.0))
     pack = taken(folder, tmp_path / "lib", flags).pack
     assert [(p.licence, p.surface) for p in pack.pictures] == [("C", Surface.FLOOR), ("B", Surface.FLOOR)]
 
 
 def test_what_nobody_says_is_asked_for(folder: Path, tmp_path: Path) -> None:
-    refused = taken(folder, tmp_path / "lib", Described(tile_m=(1.0, 1.0))).pack.refused
-    assert {r.code for r in refused} == {Fault.NOT_DESCRIBED.value}
+    refused = taken(folder, tmp_path / "lib", PictureDescription(tile_m=(1.0, 1.0))).pack.refused
+    assert {r.code for r in refused} == {PackFault.NOT_DESCRIBED.value}
     assert refused[0].message == "nobody says its surface, licence"
     assert "--licence" in refused[0].mend
 
@@ -248,7 +248,7 @@ def test_what_nobody_says_is_asked_for(folder: Path, tmp_path: Path) -> None:
 def test_a_wrong_row_costs_its_picture_and_no_other(row: str, folder: Path, tmp_path: Path) -> None:
     (folder / "pack.yaml").write_text(f"pictures:\n  ember.jpg: {row}\n")
     pack = taken(folder, tmp_path / "lib").pack
-    assert [(r.source, r.code) for r in pack.refused] == [("ember.jpg", Fault.BAD_ROW.value)]
+    assert [(r.source, r.code) for r in pack.refused] == [("ember.jpg", PackFault.BAD_ROW.value)]
     assert [p.source for p in pack.pictures] == ["Old Brick 01.png"]
 
 
@@ -308,7 +308,7 @@ def test_any_cut_of_a_file_is_refused_and_raises_nothing_else() -> None:
 def test_large_pictures_are_scaled_down() -> None:
     made = tile(np.repeat(np.repeat(pixels(3).astype(np.float32) / 255, 2, 0), 2, 1), 512)
     assert max(made.width_px, made.height_px) <= 512
-    assert decoding.MOST_PX == 8192
+    assert decoding.MAX_SIDE_PX == 8192
 
 
 def test_dark_detail_is_low_and_rough() -> None:
@@ -328,5 +328,5 @@ def test_ids() -> None:
 
 
 def test_every_fault_says_how_to_mend_it() -> None:
-    assert set(MEND) == set(Fault)
-    assert len(set(MEND.values())) == len(Fault)
+    assert set(REMEDIES) == set(PackFault)
+    assert len(set(REMEDIES.values())) == len(PackFault)

@@ -15,25 +15,25 @@ from casa_assets.textures.kind import Canvas
 from casa_assets.textures.kinds import floors, walls
 from casa_assets.textures.kinds.floors.encaustic import Encaustic
 from casa_assets.textures.kinds.floors.encaustic import paint as paint_cement
-from casa_assets.textures.kinds.floors.resilient import Resilient, Sort
+from casa_assets.textures.kinds.floors.resilient import ResilientFloor, ResilientSort
 from casa_assets.textures.kinds.floors.resilient import paint as paint_soft
-from casa_assets.textures.kinds.walls.boards import Boards, Profile
+from casa_assets.textures.kinds.walls.boards import BoardProfile, PaintedBoards
 from casa_assets.textures.kinds.walls.boards import paint as paint_boards
-from casa_assets.textures.kinds.walls.cast import Concrete, Form, Tin, paint_concrete, paint_tin
-from casa_assets.textures.kinds.walls.ceramic import Ceramic, Deal
+from casa_assets.textures.kinds.walls.cast import Concrete, Formwork, PressedTin, paint_concrete, paint_tin
+from casa_assets.textures.kinds.walls.ceramic import CeramicTile, ColorAssignment
 from casa_assets.textures.kinds.walls.ceramic import paint as paint_tiles
-from casa_assets.textures.kinds.walls.clay import Clay
+from casa_assets.textures.kinds.walls.clay import FiredClay
 from casa_assets.textures.kinds.walls.clay import paint as paint_clay
-from casa_assets.textures.kinds.walls.paper import Foliage, Printed, paint_foliage, paint_printed
-from casa_assets.textures.kinds.walls.plaster import Hand, Plaster
+from casa_assets.textures.kinds.walls.paper import FoliagePaper, PrintedPaper, paint_foliage, paint_printed
+from casa_assets.textures.kinds.walls.plaster import Plaster, PlasterFinish
 from casa_assets.textures.kinds.walls.plaster import paint as paint_plaster
 from casa_assets.textures.layers import Map
 from casa_assets.textures.laying.joint import Joint
-from casa_assets.textures.laying.laying import Laying, Pattern
+from casa_assets.textures.laying.laying import Laying, LayingPattern
 from casa_assets.textures.make import make
-from casa_assets.textures.motif.encaustic import DESIGNS, Design
-from casa_assets.textures.motif.foliage import Growth
-from casa_assets.textures.motif.repeat import REPEATS, Repeat
+from casa_assets.textures.motif.encaustic import DESIGNS, TileDesign
+from casa_assets.textures.motif.foliage import FoliageKind
+from casa_assets.textures.motif.repeat import REPEATS, PaperRepeat
 from casa_assets.textures.seam import seam
 
 WALLS, FLOORS = recipes()[Surface.WALL], recipes()[Surface.FLOOR]
@@ -101,8 +101,8 @@ def test_a_coarse_picture_shows_the_same_design(kind: object) -> None:
 
 
 def test_subway_tiles_are_as_large_as_stated() -> None:
-    laying = Laying(pattern=Pattern.RUNNING, width_m=0.075, length_m=0.15, bond=0.5)
-    params = Ceramic(laying=laying, joint=GROUT, colors=(WHITE,), variety=0, pool=0, tilt=0, wave_m=0)
+    laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.15, bond=0.5)
+    params = CeramicTile(laying=laying, joint=GROUT, colors=(WHITE,), variety=0, pool=0, tilt=0, wave_m=0)
     made = paint_tiles(params, Canvas((300, 450), (0.9, 0.6)), rng_for(1, "t"))
     light = made.albedo[..., 0]
     assert runs(light[:, 4]) == 8
@@ -111,16 +111,16 @@ def test_subway_tiles_are_as_large_as_stated() -> None:
 
 
 def test_grout_lies_lower_and_is_rougher() -> None:
-    laying = Laying(pattern=Pattern.RUNNING, width_m=0.1, length_m=0.1)
-    params = Ceramic(laying=laying, joint=Joint(width_m=0.004, depth_m=0.001), colors=(WHITE,), gloss=0.1, tilt=0)
+    laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.1)
+    params = CeramicTile(laying=laying, joint=Joint(width_m=0.004, depth_m=0.001), colors=(WHITE,), gloss=0.1, tilt=0)
     made = paint_tiles(params, Canvas((400, 400), (0.4, 0.4)), rng_for(1, "t"))
     assert made.height_m[50, 50] - made.height_m[0, 0] > 0.0008
     assert made.roughness[0, 0] - made.roughness[50, 50] > 0.5
 
 
 def test_a_checker_takes_turns() -> None:
-    laying = Laying(pattern=Pattern.RUNNING, width_m=0.1, length_m=0.1)
-    params = Ceramic(laying=laying, colors=(WHITE, BLACK), deal=Deal.SORT, variety=0, pool=0)
+    laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.1)
+    params = CeramicTile(laying=laying, colors=(WHITE, BLACK), deal=ColorAssignment.SORT, variety=0, pool=0)
     light = paint_tiles(params, Canvas((200, 200), (0.4, 0.4)), rng_for(1, "t")).albedo[..., 0]
     middles = light[25::50, 25::50] > 0.5
     assert (middles != np.roll(middles, 1, axis=0)).all()
@@ -128,8 +128,8 @@ def test_a_checker_takes_turns() -> None:
 
 
 def test_a_full_coat_of_paint_hides_the_brick() -> None:
-    laying = Laying(pattern=Pattern.RUNNING, width_m=0.075, length_m=0.225, bond=0.5)
-    bare = Clay(laying=laying, colors=("#a03020",))
+    laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.225, bond=0.5)
+    bare = FiredClay(laying=laying, colors=("#a03020",))
     coated = bare.replace(wash=WHITE, wash_share=1.0, paint=1.0)
     canvas = Canvas((180, 180), (0.9, 0.9))
     assert paint_clay(bare, canvas, rng_for(1, "c")).albedo[..., 2].mean() < 0.5
@@ -138,18 +138,18 @@ def test_a_full_coat_of_paint_hides_the_brick() -> None:
     assert np.ptp(painted.height_m) > 0.003  # the bond still stands out
 
 
-@pytest.mark.parametrize("profile", Profile)
-def test_boards_are_as_wide_as_stated(profile: Profile) -> None:
-    params = Boards(color="#808080", profile=profile, pitch_m=0.1, gap_m=0.012, depth_m=0.005, grain=0.0)
+@pytest.mark.parametrize("profile", BoardProfile)
+def test_boards_are_as_wide_as_stated(profile: BoardProfile) -> None:
+    params = PaintedBoards(color="#808080", profile=profile, pitch_m=0.1, gap_m=0.012, depth_m=0.005, grain=0.0)
     made = paint_boards(params, Canvas((100, 400), (0.8, 0.2)), rng_for(1, "b"))
     relief = made.height_m.mean(axis=0)
-    assert runs(relief) == (16 if profile is Profile.BEAD else 8)
+    assert runs(relief) == (16 if profile is BoardProfile.BEAD else 8)
     level = paint_boards(params.replace(level=True), Canvas((400, 100), (0.2, 0.8)), rng_for(1, "b"))
     np.testing.assert_array_equal(level.height_m, made.height_m.T)
 
 
-@pytest.mark.parametrize("hand", Hand)
-def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(hand: Hand) -> None:
+@pytest.mark.parametrize("hand", PlasterFinish)
+def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(hand: PlasterFinish) -> None:
     params = Plaster(color="#808080", second="#606060", hand=hand, strength=0.5, relief=1.0)
     canvas = Canvas((256, 256), (0.8, 0.8))
     made = paint_plaster(params, canvas, rng_for(1, "p"))
@@ -158,8 +158,8 @@ def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(hand: Hand) -> N
     assert np.ptp(flat.height_m) == 0.0 < np.ptp(made.height_m) < 0.02
 
 
-@pytest.mark.parametrize("form", [Form.BOARDS, Form.PANELS])
-def test_formwork_is_as_large_as_stated(form: Form) -> None:
+@pytest.mark.parametrize("form", [Formwork.BOARDS, Formwork.PANELS])
+def test_formwork_is_as_large_as_stated(form: Formwork) -> None:
     params = Concrete(color="#a0a0a0", second="#a0a0a0", form=form, unit_m=0.2, cloudy=0, holes=0)
     made = paint_concrete(params, Canvas((400, 400), (0.8, 0.8)), rng_for(1, "c"))
     dark = made.albedo.mean(axis=(1, 2))
@@ -167,14 +167,14 @@ def test_formwork_is_as_large_as_stated(form: Form) -> None:
 
 
 def test_tin_plates_repeat_exactly_but_for_their_dents() -> None:
-    params = Tin(color="#c0c0c0", low="#404040", plate_m=0.3)
+    params = PressedTin(color="#c0c0c0", low="#404040", plate_m=0.3)
     made = paint_tin(params, Canvas((240, 240), (0.6, 0.6)), rng_for(1, "t"))
     first, second = made.height_m[:120, :120], made.height_m[120:, 120:]
     assert np.abs(first - second).max() < 0.001 < np.ptp(first)
 
 
-@pytest.mark.parametrize("design", Design)
-def test_designs_use_all_their_inks_and_go_on_over_the_joint(design: Design) -> None:
+@pytest.mark.parametrize("design", TileDesign)
+def test_designs_use_all_their_inks_and_go_on_over_the_joint(design: TileDesign) -> None:
     inks = 1 + max(number for _, number in DESIGNS[design](np.zeros((1, 1)), np.zeros((1, 1))))
     colors = ("#ffffff", "#ff0000", "#00ff00", "#0000ff")[:inks]
     params = Encaustic(design=design, colors=colors, worn=0, bleed=0, variety=0, joint=Joint(width_m=0))
@@ -183,34 +183,34 @@ def test_designs_use_all_their_inks_and_go_on_over_the_joint(design: Design) -> 
         wanted = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
         assert (np.abs(made - wanted).max(axis=2) < 0.3).mean() > 0.005
     np.testing.assert_allclose(made[:64, :64], made[64:, 64:], atol=0.35)  # the same tile, mottled
-    if design is not Design.ARCS:  # its rings end at the edge of the tile
+    if design is not TileDesign.ARCS:  # its rings end at the edge of the tile
         assert seam(made).worst < 2.0
 
 
-@pytest.mark.parametrize("repeat", Repeat)
-def test_repeats_of_paper_are_as_large_as_stated_and_close(repeat: Repeat) -> None:
+@pytest.mark.parametrize("repeat", PaperRepeat)
+def test_repeats_of_paper_are_as_large_as_stated_and_close(repeat: PaperRepeat) -> None:
     u = (np.arange(200) + 0.5) / 200 - 0.5
     for depth, _ in REPEATS[repeat](u[None, :] + 0 * u[:, None], u[:, None] + 0 * u[None, :]):
         assert depth.shape == (200, 200)
-    params = Printed(ground=WHITE, inks=(BLACK,), repeat=repeat, width_m=0.2, height_m=0.2)
+    params = PrintedPaper(ground=WHITE, inks=(BLACK,), repeat=repeat, width_m=0.2, height_m=0.2)
     light = paint_printed(params, Canvas((256, 256), (0.4, 0.4)), rng_for(1, "r")).albedo[..., 0]
     np.testing.assert_allclose(light[:128, :128], light[128:, 128:], atol=0.45)
     assert seam(light).worst < 2.0
     assert 0.02 < float(1 - light.mean()) < 0.8
 
 
-@pytest.mark.parametrize("growth", Growth)
-def test_plants_grow_over_the_border(growth: Growth) -> None:
-    params = Foliage(ground=WHITE, inks=("#204020", "#406040", "#608060", "#a0b0a0"), growth=growth, size_m=0.3)
+@pytest.mark.parametrize("growth", FoliageKind)
+def test_plants_grow_over_the_border(growth: FoliageKind) -> None:
+    params = FoliagePaper(ground=WHITE, inks=("#204020", "#406040", "#608060", "#a0b0a0"), growth=growth, size_m=0.3)
     light = paint_foliage(params, Canvas((200, 200), (0.9, 0.9)), rng_for(1, "g")).albedo
     assert seam(light).worst < 2.0
     assert 0.04 < float((light.mean(axis=2) < 0.85).mean()) < 0.999
 
 
-@pytest.mark.parametrize("sort", [Sort.STUDDED, Sort.WOVEN, Sort.TREAD])
-def test_studs_are_as_far_apart_as_stated(sort: Sort) -> None:
-    params = Resilient(colors=("#404040", "#808080"), sort=sort, grain_m=0.05)
+@pytest.mark.parametrize("sort", [ResilientSort.STUDDED, ResilientSort.WOVEN, ResilientSort.TREAD])
+def test_studs_are_as_far_apart_as_stated(sort: ResilientSort) -> None:
+    params = ResilientFloor(colors=("#404040", "#808080"), sort=sort, grain_m=0.05)
     made = paint_soft(params, Canvas((240, 240), (0.4, 0.4)), rng_for(1, "s"))
     row = made.height_m[:, 15]
-    assert runs(row) == (8 if sort is not Sort.WOVEN else runs(row))
+    assert runs(row) == (8 if sort is not ResilientSort.WOVEN else runs(row))
     assert 0.0005 < np.ptp(made.height_m) < 0.02

@@ -11,11 +11,13 @@ from casa_assets.textures import wood
 from casa_assets.textures.layers import Map
 from casa_assets.textures.seam import seam
 from casa_assets.textures.sheet import Sheet
-from casa_assets.textures.wood import Board, Cut, Palette, Rings, Species
-from casa_assets.textures.wood_grain import Grain
+from casa_assets.textures.wood import BoardLayers, GrowthRings, SawCut, WoodPalette, WoodSpecies
+from casa_assets.textures.wood_grain import GrainMaps
 
-PALETTE = Palette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818")
-PLAIN = Species(rings=Rings.BANDED, ring_m=0.02, unevenness=0.0, contrast=1.0, pores=0.0, fibre=0.0, clouds=0.0)
+PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818")
+PLAIN = WoodSpecies(
+    rings=GrowthRings.BANDED, ring_m=0.02, unevenness=0.0, contrast=1.0, pores=0.0, fibre=0.0, clouds=0.0
+)
 SIZE = (240, 240)
 
 
@@ -23,11 +25,13 @@ def sheet(size: tuple[int, int] = SIZE, tile: tuple[float, float] = (0.8, 0.8)) 
     return Sheet(size, tile)
 
 
-def board(species: Species, cut: Cut, leaves: int = 1, seed: int = 3, size: tuple[int, int] = SIZE) -> Board:
+def board(
+    species: WoodSpecies, cut: SawCut, leaves: int = 1, seed: int = 3, size: tuple[int, int] = SIZE
+) -> BoardLayers:
     return wood.board(sheet(size), species, cut, PALETTE, rng_for(seed, "board"), leaves)
 
 
-def grain(species: Species, cut: Cut, leaves: int = 1, seed: int = 3) -> Grain:
+def grain(species: WoodSpecies, cut: SawCut, leaves: int = 1, seed: int = 3) -> GrainMaps:
     return wood.grain_of(sheet(), species, cut, leaves, rng_for(seed, "board"))
 
 
@@ -36,26 +40,26 @@ def steps(image: Map) -> tuple[float, float]:
     return float(np.abs(np.diff(image, axis=1)).mean()), float(np.abs(np.diff(image, axis=0)).mean())
 
 
-@pytest.mark.parametrize("cut", list(Cut))
-@pytest.mark.parametrize("rings", list(Rings))
-def test_boards_tile(cut: Cut, rings: Rings) -> None:
-    species = Species(
+@pytest.mark.parametrize("cut", list(SawCut))
+@pytest.mark.parametrize("rings", list(GrowthRings))
+def test_boards_tile(cut: SawCut, rings: GrowthRings) -> None:
+    species = WoodSpecies(
         rings=rings, ring_m=0.008, contrast=0.7, pores=0.5, rays=0.5, ribbon=0.4, curl=0.4, knots_per_m2=8
     )
-    made = board(species, cut, leaves=4 if cut is Cut.FLAT else 1)
+    made = board(species, cut, leaves=4 if cut is SawCut.FLAT else 1)
     assert seam(made.albedo).worst < 1.8
     assert seam(made.height_m[..., None] * 1000).worst < 1.8
 
 
-@pytest.mark.parametrize("cut", list(Cut))
-def test_the_grain_runs_along_the_height(cut: Cut) -> None:
+@pytest.mark.parametrize("cut", list(SawCut))
+def test_the_grain_runs_along_the_height(cut: SawCut) -> None:
     across, along = steps(board(PLAIN, cut, leaves=3).albedo[..., 0])
-    assert across > (1.2 if cut is Cut.ROTARY else 2.0) * along
+    assert across > (1.2 if cut is SawCut.ROTARY else 2.0) * along
 
 
 def test_a_straight_cut_has_the_years_of_its_species() -> None:
     """0.8 m of years of 0.02 m are 40 years, on every row."""
-    ring = grain(PLAIN, Cut.QUARTER).ring
+    ring = grain(PLAIN, SawCut.QUARTER).ring
     for row in ring[::40]:
         starts = np.sum((row < 0.5) & (np.roll(row, -1) >= 0.5))
         assert starts == pytest.approx(40, abs=2)
@@ -64,79 +68,79 @@ def test_a_straight_cut_has_the_years_of_its_species() -> None:
 def test_a_flat_cut_has_arches_and_a_straight_one_has_none() -> None:
     """Along the height the years of a flat cut come and go; those of a quarter cut stay."""
     turns = {}
-    for cut in (Cut.FLAT, Cut.QUARTER):
+    for cut in (SawCut.FLAT, SawCut.QUARTER):
         ring = ndimage.gaussian_filter(grain(PLAIN, cut, leaves=2).ring, 1.0)
         turns[cut] = float(np.mean(np.abs(ring - np.roll(ring, 60, axis=0)) > 0.3))
-    assert turns[Cut.FLAT] > 1.3 * turns[Cut.QUARTER]
-    middle = grain(PLAIN, Cut.FLAT, leaves=2, seed=5).ring[:, 60]  # where the plane runs along a year
+    assert turns[SawCut.FLAT] > 1.3 * turns[SawCut.QUARTER]
+    middle = grain(PLAIN, SawCut.FLAT, leaves=2, seed=5).ring[:, 60]  # where the plane runs along a year
     assert np.sum((middle < 0.5) & (np.roll(middle, -1) >= 0.5)) >= 1
 
 
 def test_every_leaf_has_two_joints_and_a_tone_of_its_own() -> None:
-    found = grain(PLAIN, Cut.FLAT, leaves=5)
+    found = grain(PLAIN, SawCut.FLAT, leaves=5)
     assert len(np.unique(found.tone)) == 5
     assert found.tone.mean() == pytest.approx(0.0, abs=0.15)
     lines = found.joint[0] > 0.1
     assert np.sum(lines & ~np.roll(lines, 1)) in (5, 6)  # the one on the border may show on both sides
-    assert grain(PLAIN, Cut.QUARTER).joint.max() == 0.0
-    assert np.ptp(grain(PLAIN, Cut.QUARTER).tone) == 0.0
+    assert grain(PLAIN, SawCut.QUARTER).joint.max() == 0.0
+    assert np.ptp(grain(PLAIN, SawCut.QUARTER).tone) == 0.0
 
 
 def test_rays_only_on_a_quartered_face() -> None:
-    oak = Species(rings=Rings.RING_POROUS, rays=1.0)
-    assert grain(oak, Cut.QUARTER).fleck.max() > 0.2
-    assert grain(oak, Cut.RIFT).fleck.max() == 0.0
-    flecks = grain(oak, Cut.QUARTER).fleck
+    oak = WoodSpecies(rings=GrowthRings.RING_POROUS, rays=1.0)
+    assert grain(oak, SawCut.QUARTER).fleck.max() > 0.2
+    assert grain(oak, SawCut.RIFT).fleck.max() == 0.0
+    flecks = grain(oak, SawCut.QUARTER).fleck
     across, along = steps(flecks)
     assert along > across  # they lie level
 
 
 def test_knots_are_as_many_as_asked_for_and_whole() -> None:
-    pine = Species(rings=Rings.CONIFER, knots_per_m2=10.0)
-    dark = np.tile(grain(pine, Cut.FLAT, leaves=3).knot, (2, 2)) > 0.4
+    pine = WoodSpecies(rings=GrowthRings.CONIFER, knots_per_m2=10.0)
+    dark = np.tile(grain(pine, SawCut.FLAT, leaves=3).knot, (2, 2)) > 0.4
     count = ndimage.label(dark)[1] / 4.0  # of four copies; those on the outer border count twice
     assert count == pytest.approx(0.8 * 0.8 * 10, abs=2.5)
-    assert grain(Species(), Cut.FLAT).knot.max() == 0.0
+    assert grain(WoodSpecies(), SawCut.FLAT).knot.max() == 0.0
 
 
 def test_pores_are_longer_than_wide() -> None:
-    across, along = steps(grain(Species(pores=1.0, pore_m=0.03), Cut.RIFT).pore)
+    across, along = steps(grain(WoodSpecies(pores=1.0, pore_m=0.03), SawCut.RIFT).pore)
     assert across > 2.0 * along
 
 
 def test_same_seed_same_bytes_and_another_seed_another_board() -> None:
-    species = Species(pores=0.5, knots_per_m2=4)
-    one, same, other = (board(species, Cut.FLAT, 3, seed).albedo for seed in (3, 3, 4))
+    species = WoodSpecies(pores=0.5, knots_per_m2=4)
+    one, same, other = (board(species, SawCut.FLAT, 3, seed).albedo for seed in (3, 3, 4))
     assert one.tobytes() == same.tobytes()
     assert one.dtype == np.float32
     assert np.abs(one - other).mean() > 0.005
 
 
 def test_the_design_hangs_on_metres_not_on_pixels() -> None:
-    fine = board(PLAIN, Cut.FLAT, 3, size=(480, 480)).albedo.reshape(240, 2, 240, 2, 3).mean(axis=(1, 3))
-    coarse = board(PLAIN, Cut.FLAT, 3).albedo
+    fine = board(PLAIN, SawCut.FLAT, 3, size=(480, 480)).albedo.reshape(240, 2, 240, 2, 3).mean(axis=(1, 3))
+    coarse = board(PLAIN, SawCut.FLAT, 3).albedo
     assert np.corrcoef(fine.ravel(), coarse.ravel())[0, 1] > 0.9
 
 
 def test_colours_are_those_of_the_palette() -> None:
-    quiet = Species(rings=Rings.DIFFUSE, contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
-    mean = board(quiet, Cut.RIFT).albedo.mean(axis=(0, 1))
+    quiet = WoodSpecies(rings=GrowthRings.DIFFUSE, contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
+    mean = board(quiet, SawCut.RIFT).albedo.mean(axis=(0, 1))
     assert mean == pytest.approx(wood.rgb(PALETTE.light), abs=0.02)
-    streaked = wood.board(sheet(), quiet, Cut.RIFT, PALETTE.replace(streaks=0.8), rng_for(3, "board")).albedo
+    streaked = wood.board(sheet(), quiet, SawCut.RIFT, PALETTE.replace(streaks=0.8), rng_for(3, "board")).albedo
     assert streaked.mean() < mean.mean() - 0.05
 
 
 def test_limed_pores_are_paler_than_the_wood() -> None:
-    open_grained = Species(rings=Rings.RING_POROUS, pores=1.0, contrast=0.2)
+    open_grained = WoodSpecies(rings=GrowthRings.RING_POROUS, pores=1.0, contrast=0.2)
     means = {}
     for pore in ("#f4f0e8", "#302010"):
-        made = wood.board(sheet(), open_grained, Cut.RIFT, PALETTE.replace(pore=pore), rng_for(1, "b"))
+        made = wood.board(sheet(), open_grained, SawCut.RIFT, PALETTE.replace(pore=pore), rng_for(1, "b"))
         means[pore] = float(made.albedo.mean())
     assert means["#f4f0e8"] > means["#302010"] + 0.02
 
 
 def test_a_brushed_face_is_deeper() -> None:
-    smooth = wood.board(sheet(), PLAIN, Cut.RIFT, PALETTE, rng_for(1, "b")).height_m
-    brushed = wood.board(sheet(), PLAIN, Cut.RIFT, PALETTE.replace(brushed=1.0), rng_for(1, "b")).height_m
+    smooth = wood.board(sheet(), PLAIN, SawCut.RIFT, PALETTE, rng_for(1, "b")).height_m
+    brushed = wood.board(sheet(), PLAIN, SawCut.RIFT, PALETTE.replace(brushed=1.0), rng_for(1, "b")).height_m
     assert np.ptp(brushed) > 3.0 * np.ptp(smooth)
     assert np.ptp(brushed) < 0.002

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from casa_assets.families.kit.solids.skin import flat, offset
+from casa_assets.families.kit.solids.skin import flat_uv, uv_offset
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.model.record import Vec3
 
 
-def laid(solid: Solid, name: str, corner: Vec3, along: Vec3, face: Vec3) -> Solid:
+def anchor_uv(solid: Solid, name: str, corner: Vec3, along: Vec3, face: Vec3) -> Solid:
     """The solid with its picture laid from a corner.
 
     Args:
@@ -24,8 +24,8 @@ def laid(solid: Solid, name: str, corner: Vec3, along: Vec3, face: Vec3) -> Soli
     """
     up, normal = np.array(along), np.array(face)
     across = np.cross(up, normal)
-    metres = flat(solid.points, solid.faces, up)
+    metres = flat_uv(solid.points, solid.faces, up)
     chosen = face_normals(solid.points, solid.faces)[0] @ normal > 0.999
     corners = solid.points[solid.faces[chosen]] - np.array(corner)
     metres[chosen] = np.stack([corners @ across, corners @ up], axis=2)
-    return replace(solid, spread=metres - offset(f"{name}/0"))
+    return replace(solid, uv_m=metres - uv_offset(f"{name}/0"))

@@ -9,16 +9,16 @@ from functools import lru_cache
 import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.families.kit.solids.solid import Solid, box_shape, turn
+from casa_assets.families.kit.solids.solid import Solid, axis_turn, box_shape
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.model.asset.shape import Box, Cylinder, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
-EASED = 0.0015  # metres; the edge of a board that does not cut the hand
+EDGE_RADIUS = 0.0015  # metres; the edge of a board that does not cut the hand
 
 
-def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), ease: float = EASED, steps: int = 1) -> Solid:
+def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), ease: float = EDGE_RADIUS, steps: int = 1) -> Solid:
     """A box about `at` whose edges are rounded with radius `ease` in `steps` facets (0: sharp); touched as a box.
 
     One facet is shaded like a round edge; take 3 or more where the radius is over about 6 mm.
@@ -38,7 +38,7 @@ def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), ease: float = EASED, steps: int 
     return Solid(solid + middle, faces, shapes=((Box(size=size), Pose(position=at)),))
 
 
-def board(low: Vec3, high: Vec3, ease: float = EASED, steps: int = 1) -> Solid:
+def board(low: Vec3, high: Vec3, ease: float = EDGE_RADIUS, steps: int = 1) -> Solid:
     """The same between two corners."""
     _, at = box_shape(low, high)
     size = (high[0] - low[0], high[1] - low[1], high[2] - low[2])
@@ -81,7 +81,7 @@ def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0, 
         line.insert(0, (0.0, line[0][1]))
     if line[-1][0] > 0 and not closed:
         line.append((0.0, line[-1][1]))
-    count = segments or around(max(r for r, _ in line))
+    count = segments or circle_segments(max(r for r, _ in line))
     angles = np.arange(count) * 2 * np.pi / count
     points: list[Floats] = []
     rings: list[Ints] = []
@@ -94,10 +94,10 @@ def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0, 
     if closed:
         rings, line = [*rings, rings[0]], [*line, line[0]]
     faces, spread = _stitch(rings, line, count)
-    return Solid(np.concatenate(points), faces, spread=spread, crease_deg=crease_deg)
+    return Solid(np.concatenate(points), faces, uv_m=spread, crease_deg=crease_deg)
 
 
-def around(radius: float) -> int:
+def circle_segments(radius: float) -> int:
     """How many points go around a circle of this radius for its chords to stay within half a millimetre."""
     if radius <= 0.0006:
         return 8
@@ -143,13 +143,13 @@ def rod(radius: float, length: float, ease: float = 0.001, axis: str = "z") -> S
     h = length / 2
     profile = [(radius - e, -h), (radius, -h + e), (radius, h - e), (radius - e, h)]
     solid = lathe(profile, crease_deg=50.0)
-    shaped = Solid(solid.points, solid.faces, ((Cylinder(radius=radius, height=length), Pose()),), solid.spread, 50.0)
-    return shaped.posed(along(axis))
+    shaped = Solid(solid.points, solid.faces, ((Cylinder(radius=radius, height=length), Pose()),), solid.uv_m, 50.0)
+    return shaped.transformed(axis_rotation(axis))
 
 
-def along(axis: str) -> Pose:
+def axis_rotation(axis: str) -> Pose:
     """The turn that takes z to an axis of that name."""
-    return {"x": turn("y", math.pi / 2), "y": turn("x", -math.pi / 2), "z": Pose()}[axis]
+    return {"x": axis_turn("y", math.pi / 2), "y": axis_turn("x", -math.pi / 2), "z": Pose()}[axis]
 
 
 def ball(radius: float, steps: int = 12) -> Solid:
@@ -158,4 +158,4 @@ def ball(radius: float, steps: int = 12) -> Solid:
     profile = [(float(radius * np.cos(t)), float(radius * np.sin(t))) for t in tilt]
     profile[0], profile[-1] = (0.0, -radius), (0.0, radius)
     solid = lathe(profile, segments=2 * steps)
-    return Solid(solid.points, solid.faces, ((Sphere(radius=radius), Pose()),), solid.spread, 60.0)
+    return Solid(solid.points, solid.faces, ((Sphere(radius=radius), Pose()),), solid.uv_m, 60.0)

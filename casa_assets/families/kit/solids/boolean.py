@@ -10,13 +10,13 @@ import numpy as np
 from casa_assets.families.kit.solids.solid import Placed, Solid
 
 
-def united(*solids: Solid) -> Solid:
+def union(*solids: Solid) -> Solid:
     """One skin around all; touched as the parts were."""
     body = manifold3d.Manifold.batch_boolean([_manifold(s) for s in solids], manifold3d.OpType.Add)
     return _solid(body, tuple(p for s in solids for p in s.shapes), solids[0].crease_deg)
 
 
-def cut(solid: Solid, *tools: Solid, shapes: Sequence[Placed] = ()) -> Solid:
+def subtract(solid: Solid, *tools: Solid, shapes: Sequence[Placed] = ()) -> Solid:
     """The solid without what lies in the tools.
 
     Args:
@@ -27,7 +27,7 @@ def cut(solid: Solid, *tools: Solid, shapes: Sequence[Placed] = ()) -> Solid:
     return _solid(_manifold(solid) - taken, tuple(shapes), solid.crease_deg)
 
 
-def common(solid: Solid, other: Solid) -> Solid:
+def intersect(solid: Solid, other: Solid) -> Solid:
     """What lies in both; touched as its hull."""
     return _solid(_manifold(solid) ^ _manifold(other), (), solid.crease_deg)
 

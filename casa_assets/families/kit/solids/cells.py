@@ -17,8 +17,8 @@ from casa_assets.model.record import Vec2
 Rectangle = tuple[Vec2, Vec2]
 
 # Lengths are rounded to a micrometre, so that sums that should be equal make one line of the grid.
-DIGITS = 6
-FRONT, BACK, RIM = 0, 1, 2
+LINE_DECIMALS = 6
+FRONT_FACES, BACK_FACES, RIM_FACES = 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,9 @@ def with_holes(low: Vec2, high: Vec2, holes: Sequence[Rectangle], us: Sequence[f
     return Cells(u, v, solid)
 
 
-def within(outline: Sequence[Vec2]) -> Cells:
+def cells_inside(outline: Sequence[Vec2]) -> Cells:
     """The inside of a polygon whose sides run along u and v, either way round. Metres."""
-    points = np.round(np.array(outline, dtype=np.float64), DIGITS)
+    points = np.round(np.array(outline, dtype=np.float64), LINE_DECIMALS)
     u, v = (np.unique(points[:, k]).astype(np.float64) for k in (0, 1))
     mid_u, mid_v = (u[:-1] + u[1:]) / 2, (v[:-1] + v[1:]) / 2
     solid = np.zeros((len(mid_u), len(mid_v)), dtype=bool)
@@ -109,7 +109,7 @@ class Shell:
 
     Attributes:
         points: (P, 3) u, v, w in metres. faces: (F, 3), outwards.
-        side: (F,) FRONT (at the lower w), BACK or RIM. cell: (F, 2) the cell that each face belongs to.
+        side: (F,) FRONT_FACES (at the lower w), BACK_FACES or RIM_FACES. cell: (F, 2) the cell of each face.
     """
 
     points: Floats
@@ -128,7 +128,7 @@ class Shell:
         return Shell(self.points[:, [0, 2, 1]], self.faces[:, ::-1], self.side, self.cell)
 
 
-def shell(cells: Cells, low: float, high: float) -> Shell:
+def cell_shell(cells: Cells, low: float, high: float) -> Shell:
     """The surface of the solid cells between w = low and w = high, metres."""
     m, n = len(cells.us), len(cells.vs)
     u, v = np.meshgrid(cells.us, cells.vs, indexing="ij")
@@ -143,17 +143,19 @@ def shell(cells: Cells, low: float, high: float) -> Shell:
         a, b, c, d = ring
         top = m * n
         faces += [(a, c, b), (a, d, c), (a + top, b + top, c + top), (a + top, c + top, d + top)]
-        side += [FRONT, FRONT, BACK, BACK]
+        side += [FRONT_FACES, FRONT_FACES, BACK_FACES, BACK_FACES]
         beside = (padded[i + 1, j], padded[i + 2, j + 1], padded[i + 1, j + 2], padded[i, j + 1])
         for k, filled in enumerate(beside):
             if not filled:
                 p, q = ring[k], ring[(k + 1) % 4]
                 faces += [(p, q, q + top), (p, q + top, p + top)]
-                side += [RIM, RIM]
+                side += [RIM_FACES, RIM_FACES]
         cell += [(i, j)] * (len(faces) - len(cell))
     return Shell(points, np.array(faces, dtype=np.int64), np.array(side), np.array(cell))
 
 
 def _lines(values: Sequence[float], low: float, high: float) -> Floats:
-    lines = np.unique(np.round(np.array(values, dtype=np.float64), DIGITS))
-    return np.asarray(lines[(lines >= round(low, DIGITS)) & (lines <= round(high, DIGITS))], dtype=np.float64)
+    lines = np.unique(np.round(np.array(values, dtype=np.float64), LINE_DECIMALS))
+    return np.asarray(
+        lines[(lines >= round(low, LINE_DECIMALS)) & (lines <= round(high, LINE_DECIMALS))], dtype=np.float64
+    )

@@ -8,7 +8,7 @@ import manifold3d
 import numpy as np
 
 from casa_assets.core.typing import Floats
-from casa_assets.families.kit.solids.slab import offset
+from casa_assets.families.kit.solids.slab import offset_sides
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.model.record import Vec2
 
@@ -34,7 +34,7 @@ def loft(rings: Sequence[Floats], crease_deg: float = 40.0) -> Solid:
     return Solid(np.concatenate(list(rings)), np.concatenate(faces).astype(np.int64), crease_deg=crease_deg)
 
 
-def levels(outline: Floats, steps: Sequence[Vec2]) -> list[Floats]:
+def inset_rings(outline: Floats, steps: Sequence[Vec2]) -> list[Floats]:
     """Rings of an outline: (inset, z) each, metres; a negative inset widens it.
 
     Args:
@@ -42,7 +42,9 @@ def levels(outline: Floats, steps: Sequence[Vec2]) -> list[Floats]:
         steps: in order, such as up the outside and down the inside of a basin.
     """
     loop = np.asarray(outline, dtype=np.float64)
-    return [np.column_stack([offset(loop, [d] * len(loop)) if d else loop, np.full(len(loop), z)]) for d, z in steps]
+    return [
+        np.column_stack([offset_sides(loop, [d] * len(loop)) if d else loop, np.full(len(loop), z)]) for d, z in steps
+    ]
 
 
 def vessel(outline: Floats, depth: float, wall: float, fillet: float, lip: float = 0.0) -> Solid:
@@ -57,7 +59,7 @@ def vessel(outline: Floats, depth: float, wall: float, fillet: float, lip: float
     if lip <= 0:
         outer = [(-wall, -depth - wall), (-wall, 0.0)]
     inner = [(0.0, 0.0), *[(float(d), float(z)) for d, z in turn]]
-    return loft(levels(outline, [*outer, *inner]), 50.0)
+    return loft(inset_rings(outline, [*outer, *inner]), 50.0)
 
 
 def _cap(ring: Floats) -> np.ndarray:

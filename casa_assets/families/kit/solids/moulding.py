@@ -6,11 +6,11 @@ import manifold3d
 import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.families.kit.solids.slab import offset
+from casa_assets.families.kit.solids.slab import offset_sides
 from casa_assets.families.kit.solids.solid import Solid
 
 
-def round_the_room(loop: Floats, profile: Floats) -> Solid:
+def room_moulding(loop: Floats, profile: Floats) -> Solid:
     """A moulding along all walls, mitred at every corner.
 
     Args:
@@ -20,7 +20,7 @@ def round_the_room(loop: Floats, profile: Floats) -> Solid:
         A closed ring, touched as the hulls of its N sides; its picture's height runs along each side.
     """
     n, m = len(loop), len(profile)
-    rings = np.stack([np.column_stack([offset(loop, [d] * n), np.full(n, z)]) for d, z in profile])
+    rings = np.stack([np.column_stack([offset_sides(loop, [d] * n), np.full(n, z)]) for d, z in profile])
     points = rings.transpose(1, 0, 2).reshape(-1, 3)  # corner by corner
     run = np.roll(loop, -1, axis=0) - loop
     run /= np.linalg.norm(run, axis=1)[:, None]
@@ -36,13 +36,15 @@ def round_the_room(loop: Floats, profile: Floats) -> Solid:
             flat = np.column_stack([[around[i], around[i + 1], around[i + 1], around[i]], along])
             faces += [(a, d, c), (a, c, b)]
             metres += [flat[[0, 3, 2]], flat[[0, 2, 1]]]
-    body = _outwards(Solid(points, np.array(faces, dtype=np.int64), spread=np.array(metres), crease_deg=40.0))
+    body = _outwards(Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(metres), crease_deg=40.0))
     sides = [np.concatenate([points[k * m : (k + 1) * m], np.roll(points, -m, axis=0)[k * m : (k + 1) * m]])
              for k in range(n)]  # fmt: skip
-    return body.touched_as(*(Solid(cloud, np.zeros((0, 3), dtype=np.int64)).hulled() for cloud in sides))
+    return body.with_colliders_of(
+        *(Solid(cloud, np.zeros((0, 3), dtype=np.int64)).with_hull_collider() for cloud in sides)
+    )
 
 
-def straight(profile: Floats, length: float, left: float, right: float) -> Solid:
+def straight_moulding(profile: Floats, length: float, left: float, right: float) -> Solid:
     """A moulding along x from 0 to `length`, measured at y = 0.
 
     Args:
@@ -70,7 +72,7 @@ def straight(profile: Floats, length: float, left: float, right: float) -> Solid
         for t in cap[:, order]:
             faces.append((int(t[0]) + first, int(t[1]) + first, int(t[2]) + first))
             metres.append(wide[t])
-    return _outwards(Solid(points, np.array(faces, dtype=np.int64), spread=np.array(metres), crease_deg=40.0))
+    return _outwards(Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(metres), crease_deg=40.0))
 
 
 def _perimeter(profile: Floats) -> Floats:
@@ -83,5 +85,5 @@ def _outwards(solid: Solid) -> Solid:
     if solid.volume > 0:
         return solid
     faces: Ints = solid.faces[:, ::-1]
-    spread = None if solid.spread is None else solid.spread[:, ::-1]
+    spread = None if solid.uv_m is None else solid.uv_m[:, ::-1]
     return Solid(solid.points, faces, solid.shapes, spread, solid.crease_deg)

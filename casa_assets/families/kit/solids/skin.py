@@ -18,7 +18,7 @@ from casa_assets.model.record import Vec2, Vec3
 SAME_DIRECTION = 1e-3
 
 
-def skin(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0), name: str = "") -> Mesh:
+def solid_mesh(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0), name: str = "") -> Mesh:
     """The mesh of a solid.
 
     Args:
@@ -35,8 +35,8 @@ def skin(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0), name:
     faces = faces[keep]
     if tile_m is None:
         return _rounded(with_normals(Mesh(vertices=points, faces=faces), solid.crease_deg))
-    metres = solid.spread[keep] if solid.spread is not None else flat(points, faces, np.array(grain))
-    uv = (metres + offset(name)) / np.array(tile_m)
+    metres = solid.uv_m[keep] if solid.uv_m is not None else flat_uv(points, faces, np.array(grain))
+    uv = (metres + uv_offset(name)) / np.array(tile_m)
     # Whole pictures may be taken off: the numbers stay small, and float32 keeps its digits.
     uv -= np.floor(uv.reshape(-1, 2).min(axis=0))
     corners = np.column_stack([faces.ravel(), np.round(uv.reshape(-1, 2), 7)])
@@ -49,7 +49,7 @@ def skin(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0), name:
     return _rounded(with_normals(mesh, solid.crease_deg))
 
 
-def flat(points: Floats, faces: Ints, grain: Floats) -> Floats:
+def flat_uv(points: Floats, faces: Ints, grain: Floats) -> Floats:
     """(F, 3, 2) metres: each face laid flat without stretch, v along the grain where the face allows it."""
     normals, _ = face_normals(points, faces)
     # One frame for each direction, so that neighbours in a plane agree to the last digit.
@@ -68,7 +68,7 @@ def flat(points: Floats, faces: Ints, grain: Floats) -> Floats:
     return np.stack([np.einsum("fki,fi->fk", corners, u[group]), np.einsum("fki,fi->fk", corners, v[group])], axis=2)
 
 
-def offset(name: str) -> Floats:
+def uv_offset(name: str) -> Floats:
     """(2,) metres by which a part of that name shifts its picture; the same on every machine."""
     mixed = zlib.crc32(name.encode("ascii"))
     return np.array([(mixed & 0xFFFF) / 0xFFFF * 3.0, (mixed >> 16) / 0xFFFF * 3.0])

@@ -26,20 +26,21 @@ def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], hole
     """
     loop = np.asarray(outline, dtype=np.float64)
     rings = [
-        np.column_stack([offset(loop, [d if m else 0.0 for m in moulded]), np.full(len(loop), z)]) for d, z in profile
+        np.column_stack([offset_sides(loop, [d if m else 0.0 for m in moulded]), np.full(len(loop), z)])
+        for d, z in profile
     ]
     low, high = profile[0][1], profile[-1][1]
     ease = min(0.001, 0.2 * (high - low))
     stacks = [rings]
     for hole in holes:
         back = np.asarray(hole, dtype=np.float64)[::-1]
-        wide = offset(back, [ease] * len(back))
+        wide = offset_sides(back, [ease] * len(back))
         levels = ((back, low), (back, high - ease), (wide, high))
         stacks.append([np.column_stack([ring, np.full(len(ring), z)]) for ring, z in levels])
     return _stacked(stacks)
 
 
-def offset(loop: Floats, by: Sequence[float]) -> Floats:
+def offset_sides(loop: Floats, by: Sequence[float]) -> Floats:
     """(N, 2) polygon whose side i is moved inwards (to the left of its run) by `by[i]` metres."""
     n = len(loop)
     run = np.roll(loop, -1, axis=0) - loop

@@ -27,14 +27,14 @@ class Solid:
     Attributes:
         points: (P, 3) float64. faces: (F, 3) int64.
         shapes: collision shapes and their poses, same frame; empty where nobody has said: then its hull is taken.
-        spread: (F, 3, 2) own texture coordinates of the corners in metres, or None: then each face is laid flat.
+        uv_m: (F, 3, 2) own texture coordinates of the corners in metres, or None: then each face is laid flat.
         crease_deg: faces that meet at less are shaded as one smooth surface.
     """
 
     points: Floats
     faces: Ints
     shapes: tuple[Placed, ...] = ()
-    spread: Floats | None = None
+    uv_m: Floats | None = None
     crease_deg: float = 50.0
 
     @property
@@ -47,51 +47,51 @@ class Solid:
         """m^3."""
         return solid_moments(self.points, self.faces)[0]
 
-    def posed(self, pose: Pose) -> Solid:
+    def transformed(self, pose: Pose) -> Solid:
         """The solid with every point moved by `pose`."""
         shapes = tuple((shape, pose @ at) for shape, at in self.shapes)
         return replace(self, points=pose.apply(self.points), shapes=shapes)
 
-    def at(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Solid:
+    def translated(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Solid:
         """Shifted by metres."""
-        return self.posed(Pose(position=(x, y, z)))
+        return self.transformed(Pose(position=(x, y, z)))
 
-    def turned(self, axis: str, angle: float, about: Vec3 = (0.0, 0.0, 0.0)) -> Solid:
+    def rotated(self, axis: str, angle: float, about: Vec3 = (0.0, 0.0, 0.0)) -> Solid:
         """Turned about an axis (`x`, `y`, `z`) through a point, radians, right hand."""
         there = Pose(position=about)
-        return self.posed(there @ turn(axis, angle) @ there.inverse())
+        return self.transformed(there @ axis_turn(axis, angle) @ there.inverse())
 
     def mirrored_x(self) -> Solid:
         """Its mirror image in the plane x = 0. Collision shapes are mirrored: boxes, cylinders and hulls stay such."""
         flip = np.array([-1.0, 1.0, 1.0])
         shapes = tuple(_mirrored(shape, at) for shape, at in self.shapes)
-        spread = None if self.spread is None else self.spread[:, ::-1]
-        return replace(self, points=self.points * flip, faces=self.faces[:, ::-1], shapes=shapes, spread=spread)
+        spread = None if self.uv_m is None else self.uv_m[:, ::-1]
+        return replace(self, points=self.points * flip, faces=self.faces[:, ::-1], shapes=shapes, uv_m=spread)
 
-    def untouched(self) -> Solid:
+    def without_colliders(self) -> Solid:
         """The same with no collision shape of its own."""
         return replace(self, shapes=())
 
-    def boxed(self) -> Solid:
+    def with_box_collider(self) -> Solid:
         """The same, touched as its bounding box."""
         low, high = self.bounds
         return replace(self, shapes=(box_shape(low, high),))
 
-    def hulled(self) -> Solid:
+    def with_hull_collider(self) -> Solid:
         """The same, touched as its convex hull of at most 64 vertices."""
         points, faces = small_hull(self.points.round(9))
         return replace(self, shapes=((Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()),))
 
-    def touched_as(self, *solids: Solid) -> Solid:
+    def with_colliders_of(self, *solids: Solid) -> Solid:
         """The same, touched as other solids are."""
         return replace(self, shapes=tuple(s for solid in solids for s in solid.shapes))
 
-    def smooth(self, crease_deg: float) -> Solid:
+    def with_crease(self, crease_deg: float) -> Solid:
         """The same with another crease angle."""
         return replace(self, crease_deg=crease_deg)
 
 
-def turn(axis: str, angle: float) -> Pose:
+def axis_turn(axis: str, angle: float) -> Pose:
     """Rotation about an axis of that name by radians."""
     half = angle / 2
     x, y, z = (float(np.sin(half) * v) for v in AXES[axis])
@@ -105,16 +105,16 @@ def box_shape(low: Sequence[float] | Floats, high: Sequence[float] | Floats) -> 
     return Box(size=(size[0], size[1], size[2])), Pose(position=(middle[0], middle[1], middle[2]))
 
 
-def joined(solids: Sequence[Solid]) -> Solid:
+def concatenate(solids: Sequence[Solid]) -> Solid:
     """Several solids as one body that is not welded: surfaces and shapes side by side."""
     starts = np.cumsum([0, *(len(s.points) for s in solids)])
-    own = [s.spread for s in solids]
+    own = [s.uv_m for s in solids]
     spread = np.concatenate([s for s in own if s is not None]) if all(s is not None for s in own) else None
     return Solid(
         points=np.concatenate([s.points for s in solids]),
         faces=np.concatenate([s.faces + start for s, start in zip(solids, starts, strict=False)]),
         shapes=tuple(shape for s in solids for shape in s.shapes),
-        spread=spread,
+        uv_m=spread,
         crease_deg=solids[0].crease_deg,
     )
 

@@ -10,7 +10,7 @@ import manifold3d
 import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.families.kit.solids.solid import Placed, Solid, joined
+from casa_assets.families.kit.solids.solid import Placed, Solid, concatenate
 from casa_assets.model.asset.shape import Box, Capsule, Shape
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
@@ -88,7 +88,7 @@ def prism(outline: Floats, height: float, ease: float = 0.001, holes: Sequence[F
     return Solid(cloud, np.concatenate(faces).astype(np.int64))
 
 
-def bent(path: Sequence[Vec3], radius: float, steps: int = 5) -> Floats:
+def round_corners(path: Sequence[Vec3], radius: float, steps: int = 5) -> Floats:
     """(N, 3) path whose corners are rounded with a bend radius, metres."""
     line = np.array(path, dtype=np.float64)
     out = [line[0]]
@@ -123,7 +123,7 @@ def tube(path: Sequence[Vec3], section: float | Floats, bend: float = 0.0, up: V
     Returns:
         A solid, touched as a capsule (round) or box (outline) for each straight piece of `path`.
     """
-    line = bent(path, bend) if bend > 0 else np.array(path, dtype=np.float64)
+    line = round_corners(path, bend) if bend > 0 else np.array(path, dtype=np.float64)
     outline = circle(section, _sides(section)) if isinstance(section, float) else np.asarray(section)
     n, m = len(outline), len(line)
     forward = np.diff(line, axis=0)
@@ -224,7 +224,7 @@ def _straight(path: Sequence[Vec3], section: float | Floats, up: Vec3) -> tuple[
     return tuple(out)
 
 
-def frame(width: float, height: float, profile: Floats) -> Solid:
+def mitred_frame(width: float, height: float, profile: Floats) -> Solid:
     """A profile carried round a rectangle in the plane x, z, mitred: a moulding, a picture frame.
 
     Args:
@@ -248,4 +248,4 @@ def frame(width: float, height: float, profile: Floats) -> Solid:
         faces += [cap, cap[:, ::-1] + n]
         solid = Solid(np.concatenate([a, b]), np.concatenate(faces).astype(np.int64))
         sides.append(solid if solid.volume > 0 else Solid(solid.points, solid.faces[:, ::-1]))
-    return joined(sides)
+    return concatenate(sides)

@@ -11,7 +11,7 @@ from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.blocks import board, rod
 from casa_assets.families.kit.solids.loft import loft
 from casa_assets.families.kit.solids.solid import Placed, Solid
-from casa_assets.families.kit.solids.sweep import bent, prism, rectangle
+from casa_assets.families.kit.solids.sweep import prism, rectangle, round_corners
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Hull
@@ -26,7 +26,7 @@ def rounded(points: Sequence[Vec2], radius: float, steps: int = 5) -> Floats:
     first, last = np.array(points[0]), np.array(points[-1])
     middle = (first + last) / 2
     line = [(float(middle[0]), float(middle[1]), 0.0)]
-    path = bent([*line, *((x, y, 0.0) for x, y in points), *line], radius, steps)[:-1, :2]
+    path = round_corners([*line, *((x, y, 0.0) for x, y in points), *line], radius, steps)[:-1, :2]
     # Neighbours that fall together would have no direction.
     apart = np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1) > 1e-6
     return np.asarray(path[apart])
@@ -93,7 +93,7 @@ def staves(inner: Sequence[Vec2], outer: Sequence[Vec2], count: int = 12, start:
 
 def feet(places: Sequence[Vec2], radius: float, height: float) -> list[Solid]:
     """Round feet from z = 0 to height at points of the ground."""
-    return [rod(radius, height, min(0.0015, 0.3 * height)).at(x, y, height / 2) for x, y in places]
+    return [rod(radius, height, min(0.0015, 0.3 * height)).translated(x, y, height / 2) for x, y in places]
 
 
 def corners(width: float, front: float, back: float, inset: float) -> list[Vec2]:
@@ -103,4 +103,4 @@ def corners(width: float, front: float, back: float, inset: float) -> list[Vec2]
 
 def plate(low: Vec3, high: Vec3, ease: float = 0.0012, steps: int = 2) -> Solid:
     """A panel between two corners that nothing touches."""
-    return board(low, high, ease, steps).untouched()
+    return board(low, high, ease, steps).without_colliders()

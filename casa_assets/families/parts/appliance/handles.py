@@ -15,7 +15,7 @@ from casa_assets.model.asset.shape import Capsule
 from casa_assets.model.pose import Pose
 
 
-class Pull(StrEnum):
+class AppliancePull(StrEnum):
     """What one opens a large appliance with."""
 
     TUBE = "tube"
@@ -30,14 +30,14 @@ class Pull(StrEnum):
 LATCH_LENGTH = 0.2  # metres; a latch has one length and lies across
 
 
-def pull(kind: Pull, length: float) -> Handle:
+def appliance_pull(kind: AppliancePull, length: float) -> Handle:
     """A pull of a length in metres; its first collision shape is what a hand takes."""
     return _MAKERS[kind](length)
 
 
-def reach_of(kind: Pull) -> float:
+def reach_of(kind: AppliancePull) -> float:
     """How far a pull stands out, metres."""
-    return -min(float(s.bounds[0, 1]) for s in pull(kind, 0.4).metal)
+    return -min(float(s.bounds[0, 1]) for s in appliance_pull(kind, 0.4).metal)
 
 
 def _capsule(length: float, radius: float, y: float) -> Placed:
@@ -51,9 +51,9 @@ def _feet(at: float, reach: float, wide: float, high: float) -> tuple[Placed, ..
 
 def _tube(length: float) -> Handle:
     radius, reach, at = 0.0105, 0.05, length / 2 - 0.04
-    grip = rod(radius, length, 0.002, "x").at(y=-reach)
-    posts = [rod(0.008, reach, 0.001, "y").at(x, -reach / 2) for x in (-at, at)]
-    roses = [rod(0.012, 0.004, 0.001, "y").at(x, -0.002) for x in (-at, at)]
+    grip = rod(radius, length, 0.002, "x").translated(y=-reach)
+    posts = [rod(0.008, reach, 0.001, "y").translated(x, -reach / 2) for x in (-at, at)]
+    roses = [rod(0.012, 0.004, 0.001, "y").translated(x, -0.002) for x in (-at, at)]
     shapes = (_capsule(length, radius, -reach), *_feet(at, reach - radius, 0.02, 0.02))
     return Handle((grip, *posts, *roses), shapes)
 
@@ -61,8 +61,8 @@ def _tube(length: float) -> Handle:
 def _pro(length: float) -> Handle:
     """A thick tube between end blocks, as on ranges of restaurants."""
     radius, reach, at = 0.0145, 0.058, length / 2 - 0.055
-    grip = rod(radius, length, 0.003, "x").at(y=-reach)
-    rings = [rod(radius + 0.0025, 0.007, 0.0012, "x").at(s * (length / 2 - 0.014), -reach) for s in (-1, 1)]
+    grip = rod(radius, length, 0.003, "x").translated(y=-reach)
+    rings = [rod(radius + 0.0025, 0.007, 0.0012, "x").translated(s * (length / 2 - 0.014), -reach) for s in (-1, 1)]
     posts = [box((0.03, reach, 0.026), (x, -reach / 2, 0.0), 0.006, 3) for x in (-at, at)]
     plates = [box((0.05, 0.005, 0.04), (x, -0.0025, 0.0), 0.002) for x in (-at, at)]
     shapes = (_capsule(length, radius, -reach), *_feet(at, reach - radius, 0.04, 0.034))
@@ -117,7 +117,7 @@ def _latch(length: float) -> Handle:
     """The lever of an old refrigerator: a drop of metal on a boat-shaped plate. Its length is its own."""
     h, reach = LATCH_LENGTH / 2, 0.046
     plate = box((2 * h, 0.009, 0.044), (0.0, -0.0045, 0.0), 0.0088, 4)
-    foot = rod(0.017, reach - 0.006, 0.003, "y").at(0.62 * h, -(reach - 0.006) / 2)
+    foot = rod(0.017, reach - 0.006, 0.003, "y").translated(0.62 * h, -(reach - 0.006) / 2)
     steps = np.linspace(-1.0, 1.0, 9)
     path = [(float(0.94 * s * h), float(-reach + 0.008 * s * s), 0.0) for s in steps]
     lever = tube(path, rectangle(0.016, 0.03, 0.0075, 4))
@@ -130,11 +130,11 @@ def _latch(length: float) -> Handle:
 
 
 _MAKERS = {
-    Pull.TUBE: _tube,
-    Pull.PRO: _pro,
-    Pull.BLADE: _blade,
-    Pull.BOW: _bow,
-    Pull.BOXED: _boxed,
-    Pull.LEDGE: _ledge,
-    Pull.LATCH: _latch,
+    AppliancePull.TUBE: _tube,
+    AppliancePull.PRO: _pro,
+    AppliancePull.BLADE: _blade,
+    AppliancePull.BOW: _bow,
+    AppliancePull.BOXED: _boxed,
+    AppliancePull.LEDGE: _ledge,
+    AppliancePull.LATCH: _latch,
 }

@@ -9,12 +9,12 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.families.family import FinishId, Params, Stock, between, pick
-from casa_assets.families.parts.appliance.handles import Pull
+from casa_assets.families.parts.appliance.handles import AppliancePull
 from casa_assets.families.parts.fronts.fronts import FrontKind
 from casa_assets.model.registry.finish import Surface
 
 
-class Form(StrEnum):
+class ApplianceFront(StrEnum):
     """How a front is shaped."""
 
     FLAT = "flat"  # folded sheet with sharp edges
@@ -24,7 +24,7 @@ class Form(StrEnum):
     GLASS = "glass"  # a pane in a frame of metal
 
 
-class Kick(StrEnum):
+class ApplianceKick(StrEnum):
     """What is below the doors."""
 
     GRILLE = "grille"
@@ -32,8 +32,8 @@ class Kick(StrEnum):
     FEET = "feet"
 
 
-class Look(Params):
-    """Form and finishes of a large appliance.
+class ApplianceLook(Params):
+    """Front form, pull and finishes of a large appliance.
 
     Attributes:
         form, pull, kick. front: kind of cabinet front where the form is `panel`.
@@ -42,9 +42,9 @@ class Look(Params):
         badge: a plate without a name. display: a touch panel in the front.
     """
 
-    form: Form = Form.FLAT
-    pull: Pull = Pull.TUBE
-    kick: Kick = Kick.GRILLE
+    form: ApplianceFront = ApplianceFront.FLAT
+    pull: AppliancePull = AppliancePull.TUBE
+    kick: ApplianceKick = ApplianceKick.GRILLE
     front: FrontKind = FrontKind.SHAKER
     face: FinishId = "stainless_brushed"
     lower: FinishId | None = None
@@ -58,11 +58,11 @@ class Look(Params):
     @property
     def thick(self) -> float:
         """Thickness of a door, metres."""
-        return {Form.ROUND: 0.07, Form.PANEL: 0.068}.get(self.form, 0.056)
+        return {ApplianceFront.ROUND: 0.07, ApplianceFront.PANEL: 0.068}.get(self.form, 0.056)
 
 
-SHEETS = ("stainless_brushed", "stainless_black", "enamel_white", "enamel_grey", "gunmetal", "enamel_charcoal")
-PASTELS = (
+SHEET_FINISHES = ("stainless_brushed", "stainless_black", "enamel_white", "enamel_grey", "gunmetal", "enamel_charcoal")
+PASTEL_FINISHES = (
     "enamel_cream",
     "enamel_mint",
     "enamel_red",
@@ -73,11 +73,18 @@ PASTELS = (
     "enamel_sage",
     "enamel_navy",
 )
-PANES = ("glass_white", "glass_black", "enamel_white", "stainless_black")
-KINDS = (FrontKind.SLAB, FrontKind.SHAKER, FrontKind.SLIM_SHAKER, FrontKind.RAISED, FrontKind.V_GROOVE)
-MODERN = (Pull.TUBE, Pull.PRO, Pull.BLADE, Pull.BOW, Pull.BOXED, Pull.LEDGE)
+GLASS_FINISHES = ("glass_white", "glass_black", "enamel_white", "stainless_black")
+PANEL_FRONTS = (FrontKind.SLAB, FrontKind.SHAKER, FrontKind.SLIM_SHAKER, FrontKind.RAISED, FrontKind.V_GROOVE)
+MODERN_PULLS = (
+    AppliancePull.TUBE,
+    AppliancePull.PRO,
+    AppliancePull.BLADE,
+    AppliancePull.BOW,
+    AppliancePull.BOXED,
+    AppliancePull.LEDGE,
+)
 # Sides of a case go with its fronts: the same enamel, or grey behind steel.
-BODIES = {
+BODY_FINISHES = {
     "stainless_brushed": ("enamel_grey", "stainless_brushed", "enamel_charcoal"),
     "stainless_black": ("enamel_charcoal", "enamel_black"),
     "gunmetal": ("enamel_charcoal",),
@@ -86,38 +93,49 @@ BODIES = {
 }
 
 
-def draw_look(rng: np.random.Generator, stock: Stock) -> Look:
+def draw_appliance_look(rng: np.random.Generator, stock: Stock) -> ApplianceLook:
     """A look as shops have it."""
-    form = pick(rng, (Form.FLAT, Form.FLAT, Form.SOFT, Form.SOFT, Form.ROUND, Form.PANEL, Form.GLASS))
+    form = pick(
+        rng,
+        (
+            ApplianceFront.FLAT,
+            ApplianceFront.FLAT,
+            ApplianceFront.SOFT,
+            ApplianceFront.SOFT,
+            ApplianceFront.ROUND,
+            ApplianceFront.PANEL,
+            ApplianceFront.GLASS,
+        ),
+    )
     share = between(rng, 0.35, 0.8, 0.01)
-    if form is Form.PANEL:
+    if form is ApplianceFront.PANEL:
         metal = pick(rng, ("brass_brushed", "black_matt", "stainless_brushed", "nickel_satin", "bronze_dark"))
-        pull, kind, face = pick(rng, MODERN[:-1]), pick(rng, KINDS), stock.draw(rng, Surface.CABINET)
-        return Look(
+        pull, kind, face = pick(rng, MODERN_PULLS[:-1]), pick(rng, PANEL_FRONTS), stock.draw(rng, Surface.CABINET)
+        return ApplianceLook(
             form=form,
             pull=pull,
             front=kind,
             face=face,
             body="enamel_charcoal",
             metal=metal,
-            kick=Kick.PLINTH,
+            kick=ApplianceKick.PLINTH,
             badge=False,
             share=share,
         )
-    if form is Form.ROUND:
-        face = pick(rng, PASTELS)
-        kick = pick(rng, (Kick.FEET, Kick.GRILLE))
-        pull = pick(rng, (Pull.LATCH, Pull.LATCH, Pull.BOW))
-        return Look(form=form, pull=pull, face=face, body=face, metal="chrome", kick=kick, share=share)
-    face = pick(rng, PANES if form is Form.GLASS else SHEETS)
-    return Look(
+    if form is ApplianceFront.ROUND:
+        face = pick(rng, PASTEL_FINISHES)
+        kick = pick(rng, (ApplianceKick.FEET, ApplianceKick.GRILLE))
+        pull = pick(rng, (AppliancePull.LATCH, AppliancePull.LATCH, AppliancePull.BOW))
+        return ApplianceLook(form=form, pull=pull, face=face, body=face, metal="chrome", kick=kick, share=share)
+    face = pick(rng, GLASS_FINISHES if form is ApplianceFront.GLASS else SHEET_FINISHES)
+    return ApplianceLook(
         form=form,
-        pull=pick(rng, MODERN),
+        pull=pick(rng, MODERN_PULLS),
         face=face,
-        body=pick(rng, BODIES.get(face, (face,))),
+        body=pick(rng, BODY_FINISHES.get(face, (face,))),
         metal=pick(rng, ("stainless_polished", "stainless_brushed", "black_matt", "aluminium_anodised")),
         trim=pick(rng, ("plastic_grey_light", "chrome", "plastic_white")),
-        kick=pick(rng, (Kick.GRILLE, Kick.PLINTH)),
+        kick=pick(rng, (ApplianceKick.GRILLE, ApplianceKick.PLINTH)),
         share=share,
         badge=bool(rng.random() < 0.6),
         display=bool(rng.random() < 0.4),

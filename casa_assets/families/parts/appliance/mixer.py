@@ -12,14 +12,14 @@ import numpy as np
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.blocks import lathe, rod
 from casa_assets.families.kit.solids.loft import loft
-from casa_assets.families.kit.solids.solid import Solid, joined
+from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, rectangle, tube
 from casa_assets.model.record import Vec3
 
-FLAT = 0.8  # share of half the height at which a section of the head is cut off below
+UNDERSIDE_SHARE = 0.8  # share of half the height at which a section of the head is cut off below
 
 
-class Tool(StrEnum):
+class MixerTool(StrEnum):
     """What stirs."""
 
     WHISK = "whisk"
@@ -33,11 +33,11 @@ def section(y: float, wide: float, tall: float, middle: float, power: float, cou
     c, s = np.cos(turns), np.sin(turns)
     x = wide / 2 * np.sign(c) * np.abs(c) ** (2 / power)
     z = tall / 2 * np.sign(s) * np.abs(s) ** (2 / power)
-    return np.column_stack([-x, np.full(count, y), middle + np.maximum(z, -FLAT * tall / 2)])
+    return np.column_stack([-x, np.full(count, y), middle + np.maximum(z, -UNDERSIDE_SHARE * tall / 2)])
 
 
 @dataclass(frozen=True)
-class Head:
+class MixerHead:
     """A head from y = front to back, its flat underside on z = 0.
 
     Attributes:
@@ -56,7 +56,7 @@ class Head:
     @property
     def middle(self) -> float:
         """Height of the axis, metres."""
-        return FLAT * self.tall / 2
+        return UNDERSIDE_SHARE * self.tall / 2
 
     def scale(self, t: float) -> float:
         """Share of the full section at a share of its length from the front."""
@@ -69,28 +69,28 @@ class Head:
         return section(y, self.wide * k + 2 * more, self.tall * k + 2 * more, self.middle, self.power, count)
 
 
-def head(form: Head) -> Solid:
+def head(form: MixerHead) -> Solid:
     """The skin of a head."""
     shares = 0.5 - 0.5 * np.cos(np.linspace(0.04, math.pi - 0.04, 17))
     return _outward(loft([form.ring(float(t)) for t in shares], 50.0))
 
 
-def band(form: Head, y: float, long: float) -> Solid:
+def band(form: MixerHead, y: float, long: float) -> Solid:
     """A strip round a head at y, of a length along it; it stands out by a millimetre."""
     shares = [(y + d - form.front) / (form.back - form.front) for d in (-long / 2, 0.0, long / 2)]
-    return _outward(loft([form.ring(t, 0.001, 44) for t in shares], 50.0)).untouched()
+    return _outward(loft([form.ring(t, 0.001, 44) for t in shares], 50.0)).without_colliders()
 
 
 def _outward(solid: Solid) -> Solid:
     return solid if solid.volume > 0 else Solid(solid.points, solid.faces[:, ::-1], crease_deg=50.0)
 
 
-def tool(kind: Tool, length: float) -> Solid:
+def tool(kind: MixerTool, length: float) -> Solid:
     """What hangs from z = 0 down to -length on the axis x = y = 0; touched as its hull."""
-    shaft = rod(0.0055, 0.034, 0.001).at(z=-0.017)
+    shaft = rod(0.0055, 0.034, 0.001).translated(z=-0.017)
     collar = lathe([(0.011, -0.036), (0.013, -0.033), (0.013, -0.027), (0.008, -0.024)], 20)
-    made = joined([shaft, collar, *_MAKERS[kind](length)])
-    return made.hulled()
+    made = concatenate([shaft, collar, *_MAKERS[kind](length)])
+    return made.with_hull_collider()
 
 
 def _whisk(length: float) -> list[Solid]:
@@ -102,7 +102,7 @@ def _whisk(length: float) -> list[Solid]:
             r = 0.043 * math.sin(t) * (1.0 - 0.3 * (1 + math.cos(t)) / 2)
             z = -0.03 - (length - 0.032) * (1 - math.cos(t)) / 2
             path.append((r * math.cos(turn), r * math.sin(turn), z))
-        wires.append(tube(path, circle(0.0011, 6)).untouched())
+        wires.append(tube(path, circle(0.0011, 6)).without_colliders())
     return wires
 
 
@@ -119,10 +119,10 @@ def _beater(length: float) -> list[Solid]:
         (-wide, 0.0, -0.05),
         (0.0, 0.0, -0.034),
     ]
-    frame = tube(loop, rectangle(0.006, 0.0075, 0.002, 2), 0.006, up=(0.0, 1.0, 0.0)).untouched()
+    frame = tube(loop, rectangle(0.006, 0.0075, 0.002, 2), 0.006, up=(0.0, 1.0, 0.0)).without_colliders()
     rib = tube([(0.0, 0.0, -0.036), (0.0, 0.0, low + 0.004)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
     bar = tube([(-wide, 0.0, -0.068), (wide, 0.0, -0.068)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
-    return [frame, rib.untouched(), bar.untouched()]
+    return [frame, rib.without_colliders(), bar.without_colliders()]
 
 
 def _hook(length: float) -> list[Solid]:
@@ -131,10 +131,10 @@ def _hook(length: float) -> list[Solid]:
         angle = 2 * math.pi * 0.9 * float(t)
         r = 0.034 * math.sin(math.pi * (0.15 + 0.75 * float(t)))
         path.append((r * math.cos(angle), r * math.sin(angle), -0.04 - (length - 0.046) * float(t)))
-    return [tube(path, circle(0.0055, 10)).untouched()]
+    return [tube(path, circle(0.0055, 10)).without_colliders()]
 
 
-_MAKERS = {Tool.WHISK: _whisk, Tool.BEATER: _beater, Tool.HOOK: _hook}
+_MAKERS = {MixerTool.WHISK: _whisk, MixerTool.BEATER: _beater, MixerTool.HOOK: _hook}
 
 
 def bowl_profile(foot: float, mouth: float, depth: float, steps: int = 9) -> list[tuple[float, float]]:

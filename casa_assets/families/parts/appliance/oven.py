@@ -9,22 +9,22 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.core import hand_dynamics
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box, lathe
-from casa_assets.families.kit.solids.boolean import cut
-from casa_assets.families.kit.solids.solid import Solid, box_shape, joined
+from casa_assets.families.kit.solids.boolean import subtract
+from casa_assets.families.kit.solids.solid import Solid, box_shape, concatenate
 from casa_assets.families.kit.solids.sweep import rectangle, tube
 from casa_assets.families.parts.hardware.legs import bar
 from casa_assets.model.record import Vec3
 
-WALL = 0.045  # metres of insulation between liner and shell
-GAP = 0.003
-THICK = 0.045  # of a door: two panes and air
-FOLD = 1.48  # rad
-SPAN = 0.26  # metres that a rack comes out
+INSULATION_THICKNESS = 0.045  # metres of insulation between liner and shell
+DOOR_GAP = 0.003
+DOOR_THICKNESS = 0.045  # of a door: two panes and air
+DOOR_TRAVEL = 1.48  # rad
+RACK_TRAVEL = 0.26  # metres that a rack comes out
 
 
-class Grip(StrEnum):
+class OvenHandle(StrEnum):
     """What one pulls the door with."""
 
     BAR = "bar"
@@ -34,7 +34,7 @@ class Grip(StrEnum):
 
 
 @dataclass(frozen=True)
-class Looks:
+class OvenLook:
     """Finishes and forms of an oven.
 
     Attributes:
@@ -45,7 +45,7 @@ class Looks:
     shell: str
     face: str
     metal: str
-    grip: Grip = Grip.BAR
+    grip: OvenHandle = OvenHandle.BAR
     window: float = 0.62
     liner: str = "enamel_charcoal"
     glass: str = "glass_oven_dark"
@@ -53,10 +53,10 @@ class Looks:
 
 
 def cavity(
-    bench: Bench,
+    builder: AssetBuilder,
     low: Vec3,
     high: Vec3,
-    looks: Looks,
+    looks: OvenLook,
     racks: int,
     first: int = 0,
     door: str = "door_joint",
@@ -70,7 +70,7 @@ def cavity(
         door: joint that has to be open before a rack can move. touched: False where the caller adds shapes for walls.
     """
     (x0, y0, z0), (x1, y1, z1) = low, high
-    t, e = WALL, 0.0006
+    t, e = INSULATION_THICKNESS, 0.0006
     inner = ((x0 + t, y0, z0 + t), (x1 - t, y1 - t, z1 - t))
     walls = (
         board((x0, y0, z0), (x0 + t, y1, z1), 0.0),
@@ -80,7 +80,7 @@ def cavity(
         board((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t), 0.0),
     )
     for wall in walls:
-        bench.add(ROOT, wall, looks.shell, label="case", touch=touched, density="oven_wall")
+        builder.add(ROOT, wall, looks.shell, label="case", collider=touched, density="oven_wall")
     (a0, b0, c0), (a1, b1, c1) = inner
     liners = (
         board((a0, b0 + 0.001, c0), (a0 + e, b1, c1), 0.0),
@@ -90,21 +90,21 @@ def cavity(
         board((a0 + e, b1 - e, c0 + e), (a1 - e, b1, c1 - e), 0.0),
     )
     for sheet in liners:
-        bench.add(ROOT, sheet, looks.liner, label="liner", touch=False, density="steel")
-    seal = cut(
+        builder.add(ROOT, sheet, looks.liner, label="liner", collider=False, density="steel")
+    seal = subtract(
         board((a0 - 0.014, y0 - 0.0013, c0 - 0.014), (a1 + 0.014, y0 - 0.0003, c1 + 0.014), 0.0),
         board((a0 - 0.004, y0 - 0.01, c0 - 0.004), (a1 + 0.004, y0 + 0.01, c1 + 0.004), 0.0),
     )
-    bench.add(ROOT, seal, "gasket_grey", label="gasket", touch=False, density="soft_gasket")
-    furnish(bench, (a0, b0, c0), (a1, b1, c1), f"lamp{first}")
+    builder.add(ROOT, seal, "gasket_grey", label="gasket", collider=False, density="soft_gasket")
+    furnish(builder, (a0, b0, c0), (a1, b1, c1), f"lamp{first}")
     height = c1 - c0
     for k in range(racks):
         z = c0 + height * (0.22 + 0.56 * k / max(1, racks - 1) if racks > 1 else 0.4)
         room = height * (0.56 / max(1, racks - 1)) - 0.03 if k < racks - 1 else c1 - z - 0.05
-        rack(bench, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, room)), looks, door)
+        rack(builder, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, room)), looks, door)
 
 
-def furnish(bench: Bench, low: Vec3, high: Vec3, lamp: str) -> None:
+def furnish(builder: AssetBuilder, low: Vec3, high: Vec3, lamp: str) -> None:
     """The grill's element under the roof; a fan behind a cover and a lamp on the back wall.
 
     Args:
@@ -121,48 +121,48 @@ def furnish(bench: Bench, low: Vec3, high: Vec3, lamp: str) -> None:
         0.004,
         0.03,
     )
-    bench.add(ROOT, element, "heating_element", label="element", touch=False)
+    builder.add(ROOT, element, "heating_element", label="element", collider=False)
     x, z = (a0 + a1) / 2, (low[2] + c1) / 2
     r = min(0.085, 0.33 * (c1 - low[2]), 0.3 * (a1 - a0))
     face = b1 - 0.0008  # the liner's front
-    cover = lathe([(r, 0.0), (r, 0.004), (0.9 * r, 0.009), (0.0, 0.009)]).turned("x", math.pi / 2)
-    bench.add(ROOT, cover.at(x, face, z), "enamel_charcoal", label="fan", touch=False, density="oven_fan")
+    cover = lathe([(r, 0.0), (r, 0.004), (0.9 * r, 0.009), (0.0, 0.009)]).rotated("x", math.pi / 2)
+    builder.add(ROOT, cover.translated(x, face, z), "enamel_charcoal", label="fan", collider=False, density="oven_fan")
     slots = [box((0.0035, 0.0008, 0.5 * r), (0.0, -0.0098, 0.52 * r), 0.0) for _ in range(12)]
-    ring = joined([s.turned("y", 2 * math.pi * k / 12) for k, s in enumerate(slots)])
-    bench.add(ROOT, ring.at(x, face, z), "rubber_black", label="fan", touch=False, density=0.0)
-    bulb = lathe([(0.026, 0.0), (0.026, 0.003), (0.021, 0.005), (0.017, 0.011), (0.0, 0.014)]).turned("x", math.pi / 2)
+    ring = concatenate([s.rotated("y", 2 * math.pi * k / 12) for k, s in enumerate(slots)])
+    builder.add(ROOT, ring.translated(x, face, z), "rubber_black", label="fan", collider=False, density=0.0)
+    bulb = lathe([(0.026, 0.0), (0.026, 0.003), (0.021, 0.005), (0.017, 0.011), (0.0, 0.014)]).rotated("x", math.pi / 2)
     at = (a1 - 0.055, face, c1 - 0.05)
-    bench.add(ROOT, bulb.at(*at), "glass_opal", label="lamp", name=lamp, touch=False, density="oven_lamp")
+    builder.add(ROOT, bulb.translated(*at), "glass_opal", label="lamp", name=lamp, collider=False, density="oven_lamp")
 
 
-def rack(bench: Bench, name: str, low: Vec3, high: Vec3, looks: Looks, door: str) -> None:
+def rack(builder: AssetBuilder, name: str, low: Vec3, high: Vec3, looks: OvenLook, door: str) -> None:
     """A wire rack on ledges; its region rides on it."""
     (x0, y0, z), (x1, y1, top) = low, high
     for x in (x0 + 0.0008, x1 - 0.0088):
         ledge = board((x, y0 + 0.02, z - 0.016), (x + 0.008, y1 - 0.01, z - 0.009), 0.001)
-        bench.add(ROOT, ledge, looks.liner, label="ledge", touch=False)
-    bench.link(name, at=((x0 + x1) / 2, y0, z))
+        builder.add(ROOT, ledge, looks.liner, label="ledge", collider=False)
+    builder.link(name, at=((x0 + x1) / 2, y0, z))
     half, deep, front = (x1 - x0) / 2 - 0.004, y1 - y0 - 0.014, 0.022
     for x in (-half + 0.004, half - 0.004):
-        bench.add(name, bar((x, front, 0.0), (x, deep, 0.0), 0.0036), "chrome", label="rack", touch=False)
+        builder.add(name, bar((x, front, 0.0), (x, deep, 0.0), 0.0036), "chrome", label="rack", collider=False)
     for y in (front + 0.004, deep - 0.004):
-        bench.add(
-            name, bar((-half + 0.004, y, 0.0), (half - 0.004, y, 0.0), 0.0036), "chrome", label="rack", touch=False
+        builder.add(
+            name, bar((-half + 0.004, y, 0.0), (half - 0.004, y, 0.0), 0.0036), "chrome", label="rack", collider=False
         )
     count = 15
     for k in range(count):
         x = -half + 0.02 + (2 * half - 0.04) * k / (count - 1)
         wire = bar((x, front + 0.004, 0.0035), (x, deep - 0.004, 0.0035), 0.0015)
-        bench.add(name, wire, "chrome", label="rack", touch=False)
+        builder.add(name, wire, "chrome", label="rack", collider=False)
     plate = board((-half, front, -0.005), (half, deep, 0.005), 0.0)
-    bench.add(name, plate, "chrome", label="rack", touch=f"{name}_main", density=0.0, seen=False)
-    way = min(SPAN, 0.6 * deep)
-    bench.slide(f"{name}_joint", name, (0.0, 1.0, 0.0), (-way, 0.0), f"{name}_main", start_n=6.0, behind=door)
-    bench.region(name, (-half + 0.01, front + 0.01, 0.005), (half - 0.01, deep - 0.01, top - z), link=name)
+    builder.add(name, plate, "chrome", label="rack", collider=f"{name}_main", density=0.0, visible=False)
+    way = min(RACK_TRAVEL, 0.6 * deep)
+    builder.slide(f"{name}_joint", name, (0.0, 1.0, 0.0), (-way, 0.0), f"{name}_main", start_n=6.0, behind=door)
+    builder.region(name, (-half + 0.01, front + 0.01, 0.005), (half - 0.01, deep - 0.01, top - z), link=name)
 
 
 def door(
-    bench: Bench, link: str, low: tuple[float, float], high: tuple[float, float], front: float, looks: Looks
+    builder: AssetBuilder, link: str, low: tuple[float, float], high: tuple[float, float], front: float, looks: OvenLook
 ) -> str:
     """A door in front of the plane y = front, hinged along its lower front edge; returns its joint.
 
@@ -171,51 +171,51 @@ def door(
     """
     (x0, z0), (x1, z1) = low, high
     w, h = x1 - x0, z1 - z0
-    bench.link(link, at=(x0, front - THICK - GAP, z0))
-    slab = board((0.0, 0.0, 0.0), (w, THICK, h), 0.004, 2)
+    builder.link(link, at=(x0, front - DOOR_THICKNESS - DOOR_GAP, z0))
+    slab = board((0.0, 0.0, 0.0), (w, DOOR_THICKNESS, h), 0.004, 2)
     m = 0.09 + 0.1 * (1 - looks.window)
     pane_low, pane_high = (m, h * (0.5 - looks.window / 2) * 0.8), (w - m, h * (0.5 + looks.window / 2) * 0.96)
-    hole = board((pane_low[0], -0.01, pane_low[1]), (pane_high[0], THICK + 0.01, pane_high[1]), 0.0)
-    frame = cut(slab, hole, shapes=(box_shape((0, 0, 0), (w, THICK, h)),))
-    bench.add(link, frame, looks.face, label="door", name=f"{link}_main", density="oven_door")
+    hole = board((pane_low[0], -0.01, pane_low[1]), (pane_high[0], DOOR_THICKNESS + 0.01, pane_high[1]), 0.0)
+    frame = subtract(slab, hole, shapes=(box_shape((0, 0, 0), (w, DOOR_THICKNESS, h)),))
+    builder.add(link, frame, looks.face, label="door", name=f"{link}_main", density="oven_door")
     if looks.border:
-        rim = cut(
+        rim = subtract(
             board(
                 (pane_low[0] - 0.016, -0.0009, pane_low[1] - 0.016),
                 (pane_high[0] + 0.016, -0.0003, pane_high[1] + 0.016),
             ),
             board((pane_low[0], -0.1, pane_low[1]), (pane_high[0], 0.1, pane_high[1]), 0.0),
         )
-        bench.add(link, rim, looks.border, label="window", touch=False)
-    for y in (0.004, THICK - 0.008):
+        builder.add(link, rim, looks.border, label="window", collider=False)
+    for y in (0.004, DOOR_THICKNESS - 0.008):
         pane = board(
             (pane_low[0] - 0.004, y, pane_low[1] - 0.004), (pane_high[0] + 0.004, y + 0.003, pane_high[1] + 0.004), 0.0
         )
-        bench.add(link, pane, looks.glass, label="window", touch=False)
-    inner = cut(
-        board((0.012, THICK - 0.0002, 0.012), (w - 0.012, THICK + 0.0012, h - 0.012), 0.0),
+        builder.add(link, pane, looks.glass, label="window", collider=False)
+    inner = subtract(
+        board((0.012, DOOR_THICKNESS - 0.0002, 0.012), (w - 0.012, DOOR_THICKNESS + 0.0012, h - 0.012), 0.0),
         board((pane_low[0] + 0.002, 0.0, pane_low[1] + 0.002), (pane_high[0] - 0.002, 1.0, pane_high[1] - 0.002), 0.0),
     )
-    bench.add(link, inner, looks.liner, label="door", touch=False, density="oven_door_liner")
-    _handle(bench, link, w, h, looks)
-    return fold(bench, link)
+    builder.add(link, inner, looks.liner, label="door", collider=False, density="oven_door_liner")
+    _handle(builder, link, w, h, looks)
+    return fold(builder, link)
 
 
-def _handle(bench: Bench, link: str, w: float, h: float, looks: Looks) -> None:
+def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLook) -> None:
     z, reach, inset = h - 0.05, 0.048, 0.06
-    if looks.grip is Grip.PRO:
+    if looks.grip is OvenHandle.PRO:
         for x in (inset, w - inset):
             post = box((0.03, reach, 0.034), (x, -reach / 2, z), 0.005, 2)
-            bench.add(link, post, looks.metal, label="handle", density="metal_rod")
+            builder.add(link, post, looks.metal, label="handle", density="metal_rod")
         grip = tube([(inset - 0.035, -reach - 0.002, z), (w - inset + 0.035, -reach - 0.002, z)], 0.0145)
-        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
-    elif looks.grip is Grip.FLAT:
+        builder.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
+    elif looks.grip is OvenHandle.FLAT:
         for x in (inset, w - inset):
             post = box((0.02, reach - 0.01, 0.016), (x, -(reach - 0.01) / 2, z), 0.002)
-            bench.add(link, post, looks.metal, label="handle", density="metal_rod")
+            builder.add(link, post, looks.metal, label="handle", density="metal_rod")
         flat = box((w - 2 * inset + 0.05, 0.012, 0.026), (w / 2, -reach + 0.004, z), 0.003, 2)
-        bench.add(link, flat, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
-    elif looks.grip is Grip.CURVED:
+        builder.add(link, flat, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
+    elif looks.grip is OvenHandle.CURVED:
         steps = np.linspace(-1, 1, 13)
         path = [
             (
@@ -231,28 +231,28 @@ def _handle(bench: Bench, link: str, w: float, h: float, looks: Looks) -> None:
             box_shape((x - 0.012, -reach, z - 0.011), (x + 0.012, 0.0, z + 0.011))
             for x in (inset + 0.012, w - inset - 0.012)
         ]
-        body = Solid(grip.points, grip.faces, (whole, *ends), grip.spread, 50.0)
-        bench.add(link, body, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
+        body = Solid(grip.points, grip.faces, (whole, *ends), grip.uv_m, 50.0)
+        builder.add(link, body, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
     else:
         for x in (inset, w - inset):
             post = box((0.018, reach, 0.018), (x, -reach / 2, z), 0.004, 2)
-            bench.add(link, post, looks.metal, label="handle", density="metal_rod")
+            builder.add(link, post, looks.metal, label="handle", density="metal_rod")
         grip = tube([(inset - 0.02, -reach, z), (w - inset + 0.02, -reach, z)], 0.0105)
-        bench.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
+        builder.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
 
 
-def fold(bench: Bench, link: str) -> str:
+def fold(builder: AssetBuilder, link: str) -> str:
     """The hinge: a spring that carries the door, and friction that holds it where it is left."""
-    piece = bench.pieces[link]
-    mass = sum(q.mass for q in piece.weights)
-    center = sum((q.mass * q.center for q in piece.weights), np.zeros(3)) / mass
+    piece = builder.links[link]
+    mass = sum(q.mass for q in piece.masses)
+    center = sum((q.mass * q.center for q in piece.masses), np.zeros(3)) / mass
     grip = next(c for c in piece.colliders if c.name == f"{link}_handle_main").pose.position
     lever = math.hypot(grip[1], grip[2])
-    turns = np.linspace(0.0, FOLD, 25)
+    turns = np.linspace(0.0, DOOR_TRAVEL, 25)
     pull = mass * 9.81 * (center[2] * np.sin(turns) - center[1] * np.cos(turns))
     # The straight line that comes nearest to the weight's moment at its worst.
     best = (math.inf, 0.0, 0.0)
-    for stiffness in np.linspace(0.2, 1.4, 61) * max(float(pull[-1]), 0.5) / FOLD:
+    for stiffness in np.linspace(0.2, 1.4, 61) * max(float(pull[-1]), 0.5) / DOOR_TRAVEL:
         rest = pull - stiffness * turns
         middle = (float(rest.max()) + float(rest.min())) / 2
         worst = float(np.abs(rest - middle).max())
@@ -265,9 +265,9 @@ def fold(bench: Bench, link: str) -> str:
     feel = hand_dynamics.feel(
         mass * (center[1] ** 2 + center[2] ** 2) * 1.35,
         lever,
-        FOLD,
+        DOOR_TRAVEL,
         start,
         max(start + 2.5, hand_dynamics.PULL_N - worst / lever),
     )
-    bench.hinge(joint, link, (1.0, 0.0, 0.0), (0.0, FOLD), f"{link}_handle_main", spring=spring, feel=feel)
+    builder.hinge(joint, link, (1.0, 0.0, 0.0), (0.0, DOOR_TRAVEL), f"{link}_handle_main", spring=spring, feel=feel)
     return joint

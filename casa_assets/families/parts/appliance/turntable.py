@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import lathe, rod
 from casa_assets.model.record import Vec3
 
 
-def turntable(bench: Bench, low: Vec3, high: Vec3) -> None:
+def turntable(builder: AssetBuilder, low: Vec3, high: Vec3) -> None:
     """A glass tray on a hub and a ring of rollers; its collider and region are `tray`.
 
     Args:
@@ -18,16 +18,22 @@ def turntable(bench: Bench, low: Vec3, high: Vec3) -> None:
     x, y = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2
     radius = min(high[0] - low[0], high[1] - low[1], 0.36) / 2 - 0.012
     floor = low[2] + 0.0006
-    hub = lathe([(0.02, floor), (0.02, floor + 0.004), (0.012, floor + 0.0098)]).at(x, y)
-    bench.add(ROOT, hub, "plastic_white", label="hub", touch=False)
+    hub = lathe([(0.02, floor), (0.02, floor + 0.004), (0.012, floor + 0.0098)]).translated(x, y)
+    builder.add(ROOT, hub, "plastic_white", label="hub", collider=False)
     r = 0.62 * radius
     ring = lathe([(r - 0.004, 0.003), (r + 0.004, 0.003), (r + 0.004, 0.0085), (r - 0.004, 0.0085)], 40, closed=True)
-    bench.add(ROOT, ring.at(x, y, floor), "plastic_white", label="hub", touch=False)
+    builder.add(ROOT, ring.translated(x, y, floor), "plastic_white", label="hub", collider=False)
     for k in range(3):
-        wheel = rod(0.0045, 0.008, 0.001, "x").at(r, 0.0, floor + 0.0046)
-        bench.add(ROOT, wheel.turned("z", 2 * math.pi * k / 3).at(x, y), "plastic_white", label="hub", touch=False)
+        wheel = rod(0.0045, 0.008, 0.001, "x").translated(r, 0.0, floor + 0.0046)
+        builder.add(
+            ROOT, wheel.rotated("z", 2 * math.pi * k / 3).translated(x, y), "plastic_white", label="hub", collider=False
+        )
     z = floor + 0.0102
     rim = [(radius - 0.012, z), (radius, z + 0.003), (radius, z + 0.0066), (radius - 0.01, z + 0.0052)]
-    dish = lathe([*rim, (0.0, z + 0.0052)]).at(x, y).touched_as(rod(radius, 0.0052, 0.0).at(x, y, z + 0.0026))
-    bench.add(ROOT, dish, "glass_clear", label="tray", name="tray")
-    bench.round_region("tray", (x, y, z + 0.0055), 2 * radius - 0.004, high[2] - z - 0.03)
+    dish = (
+        lathe([*rim, (0.0, z + 0.0052)])
+        .translated(x, y)
+        .with_colliders_of(rod(radius, 0.0052, 0.0).translated(x, y, z + 0.0026))
+    )
+    builder.add(ROOT, dish, "glass_clear", label="tray", name="tray")
+    builder.round_region("tray", (x, y, z + 0.0055), 2 * radius - 0.004, high[2] - z - 0.03)

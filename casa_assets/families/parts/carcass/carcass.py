@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
 from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.parts.fronts.fronts import THICK
-from casa_assets.families.parts.fronts.look import Look
+from casa_assets.families.parts.fronts.fronts import FRONT_THICKNESS
+from casa_assets.families.parts.fronts.look import CabinetLook
 from casa_assets.families.parts.hardware.handles import HandleKind
 from casa_assets.model.record import Vec3
 
-WALL = 0.018  # metres, boards of a carcass
-BAND = 0.0012  # edge banding
-SKIN = 0.003  # of it, the outer layer that is finished like the fronts
-BACK = 0.004
-RAIL = 0.09  # height of the rails of an open top
-GAP = 0.003  # between fronts
-OFFSET = 0.0022  # between the back of a front and the carcass: bumpers and hinges
-SHEET = 0.006  # of the board under what stands in a niche on the floor
-CHANNEL_DEEP = 0.032  # from the carcass's edge to the web of the channel behind fronts with a finger groove
-KICK_SET_BACK = 0.07
+BOARD_THICKNESS = 0.018  # metres, boards of a carcass
+EDGE_BAND = 0.0012  # edge banding
+FACING_THICKNESS = 0.003  # of it, the outer layer that is finished like the fronts
+BACK_THICKNESS = 0.004
+RAIL_HEIGHT = 0.09  # height of the rails of an open top
+FRONT_GAP = 0.003  # between fronts
+FRONT_OFFSET = 0.0022  # between the back of a front and the carcass: bumpers and hinges
+NICHE_FLOOR = 0.006  # of the board under what stands in a niche on the floor
+CHANNEL_DEPTH = 0.032  # from the carcass's edge to the web of the channel behind fronts with a finger groove
+PLINTH_SETBACK = 0.07
 ACROSS: Vec3 = (1.0, 0.0, 0.0)
 ALONG: Vec3 = (0.0, 1.0, 0.0)
 UPRIGHT: Vec3 = (0.0, 0.0, 1.0)
@@ -45,7 +45,7 @@ class Carcass:
     depth: float
     height: float
     plinth: float
-    look: Look
+    look: CabinetLook
     fronted: bool = True
     open_top: bool = False
     open_bottom: bool = False
@@ -58,48 +58,48 @@ class Carcass:
     @property
     def front(self) -> float:
         """y of the carcass's front edges."""
-        return THICK + OFFSET if self.fronted else 0.0
+        return FRONT_THICKNESS + FRONT_OFFSET if self.fronted else 0.0
 
     @property
     def left(self) -> float:
         """x of the inner face of the left side."""
-        return self.x + WALL
+        return self.x + BOARD_THICKNESS
 
     @property
     def right(self) -> float:
         """x of the inner face of the right side."""
-        return self.x + self.width - WALL
+        return self.x + self.width - BOARD_THICKNESS
 
     @property
     def back(self) -> float:
         """y of the inner face of the back."""
-        return self.depth - (SKIN + WALL if "back" in self.skinned else BACK)
+        return self.depth - (FACING_THICKNESS + BOARD_THICKNESS if "back" in self.skinned else BACK_THICKNESS)
 
     @property
     def floor(self) -> float:
         """z of the upper face of the bottom."""
-        return SHEET if self.open_bottom else self.plinth + WALL
+        return NICHE_FLOOR if self.open_bottom else self.plinth + BOARD_THICKNESS
 
     @property
     def ceiling(self) -> float:
         """z of the lower face of the top."""
-        return self.height - WALL
+        return self.height - BOARD_THICKNESS
 
 
-def raise_carcass(bench: Bench, c: Carcass) -> None:
+def build_carcass(builder: AssetBuilder, c: Carcass) -> None:
     """Put a carcass on the bench."""
-    _sides(bench, c)
-    _levels(bench, c)
-    _back(bench, c)
+    _sides(builder, c)
+    _levels(builder, c)
+    _back(builder, c)
     if c.plinth > 0 and c.footed and not c.open_bottom:
-        _plinth(bench, c)
+        _plinth(builder, c)
 
 
-def _put(bench: Bench, solid: Solid, finish: str, label: str, grain: Vec3) -> None:
-    bench.add(ROOT, solid, finish, label=label, grain=grain, density="board")
+def _put(builder: AssetBuilder, solid: Solid, finish: str, label: str, grain: Vec3) -> None:
+    builder.add(ROOT, solid, finish, label=label, grain=grain, density="board")
 
 
-def layered(bench: Bench, c: Carcass, low: Vec3, high: Vec3, axis: int, outer: bool, skinned: bool) -> None:
+def layered(builder: AssetBuilder, c: Carcass, low: Vec3, high: Vec3, axis: int, outer: bool, skinned: bool) -> None:
     """A board whose outer layer may be finished like the fronts.
 
     Args:
@@ -109,77 +109,77 @@ def layered(bench: Bench, c: Carcass, low: Vec3, high: Vec3, axis: int, outer: b
     grain = ACROSS if axis == 2 else UPRIGHT
     whole = board(low, high)
     if axis != 1:  # the edge towards the front is banded like the fronts
-        band = board(low, (high[0], low[1] + BAND, high[2]), 0.0004)
-        bench.add(ROOT, band, c.look.face, label="carcass", grain=grain, density="board", touch=False)
-        low = (low[0], low[1] + BAND, low[2])
+        band = board(low, (high[0], low[1] + EDGE_BAND, high[2]), 0.0004)
+        builder.add(ROOT, band, c.look.face, label="carcass", grain=grain, density="board", collider=False)
+        low = (low[0], low[1] + EDGE_BAND, low[2])
     inner_low, inner_high, skin_low, skin_high = list(low), list(high), list(low), list(high)
     if skinned:
-        at = high[axis] - SKIN if outer else low[axis] + SKIN
+        at = high[axis] - FACING_THICKNESS if outer else low[axis] + FACING_THICKNESS
         (inner_high if outer else inner_low)[axis] = at
         (skin_low if outer else skin_high)[axis] = at
         skin = board(_corner(skin_low), _corner(skin_high), 0.0004)
-        bench.add(ROOT, skin, c.look.face, label="carcass", grain=grain, density="board", touch=False)
+        builder.add(ROOT, skin, c.look.face, label="carcass", grain=grain, density="board", collider=False)
     inner = board(_corner(inner_low), _corner(inner_high), 0.0004)
-    bench.add(ROOT, inner.touched_as(whole), c.look.inside, label="carcass", grain=grain, density="board")
+    builder.add(ROOT, inner.with_colliders_of(whole), c.look.inside, label="carcass", grain=grain, density="board")
 
 
 def _corner(values: list[float]) -> Vec3:
     return values[0], values[1], values[2]
 
 
-def _sides(bench: Bench, c: Carcass) -> None:
-    z0 = (0.0 if c.open_bottom else c.plinth) + (SKIN if "bottom" in c.skinned else 0.0)
-    z1 = c.height - (SKIN if "top" in c.skinned else 0.0)
+def _sides(builder: AssetBuilder, c: Carcass) -> None:
+    z0 = (0.0 if c.open_bottom else c.plinth) + (FACING_THICKNESS if "bottom" in c.skinned else 0.0)
+    z1 = c.height - (FACING_THICKNESS if "top" in c.skinned else 0.0)
     for name, x0, x1, outer in (("left", c.x, c.left, False), ("right", c.right, c.x + c.width, True)):
-        layered(bench, c, (x0, c.front, z0), (x1, c.depth, z1), 0, outer, name in c.skinned)
+        layered(builder, c, (x0, c.front, z0), (x1, c.depth, z1), 0, outer, name in c.skinned)
 
 
-def _levels(bench: Bench, c: Carcass) -> None:
+def _levels(builder: AssetBuilder, c: Carcass) -> None:
     """Bottom and top, or the rails that stand for a top."""
     x0, x1, y1 = c.left, c.right, c.back
-    for name, z in (("bottom", c.plinth), ("top", c.height - SKIN)):
+    for name, z in (("bottom", c.plinth), ("top", c.height - FACING_THICKNESS)):
         if name in c.skinned:
-            sheet = board((c.x, c.front, z), (c.x + c.width, c.depth, z + SKIN), 0.0004)
-            _put(bench, sheet, c.look.face, "carcass", ACROSS)
+            sheet = board((c.x, c.front, z), (c.x + c.width, c.depth, z + FACING_THICKNESS), 0.0004)
+            _put(builder, sheet, c.look.face, "carcass", ACROSS)
     if not c.open_bottom:
-        low = c.plinth + (SKIN if "bottom" in c.skinned else 0.0)
-        layered(bench, c, (x0, c.front, low), (x1, y1, c.floor), 2, False, False)
+        low = c.plinth + (FACING_THICKNESS if "bottom" in c.skinned else 0.0)
+        layered(builder, c, (x0, c.front, low), (x1, y1, c.floor), 2, False, False)
     if not c.open_top:
-        high = c.height - (SKIN if "top" in c.skinned else 0.0)
-        layered(bench, c, (x0, c.front, c.ceiling), (x1, y1, high), 2, True, False)
+        high = c.height - (FACING_THICKNESS if "top" in c.skinned else 0.0)
+        layered(builder, c, (x0, c.front, c.ceiling), (x1, y1, high), 2, True, False)
         return
     # The rail stands behind the channel into which fingers reach over the fronts.
-    y0 = c.front + (CHANNEL_DEEP + 0.004 if c.look.handle is HandleKind.FINGER_GROOVE else 0.0)
+    y0 = c.front + (CHANNEL_DEPTH + 0.004 if c.look.handle is HandleKind.FINGER_GROOVE else 0.0)
     z = c.height - c.dip
-    rail = board((x0, y0, z - RAIL), (x1, y0 + WALL, z))
-    _put(bench, rail, c.look.inside, "carcass", ACROSS)
-    stay = board((x0, y1 - WALL, c.height - RAIL), (x1, y1, c.height))
-    _put(bench, stay, c.look.inside, "carcass", ACROSS)
+    rail = board((x0, y0, z - RAIL_HEIGHT), (x1, y0 + BOARD_THICKNESS, z))
+    _put(builder, rail, c.look.inside, "carcass", ACROSS)
+    stay = board((x0, y1 - BOARD_THICKNESS, c.height - RAIL_HEIGHT), (x1, y1, c.height))
+    _put(builder, stay, c.look.inside, "carcass", ACROSS)
 
 
-def _back(bench: Bench, c: Carcass) -> None:
+def _back(builder: AssetBuilder, c: Carcass) -> None:
     z = max(c.plinth, c.back_from)
-    top = c.height - (SKIN if "top" in c.skinned else 0.0)
-    z += SKIN if "bottom" in c.skinned and z == c.plinth else 0.0
+    top = c.height - (FACING_THICKNESS if "top" in c.skinned else 0.0)
+    z += FACING_THICKNESS if "bottom" in c.skinned and z == c.plinth else 0.0
     low, high = (c.left, c.back, z), (c.right, c.depth, top)
     if "back" in c.skinned:
-        layered(bench, c, low, high, 1, True, True)
+        layered(builder, c, low, high, 1, True, True)
         return
-    _put(bench, board(low, high, 0.0), c.look.inside, "carcass", UPRIGHT)
+    _put(builder, board(low, high, 0.0), c.look.inside, "carcass", UPRIGHT)
 
 
-def _plinth(bench: Bench, c: Carcass) -> None:
+def _plinth(builder: AssetBuilder, c: Carcass) -> None:
     """A recessed board in front, and the strips that carry the sides."""
-    y = c.front + KICK_SET_BACK
+    y = c.front + PLINTH_SETBACK
     x0, x1 = c.x + 0.001, c.x + c.width - 0.001
     kick = board((x0, y, 0.0), (x1, y + 0.016, c.plinth), 0.001)
-    bench.add(ROOT, kick, c.look.face, label="toe_kick", grain=ACROSS, density="board")
+    builder.add(ROOT, kick, c.look.face, label="toe_kick", grain=ACROSS, density="board")
     for x in (x0, x1 - 0.016):
         strip = board((x, y + 0.016, 0.0), (x + 0.016, c.depth - 0.001, c.plinth), 0.001)
-        _put(bench, strip, c.look.face, "toe_kick", ALONG)
+        _put(builder, strip, c.look.face, "toe_kick", ALONG)
 
 
-def shelve(bench: Bench, c: Carcass, low: float, high: float, count: int, first: int) -> int:
+def add_shelves(builder: AssetBuilder, c: Carcass, low: float, high: float, count: int, first: int) -> int:
     """Shelves in the room between two heights, with a region over each level.
 
     Args:
@@ -189,15 +189,15 @@ def shelve(bench: Bench, c: Carcass, low: float, high: float, count: int, first:
     """
     y0 = c.front + (0.025 if c.fronted else 0.0)
     gap = 0.0005  # a shelf lies loose between the sides
-    clear = (high - low - count * WALL) / (count + 1)
+    clear = (high - low - count * BOARD_THICKNESS) / (count + 1)
     z = low
     for k in range(count + 1):
-        bench.region(f"level{first + k}", (c.left, c.front, z), (c.right, c.back, z + clear))
+        builder.region(f"level{first + k}", (c.left, c.front, z), (c.right, c.back, z + clear))
         z += clear
         if k < count:
-            shelf = board((c.left + gap, y0, z), (c.right - gap, c.back - gap, z + WALL))
-            bench.add(ROOT, shelf, c.look.inside, label="shelf", grain=ACROSS, density="board")
-            z += WALL
+            shelf = board((c.left + gap, y0, z), (c.right - gap, c.back - gap, z + BOARD_THICKNESS))
+            builder.add(ROOT, shelf, c.look.inside, label="shelf", grain=ACROSS, density="board")
+            z += BOARD_THICKNESS
     return first + count + 1
 
 
@@ -207,18 +207,18 @@ def shelves_for(height: float) -> int:
     return levels - 1
 
 
-WIDEST_DOOR, LEAST_PAIR = 0.62, 0.45  # metres; of a door, and of a cabinet with two
+MAX_DOOR_WIDTH, MIN_PAIR_WIDTH = 0.62, 0.45  # metres; of a door, and of a cabinet with two
 
 
 def check_doors(doors: int, width: float) -> None:
     """Whether one or two doors suit a cabinet of a width in metres. Raises ValueError where they do not."""
-    if doors == 1 and width > WIDEST_DOOR:
+    if doors == 1 and width > MAX_DOOR_WIDTH:
         raise ValueError(f"a door of {width} m is too wide; take two")
-    if doors == 2 and width < LEAST_PAIR:
-        raise ValueError(f"two doors need {LEAST_PAIR} m, not {width} m")
+    if doors == 2 and width < MIN_PAIR_WIDTH:
+        raise ValueError(f"two doors need {MIN_PAIR_WIDTH} m, not {width} m")
 
 
 def check_shelves(room: float, count: int | None) -> None:
     """Raises ValueError where so many shelves leave less than 0.1 m between them in a clear height of metres."""
-    if count and (room - count * WALL) / (count + 1) < 0.1:
+    if count and (room - count * BOARD_THICKNESS) / (count + 1) < 0.1:
         raise ValueError(f"{count} shelves in {room:.3f} m leave less than 0.1 m each")

@@ -9,7 +9,7 @@ from casa_assets.families.kit.solids.slab import arc
 from casa_assets.model.record import Vec2
 
 
-class Edge(StrEnum):
+class CounterEdge(StrEnum):
     """How the front edge of a worktop is worked."""
 
     SQUARE = "square"
@@ -21,24 +21,24 @@ class Edge(StrEnum):
     DUPONT = "dupont"
 
 
-def profile(edge: Edge, thickness: float) -> list[Vec2]:
+def profile(edge: CounterEdge, thickness: float) -> list[Vec2]:
     """(inset, z) points from z = -thickness up to z = 0, metres; the edge reaches inset 0."""
     t = thickness
     e = 0.0015
     foot: list[Vec2] = [(e, -t), (0.0, -t + e)]
-    if edge is Edge.SQUARE:
+    if edge is CounterEdge.SQUARE:
         return [(0.0008, -t), (0.0, -t + 0.0008), (0.0, -0.0008), (0.0008, 0.0)]
-    if edge is Edge.EASED:
+    if edge is CounterEdge.EASED:
         return [*foot, *arc(0.004, -0.004, 0.004, 180, 90, 3)]
-    if edge is Edge.BEVEL:
+    if edge is CounterEdge.BEVEL:
         b = min(0.012, 0.4 * t)
         return [*foot, (0.0, -b), (b, 0.0)]
-    if edge is Edge.HALF_BULLNOSE:
+    if edge is CounterEdge.HALF_BULLNOSE:
         r = min(0.018, 0.6 * t)
         return [*foot, *arc(r, -r, r, 180, 90, 7)]
-    if edge is Edge.BULLNOSE:
+    if edge is CounterEdge.BULLNOSE:
         return arc(t / 2, -t / 2, t / 2, 270, 90, 14)
-    if edge is Edge.OGEE:
+    if edge is CounterEdge.OGEE:
         w, z0, z1 = min(0.012, 0.45 * t), -0.72 * t, -0.0025
         wave = [(w / 2 * (1 - math.cos(math.pi * k / 8)), z0 + (z1 - z0) * k / 8) for k in range(9)]
         return [*foot, *wave, (w + 0.0012, -0.0005), (w + 0.002, 0.0)]

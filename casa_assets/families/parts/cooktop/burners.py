@@ -7,18 +7,18 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import tube
-from casa_assets.families.parts.cooktop.grates import GrateStyle, Spot, cells, grates
+from casa_assets.families.parts.cooktop.grates import BurnerSpot, GrateStyle, cells, grates
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 
 # Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
-ON, HIGH = 0.35, math.radians(80)
-SMALL, LARGE = 0.0725, 0.092  # radii of burners, metres
-RIM = 1.16  # radius of a drip bowl over that of its coil
-FLAME, GLOW = (0.06, 0.2, 0.75, 0.0), (0.85, 0.12, 0.03, 0.0)
+KNOB_ON_ANGLE, KNOB_HIGH_ANGLE = 0.35, math.radians(80)
+SMALL_RADIUS, LARGE_RADIUS = 0.0725, 0.092  # radii of burners, metres
+DRIP_BOWL_RATIO = 1.16  # radius of a drip bowl over that of its coil
+FLAME_COLOR, GLOW_COLOR = (0.06, 0.2, 0.75, 0.0), (0.85, 0.12, 0.03, 0.0)
 
 
 class Fuel(StrEnum):
@@ -30,10 +30,10 @@ class Fuel(StrEnum):
     INDUCTION = "induction"
 
 
-def spots(count: int, width: float, depth: float, middle: tuple[float, float] = (0.0, 0.0)) -> list[Spot]:
+def spots(count: int, width: float, depth: float, middle: tuple[float, float] = (0.0, 0.0)) -> list[BurnerSpot]:
     """Where four, five or six burners lie on a field about `middle`; metres."""
     # Pans of 145 and 180 mm, and a wide one in the middle; two in a column keep clear of each other, dishes and all.
-    fit = min(1.0, (depth / 2 - 0.006) / (RIM * (SMALL + LARGE)))
+    fit = min(1.0, (depth / 2 - 0.006) / (DRIP_BOWL_RATIO * (SMALL_RADIUS + LARGE_RADIUS)))
     count_x = 2 if count == 4 else 3
     left, right = -width * (count_x - 1) / (2 * count_x), width * (count_x - 1) / (2 * count_x)
     columns = [("left", left), ("right", right)]
@@ -43,16 +43,16 @@ def spots(count: int, width: float, depth: float, middle: tuple[float, float] = 
     out = []
     for i, (side, x) in enumerate(columns):
         for j, (row, y) in enumerate(rows):
-            out.append(Spot(f"{row}_{side}", x, y, (LARGE if (i + j) % 2 else SMALL) * fit))
+            out.append(BurnerSpot(f"{row}_{side}", x, y, (LARGE_RADIUS if (i + j) % 2 else SMALL_RADIUS) * fit))
     if count == 5:
-        out.append(Spot("center", 0.0, 0.0, min(0.108, 0.45 * width / 3)))
-    return [Spot(s.loc, s.x + middle[0], s.y + middle[1], s.radius) for s in out]
+        out.append(BurnerSpot("center", 0.0, 0.0, min(0.108, 0.45 * width / 3)))
+    return [BurnerSpot(s.loc, s.x + middle[0], s.y + middle[1], s.radius) for s in out]
 
 
 def light(
-    bench: Bench,
+    builder: AssetBuilder,
     fuel: Fuel,
-    places: list[Spot],
+    places: list[BurnerSpot],
     top: float,
     grate: str,
     field: tuple[float, float],
@@ -70,25 +70,25 @@ def light(
     if fuel is Fuel.GAS:
         high = top + 0.045
         for s in places:
-            _gas(bench, s, top)
-        grates(bench, cells(places, field, middle), top, high, grate, style)
+            _gas(builder, s, top)
+        grates(builder, cells(places, field, middle), top, high, grate, style)
     elif fuel is Fuel.COIL:
         high = top + 0.018
         for s in places:
-            _coil(bench, s, top)
+            _coil(builder, s, top)
     else:
         high = top + 0.0004
         for s in places:
-            _ring(bench, s, top, fuel, ink)
+            _ring(builder, s, top, fuel, ink)
     for s in places:
-        color = FLAME if fuel is Fuel.GAS else GLOW
+        color = FLAME_COLOR if fuel is Fuel.GAS else GLOW_COLOR
         tall = 0.02 if fuel is Fuel.GAS else 0.004
         base = top + (0.022 if fuel is Fuel.GAS else 0.0)
-        bench.column(f"burner_on_{s.loc}", (s.x, s.y, base + tall / 2), (1.3 * s.radius, 1.3 * s.radius, tall), color)
-        bench.site(f"burner_{s.loc}_place_site", (s.x, s.y, high), radius=0.01)
+        builder.column(f"burner_on_{s.loc}", (s.x, s.y, base + tall / 2), (1.3 * s.radius, 1.3 * s.radius, tall), color)
+        builder.site(f"burner_{s.loc}_place_site", (s.x, s.y, high), radius=0.01)
 
 
-def _gas(bench: Bench, s: Spot, top: float) -> None:
+def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
     r = 0.5 * s.radius
     bowl = lathe([(1.25 * r, top + 0.0003), (1.2 * r, top + 0.004), (1.0 * r, top + 0.005)], 36)
     head = lathe(
@@ -105,28 +105,28 @@ def _gas(bench: Bench, s: Spot, top: float) -> None:
         36,
     )
     for solid, finish in ((bowl, "stainless_brushed"), (head, "aluminium_anodised"), (cap, "cast_iron_black")):
-        bench.add(ROOT, _moved(solid, s), finish, label="burner", touch=False)
+        builder.add(ROOT, _moved(solid, s), finish, label="burner", collider=False)
     ports = 16
     for k in range(ports):
         t = 2 * math.pi * k / ports
         slit = box(
             (0.0025, 0.0012, 0.006), (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), top + 0.0165), 0.0
         )
-        bench.add(
+        builder.add(
             ROOT,
-            slit.turned("z", t + math.pi / 2, (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), 0)),
+            slit.rotated("z", t + math.pi / 2, (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), 0)),
             "rubber_black",
             "burner",
-            touch=False,
+            collider=False,
             density=0.0,
         )
 
 
-def _moved(solid: Solid, s: Spot) -> Solid:
-    return solid.at(s.x, s.y)
+def _moved(solid: Solid, s: BurnerSpot) -> Solid:
+    return solid.translated(s.x, s.y)
 
 
-def _coil(bench: Bench, s: Spot, top: float) -> None:
+def _coil(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
     bowl = lathe(
         [
             (1.12 * s.radius, top + 0.0004),
@@ -136,7 +136,7 @@ def _coil(bench: Bench, s: Spot, top: float) -> None:
         ],
         40,
     )
-    bench.add(ROOT, _moved(bowl, s), "stainless_polished", label="burner", touch=False)
+    builder.add(ROOT, _moved(bowl, s), "stainless_polished", label="burner", collider=False)
     turns = 3.5 if s.radius < 0.09 else 4.5
     steps = int(turns * 22)
     path = []
@@ -144,41 +144,45 @@ def _coil(bench: Bench, s: Spot, top: float) -> None:
         t = 2 * math.pi * turns * k / steps
         r = 0.2 * s.radius + 0.76 * s.radius * k / steps
         path.append((s.x + r * math.cos(t), s.y + r * math.sin(t), top + 0.0138))
-    bench.add(ROOT, tube(path, 0.0042).untouched(), "heating_element", label="burner", touch=False)
-    touch = rod(0.98 * s.radius, 0.0178, 0.0).at(s.x, s.y, top + 0.0091)
-    bench.add(ROOT, touch, "heating_element", label="burner", density=0.0, seen=False)
+    builder.add(ROOT, tube(path, 0.0042).without_colliders(), "heating_element", label="burner", collider=False)
+    touch = rod(0.98 * s.radius, 0.0178, 0.0).translated(s.x, s.y, top + 0.0091)
+    builder.add(ROOT, touch, "heating_element", label="burner", density=0.0, visible=False)
 
 
-def _ring(bench: Bench, s: Spot, top: float, fuel: Fuel, ink: str) -> None:
+def _ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, ink: str) -> None:
     """Printed rings on glass, a hair above it."""
     z = top + 0.0002
     radii = (s.radius, 0.62 * s.radius) if fuel is Fuel.CERAMIC else (s.radius,)
     for r in radii:
         ring = lathe([(r - 0.0016, z), (r, z), (r, z + 0.0002), (r - 0.0016, z + 0.0002)], 56, closed=True)
-        bench.add(ROOT, _moved(ring, s), ink, label="burner", touch=False, density=0.0)
+        builder.add(ROOT, _moved(ring, s), ink, label="burner", collider=False, density=0.0)
     if fuel is Fuel.INDUCTION:
         for t in np.arange(4) * math.pi / 2:
-            tick = box((0.0014, 0.3 * s.radius, 0.0002), (0.0, 0.0, z + 0.0001), 0.0).at(
+            tick = box((0.0014, 0.3 * s.radius, 0.0002), (0.0, 0.0, z + 0.0001), 0.0).translated(
                 0.0, 0.85 * s.radius - 0.15 * s.radius, 0.0
             )
-            bench.add(
+            builder.add(
                 ROOT,
-                _moved(tick.turned("z", float(t)), s),
+                _moved(tick.rotated("z", float(t)), s),
                 ink,
                 label="burner",
-                touch=False,
+                collider=False,
                 density=0.0,
             )
 
 
-def behavior(places: list[Spot], fuel: Fuel, turn: float) -> Behavior:
+def behavior(places: list[BurnerSpot], fuel: Fuel, turn: float) -> Behavior:
     """Each knob sets its burner to off, low or high."""
     variables, rules, effects = [], [], []
-    color = (*(FLAME if fuel is Fuel.GAS else GLOW)[:3], 0.6)
+    color = (*(FLAME_COLOR if fuel is Fuel.GAS else GLOW_COLOR)[:3], 0.6)
     for s in places:
         name, joint = f"burner_{s.loc}", f"knob_{s.loc}_joint"
         variables.append(Variable(name=name, values=("off", "low", "high"), initial="off"))
-        for value, span in (("off", (-0.1, ON)), ("low", (ON, HIGH)), ("high", (HIGH, turn + 0.1))):
+        for value, span in (
+            ("off", (-0.1, KNOB_ON_ANGLE)),
+            ("low", (KNOB_ON_ANGLE, KNOB_HIGH_ANGLE)),
+            ("high", (KNOB_HIGH_ANGLE, turn + 0.1)),
+        ):
             rules.append(Rule(variable=name, to=value, when=(Condition(joint=joint, interval=span),)))
         for value, strength in (("low", 0.5), ("high", 1.0)):
             site = f"burner_on_{s.loc}"

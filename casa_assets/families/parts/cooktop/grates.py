@@ -7,14 +7,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box, lathe, rod
-from casa_assets.families.kit.solids.boolean import cut
+from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.solid import Solid
 
-BAR, TALL = 0.0095, 0.013  # metres: width and height of a bar
-JOINT = 0.0015  # half of the gap between two grates
-FREE = 0.3  # share of a burner's radius at which fingers end before its middle
+BAR_WIDTH, BAR_HEIGHT = 0.0095, 0.013  # metres: width and height of a bar
+HALF_GRATE_GAP = 0.0015  # half of the gap between two grates
+FINGER_END_SHARE = 0.3  # share of a burner's radius at which fingers end before its middle
 
 
 class GrateStyle(StrEnum):
@@ -26,7 +26,7 @@ class GrateStyle(StrEnum):
 
 
 @dataclass(frozen=True)
-class Spot:
+class BurnerSpot:
     """A burner: its location's name, its middle and radius in metres."""
 
     loc: str
@@ -36,10 +36,10 @@ class Spot:
 
 
 @dataclass(frozen=True)
-class Cell:
+class BurnerCell:
     """The part of the field that belongs to a burner: (x0, x1) and (y0, y1), metres."""
 
-    spot: Spot
+    spot: BurnerSpot
     x: tuple[float, float]
     y: tuple[float, float]
 
@@ -52,7 +52,7 @@ class _Span:
     y: tuple[float, float]
 
 
-def cells(places: Sequence[Spot], field: tuple[float, float], middle: tuple[float, float]) -> list[Cell]:
+def cells(places: Sequence[BurnerSpot], field: tuple[float, float], middle: tuple[float, float]) -> list[BurnerCell]:
     """The field (width, depth) about `middle` shared out among columns of burners."""
     (w, d), (mx, my) = field, middle
     columns = sorted({round(s.x, 4) for s in places})
@@ -63,41 +63,46 @@ def cells(places: Sequence[Spot], field: tuple[float, float], middle: tuple[floa
         x0, deep = mx - w / 2 + pitch * k, d / len(own)
         for j, s in enumerate(own):
             y0 = my - d / 2 + deep * j
-            out.append(Cell(s, (x0, x0 + pitch), (y0, y0 + deep)))
+            out.append(BurnerCell(s, (x0, x0 + pitch), (y0, y0 + deep)))
     return out
 
 
 def grates(
-    bench: Bench, places: Sequence[Cell], top: float, high: float, finish: str, style: GrateStyle = GrateStyle.JOINED
+    builder: AssetBuilder,
+    places: Sequence[BurnerCell],
+    top: float,
+    high: float,
+    finish: str,
+    style: GrateStyle = GrateStyle.JOINED,
 ) -> None:
     """Grates that stand on z = top and carry a pan at z = high, metres."""
     if style is GrateStyle.RING:
         for cell in places:
-            _ring(bench, cell, top, high, finish)
+            _ring(builder, cell, top, high, finish)
         return
-    inset = JOINT if style is GrateStyle.JOINED else 0.011
+    inset = HALF_GRATE_GAP if style is GrateStyle.JOINED else 0.011
     frames = _columns(places) if style is GrateStyle.JOINED else [[c] for c in places]
     for frame in frames:
         for span in _frame(frame, inset):
-            bench.add(ROOT, _bar(span, high, TALL), finish, label="grate", touch=False)
-        for x in (frame[0].x[0] + inset + BAR / 2, frame[0].x[1] - inset - BAR / 2):
+            builder.add(ROOT, _bar(span, high, BAR_HEIGHT), finish, label="grate", collider=False)
+        for x in (frame[0].x[0] + inset + BAR_WIDTH / 2, frame[0].x[1] - inset - BAR_WIDTH / 2):
             for y in (frame[0].y[0] + inset + 0.02, frame[-1].y[1] - inset - 0.02):
-                _foot(bench, x, y, top, high, finish)
+                _foot(builder, x, y, top, high, finish)
     rows = sorted({round(c.spot.y, 4) for c in places})
     for cell in places:
         for finger in _fingers(cell, inset, rows):
-            bench.add(ROOT, _bar(finger, high, TALL - 0.001), finish, label="grate", touch=False)
+            builder.add(ROOT, _bar(finger, high, BAR_HEIGHT - 0.001), finish, label="grate", collider=False)
     for span in _touched(places, inset, rows):
-        bench.add(ROOT, _bar(span, high, TALL), finish, label="grate", density=0.0, seen=False)
+        builder.add(ROOT, _bar(span, high, BAR_HEIGHT), finish, label="grate", density=0.0, visible=False)
 
 
-def _touched(places: Sequence[Cell], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
+def _touched(places: Sequence[BurnerCell], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
     """What a pan rests on, in few bars: neighbours as one, and fingers across the hole in their midst."""
     columns = _columns(places)
     edges = sorted({round(v, 6) for c in columns for v in c[0].x})
     ends = sorted({round(v, 6) for c in places for v in c.y})
     wide, deep = (edges[0] + inset, edges[-1] - inset), (ends[0] + inset, ends[-1] - inset)
-    reach = inset + BAR
+    reach = inset + BAR_WIDTH
     for x in edges:
         yield _Span((max(x - reach, wide[0]), min(x + reach, wide[1])), deep)
     for column in columns:
@@ -110,33 +115,33 @@ def _touched(places: Sequence[Cell], inset: float, rows: Sequence[float]) -> Ite
             yield _Span(wide, (y - 0.004, y + 0.004))
 
 
-def _columns(places: Sequence[Cell]) -> list[list[Cell]]:
+def _columns(places: Sequence[BurnerCell]) -> list[list[BurnerCell]]:
     """Cells of one column together, the nearest first."""
-    out: dict[float, list[Cell]] = {}
+    out: dict[float, list[BurnerCell]] = {}
     for cell in places:
         out.setdefault(cell.x[0], []).append(cell)
     return list(out.values())
 
 
-def _frame(column: Sequence[Cell], inset: float) -> Iterator[_Span]:
+def _frame(column: Sequence[BurnerCell], inset: float) -> Iterator[_Span]:
     """Rails round a grate, and a bar between two burners."""
     (x0, x1), y0, y1 = column[0].x, column[0].y[0] + inset, column[-1].y[1] - inset
     x0, x1 = x0 + inset, x1 - inset
-    yield _Span((x0, x0 + BAR), (y0, y1))
-    yield _Span((x1 - BAR, x1), (y0, y1))
-    inner = (x0 + BAR - 0.002, x1 - BAR + 0.002)
-    yield _Span(inner, (y0, y0 + BAR))
-    yield _Span(inner, (y1 - BAR, y1))
+    yield _Span((x0, x0 + BAR_WIDTH), (y0, y1))
+    yield _Span((x1 - BAR_WIDTH, x1), (y0, y1))
+    inner = (x0 + BAR_WIDTH - 0.002, x1 - BAR_WIDTH + 0.002)
+    yield _Span(inner, (y0, y0 + BAR_WIDTH))
+    yield _Span(inner, (y1 - BAR_WIDTH, y1))
     for cell in column[1:]:
-        yield _Span(inner, (cell.y[0] - BAR / 2, cell.y[0] + BAR / 2))
+        yield _Span(inner, (cell.y[0] - BAR_WIDTH / 2, cell.y[0] + BAR_WIDTH / 2))
 
 
-def _fingers(cell: Cell, inset: float, rows: Sequence[float]) -> Iterator[_Span]:
+def _fingers(cell: BurnerCell, inset: float, rows: Sequence[float]) -> Iterator[_Span]:
     """Four fingers from the rails to the burner; a long cell has bars across in line with its neighbours' burners."""
     s, half = cell.spot, 0.004
-    stop = FREE * s.radius
-    x0, x1 = cell.x[0] + inset + BAR - 0.002, cell.x[1] - inset - BAR + 0.002
-    y0, y1 = cell.y[0] + inset + BAR - 0.002, cell.y[1] - inset - BAR + 0.002
+    stop = FINGER_END_SHARE * s.radius
+    x0, x1 = cell.x[0] + inset + BAR_WIDTH - 0.002, cell.x[1] - inset - BAR_WIDTH + 0.002
+    y0, y1 = cell.y[0] + inset + BAR_WIDTH - 0.002, cell.y[1] - inset - BAR_WIDTH + 0.002
     yield _Span((x0, s.x - stop), (s.y - half, s.y + half))
     yield _Span((s.x + stop, x1), (s.y - half, s.y + half))
     yield _Span((s.x - half, s.x + half), (y0, s.y - stop))
@@ -151,17 +156,17 @@ def _bar(span: _Span, high: float, tall: float) -> Solid:
     return box((x1 - x0, y1 - y0, tall), ((x0 + x1) / 2, (y0 + y1) / 2, high - tall / 2), 0.002)
 
 
-def _foot(bench: Bench, x: float, y: float, top: float, high: float, finish: str) -> None:
+def _foot(builder: AssetBuilder, x: float, y: float, top: float, high: float, finish: str) -> None:
     """A leg on a pad of rubber."""
-    under = high - TALL
+    under = high - BAR_HEIGHT
     pad = 0.0025
-    leg = box((BAR, 0.018, under - top - pad + 0.002), (x, y, (under + top + pad + 0.002) / 2), 0.002)
-    bench.add(ROOT, leg, finish, label="grate", touch=False)
-    tip = box((BAR - 0.001, 0.014, pad), (x, y, top + 0.0003 + pad / 2), 0.0005)
-    bench.add(ROOT, tip, "rubber_black", label="grate", touch=False)
+    leg = box((BAR_WIDTH, 0.018, under - top - pad + 0.002), (x, y, (under + top + pad + 0.002) / 2), 0.002)
+    builder.add(ROOT, leg, finish, label="grate", collider=False)
+    tip = box((BAR_WIDTH - 0.001, 0.014, pad), (x, y, top + 0.0003 + pad / 2), 0.0005)
+    builder.add(ROOT, tip, "rubber_black", label="grate", collider=False)
 
 
-def _ring(bench: Bench, cell: Cell, top: float, high: float, finish: str) -> None:
+def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, high: float, finish: str) -> None:
     """A ring that stands round the burner, with four arms that carry the pan."""
     s = cell.spot
     room = min(cell.x[1] - s.x, s.x - cell.x[0], cell.y[1] - s.y, s.y - cell.y[0]) - 0.004
@@ -172,30 +177,36 @@ def _ring(bench: Bench, cell: Cell, top: float, high: float, finish: str) -> Non
         48,
         closed=True,
     )
-    bench.add(ROOT, hoop.at(s.x, s.y), finish, label="grate", touch=False)
+    builder.add(ROOT, hoop.translated(s.x, s.y), finish, label="grate", collider=False)
     for k in range(4):
         turn = math.pi / 4 + k * math.pi / 2
         reach = min(r + 0.02, room * 1.25)
-        arm = box((reach - FREE * s.radius, 0.0075, 0.011), ((reach + FREE * s.radius) / 2, 0.0, high - 0.0055), 0.002)
+        arm = box(
+            (reach - FINGER_END_SHARE * s.radius, 0.0075, 0.011),
+            ((reach + FINGER_END_SHARE * s.radius) / 2, 0.0, high - 0.0055),
+            0.002,
+        )
         post = box((0.012, 0.0075, high - z), (r, 0.0, (high + z) / 2 - 0.001), 0.002)
-        foot = rod(0.006, z - top - 0.0005, 0.001).at(r, 0.0, (z + top) / 2 + 0.0002)
+        foot = rod(0.006, z - top - 0.0005, 0.001).translated(r, 0.0, (z + top) / 2 + 0.0002)
         for solid in (arm, post, foot):
-            bench.add(ROOT, solid.turned("z", turn).at(s.x, s.y), finish, label="grate", touch=False)
+            builder.add(ROOT, solid.rotated("z", turn).translated(s.x, s.y), finish, label="grate", collider=False)
     for k in range(2):
         reach = min(r + 0.02, room * 1.25)
-        across = box((2 * reach, 0.0075, 0.011), (0.0, 0.0, high - 0.0055), 0.002).turned(
+        across = box((2 * reach, 0.0075, 0.011), (0.0, 0.0, high - 0.0055), 0.002).rotated(
             "z", math.pi / 4 + k * math.pi / 2
         )
-        bench.add(ROOT, across.at(s.x, s.y), finish, label="grate", density=0.0, seen=False)
-    skirt = rod(r, 0.022, 0.0).at(s.x, s.y, top + 0.0115)
-    bench.add(ROOT, skirt, finish, label="grate", density=0.0, seen=False)
+        builder.add(ROOT, across.translated(s.x, s.y), finish, label="grate", density=0.0, visible=False)
+    skirt = rod(r, 0.022, 0.0).translated(s.x, s.y, top + 0.0115)
+    builder.add(ROOT, skirt, finish, label="grate", density=0.0, visible=False)
 
 
-def griddle(bench: Bench, low: tuple[float, float], high: tuple[float, float], top: float) -> None:
+def griddle(builder: AssetBuilder, low: tuple[float, float], high: tuple[float, float], top: float) -> None:
     """A thick steel plate with a rim and a trough in front, between two corners seen from above, on z = top, metres."""
     (x0, y0), (x1, y1), z = low, high, top + 2e-4
     tray = board((x0, y0, z), (x1, y1, z + 0.03), 0.003, 2)
     hollow = board((x0 + 0.012, y0 + 0.012, z + 0.018), (x1 - 0.012, y1 - 0.012, z + 1.0), 0.0)
     plate = board((x0 + 0.0125, y0 + 0.05, z + 0.0182), (x1 - 0.0125, y1 - 0.0125, z + 0.025), 0.001)
-    bench.add(ROOT, cut(tray, hollow, shapes=tray.shapes), "stainless_brushed", label="grate", density="griddle_plate")
-    bench.add(ROOT, plate, "stainless_polished", label="grate", touch=False)
+    builder.add(
+        ROOT, subtract(tray, hollow, shapes=tray.shapes), "stainless_brushed", label="grate", density="griddle_plate"
+    )
+    builder.add(ROOT, plate, "stainless_polished", label="grate", collider=False)

@@ -12,15 +12,15 @@ from casa_assets.families.kit.solids.blocks import ball, box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import circle, inset, prism, rectangle, tube
 from casa_assets.families.parts.hardware.legs import tapered
-from casa_assets.families.parts.hardware.wall_plates import standing
+from casa_assets.families.parts.hardware.wall_plates import upright_on_wall
 from casa_assets.model.record import Vec3
 
-EYE = 0.0075  # metres, radius of the eye that the hook goes through
-NECK = 0.0032
-SHEET = 0.0016
+EYE_RADIUS = 0.0075  # metres, radius of the eye that the hook goes through
+NECK_RADIUS = 0.0032
+SHEET_THICKNESS = 0.0016
 
 
-class Hung(StrEnum):
+class HungTool(StrEnum):
     """What it is."""
 
     LADLE = "ladle"
@@ -33,7 +33,7 @@ class Hung(StrEnum):
     SCRAPER = "scraper"
 
 
-class Grip(StrEnum):
+class ToolHandle(StrEnum):
     """Make of the handle."""
 
     TURNED = "turned"  # round, of wood or plastic, with a ferrule
@@ -42,7 +42,7 @@ class Grip(StrEnum):
 
 
 @dataclass(frozen=True)
-class Pieces:
+class ToolSolids:
     """A tool: what the hand holds, and the rest of it."""
 
     grip: tuple[Solid, ...]
@@ -50,38 +50,42 @@ class Pieces:
     head: tuple[Solid, ...]
 
 
-def hung_tool(kind: Hung, grip: Grip, size: float) -> Pieces:
+def hung_tool(kind: HungTool, grip: ToolHandle, size: float) -> ToolSolids:
     """A tool of a length in metres, not touched."""
     end = 0.42 * size
     held, metal = _handle(grip, end)
-    metal += [_eye()] if grip is not Grip.FLAT else []
-    neck = (0.12 if kind is Hung.WHISK else 0.3) * size
+    metal += [_eye()] if grip is not ToolHandle.FLAT else []
+    neck = (0.12 if kind is HungTool.WHISK else 0.3) * size
     z = -end - neck
-    metal.append(tube([(0, 0, -end + 0.012), (0, 0, z)], NECK))
+    metal.append(tube([(0, 0, -end + 0.012), (0, 0, z)], NECK_RADIUS))
     head = _HEADS[kind](z, size - end - neck)
-    return Pieces(tuple(held), tuple(metal), tuple(replace(s, shapes=()) for s in head))
+    return ToolSolids(tuple(held), tuple(metal), tuple(replace(s, shapes=()) for s in head))
 
 
 def _eye() -> Solid:
-    ring = [(EYE * math.sin(t), 0.0, -EYE + EYE * math.cos(t)) for t in np.linspace(0, 2 * math.pi, 17)]
+    ring = [
+        (EYE_RADIUS * math.sin(t), 0.0, -EYE_RADIUS + EYE_RADIUS * math.cos(t)) for t in np.linspace(0, 2 * math.pi, 17)
+    ]
     return tube(ring, circle(0.0014, 6))
 
 
-def _handle(grip: Grip, end: float) -> tuple[list[Solid], list[Solid]]:
+def _handle(grip: ToolHandle, end: float) -> tuple[list[Solid], list[Solid]]:
     """Solids of the handle's own finish, and those of metal; it starts below the eye."""
-    top = -2 * EYE - 0.001
-    if grip is Grip.TURNED:
+    top = -2 * EYE_RADIUS - 0.001
+    if grip is ToolHandle.TURNED:
         line = [(0.0045, -end), (0.0068, -end + 0.004), (0.0062, -end + 0.03), (0.0088, -0.45 * end)]
         line += [(0.0082, top - 0.012), (0.006, top - 0.002), (0.003, top)]
         ferrule = lathe([(0.0055, -end - 0.014), (0.0072, -end - 0.012), (0.0072, -end + 0.006), (0.005, -end + 0.007)])
-        return [lathe(line, 16, 50.0)], [ferrule, rod(0.0022, 0.012, 0.0006).at(z=top + 0.0025)]
-    if grip is Grip.ROUND:
-        return [rod(0.0072, end + top, 0.003).at(z=(top - end) / 2)], [rod(0.002, 0.01, 0.0005).at(z=top + 0.002)]
+        return [lathe(line, 16, 50.0)], [ferrule, rod(0.0022, 0.012, 0.0006).translated(z=top + 0.0025)]
+    if grip is ToolHandle.ROUND:
+        return [rod(0.0072, end + top, 0.003).translated(z=(top - end) / 2)], [
+            rod(0.002, 0.01, 0.0005).translated(z=top + 0.002)
+        ]
     wide = 0.0095
-    arc = [(wide * math.cos(t), wide * math.sin(t) - EYE) for t in np.linspace(0, math.pi, 11)]
+    arc = [(wide * math.cos(t), wide * math.sin(t) - EYE_RADIUS) for t in np.linspace(0, math.pi, 11)]
     outline = np.array([*arc, (-0.0065, -end), (0.0065, -end)])
-    hole = circle(0.0055, 14) + np.array([0.0, -EYE + 0.002])
-    return [standing(prism(outline, 0.0026, 0.0006, [hole])).at(y=0.0013)], []
+    hole = circle(0.0055, 14) + np.array([0.0, -EYE_RADIUS + 0.002])
+    return [upright_on_wall(prism(outline, 0.0026, 0.0006, [hole])).translated(y=0.0013)], []
 
 
 def _shell(width: float, length: float, depth: float) -> Solid:
@@ -91,18 +95,18 @@ def _shell(width: float, length: float, depth: float) -> Solid:
     inner = [(0.96 * math.sin(t), -0.93 * math.cos(t)) for t in turns[::-1]]
     solid = lathe([*outer, *inner], 32, 60.0)
     scaled = solid.points * np.array([width / 2, length / 2, depth])
-    return Solid(scaled, solid.faces, crease_deg=60.0).turned("x", math.pi / 2)
+    return Solid(scaled, solid.faces, crease_deg=60.0).rotated("x", math.pi / 2)
 
 
 def _ladle(z: float, tall: float) -> list[Solid]:
     r = 0.041
     turns = np.linspace(0.05, math.pi / 2, 9)
     outer = [(r * math.sin(t), -r * math.cos(t)) for t in turns]
-    inner = [((r - SHEET) * math.sin(t), -(r - SHEET) * math.cos(t)) for t in turns[::-1]]
-    bowl = lathe([*outer, (r + 0.001, 0.001), *inner], 32, 60.0).turned("x", 0.2)
+    inner = [((r - SHEET_THICKNESS) * math.sin(t), -(r - SHEET_THICKNESS) * math.cos(t)) for t in turns[::-1]]
+    bowl = lathe([*outer, (r + 0.001, 0.001), *inner], 32, 60.0).rotated("x", 0.2)
     low = z - tall + 1.02 * r
     stem = tube([(0, 0, z + 0.002), (0, 0, low - 0.01)], rectangle(0.011, 0.003, 0.001, 1), up=(0.0, 1.0, 0.0))
-    return [bowl.at(0, -r - 0.0015, low), stem]
+    return [bowl.translated(0, -r - 0.0015, low), stem]
 
 
 def _turner(z: float, tall: float) -> list[Solid]:
@@ -112,7 +116,7 @@ def _turner(z: float, tall: float) -> list[Solid]:
         rectangle(0.006, 0.55 * tall, 0.0028, 3) + np.array([x, z - 0.56 * tall])
         for x in (-0.021, -0.007, 0.007, 0.021)
     ]
-    return [standing(prism(outline, SHEET, 0.0003, slots)).turned("x", 0.12, (0, 0, z))]
+    return [upright_on_wall(prism(outline, SHEET_THICKNESS, 0.0003, slots)).rotated("x", 0.12, (0, 0, z))]
 
 
 def _whisk(z: float, tall: float) -> list[Solid]:
@@ -123,13 +127,13 @@ def _whisk(z: float, tall: float) -> list[Solid]:
         for t in np.linspace(0.25, 2 * math.pi - 0.25, 25):  # a drop, its point up
             x = wide * math.sin(t) * math.sin(t / 2) ** 1.6
             path.append((float(x), 0.0, z + 0.012 - (deep + 0.012) * 0.5 * (1 - math.cos(t))))
-        out.append(tube(path, circle(0.001, 6)).turned("z", math.pi * k / 6))
+        out.append(tube(path, circle(0.001, 6)).rotated("z", math.pi * k / 6))
     return out
 
 
 def _spoon(z: float, tall: float) -> list[Solid]:
     stem = tube([(0, 0, z + 0.002), (0, 0.004, z - 0.016)], rectangle(0.012, 0.0028, 0.001, 1), up=(0.0, 1.0, 0.0))
-    return [_shell(0.062, tall - 0.004, 0.015).at(0, -0.003, z - tall / 2 - 0.004), stem]
+    return [_shell(0.062, tall - 0.004, 0.015).translated(0, -0.003, z - tall / 2 - 0.004), stem]
 
 
 def _skimmer(z: float, tall: float) -> list[Solid]:
@@ -140,9 +144,9 @@ def _skimmer(z: float, tall: float) -> list[Solid]:
         for away, n in rings
         for t in 2 * math.pi * np.arange(n) / n
     ]
-    disc = standing(prism(circle(r, 36), SHEET, 0.0003, holes))
+    disc = upright_on_wall(prism(circle(r, 36), SHEET_THICKNESS, 0.0003, holes))
     rim = [(r * math.sin(t), 0.0, r * math.cos(t)) for t in np.linspace(0, 2 * math.pi, 37)]
-    return [s.at(0, 0.0, z - r + 0.002) for s in (disc, tube(rim, circle(0.0018, 6)))]
+    return [s.translated(0, 0.0, z - r + 0.002) for s in (disc, tube(rim, circle(0.0018, 6)))]
 
 
 def _masher(z: float, tall: float) -> list[Solid]:
@@ -168,17 +172,17 @@ def _fork(z: float, tall: float) -> list[Solid]:
 
 def _scraper(z: float, tall: float) -> list[Solid]:
     shape = rectangle(0.056, tall, 0.018, 6) + np.array([0.0, z - tall / 2 + 0.002])
-    thin = standing(prism(inset(shape, 0.0), 0.008, 0.003)).at(y=0.004)
-    return [thin, ball(0.005, 8).at(0, 0, z)]
+    thin = upright_on_wall(prism(inset(shape, 0.0), 0.008, 0.003)).translated(y=0.004)
+    return [thin, ball(0.005, 8).translated(0, 0, z)]
 
 
 _HEADS = {
-    Hung.LADLE: _ladle,
-    Hung.TURNER: _turner,
-    Hung.WHISK: _whisk,
-    Hung.SPOON: _spoon,
-    Hung.SKIMMER: _skimmer,
-    Hung.MASHER: _masher,
-    Hung.FORK: _fork,
-    Hung.SCRAPER: _scraper,
+    HungTool.LADLE: _ladle,
+    HungTool.TURNER: _turner,
+    HungTool.WHISK: _whisk,
+    HungTool.SPOON: _spoon,
+    HungTool.SKIMMER: _skimmer,
+    HungTool.MASHER: _masher,
+    HungTool.FORK: _fork,
+    HungTool.SCRAPER: _scraper,
 }

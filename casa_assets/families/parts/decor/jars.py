@@ -13,11 +13,11 @@ from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import circle, prism, tube
 from casa_assets.model.record import Vec2
 
-SMALL = 0.03  # metres; a jar below this radius is drawn with fewer faces
-GAP = 0.0006  # metres between glass and what is in it, so that neither flickers
+SMALL_RADIUS = 0.03  # metres; a jar below this radius is drawn with fewer faces
+CONTENT_GAP = 0.0006  # metres between glass and what is in it, so that neither flickers
 
 
-class Lid(StrEnum):
+class JarLid(StrEnum):
     """What closes a jar."""
 
     FLAT = "flat"  # a disc that overlaps
@@ -29,7 +29,7 @@ class Lid(StrEnum):
 
 
 @dataclass(frozen=True)
-class Jar:
+class JarSolids:
     """Solids of a jar about z that stands on z = 0, by what they are made of."""
 
     body: Solid
@@ -49,9 +49,9 @@ def hollow(outer: list[Vec2], wall: float, floor: float, segments: int = 32) -> 
 
 def filling(outer: list[Vec2], wall: float, floor: float, share: float, segments: int = 32) -> Solid:
     """What fills a vessel like that to a share of its height, a little apart from its wall."""
-    top = floor + GAP + share * (outer[-1][1] - floor)
-    zs = sorted({floor + GAP, top, *(z for _, z in outer if floor + GAP < z < top)})
-    away = wall + GAP
+    top = floor + CONTENT_GAP + share * (outer[-1][1] - floor)
+    zs = sorted({floor + CONTENT_GAP, top, *(z for _, z in outer if floor + CONTENT_GAP < z < top)})
+    away = wall + CONTENT_GAP
     profile = [(float(np.interp(z, [q for _, q in outer], [r for r, _ in outer])) - away, z) for z in zs]
     return lathe([(max(0.002, r), z) for r, z in profile], segments, 45.0)
 
@@ -70,50 +70,50 @@ def body_of(radius: float, height: float, shoulder: float, neck: float) -> list[
 def jar(
     radius: float,
     height: float,
-    lid: Lid,
+    lid: JarLid,
     *,
     shoulder: float = 0.0,
     neck: float = 1.0,
     wall: float = 0.003,
     fill: float = 0.8,
-) -> Jar:
+) -> JarSolids:
     """A jar of a radius and a height without its lid, metres; `fill` is a share of its height."""
     outer = body_of(radius, height, shoulder, neck)
-    around = 24 if radius < SMALL else 32
+    around = 24 if radius < SMALL_RADIUS else 32
     body = hollow(outer, wall, wall * 1.4, around)
     inside = filling(outer, wall, wall * 1.4, fill, around)
     solids, fittings, top = _lid(lid, radius * min(1.0, neck), height, wall)
-    return Jar(body, lathe(outer, around, 45.0), inside, tuple(solids), tuple(fittings), top)
+    return JarSolids(body, lathe(outer, around, 45.0), inside, tuple(solids), tuple(fittings), top)
 
 
-def _lid(lid: Lid, r: float, h: float, wall: float) -> tuple[list[Solid], list[Solid], float]:
+def _lid(lid: JarLid, r: float, h: float, wall: float) -> tuple[list[Solid], list[Solid], float]:
     """Solids of a lid on a mouth of radius r at h, its fittings, and its top."""
     z = h + 0.0005
-    if lid is Lid.CORK:
-        inside = r - wall - GAP
+    if lid is JarLid.CORK:
+        inside = r - wall - CONTENT_GAP
         cork = [(0.92 * inside, h - 0.014), (inside, h - 0.002), (r + 0.001, z), (r + 0.001, z + 0.014)]
         return [lathe(cork, 28)], [], z + 0.014
-    if lid is Lid.SCREW:
+    if lid is JarLid.SCREW:
         tall = max(0.012, min(0.02, 0.2 * h))
-        ribs = 16 if r < SMALL else 24
+        ribs = 16 if r < SMALL_RADIUS else 24
         turns = np.linspace(0, 2 * np.pi, 4 * ribs + 1)[:-1]
         ring = r + 0.0022 + 0.0008 * np.cos(ribs * turns)
         outline = np.column_stack([ring * np.cos(turns), ring * np.sin(turns)])
-        cap = prism(outline, tall, 0.0012).at(z=h - tall + 0.003)
+        cap = prism(outline, tall, 0.0012).translated(z=h - tall + 0.003)
         return [cap], [], h + 0.003
-    if lid is Lid.DOME:
+    if lid is JarLid.DOME:
         curve = [(1.02 * r * math.cos(t), z + 0.42 * r * math.sin(t)) for t in np.linspace(0, math.pi / 2, 8)]
-        knob = ball(max(0.006, 0.13 * r), 10).untouched().at(z=z + 0.42 * r + 0.006)
+        knob = ball(max(0.006, 0.13 * r), 10).without_colliders().translated(z=z + 0.42 * r + 0.006)
         shell = lathe([(1.02 * r, z - 0.0002), *curve[1:]], 32, 60.0)
         return [shell, knob], [], z + 0.42 * r + 0.006 + max(0.006, 0.13 * r)
-    thick = 0.008 if lid is not Lid.CLIP else 0.011
+    thick = 0.008 if lid is not JarLid.CLIP else 0.011
     disc = lathe([(r, z), (1.03 * r, z + 0.0015), (1.03 * r, z + thick - 0.002), (1.03 * r - 0.002, z + thick)], 36)
-    if lid is Lid.FLAT:
+    if lid is JarLid.FLAT:
         return [disc], [], z + thick
-    if lid is Lid.KNOB:
+    if lid is JarLid.KNOB:
         size = max(0.007, 0.2 * r)
-        stem = rod(0.5 * size, size, 0.0005).untouched().at(z=z + thick + 0.4 * size)
-        knob = ball(size, 12).untouched().at(z=z + thick + 1.3 * size)
+        stem = rod(0.5 * size, size, 0.0005).without_colliders().translated(z=z + thick + 0.4 * size)
+        knob = ball(size, 12).without_colliders().translated(z=z + thick + 1.3 * size)
         return [disc, stem, knob], [], z + thick + 2.3 * size
     seal = lathe([(0.9 * r, h - 0.001), (1.045 * r, h - 0.0005), (1.045 * r, z + 0.0018), (0.9 * r, z + 0.002)], 36)
     return [disc], [seal, *_clip(r, h, z + thick)], z + thick + 0.002
@@ -128,4 +128,8 @@ def _clip(r: float, h: float, top: float) -> list[Solid]:
     over = [(0.0, 1.06 * r, low), (0.0, 1.08 * r, up), (0.0, front, up), (0.0, front, low - 0.01)]
     drop, out = low - 0.028, -r - 0.0026
     lever = [(-0.008, front, low), (-0.01, out, drop), (0.01, out, drop), (0.008, front, low)]
-    return [tube(band, w).untouched(), tube(over, w, 0.006).untouched(), tube(lever, w, 0.006).untouched()]
+    return [
+        tube(band, w).without_colliders(),
+        tube(over, w, 0.006).without_colliders(),
+        tube(lever, w, 0.006).without_colliders(),
+    ]

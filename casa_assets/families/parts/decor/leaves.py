@@ -9,7 +9,7 @@ import numpy as np
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.solid import Solid
 
-THICK = 0.0012  # metres; a succulent's is thicker
+LEAF_THICKNESS = 0.0012  # metres; a succulent's is thicker
 
 
 def leaf(
@@ -19,7 +19,7 @@ def leaf(
     droop: float = 0.6,
     fold: float = 0.25,
     tip: float = 1.0,
-    thick: float = THICK,
+    thick: float = LEAF_THICKNESS,
     steps: int = 7,
 ) -> Solid:
     """A leaf that starts at the origin along +y and bends down towards its end; not touched.

@@ -14,7 +14,7 @@ from casa_assets.families.kit.solids.sweep import circle, tube
 from casa_assets.families.parts.hardware.legs import tapered
 
 
-class Tool(StrEnum):
+class CrockTool(StrEnum):
     """What it is."""
 
     SPOON = "spoon"
@@ -25,20 +25,20 @@ class Tool(StrEnum):
     WHISK = "whisk"
 
 
-def tool(kind: Tool, size: float) -> list[Solid]:
+def crock_tool(kind: CrockTool, size: float) -> list[Solid]:
     """The solids of a tool of a length in metres."""
-    if kind in (Tool.SPOON, Tool.SPATULA, Tool.FORK):
+    if kind in (CrockTool.SPOON, CrockTool.SPATULA, CrockTool.FORK):
         stem = tapered((0, 0, 0), (0, 0, 0.74 * size), 0.0052, 0.0068, 12)
         return [stem, *_wooden_end(kind, size)]
     grip = tapered((0, 0, 0), (0, 0, 0.36 * size), 0.0085, 0.0065, 12)
     rod_ = tapered((0, 0, 0.359 * size), (0, 0, 0.76 * size), 0.0032, 0.0032, 10)
-    if kind is Tool.TURNER:
+    if kind is CrockTool.TURNER:
         blade = box((0.078, 0.0018, 0.24 * size), (0, 0.006, 0.875 * size), 0.0006)
         return [grip, rod_, blade]
-    if kind is Tool.LADLE:
+    if kind is CrockTool.LADLE:
         r = 0.042
         bowl = lathe([(0.002, -r), (0.6 * r, -0.8 * r), (r, 0.0), (r - 0.0014, 0.0), (0.58 * r, -0.77 * r)], 24, 60.0)
-        return [grip, rod_, bowl.turned("x", -0.5).at(0, r * 0.8, 0.82 * size)]
+        return [grip, rod_, bowl.rotated("x", -0.5).translated(0, r * 0.8, 0.82 * size)]
     wires = []
     for k in range(5):
         t = math.pi * k / 5
@@ -48,13 +48,13 @@ def tool(kind: Tool, size: float) -> list[Solid]:
             w = 0.03 * math.sin(a)
             z = 0.72 * size + 0.28 * size * (0.5 + 0.5 * math.cos(a)) ** 0.8
             path.append((w * math.cos(t), w * math.sin(t), z))
-        wires.append(tube(path[1:-1], 0.0011).untouched())
+        wires.append(tube(path[1:-1], 0.0011).without_colliders())
     return [grip, rod_, *wires]
 
 
-def _wooden_end(kind: Tool, size: float) -> list[Solid]:
+def _wooden_end(kind: CrockTool, size: float) -> list[Solid]:
     base, end = 0.73 * size, size
-    if kind is Tool.SPOON:
+    if kind is CrockTool.SPOON:
         rings = []
         for s in np.linspace(0.0, 1.0, 9):
             w = 0.007 + 0.024 * math.sin(math.pi * min(1.0, 0.08 + 0.88 * s)) ** 0.7
@@ -64,7 +64,7 @@ def _wooden_end(kind: Tool, size: float) -> list[Solid]:
             rings.append(np.column_stack([ring[:, 0], ring[:, 1] + dip * (1 - (ring[:, 0] / w) ** 2), np.full(16, z)]))
         return [loft(rings, 60.0)]
     flare = [(-0.008, base), (0.008, base), (0.03, end - 0.03), (0.03, end), (-0.03, end), (-0.03, end - 0.03)]
-    if kind is Tool.SPATULA:
+    if kind is CrockTool.SPATULA:
         return [_plate(flare, 0.005)]
     tines = [box((0.011, 0.005, 0.07), (x, 0, end - 0.035), 0.0015) for x in (-0.0205, 0.0, 0.0205)]
     neck = [(-0.008, base), (0.008, base), (0.026, end - 0.065), (-0.026, end - 0.065)]

@@ -8,12 +8,12 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.families.kit.asset_builder import Bench
+from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import rod
-from casa_assets.families.kit.solids.solid import turn
+from casa_assets.families.kit.solids.solid import axis_turn
 from casa_assets.families.parts.fronts import fronts
-from casa_assets.families.parts.fronts.fronts import THICK, Edge, FrontPart
-from casa_assets.families.parts.fronts.look import Look
+from casa_assets.families.parts.fronts.fronts import FRONT_THICKNESS, FrontEdge, FrontPart
+from casa_assets.families.parts.fronts.look import CabinetLook
 from casa_assets.families.parts.hardware import handles
 from casa_assets.families.parts.hardware.handles import HandleKind
 from casa_assets.model.pose import Pose
@@ -21,21 +21,21 @@ from casa_assets.model.record import Vec3
 
 # Ref: RoboCasa v1.0, HingeCabinet: leftdoorhinge -1.57..0, rightdoorhinge 0..1.57. A door whose handle stands out stops
 # a little before, so that nothing of it ever leaves its own width: its neighbours open at the same time.
-SWING = 1.57
-SHY = 0.001  # metres that a handle keeps from the edge of its door's room
+DOOR_TRAVEL = 1.57
+HANDLE_CLEARANCE = 0.001  # metres that a handle keeps from the edge of its door's room
 HAND_HEIGHT = 1.05  # metres above the floor at which tall doors are taken
-LOW = 0.3  # metres; lower doors have no room for a bar that stands upright
-PLATE = 0.0026  # room for the sheet of an edge pull
+MIN_UPRIGHT_BAR_DOOR = 0.3  # metres; lower doors have no room for a bar that stands upright
+EDGE_PULL_ROOM = 0.0026  # room for the sheet of an edge pull
 
 
-class Side(StrEnum):
+class HingeSide(StrEnum):
     """Left or right, seen from before the cabinet."""
 
     LEFT = "left"
     RIGHT = "right"
 
 
-class Reach(StrEnum):
+class HandleHeight(StrEnum):
     """Where on a door a hand takes it: high on base units, low on wall units, in the middle of tall ones."""
 
     HIGH = "high"
@@ -44,7 +44,7 @@ class Reach(StrEnum):
 
 
 @dataclass(frozen=True)
-class Leaf:
+class CabinetDoor:
     """A door.
 
     Attributes:
@@ -56,50 +56,61 @@ class Leaf:
 
     link: str
     joint: str
-    hinge: Side
+    hinge: HingeSide
     x: float
     z: float
     width: float
     height: float
-    reach: Reach
+    reach: HandleHeight
     turn: float = 0.0
     y: float = 0.0
 
 
-def hang(bench: Bench, look: Look, leaf: Leaf) -> None:
+def hang(builder: AssetBuilder, look: CabinetLook, leaf: CabinetDoor) -> None:
     """Put a door on the cabinet. Its face lies in y = 0 where it is not turned."""
     kind = look.handle
-    if kind is HandleKind.FINGER_GROOVE and leaf.reach is Reach.MIDDLE:
+    if kind is HandleKind.FINGER_GROOVE and leaf.reach is HandleHeight.MIDDLE:
         kind = HandleKind.EDGE_PULL
-    if kind is HandleKind.CUP or (kind not in handles.OF_EDGES and leaf.height < LOW):
+    if kind is HandleKind.CUP or (kind not in handles.EDGE_HANDLES and leaf.height < MIN_UPRIGHT_BAR_DOOR):
         kind = HandleKind.KNOB
-    free = Edge.RIGHT if leaf.hinge is Side.LEFT else Edge.LEFT
-    edge = {Reach.HIGH: Edge.TOP, Reach.LOW: Edge.BOTTOM, Reach.MIDDLE: free}[leaf.reach]
+    free = FrontEdge.RIGHT if leaf.hinge is HingeSide.LEFT else FrontEdge.LEFT
+    edge = {HandleHeight.HIGH: FrontEdge.TOP, HandleHeight.LOW: FrontEdge.BOTTOM, HandleHeight.MIDDLE: free}[leaf.reach]
     w, h, x, z = leaf.width, leaf.height, 0.0, 0.0
     if kind is HandleKind.EDGE_PULL:
         w, h, x, z = _shortened(w, h, edge)
-    start = x if leaf.hinge is Side.LEFT else x - leaf.width
-    along = turn("z", leaf.turn)
-    axis = along.apply(np.array([[0.0 if leaf.hinge is Side.LEFT else leaf.width, 0.0, 0.0]]))[0]
+    start = x if leaf.hinge is HingeSide.LEFT else x - leaf.width
+    along = axis_turn("z", leaf.turn)
+    axis = along.apply(np.array([[0.0 if leaf.hinge is HingeSide.LEFT else leaf.width, 0.0, 0.0]]))[0]
     at = Pose(position=(leaf.x + float(axis[0]), leaf.y + float(axis[1]), leaf.z)) @ along
-    bench.link(leaf.link, at=at)
+    builder.link(leaf.link, at=at)
     groove = edge if kind is HandleKind.FINGER_GROOVE else None
-    parts = fronts.front(look.front, w, h, THICK, groove=groove)
+    parts = fronts.front(look.front, w, h, FRONT_THICKNESS, groove=groove)
     grip = f"{leaf.link}_handle"
     glass = fronts.glass_of(look.front)
     main = f"{leaf.link}_main"
     corner = (start, 0.0, z)
-    fronts.lay(bench, leaf.link, parts, (w, THICK, h), look.face, glass, name=main, at=corner, groove=groove, grip=grip)
+    fronts.lay(
+        builder,
+        leaf.link,
+        parts,
+        (w, FRONT_THICKNESS, h),
+        look.face,
+        glass,
+        name=main,
+        at=corner,
+        groove=groove,
+        grip=grip,
+    )
     if kind is HandleKind.EDGE_PULL:
         pull: handles.Handle | None = edge_pull(edge, w, h, look.length, corner, leaf.hinge)
     else:
         pull = None if groove else _handle(look, leaf, kind, parts, corner)
     if pull is not None:
-        handles.fix(bench, leaf.link, pull, look.metal, grip)
-    _cups(bench, leaf, corner, w, h)
-    wide = swing(pull) if pull is not None else SWING
-    span = (-wide, 0.0) if leaf.hinge is Side.LEFT else (0.0, wide)
-    bench.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, grip)
+        handles.fix(builder, leaf.link, pull, look.metal, grip)
+    _cups(builder, leaf, corner, w, h)
+    wide = swing(pull) if pull is not None else DOOR_TRAVEL
+    span = (-wide, 0.0) if leaf.hinge is HingeSide.LEFT else (0.0, wide)
+    builder.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, grip)
 
 
 def swing(pull: handles.Handle) -> float:
@@ -107,60 +118,68 @@ def swing(pull: handles.Handle) -> float:
     points = np.concatenate([s.points for s in (*pull.metal, *pull.hide)])
     out = points[points[:, 1] < 0.0]
     if not len(out):
-        return SWING
+        return DOOR_TRAVEL
     # At the angle a, a point that is x from the axis and y before it has come to x cos a - y sin a.
-    x, y = np.abs(out[:, 0]) - SHY, -out[:, 1]
-    return min(SWING, math.floor(float(np.arctan2(x, y).min()) * 100) / 100)
+    x, y = np.abs(out[:, 0]) - HANDLE_CLEARANCE, -out[:, 1]
+    return min(DOOR_TRAVEL, math.floor(float(np.arctan2(x, y).min()) * 100) / 100)
 
 
-def edge_pull(edge: Edge, w: float, h: float, length: float, corner: Vec3, hinge: Side | None = None) -> handles.Handle:
+def edge_pull(
+    edge: FrontEdge, w: float, h: float, length: float, corner: Vec3, hinge: HingeSide | None = None
+) -> handles.Handle:
     """An edge pull on an edge of a front whose lower left front corner is given; of a door away from its hinge."""
-    flat = edge in (Edge.TOP, Edge.BOTTOM)
+    flat = edge in (FrontEdge.TOP, FrontEdge.BOTTOM)
     long = min(length, (w if flat else h) - 0.05)
     if flat and hinge is not None:
         long = min(long, 0.5 * w)
     made = handles.edge_pull(long)
-    free = {None: w / 2, Side.LEFT: w - 0.025 - long / 2, Side.RIGHT: 0.025 + long / 2}
-    angle = {Edge.TOP: 0.0, Edge.BOTTOM: math.pi, Edge.RIGHT: math.pi / 2, Edge.LEFT: -math.pi / 2}[edge]
-    x = {Edge.LEFT: 0.0, Edge.RIGHT: w}.get(edge, free[hinge])
+    free = {None: w / 2, HingeSide.LEFT: w - 0.025 - long / 2, HingeSide.RIGHT: 0.025 + long / 2}
+    angle = {FrontEdge.TOP: 0.0, FrontEdge.BOTTOM: math.pi, FrontEdge.RIGHT: math.pi / 2, FrontEdge.LEFT: -math.pi / 2}[
+        edge
+    ]
+    x = {FrontEdge.LEFT: 0.0, FrontEdge.RIGHT: w}.get(edge, free[hinge])
     # A tall door is taken at hand height whatever its own height.
-    z = {Edge.BOTTOM: 0.0, Edge.TOP: h}.get(edge, h / 2)
-    return handles.turned(made, "y", angle, (corner[0] + x, corner[1], corner[2] + z))
+    z = {FrontEdge.BOTTOM: 0.0, FrontEdge.TOP: h}.get(edge, h / 2)
+    return handles.rotate_handle(made, "y", angle, (corner[0] + x, corner[1], corner[2] + z))
 
 
-def _shortened(w: float, h: float, edge: Edge) -> tuple[float, float, float, float]:
+def _shortened(w: float, h: float, edge: FrontEdge) -> tuple[float, float, float, float]:
     """Width, height, x and z of a front that leaves room for an edge pull."""
-    if edge in (Edge.TOP, Edge.BOTTOM):
-        return w, h - PLATE, 0.0, PLATE if edge is Edge.BOTTOM else 0.0
-    return w - PLATE, h, PLATE if edge is Edge.LEFT else 0.0, 0.0
+    if edge in (FrontEdge.TOP, FrontEdge.BOTTOM):
+        return w, h - EDGE_PULL_ROOM, 0.0, EDGE_PULL_ROOM if edge is FrontEdge.BOTTOM else 0.0
+    return w - EDGE_PULL_ROOM, h, EDGE_PULL_ROOM if edge is FrontEdge.LEFT else 0.0, 0.0
 
 
-def _handle(look: Look, leaf: Leaf, kind: HandleKind, parts: tuple[FrontPart, ...], corner: Vec3) -> handles.Handle:
+def _handle(
+    look: CabinetLook, leaf: CabinetDoor, kind: HandleKind, parts: tuple[FrontPart, ...], corner: Vec3
+) -> handles.Handle:
     """A handle on the stile of the free side."""
     w, h = leaf.width, leaf.height
     stile, rail = fronts.members(look.front, w, h)
     inset = stile / 2 if fronts.has_frame(look.front) else min(0.045, 0.3 * w)
-    upright = kind not in handles.LEVEL
+    upright = kind not in handles.LEVEL_HANDLES
     length = handles.length_of(kind, min(look.length, 0.6 * h))
     if not upright:  # neighbours' handles keep clear of each other
         inset = max(inset, length / 2 + 0.005)
     off = (length / 2 if upright else 0.02) + max(0.045, 0.5 * rail)
-    z = {Reach.HIGH: h - off, Reach.LOW: off}.get(leaf.reach, min(max(HAND_HEIGHT - leaf.z, off), h - off))
-    x = w - inset if leaf.hinge is Side.LEFT else inset
+    z = {HandleHeight.HIGH: h - off, HandleHeight.LOW: off}.get(
+        leaf.reach, min(max(HAND_HEIGHT - leaf.z, off), h - off)
+    )
+    x = w - inset if leaf.hinge is HingeSide.LEFT else inset
     half = max(0.0, length / 2 - 0.03) if upright else 0.0
     y = fronts.depth_at(parts, [(x, z - half), (x, z + half)])
     made = handles.handle(kind, length)
     angle = math.pi / 2 if upright else 0.0
     there = (corner[0] + x, corner[1] + y, corner[2] + z)
-    return handles.turned(made, "y", angle, there)
+    return handles.rotate_handle(made, "y", angle, there)
 
 
-def _cups(bench: Bench, leaf: Leaf, corner: Vec3, w: float, h: float) -> None:
+def _cups(builder: AssetBuilder, leaf: CabinetDoor, corner: Vec3, w: float, h: float) -> None:
     """The cups of concealed hinges, let into the door's back."""
     count = 2 if h < 0.9 else 3 if h < 1.6 else 4
-    x = corner[0] + (0.032 if leaf.hinge is Side.LEFT else w - 0.032)
+    x = corner[0] + (0.032 if leaf.hinge is HingeSide.LEFT else w - 0.032)
     rim = min(0.1, 0.25 * h)
     for k in range(count):
         z = corner[2] + rim + (h - 2 * rim) * k / (count - 1)
-        cup = rod(0.0125, 0.003, 0.0006, "y").at(x, THICK + 0.0003, z)
-        bench.add(leaf.link, cup, "nickel_satin", label="hinge", touch=False)
+        cup = rod(0.0125, 0.003, 0.0006, "y").translated(x, FRONT_THICKNESS + 0.0003, z)
+        builder.add(leaf.link, cup, "nickel_satin", label="hinge", collider=False)

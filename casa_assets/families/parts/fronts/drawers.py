@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
 from casa_assets.families.parts.fronts import fronts
-from casa_assets.families.parts.fronts.doors import PLATE, edge_pull
-from casa_assets.families.parts.fronts.fronts import THICK, Edge
-from casa_assets.families.parts.fronts.look import Look
+from casa_assets.families.parts.fronts.doors import EDGE_PULL_ROOM, edge_pull
+from casa_assets.families.parts.fronts.fronts import FRONT_THICKNESS, FrontEdge
+from casa_assets.families.parts.fronts.look import CabinetLook
 from casa_assets.families.parts.hardware import handles
 from casa_assets.families.parts.hardware.handles import HandleKind
 
-SIDE, BASE = 0.014, 0.008  # thickness of a drawer's sides and bottom, metres
-RUNNER = 0.008  # of the runner, which fills most of the room beside the box
-BESIDE = 0.013  # room beside the box, as side-mounted runners need it
-MOST_TRAVEL = 0.65  # metres, the longest full extension of the trade
-RAISED = 0.006  # the bottom sits in a groove so far above the lower edge of the sides
+SIDE_THICKNESS, BASE_THICKNESS = 0.014, 0.008  # thickness of a drawer's sides and bottom, metres
+RUNNER_THICKNESS = 0.008  # of the runner, which fills most of the room beside the box
+SIDE_CLEARANCE = 0.013  # room beside the box, as side-mounted runners need it
+MAX_TRAVEL = 0.65  # metres, the longest full extension of the trade
+BASE_RAISE = 0.006  # the bottom sits in a groove so far above the lower edge of the sides
 
 
-def least_height(look: Look, boarded: bool = True) -> float:
+def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
     """The lowest front that leaves a box into which things can be laid, metres.
 
     Args:
@@ -30,7 +30,7 @@ def least_height(look: Look, boarded: bool = True) -> float:
 
 
 @dataclass(frozen=True)
-class Drawer:
+class CabinetDrawer:
     """A drawer.
 
     Attributes:
@@ -55,27 +55,27 @@ class Drawer:
     back: float
 
 
-def fit(bench: Bench, look: Look, d: Drawer) -> None:
+def fit(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> None:
     """Put a drawer into a cabinet; its region moves with it. The front's face lies in y = 0."""
-    bench.link(d.link, at=(d.x, 0.0, d.z))
+    builder.link(d.link, at=(d.x, 0.0, d.z))
     grip = f"{d.link}_handle"
-    _front(bench, look, d, grip)
-    long = _box(bench, look, d)
-    bench.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-min(MOST_TRAVEL, round(long - 0.06, 3)), 0.0), grip)
+    _front(builder, look, d, grip)
+    long = _box(builder, look, d)
+    builder.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-min(MAX_TRAVEL, round(long - 0.06, 3)), 0.0), grip)
 
 
-def _front(bench: Bench, look: Look, d: Drawer, grip: str) -> None:
+def _front(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer, grip: str) -> None:
     w, h, kind = d.width, d.height, look.handle
     if kind is HandleKind.EDGE_PULL:
-        h -= PLATE
-    groove = Edge.TOP if kind is HandleKind.FINGER_GROOVE else None
-    parts = fronts.front(look.front, w, h, THICK, drawer=True, groove=groove)
-    size = (w, THICK, h)
+        h -= EDGE_PULL_ROOM
+    groove = FrontEdge.TOP if kind is HandleKind.FINGER_GROOVE else None
+    parts = fronts.front(look.front, w, h, FRONT_THICKNESS, drawer=True, groove=groove)
+    size = (w, FRONT_THICKNESS, h)
     main = f"{d.link}_main"
-    fronts.lay(bench, d.link, parts, size, look.face, "", label="drawer", name=main, groove=groove, grip=grip)
+    fronts.lay(builder, d.link, parts, size, look.face, "", label="drawer", name=main, groove=groove, grip=grip)
     if kind is HandleKind.EDGE_PULL:
-        made = edge_pull(Edge.TOP, w, h, max(look.length, 0.3 * w), (0.0, 0.0, 0.0))
-        handles.fix(bench, d.link, made, look.metal, grip)
+        made = edge_pull(FrontEdge.TOP, w, h, max(look.length, 0.3 * w), (0.0, 0.0, 0.0))
+        handles.fix(builder, d.link, made, look.metal, grip)
     elif groove is None:
         kind = HandleKind.BAR if kind is HandleKind.TEE and w > 0.5 else kind
         length = handles.length_of(kind, min(max(look.length, 0.22 * w), 0.6 * w))
@@ -84,30 +84,39 @@ def _front(bench: Bench, look: Look, d: Drawer, grip: str) -> None:
         half = max(0.0, length / 2 - 0.03)
         y = fronts.depth_at(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
         lift = 0.02 if kind is HandleKind.RING else 0.0
-        made = handles.turned(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
-        handles.fix(bench, d.link, made, look.metal, grip)
+        made = handles.rotate_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
+        handles.fix(builder, d.link, made, look.metal, grip)
 
 
-def _box(bench: Bench, look: Look, d: Drawer) -> float:
+def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
     """The box behind the front, in the link's frame; returns its depth."""
-    x0, x1 = d.left + BESIDE - d.x, d.right - BESIDE - d.x
-    y0, y1 = THICK, d.back - 0.03
+    x0, x1 = d.left + SIDE_CLEARANCE - d.x, d.right - SIDE_CLEARANCE - d.x
+    y0, y1 = FRONT_THICKNESS, d.back - 0.03
     low, high = d.floor + 0.008 - d.z, d.ceiling - 0.016 - d.z
     high = min(high, low + 0.22)  # deep fronts hide boxes of the trade's greatest height
     across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-    for x in (x0, x1 - SIDE):
-        side = board((x, y0 + SIDE, low), (x + SIDE, y1, high))
-        bench.add(d.link, side, look.tray, label="drawer", grain=along, density="board")
-    for y, top in ((y0, high - 0.0015), (y1 - SIDE, high - 0.0015)):
-        inner = (x0 + SIDE, x1 - SIDE) if y > y0 else (x0, x1)
-        end = board((inner[0], y, low), (inner[1], y + SIDE, top))
-        bench.add(d.link, end, look.tray, label="drawer", grain=across, density="board")
-    base = low + RAISED + BASE
-    floor = board((x0 + SIDE, y0 + SIDE, low + RAISED), (x1 - SIDE, y1 - SIDE, base), 0.0)
-    bench.add(d.link, floor, look.tray, label="drawer", name=f"{d.link}_base", density="board")
-    bench.region(d.region, (x0 + SIDE, y0 + SIDE, base), (x1 - SIDE, y1 - SIDE, high), link=d.link)
-    for x in (d.left, d.right - RUNNER):
+    for x in (x0, x1 - SIDE_THICKNESS):
+        side = board((x, y0 + SIDE_THICKNESS, low), (x + SIDE_THICKNESS, y1, high))
+        builder.add(d.link, side, look.tray, label="drawer", grain=along, density="board")
+    for y, top in ((y0, high - 0.0015), (y1 - SIDE_THICKNESS, high - 0.0015)):
+        inner = (x0 + SIDE_THICKNESS, x1 - SIDE_THICKNESS) if y > y0 else (x0, x1)
+        end = board((inner[0], y, low), (inner[1], y + SIDE_THICKNESS, top))
+        builder.add(d.link, end, look.tray, label="drawer", grain=across, density="board")
+    base = low + BASE_RAISE + BASE_THICKNESS
+    floor = board(
+        (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, low + BASE_RAISE),
+        (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, base),
+        0.0,
+    )
+    builder.add(d.link, floor, look.tray, label="drawer", name=f"{d.link}_base", density="board")
+    builder.region(
+        d.region,
+        (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, base),
+        (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, high),
+        link=d.link,
+    )
+    for x in (d.left, d.right - RUNNER_THICKNESS):
         z = d.z + low + 0.02
-        runner = board((x, d.front + 0.004, z), (x + RUNNER, y1 - 0.01, z + 0.035), 0.0008)
-        bench.add(ROOT, runner, "steel_galvanised", label="runner", touch=False, density="drawer_runner")
+        runner = board((x, d.front + 0.004, z), (x + RUNNER_THICKNESS, y1 - 0.01, z + 0.035), 0.0008)
+        builder.add(ROOT, runner, "steel_galvanised", label="runner", collider=False, density="drawer_runner")
     return y1 - y0

@@ -8,18 +8,21 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.families.kit.asset_builder import Bench
+from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
-from casa_assets.families.kit.solids.boolean import cut
+from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape
 from casa_assets.families.kit.solids.sweep import prism
 from casa_assets.families.parts.fronts import panels
-from casa_assets.families.parts.fronts.panels import ACROSS, UPRIGHT, Opening
+from casa_assets.families.parts.fronts.panels import ACROSS, UPRIGHT, FrameOpening
 from casa_assets.model.record import Vec3
 
-THICK = 0.02  # metres; fronts are 19 to 22 mm
-EASE = 0.0012
-LIP, GROOVE = 0.007, 0.03  # thickness of the lip in front of a finger groove, and how far the groove reaches in
+FRONT_THICKNESS = 0.02  # metres; fronts are 19 to 22 mm
+FRONT_EDGE_RADIUS = 0.0012
+GROOVE_LIP, GROOVE_DEPTH = (
+    0.007,
+    0.03,
+)  # thickness of the lip in front of a finger groove, and how far the groove reaches in
 
 
 class FrontKind(StrEnum):
@@ -39,7 +42,7 @@ class FrontKind(StrEnum):
     GLASS_DIVIDED = "glass_divided"
 
 
-class Edge(StrEnum):
+class FrontEdge(StrEnum):
     """An edge of a front, seen from before it."""
 
     TOP = "top"
@@ -48,9 +51,9 @@ class Edge(StrEnum):
     RIGHT = "right"
 
 
-GLAZED = (FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED, FrontKind.GLASS_DIVIDED)
+GLAZED_KINDS = (FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED, FrontKind.GLASS_DIVIDED)
 # What a drawer has where the doors beside it are made so.
-OF_DRAWERS = {
+DRAWER_KINDS = {
     FrontKind.ARCHED: FrontKind.RAISED,
     FrontKind.BEADBOARD: FrontKind.SHAKER,
     FrontKind.LOUVRED: FrontKind.SHAKER,
@@ -59,13 +62,13 @@ OF_DRAWERS = {
     FrontKind.GLASS_DIVIDED: FrontKind.SHAKER,
 }
 # Width of stiles: as joiners cut them; a frame of thin metal or wood round a large pane.
-STILES = {
+STILE_WIDTHS = {
     FrontKind.SLIM_SHAKER: 0.02,
     FrontKind.GLASS_CLEAR: 0.045,
     FrontKind.GLASS_FROSTED: 0.045,
     FrontKind.ARCHED: 0.062,
 }
-STILE = 0.06
+STILE_WIDTH = 0.06
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,12 @@ class FrontPart:
 
 
 def front(
-    kind: FrontKind, width: float, height: float, thick: float = THICK, drawer: bool = False, groove: Edge | None = None
+    kind: FrontKind,
+    width: float,
+    height: float,
+    thick: float = FRONT_THICKNESS,
+    drawer: bool = False,
+    groove: FrontEdge | None = None,
 ) -> tuple[FrontPart, ...]:
     """The parts of a front, none of which says how it is touched: touch it as one box.
 
@@ -95,7 +103,7 @@ def front(
     Returns:
         Boards and panes; x from 0 to width, y from 0 (face) to thick, z from 0 to height.
     """
-    kind = OF_DRAWERS.get(kind, kind) if drawer else kind
+    kind = DRAWER_KINDS.get(kind, kind) if drawer else kind
     stile, rail = members(kind, width, height, drawer)
     least = min(width - 2 * stile, height - 2 * rail)
     if kind in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED) or least < 0.03:
@@ -107,8 +115,8 @@ def front(
 
 def members(kind: FrontKind, width: float, height: float, drawer: bool = False) -> tuple[float, float]:
     """Width of the stiles and of the rails of a front, metres, where it has a frame."""
-    kind = OF_DRAWERS.get(kind, kind) if drawer else kind
-    usual = STILES.get(kind, STILE)
+    kind = DRAWER_KINDS.get(kind, kind) if drawer else kind
+    usual = STILE_WIDTHS.get(kind, STILE_WIDTH)
     return min(usual, 0.24 * width), min(usual, 0.3 * height if drawer else 0.2 * height)
 
 
@@ -118,7 +126,7 @@ def has_frame(kind: FrontKind) -> bool:
 
 
 def lay(
-    bench: Bench,
+    builder: AssetBuilder,
     link: str,
     parts: tuple[FrontPart, ...],
     size: Vec3,
@@ -128,7 +136,7 @@ def lay(
     label: str = "door",
     name: str | None = None,
     at: Vec3 = (0.0, 0.0, 0.0),
-    groove: Edge | None = None,
+    groove: FrontEdge | None = None,
     grip: str | None = None,
 ) -> None:
     """Put a front on a link, touched as one box; one with a groove as a box and the lip before the groove.
@@ -140,22 +148,22 @@ def lay(
         groove: as it was given to `front`. grip: name of the lip's collider.
     """
     for part in parts:
-        solid = part.solid.at(*at)
+        solid = part.solid.translated(*at)
         if part.pane:
-            bench.add(link, solid, glass, label="glass", touch=False, density="glass")
+            builder.add(link, solid, glass, label="glass", collider=False, density="glass")
         else:
-            bench.add(link, solid, finish, label, name, part.grain, touch=False, density="board")
+            builder.add(link, solid, finish, label, name, part.grain, collider=False, density="board")
     low, high = [0.0, 0.0, 0.0], list(size)
-    if groove in (Edge.TOP, Edge.RIGHT):
-        high[2 if groove is Edge.TOP else 0] -= GROOVE
+    if groove in (FrontEdge.TOP, FrontEdge.RIGHT):
+        high[2 if groove is FrontEdge.TOP else 0] -= GROOVE_DEPTH
     elif groove is not None:
-        low[2 if groove is Edge.BOTTOM else 0] += GROOVE
+        low[2 if groove is FrontEdge.BOTTOM else 0] += GROOVE_DEPTH
     whole = board((low[0], low[1], low[2]), (high[0], high[1], high[2]), 0.0)
-    bench.add(link, whole.at(*at), finish, label, name, density=0.0, seen=False)
+    builder.add(link, whole.translated(*at), finish, label, name, density=0.0, visible=False)
     if groove is not None:
         shapes = (lip(size[0], size[2], groove),)
-        held = Solid(whole.points, whole.faces, shapes).at(*at)
-        bench.add(link, held, finish, "handle", grip, density=0.0, seen=False)
+        held = Solid(whole.points, whole.faces, shapes).translated(*at)
+        builder.add(link, held, finish, "handle", grip, density=0.0, visible=False)
 
 
 def glass_of(kind: FrontKind) -> str:
@@ -185,20 +193,20 @@ def _hit(corners: np.ndarray, x: float, z: float) -> float | None:
 
 def is_glazed(kind: FrontKind) -> bool:
     """Whether one sees through a door of the kind, or light comes through it."""
-    return kind in GLAZED
+    return kind in GLAZED_KINDS
 
 
-def lip(width: float, height: float, groove: Edge) -> Placed:
+def lip(width: float, height: float, groove: FrontEdge) -> Placed:
     """The lip that a hand takes of a grooved front, as a collision box in the front's frame."""
     low = {
-        Edge.TOP: (0.0, 0.0, height - GROOVE),
-        Edge.BOTTOM: (0.0, 0.0, 0.0),
-        Edge.LEFT: (0.0, 0.0, 0.0),
-        Edge.RIGHT: (width - GROOVE, 0.0, 0.0),
+        FrontEdge.TOP: (0.0, 0.0, height - GROOVE_DEPTH),
+        FrontEdge.BOTTOM: (0.0, 0.0, 0.0),
+        FrontEdge.LEFT: (0.0, 0.0, 0.0),
+        FrontEdge.RIGHT: (width - GROOVE_DEPTH, 0.0, 0.0),
     }[groove]
-    flat = groove in (Edge.TOP, Edge.BOTTOM)
-    across, up = (width, GROOVE) if flat else (GROOVE, height)
-    return box_shape(low, (low[0] + across, LIP, low[2] + up))
+    flat = groove in (FrontEdge.TOP, FrontEdge.BOTTOM)
+    across, up = (width, GROOVE_DEPTH) if flat else (GROOVE_DEPTH, height)
+    return box_shape(low, (low[0] + across, GROOVE_LIP, low[2] + up))
 
 
 def _plain(kind: FrontKind, w: float, h: float, t: float, drawer: bool) -> tuple[FrontPart, ...]:
@@ -208,14 +216,14 @@ def _plain(kind: FrontKind, w: float, h: float, t: float, drawer: bool) -> tuple
         line = panels.reeds(w, 0.024, 0.0045)
     else:
         grain = ACROSS if drawer else UPRIGHT
-        return (FrontPart(board((0.0, 0.0, 0.0), (w, t, h), EASE), grain=grain),)
+        return (FrontPart(board((0.0, 0.0, 0.0), (w, t, h), FRONT_EDGE_RADIUS), grain=grain),)
     outline = np.concatenate([line, [(w, t), (0.0, t)]])
     return (FrontPart(prism(outline, h, 0.0)),)
 
 
 def _framed(kind: FrontKind, w: float, h: float, t: float, stile: float, rail: float) -> tuple[FrontPart, ...]:
     """Stiles run through, rails stand between them."""
-    out = [FrontPart(board((x, 0.0, 0.0), (x + stile, t, h), EASE)) for x in (0.0, w - stile)]
+    out = [FrontPart(board((x, 0.0, 0.0), (x + stile, t, h), FRONT_EDGE_RADIUS)) for x in (0.0, w - stile)]
     rise = min(0.055, 0.2 * (w - 2 * stile)) if kind is FrontKind.ARCHED else 0.0
     splits = _splits(kind, h, rail, rise)
     last = len(splits) - 1
@@ -223,11 +231,11 @@ def _framed(kind: FrontKind, w: float, h: float, t: float, stile: float, rail: f
         if rise and k == last:
             solid = panels.arched_rail(stile, w - stile, z, rise, h, t)
         else:
-            solid = board((stile, 0.0, z), (w - stile, t, z + rail), EASE)
+            solid = board((stile, 0.0, z), (w - stile, t, z + rail), FRONT_EDGE_RADIUS)
         out.append(FrontPart(solid, grain=ACROSS))
     for k in range(last):
         arch = rise if k == last - 1 else 0.0
-        out += _filled(kind, Opening(stile, splits[k] + rail, w - stile, splits[k + 1] + arch, arch), t)
+        out += _filled(kind, FrameOpening(stile, splits[k] + rail, w - stile, splits[k + 1] + arch, arch), t)
     return tuple(out)
 
 
@@ -239,8 +247,8 @@ def _splits(kind: FrontKind, h: float, rail: float, rise: float) -> list[float]:
     return [0.0, 0.42 * h - rail / 2, top]
 
 
-def _filled(kind: FrontKind, opening: Opening, t: float) -> list[FrontPart]:
-    if kind in GLAZED:
+def _filled(kind: FrontKind, opening: FrameOpening, t: float) -> list[FrontPart]:
+    if kind in GLAZED_KINDS:
         bars = panels.muntins(opening, t) if kind is FrontKind.GLASS_DIVIDED else []
         stops = [FrontPart(s) for s in panels.stops(opening, t)]
         pane = FrontPart(panels.pane(opening, t / 2), pane=True)
@@ -254,17 +262,19 @@ def _filled(kind: FrontKind, opening: Opening, t: float) -> list[FrontPart]:
     return [FrontPart(panels.flat(opening, 0.006 if kind is FrontKind.SLIM_SHAKER else 0.008))]
 
 
-def _grooved(part: FrontPart, w: float, h: float, t: float, edge: Edge) -> FrontPart:
+def _grooved(part: FrontPart, w: float, h: float, t: float, edge: FrontEdge) -> FrontPart:
     """The part without what the groove takes away behind the lip."""
     far = 0.05
-    low, high = [-far, LIP, -far], [w + far, t + far, h + far]
-    axis, at_end = (2, edge is Edge.TOP) if edge in (Edge.TOP, Edge.BOTTOM) else (0, edge is Edge.RIGHT)
+    low, high = [-far, GROOVE_LIP, -far], [w + far, t + far, h + far]
+    axis, at_end = (
+        (2, edge is FrontEdge.TOP) if edge in (FrontEdge.TOP, FrontEdge.BOTTOM) else (0, edge is FrontEdge.RIGHT)
+    )
     if at_end:
-        low[axis] = (h if axis == 2 else w) - GROOVE
+        low[axis] = (h if axis == 2 else w) - GROOVE_DEPTH
     else:
-        high[axis] = GROOVE
+        high[axis] = GROOVE_DEPTH
     bounds = part.solid.bounds
     if (bounds[1] <= np.array(low)).any() or (bounds[0] >= np.array(high)).any() or part.pane:
         return part
     tool = board((low[0], low[1], low[2]), (high[0], high[1], high[2]), 0.004, 3)
-    return replace(part, solid=cut(part.solid, tool))
+    return replace(part, solid=subtract(part.solid, tool))

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from casa_assets.families.kit.asset_builder import Bench
+from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
 from casa_assets.families.kit.solids.solid import Solid, box_shape
 
-GLASS = 0.004  # metres
-BAR = 0.02
+GLASS_THICKNESS = 0.004  # metres
+GLAZING_BAR_WIDTH = 0.02
 
 
 def sash(
-    bench: Bench,
+    builder: AssetBuilder,
     link: str,
     size: tuple[float, float, float],
     *,
@@ -33,26 +33,30 @@ def sash(
     e = 0.002
     sides = [board((0, 0, 0), (stile, d, h), e), board((w - stile, 0, 0), (w, d, h), e)]
     for solid in sides:
-        bench.add(link, solid.at(*at), finish, label=label, touch=False)
+        builder.add(link, solid.translated(*at), finish, label=label, collider=False)
     for z in (0.0, h - stile):
         rail = board((stile - 5e-4, 2e-4, z), (w - stile + 5e-4, d - 2e-4, z + stile), e)
-        bench.add(link, rail.at(*at), finish, label=label, touch=False, grain=(1.0, 0.0, 0.0))
+        builder.add(link, rail.translated(*at), finish, label=label, collider=False, grain=(1.0, 0.0, 0.0))
     pane = board(
-        (stile - 0.004, d / 2 - GLASS / 2, stile - 0.004),
-        (w - stile + 0.004, d / 2 + GLASS / 2, h - stile + 0.004),
+        (stile - 0.004, d / 2 - GLASS_THICKNESS / 2, stile - 0.004),
+        (w - stile + 0.004, d / 2 + GLASS_THICKNESS / 2, h - stile + 0.004),
         0.0,
     )
-    bench.add(link, pane.at(*at), glass, label="glass", touch=False)
+    builder.add(link, pane.translated(*at), glass, label="glass", collider=False)
     columns, rows = grid
     y0, y1 = d / 2 - 0.011, d / 2 + 0.011
     for k in range(1, columns):
         x = stile + (w - 2 * stile) * k / columns
-        bar = board((x - BAR / 2, y0, stile - 5e-4), (x + BAR / 2, y1, h - stile + 5e-4), e)
-        bench.add(link, bar.at(*at), finish, label=label, touch=False)
+        bar = board((x - GLAZING_BAR_WIDTH / 2, y0, stile - 5e-4), (x + GLAZING_BAR_WIDTH / 2, y1, h - stile + 5e-4), e)
+        builder.add(link, bar.translated(*at), finish, label=label, collider=False)
     for k in range(1, rows):
         z = stile + (h - 2 * stile) * k / rows
-        bar = board((stile - 5e-4, y0 + 4e-4, z - BAR / 2), (w - stile + 5e-4, y1 - 4e-4, z + BAR / 2), e)
-        bench.add(link, bar.at(*at), finish, label=label, touch=False, grain=(1.0, 0.0, 0.0))
+        bar = board(
+            (stile - 5e-4, y0 + 4e-4, z - GLAZING_BAR_WIDTH / 2),
+            (w - stile + 5e-4, y1 - 4e-4, z + GLAZING_BAR_WIDTH / 2),
+            e,
+        )
+        builder.add(link, bar.translated(*at), finish, label=label, collider=False, grain=(1.0, 0.0, 0.0))
     whole = board((0, 0, 0), (w, d, h), 0.0)
     touched = Solid(whole.points, whole.faces, (box_shape((0, 0, 0), (w, d, h)),))
-    bench.add(link, touched.at(*at), finish, label=label, name=name, density=0.0, seen=False)
+    builder.add(link, touched.translated(*at), finish, label=label, name=name, density=0.0, visible=False)

@@ -12,7 +12,7 @@ from casa_assets.families.parts.fronts.fronts import FrontKind
 from casa_assets.families.parts.hardware.handles import HandleKind
 from casa_assets.model.registry.finish import Surface
 
-METALS = (
+HANDLE_FINISHES = (
     "stainless_brushed",
     "nickel_satin",
     "chrome",
@@ -23,12 +23,12 @@ METALS = (
     "copper",
     "gunmetal",
 )
-INSIDES = ("melamine_white", "melamine_grey", "melamine_oak")
+INSIDE_FINISHES = ("melamine_white", "melamine_grey", "melamine_oak")
 # Handles that are pulled by an edge need a front whose edge is plain.
 PLAIN_EDGED = (FrontKind.SLAB, FrontKind.SLIM_SHAKER, FrontKind.SHAKER)
 
 
-class Look(Params):
+class CabinetLook(Params):
     """Front, handle and finishes of a cabinet.
 
     Attributes:
@@ -46,16 +46,16 @@ class Look(Params):
     metal: FinishId = "stainless_brushed"
 
 
-def draw_look(rng: np.random.Generator, stock: Stock) -> Look:
+def draw_cabinet_look(rng: np.random.Generator, stock: Stock) -> CabinetLook:
     """A look as kitchens have it."""
     kind = pick(rng, tuple(FrontKind))
     handles = tuple(HandleKind) if kind in PLAIN_EDGED else tuple(HandleKind)[:-2]
-    return Look(
+    return CabinetLook(
         front=kind,
         handle=pick(rng, handles),
         length=between(rng, 0.1, 0.32, 0.032),
         face=stock.draw(rng, Surface.CABINET),
-        inside=pick(rng, INSIDES),
+        inside=pick(rng, INSIDE_FINISHES),
         tray=pick(rng, ("beech_plain", "melamine_white", "bamboo_plain", "white_matt")),
-        metal=pick(rng, METALS),
+        metal=pick(rng, HANDLE_FINISHES),
     )

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from casa_assets.core import hand_dynamics
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.model.asset.behavior import Condition, Rule, Variable
 from casa_assets.model.record import Vec3
 
-STROKE = 0.0025  # metres
-CLEAR = 0.0004  # metres that are left under a pressed key
+KEY_TRAVEL = 0.0025  # metres
+KEY_CLEARANCE = 0.0004  # metres that are left under a pressed key
 
 
 def round_key(radius: float, height: float = 0.005) -> Solid:
     """A round cap that stands on z = 0."""
-    return rod(radius, height, min(0.0015, 0.3 * height)).at(z=height / 2)
+    return rod(radius, height, min(0.0015, 0.3 * height)).translated(z=height / 2)
 
 
 def flat_key(wide: float, tall: float, height: float = 0.005) -> Solid:
@@ -24,7 +24,7 @@ def flat_key(wide: float, tall: float, height: float = 0.005) -> Solid:
 
 
 def key(
-    bench: Bench,
+    builder: AssetBuilder,
     name: str,
     joint: str,
     at: Vec3,
@@ -33,7 +33,7 @@ def key(
     *,
     face: str = "front",
     parent: str = ROOT,
-    stroke: float = STROKE,
+    stroke: float = KEY_TRAVEL,
 ) -> None:
     """A sprung key; its collider is called `name`, its link `<name>_key`.
 
@@ -42,17 +42,17 @@ def key(
         cap: standing on z = 0. face: where it looks: `front` (-y), `up`, `left` (-x), `right` or `back`.
     """
     turn, way = _FACES[face]
-    lift = stroke + CLEAR
+    lift = stroke + KEY_CLEARANCE
     place = (at[0] - way[0] * lift, at[1] - way[1] * lift, at[2] - way[2] * lift)
-    link = bench.link(f"{name}_key", at=place, parent=parent)
-    bench.add(link, _turned(cap, turn), finish, label="button", name=name)
+    link = builder.link(f"{name}_key", at=place, parent=parent)
+    builder.add(link, _turned(cap, turn), finish, label="button", name=name)
     low, high = cap.bounds
     wide, tall = float(high[0] - low[0]) - 0.003, float(high[1] - low[1]) - 0.003
     stem = box((wide, tall, lift + 0.0015), (0.0, 0.0, -(lift + 0.0015) / 2 + 0.001), 0.0)
     # The stem goes into its hole when the key is pressed.
-    bench.add(link, _turned(stem, turn), "plastic_black", label="button", touch=False, density=0.0)
+    builder.add(link, _turned(stem, turn), "plastic_black", label="button", collider=False, density=0.0)
     spring = hand_dynamics.press(stroke, hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
-    bench.slide(joint, link, way, (0.0, stroke), name, spring=spring, feel=hand_dynamics.KEY)
+    builder.slide(joint, link, way, (0.0, stroke), name, spring=spring, feel=hand_dynamics.KEY)
 
 
 _FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {
@@ -65,7 +65,7 @@ _FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {
 
 
 def _turned(solid: Solid, turn: tuple[str, float] | None) -> Solid:
-    return solid if turn is None else solid.turned(*turn)
+    return solid if turn is None else solid.rotated(*turn)
 
 
 def toggle(variable: str, collider: str) -> tuple[tuple[Variable, ...], tuple[Rule, ...]]:

@@ -13,21 +13,21 @@ from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import TAP_START_N
 from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.kit.asset_builder import ROOT, Bench
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import ball, box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid, box_shape
-from casa_assets.families.kit.solids.sweep import bent, rectangle, tube
+from casa_assets.families.kit.solids.sweep import rectangle, round_corners, tube
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.record import Vec3
 
 # Ref: RoboCasa v0.2 and v1.0, class Sink: water runs where 0.40 < handle_joint < pi; high from half of the range on.
-FLOWS_FROM, FLOW_RANGE = 0.40, 1.0
+FLOW_START, FLOW_RANGE = 0.40, 1.0
 TEMPERATURE_RANGE = 0.785
 SPOUT_RANGE = 1.57
 WATER = (0.45, 0.62, 0.75, 0.0)
 
 
-class Form(StrEnum):
+class SpoutForm(StrEnum):
     """What the spout looks like."""
 
     GOOSENECK = "gooseneck"
@@ -48,7 +48,7 @@ class Faucet(Params):
         finish: of the metal.
     """
 
-    form: Form = Form.GOOSENECK
+    form: SpoutForm = SpoutForm.GOOSENECK
     reach: float = 0.21
     height: float = 0.36
     finish: FinishId = "chrome"
@@ -62,7 +62,7 @@ class Spout:
     mouth: Vec3
 
 
-def fit(bench: Bench, p: Faucet, at: Vec3, fall: float) -> None:
+def fit(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
     """Put a faucet on the bench with its links, joints, `water` site and behaviour.
 
     Args:
@@ -71,20 +71,24 @@ def fit(bench: Bench, p: Faucet, at: Vec3, fall: float) -> None:
         fall: z at which the water lands, metres.
     """
     x, y, z = at
-    wide = p.form in (Form.BRIDGE, Form.VICTORIAN)
+    wide = p.form in (SpoutForm.BRIDGE, SpoutForm.VICTORIAN)
     body, swivel = _body(p, wide)
     for solid in body:
-        bench.add(ROOT, solid.at(x, y, z), p.finish, label="faucet", density="tap_body")
-    bench.link("spout", at=(x, y, z + swivel))
+        builder.add(ROOT, solid.translated(x, y, z), p.finish, label="faucet", density="tap_body")
+    builder.link("spout", at=(x, y, z + swivel))
     spout = _spout(p, p.height - swivel)
     for i, solid in enumerate(spout.solids):
-        bench.add("spout", solid, p.finish, label="spout", touch="spout_main" if i == 0 else True, density="tap_body")
-    bench.hinge("spout_joint", "spout", (0.0, 0.0, 1.0), (-SPOUT_RANGE, SPOUT_RANGE), "spout_main", start_n=TAP_START_N)
+        builder.add(
+            "spout", solid, p.finish, label="spout", collider="spout_main" if i == 0 else True, density="tap_body"
+        )
+    builder.hinge(
+        "spout_joint", "spout", (0.0, 0.0, 1.0), (-SPOUT_RANGE, SPOUT_RANGE), "spout_main", start_n=TAP_START_N
+    )
     mx, my, mz = spout.mouth
     stream = z + swivel + mz - fall
-    bench.column("water", (mx, my, mz - stream / 2), (0.016, 0.016, stream), WATER, link="spout")
-    _levers(bench, p, at, wide)
-    bench.behavior = behavior()
+    builder.column("water", (mx, my, mz - stream / 2), (0.016, 0.016, stream), WATER, link="spout")
+    _levers(builder, p, at, wide)
+    builder.behavior = behavior()
 
 
 def _body(p: Faucet, wide: bool) -> tuple[list[Solid], float]:
@@ -103,17 +107,17 @@ def _body(p: Faucet, wide: bool) -> tuple[list[Solid], float]:
                     (0.012, 0.1),
                 ]
             )
-            parts.append(post.touched_as(rod(0.016, 0.1).at(z=0.05)).at(side))
+            parts.append(post.with_colliders_of(rod(0.016, 0.1).translated(z=0.05)).translated(side))
         bridge = tube([(-0.1, 0.0, 0.075), (0.1, 0.0, 0.075)], 0.009)
-        hub = lathe([(0.0125, 0.06), (0.017, 0.064), (0.017, 0.092), (0.0125, 0.0945)]).touched_as(
-            rod(0.017, 0.035).at(z=0.077)
+        hub = lathe([(0.0125, 0.06), (0.017, 0.064), (0.017, 0.092), (0.0125, 0.0945)]).with_colliders_of(
+            rod(0.017, 0.035).translated(z=0.077)
         )
         return [*parts, bridge, hub], 0.0955
-    if p.form is Form.SQUARE:
+    if p.form is SpoutForm.SQUARE:
         foot = box((0.05, 0.05, 0.006), (0.0, 0.0, 0.003), 0.001)
         trunk = box((0.042, 0.042, 0.124), (0.0, 0.0, 0.068), 0.002)
         return [foot, trunk], 0.131
-    tall = 0.09 if p.form is Form.LOW_ARC else 0.13
+    tall = 0.09 if p.form is SpoutForm.LOW_ARC else 0.13
     profile = [
         (0.029, 0.0),
         (0.029, 0.003),
@@ -123,21 +127,21 @@ def _body(p: Faucet, wide: bool) -> tuple[list[Solid], float]:
         (0.0195, tall - 0.002),
         (0.018, tall),
     ]
-    return [lathe(profile).touched_as(rod(0.024, tall).at(z=tall / 2))], tall + 0.001
+    return [lathe(profile).with_colliders_of(rod(0.024, tall).translated(z=tall / 2))], tall + 0.001
 
 
 def _spout(p: Faucet, rise: float) -> Spout:
     """The spout; `rise` is its highest point above the swivel."""
     reach = p.reach
-    if p.form is Form.SQUARE:
+    if p.form is SpoutForm.SQUARE:
         outline = rectangle(0.026, 0.026, 0.002, 1)
         path = [(0.0, 0.0, 0.0), (0.0, 0.0, rise - 0.013), (0.0, -reach, rise - 0.013), (0.0, -reach, rise - 0.06)]
         return Spout((tube([path[1], path[2], path[3]], outline), tube(path[:2], outline)), (0.0, -reach, rise - 0.06))
-    if p.form is Form.LOW_ARC:
+    if p.form is SpoutForm.LOW_ARC:
         path = [(0.0, 0.0, 0.0), (0.0, -0.03, rise * 0.8), (0.0, -reach * 0.75, rise), (0.0, -reach, rise * 0.55)]
-        tip = rod(0.016, 0.012).at(0.0, -reach, rise * 0.55)
+        tip = rod(0.016, 0.012).translated(0.0, -reach, rise * 0.55)
         return Spout((_pipe(path, 0.014, 0.09), tip), (0.0, -reach, rise * 0.55 - 0.006))
-    if p.form is Form.VICTORIAN:
+    if p.form is SpoutForm.VICTORIAN:
         path = [
             (0.0, 0.0, 0.0),
             (0.0, 0.0, rise * 0.55),
@@ -145,34 +149,40 @@ def _spout(p: Faucet, rise: float) -> Spout:
             (0.0, -reach, rise * 0.6),
             (0.0, -reach, rise * 0.35),
         ]
-        knob = ball(0.017).at(0.0, 0.0, 0.02)
-        tip = rod(0.0145, 0.012).at(0.0, -reach, rise * 0.35)
+        knob = ball(0.017).translated(0.0, 0.0, 0.02)
+        tip = rod(0.0145, 0.012).translated(0.0, -reach, rise * 0.35)
         return Spout((_pipe(path, 0.0125, 0.07), knob, tip), (0.0, -reach, rise * 0.35 - 0.006))
-    drop = {Form.GOOSENECK: 0.45, Form.BRIDGE: 0.5, Form.TAPERED: 0.4, Form.PULL_DOWN: 0.3, Form.SPRING: 0.25}[p.form]
+    drop = {
+        SpoutForm.GOOSENECK: 0.45,
+        SpoutForm.BRIDGE: 0.5,
+        SpoutForm.TAPERED: 0.4,
+        SpoutForm.PULL_DOWN: 0.3,
+        SpoutForm.SPRING: 0.25,
+    }[p.form]
     mouth = (0.0, -reach, rise * (1 - drop))
     path = [(0.0, 0.0, 0.0), (0.0, 0.0, rise), (0.0, -reach, rise), mouth]
-    radius = {Form.TAPERED: 0.017, Form.SPRING: 0.009}.get(p.form, 0.0125)
+    radius = {SpoutForm.TAPERED: 0.017, SpoutForm.SPRING: 0.009}.get(p.form, 0.0125)
     neck = _pipe(path, radius, reach / 2)
-    if p.form is Form.PULL_DOWN:
+    if p.form is SpoutForm.PULL_DOWN:
         head = lathe([(0.012, 0.0), (0.0155, -0.02), (0.0185, -0.08), (0.0185, -0.095), (0.016, -0.1)][::-1])
-        head = head.touched_as(rod(0.018, 0.1).at(z=-0.05)).at(*mouth)
+        head = head.with_colliders_of(rod(0.018, 0.1).translated(z=-0.05)).translated(*mouth)
         return Spout((neck, head), (mouth[0], mouth[1], mouth[2] - 0.1))
-    if p.form is Form.SPRING:
+    if p.form is SpoutForm.SPRING:
         head = lathe(
             [(0.011, 0.0), (0.014, -0.03), (0.014, -0.09), (0.021, -0.1), (0.021, -0.112), (0.018, -0.115)][::-1]
         )
-        head = head.touched_as(rod(0.019, 0.115).at(z=-0.0575)).at(*mouth)
+        head = head.with_colliders_of(rod(0.019, 0.115).translated(z=-0.0575)).translated(*mouth)
         arm = tube([(0.0, 0.0, rise * 0.3), (0.0, -reach + 0.014, rise * 0.3)], 0.006)
         low = (mouth[0], mouth[1], mouth[2] - 0.115)
         return Spout((neck, _coil(path, 0.0145, reach / 2), head, arm), low)
-    tip = rod(radius + 0.002, 0.014).at(mouth[0], mouth[1], mouth[2] - 0.004)
+    tip = rod(radius + 0.002, 0.014).translated(mouth[0], mouth[1], mouth[2] - 0.004)
     return Spout((neck, tip), (mouth[0], mouth[1], mouth[2] - 0.011))
 
 
 def _pipe(path: list[Vec3], radius: float, bend: float) -> Solid:
     """A bent round pipe, touched as boxes round its straight runs: capsules would stick out of the bends."""
-    solid = tube([_vec(q) for q in bent(path, bend, 8)], radius)
-    line = bent(path, bend, 3)
+    solid = tube([_vec(q) for q in round_corners(path, bend, 8)], radius)
+    line = round_corners(path, bend, 3)
     shapes = []
     for a, b in pairwise(line):
         seg = tube([_vec(a), _vec(b)], radius)
@@ -180,7 +190,7 @@ def _pipe(path: list[Vec3], radius: float, bend: float) -> Solid:
             shapes += list(seg.shapes)
     # The grip comes first: the run that is farthest from the swivel.
     shapes.sort(key=lambda s: (s[1].position[1], s[1].position[2]))
-    return Solid(solid.points, solid.faces, tuple(shapes), solid.spread, 40.0)
+    return Solid(solid.points, solid.faces, tuple(shapes), solid.uv_m, 40.0)
 
 
 def _vec(point: Floats) -> Vec3:
@@ -190,7 +200,7 @@ def _vec(point: Floats) -> Vec3:
 
 def _coil(path: list[Vec3], radius: float, bend: float) -> Solid:
     """A spring wound round the pipe; seen only."""
-    line = bent(path, bend, 10)
+    line = round_corners(path, bend, 10)
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     run = np.concatenate([[0.0], np.cumsum(steps)])
     start, end, pitch = 0.02, float(run[-1]) - 0.005, 0.011
@@ -206,58 +216,58 @@ def _coil(path: list[Vec3], radius: float, bend: float) -> Solid:
         turn = 2 * math.pi * (s - start) / pitch
         x, y, z = here + radius * (math.cos(turn) * side + math.sin(turn) * up)
         points.append((float(x), float(y), float(z)))
-    return tube(points, 0.0019).untouched()
+    return tube(points, 0.0019).without_colliders()
 
 
-def _levers(bench: Bench, p: Faucet, at: Vec3, wide: bool) -> None:
+def _levers(builder: AssetBuilder, p: Faucet, at: Vec3, wide: bool) -> None:
     """The flow lever on the right tips towards the cook, the temperature lever on the left turns about its stem."""
     x, y, z = at
     side, high = (0.1, 0.1005) if wide else (0.05, 0.075)
-    if p.form is Form.LOW_ARC:
+    if p.form is SpoutForm.LOW_ARC:
         high = 0.055
     if not wide:
         for sign in (-1, 1):
-            stem = rod(0.0125, 0.028, axis="x").at(x + sign * 0.034, y, z + high)
-            bench.add(ROOT, stem, p.finish, label="faucet", density="tap_body")
+            stem = rod(0.0125, 0.028, axis="x").translated(x + sign * 0.034, y, z + high)
+            builder.add(ROOT, stem, p.finish, label="faucet", density="tap_body")
     # Flow: a hinge about x; at rest the lever stands up, and tips forward.
-    bench.link("handle", at=(x + side + (0.0 if wide else 0.0075), y, z + high + (0.014 if wide else 0.0)))
+    builder.link("handle", at=(x + side + (0.0 if wide else 0.0075), y, z + high + (0.014 if wide else 0.0)))
     hub = ball(0.0125) if wide else rod(0.0135, 0.014, axis="x")
-    _lever(bench, "handle", p, "handle_main")
-    bench.add("handle", hub, p.finish, label="handle", density="tap_body")
+    _lever(builder, "handle", p, "handle_main")
+    builder.add("handle", hub, p.finish, label="handle", density="tap_body")
     flow = hand_dynamics.feel(2e-4, 0.07, FLOW_RANGE, 5.5)
-    bench.hinge("handle_joint", "handle", (1.0, 0.0, 0.0), (0.0, FLOW_RANGE), "handle_main", feel=flow)
+    builder.hinge("handle_joint", "handle", (1.0, 0.0, 0.0), (0.0, FLOW_RANGE), "handle_main", feel=flow)
     # Temperature: a hinge about z; at rest the lever points to the left.
     left = -side - (0.0 if wide else 0.0125)
-    bench.link("handle_temp", at=(x + left, y, z + high + (0.008 if wide else 0.0)))
+    builder.link("handle_temp", at=(x + left, y, z + high + (0.008 if wide else 0.0)))
     cap = rod(0.0125, 0.012) if wide else rod(0.0135, 0.026)
     arm = tube([(-0.008, 0.0, 0.002), (-0.066, 0.0, 0.008)], 0.0058)
-    bench.add("handle_temp", arm, p.finish, label="handle", name="handle_temp_main", density="tap_body")
-    bench.add("handle_temp", cap, p.finish, label="handle", density="tap_body")
+    builder.add("handle_temp", arm, p.finish, label="handle", name="handle_temp_main", density="tap_body")
+    builder.add("handle_temp", cap, p.finish, label="handle", density="tap_body")
     warm = hand_dynamics.feel(1.5e-4, 0.04, 2 * TEMPERATURE_RANGE, 5.5)
     span = (-TEMPERATURE_RANGE, TEMPERATURE_RANGE)
-    bench.hinge("handle_temp_joint", "handle_temp", (0.0, 0.0, 1.0), span, "handle_temp_main", feel=warm)
+    builder.hinge("handle_temp_joint", "handle_temp", (0.0, 0.0, 1.0), span, "handle_temp_main", feel=warm)
 
 
-def _lever(bench: Bench, link: str, p: Faucet, name: str) -> None:
-    if p.form is Form.VICTORIAN:
-        parts = [tube([(0.0, 0.0, 0.008), (0.0, 0.0, 0.05)], 0.005), ball(0.0095).at(z=0.058)]
-        bench.add(link, parts[0], p.finish, label="handle", density="tap_body")
-        bench.add(link, parts[1], "ceramic_white", label="handle", name=name)
-    elif p.form is Form.SQUARE:
-        bench.add(
+def _lever(builder: AssetBuilder, link: str, p: Faucet, name: str) -> None:
+    if p.form is SpoutForm.VICTORIAN:
+        parts = [tube([(0.0, 0.0, 0.008), (0.0, 0.0, 0.05)], 0.005), ball(0.0095).translated(z=0.058)]
+        builder.add(link, parts[0], p.finish, label="handle", density="tap_body")
+        builder.add(link, parts[1], "ceramic_white", label="handle", name=name)
+    elif p.form is SpoutForm.SQUARE:
+        builder.add(
             link, box((0.011, 0.02, 0.085), (0.0, 0.0, 0.052), 0.0015), p.finish, "handle", name, density="tap_body"
         )
     else:
         blade = tube([(0.0, 0.0, 0.01), (0.0, 0.0, 0.098)], rectangle(0.011, 0.016, 0.0045, 4), up=(0.0, 1.0, 0.0))
         low, high = blade.bounds
-        blade = Solid(blade.points, blade.faces, (box_shape(low, high),), blade.spread, 50.0)
-        bench.add(link, blade, p.finish, "handle", name, density="tap_body")
+        blade = Solid(blade.points, blade.faces, (box_shape(low, high),), blade.uv_m, 50.0)
+        builder.add(link, blade, p.finish, "handle", name, density="tap_body")
 
 
 def behavior() -> Behavior:
     """Water by the flow lever, hot or cold by the other."""
     half = FLOW_RANGE / 2
-    levels = {"off": (0.0, FLOWS_FROM), "low": (FLOWS_FROM, half), "high": (half, FLOW_RANGE + 0.01)}
+    levels = {"off": (0.0, FLOW_START), "low": (FLOW_START, half), "high": (half, FLOW_RANGE + 0.01)}
     sides = {"cold": (-TEMPERATURE_RANGE - 0.01, 0.0), "hot": (0.0, TEMPERATURE_RANGE + 0.01)}
     rules = tuple(
         Rule(variable="water", to=v, when=(Condition(joint="handle_joint", interval=i),)) for v, i in levels.items()

@@ -8,11 +8,11 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.families.kit.asset_builder import Bench
+from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import ball, box, lathe, rod
-from casa_assets.families.kit.solids.boolean import cut
-from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape, joined, turn
-from casa_assets.families.kit.solids.sweep import bent, prism, rectangle, tube
+from casa_assets.families.kit.solids.boolean import subtract
+from casa_assets.families.kit.solids.solid import Placed, Solid, axis_turn, box_shape, concatenate
+from casa_assets.families.kit.solids.sweep import prism, rectangle, round_corners, tube
 from casa_assets.model.asset.shape import Capsule
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
@@ -38,10 +38,10 @@ class HandleKind(StrEnum):
 
 
 # Handles that are one with an edge of the front; `parts.doors` and `parts.drawers` lay them there.
-OF_EDGES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
+EDGE_HANDLES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
 # Handles that lie across whatever they are on.
-LEVEL = (HandleKind.CUP, HandleKind.RING, HandleKind.KNOB)
-SHORT = {
+LEVEL_HANDLES = (HandleKind.CUP, HandleKind.RING, HandleKind.KNOB)
+FIXED_LENGTHS = {
     HandleKind.CUP: 0.096,
     HandleKind.KNOB: 0.034,
     HandleKind.RING: 0.056,
@@ -63,18 +63,18 @@ class Handle:
     shapes: tuple[Placed, ...]
     hide: tuple[Solid, ...] = ()
 
-    def posed(self, pose: Pose) -> Handle:
+    def transformed(self, pose: Pose) -> Handle:
         """Moved by `pose`."""
         return Handle(
-            tuple(s.posed(pose) for s in self.metal),
+            tuple(s.transformed(pose) for s in self.metal),
             tuple((shape, pose @ at) for shape, at in self.shapes),
-            tuple(s.posed(pose) for s in self.hide),
+            tuple(s.transformed(pose) for s in self.hide),
         )
 
 
 def length_of(kind: HandleKind, wanted: float) -> float:
     """How long a handle of the kind is where `wanted` metres are asked for."""
-    return SHORT.get(kind, wanted)
+    return FIXED_LENGTHS.get(kind, wanted)
 
 
 def reach_of(kind: HandleKind) -> float:
@@ -93,15 +93,15 @@ def handle(kind: HandleKind, length: float) -> Handle:
     return _MAKERS[kind](length)
 
 
-def fix(bench: Bench, link: str, made: Handle, metal: str, name: str, label: str = "handle") -> None:
+def fix(builder: AssetBuilder, link: str, made: Handle, metal: str, name: str, label: str = "handle") -> None:
     """Put a handle on a link; its grip's collider is called `name`, its mesh `<name>_visual`."""
     for solid in made.metal:
-        bench.add(link, solid, metal, label=label, name=name, touch=False, density="handle_casting")
+        builder.add(link, solid, metal, label=label, name=name, collider=False, density="handle_casting")
     for solid in made.hide:
-        bench.add(link, solid, LEATHER, label=label, name=f"{name}_hide", touch=False, density="leather")
+        builder.add(link, solid, LEATHER, label=label, name=f"{name}_hide", collider=False, density="leather")
     first = (*made.metal, *made.hide)[0]
     touched = Solid(first.points, first.faces, made.shapes)
-    bench.add(link, touched, metal, label=label, name=name, density=0.0, seen=False)
+    builder.add(link, touched, metal, label=label, name=name, density=0.0, visible=False)
 
 
 def _capsule(length: float, radius: float, y: float) -> Placed:
@@ -116,12 +116,12 @@ def _box(x: float, y0: float, y1: float, wide: float, high: float) -> Placed:
 def _post(x: float, reach: float, radius: float, foot: float) -> Solid:
     """A round post from the front to the middle of a grip, with a small foot."""
     line = [(foot, 0.0), (foot, 0.0025), (foot - 0.0012, 0.004), (radius, 0.005), (radius, reach)]
-    return lathe(line, segments=12).turned("x", math.pi / 2).at(x)
+    return lathe(line, segments=12).rotated("x", math.pi / 2).translated(x)
 
 
 def _bar(length: float) -> Handle:
     radius, reach, at = 0.006, 0.038, max(0.02, length / 2 - 0.035)
-    grip = rod(radius, length, 0.0015, "x").at(0.0, -reach)
+    grip = rod(radius, length, 0.0015, "x").translated(0.0, -reach)
     posts = tuple(_post(x, reach, 0.0042, 0.0065) for x in (-at, at))
     feet = tuple(_box(x, -reach + radius, 0.0, 0.011, 0.011) for x in (-at, at))
     return Handle((grip, *posts), (_capsule(length, radius, -reach), *feet))
@@ -139,9 +139,9 @@ def _boxed(length: float) -> Handle:
 def _bow(length: float) -> Handle:
     """A round bar in one sweep, with a rosette under each end."""
     radius, reach, h = 0.0055, 0.036, length / 2 - 0.01
-    path = bent([(-h, 0.0, 0.0), (-0.72 * h, -reach, 0.0), (0.72 * h, -reach, 0.0), (h, 0.0, 0.0)], 0.05, 6)
+    path = round_corners([(-h, 0.0, 0.0), (-0.72 * h, -reach, 0.0), (0.72 * h, -reach, 0.0), (h, 0.0, 0.0)], 0.05, 6)
     grip = tube([(float(x), float(y), float(z)) for x, y, z in path], radius)
-    feet = tuple(rod(0.0095, 0.004, 0.0015, "y").at(x, -0.002) for x in (-h, h))
+    feet = tuple(rod(0.0095, 0.004, 0.0015, "y").translated(x, -0.002) for x in (-h, h))
     ends = tuple(_box(s * 0.86 * h, -0.75 * reach, 0.0, 0.28 * h, 0.012) for s in (-1, 1))
     return Handle((grip, *feet), (_capsule(1.3 * h, radius, -reach), *ends))
 
@@ -157,11 +157,11 @@ def _cup(length: float) -> Handle:
 
     low = box((0.3, 0.3, 0.3), (0.0, 0.0, -0.15), 0.0)
     behind = box((0.3, 0.3, 0.3), (0.0, 0.15, 0.0), 0.0)
-    cup = cut(shell(0.0), shell(wall), low, behind).at(0.0, 0.0, -h / 2)
+    cup = subtract(shell(0.0), shell(wall), low, behind).translated(0.0, 0.0, -h / 2)
     turns = np.linspace(0.0, math.pi, 17)
     rim = [((w + 0.005) * math.cos(a), (h + 0.005) * math.sin(a)) for a in turns]
     plate = prism(np.array([*rim, (-w - 0.005, -0.003), (w + 0.005, -0.003)]), 0.002, 0.0006)
-    flange = plate.turned("x", math.pi / 2).at(0.0, 0.0, -h / 2)
+    flange = plate.rotated("x", math.pi / 2).translated(0.0, 0.0, -h / 2)
     z = -h / 2
     shapes = (
         box_shape((-0.72 * w, -d, z), (0.72 * w, -d + 0.006, z + 0.6 * h)),
@@ -175,7 +175,7 @@ def _knob(length: float) -> Handle:
     r, reach = length / 2, 0.03
     line = [(0.5 * r, 0.0), (0.5 * r, 0.002), (0.38 * r, 0.006), (0.36 * r, 0.013), (0.8 * r, 0.0175)]
     line += [(r, 0.021), (r, 0.0235), (0.92 * r, 0.0265), (0.7 * r, 0.029), (0.35 * r, reach)]
-    head = lathe(line, segments=24, crease_deg=50.0).turned("x", math.pi / 2)
+    head = lathe(line, segments=24, crease_deg=50.0).rotated("x", math.pi / 2)
     grip = _box(0.0, -reach, -0.0165, 1.8 * r, 1.8 * r)
     return Handle((head,), (grip, _box(0.0, -0.0165, 0.0, 0.013, 0.013)))
 
@@ -186,8 +186,8 @@ def _ring(length: float) -> Handle:
     turns = np.linspace(0.0, 2 * math.pi, 25)
     path = [(r * math.cos(a), -reach, r * math.sin(a) - r) for a in turns]
     loop = tube(path, wire, up=(0.0, 1.0, 0.0))
-    rosette = lathe([(0.016, 0.0), (0.016, 0.002), (0.012, 0.0045), (0.007, 0.006)], 24).turned("x", math.pi / 2)
-    post = rod(0.0055, reach + 0.006, 0.002, "y").at(0.0, -(reach + 0.006) / 2)
+    rosette = lathe([(0.016, 0.0), (0.016, 0.002), (0.012, 0.0045), (0.007, 0.006)], 24).rotated("x", math.pi / 2)
+    post = rod(0.0055, reach + 0.006, 0.002, "y").translated(0.0, -(reach + 0.006) / 2)
     z = -2 * r
     shapes = (
         box_shape((-0.55 * r, -reach - wire, z - wire), (0.55 * r, -reach + wire, z + wire + 0.003)),
@@ -202,7 +202,7 @@ def _flat(length: float, wide: float, thick: float, reach: float) -> tuple[Solid
     h, foot, rise = length / 2, 0.022, 0.03
     y = -thick / 2
     corners = [(-h, y, 0.0), (-h + foot, y, 0.0), (-h + foot + rise, -reach, 0.0)]
-    path = bent([*corners, *((-a, b, c) for a, b, c in corners[::-1])], 0.02, 5)
+    path = round_corners([*corners, *((-a, b, c) for a, b, c in corners[::-1])], 0.02, 5)
     strap = tube([(float(a), float(b), float(c)) for a, b, c in path], rectangle(thick, wide, 0.3 * thick, 2))
     inner = h - foot - rise
     grip = box_shape((-inner, -reach - thick / 2, -wide / 2), (inner, -reach + thick / 2, wide / 2))
@@ -221,14 +221,14 @@ def _strap(length: float) -> Handle:
 def _leather(length: float) -> Handle:
     size = max(length, 0.16)
     strap, shapes = _flat(size, 0.024, 0.005, 0.034)
-    stud = lathe([(0.0065, 0.0), (0.0065, 0.001), (0.005, 0.0026), (0.002, 0.0034)], 16).turned("x", math.pi / 2)
-    studs = joined([stud.at(x, -0.0052) for x in (-size / 2 + 0.011, size / 2 - 0.011)])
+    stud = lathe([(0.0065, 0.0), (0.0065, 0.001), (0.005, 0.0026), (0.002, 0.0034)], 16).rotated("x", math.pi / 2)
+    studs = concatenate([stud.translated(x, -0.0052) for x in (-size / 2 + 0.011, size / 2 - 0.011)])
     return Handle((studs,), shapes, (strap,))
 
 
 def _tee(length: float) -> Handle:
     radius, reach = 0.006, 0.034
-    grip = rod(radius, length, 0.0015, "x").at(0.0, -reach)
+    grip = rod(radius, length, 0.0015, "x").translated(0.0, -reach)
     post = _post(0.0, reach, 0.0055, 0.008)
     return Handle((grip, post), (_capsule(length, radius, -reach), _box(0.0, -reach + radius, 0.0, 0.012, 0.012)))
 
@@ -258,6 +258,6 @@ def edge_pull(length: float) -> Handle:
     return Handle((plate, hook), shapes)
 
 
-def turned(made: Handle, axis: str, angle: float, at: Vec3) -> Handle:
+def rotate_handle(made: Handle, axis: str, angle: float, at: Vec3) -> Handle:
     """A handle turned about an axis through its foot by radians, and set at a point."""
-    return made.posed(Pose(position=at) @ turn(axis, angle))
+    return made.transformed(Pose(position=at) @ axis_turn(axis, angle))

@@ -6,15 +6,15 @@ import math
 from enum import StrEnum
 
 from casa_assets.core import hand_dynamics
-from casa_assets.families.kit.asset_builder import Bench
+from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, lathe, rod
-from casa_assets.families.kit.solids.solid import Solid, joined
+from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.model.asset.shape import Cylinder
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 # Ref: RoboCasa v1.0, class Stove: on from 0.35 rad, high from 80 degrees, set up to 2 pi - 0.35.
-TURN = 2.6
+KNOB_TRAVEL = 2.6
 
 
 class KnobStyle(StrEnum):
@@ -30,7 +30,7 @@ class KnobStyle(StrEnum):
 
 
 def knob(
-    bench: Bench,
+    builder: AssetBuilder,
     link: str,
     joint: str,
     at: Vec3,
@@ -41,14 +41,14 @@ def knob(
     mark: str,
     collider: str,
     up: bool = False,
-    turn: float = TURN,
+    turn: float = KNOB_TRAVEL,
 ) -> None:
     """A link with a knob whose foot is at `at`, its joint (0 is off), its collider.
 
     Args:
         radius: metres. finish, mark: of the body and of its pointer. up: faces up instead of to the front.
     """
-    bench.link(link, at=at)
+    builder.link(link, at=at)
     depth = {KnobStyle.DISC: 0.7, KnobStyle.SLIM: 1.5}.get(style, 1.0) * min(0.026, 1.15 * radius)
     body, extra = _shape(style, radius, depth)
     shaped = Solid(
@@ -58,14 +58,14 @@ def knob(
         crease_deg=body.crease_deg,
     )
     face = Pose() if up else Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
-    bench.add(link, shaped.posed(face), finish, label="knob", touch=collider, density="control_knob")
+    builder.add(link, shaped.transformed(face), finish, label="knob", collider=collider, density="control_knob")
     for solid in extra:
-        bench.add(link, solid.posed(face), finish, label="knob", touch=False, density="control_knob")
+        builder.add(link, solid.transformed(face), finish, label="knob", collider=False, density="control_knob")
     pointer = _pointer(style, radius, depth)
-    bench.add(link, pointer.posed(face), mark, label="knob", touch=False, density=0.0)
+    builder.add(link, pointer.transformed(face), mark, label="knob", collider=False, density=0.0)
     axis = (0.0, 0.0, 1.0) if up else (0.0, -1.0, 0.0)
     feel = hand_dynamics.Feel(damping=0.02, frictionloss=hand_dynamics.KNOB_NM, armature=2e-4)
-    bench.hinge(joint, link, axis, (0.0, turn), collider, feel=feel)
+    builder.hinge(joint, link, axis, (0.0, turn), collider, feel=feel)
 
 
 def _shape(style: KnobStyle, r: float, d: float) -> tuple[Solid, list[Solid]]:
@@ -76,7 +76,7 @@ def _shape(style: KnobStyle, r: float, d: float) -> tuple[Solid, list[Solid]]:
         return body, []
     if style is KnobStyle.FLUTED:
         grips = [
-            box((0.0026, 0.0026, 0.7 * d), (0.0, 0.93 * r, 0.5 * d), 0.0).turned("z", math.pi * k / 9)
+            box((0.0026, 0.0026, 0.7 * d), (0.0, 0.93 * r, 0.5 * d), 0.0).rotated("z", math.pi * k / 9)
             for k in range(18)
         ]
         return lathe([(r, 0.0), (r, 0.12 * d), (0.93 * r, 0.15 * d), (0.93 * r, d - e), (0.93 * r - e, d)], 36), grips
@@ -100,26 +100,26 @@ def _pointer(style: KnobStyle, r: float, d: float) -> Solid:
     if style is KnobStyle.DOME:
         t = 1.0  # how far up the dome, rad; the mark lies along it
         lean = -math.atan2(0.7 * d * math.cos(t), r * math.sin(t))
-        line = box((0.0022, 0.34 * r, 0.0016), (0.0, 0.0, 0.0), 0.0003).turned("x", lean)
-        return line.at(y=r * math.cos(t), z=0.3 * d + 0.7 * d * math.sin(t))
+        line = box((0.0022, 0.34 * r, 0.0016), (0.0, 0.0, 0.0), 0.0003).rotated("x", lean)
+        return line.translated(y=r * math.cos(t), z=0.3 * d + 0.7 * d * math.sin(t))
     ends = {KnobStyle.SKIRT: (0.08, 0.6), KnobStyle.SLIM: (0.3, 0.88)}.get(style, (0.21, 0.83))
     top = 1.117 * d if style is KnobStyle.BAR else d
     low, high = ends[0] * r, ends[1] * r
     return box((0.0022, high - low, 0.0012), (0.0, (low + high) / 2, top + 0.0002), 0.0002)
 
 
-def dial(radius: float, turn: float = TURN, up: bool = False, steps: int = 7) -> Solid:
+def dial(radius: float, turn: float = KNOB_TRAVEL, up: bool = False, steps: int = 7) -> Solid:
     """Ticks printed round a knob, from off over its range; their back is the plane of its foot at the origin."""
     parts = []
     for k in range(steps):
         long = 0.2 if k == 0 else 0.08 + 0.07 * k / (steps - 1)
         tick = box((0.0014, long * radius, 0.0003), (0.0, (1.32 + long / 2) * radius, 0.00015), 0.0)
-        parts.append(tick.turned("z", turn * k / (steps - 1)))
-    ring = joined(parts).untouched()
-    return ring if up else ring.turned("x", math.pi / 2)
+        parts.append(tick.rotated("z", turn * k / (steps - 1)))
+    ring = concatenate(parts).without_colliders()
+    return ring if up else ring.rotated("x", math.pi / 2)
 
 
 def bezel(radius: float, up: bool = False) -> Solid:
     """A thin ring that lies behind a knob; its foot at the origin."""
-    ring = rod(radius * 1.22, 0.0024, 0.0008).at(z=0.0012)
-    return ring if up else ring.turned("x", math.pi / 2)
+    ring = rod(radius * 1.22, 0.0024, 0.0008).translated(z=0.0012)
+    return ring if up else ring.rotated("x", math.pi / 2)

@@ -28,7 +28,7 @@ def bar(a: Vec3, b: Vec3, radius: float) -> Solid:
         solid.points,
         solid.faces,
         ((shape, Pose(position=(x, y, z), quaternion=_onto(axis / length))),),
-        solid.spread,
+        solid.uv_m,
         40.0,
     )
 
@@ -49,7 +49,7 @@ def tapered(a: Vec3, b: Vec3, start: float, end: float, sides: int = 20) -> Soli
     x, y, z = a
     pose = Pose(position=(x, y, z), quaternion=_onto(axis / length))
     shape = (Cylinder(radius=(start + end) / 2, height=length), Pose(position=(0.0, 0.0, length / 2)))
-    return Solid(points, faces, (shape,), crease_deg=40.0).posed(pose)
+    return Solid(points, faces, (shape,), crease_deg=40.0).transformed(pose)
 
 
 def slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
@@ -64,7 +64,7 @@ def slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
     high = np.column_stack([outline, np.full(len(outline), h / 2)])
     solid = loft([low, high], 40.0)
     lo, hi = solid.bounds
-    return Solid(solid.points, solid.faces, (box_shape(lo, hi),), crease_deg=40.0).at(*at)
+    return Solid(solid.points, solid.faces, (box_shape(lo, hi),), crease_deg=40.0).translated(*at)
 
 
 def _onto(direction: Floats) -> tuple[float, float, float, float]:

@@ -9,11 +9,11 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.blocks import box, lathe
-from casa_assets.families.kit.solids.solid import Solid, joined
+from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import prism
 
 # Bars of each figure: top, upper left, upper right, middle, lower left, lower right, bottom.
-BARS = {
+SEGMENTS = {
     "0": "1110111",
     "1": "0010010",
     "2": "1011101",
@@ -26,13 +26,13 @@ BARS = {
     "9": "1111011",
     "-": "0001000",
 }
-WIDE = 0.52  # width of a figure over its height
-PITCH = 0.74  # from one figure to the next, over their height
-COLON = 0.36  # width of a colon, over the height
-INK = 0.0004  # metres: thickness of what is printed or glows; its back stands free of what is behind it
+FIGURE_WIDTH = 0.52  # width of a figure over its height
+FIGURE_PITCH = 0.74  # from one figure to the next, over their height
+COLON_WIDTH = 0.36  # width of a colon, over the height
+INK_THICKNESS = 0.0004  # metres: thickness of what is printed or glows; its back stands free of what is behind it
 
 
-class Sign(StrEnum):
+class KeySign(StrEnum):
     """What is printed on a key."""
 
     PLUS = "plus"
@@ -53,22 +53,22 @@ def figures(text: str, height: float) -> Solid:
         KeyError: a character that seven bars do not show.
     """
     t = 0.13 * height
-    long = sum(COLON if c == ":" else PITCH for c in text) - (PITCH - WIDE)
+    long = sum(COLON_WIDTH if c == ":" else FIGURE_PITCH for c in text) - (FIGURE_PITCH - FIGURE_WIDTH)
     x = -long * height / 2
     parts: list[Solid] = []
     for c in text:
         if c == ":":
-            at = x + (COLON - (PITCH - WIDE)) * height / 2
+            at = x + (COLON_WIDTH - (FIGURE_PITCH - FIGURE_WIDTH)) * height / 2
             parts += [_ink(t, t, at, sign * 0.2 * height) for sign in (-1, 1)]
-            x += COLON * height
+            x += COLON_WIDTH * height
             continue
-        parts += _figure(BARS[c], x, height, t)
-        x += PITCH * height
-    return joined(parts)
+        parts += _figure(SEGMENTS[c], x, height, t)
+        x += FIGURE_PITCH * height
+    return concatenate(parts)
 
 
 def _figure(bars: str, x: float, h: float, t: float) -> list[Solid]:
-    w = WIDE * h
+    w = FIGURE_WIDTH * h
     flat, tall = w - 1.3 * t, h / 2 - 1.15 * t
     low, high = -h / 4, h / 4
     places = (
@@ -83,27 +83,31 @@ def _figure(bars: str, x: float, h: float, t: float) -> list[Solid]:
     return [_ink(*place) for on, place in zip(bars, places, strict=True) if on == "1"]
 
 
-def sign(kind: Sign, size: float) -> Solid:
+def sign(kind: KeySign, size: float) -> Solid:
     """A sign about the origin, its back in the plane y = 0, as wide as `size`, metres."""
     t = 0.16 * size
-    if kind is Sign.PLUS:
-        return joined(
+    if kind is KeySign.PLUS:
+        return concatenate(
             [_ink(size, t, 0.0, 0.0), _ink(t, 0.42 * size, 0.0, 0.29 * size), _ink(t, 0.42 * size, 0.0, -0.29 * size)]
         )
-    if kind is Sign.MINUS:
+    if kind is KeySign.MINUS:
         return _ink(size, t, 0.0, 0.0)
-    if kind is Sign.STOP:
+    if kind is KeySign.STOP:
         return _ink(0.8 * size, 0.8 * size, 0.0, 0.0)
-    if kind is Sign.BARS:
-        return joined([_ink(size, t, 0.0, z * size) for z in (-0.32, 0.0, 0.32)])
-    if kind is Sign.PLAY:
+    if kind is KeySign.BARS:
+        return concatenate([_ink(size, t, 0.0, z * size) for z in (-0.32, 0.0, 0.32)])
+    if kind is KeySign.PLAY:
         half = size / 2
-        wedge = prism(_points((-0.8 * half, -half), (half, 0.0), (-0.8 * half, half)), INK, 0.0)
-        return wedge.turned("x", math.pi / 2).untouched()
-    ring = lathe([(0.5 * size - t, 0.0), (0.5 * size, 0.0), (0.5 * size, INK), (0.5 * size - t, INK)], 20, closed=True)
-    ring = ring.turned("x", math.pi / 2)
-    inner = _ink(t, 0.5 * size, 0.0, 0.0) if kind is Sign.POWER else _ink(0.3 * size, 0.3 * size, 0.0, 0.0)
-    return joined([ring, inner])
+        wedge = prism(_points((-0.8 * half, -half), (half, 0.0), (-0.8 * half, half)), INK_THICKNESS, 0.0)
+        return wedge.rotated("x", math.pi / 2).without_colliders()
+    ring = lathe(
+        [(0.5 * size - t, 0.0), (0.5 * size, 0.0), (0.5 * size, INK_THICKNESS), (0.5 * size - t, INK_THICKNESS)],
+        20,
+        closed=True,
+    )
+    ring = ring.rotated("x", math.pi / 2)
+    inner = _ink(t, 0.5 * size, 0.0, 0.0) if kind is KeySign.POWER else _ink(0.3 * size, 0.3 * size, 0.0, 0.0)
+    return concatenate([ring, inner])
 
 
 def _points(*corners: tuple[float, float]) -> Floats:
@@ -111,4 +115,4 @@ def _points(*corners: tuple[float, float]) -> Floats:
 
 
 def _ink(wide: float, tall: float, x: float, z: float) -> Solid:
-    return box((wide, INK, tall), (x, -INK / 2, z), 0.0).untouched()
+    return box((wide, INK_THICKNESS, tall), (x, -INK_THICKNESS / 2, z), 0.0).without_colliders()

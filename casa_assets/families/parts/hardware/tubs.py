@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.families.kit.solids.blocks import board
-from casa_assets.families.kit.solids.loft import levels, loft
-from casa_assets.families.kit.solids.solid import Solid, joined
+from casa_assets.families.kit.solids.loft import inset_rings, loft
+from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, rectangle, tube
 from casa_assets.model.record import Vec3
 
-SIDES = 6  # of a wire
+WIRE_SIDES = 6  # of a wire
 
 
 def tub(width: float, depth: float, height: float, wall: float, radius: float, floor: float = 0.0) -> Solid:
@@ -24,7 +24,7 @@ def tub(width: float, depth: float, height: float, wall: float, radius: float, f
     ease = min(0.004, 0.3 * height)
     outline = rectangle(width, depth, radius, 5)
     steps = [(ease, 0.0), (0.0, ease), (0.0, height - 0.001), (0.3 * wall, height), (0.7 * wall, height)]
-    body = loft(levels(outline, [*steps, (wall, height - 0.001), (wall, base)]), 45.0)
+    body = loft(inset_rings(outline, [*steps, (wall, height - 0.001), (wall, base)]), 45.0)
     w, d = width / 2, depth / 2
     touched = (
         board((-w, -d, 0.0), (w, d, base), 0.0),
@@ -33,19 +33,19 @@ def tub(width: float, depth: float, height: float, wall: float, radius: float, f
         board((-w, -d + wall, base), (-w + wall, d - wall, height), 0.0),
         board((w - wall, -d + wall, base), (w, d - wall, height), 0.0),
     )
-    return body.touched_as(*touched)
+    return body.with_colliders_of(*touched)
 
 
 def loop(width: float, depth: float, z: float, radius: float, corner: float) -> Solid:
     """A level ring of wire about x = 0, y = 0: `width` by `depth` over the middle of the wire; not touched."""
     w, d = width / 2, depth / 2
     path = [(0.0, -d, z), (w, -d, z), (w, d, z), (-w, d, z), (-w, -d, z), (0.0, -d, z)]
-    return tube(path, circle(radius, 8), corner).untouched()
+    return tube(path, circle(radius, 8), corner).without_colliders()
 
 
 def wire(path: list[Vec3], radius: float, bend: float = 0.0) -> Solid:
     """A wire along corner points, bent round with a radius, metres; not touched."""
-    return tube(path, circle(radius, SIDES), bend).untouched()
+    return tube(path, circle(radius, WIRE_SIDES), bend).without_colliders()
 
 
 def grid(width: float, depth: float, z: float, radius: float, across: int, along: int) -> Solid:
@@ -55,7 +55,7 @@ def grid(width: float, depth: float, z: float, radius: float, across: int, along
     out += [
         wire([(-w, float(y), z - 1.6 * radius), (w, float(y), z - 1.6 * radius)], radius) for y in _spread(d, along)
     ]
-    return joined(out)
+    return concatenate(out)
 
 
 def _spread(half: float, count: int) -> list[float]:

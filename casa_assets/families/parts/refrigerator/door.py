@@ -5,29 +5,29 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from casa_assets.families.kit.asset_builder import Bench
+from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box
-from casa_assets.families.kit.solids.boolean import cut
+from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape
-from casa_assets.families.parts.appliance.handles import LATCH_LENGTH, Pull, pull
-from casa_assets.families.parts.appliance.look import Form, Look
+from casa_assets.families.parts.appliance.handles import LATCH_LENGTH, AppliancePull, appliance_pull
+from casa_assets.families.parts.appliance.look import ApplianceFront, ApplianceLook
 from casa_assets.families.parts.fronts import fronts
 from casa_assets.families.parts.fronts.fronts import FrontKind
 from casa_assets.families.parts.hardware import handles
-from casa_assets.families.parts.refrigerator.case import GAP, LINER, Room
+from casa_assets.families.parts.refrigerator.case import DOOR_GAP, LINER_FINISH, Compartment
 from casa_assets.families.parts.refrigerator.gasket import gasket
 from casa_assets.model.record import Vec2, Vec3
 
-SWING = math.pi / 2
-REACH = 0.1  # metres that bins reach into the case
-HAND = 1.08  # height of the middle of a hand that stands before it, metres
-ROW_LEAST = 0.16  # metres between two bins
+DOOR_TRAVEL = math.pi / 2
+BIN_DEPTH = 0.1  # metres that bins reach into the case
+HAND_HEIGHT = 1.08  # height of the middle of a hand that stands before it, metres
+MIN_BIN_PITCH = 0.16  # metres between two bins
 # Fronts whose stiles are wide enough for the foot of a pull.
-FRAMED = (FrontKind.SHAKER, FrontKind.RAISED)
+FRAMED_FRONTS = (FrontKind.SHAKER, FrontKind.RAISED)
 
 
 @dataclass(frozen=True)
-class Leaf:
+class FridgeDoor:
     """A door of a refrigerator.
 
     Attributes:
@@ -41,7 +41,7 @@ class Leaf:
     low: Vec2
     high: Vec2
     right: bool
-    room: Room
+    room: Compartment
     far: float
     face: str
     across: bool = False
@@ -73,23 +73,25 @@ class Leaf:
 
     def put(
         self,
-        bench: Bench,
+        builder: AssetBuilder,
         solid: Solid,
         finish: str,
         label: str,
         name: str | None = None,
         *,
-        touch: str | bool = False,
+        collider: str | bool = False,
         density: float | str | None = None,
-        seen: bool = True,
+        visible: bool = True,
         grain: Vec3 = (0.0, 0.0, 1.0),
     ) -> None:
         """Add a solid that is given with the hinge's axis on its left at the origin."""
         made = solid.mirrored_x() if self.right else solid
-        bench.add(self.link, made, finish, label, name, grain, touch=touch, density=density, seen=seen)
+        builder.add(self.link, made, finish, label, name, grain, collider=collider, density=density, visible=visible)
 
 
-def hang(bench: Bench, leaf: Leaf, look: Look, rows: int, above: float, niche: bool = False) -> None:
+def hang(
+    builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, rows: int, above: float, niche: bool = False
+) -> None:
     """A leaf with everything on it, and its hinge.
 
     Args:
@@ -97,15 +99,15 @@ def hang(bench: Bench, leaf: Leaf, look: Look, rows: int, above: float, niche: b
         niche: a dispenser of water and ice in its front.
     """
     x = leaf.high[0] if leaf.right else leaf.low[0]
-    bench.link(leaf.link, at=(x, -GAP - look.thick, leaf.low[1]))
+    builder.link(leaf.link, at=(x, -DOOR_GAP - look.thick, leaf.low[1]))
     t, w, h = look.thick, leaf.width, leaf.height
     hole = _niche_hole(leaf, look) if niche else None
-    face(bench, leaf, look, hole)
+    face(builder, leaf, look, hole)
     if hole is not None:
-        _dispenser(bench, leaf, hole)
+        _dispenser(builder, leaf, hole)
     leaf.put(
-        bench,
-        gasket((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + GAP - 3e-4),
+        builder,
+        gasket((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4),
         "gasket_grey",
         "gasket",
         density="magnetic_gasket",
@@ -115,67 +117,67 @@ def hang(bench: Bench, leaf: Leaf, look: Look, rows: int, above: float, niche: b
     c, d = r.low[2] - leaf.low[1], r.high[2] - leaf.low[1]
     a, b = max(a, 0.03) + 0.01, min(b, w - 0.03) - 0.014
     plug = board((a, t - 0.0002, c + 0.012), (b, t + 0.012, d - 0.012), 0.004, 2)
-    leaf.put(bench, plug, LINER, "liner", touch=f"{leaf.link}_liner", density="liner_plug")
+    leaf.put(builder, plug, LINER_FINISH, "liner", collider=f"{leaf.link}_liner", density="liner_plug")
     if rows:
-        _bins(bench, leaf, look, rows, max(above - leaf.low[1], c + 0.02), d - 0.015)
-    grip(bench, leaf, look)
-    span = (0.0, SWING) if leaf.right else (-SWING, 0.0)
-    bench.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, f"{leaf.link}_handle_main", start_n=10.0)
+        _bins(builder, leaf, look, rows, max(above - leaf.low[1], c + 0.02), d - 0.015)
+    grip(builder, leaf, look)
+    span = (0.0, DOOR_TRAVEL) if leaf.right else (-DOOR_TRAVEL, 0.0)
+    builder.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, f"{leaf.link}_handle_main", start_n=10.0)
 
 
-def face(bench: Bench, leaf: Leaf, look: Look, hole: tuple[Vec2, Vec2] | None = None) -> None:
+def face(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, hole: tuple[Vec2, Vec2] | None = None) -> None:
     """The slab of a leaf in its form; `<name>_door_main` is its collider."""
     t, w, h = look.thick, leaf.width, leaf.height
     name = f"{leaf.link}_main"
-    if look.form is Form.PANEL:
+    if look.form is ApplianceFront.PANEL:
         parts = fronts.front(look.front, w, h)
         for k, part in enumerate(parts):
             finish = "glass_clear" if part.pane else leaf.face
-            leaf.put(bench, part.solid, finish, "door", None if k else name, density="board", grain=part.grain)
-        core = board((0.004, fronts.THICK + 2e-4, 0.004), (w - 0.004, t, h - 0.004), 0.002)
-        leaf.put(bench, core, LINER, "door", density="foamed_door_core")
+            leaf.put(builder, part.solid, finish, "door", None if k else name, density="board", grain=part.grain)
+        core = board((0.004, fronts.FRONT_THICKNESS + 2e-4, 0.004), (w - 0.004, t, h - 0.004), 0.002)
+        leaf.put(builder, core, LINER_FINISH, "door", density="foamed_door_core")
         whole = board((0.0, 0.0, 0.0), (w, t, h), 0.0)
-        leaf.put(bench, whole, LINER, "door", touch=name, density=0.0, seen=False)
+        leaf.put(builder, whole, LINER_FINISH, "door", collider=name, density=0.0, visible=False)
         return
-    ease, steps = {Form.ROUND: (0.03, 5), Form.SOFT: (0.011, 3)}.get(look.form, (0.003, 2))
-    front = 0.0042 if look.form is Form.GLASS else 0.0
+    ease, steps = {ApplianceFront.ROUND: (0.03, 5), ApplianceFront.SOFT: (0.011, 3)}.get(look.form, (0.003, 2))
+    front = 0.0042 if look.form is ApplianceFront.GLASS else 0.0
     slab = board((0.0, front, 0.0), (w, t, h), ease, steps)
     shapes: tuple[Placed, ...] = (box_shape((0.0, 0.0, 0.0), (w, t, h)),)
     if hole is not None:
-        slab = cut(slab, _opening(hole))
+        slab = subtract(slab, _opening(hole))
         shapes = _around(hole, w, t, h)
-    body = look.body if look.form is Form.GLASS else leaf.face
+    body = look.body if look.form is ApplianceFront.GLASS else leaf.face
     leaf.put(
-        bench,
+        builder,
         Solid(slab.points, slab.faces, shapes, crease_deg=slab.crease_deg),
         body,
         "door",
         name,
-        touch=name,
+        collider=name,
         density="foamed_door",
     )
-    if look.form is Form.GLASS:
+    if look.form is ApplianceFront.GLASS:
         pane = board((0.001, 0.0, 0.001), (w - 0.001, 0.004, h - 0.001), 0.0012)
-        leaf.put(bench, cut(pane, _opening(hole)) if hole else pane, leaf.face, "door", density="glass")
-    if look.form is Form.ROUND and h > 0.6:
+        leaf.put(builder, subtract(pane, _opening(hole)) if hole else pane, leaf.face, "door", density="glass")
+    if look.form is ApplianceFront.ROUND and h > 0.6:
         band = board((0.05, -0.0022, 0.0), (w - 0.05, 0.003, 0.012), 0.0018, 2)
-        leaf.put(bench, band.at(z=0.09), look.metal, "trim")
+        leaf.put(builder, band.translated(z=0.09), look.metal, "trim")
 
 
-NICHE_DEEP = 0.042
+NICHE_DEPTH = 0.042
 
 
-def _niche_hole(leaf: Leaf, look: Look) -> tuple[Vec2, Vec2]:
+def _niche_hole(leaf: FridgeDoor, look: ApplianceLook) -> tuple[Vec2, Vec2]:
     """Corners of the dispenser's niche on the door, metres from the hinge's side and from its lower edge."""
     wide, tall = min(0.2, leaf.width - 0.15), 0.32
     z = min(max(1.0 - leaf.low[1], 0.1), leaf.height - tall - 0.2)
-    middle = leaf.width / 2 - (0.012 if look.pull is not Pull.LATCH else 0.0)
+    middle = leaf.width / 2 - (0.012 if look.pull is not AppliancePull.LATCH else 0.0)
     return (middle - wide / 2, z), (middle + wide / 2, z + tall)
 
 
 def _opening(hole: tuple[Vec2, Vec2]) -> Solid:
     (x0, z0), (x1, z1) = hole
-    return board((x0, -0.05, z0), (x1, NICHE_DEEP, z1), 0.0)
+    return board((x0, -0.05, z0), (x1, NICHE_DEPTH, z1), 0.0)
 
 
 def _around(hole: tuple[Vec2, Vec2], w: float, t: float, h: float) -> tuple[Placed, ...]:
@@ -185,14 +187,14 @@ def _around(hole: tuple[Vec2, Vec2], w: float, t: float, h: float) -> tuple[Plac
         box_shape((0, 0, z1), (w, t, h)),
         box_shape((0, 0, z0), (x0, t, z1)),
         box_shape((x1, 0, z0), (w, t, z1)),
-        box_shape((x0, NICHE_DEEP, z0), (x1, t, z1)),
+        box_shape((x0, NICHE_DEPTH, z0), (x1, t, z1)),
     )
 
 
-def _dispenser(bench: Bench, leaf: Leaf, hole: tuple[Vec2, Vec2]) -> None:
+def _dispenser(builder: AssetBuilder, leaf: FridgeDoor, hole: tuple[Vec2, Vec2]) -> None:
     """Lining of the niche, nozzle, paddle, drip grid, and the panel above it."""
     (x0, z0), (x1, z1) = hole
-    e, back, middle = 0.0015, NICHE_DEEP, (x0 + x1) / 2
+    e, back, middle = 0.0015, NICHE_DEPTH, (x0 + x1) / 2
     dark = "plastic_black_gloss"
     for sheet in (
         board((x0, 0.0003, z0), (x0 + e, back, z1), 0.0),
@@ -201,79 +203,79 @@ def _dispenser(bench: Bench, leaf: Leaf, hole: tuple[Vec2, Vec2]) -> None:
         board((x0 + e, 0.0003, z1 - e), (x1 - e, back, z1), 0.0),
         board((x0 + e, back - e, z0 + e), (x1 - e, back, z1 - e), 0.0),
     ):
-        leaf.put(bench, sheet, dark, "dispenser", density="dispenser_lining")
+        leaf.put(builder, sheet, dark, "dispenser", density="dispenser_lining")
     rim = 0.009
-    ring = cut(
+    ring = subtract(
         board((x0 - rim, -0.0018, z0 - rim), (x1 + rim, 0.0, z1 + rim + 0.062), 0.0006),
         board((x0, -0.1, z0), (x1, 0.1, z1), 0.0),
     )
-    leaf.put(bench, ring, dark, "dispenser", density="dispenser_lining")
+    leaf.put(builder, ring, dark, "dispenser", density="dispenser_lining")
     for k, x in enumerate((-0.055, -0.018, 0.018, 0.055)):
         key = box((0.014, 0.0006, 0.014), (middle + x, -0.00215, z1 + 0.034), 0.0)
-        leaf.put(bench, key, "display_blue" if k == 1 else "plastic_grey_light", "display", density=0.0)
+        leaf.put(builder, key, "display_blue" if k == 1 else "plastic_grey_light", "display", density=0.0)
     spout = box((0.05, 0.03, 0.03), (middle, back - 0.0165, z1 - e - 0.0155), 0.004, 2)
-    paddle = box((0.04, 0.004, 0.09), (middle, back - 0.0125, z1 - 0.09), 0.0015).turned(
+    paddle = box((0.04, 0.004, 0.09), (middle, back - 0.0125, z1 - 0.09), 0.0015).rotated(
         "x", -0.12, (middle, back - 0.0125, z1 - 0.05)
     )
-    leaf.put(bench, spout, "plastic_grey_dark", "dispenser")
-    leaf.put(bench, paddle, "plastic_grey_light", "dispenser")
+    leaf.put(builder, spout, "plastic_grey_dark", "dispenser")
+    leaf.put(builder, paddle, "plastic_grey_light", "dispenser")
     count = int((x1 - x0 - 0.03) / 0.012)
     for k in range(count):
         x = x0 + 0.015 + (x1 - x0 - 0.03) * (k + 0.5) / count
         slat = box((0.006, back - 0.012, 0.004), (x, (back - 0.004) / 2, z0 + e + 0.0023), 0.0008)
-        leaf.put(bench, slat, "stainless_brushed", "dispenser")
+        leaf.put(builder, slat, "stainless_brushed", "dispenser")
 
 
-def grip(bench: Bench, leaf: Leaf, look: Look) -> None:
+def grip(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook) -> None:
     """The pull of a leaf, near its free side at the height of a hand, or across its top where it says so."""
     w, h = leaf.width, leaf.height
     name = f"{leaf.link}_handle_main"
-    latch = look.pull is Pull.LATCH
-    inset = 0.05 if look.pull is not Pull.LEDGE else 0.016
+    latch = look.pull is AppliancePull.LATCH
+    inset = 0.05 if look.pull is not AppliancePull.LEDGE else 0.016
     if leaf.across or latch:
         length = LATCH_LENGTH if latch else min(w - 0.12, max(0.24, look.share * 1.2 * w))
         middle = w / 2 if leaf.across else w - 0.03 - LATCH_LENGTH / 2
-        z = h - min(leaf.drop, 0.3 * h) if leaf.across else min(max(HAND - leaf.low[1], 0.1), h - 0.1)
+        z = h - min(leaf.drop, 0.3 * h) if leaf.across else min(max(HAND_HEIGHT - leaf.low[1], 0.1), h - 0.1)
         y = _depth(leaf, look, (middle - length / 2 + 0.05, z), (middle + length / 2 - 0.05, z))
-        made = handles.turned(pull(look.pull, length), "z", 0.0, (middle, y, z))
+        made = handles.rotate_handle(appliance_pull(look.pull, length), "z", 0.0, (middle, y, z))
     else:
-        length = min(h - 0.12, max(0.26, look.share * h, 0.34 if look.pull is Pull.PRO else 0.0))
+        length = min(h - 0.12, max(0.26, look.share * h, 0.34 if look.pull is AppliancePull.PRO else 0.0))
         low, high = 0.06 + length / 2, h - 0.06 - length / 2
-        z = min(max(HAND - leaf.low[1], low), high)
-        inset = min(inset, 0.03) if look.form is Form.PANEL and look.front in FRAMED else inset
+        z = min(max(HAND_HEIGHT - leaf.low[1], low), high)
+        inset = min(inset, 0.03) if look.form is ApplianceFront.PANEL and look.front in FRAMED_FRONTS else inset
         y = _depth(leaf, look, (w - inset, z - length / 2 + 0.05), (w - inset, z + length / 2 - 0.05))
-        made = handles.turned(pull(look.pull, length), "y", -SWING, (w - inset, y, z))
+        made = handles.rotate_handle(appliance_pull(look.pull, length), "y", -DOOR_TRAVEL, (w - inset, y, z))
     if leaf.right:
         first, *rest = made.metal
-        mirrored = Solid(first.points, first.faces, made.shapes, first.spread, first.crease_deg).mirrored_x()
+        mirrored = Solid(first.points, first.faces, made.shapes, first.uv_m, first.crease_deg).mirrored_x()
         metal = (mirrored, *(s.mirrored_x() for s in rest))
         made = handles.Handle(metal, mirrored.shapes)
-    handles.fix(bench, leaf.link, made, look.metal, name)
+    handles.fix(builder, leaf.link, made, look.metal, name)
 
 
-def _depth(leaf: Leaf, look: Look, *points: Vec2) -> float:
+def _depth(leaf: FridgeDoor, look: ApplianceLook, *points: Vec2) -> float:
     """How far behind the front plane the feet of a pull stand, metres."""
-    if look.form is not Form.PANEL:
+    if look.form is not ApplianceFront.PANEL:
         return 0.0
     return fronts.depth_at(fronts.front(look.front, leaf.width, leaf.height), points)
 
 
-def _bins(bench: Bench, leaf: Leaf, look: Look, rows: int, low: float, high: float) -> None:
+def _bins(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, rows: int, low: float, high: float) -> None:
     """Clear bins above each other; low and high are z on the door, metres."""
     t, r = look.thick, leaf.room
     a = min(leaf.inwards(r.low[0]), leaf.inwards(r.high[0])) + 0.012
     far = leaf.inwards(leaf.far) - 0.006
     # The far front corner swings round the hinge: by then it must have passed the wall beside it.
-    b = math.sqrt(far * far - (t + GAP + REACH) ** 2 + t * t)
-    rows = min(rows, max(1, int((high - low) / ROW_LEAST)))
+    b = math.sqrt(far * far - (t + DOOR_GAP + BIN_DEPTH) ** 2 + t * t)
+    rows = min(rows, max(1, int((high - low) / MIN_BIN_PITCH)))
     pitch = (high - low) / rows
     for k in range(rows):
-        _bin(bench, leaf, look, k, (max(a, t * 0.6), low + 0.012 + k * pitch), (b, low + (k + 1) * pitch))
+        _bin(builder, leaf, look, k, (max(a, t * 0.6), low + 0.012 + k * pitch), (b, low + (k + 1) * pitch))
 
 
-def _bin(bench: Bench, leaf: Leaf, look: Look, k: int, low: Vec2, high: Vec2) -> None:
+def _bin(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, k: int, low: Vec2, high: Vec2) -> None:
     (x0, z), (x1, top) = low, high
-    y0, y1, e = look.thick + 0.0124, look.thick + REACH, 0.004
+    y0, y1, e = look.thick + 0.0124, look.thick + BIN_DEPTH, 0.004
     lip = min(0.085, 0.5 * (top - z))
     name = f"{leaf.name}_bin{k}"
     boards = (
@@ -282,11 +284,11 @@ def _bin(bench: Bench, leaf: Leaf, look: Look, k: int, low: Vec2, high: Vec2) ->
         (board((x0, y0, z + e), (x0 + e, y1 - e, z + lip), 0.001), f"{name}_side_a"),
         (board((x1 - e, y0, z + e), (x1, y1 - e, z + lip), 0.001), f"{name}_side_b"),
     )
-    for solid, touch in boards:
-        leaf.put(bench, solid, "plastic_clear", "bin", touch=touch)
+    for solid, collider in boards:
+        leaf.put(builder, solid, "plastic_clear", "bin", collider=collider)
     rail = board((x0 - 0.001, y1 - 0.0055, z + lip), (x1 + 0.001, y1 + 0.0015, z + lip + 0.006), 0.001)
-    leaf.put(bench, rail, look.trim, "bin")
+    leaf.put(builder, rail, look.trim, "bin")
     corners = ((x0 + e, y0, z + e), (x1 - e, y1 - e, top - 0.012))
     if leaf.right:
         corners = ((-x1 + e, y0, z + e), (-x0 - e, y1 - e, top - 0.012))
-    bench.region(name, *corners, link=leaf.link)
+    builder.region(name, *corners, link=leaf.link)

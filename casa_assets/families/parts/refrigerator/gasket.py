@@ -19,5 +19,5 @@ def gasket(low: Vec2, high: Vec2, y0: float, y1: float, wide: float = 0.014) -> 
     outer, inner = rectangle(w, h, 0.01, 2), rectangle(w - 2 * wide, h - 2 * wide, 0.004, 2)
     ring = prism(outer, y1 - y0, min(0.0008, 0.2 * (y1 - y0)), (inner,))
     # Pulled along z, then laid so that z becomes -y: the plane y1 is its foot.
-    stood = ring.turned("x", 1.5707963267948966)
-    return stood.at((low[0] + high[0]) / 2, y1, (low[1] + high[1]) / 2).untouched()
+    stood = ring.rotated("x", 1.5707963267948966)
+    return stood.translated((low[0] + high[0]) / 2, y1, (low[1] + high[1]) / 2).without_colliders()

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from casa_assets.families.kit.asset_builder import Bench
+from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box
-from casa_assets.families.parts.appliance.look import Look
-from casa_assets.families.parts.refrigerator.case import GAP, SHEET
-from casa_assets.families.parts.refrigerator.door import Leaf, face, grip
+from casa_assets.families.parts.appliance.look import ApplianceLook
+from casa_assets.families.parts.refrigerator.case import DOOR_GAP, LINER_THICKNESS
+from casa_assets.families.parts.refrigerator.door import FridgeDoor, face, grip
 from casa_assets.families.parts.refrigerator.gasket import gasket
 from casa_assets.model.record import Vec3
 
-WALL = 0.0035  # metres; injection moulded
-LIP = 0.024  # how far the lip of a crisper stands out before its front
-SLACK = 0.006  # metres at each side of what slides
+WALL_THICKNESS = 0.0035  # metres; injection moulded
+LIP_DEPTH = 0.024  # how far the lip of a crisper stands out before its front
+SIDE_CLEARANCE = 0.006  # metres at each side of what slides
 
 
 def crisper(
-    bench: Bench, name: str, behind: str, low: Vec3, high: Vec3, look: Look, finish: str = "plastic_clear"
+    builder: AssetBuilder,
+    name: str,
+    behind: str,
+    low: Vec3,
+    high: Vec3,
+    look: ApplianceLook,
+    finish: str = "plastic_clear",
 ) -> None:
     """A drawer in a room, open on top; its link is `name`, its joint `<name>_joint`.
 
@@ -26,8 +32,8 @@ def crisper(
         finish: of its body.
     """
     (x0, y0, z0), (x1, y1, z1) = low, high
-    bench.link(name, at=((x0 + x1) / 2, y0 + LIP, z0))
-    w, d, h, e = x1 - x0, y1 - y0 - LIP, z1 - z0, WALL
+    builder.link(name, at=((x0 + x1) / 2, y0 + LIP_DEPTH, z0))
+    w, d, h, e = x1 - x0, y1 - y0 - LIP_DEPTH, z1 - z0, WALL_THICKNESS
     half, rim = w / 2, 0.012
     for solid, part in (
         (board((-half, 0.0, 0.0), (half, d, e), 0.001), "bottom"),
@@ -36,38 +42,43 @@ def crisper(
         (board((-half, e + 0.002, e), (-half + e, d - e, h - rim), 0.001), "left"),
         (board((half - e, e + 0.002, e), (half, d - e, h - rim), 0.001), "right"),
     ):
-        bench.add(name, solid, finish, label="drawer", touch=f"{name}_{part}", density="ribbed_plastic")
+        builder.add(name, solid, finish, label="drawer", collider=f"{name}_{part}", density="ribbed_plastic")
     for solid in (
         board((-half - 0.002, -0.003, h - 0.03), (half + 0.002, e + 0.003, h), 0.002, 2),
         board((-half - 0.002, e + 0.0032, h - rim), (-half + e + 0.002, d, h), 0.001),
         board((half - e - 0.002, e + 0.0032, h - rim), (half + 0.002, d, h), 0.001),
     ):
-        bench.add(name, solid, look.trim, label="drawer", touch=False, density="ribbed_plastic")
+        builder.add(name, solid, look.trim, label="drawer", collider=False, density="ribbed_plastic")
     wide = min(0.3, 0.7 * w)
-    lip = box((wide, LIP - 0.0034, 0.007), (0.0, -0.0032 - (LIP - 0.0034) / 2, h - 0.0065), 0.002, 2)
-    hook = box((wide, 0.006, 0.014), (0.0, -LIP + 0.003, h - 0.014), 0.002)
-    touch = board((-wide / 2, -LIP, h - 0.021), (wide / 2, -0.003, h - 0.003), 0.0)
+    lip = box((wide, LIP_DEPTH - 0.0034, 0.007), (0.0, -0.0032 - (LIP_DEPTH - 0.0034) / 2, h - 0.0065), 0.002, 2)
+    hook = box((wide, 0.006, 0.014), (0.0, -LIP_DEPTH + 0.003, h - 0.014), 0.002)
+    touch = board((-wide / 2, -LIP_DEPTH, h - 0.021), (wide / 2, -0.003, h - 0.003), 0.0)
     for solid in (lip, hook):
-        bench.add(name, solid, look.trim, label="handle", touch=False, density="ribbed_plastic")
-    bench.add(name, touch, look.trim, "handle", touch=f"{name}_handle_main", density=0.0, seen=False)
+        builder.add(name, solid, look.trim, label="handle", collider=False, density="ribbed_plastic")
+    builder.add(name, touch, look.trim, "handle", collider=f"{name}_handle_main", density=0.0, visible=False)
     way = round(0.72 * d, 3)
-    bench.slide(f"{name}_joint", name, (0.0, 1.0, 0.0), (-way, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind)
-    bench.region(name, (-half + e, e + 0.002, e), (half - e, d - e, h - 0.004), link=name)
+    builder.slide(
+        f"{name}_joint", name, (0.0, 1.0, 0.0), (-way, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind
+    )
+    builder.region(name, (-half + e, e + 0.002, e), (half - e, d - e, h - 0.004), link=name)
 
 
-def pull_out(bench: Bench, leaf: Leaf, look: Look, region: str) -> None:
+def pull_out(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, region: str) -> None:
     """A front with a deep basket that is pulled out as one; its link and joint are the leaf's."""
     t, w, h, r = look.thick, leaf.width, leaf.height, leaf.room
-    bench.link(leaf.link, at=(leaf.low[0], -GAP - t, leaf.low[1]))
-    face(bench, leaf, look)
-    seal = gasket((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + GAP - 3e-4)
-    bench.add(leaf.link, seal, "gasket_grey", "gasket", touch=False, density="magnetic_gasket")
-    grip(bench, leaf, look)
-    x0, x1 = r.low[0] + SHEET + SLACK + 0.012 - leaf.low[0], r.high[0] - SHEET - SLACK - 0.012 - leaf.low[0]
+    builder.link(leaf.link, at=(leaf.low[0], -DOOR_GAP - t, leaf.low[1]))
+    face(builder, leaf, look)
+    seal = gasket((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4)
+    builder.add(leaf.link, seal, "gasket_grey", "gasket", collider=False, density="magnetic_gasket")
+    grip(builder, leaf, look)
+    x0, x1 = (
+        r.low[0] + LINER_THICKNESS + SIDE_CLEARANCE + 0.012 - leaf.low[0],
+        r.high[0] - LINER_THICKNESS - SIDE_CLEARANCE - 0.012 - leaf.low[0],
+    )
     z0 = max(r.low[2] + 0.012 - leaf.low[1], 0.03)
     z1 = min(r.high[2] - 0.02 - leaf.low[1], h - 0.03)
     z1 = z0 + 0.8 * (z1 - z0)
-    y0, y1, e = t + GAP, t + GAP + r.high[1] - 0.03, 0.004
+    y0, y1, e = t + DOOR_GAP, t + DOOR_GAP + r.high[1] - 0.03, 0.004
     for solid, part in (
         (board((x0, y0, z0), (x1, y1, z0 + e), 0.001), "bottom"),
         (board((x0, t + 1e-4, z0 + e), (x1, y0 + 0.01, z1), 0.001), "front"),
@@ -75,13 +86,13 @@ def pull_out(bench: Bench, leaf: Leaf, look: Look, region: str) -> None:
         (board((x0, y0 + 0.01, z0 + e), (x0 + e, y1 - e, z1), 0.001), "left"),
         (board((x1 - e, y0 + 0.01, z0 + e), (x1, y1 - e, z1), 0.001), "right"),
     ):
-        bench.add(
-            leaf.link, solid, "plastic_white", "drawer", touch=f"{leaf.name}_basket_{part}", density="ribbed_plastic"
+        builder.add(
+            leaf.link, solid, "plastic_white", "drawer", collider=f"{leaf.name}_basket_{part}", density="ribbed_plastic"
         )
     for x in (x0 - 0.0105, x1 + 0.0005):
         rail = board((x, y0 + 0.012, z0 + 0.03), (x + 0.01, y1 - 0.06, z0 + 0.05), 0.001)
-        bench.add(leaf.link, rail, "steel_galvanised", "rail", touch=False, density="drawer_runner")
+        builder.add(leaf.link, rail, "steel_galvanised", "rail", collider=False, density="drawer_runner")
     way = round(0.82 * (y1 - y0), 3)
     grip_name = f"{leaf.link}_handle_main"
-    bench.slide(leaf.joint, leaf.link, (0.0, 1.0, 0.0), (-way, 0.0), grip_name, start_n=11.0)
-    bench.region(region, (x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1), link=leaf.link)
+    builder.slide(leaf.joint, leaf.link, (0.0, 1.0, 0.0), (-way, 0.0), grip_name, start_n=11.0)
+    builder.region(region, (x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1), link=leaf.link)

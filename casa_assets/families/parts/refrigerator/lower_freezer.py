@@ -5,15 +5,15 @@ from __future__ import annotations
 from enum import StrEnum
 from itertools import pairwise
 
-from casa_assets.families.kit.asset_builder import Bench
-from casa_assets.families.parts.appliance.look import Look
-from casa_assets.families.parts.refrigerator.case import BETWEEN, Room, room
-from casa_assets.families.parts.refrigerator.door import Leaf, hang
+from casa_assets.families.kit.asset_builder import AssetBuilder
+from casa_assets.families.parts.appliance.look import ApplianceLook
+from casa_assets.families.parts.refrigerator.case import DIVIDER_THICKNESS, Compartment, compartment
+from casa_assets.families.parts.refrigerator.door import FridgeDoor, hang
 from casa_assets.families.parts.refrigerator.inside import pull_out
 from casa_assets.families.parts.refrigerator.rooms import fill, gap_beside
 
 
-class Lower(StrEnum):
+class FreezerFront(StrEnum):
     """How the freezer below is opened."""
 
     DRAWER = "drawer"
@@ -22,49 +22,58 @@ class Lower(StrEnum):
     TWO_DOORS = "two_doors"
 
 
-def lower_rooms(kind: Lower, left: float, right: float, bottom: float, top: float, depth: float) -> list[Room]:
+def lower_rooms(
+    kind: FreezerFront, left: float, right: float, bottom: float, top: float, depth: float
+) -> list[Compartment]:
     """The rooms of a freezer between planes of the case's inside, metres; from left to right, from below."""
     middle = (left + right) / 2
-    if kind is Lower.TWO_DOORS:
+    if kind is FreezerFront.TWO_DOORS:
         return [
-            room("freezer_left", left, middle - BETWEEN / 2, bottom, top, depth),
-            room("freezer_right", middle + BETWEEN / 2, right, bottom, top, depth),
+            compartment("freezer_left", left, middle - DIVIDER_THICKNESS / 2, bottom, top, depth),
+            compartment("freezer_right", middle + DIVIDER_THICKNESS / 2, right, bottom, top, depth),
         ]
-    if kind is Lower.TWO_DRAWERS:
+    if kind is FreezerFront.TWO_DRAWERS:
         part = bottom + 0.54 * (top - bottom)
         return [
-            room("freezer_lower", left, right, bottom, part - 0.018, depth),
-            room("freezer_upper", left, right, part + 0.018, top, depth),
+            compartment("freezer_lower", left, right, bottom, part - 0.018, depth),
+            compartment("freezer_upper", left, right, part + 0.018, top, depth),
         ]
-    return [room("freezer", left, right, bottom, top, depth)]
+    return [compartment("freezer", left, right, bottom, top, depth)]
 
 
 def lower_fronts(
-    bench: Bench, kind: Lower, rooms: list[Room], width: float, low: float, high: float, look: Look, right: bool
+    builder: AssetBuilder,
+    kind: FreezerFront,
+    rooms: list[Compartment],
+    width: float,
+    low: float,
+    high: float,
+    look: ApplianceLook,
+    right: bool,
 ) -> list[str]:
     """Fronts before the rooms, from z = low to high over the whole width; returns their joints."""
     face = look.lower or look.face
-    if kind is Lower.TWO_DOORS:
+    if kind is FreezerFront.TWO_DOORS:
         middle, half = width / 2, gap_beside(width / 2, look.thick) / 2
         leaves = [
-            Leaf("freezer_left", (0.0, low), (middle - half, high), False, rooms[0], rooms[0].high[0], face),
-            Leaf("freezer_right", (middle + half, low), (width, high), True, rooms[1], rooms[1].low[0], face),
+            FridgeDoor("freezer_left", (0.0, low), (middle - half, high), False, rooms[0], rooms[0].high[0], face),
+            FridgeDoor("freezer_right", (middle + half, low), (width, high), True, rooms[1], rooms[1].low[0], face),
         ]
         for leaf in leaves:
-            hang(bench, leaf, look, 0, 0.0)
-            fill(bench, leaf.room, look, leaf, 2)
+            hang(builder, leaf, look, 0, 0.0)
+            fill(builder, leaf.room, look, leaf, 2)
         return [leaf.joint for leaf in leaves]
-    if kind is Lower.DOOR:
+    if kind is FreezerFront.DOOR:
         r = rooms[0]
-        leaf = Leaf("freezer", (0.0, low), (width, high), right, r, r.low[0] if right else r.high[0], face)
-        hang(bench, leaf, look, 0, 0.0)
-        fill(bench, r, look, leaf, 3 if high - low > 0.6 else 2)
+        leaf = FridgeDoor("freezer", (0.0, low), (width, high), right, r, r.low[0] if right else r.high[0], face)
+        hang(builder, leaf, look, 0, 0.0)
+        fill(builder, r, look, leaf, 3 if high - low > 0.6 else 2)
         return [leaf.joint]
     joints = []
     planes = [low, *((a.high[2] + b.low[2]) / 2 for a, b in pairwise(rooms)), high]
     for k, r in enumerate(rooms):
         under, over = planes[k] + (0.003 if k else 0.0), planes[k + 1] - (0.003 if k + 1 < len(rooms) else 0.0)
-        leaf = Leaf(r.name, (0.0, under), (width, over), False, r, 0.0, face, across=True)
-        pull_out(bench, leaf, look, f"freezer_drawer{k}")
+        leaf = FridgeDoor(r.name, (0.0, under), (width, over), False, r, 0.0, face, across=True)
+        pull_out(builder, leaf, look, f"freezer_drawer{k}")
         joints.append(leaf.joint)
     return joints

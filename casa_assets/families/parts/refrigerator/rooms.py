@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from casa_assets.families.kit.asset_builder import Bench
-from casa_assets.families.parts.appliance.look import Look
-from casa_assets.families.parts.refrigerator.case import SHEET, Room, over, shelf
-from casa_assets.families.parts.refrigerator.door import REACH, Leaf
-from casa_assets.families.parts.refrigerator.inside import SLACK, crisper
+from casa_assets.families.kit.asset_builder import AssetBuilder
+from casa_assets.families.parts.appliance.look import ApplianceLook
+from casa_assets.families.parts.refrigerator.case import LINER_THICKNESS, Compartment, over, shelf
+from casa_assets.families.parts.refrigerator.door import BIN_DEPTH, FridgeDoor
+from casa_assets.families.parts.refrigerator.inside import SIDE_CLEARANCE, crisper
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 
 # Ref: RoboCasa v1.0, Fridge: things are put where there are 0.20 m and more.
-PITCH = 0.214
-LAMP = (1.0, 0.96, 0.88, 1.0)
+SHELF_PITCH = 0.214
+LAMP_COLOR = (1.0, 0.96, 0.88, 1.0)
 # Ref: RoboCasa v1.0, Fridge.is_closed: up to this share of its range a door is shut.
-SHUT = 0.005
-FRONT = 0.018  # metres from the front plane to the lip of a crisper, behind the liner of the door
+CLOSED_SHARE = 0.005
+CRISPER_SETBACK = 0.018  # metres from the front plane to the lip of a crisper, behind the liner of the door
 
 
 def gap_beside(width: float, thick: float) -> float:
@@ -26,7 +26,14 @@ def gap_beside(width: float, thick: float) -> float:
 
 
 def furnish(
-    bench: Bench, r: Room, look: Look, leaves: Sequence[Leaf], shelves: int, drawers: int, tall: float, stacked: bool
+    builder: AssetBuilder,
+    r: Compartment,
+    look: ApplianceLook,
+    leaves: Sequence[FridgeDoor],
+    shelves: int,
+    drawers: int,
+    tall: float,
+    stacked: bool,
 ) -> float:
     """Crispers at the bottom, panes above them; returns the z from which there may be bins in the door, metres.
 
@@ -34,36 +41,36 @@ def furnish(
         leaves: in front of it, one or two from left to right.
         shelves: panes over the lowest level. drawers: crispers, beside each other or stacked. tall: height of each.
     """
-    floor, roof = r.low[2] + SHEET + 0.004, r.high[2] - 0.014
-    level, first = r.low[2] + SHEET, REACH + 0.012
+    floor, roof = r.low[2] + LINER_THICKNESS + 0.004, r.high[2] - 0.014
+    level, first = r.low[2] + LINER_THICKNESS, BIN_DEPTH + 0.012
     if drawers:
-        level = _crispers(bench, r, look, leaves, drawers, tall, stacked, floor)
-        shelf(bench, f"{r.name}_shelf0", r, level, 0.022, look)
-    count = max(0, min(shelves, int((roof - level) / PITCH) - 1))
+        level = _crispers(builder, r, look, leaves, drawers, tall, stacked, floor)
+        shelf(builder, f"{r.name}_shelf0", r, level, 0.022, look)
+    count = max(0, min(shelves, int((roof - level) / SHELF_PITCH) - 1))
     levels = [level + (roof - level) * k / (count + 1) for k in range(count + 1)]
     for k, z in enumerate(levels):
         if k:
-            shelf(bench, f"{r.name}_shelf{k}", r, z, first, look)
+            shelf(builder, f"{r.name}_shelf{k}", r, z, first, look)
         ceiling = levels[k + 1] - 0.018 if k < count else roof
-        over(bench, f"{r.name}_shelf{k}", r, z, first, ceiling)
+        over(builder, f"{r.name}_shelf{k}", r, z, first, ceiling)
     return level + 0.012
 
 
 def _crispers(
-    bench: Bench,
-    r: Room,
-    look: Look,
-    leaves: Sequence[Leaf],
+    builder: AssetBuilder,
+    r: Compartment,
+    look: ApplianceLook,
+    leaves: Sequence[FridgeDoor],
     drawers: int,
     tall: float,
     stacked: bool,
     floor: float,
 ) -> float:
     """Crispers; returns the z of the pane that covers them, metres."""
-    x0, x1 = r.low[0] + SHEET + SLACK, r.high[0] - SHEET - SLACK
+    x0, x1 = r.low[0] + LINER_THICKNESS + SIDE_CLEARANCE, r.high[0] - LINER_THICKNESS - SIDE_CLEARANCE
     # An open leaf stands before the wall of its hinge: what slides out passes it.
     for leaf in leaves:
-        open_leaf = look.thick + 0.012 + SLACK
+        open_leaf = look.thick + 0.012 + SIDE_CLEARANCE
         x0 = max(x0, leaf.low[0] + open_leaf) if not leaf.right else x0
         x1 = min(x1, leaf.high[0] - open_leaf) if leaf.right else x1
     back = r.high[1] - 0.02
@@ -71,48 +78,50 @@ def _crispers(
         name = f"{r.name}_drawer{k}"
         if stacked:
             z = floor + k * (tall + 0.012)
-            crisper(bench, name, leaves[0].joint, (x0, FRONT, z), (x1, back, z + tall), look, "plastic_white")
+            crisper(
+                builder, name, leaves[0].joint, (x0, CRISPER_SETBACK, z), (x1, back, z + tall), look, "plastic_white"
+            )
         else:
             pitch = (x1 - x0) / drawers
             a = x0 + k * pitch + (0.0 if k == 0 else 0.004)
             b = x0 + (k + 1) * pitch - (0.0 if k == drawers - 1 else 0.004)
             behind = leaves[min(k * len(leaves) // drawers, len(leaves) - 1)].joint
-            crisper(bench, name, behind, (a, FRONT, floor), (b, back, floor + tall), look)
+            crisper(builder, name, behind, (a, CRISPER_SETBACK, floor), (b, back, floor + tall), look)
     rows = drawers if stacked else 1
     return floor + rows * (tall + 0.012) + 0.02
 
 
-def fill(bench: Bench, r: Room, look: Look, leaf: Leaf, count: int) -> None:
+def fill(builder: AssetBuilder, r: Compartment, look: ApplianceLook, leaf: FridgeDoor, count: int) -> None:
     """A room that is nothing but baskets above each other."""
-    floor, roof = r.low[2] + SHEET + 0.004, r.high[2] - 0.014
-    _crispers(bench, r, look, (leaf,), count, (roof - floor) / count - 0.012, True, floor)
+    floor, roof = r.low[2] + LINER_THICKNESS + 0.004, r.high[2] - 0.014
+    _crispers(builder, r, look, (leaf,), count, (roof - floor) / count - 0.012, True, floor)
 
 
-def finish(bench: Bench, doors: Sequence[str], fridge: Sequence[str]) -> None:
+def finish(builder: AssetBuilder, doors: Sequence[str], fridge: Sequence[str]) -> None:
     """States, poses and the behaviour of a refrigerator.
 
     Args:
         doors: all joints that count as doors. fridge: those of the fridge, whose lamp they switch.
     """
-    bench.door_states(*doors)
-    bench.keyframe("closed")
-    bench.keyframe("open", **{m.name: bench.far(m.name) for m in bench.moved})
-    bench.behavior = behavior(bench, fridge)
+    builder.door_states(*doors)
+    builder.keyframe("closed")
+    builder.keyframe("open", **{m.name: builder.joint_position(m.name) for m in builder.joints})
+    builder.behavior = behavior(builder, fridge)
 
 
-def behavior(bench: Bench, fridge: Sequence[str]) -> Behavior:
+def behavior(builder: AssetBuilder, fridge: Sequence[str]) -> Behavior:
     """The lamp burns while a door of the fridge is not shut."""
     shut = []
     for joint in fridge:
-        ends = sorted((0.0, bench.far(joint) * SHUT))
+        ends = sorted((0.0, builder.joint_position(joint) * CLOSED_SHARE))
         # A door may stand a little beyond its stop.
-        low, high = (ends[0], 0.01) if bench.far(joint) < 0 else (-0.01, ends[1])
+        low, high = (ends[0], 0.01) if builder.joint_position(joint) < 0 else (-0.01, ends[1])
         shut.append(Condition(joint=joint, interval=(low, high)))
     on = tuple(Rule(variable="light", to="on", when=(s.replace(negated=True),)) for s in shut)
     return Behavior(
         variables=(Variable(name="light", values=("off", "on"), initial="off"),),
         rules=(Rule(variable="light", to="off", when=tuple(shut)), *on),
         effects=(
-            Effect(variable="light", value="on", kind=EffectKind.LIGHT, target="fridge_light_visual", color=LAMP),
+            Effect(variable="light", value="on", kind=EffectKind.LIGHT, target="fridge_light_visual", color=LAMP_COLOR),
         ),
     )

@@ -11,18 +11,25 @@ from pydantic import Field
 
 from casa_assets.families.family import Params, Supplies, between, pick
 from casa_assets.families.kit.assemble import assemble
-from casa_assets.families.kit.asset_builder import Bench
-from casa_assets.families.parts.appliance.look import Form, Kick, Look
-from casa_assets.families.parts.appliance.trim import adorn
+from casa_assets.families.kit.asset_builder import AssetBuilder
+from casa_assets.families.parts.appliance.look import ApplianceFront, ApplianceKick, ApplianceLook
+from casa_assets.families.parts.appliance.trim import add_badge
 from casa_assets.families.parts.refrigerator import case as parts
-from casa_assets.families.parts.refrigerator.case import BETWEEN, FLOOR, GAP, SIDE, TOP, Room
-from casa_assets.families.parts.refrigerator.door import Leaf
+from casa_assets.families.parts.refrigerator.case import (
+    DIVIDER_THICKNESS,
+    DOOR_GAP,
+    FLOOR_THICKNESS,
+    SIDE_THICKNESS,
+    TOP_THICKNESS,
+    Compartment,
+)
+from casa_assets.families.parts.refrigerator.door import FridgeDoor
 from casa_assets.families.parts.refrigerator.rooms import finish
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.record import Vec2
 
 HINGE_INSET = 0.05  # metres from the side of the case to the middle of a hinge's cover
-EDGE = 0.003  # metres that a door stays away from what is above or below it
+DOOR_EDGE_GAP = 0.003  # metres that a door stays away from what is above or below it
 
 
 class Refrigerator(Params):
@@ -39,33 +46,33 @@ class Refrigerator(Params):
     foot: Annotated[float, Field(ge=0.04, le=0.12)] = 0.06
     shelves: Annotated[int, Field(ge=1, le=4)] = 3
     bins: Annotated[int, Field(ge=1, le=4)] = 3
-    look: Look = Look()
+    look: ApplianceLook = ApplianceLook()
 
 
 def draw_size(
-    rng: np.random.Generator, look: Look, widths: Sequence[float], depth: Vec2, height: Vec2
+    rng: np.random.Generator, look: ApplianceLook, widths: Sequence[float], depth: Vec2, height: Vec2
 ) -> dict[str, Any]:
     """Fields that give the outer size: a width of those given, depth, height and foot within bounds, metres."""
     return {
         "width": pick(rng, tuple(widths)),
         "depth": between(rng, *depth, 0.01),
         "height": between(rng, *height, 0.01),
-        "foot": between(rng, 0.09, 0.11, 0.005) if look.kick is Kick.FEET else between(rng, 0.05, 0.09, 0.005),
+        "foot": between(rng, 0.09, 0.11, 0.005) if look.kick is ApplianceKick.FEET else between(rng, 0.05, 0.09, 0.005),
     }
 
 
-def has_plain_doors(look: Look) -> bool:
+def has_plain_doors(look: ApplianceLook) -> bool:
     """Whether a dispenser can be let into its doors."""
-    return look.form in (Form.FLAT, Form.SOFT)
+    return look.form in (ApplianceFront.FLAT, ApplianceFront.SOFT)
 
 
-def without_display(look: Look) -> Look:
+def without_display(look: ApplianceLook) -> ApplianceLook:
     """The look without a touch panel, where the doors are plain and may have a dispenser instead."""
     return look.replace(display=False) if has_plain_doors(look) else look
 
 
 @dataclass(frozen=True)
-class Case:
+class FridgeCase:
     """A refrigerator while it is built: the front of its case is y = 0, its left side x = 0.
 
     Attributes:
@@ -74,19 +81,19 @@ class Case:
 
     family: str
     p: Refrigerator
-    bench: Bench
+    builder: AssetBuilder
 
     @staticmethod
-    def of(family: str, p: Refrigerator, supplies: Supplies) -> Case:
+    def of(family: str, p: Refrigerator, supplies: Supplies) -> FridgeCase:
         """A case with nothing in it."""
-        bench = Bench(supplies)
-        bench.contract = family
-        return Case(family, p, bench)
+        builder = AssetBuilder(supplies)
+        builder.contract = family
+        return FridgeCase(family, p, builder)
 
     @property
     def deep(self) -> float:
         """Depth of the case without doors, metres."""
-        return self.p.depth - self.p.look.thick - GAP
+        return self.p.depth - self.p.look.thick - DOOR_GAP
 
     @property
     def top(self) -> float:
@@ -96,25 +103,27 @@ class Case:
     @property
     def inside(self) -> tuple[float, float, float, float]:
         """Planes of the whole inside: left, right, bottom, top, metres."""
-        return SIDE, self.p.width - SIDE, self.p.foot + FLOOR, self.top - TOP
+        return SIDE_THICKNESS, self.p.width - SIDE_THICKNESS, self.p.foot + FLOOR_THICKNESS, self.top - TOP_THICKNESS
 
     def below(self, split: float) -> tuple[float, float, float, float, float]:
         """Left, right, bottom, top and depth of the inside below a wall whose middle is at height `split`, metres."""
         left, right, bottom, _ = self.inside
-        return left, right, bottom, split - BETWEEN / 2, self.deep
+        return left, right, bottom, split - DIVIDER_THICKNESS / 2, self.deep
 
     def above(self, split: float) -> tuple[float, float, float, float, float]:
         """The same above that wall."""
         left, right, _, top = self.inside
-        return left, right, split + BETWEEN / 2, top, self.deep
+        return left, right, split + DIVIDER_THICKNESS / 2, top, self.deep
 
-    def enclose(self, *rooms: Room) -> None:
+    def enclose(self, *rooms: Compartment) -> None:
         """Walls round the rooms, and what they stand on."""
         p = self.p
-        parts.shell(self.bench, p.width, self.deep, self.top, p.foot, rooms, p.look)
-        parts.stand(self.bench, p.width, self.deep, p.foot, p.look)
+        parts.shell(self.builder, p.width, self.deep, self.top, p.foot, rooms, p.look)
+        parts.stand(self.builder, p.width, self.deep, p.foot, p.look)
 
-    def finished(self, leaves: Sequence[Leaf], others: Sequence[str], badge: Leaf, fridge: Sequence[Leaf]) -> Asset:
+    def finished(
+        self, leaves: Sequence[FridgeDoor], others: Sequence[str], badge: FridgeDoor, fridge: Sequence[FridgeDoor]
+    ) -> Asset:
         """The asset: covers over the hinges, badge, states, lamp.
 
         Args:
@@ -124,9 +133,9 @@ class Case:
         p = self.p
         for right in sorted({leaf.right for leaf in leaves}):
             at = p.width - HINGE_INSET if right else HINGE_INSET
-            parts.cover(self.bench, at, self.top, p.look.thick, p.look)
-        adorn(self.bench, badge, p.look)
+            parts.cover(self.builder, at, self.top, p.look.thick, p.look)
+        add_badge(self.builder, badge, p.look)
         joints = [leaf.joint for leaf in leaves]
-        finish(self.bench, (*joints, *others), [leaf.joint for leaf in fridge])
-        self.bench.region("main", (0.0, -GAP - p.look.thick, 0.0), (p.width, self.deep, p.height))
-        return assemble(self.bench, self.family, p)
+        finish(self.builder, (*joints, *others), [leaf.joint for leaf in fridge])
+        self.builder.region("main", (0.0, -DOOR_GAP - p.look.thick, 0.0), (p.width, self.deep, p.height))
+        return assemble(self.builder, self.family, p)

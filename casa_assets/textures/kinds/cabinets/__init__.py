@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from casa_assets.textures.kind import Kind
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.kinds.cabinets.board import PRESSED
 from casa_assets.textures.kinds.cabinets.painted import PAINTED
 from casa_assets.textures.kinds.cabinets.veneer import VENEER
 
-KINDS: tuple[Kind, ...] = (VENEER, PAINTED, PRESSED)
+KINDS: tuple[TextureKind, ...] = (VENEER, PAINTED, PRESSED)

@@ -11,12 +11,12 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Face(StrEnum):
+class FrontFace(StrEnum):
     """What was printed on the face or pressed into it."""
 
     PLAIN = "plain"
@@ -31,7 +31,7 @@ class Face(StrEnum):
     CANE = "cane"
 
 
-class Pressed(Record):
+class PressedFront(Record):
     """A manufactured front.
 
     Attributes:
@@ -45,13 +45,13 @@ class Pressed(Record):
 
     color: HexColor
     second: HexColor
-    face: Face = Face.PLAIN
+    face: FrontFace = FrontFace.PLAIN
     gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.6
     strength: Share = 0.5
     pitch_m: Annotated[float, Field(gt=0.003, lt=0.2)] = 0.02
 
 
-def paint(params: Pressed, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One sheet of board; ribs run along v."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     share, height, gloss, shade = _FACES[params.face](params, sheet, rng)
@@ -68,13 +68,13 @@ def paint(params: Pressed, canvas: Canvas, rng: np.random.Generator) -> Layers:
 _Parts = tuple[Map, Map, Map, Map]
 
 
-def _plain(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _plain(params: PressedFront, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     cloud = sheet.noise(0.5, 0.4, rng, 2)
     fine = sheet.noise(0.003, 0.003, rng)
     return 0.08 * cloud, 0.000001 * fine, 0.008 * cloud, np.ones_like(cloud)
 
 
-def _linen(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _linen(params: PressedFront, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     """Threads of uneven thickness, over and under."""
     warp = sheet.noise(0.4, 0.0021, rng) + 0.45 * sheet.noise(0.037, 0.0023, rng)
     weft = sheet.noise(0.0021, 0.4, rng) + 0.45 * sheet.noise(0.0023, 0.037, rng)
@@ -83,7 +83,7 @@ def _linen(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     return share, 0.00003 * np.maximum(warp, weft), 0.03 * warp, np.ones_like(warp)
 
 
-def _concrete(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _concrete(params: PressedFront, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     cloud = 0.6 * sheet.noise(0.45, 0.4, rng, 6) + 0.5 * sheet.noise(0.07, 0.09, rng, 5)
     fine = sheet.noise(0.01, 0.01, rng, 3)
     holes = smoothstep(2.3, 2.7, sheet.noise(0.006, 0.006, rng) + 0.4 * sheet.noise(0.1, 0.1, rng))
@@ -91,7 +91,7 @@ def _concrete(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts
     return share, 0.00001 * fine - 0.0002 * holes, 0.04 * cloud, 1.0 - 0.3 * params.strength * holes
 
 
-def _ribbed(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _ribbed(params: PressedFront, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     """Narrow V grooves with flat ground between them."""
     off = _off_rib(sheet, params.pitch_m)
     groove = np.clip(1.0 - off / 0.0022, 0.0, 1.0)
@@ -99,7 +99,7 @@ def _ribbed(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     return 0.12 * lines, -0.002 * groove, 0.01 * lines, 1.0 - 0.40 * groove + 0.0 * lines
 
 
-def _fluted(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _fluted(params: PressedFront, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     """Half rounds side by side."""
     count = max(1, round(sheet.tile_m[0] / params.pitch_m))
     across = _off_rib(sheet, params.pitch_m) / (sheet.tile_m[0] / count)  # 0 in the groove, 0.5 on the crest
@@ -115,23 +115,23 @@ def _off_rib(sheet: Sheet, pitch_m: float) -> Map:
     return np.asarray(np.abs(np.mod(x / pitch + 0.5, 1.0) - 0.5) * pitch, dtype=np.float32)
 
 
-def _brushed(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _brushed(params: PressedFront, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     lines = sheet.noise(0.5, 0.0014, rng) + 0.6 * sheet.noise(1.0, 0.01, rng)
     return 0.5 + 0.3 * lines, 0.000006 * lines, 0.03 * lines, np.ones_like(lines)
 
 
-def _peel(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _peel(params: PressedFront, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     peel = sheet.noise(0.005, 0.005, rng)
     return 0.06 * sheet.noise(0.4, 0.4, rng), 0.00002 * peel, 0.004 * peel, np.ones_like(peel)
 
 
-def _linoleum(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _linoleum(params: PressedFront, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     """Wood flour and cork in a calendered sheet: soft crumbs of two sizes."""
     crumbs = sheet.noise(0.004, 0.003, rng) + 0.7 * sheet.noise(0.012, 0.008, rng)
     return smoothstep(0.2, 2.0, crumbs), 0.000004 * crumbs, 0.02 * crumbs, 1.0 + 0.012 * crumbs
 
 
-def _leather(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _leather(params: PressedFront, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     """Low round bumps between creases."""
     bumps = np.abs(sheet.noise(0.007, 0.007, rng)) + 0.5 * np.abs(sheet.noise(0.0035, 0.0035, rng))
     crease = 1.0 - smoothstep(0.1, 0.6, bumps)
@@ -139,7 +139,7 @@ def _leather(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     return crease + 0.06 * cloud, 0.00008 * np.minimum(bumps, 1.0), 0.08 * crease, np.ones_like(crease)
 
 
-def _cane(params: Pressed, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _cane(params: PressedFront, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     """Woven cane: pairs of strands upright and level, single ones slanting, six-cornered holes between."""
     x, y = sheet.axes()
     u = x / (sheet.tile_m[0] / max(1, round(sheet.tile_m[0] / params.pitch_m)))
@@ -160,16 +160,16 @@ def _strand(at: Map, width: float) -> Map:
 
 
 _FACES = {
-    Face.PLAIN: _plain,
-    Face.LINEN: _linen,
-    Face.CONCRETE: _concrete,
-    Face.RIBBED: _ribbed,
-    Face.FLUTED: _fluted,
-    Face.BRUSHED: _brushed,
-    Face.PEEL: _peel,
-    Face.LINOLEUM: _linoleum,
-    Face.LEATHER: _leather,
-    Face.CANE: _cane,
+    FrontFace.PLAIN: _plain,
+    FrontFace.LINEN: _linen,
+    FrontFace.CONCRETE: _concrete,
+    FrontFace.RIBBED: _ribbed,
+    FrontFace.FLUTED: _fluted,
+    FrontFace.BRUSHED: _brushed,
+    FrontFace.PEEL: _peel,
+    FrontFace.LINOLEUM: _linoleum,
+    FrontFace.LEATHER: _leather,
+    FrontFace.CANE: _cane,
 }
 
-PRESSED = Kind("pressed_front", Pressed, paint)
+PRESSED = TextureKind("pressed_front", PressedFront, paint)

@@ -11,13 +11,13 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
-from casa_assets.textures.wood import Cut, Species
+from casa_assets.textures.wood import SawCut, WoodSpecies
 
 
-class Coat(StrEnum):
+class PaintCoat(StrEnum):
     """How the paint was laid on."""
 
     SPRAYED = "sprayed"
@@ -26,7 +26,7 @@ class Coat(StrEnum):
     LIMEWASH = "limewash"
 
 
-class Painted(Record):
+class PaintedFront(Record):
     """A painted front.
 
     Attributes:
@@ -42,15 +42,15 @@ class Painted(Record):
 
     color: HexColor
     under: HexColor = "#b08d63"
-    coat: Coat = Coat.SPRAYED
+    coat: PaintCoat = PaintCoat.SPRAYED
     gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.4
     worn: Share = 0.0
-    species: Species = Species()
+    species: WoodSpecies = WoodSpecies()
     telegraph: Share = 0.0
     grooves_m: Annotated[float, Field(ge=0, le=0.3)] = 0.0
 
 
-def paint(params: Painted, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: PaintedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One sheet of paint, brush strokes and grain along v."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     color, under = wood.rgb(params.color), wood.rgb(params.under)
@@ -58,12 +58,12 @@ def paint(params: Painted, canvas: Canvas, rng: np.random.Generator) -> Layers:
     albedo = color * (1.0 + tone)[..., None]
     roughness = params.gloss + gloss
     if params.telegraph > 0:
-        grain = wood.grain_of(sheet, params.species, Cut.RIFT, 1, rng)
+        grain = wood.grain_of(sheet, params.species, SawCut.RIFT, 1, rng)
         open_grain = params.telegraph * (0.55 * grain.pore * (0.3 + 0.7 * grain.early) + 0.35 * grain.ring)
         depth = 0.35 * open_grain + 0.05 * params.telegraph * grain.fibre
         albedo = albedo * (1.0 - 0.28 * depth)[..., None]
         height = height - 0.00025 * open_grain
-    if params.coat is Coat.LIMEWASH:
+    if params.coat is PaintCoat.LIMEWASH:
         thin = smoothstep(-0.2, 1.6, sheet.noise(0.25, 0.006, rng) + 0.6 * sheet.noise(0.5, 0.06, rng))
         albedo = albedo + (under - albedo) * (0.42 * thin)[..., None]
     if params.worn > 0:
@@ -84,13 +84,13 @@ def paint(params: Painted, canvas: Canvas, rng: np.random.Generator) -> Layers:
     )
 
 
-def _coat(coat: Coat, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+def _coat(coat: PaintCoat, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Relative tone, height in metres and change of roughness that the tool leaves."""
     cloud = sheet.noise(0.5, 0.4, rng, 2)
-    if coat is Coat.SPRAYED:
+    if coat is PaintCoat.SPRAYED:
         peel = sheet.noise(0.004, 0.004, rng)
         return 0.004 * cloud, 0.000004 * peel, 0.01 * cloud
-    if coat is Coat.CHALK:
+    if coat is PaintCoat.CHALK:
         mottle = sheet.noise(0.08, 0.06, rng, 4)
         stroke = sheet.noise(0.12, 0.003, rng)
         return 0.010 * mottle + 0.007 * stroke, 0.00003 * stroke + 0.00001 * mottle, 0.03 * mottle
@@ -117,4 +117,4 @@ def _grooves(distance_m: float, sheet: Sheet) -> Map:
     return np.broadcast_to(np.clip(1.0 - off / 0.0035, 0.0, 1.0), sheet.size_px).astype(np.float32)
 
 
-PAINTED = Kind("painted_front", Painted, paint)
+PAINTED = TextureKind("painted_front", PaintedFront, paint)

@@ -9,10 +9,10 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Share, Sheet, covered, smoothstep
-from casa_assets.textures.wood import Cut, Palette, Species
+from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
 
 
 class Veneer(Record):
@@ -28,9 +28,9 @@ class Veneer(Record):
         weather: 0..1, how grey and cracked the face has become.
     """
 
-    species: Species
-    palette: Palette
-    cut: Cut
+    species: WoodSpecies
+    palette: WoodPalette
+    cut: SawCut
     leaves: Annotated[int, Field(ge=1, le=64)] = 1
     gap_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0
     nodes_m: Annotated[float, Field(ge=0, le=1)] = 0.0
@@ -80,4 +80,4 @@ def _nodes(distance_m: float, sheet: Sheet, tone: Map) -> Map:
     return np.clip(line, 0.0, 1.0).astype(np.float32)
 
 
-VENEER = Kind("veneer", Veneer, paint)
+VENEER = TextureKind("veneer", Veneer, paint)

@@ -10,17 +10,17 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Sheet, covered, smoothstep
-from casa_assets.textures.wood import Board, Cut, Grain, Palette, Species
+from casa_assets.textures.wood import BoardLayers, GrainMaps, SawCut, WoodPalette, WoodSpecies
 from casa_assets.textures.wood_grain import years
 
 Ids = npt.NDArray[np.intp]
 _GLUE_M = 0.001  # as wide as a joint looks from arm's length
 
 
-class Staves(Record):
+class ButcherBlock(Record):
     """Staves along u.
 
     Attributes:
@@ -29,9 +29,9 @@ class Staves(Record):
         length_m: of the pieces that a stave is joined from, metres.
     """
 
-    species: Species
-    palette: Palette
-    cut: Cut = Cut.RIFT
+    species: WoodSpecies
+    palette: WoodPalette
+    cut: SawCut = SawCut.RIFT
     stave_m: Annotated[float, Field(gt=0.01, lt=0.4)] = 0.04
     length_m: Annotated[float, Field(gt=0.05, lt=4)] = 0.5
 
@@ -46,14 +46,14 @@ class EndGrain(Record):
         bond: 0..1, how far every other row is moved along, as a part of a block.
     """
 
-    species: Species
-    palette: Palette
+    species: WoodSpecies
+    palette: WoodPalette
     block_m: Annotated[float, Field(gt=0.01, lt=0.2)] = 0.045
-    second: Palette | None = None
+    second: WoodPalette | None = None
     bond: Annotated[float, Field(ge=0, le=1)] = 0.5
 
 
-def paint_staves(params: Staves, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint_staves(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One worktop, grain along u."""
     upright = Sheet(canvas.size_px[::-1], canvas.tile_m[::-1])
     face = _glued(params, upright, rng)
@@ -65,7 +65,7 @@ def paint_staves(params: Staves, canvas: Canvas, rng: np.random.Generator) -> La
     )
 
 
-def _glued(params: Staves, sheet: Sheet, rng: np.random.Generator) -> Board:
+def _glued(params: ButcherBlock, sheet: Sheet, rng: np.random.Generator) -> BoardLayers:
     """The worktop with its grain along v: every piece is read from another place of one sheet of wood."""
     plain = params.palette.replace(variety=0.0)
     face = wood.board(sheet, params.species, params.cut, plain, rng)
@@ -85,7 +85,7 @@ def _glued(params: Staves, sheet: Sheet, rng: np.random.Generator) -> Board:
     pixel = max(sheet.tile_m[0] / sheet.size_px[1], sheet.tile_m[1] / sheet.size_px[0])
     glue = covered(edge_m, _GLUE_M, pixel)
     albedo = albedo + (wood.rgb(params.palette.heart) - albedo) * (0.42 * glue)[..., None]
-    return Board(
+    return BoardLayers(
         albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
         height_m=(moved[3] - 0.00004 * glue).astype(np.float32),
         roughness=np.clip(moved[4] + 0.04 * glue, 0.04, 1.0).astype(np.float32),
@@ -151,13 +151,13 @@ def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> 
     )
 
 
-def _end_maps(sheet: Sheet, species: Species, radius: Map, angle: Map, rng: np.random.Generator) -> Grain:
+def _end_maps(sheet: Sheet, species: WoodSpecies, radius: Map, angle: Map, rng: np.random.Generator) -> GrainMaps:
     """Maps of wood seen from its end."""
     ring, early, zone = years(sheet, species, radius, rng)
     dots = sheet.noise(0.0012, 0.0012, rng)
     zero = np.zeros_like(ring)
     rays = np.cos(angle * 160.0).astype(np.float32)
-    return Grain(
+    return GrainMaps(
         ring=ring,
         early=early,
         fibre=0.5 * sheet.noise(0.002, 0.002, rng) + 0.25 * rays,
@@ -173,10 +173,10 @@ def _end_maps(sheet: Sheet, species: Species, radius: Map, angle: Map, rng: np.r
     )
 
 
-def _with_tone(grain: Grain, tone: Map) -> Grain:
-    maps = {name: getattr(grain, name) for name in Grain.__dataclass_fields__}
-    return Grain(**{**maps, "tone": tone})
+def _with_tone(grain: GrainMaps, tone: Map) -> GrainMaps:
+    maps = {name: getattr(grain, name) for name in GrainMaps.__dataclass_fields__}
+    return GrainMaps(**{**maps, "tone": tone})
 
 
-STAVES = Kind("butcher_block", Staves, paint_staves)
-END_GRAIN = Kind("end_grain", EndGrain, paint_blocks)
+STAVES = TextureKind("butcher_block", ButcherBlock, paint_staves)
+END_GRAIN = TextureKind("end_grain", EndGrain, paint_blocks)

@@ -13,7 +13,7 @@ Ids = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
-class Cells:
+class CrystalCells:
     """What each pixel knows of the seed next to it, each (H, W).
 
     Attributes:
@@ -42,7 +42,9 @@ class Cells:
         return rng.uniform(0.0, 1.0, self.count).astype(np.float32)[self.id]
 
 
-def cells(sheet: Sheet, size_m: float, rng: np.random.Generator, stretch: float = 1.0, bend_m: float = 0.0) -> Cells:
+def crystal_cells(
+    sheet: Sheet, size_m: float, rng: np.random.Generator, stretch: float = 1.0, bend_m: float = 0.0
+) -> CrystalCells:
     """Share the sheet out among jittered seeds; it closes over the border.
 
     Args:
@@ -75,7 +77,7 @@ def cells(sheet: Sheet, size_m: float, rng: np.random.Generator, stretch: float 
         near, ids = np.where(closer, far, near), np.where(closer, id_, ids)
         best_x, best_y = np.where(closer, dx, best_x), np.where(closer, dy, best_y)
     scale = np.float32(tall)
-    return Cells(
+    return CrystalCells(
         count=rows * columns,
         id=ids,
         near_m=np.sqrt(near) * scale,

@@ -11,13 +11,13 @@ from scipy import ndimage
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.kinds.counters.veined import Vein, lines
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Banded(Record):
+class BandedStone(Record):
     """A slab of layered stone.
 
     Attributes:
@@ -48,7 +48,7 @@ class Banded(Record):
     gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.3
 
 
-def paint(params: Banded, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: BandedStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One slab, layers along u."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     x, y = sheet.axes()
@@ -93,7 +93,7 @@ def _ramp(colors: tuple[str, ...], part: Map) -> Map:
     return np.stack(planes, axis=-1).astype(np.float32)
 
 
-def _pits(params: Banded, fold: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _pits(params: BandedStone, fold: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
     """0..1, holes longer than high that lie in rows."""
     x, _ = sheet.axes()
     holes = sheet.noise(0.006, 0.018, rng) + 0.5 * sheet.noise(0.003, 0.006, rng)
@@ -103,7 +103,7 @@ def _pits(params: Banded, fold: Map, sheet: Sheet, rng: np.random.Generator) -> 
     return smoothstep(edge, edge + 0.45, field)
 
 
-def _fossils(params: Banded, albedo: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _fossils(params: BandedStone, albedo: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
     """Shell fragments a few millimetres long, pale and dark."""
     for tone, size in ((1.10, 0.006), (0.82, 0.004)):
         shell = smoothstep(1.7, 2.1, sheet.noise(size, 1.8 * size, rng) + 0.4 * sheet.noise(0.2, 0.2, rng))
@@ -111,4 +111,4 @@ def _fossils(params: Banded, albedo: Map, sheet: Sheet, rng: np.random.Generator
     return albedo
 
 
-BANDED = Kind("banded_stone", Banded, paint)
+BANDED = TextureKind("banded_stone", BandedStone, paint)

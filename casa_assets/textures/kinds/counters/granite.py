@@ -10,8 +10,8 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
-from casa_assets.textures.kinds.counters.crystals import cells
+from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.kinds.counters.crystals import crystal_cells
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
@@ -110,9 +110,9 @@ def streams(sheet: Sheet, size_m: float, flow: float, shear: int, rng: np.random
 
 def _mosaic(params: Granite, sheet: Sheet, swarm: Map, rng: np.random.Generator) -> Map:
     """(H, W, 3) crystals side by side; which mineral each is hangs on its swarm."""
-    mosaic = cells(sheet, params.grain_m, rng, bend_m=0.18 * params.grain_m)
+    mosaic = crystal_cells(sheet, params.grain_m, rng, bend_m=0.18 * params.grain_m)
     # Crystals are as large as they like: a second mosaic of twice the size takes a third of the face.
-    coarse = cells(sheet, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
+    coarse = crystal_cells(sheet, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
     large = coarse.draw(rng) < 0.35
     lot = np.where(large, coarse.draw(rng), mosaic.draw(rng))
     shade = np.where(large, coarse.draw(rng), mosaic.draw(rng)) - 0.5
@@ -128,7 +128,7 @@ def _mosaic(params: Granite, sheet: Sheet, swarm: Map, rng: np.random.Generator)
 
 def _orbs(params: Granite, color: str, albedo: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
     """Round feldspars with a rim, packed as they grew."""
-    orbs = cells(sheet, params.orb_m, rng, bend_m=0.10 * params.orb_m)
+    orbs = crystal_cells(sheet, params.orb_m, rng, bend_m=0.10 * params.orb_m)
     size = params.orb_m * (0.24 + 0.22 * orbs.draw(rng))
     edge = np.minimum(size - orbs.near_m, orbs.border_m - 0.04 * params.orb_m) / params.orb_m
     shade = 1.0 + 0.25 * (orbs.draw(rng) - 0.5) + 0.05 * sheet.noise(0.003, 0.003, rng)
@@ -141,10 +141,10 @@ def _orbs(params: Granite, color: str, albedo: Map, sheet: Sheet, rng: np.random
 
 def _scatter(speck: Speck, sheet: Sheet, swarm: Map, rng: np.random.Generator) -> Map:
     """0..1, crystals of one speck; the share is kept, whatever the swarms do."""
-    grains = cells(sheet, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
+    grains = crystal_cells(sheet, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
     odds = speck.share * np.exp(1.2 * speck.flock * swarm)
     chosen = grains.draw(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)
     return np.asarray(chosen * smoothstep(0.0, 0.08, grains.border_m / speck.size_m), dtype=np.float32)
 
 
-GRANITE = Kind("granite", Granite, paint)
+GRANITE = TextureKind("granite", Granite, paint)

@@ -11,13 +11,13 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
-from casa_assets.textures.kinds.counters.crystals import cells
+from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.kinds.counters.crystals import crystal_cells
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Tiled(Record):
+class TiledCounter(Record):
     """Tiles with grout.
 
     Attributes:
@@ -43,7 +43,7 @@ class Tiled(Record):
     gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.15
 
 
-class Glazed(Record):
+class GlazedLava(Record):
     """Enamelled lava: thick glaze that pools and crackles.
 
     Attributes:
@@ -59,7 +59,7 @@ class Glazed(Record):
     gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.08
 
 
-class Print(StrEnum):
+class LaminatePattern(StrEnum):
     """Patterns of printed laminate."""
 
     BOOMERANG = "boomerang"
@@ -68,7 +68,7 @@ class Print(StrEnum):
     TERRAZZO = "terrazzo"
 
 
-class Printed(Record):
+class PrintedLaminate(Record):
     """A laminate with a pattern of the middle of the last century.
 
     Attributes:
@@ -81,12 +81,12 @@ class Printed(Record):
 
     ground: HexColor
     inks: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=6)]
-    pattern: Print
+    pattern: LaminatePattern
     size_m: Annotated[float, Field(gt=0.003, lt=0.3)] = 0.05
     gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.35
 
 
-def paint_tiles(params: Tiled, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint_tiles(params: TiledCounter, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One field of tiles."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     x, y = sheet.axes()
@@ -122,13 +122,13 @@ def paint_tiles(params: Tiled, canvas: Canvas, rng: np.random.Generator) -> Laye
     )
 
 
-def paint_glaze(params: Glazed, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One glazed slab."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     pool = smoothstep(-1.5, 2.0, sheet.noise(0.3, 0.3, rng, 5))
     color, deep = wood.rgb(params.color), wood.rgb(params.deep)
     albedo = color + (deep - color) * (0.8 * pool)[..., None]
-    net = cells(sheet, params.crackle_m, rng, bend_m=0.12 * params.crackle_m)
+    net = crystal_cells(sheet, params.crackle_m, rng, bend_m=0.12 * params.crackle_m)
     pixel = sheet.tile_m[0] / sheet.size_px[1]
     crack = np.clip(1.3 - net.border_m / max(0.00035, 0.6 * pixel), 0.0, 1.0) * min(1.0, 0.0007 / pixel)
     crack = crack * (0.3 + 0.7 * smoothstep(-1.0, 1.0, sheet.noise(0.15, 0.15, rng)))
@@ -142,7 +142,7 @@ def paint_glaze(params: Glazed, canvas: Canvas, rng: np.random.Generator) -> Lay
     )
 
 
-def paint_print(params: Printed, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint_print(params: PrintedLaminate, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One sheet of laminate."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     albedo: Map = np.broadcast_to(wood.rgb(params.ground), (*sheet.size_px, 3))
@@ -158,32 +158,32 @@ def paint_print(params: Printed, canvas: Canvas, rng: np.random.Generator) -> La
     )
 
 
-def _figures(params: Printed, ink: int, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _figures(params: PrintedLaminate, ink: int, sheet: Sheet, rng: np.random.Generator) -> Map:
     """0..1, what is printed in one ink."""
     size = params.size_m
-    if params.pattern is Print.CRACKED_ICE:
-        shards = cells(sheet, size * (1.0 + 0.5 * ink), rng, stretch=1.4)
+    if params.pattern is LaminatePattern.CRACKED_ICE:
+        shards = crystal_cells(sheet, size * (1.0 + 0.5 * ink), rng, stretch=1.4)
         lit = shards.draw(rng) ** 2
         return np.asarray(0.75 * lit * smoothstep(0.0, 0.03, shards.border_m / size), dtype=np.float32)
-    places = cells(sheet, size * (1.25 if params.pattern is Print.BOOMERANG else 1.0), rng)
+    places = crystal_cells(sheet, size * (1.25 if params.pattern is LaminatePattern.BOOMERANG else 1.0), rng)
     turn = 2.0 * np.pi * places.draw(rng)
     u = (np.cos(turn) * places.dx_m + np.sin(turn) * places.dy_m) / size
     v = (np.cos(turn) * places.dy_m - np.sin(turn) * places.dx_m) / size
     soft = sheet.tile_m[0] / sheet.size_px[1] / size
-    if params.pattern is Print.BOOMERANG:
+    if params.pattern is LaminatePattern.BOOMERANG:
         # A bent bar: distance to a parabola, the bar thins out to its tips; only its outline is inked.
         bar = np.abs(v + 0.10 - 1.6 * u * u) / np.sqrt(1.0 + (3.2 * u) ** 2) - 0.10 * np.sqrt(
             np.clip(1 - 9 * u * u, 0, 1)
         )
         bar = np.where(np.abs(u) < 0.34, bar, 1.0)
         return np.asarray(np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0) * (places.draw(rng) < 0.8))
-    if params.pattern is Print.FLECKS:
+    if params.pattern is LaminatePattern.FLECKS:
         slim = np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)
         return np.asarray(np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0) * (places.draw(rng) < 0.55))
     chip = places.border_m / size - 0.05 - 0.15 * places.draw(rng)
     return np.asarray(np.clip(chip / soft, 0.0, 1.0) * (places.draw(rng) < 0.3), dtype=np.float32)
 
 
-TILED = Kind("tiled_counter", Tiled, paint_tiles)
-GLAZED = Kind("glazed_lava", Glazed, paint_glaze)
-PRINTED = Kind("printed_laminate", Printed, paint_print)
+TILED = TextureKind("tiled_counter", TiledCounter, paint_tiles)
+GLAZED = TextureKind("glazed_lava", GlazedLava, paint_glaze)
+PRINTED = TextureKind("printed_laminate", PrintedLaminate, paint_print)

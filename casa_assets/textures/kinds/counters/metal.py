@@ -11,13 +11,13 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
-from casa_assets.textures.kinds.counters.crystals import cells
+from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.kinds.counters.crystals import crystal_cells
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Tooling(StrEnum):
+class MetalTooling(StrEnum):
     """What the tool left on the metal."""
 
     ALONG = "along"  # brushed along u
@@ -29,7 +29,7 @@ class Tooling(StrEnum):
     QUILTED = "quilted"  # pressed diamonds, as behind a diner's counter
 
 
-class Metal(Record):
+class SheetMetal(Record):
     """A metal sheet.
 
     Attributes:
@@ -46,13 +46,13 @@ class Metal(Record):
     aged: HexColor
     patina: Share = 0.0
     spots: Share = 0.0
-    tooling: Tooling = Tooling.ALONG
+    tooling: MetalTooling = MetalTooling.ALONG
     mark_m: Annotated[float, Field(gt=0.003, lt=0.4)] = 0.02
     gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.3
     metallic: Share = 1.0
 
 
-def paint(params: Metal, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One sheet."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     tone, height, gloss = _marks(params, sheet, rng)
@@ -79,25 +79,25 @@ def paint(params: Metal, canvas: Canvas, rng: np.random.Generator) -> Layers:
     )
 
 
-def _marks(params: Metal, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+def _marks(params: SheetMetal, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Tone and gloss of deviation about 1, height in metres."""
     tooling, mark = params.tooling, params.mark_m
-    if tooling in (Tooling.ALONG, Tooling.UPRIGHT):
+    if tooling in (MetalTooling.ALONG, MetalTooling.UPRIGHT):
         sizes = ((0.0012, 0.35), (0.0025, 0.9), (0.02, 1.2))
-        pairs = [s if tooling is Tooling.ALONG else s[::-1] for s in sizes]
+        pairs = [s if tooling is MetalTooling.ALONG else s[::-1] for s in sizes]
         lines = sum((w * sheet.noise(*s, rng) for w, s in zip((1.0, 0.7, 0.35), pairs, strict=True)), np.float32(0))
         lines = np.asarray(lines, dtype=np.float32)
         return 0.75 * lines, 0.000002 * lines, 0.8 * lines
-    if tooling is Tooling.ORBITAL:
+    if tooling is MetalTooling.ORBITAL:
         return _arcs(sheet, mark, rng)
-    if tooling is Tooling.TURNED:
+    if tooling is MetalTooling.TURNED:
         return _turned(sheet, mark, rng)
-    if tooling is Tooling.HAMMERED:
-        dents = cells(sheet, mark, rng, bend_m=0.05 * mark)
+    if tooling is MetalTooling.HAMMERED:
+        dents = crystal_cells(sheet, mark, rng, bend_m=0.05 * mark)
         bowl = np.minimum(dents.near_m / mark, 0.62) ** 2
         rim = 1.0 - smoothstep(0.0, 0.10, dents.border_m / mark)
         return 3.3 * (bowl - 0.15) + 0.4 * rim, 0.045 * mark * bowl, np.zeros_like(bowl)
-    if tooling is Tooling.QUILTED:
+    if tooling is MetalTooling.QUILTED:
         return _quilted(sheet, mark)
     cloud, fine = sheet.noise(0.1, 0.2, rng, 4), sheet.noise(0.004, 0.03, rng)
     return 0.5 * cloud + 0.25 * fine, 0.000001 * fine, 0.6 * cloud
@@ -107,7 +107,7 @@ def _arcs(sheet: Sheet, size_m: float, rng: np.random.Generator) -> tuple[Map, M
     """Scratches around many centres, laid over each other."""
     tone = np.zeros(sheet.size_px, dtype=np.float32)
     for scale in (1.0, 0.7, 1.4):
-        swirls = cells(sheet, size_m * scale, rng, bend_m=0.15 * size_m)
+        swirls = crystal_cells(sheet, size_m * scale, rng, bend_m=0.15 * size_m)
         off = swirls.near_m + size_m * 3.0 * swirls.draw(rng)
         tone = tone + np.sin(off * 2.0 * np.pi / 0.0023) * (0.4 + 0.6 * swirls.draw(rng))
         tone = tone + 0.6 * (swirls.draw(rng) - 0.5)
@@ -146,10 +146,10 @@ def _quilted(sheet: Sheet, size_m: float) -> tuple[Map, Map, Map]:
 
 def _spots(share: float, sheet: Sheet, rng: np.random.Generator) -> Map:
     """0..1, rings of glasses and dried drops."""
-    drops = cells(sheet, 0.11, rng, bend_m=0.004)
+    drops = crystal_cells(sheet, 0.11, rng, bend_m=0.004)
     radius = 0.008 + 0.03 * drops.draw(rng)
     ring = np.exp(-(((drops.near_m - radius) / 0.0018) ** 2)) + 0.3 * (drops.near_m < radius)
     return np.asarray(ring * (drops.draw(rng) < share) * (0.4 + 0.6 * drops.draw(rng)), dtype=np.float32)
 
 
-METAL = Kind("sheet_metal", Metal, paint)
+METAL = TextureKind("sheet_metal", SheetMetal, paint)

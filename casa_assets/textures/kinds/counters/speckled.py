@@ -10,14 +10,14 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
-from casa_assets.textures.kinds.counters.crystals import cells
+from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.kinds.counters.crystals import crystal_cells
 from casa_assets.textures.kinds.counters.veined import Vein, lines
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Chips(Record):
+class ChipSize(Record):
     """One size of chip.
 
     Attributes:
@@ -37,7 +37,7 @@ class Chips(Record):
     gloss: Annotated[float, Field(ge=-0.4, le=0.4)] = 0.0
 
 
-class Made(Record):
+class MadeStone(Record):
     """A slab of chips in a binder.
 
     Attributes:
@@ -52,13 +52,13 @@ class Made(Record):
     binder: HexColor
     clouds: Share = 0.1
     cloud_m: Annotated[float, Field(gt=0.01, lt=2)] = 0.4
-    chips: tuple[Chips, ...] = ()
+    chips: tuple[ChipSize, ...] = ()
     veins: tuple[Vein, ...] = ()
     pinholes: Share = 0.0
     gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.22
 
 
-def paint(params: Made, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: MadeStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One slab."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     cloud = 0.7 * sheet.noise(params.cloud_m, params.cloud_m, rng, 6) + 0.5 * sheet.noise(0.06, 0.09, rng, 5)
@@ -90,9 +90,9 @@ def paint(params: Made, canvas: Canvas, rng: np.random.Generator) -> Layers:
     )
 
 
-def _chips(chips: Chips, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map]:
+def _chips(chips: ChipSize, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map]:
     """(H, W, 3) colours and (H, W) 0..1 where there is a chip."""
-    places = cells(sheet, chips.size_m, rng, bend_m=0.10 * chips.round * chips.size_m)
+    places = crystal_cells(sheet, chips.size_m, rng, bend_m=0.10 * chips.round * chips.size_m)
     taken = places.draw(rng) < chips.share
     small = chips.size_m * (0.03 + 0.16 * places.draw(rng))  # how far the chip stays off its neighbours
     broken = places.border_m - small
@@ -107,9 +107,9 @@ def _chips(chips: Chips, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, M
 
 def _pinholes(share: float, sheet: Sheet, rng: np.random.Generator) -> Map:
     """0..1, round holes of one to three millimetres, far apart."""
-    places = cells(sheet, 0.012, rng)
+    places = crystal_cells(sheet, 0.012, rng)
     radius = 0.0004 + 0.0013 * places.draw(rng) ** 3
     return np.asarray((places.draw(rng) < 0.5 * share) * np.clip(1.5 - places.near_m / radius, 0.0, 1.0))
 
 
-MADE = Kind("made_stone", Made, paint)
+MADE = TextureKind("made_stone", MadeStone, paint)

@@ -11,13 +11,13 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
-from casa_assets.textures.kinds.counters.crystals import cells
+from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.kinds.counters.crystals import crystal_cells
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Course(StrEnum):
+class VeinCourse(StrEnum):
     """How veins run."""
 
     FLOW = "flow"  # long lines side by side
@@ -42,7 +42,7 @@ class Vein(Record):
 
     color: HexColor
     strength: Share = 0.8
-    course: Course = Course.FLOW
+    course: VeinCourse = VeinCourse.FLOW
     spacing_m: Annotated[float, Field(gt=0.01, lt=3)] = 0.3
     width_m: Annotated[float, Field(gt=0.0002, lt=0.2)] = 0.004
     halo_m: Annotated[float, Field(gt=0.001, lt=0.3)] = 0.02
@@ -53,7 +53,7 @@ class Vein(Record):
     gaps: Share = 0.4
 
 
-class Veined(Record):
+class VeinedStone(Record):
     """A veined slab.
 
     Attributes:
@@ -75,7 +75,7 @@ class Veined(Record):
     gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.2
 
 
-def paint(params: Veined, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One slab."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     clouds = _clouds(params, sheet, rng)
@@ -133,9 +133,9 @@ def _courses(vein: Vein, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, M
     size = vein.spacing_m
     bend = vein.wobble * size * 0.10 * sheet.noise(0.8 * size, 0.8 * size, rng, 2)
     fine = vein.wobble * (0.0022 * sheet.noise(0.03, 0.03, rng, 3) + 0.012 * size * sheet.noise(0.12, 0.12, rng, 2))
-    if vein.course is Course.NET:
-        pieces = cells(sheet, size, rng, stretch=vein.stretch)
-        smaller = cells(sheet, 0.45 * size, rng, stretch=vein.stretch)
+    if vein.course is VeinCourse.NET:
+        pieces = crystal_cells(sheet, size, rng, stretch=vein.stretch)
+        smaller = crystal_cells(sheet, 0.45 * size, rng, stretch=vein.stretch)
         # Cells lie square to the picture: slanted, they no longer do.
         moved = [slanted(sheet, m, vein.shear) for m in (pieces.border_m, smaller.border_m, pieces.draw(rng) - 0.5)]
         near, twig, side = (sheet.shifted(m, 1.6 * bend + fine, fine - 1.6 * bend) for m in moved)
@@ -156,7 +156,7 @@ def _off(field: Map, size_m: float, sheet: Sheet) -> Map:
     return np.asarray(np.abs(field) / slope, dtype=np.float32)
 
 
-def _clouds(params: Veined, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _clouds(params: VeinedStone, sheet: Sheet, rng: np.random.Generator) -> Map:
     """0..1, banks of cloud drawn out along the slant."""
     size = params.cloud_m
     field = sheet.noise(0.6 * size, 1.5 * size, rng, 5)
@@ -164,4 +164,4 @@ def _clouds(params: Veined, sheet: Sheet, rng: np.random.Generator) -> Map:
     return smoothstep(-1.2, 1.8, slanted(sheet, sheet.shifted(field, bend, bend), params.shear))
 
 
-VEINED = Kind("veined_stone", Veined, paint)
+VEINED = TextureKind("veined_stone", VeinedStone, paint)

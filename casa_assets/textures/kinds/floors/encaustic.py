@@ -10,12 +10,12 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying.inlay import dealt
 from casa_assets.textures.laying.joint import Joint, fill, rim
-from casa_assets.textures.laying.laying import Laying, Pattern, lay
-from casa_assets.textures.motif.encaustic import DESIGNS, Design
+from casa_assets.textures.laying.laying import Laying, LayingPattern, lay
+from casa_assets.textures.motif.encaustic import DESIGNS, TileDesign
 from casa_assets.textures.motif.figures import ink
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
@@ -32,7 +32,7 @@ class Encaustic(Record):
         gloss: roughness.
     """
 
-    design: Design
+    design: TileDesign
     colors: Annotated[tuple[HexColor, ...], Field(min_length=2, max_length=6)]
     side_m: Annotated[float, Field(gt=0.05, le=0.6)] = 0.2
     joint: Joint = Joint(width_m=0.0015, depth_m=0.0004, color="#b9b4aa", drop_m=0.0002)
@@ -44,7 +44,7 @@ class Encaustic(Record):
 
 def paint(params: Encaustic, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One field of tiles."""
-    laying = Laying(pattern=Pattern.RUNNING, width_m=params.side_m, length_m=params.side_m, upright=True)
+    laying = Laying(pattern=LayingPattern.RUNNING, width_m=params.side_m, length_m=params.side_m, upright=True)
     pieces = lay(laying, canvas, rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     side = np.float32(2.0 * pieces.half_m[0, 0])
@@ -72,5 +72,5 @@ def paint(params: Encaustic, canvas: Canvas, rng: np.random.Generator) -> Layers
     return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 
-ENCAUSTIC = Kind("cement_tile", Encaustic, paint)
+ENCAUSTIC = TextureKind("cement_tile", Encaustic, paint)
 """Kind of patterned tiles."""

@@ -12,7 +12,7 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import noise, wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying.inlay import dealt
 from casa_assets.textures.laying.joint import Joint, fill, rim
@@ -21,7 +21,7 @@ from casa_assets.textures.laying.pieces import whole
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Sort(StrEnum):
+class ResilientSort(StrEnum):
     """What the sheet is."""
 
     MARBLED = "marbled"  # linoleum: streaks of several colours, drawn along v
@@ -32,7 +32,7 @@ class Sort(StrEnum):
     TREAD = "tread"  # raised bars in pairs, as on plate
 
 
-class Resilient(Record):
+class ResilientFloor(Record):
     """A soft floor.
 
     Attributes:
@@ -46,7 +46,7 @@ class Resilient(Record):
     """
 
     colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
-    sort: Sort
+    sort: ResilientSort
     laying: Laying | None = None
     joint: Joint = Joint(color="#4c4a46", width_m=0.001, depth_m=0.0004)
     grain_m: Annotated[float, Field(gt=0.001, le=0.2)] = 0.02
@@ -54,7 +54,7 @@ class Resilient(Record):
     gloss: Annotated[float, Field(ge=0.05, le=0.95)] = 0.55
 
 
-def paint(params: Resilient, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One floor."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     albedo, height, gloss = _SORTS[params.sort](params, sheet, rng)
@@ -62,7 +62,7 @@ def paint(params: Resilient, canvas: Canvas, rng: np.random.Generator) -> Layers
     if params.laying is None:
         return face
     pieces = lay(params.laying, canvas, rng)
-    if params.sort is not Sort.STUDDED:
+    if params.sort is not ResilientSort.STUDDED:
         jump = rng.random((2, pieces.count)).astype(np.float32)
         size = np.array(canvas.tile_m, dtype=np.float32)[:, None]
         dx, dy = (jump * size)[:, pieces.owner]
@@ -80,7 +80,7 @@ def paint(params: Resilient, canvas: Canvas, rng: np.random.Generator) -> Layers
 _Parts = tuple[Map, Map, Map]
 
 
-def _marbled(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _marbled(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     size = params.grain_m
     albedo: Map = np.broadcast_to(wood.rgb(params.colors[0]), (*sheet.size_px, 3))
     bend = 0.7 * size * sheet.noise(6 * size, 3 * size, rng, 2)
@@ -92,7 +92,7 @@ def _marbled(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Part
     return albedo * (1.0 + 0.015 * crumb)[..., None], 0.000005 * crumb, 0.02 * crumb
 
 
-def _flecked(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _flecked(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     albedo: Map = wood.rgb(params.colors[0]) * (1.0 + 0.015 * sheet.noise(0.3, 0.3, rng, 3))[..., None]
     for n, color in enumerate(params.colors[1:]):
         size = params.grain_m * (1.0 - 0.18 * n)
@@ -105,7 +105,7 @@ def _flecked(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Part
     return albedo, 0.00003 * peel, 0.02 * peel
 
 
-def _studded(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _studded(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     """Round studs with flat tops in a square net."""
     x, y = sheet.axes()
     pixel = sheet.tile_m[0] / sheet.size_px[1]
@@ -123,7 +123,7 @@ def _studded(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Part
     return albedo, np.asarray(0.0011 * rise + 0.00001 * grain), -0.06 * rise + 0.03 * scuff
 
 
-def _cork(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _cork(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     """Granules of bark pressed together, with dark crumbs between."""
     size = params.grain_m
     albedo: Map = np.broadcast_to(wood.rgb(params.colors[0]), (*sheet.size_px, 3))
@@ -149,7 +149,7 @@ def _cork(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     return albedo, height - 0.0003 * lenticel, 0.1 * lenticel
 
 
-def _woven(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _woven(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     """Round yarns, two over and two under, so that slanting ribs appear."""
     x, y = sheet.axes()
     columns, wide = whole(sheet.tile_m[0], params.grain_m)
@@ -164,7 +164,7 @@ def _woven(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     return np.asarray(albedo), np.asarray(0.2 * params.grain_m * yarn), np.asarray(-0.05 * yarn)
 
 
-def _tread(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _tread(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     """Raised lozenges, each at right angles to its neighbours."""
     x, y = sheet.axes()
     columns, wide = whole(sheet.tile_m[0], params.grain_m, even=True)
@@ -181,14 +181,14 @@ def _tread(params: Resilient, sheet: Sheet, rng: np.random.Generator) -> _Parts:
     return albedo, np.asarray(0.0016 * rise), -0.08 * rise + 0.04 * scuff
 
 
-_SORTS: dict[Sort, Callable[[Resilient, Sheet, np.random.Generator], _Parts]] = {
-    Sort.MARBLED: _marbled,
-    Sort.FLECKED: _flecked,
-    Sort.STUDDED: _studded,
-    Sort.CORK: _cork,
-    Sort.WOVEN: _woven,
-    Sort.TREAD: _tread,
+_SORTS: dict[ResilientSort, Callable[[ResilientFloor, Sheet, np.random.Generator], _Parts]] = {
+    ResilientSort.MARBLED: _marbled,
+    ResilientSort.FLECKED: _flecked,
+    ResilientSort.STUDDED: _studded,
+    ResilientSort.CORK: _cork,
+    ResilientSort.WOVEN: _woven,
+    ResilientSort.TREAD: _tread,
 }
 
-RESILIENT = Kind("resilient_floor", Resilient, paint)
+RESILIENT = TextureKind("resilient_floor", ResilientFloor, paint)
 """Kind of soft floors."""

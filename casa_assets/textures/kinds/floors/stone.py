@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.model.record import Record
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.kinds.counters import flow, granite, speckled, veined
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying.inlay import Slab, dealt, inlay, slab_canvas
@@ -42,15 +42,15 @@ class StoneTile(Record):
 class MarbleTile(StoneTile):
     """Marble and its like; `stone` is its slab, `accent` that of every other sort of piece where there is one."""
 
-    stone: veined.Veined
-    accent: veined.Veined | None = None
+    stone: veined.VeinedStone
+    accent: veined.VeinedStone | None = None
 
 
 class LayeredTile(StoneTile):
     """Travertine, limestone, slate."""
 
-    stone: flow.Banded
-    accent: flow.Banded | None = None
+    stone: flow.BandedStone
+    accent: flow.BandedStone | None = None
 
 
 class GraniteTile(StoneTile):
@@ -63,8 +63,8 @@ class GraniteTile(StoneTile):
 class ChipTile(StoneTile):
     """Terrazzo and quartz in pieces."""
 
-    stone: speckled.Made
-    accent: speckled.Made | None = None
+    stone: speckled.MadeStone
+    accent: speckled.MadeStone | None = None
 
 
 def paint_marble(params: MarbleTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -130,7 +130,7 @@ def _cleft(sheet: Sheet, rng: np.random.Generator) -> Map:
     return np.asarray(0.45 * soft + 0.08 * sheet.noise(0.015, 0.015, rng, 3), dtype=np.float32)
 
 
-MARBLE = Kind("marble_tile", MarbleTile, paint_marble)
-LAYERED = Kind("layered_stone_tile", LayeredTile, paint_layered)
-GRANITE = Kind("granite_tile", GraniteTile, paint_granite)
-CHIPS = Kind("chip_tile", ChipTile, paint_chips)
+MARBLE = TextureKind("marble_tile", MarbleTile, paint_marble)
+LAYERED = TextureKind("layered_stone_tile", LayeredTile, paint_layered)
+GRANITE = TextureKind("granite_tile", GraniteTile, paint_granite)
+CHIPS = TextureKind("chip_tile", ChipTile, paint_chips)

@@ -9,20 +9,20 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying.inlay import Slab, dealt, inlay, slab_canvas
-from casa_assets.textures.laying.joint import Edge, Joint, fill, rim
+from casa_assets.textures.laying.joint import Joint, TileEdge, fill, rim
 from casa_assets.textures.laying.laying import Laying, lay
-from casa_assets.textures.laying.pieces import Pieces
+from casa_assets.textures.laying.pieces import PieceMap
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
-from casa_assets.textures.wood import Cut, Palette, Species
+from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
 
 _SLAB_LONG_M = 1.6
 _SHORTEST_SLAB_M = 0.12
 
 
-class Timber(Record):
+class TimberFloor(Record):
     """A wooden floor.
 
     Attributes:
@@ -36,10 +36,12 @@ class Timber(Record):
     """
 
     laying: Laying
-    joint: Joint = Joint(color="#2a2019", width_m=0.001, depth_m=0.0012, edge=Edge.BEVEL, edge_m=0.0015, drop_m=0.0006)
-    species: Species
-    palette: Palette
-    cuts: Annotated[tuple[Cut, ...], Field(min_length=1, max_length=4)] = (Cut.FLAT, Cut.FLAT, Cut.RIFT)
+    joint: Joint = Joint(
+        color="#2a2019", width_m=0.001, depth_m=0.0012, edge=TileEdge.BEVEL, edge_m=0.0015, drop_m=0.0006
+    )
+    species: WoodSpecies
+    palette: WoodPalette
+    cuts: Annotated[tuple[SawCut, ...], Field(min_length=1, max_length=4)] = (SawCut.FLAT, SawCut.FLAT, SawCut.RIFT)
     variety: Share = 0.4
     warmth: Share = 0.3
     scrape_m: Annotated[float, Field(ge=0, le=0.003)] = 0.0
@@ -47,7 +49,7 @@ class Timber(Record):
     wear: Share = 0.0
 
 
-def paint(params: Timber, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One field of boards."""
     pieces = lay(params.laying, canvas, rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
@@ -77,18 +79,18 @@ def paint(params: Timber, canvas: Canvas, rng: np.random.Generator) -> Layers:
     return fill(dressed, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 
-def _boards(params: Timber, pieces: Pieces, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Every board cut from one of a few sawn faces, each at a place of its own."""
     wide = 2.0 * float(pieces.half_m[:, 0].max())
     slabs, roots = [], []
     for n, cut in enumerate(params.cuts):
         # A flat-cut face has its heart in the middle and a joint at its border: boards keep clear of it.
-        room = max(_SHORTEST_SLAB_M, 1.35 * wide if cut is Cut.FLAT else 2.5 * wide)
+        room = max(_SHORTEST_SLAB_M, 1.35 * wide if cut is SawCut.FLAT else 2.5 * wide)
         tile_m = (room, _SLAB_LONG_M * (1.0 + 0.11 * n))
         small = slab_canvas(canvas, tile_m)
         made = wood.board(Sheet(small.size_px, tile_m), params.species, cut, params.palette, rng)
         slabs.append(Slab(Layers.of(made.albedo, made.height_m, made.roughness), tile_m))
-        roots.append(0.5 * room if cut is Cut.FLAT else 0.0)
+        roots.append(0.5 * room if cut is SawCut.FLAT else 0.0)
     pick = rng.permutation(np.arange(pieces.count) % len(slabs))
     rooms = np.array([s.tile_m[0] for s in slabs])[pick]
     free = np.maximum(rooms - 2.0 * pieces.half_m[:, 0], 0.0) / 2.0
@@ -99,7 +101,7 @@ def _boards(params: Timber, pieces: Pieces, canvas: Canvas, rng: np.random.Gener
     return inlay(pieces, tuple(slabs), pick, flat + stray, down, mirrored)
 
 
-class EndGrain(Record):
+class EndGrainFloor(Record):
     """Blocks that show the end of the trunk.
 
     Attributes:
@@ -110,12 +112,12 @@ class EndGrain(Record):
 
     laying: Laying
     joint: Joint = Joint(color="#3a2a1c", width_m=0.0015, depth_m=0.001)
-    species: Species
-    palette: Palette
+    species: WoodSpecies
+    palette: WoodPalette
     variety: Share = 0.5
 
 
-def paint_ends(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One field of blocks: arcs of rings, each about a pith of its own."""
     pieces = lay(params.laying, canvas, rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
@@ -142,7 +144,7 @@ def paint_ends(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> La
     return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 
-def _checks(pieces: Pieces, pu: Map, pv: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _checks(pieces: PieceMap, pu: Map, pv: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
     """0..1, cracks that run out from the pith of some blocks."""
     bearing = np.arctan2(pieces.v_m - pv[pieces.owner], pieces.u_m - pu[pieces.owner])
     crack = rng.uniform(-np.pi, np.pi, pieces.count).astype(np.float32)[pieces.owner]
@@ -151,7 +153,7 @@ def _checks(pieces: Pieces, pu: Map, pv: Map, sheet: Sheet, rng: np.random.Gener
     return np.asarray(has * np.clip(1.2 - off / 0.03, 0.0, 1.0), dtype=np.float32)
 
 
-TIMBER = Kind("timber", Timber, paint)
+TIMBER = TextureKind("timber", TimberFloor, paint)
 """Kind of boards."""
-END_GRAIN = Kind("end_grain_block", EndGrain, paint_ends)
+END_GRAIN = TextureKind("end_grain_block", EndGrainFloor, paint_ends)
 """Kind of wooden blocks."""

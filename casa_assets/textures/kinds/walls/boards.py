@@ -11,14 +11,14 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying.inlay import dealt
 from casa_assets.textures.laying.pieces import Array, whole
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Profile(StrEnum):
+class BoardProfile(StrEnum):
     """What a board's edge looks like, and what is between two."""
 
     BEAD = "bead"  # a half round with a groove on each side
@@ -30,7 +30,7 @@ class Profile(StrEnum):
     CHANNEL = "channel"  # wide flat grooves
 
 
-class Boards(Record):
+class PaintedBoards(Record):
     """A panelled wall that is painted.
 
     Attributes:
@@ -47,7 +47,7 @@ class Boards(Record):
 
     color: HexColor
     ground: HexColor = "#242220"
-    profile: Profile
+    profile: BoardProfile
     pitch_m: Annotated[float, Field(gt=0.01, le=1)] = 0.1
     gap_m: Annotated[float, Field(gt=0.001, le=0.2)] = 0.004
     depth_m: Annotated[float, Field(gt=0, le=0.03)] = 0.004
@@ -59,7 +59,7 @@ class Boards(Record):
     gloss: Annotated[float, Field(ge=0.05, le=0.95)] = 0.5
 
 
-def paint(params: Boards, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One wall. Boards are painted upright and turned over where they are level."""
     size, tile = canvas.size_px, canvas.tile_m
     if params.level:
@@ -105,7 +105,7 @@ def _rubbed(sheet: Sheet, lines: Map, edge_m: Array, rng: np.random.Generator) -
     return np.asarray(0.9 * sheet.noise(0.3, 0.08, rng, 4) + 0.7 * lines + 1.2 * rims, dtype=np.float32)
 
 
-def _profile(params: Boards, edge: Array, pitch: float, pixel: float) -> tuple[Array, Array, Array]:
+def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> tuple[Array, Array, Array]:
     """Height in metres, shade of grooves 0..1, and openings 0..1, over the distance from the joint (1, W)."""
     gap, depth = params.gap_m, params.depth_m
     none = np.zeros_like(edge)
@@ -116,25 +116,25 @@ def _profile(params: Boards, edge: Array, pitch: float, pixel: float) -> tuple[A
         return np.asarray(share)
 
     match params.profile:
-        case Profile.BEAD:
+        case BoardProfile.BEAD:
             bead: Array = np.sqrt(np.clip(1.0 - (edge / (0.5 * gap)) ** 2, 0, 1))
             line: Array = np.clip(band(0.5 * gap + 0.0018) - band(0.5 * gap), 0, 1)
             return depth * (0.5 * bead - line), 0.9 * line, none
-        case Profile.SHIPLAP:
+        case BoardProfile.SHIPLAP:
             line = band(gap / 2)
             return -depth * line + 0.0004 * (np.minimum(edge / 0.003, 1) - 1), 0.85 * line, 0.55 * line
-        case Profile.VEE:
+        case BoardProfile.VEE:
             broken: Array = np.clip(1.0 - edge / (gap / 2), 0, 1)
             return -depth * broken, 0.30 * broken + 0.45 * band(0.0008), none
-        case Profile.BATTEN:
+        case BoardProfile.BATTEN:
             strip = band(gap / 2)
             shadow = np.clip(band(gap / 2 + 0.0015) - strip, 0, 1)
             return depth * strip, 0.55 * shadow, none
-        case Profile.SLAT:
+        case BoardProfile.SLAT:
             line = band(gap / 2)
             rise: Array = np.minimum(np.maximum(edge - gap / 2, 0) / 0.0015, 1)
             return -depth * line + 0.0008 * (rise - 1), 0.2 * line, line
-        case Profile.FLUTED:
+        case BoardProfile.FLUTED:
             across: Array = np.clip(1.0 - edge / (pitch / 2), 0, 1)
             crest: Array = np.sqrt(np.clip(1.0 - across**2, 0, 1))
             return depth * crest, 0.5 * (1 - crest), none
@@ -143,5 +143,5 @@ def _profile(params: Boards, edge: Array, pitch: float, pixel: float) -> tuple[A
             return -depth * slope, 0.18 * slope, none
 
 
-BOARDS = Kind("painted_boards", Boards, paint)
+BOARDS = TextureKind("painted_boards", PaintedBoards, paint)
 """Kind of painted panelling."""

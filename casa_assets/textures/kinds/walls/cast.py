@@ -11,14 +11,14 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying.inlay import dealt
 from casa_assets.textures.laying.pieces import Array, whole
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Form(StrEnum):
+class Formwork(StrEnum):
     """What the concrete was poured against."""
 
     SMOOTH = "smooth"
@@ -39,7 +39,7 @@ class Concrete(Record):
 
     color: HexColor
     second: HexColor
-    form: Form = Form.SMOOTH
+    form: Formwork = Formwork.SMOOTH
     unit_m: Annotated[float, Field(gt=0.05, le=2)] = 0.6
     cloudy: Share = 0.5
     holes: Share = 0.3
@@ -60,9 +60,9 @@ def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -
     hole = _bubbles(params.holes, sheet, rng)
     height = 0.0001 * cloud + 0.00004 * fine - 0.0018 * hole
     dark = 0.42 * hole
-    if params.form is Form.BOARDS:
+    if params.form is Formwork.BOARDS:
         share, height, dark = _board_marks(params, sheet, share, height, dark, rng)
-    elif params.form is Form.PANELS:
+    elif params.form is Formwork.PANELS:
         joint, tie, tone = _plates(params, sheet, canvas.pixel_m, rng)
         share, height = share + 0.22 * tone, height - 0.004 * joint - 0.012 * tie
         dark = np.maximum(dark, np.maximum(0.45 * joint, 0.6 * tie))
@@ -115,7 +115,7 @@ def _plates(params: Concrete, sheet: Sheet, pixel: float, rng: np.random.Generat
     return joint.astype(np.float32), tie.astype(np.float32), tone
 
 
-class Tin(Record):
+class PressedTin(Record):
     """Pressed metal plates.
 
     Attributes:
@@ -133,7 +133,7 @@ class Tin(Record):
     gloss: Annotated[float, Field(ge=0.05, le=0.95)] = 0.4
 
 
-def paint_tin(params: Tin, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint_tin(params: PressedTin, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One field of plates."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     x, y = sheet.axes()
@@ -184,5 +184,5 @@ def _scroll(u: Array, v: Array) -> Array:
     return np.asarray(0.8 * np.sqrt(np.clip(1.0 - (b / np.maximum(half, 1e-4)) ** 2, 0, 1)) * (half > 0.002))
 
 
-CONCRETE = Kind("concrete", Concrete, paint_concrete)
-TIN = Kind("pressed_tin", Tin, paint_tin)
+CONCRETE = TextureKind("concrete", Concrete, paint_concrete)
+TIN = TextureKind("pressed_tin", PressedTin, paint_tin)

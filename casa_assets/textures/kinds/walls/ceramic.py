@@ -12,23 +12,23 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying.inlay import dealt
 from casa_assets.textures.laying.joint import Joint, fill, rim
 from casa_assets.textures.laying.laying import Laying, lay
-from casa_assets.textures.laying.pieces import Pieces
+from casa_assets.textures.laying.pieces import PieceMap
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Deal(StrEnum):
+class ColorAssignment(StrEnum):
     """Which piece gets which colour."""
 
     LOT = "lot"  # as often as the others, in no order
     SORT = "sort"  # by its shape, orientation or place in the pattern
 
 
-class Ceramic(Record):
+class CeramicTile(Record):
     """Tiles.
 
     Attributes:
@@ -48,7 +48,7 @@ class Ceramic(Record):
     laying: Laying
     joint: Joint = Joint()
     colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
-    deal: Deal = Deal.LOT
+    deal: ColorAssignment = ColorAssignment.LOT
     variety: Share = 0.25
     pool: Share = 0.2
     body: HexColor = "#cdb8a0"
@@ -61,7 +61,7 @@ class Ceramic(Record):
     metallic: Share = 0.0
 
 
-def paint(params: Ceramic, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: CeramicTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One field of tiles."""
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
@@ -89,21 +89,21 @@ def paint(params: Ceramic, canvas: Canvas, rng: np.random.Generator) -> Layers:
     return fill(face, params.joint, rim_m, canvas, rng)
 
 
-def colors_of(deal: Deal, count: int, pieces: Pieces, rng: np.random.Generator) -> npt.NDArray[np.int64]:
+def colors_of(deal: ColorAssignment, count: int, pieces: PieceMap, rng: np.random.Generator) -> npt.NDArray[np.int64]:
     """(N,) number of the colour of each piece, below `count`."""
-    if deal is Deal.SORT:
+    if deal is ColorAssignment.SORT:
         return np.asarray(pieces.sort % count)
     return np.asarray(rng.permutation(np.arange(pieces.count) % count))
 
 
-def own(image: Map, sheet: Sheet, pieces: Pieces, rng: np.random.Generator) -> Map:
+def own(image: Map, sheet: Sheet, pieces: PieceMap, rng: np.random.Generator) -> Map:
     """A picture that each piece reads at a place of its own, so that nothing runs on across a joint."""
     jump = rng.random((2, pieces.count)).astype(np.float32)
     dx, dy = jump[0] * np.float32(sheet.tile_m[0]), jump[1] * np.float32(sheet.tile_m[1])
     return sheet.shifted(image, dx[pieces.owner], dy[pieces.owner])
 
 
-def _relief(params: Ceramic, pieces: Pieces, glaze: Map, rng: np.random.Generator) -> Map:
+def _relief(params: CeramicTile, pieces: PieceMap, glaze: Map, rng: np.random.Generator) -> Map:
     slope = rng.normal(0.0, 1.0, (2, pieces.count)).clip(-2, 2).astype(np.float32) * np.float32(params.tilt)
     height = slope[0][pieces.owner] * pieces.u_m + slope[1][pieces.owner] * pieces.v_m
     height = height + np.float32(params.wave_m) * glaze
@@ -120,5 +120,5 @@ def _cracks(sheet: Sheet, canvas: Canvas, rng: np.random.Generator) -> Map:
     return np.asarray(np.clip(1.3 - lines / wide, 0.0, 1.0) / max(1.0, canvas.pixel_m / 0.001), dtype=np.float32)
 
 
-CERAMIC = Kind("ceramic_tile", Ceramic, paint)
+CERAMIC = TextureKind("ceramic_tile", CeramicTile, paint)
 """Kind of tile."""

@@ -10,17 +10,17 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
-from casa_assets.textures.kinds.walls.ceramic import Deal, colors_of, own
+from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.kinds.walls.ceramic import ColorAssignment, colors_of, own
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying.inlay import dealt
 from casa_assets.textures.laying.joint import Joint, fill, rim
 from casa_assets.textures.laying.laying import Laying, lay
-from casa_assets.textures.laying.pieces import Pieces
+from casa_assets.textures.laying.pieces import PieceMap
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
-class Clay(Record):
+class FiredClay(Record):
     """Bricks or unglazed tiles.
 
     Attributes:
@@ -38,7 +38,7 @@ class Clay(Record):
     laying: Laying
     joint: Joint = Joint(width_m=0.01, depth_m=0.004, wobble_m=0.002)
     colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
-    deal: Deal = Deal.LOT
+    deal: ColorAssignment = ColorAssignment.LOT
     variety: Share = 0.4
     mottle: Share = 0.4
     burn: Share = 0.0
@@ -50,7 +50,7 @@ class Clay(Record):
     gloss: Annotated[float, Field(ge=0.1, le=0.98)] = 0.85
 
 
-def paint(params: Clay, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One field of bricks."""
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
@@ -72,7 +72,7 @@ def paint(params: Clay, canvas: Canvas, rng: np.random.Generator) -> Layers:
     return _coated(params, laid, rim_m, grit, sheet, rng) if params.wash_share > 0 else laid
 
 
-def _burnt(pieces: Pieces, cloud: Map, rng: np.random.Generator) -> Map:
+def _burnt(pieces: PieceMap, cloud: Map, rng: np.random.Generator) -> Map:
     """0..1, dark toward one end of some bricks, as they lay in the kiln."""
     lean = rng.normal(0.0, 1.0, pieces.count).astype(np.float32)[pieces.owner]
     share = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
@@ -80,7 +80,7 @@ def _burnt(pieces: Pieces, cloud: Map, rng: np.random.Generator) -> Map:
     return smoothstep(0.6, 2.2, along * lean + 1.3 * share + 0.4 * cloud)
 
 
-def _coated(params: Clay, laid: Layers, rim_m: Map, grit: Map, sheet: Sheet, rng: np.random.Generator) -> Layers:
+def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, sheet: Sheet, rng: np.random.Generator) -> Layers:
     """A coat of lime or paint; it wears off the faces first and stays in the joints."""
     worn = 0.8 * sheet.noise(0.12, 0.16, rng, 4) + 0.7 * sheet.noise(0.02, 0.02, rng, 3) + 0.3 * grit
     low = smoothstep(0.004, -0.001, rim_m) * (1.0 - params.paint) if params.paint < 1 else 0.0 * rim_m
@@ -100,5 +100,5 @@ def _coated(params: Clay, laid: Layers, rim_m: Map, grit: Map, sheet: Sheet, rng
     )
 
 
-CLAY = Kind("fired_clay", Clay, paint)
+CLAY = TextureKind("fired_clay", FiredClay, paint)
 """Kind of brick."""

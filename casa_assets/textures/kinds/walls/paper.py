@@ -11,18 +11,18 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying.pieces import whole
 from casa_assets.textures.motif.figures import ink
-from casa_assets.textures.motif.foliage import Growth, scatter
-from casa_assets.textures.motif.repeat import REPEATS, Repeat
+from casa_assets.textures.motif.foliage import FoliageKind, scatter
+from casa_assets.textures.motif.repeat import REPEATS, PaperRepeat
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 Inks = Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
 
 
-class Printed(Record):
+class PrintedPaper(Record):
     """Paper with a printed repeat.
 
     Attributes:
@@ -34,7 +34,7 @@ class Printed(Record):
 
     ground: HexColor
     inks: Inks
-    repeat: Repeat
+    repeat: PaperRepeat
     width_m: Annotated[float, Field(gt=0.01, le=1)] = 0.2
     height_m: Annotated[float, Field(gt=0.01, le=1)] = 0.2
     cover: Share = 0.95
@@ -43,7 +43,7 @@ class Printed(Record):
     gloss: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
-class Foliage(Record):
+class FoliagePaper(Record):
     """Paper with plants all over.
 
     Attributes:
@@ -54,12 +54,12 @@ class Foliage(Record):
 
     ground: HexColor
     inks: Inks
-    growth: Growth
+    growth: FoliageKind
     size_m: Annotated[float, Field(gt=0.02, le=1)] = 0.2
     gloss: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
-class Weave(StrEnum):
+class PaperWeave(StrEnum):
     """What was glued on the paper."""
 
     GRASS = "grass"  # level blades of uneven thickness on fine upright threads
@@ -67,7 +67,7 @@ class Weave(StrEnum):
     RAFFIA = "raffia"  # a basket weave of flat strips
 
 
-class Woven(Record):
+class WovenPaper(Record):
     """A woven wall covering.
 
     Attributes:
@@ -78,12 +78,12 @@ class Woven(Record):
 
     colors: Inks
     ground: HexColor
-    weave: Weave
+    weave: PaperWeave
     thread_m: Annotated[float, Field(gt=0.001, le=0.03)] = 0.003
     gloss: Annotated[float, Field(ge=0.05, le=0.98)] = 0.85
 
 
-def paint_printed(params: Printed, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One stretch of paper."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     x, y = sheet.axes()
@@ -93,7 +93,7 @@ def paint_printed(params: Printed, canvas: Canvas, rng: np.random.Generator) -> 
     colors = [wood.rgb(params.ground), *(wood.rgb(c) for c in params.inks)]
     albedo: Map = np.broadcast_to(colors[0], (*sheet.size_px, 3))
     inked = np.zeros(sheet.size_px, dtype=np.float32)
-    cover = 0.5 if params.repeat is Repeat.GINGHAM else params.cover
+    cover = 0.5 if params.repeat is PaperRepeat.GINGHAM else params.cover
     dry = np.clip(1.0 - 0.12 * np.maximum(sheet.noise(0.005, 0.005, rng, 2), 0.0), 0.0, 1.0)
     for depth, number in REPEATS[params.repeat](u, v):
         share = ink(depth, canvas.pixel_m / wide)
@@ -107,7 +107,7 @@ def paint_printed(params: Printed, canvas: Canvas, rng: np.random.Generator) -> 
     return _paper(albedo, inked * np.float32(params.emboss_m), params.gloss - 0.4 * params.sheen * inked, sheet, rng)
 
 
-def paint_foliage(params: Foliage, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint_foliage(params: FoliagePaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One stretch of paper."""
     inks = np.stack([wood.rgb(c) for c in params.inks])
     albedo = scatter(canvas, params.growth, params.size_m, inks, wood.rgb(params.ground), rng)
@@ -124,13 +124,13 @@ def _paper(albedo: Map, height: Map, gloss: Map, sheet: Sheet, rng: np.random.Ge
     return Layers.of(albedo, height + 0.00003 * tooth, gloss + 0.01 * tooth)
 
 
-def paint_woven(params: Woven, canvas: Canvas, rng: np.random.Generator) -> Layers:
+def paint_woven(params: WovenPaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """One stretch of cloth."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     size = params.thread_m
-    if params.weave is Weave.RAFFIA:
+    if params.weave is PaperWeave.RAFFIA:
         pick, height, open_ = _raffia(size, sheet, rng)
-    elif params.weave is Weave.GRASS:
+    elif params.weave is PaperWeave.GRASS:
         pick = (
             0.8 * sheet.noise(size, 0.7, rng)
             + 0.6 * sheet.noise(2.6 * size, 0.9, rng)
@@ -175,6 +175,6 @@ def _raffia(size: float, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, M
     )
 
 
-PRINTED = Kind("printed_paper", Printed, paint_printed)
-FOLIAGE = Kind("foliage_paper", Foliage, paint_foliage)
-WOVEN = Kind("woven_paper", Woven, paint_woven)
+PRINTED = TextureKind("printed_paper", PrintedPaper, paint_printed)
+FOLIAGE = TextureKind("foliage_paper", FoliagePaper, paint_foliage)
+WOVEN = TextureKind("woven_paper", WovenPaper, paint_woven)

@@ -12,12 +12,12 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import noise, wood
-from casa_assets.textures.kind import Canvas, Kind
+from casa_assets.textures.kind import Canvas, TextureKind
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep, standard
 
 
-class Hand(StrEnum):
+class PlasterFinish(StrEnum):
     """What it was put on with, or what is in it."""
 
     ROLLER = "roller"  # orange peel of a paint roller
@@ -43,7 +43,7 @@ class Plaster(Record):
 
     color: HexColor
     second: HexColor
-    hand: Hand = Hand.ROLLER
+    hand: PlasterFinish = PlasterFinish.ROLLER
     strength: Share = 0.5
     relief: Share = 0.5
     gloss: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
@@ -159,17 +159,17 @@ def _clay(sheet: Sheet, rng: np.random.Generator) -> _Parts:
     )
 
 
-_HANDS: dict[Hand, Callable[[Sheet, np.random.Generator], _Parts]] = {
-    Hand.ROLLER: _roller,
-    Hand.SAND: _sand,
-    Hand.SKIP_TROWEL: _skip_trowel,
-    Hand.VENETIAN: _venetian,
-    Hand.LIMEWASH: _limewash,
-    Hand.TADELAKT: _tadelakt,
-    Hand.STUCCO: _stucco,
-    Hand.COMBED: _combed,
-    Hand.CLAY: _clay,
+_HANDS: dict[PlasterFinish, Callable[[Sheet, np.random.Generator], _Parts]] = {
+    PlasterFinish.ROLLER: _roller,
+    PlasterFinish.SAND: _sand,
+    PlasterFinish.SKIP_TROWEL: _skip_trowel,
+    PlasterFinish.VENETIAN: _venetian,
+    PlasterFinish.LIMEWASH: _limewash,
+    PlasterFinish.TADELAKT: _tadelakt,
+    PlasterFinish.STUCCO: _stucco,
+    PlasterFinish.COMBED: _combed,
+    PlasterFinish.CLAY: _clay,
 }
 
-PLASTER = Kind("plaster", Plaster, paint)
+PLASTER = TextureKind("plaster", Plaster, paint)
 """Kind of plastered walls."""

@@ -10,8 +10,8 @@ from pydantic import Field
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, Kind
-from casa_assets.textures.kinds.walls.ceramic import Deal, colors_of, own
+from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.kinds.walls.ceramic import ColorAssignment, colors_of, own
 from casa_assets.textures.layers import Layers
 from casa_assets.textures.laying.inlay import dealt
 from casa_assets.textures.laying.joint import Joint, fill, rim
@@ -51,7 +51,7 @@ def paint(params: Stonework, canvas: Canvas, rng: np.random.Generator) -> Layers
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
-    number, tone = colors_of(Deal.LOT, len(params.colors), pieces, rng), dealt(pieces.count, rng)
+    number, tone = colors_of(ColorAssignment.LOT, len(params.colors), pieces, rng), dealt(pieces.count, rng)
     rock = own(sheet.noise(0.10, 0.13, rng, 6), sheet, pieces, rng)
     lines = 0.5 * sheet.noise(0.009, 0.13, rng) + 0.8 * sheet.noise(0.023, 0.3, rng, 3)
     bend = 0.006 * sheet.noise(0.05, 0.12, rng, 2)
@@ -80,5 +80,5 @@ def paint(params: Stonework, canvas: Canvas, rng: np.random.Generator) -> Layers
     return fill(face, params.joint, rim_m, canvas, rng)
 
 
-STONEWORK = Kind("stonework", Stonework, paint)
+STONEWORK = TextureKind("stonework", Stonework, paint)
 """Kind of walls of rough stone."""
