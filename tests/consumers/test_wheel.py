@@ -46,7 +46,9 @@ def names(wheel: Path) -> list[str]:
 @pytest.mark.consumers
 def test_registry_and_templates_are_inside(names: list[str]) -> None:
     wanted = {f"casa_assets/registry_data/{name}.yaml" for name in FILES}
-    wanted |= {f"casa_assets/pipeline/reports/report.{end}" for end in ("html", "css", "js")}
+    templates = (ROOT / "casa_assets" / "pipeline" / "reports" / "templates").iterdir()
+    wanted |= {path.relative_to(ROOT).as_posix() for path in templates}
+    assert "casa_assets/pipeline/reports/templates/base.html" in wanted
     wanted |= {path.relative_to(ROOT).as_posix() for path in (ROOT / "casa_assets").rglob("*.py")}
     assert sorted(wanted - set(names)) == []
 

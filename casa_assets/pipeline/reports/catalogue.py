@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import io
 import shutil
 import tempfile
@@ -18,6 +17,7 @@ from casa_assets.export import mjcf
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.families.run import WORKER_BYTES, FamilyRequest, build_asset, params_of
 from casa_assets.pipeline.library.library import write_files
+from casa_assets.pipeline.reports.page_template import render_template
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.pipeline.textures.sheet import shots
 from casa_assets.pipeline.workers.batch import run_batch
@@ -30,18 +30,6 @@ WARM = "casa_assets.pipeline.families.run:warm"
 PICTURE_PX, SWATCH_PX = 320, 160
 SWATCH_M = 0.6  # metres of surface that a swatch shows
 QUALITY = 82
-STYLE = """
-:root { color-scheme: light dark; font-family: system-ui, sans-serif; }
-body { margin: 2rem auto; max-width: 1500px; padding: 0 1rem; }
-nav { columns: 14rem; margin-bottom: 2rem; }
-.cells { display: flex; flex-wrap: wrap; gap: 14px; }
-figure { margin: 0; width: min-content; }
-figure img { border-radius: 6px; display: block; }
-figcaption { font-size: .8rem; padding: 4px 2px 10px; overflow-wrap: anywhere; }
-.pair { display: flex; gap: 2px; }
-h2 { border-bottom: 1px solid #8886; padding-bottom: 4px; }
-h2 small { color: #888; font-weight: normal; }
-"""
 
 
 @dataclass(frozen=True)
@@ -114,36 +102,39 @@ def _draw(wish: FamilyRequest, out: Path) -> MemberPictures:
 
 
 def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]]) -> str:
-    """The page's HTML."""
-    parts = ["<!doctype html><html lang=en><meta charset=utf-8><title>casa-assets catalogue</title>"]
-    parts += [f"<style>{STYLE}</style><h1>Catalogue</h1>"]
-    parts += [f"<p>{len({s.wish.family for s in found})} families, {len(found)} presets, "]
-    parts += [f"{sum(map(len, swatches.values()))} textures. Sizes in metres, masses in kilograms.</p><nav>"]
-    parts += [
-        f'<a href="#{name}">{name.replace("_", " ")}</a><br>' for name in dict.fromkeys(s.wish.family for s in found)
+    """HTML of the page.
+
+    Args:
+        found: members, in the order of their families. swatches: ids of the textures of each surface.
+    """
+    names = dict.fromkeys(member.wish.family for member in found)
+    shown = [
+        {
+            "name": name,
+            "title": family(name).title,
+            "members": [
+                {"pictures": member.pictures, "caption": _caption(member)}
+                for member in found
+                if member.wish.family == name
+            ],
+        }
+        for name in names
     ]
-    parts += [f'<a href="#{s.value}">{s.value} textures</a><br>' for s in swatches]
-    parts += ["</nav>"]
-    for name in dict.fromkeys(s.wish.family for s in found):
-        parts += [f'<h2 id="{name}">{html.escape(family(name).title)} <small>{name}</small></h2><div class=cells>']
-        parts += [_cell(s) for s in found if s.wish.family == name]
-        parts += ["</div>"]
-    for surface, names in swatches.items():
-        about = f"{len(names)}, each {SWATCH_M:g} m wide"
-        parts += [f'<h2 id="{surface.value}">{surface.value.title()} <small>{about}</small></h2>']
-        parts += ["<div class=cells>"]
-        for name in names:
-            image = f'<img loading=lazy width={SWATCH_PX} height={SWATCH_PX} src="textures/{name}.webp" alt="{name}">'
-            parts += [f"<figure>{image}<figcaption>{name}</figcaption></figure>"]
-        parts += ["</div>"]
-    return "\n".join(parts) + "\n"
+    return render_template(
+        "catalogue.html",
+        title="Catalogue",
+        families=shown,
+        member_count=len(found),
+        texture_count=sum(map(len, swatches.values())),
+        surfaces=[{"name": surface.value, "textures": names} for surface, names in swatches.items()],
+        swatch_m=f"{SWATCH_M:g}",
+        swatch_px=SWATCH_PX,
+    )
 
 
-def _cell(shown: MemberPictures) -> str:
-    images = "".join(f'<img loading=lazy width=190 height=190 src="{p}" alt="{p}">' for p in shown.pictures)
-    size = " x ".join(f"{v:.2f}" for v in shown.size)
-    caption = f"{shown.wish.preset}, {size}, {shown.mass:.3g} kg"
-    return f"<figure><div class=pair>{images}</div><figcaption>{caption}</figcaption></figure>"
+def _caption(member: MemberPictures) -> str:
+    size = " x ".join(f"{v:.2f}" for v in member.size)
+    return f"{member.wish.preset}, {size}, {member.mass:.3g} kg"
 
 
 def _webp(png: bytes) -> bytes:

@@ -1,27 +1,26 @@
-"""What a run made into one HTML page that opens from a disk, without a network."""
+"""The report on a library as one HTML page that opens from disk and needs no network."""
 
 from __future__ import annotations
 
 import base64
-import html as markup
 import io
-import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import resources
-from string import Template
 from typing import Any
-from urllib.parse import quote
 
+from markupsafe import Markup
 from PIL import Image
 
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import CheckResult, Issue, Severity, Status, Tally, tally
 from casa_assets.model.record import Vec3
+from casa_assets.pipeline.reports.page_template import relative_link, render_template
 
 # Large enough for a sharp picture in the table, small enough for 3000 of them in one page.
 _THUMB_PX, _THUMB_QUALITY = 160, 76
+# No section on the library as a whole.
+NO_SECTION = Markup()
 # Status of a check -> what the script of the page knows it by.
 STATUS_NUMBERS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, Status.NOT_RUN: 3}
 
@@ -99,7 +98,7 @@ def render_page(
     rejects: Sequence[RejectedRow],
     title: str,
     why: Mapping[str, str] | None = None,
-    whole: str = "",
+    whole: Markup = NO_SECTION,
 ) -> str:
     """The page: assets by id, rejected inputs by path; the same records give the same page.
 
@@ -108,7 +107,7 @@ def render_page(
         rejects: inputs that were turned away.
         title: heading, plain text.
         why: code of a check to its title and what is tested.
-        whole: HTML of the section on all assets together, see whole_section.
+        whole: HTML of the section on all assets together, see `library_section.section`.
     """
     entries = sorted(entries, key=lambda e: e.id)
     rejects = sorted(rejects, key=lambda r: (r.path, r.code))
@@ -121,18 +120,19 @@ def render_page(
         "assets": [_asset(e, number) for e in entries],
         "rejects": [_reject(r, number) for r in rejects],
     }
-    return Template(_part("report.html")).substitute(
-        title=markup.escape(title),
-        summary=_tiles(entries, rejects),
+    return render_template(
+        "library.html",
+        title=title,
+        tiles=_tiles(entries, rejects),
         whole=whole,
-        style=_part("report.css"),
-        script=_part("report.js"),
-        data=_embedded(data),
+        data=data,
+        style="library.css",
+        script="library.js",
     )
 
 
-def _tiles(entries: Sequence[AssetRow], rejects: Sequence[RejectedRow]) -> str:
-    """The numbers at the top, readable without scripts too."""
+def _tiles(entries: Sequence[AssetRow], rejects: Sequence[RejectedRow]) -> list[dict[str, str]]:
+    """The numbers at the top, which are readable without scripts too."""
     warned = sum(1 for e in entries if e.warnings)
     told = tally(r for e in entries for r in e.results)
     read = len(entries) + len(rejects)
@@ -146,11 +146,7 @@ def _tiles(entries: Sequence[AssetRow], rejects: Sequence[RejectedRow]) -> str:
         ("categories", "Categories", f"{len({e.category for e in entries}):,}", _largest(entries)),
         ("mass", "Total mass", f"{sum(e.mass_kg for e in entries):.4g} kg", "of all accepted"),
     ]
-    return "\n".join(
-        f'<div class="tile {key}"><dt>{label}</dt>'
-        f"<dd><strong>{value}</strong><span>{markup.escape(note)}</span></dd></div>"
-        for key, label, value, note in tiles
-    )
+    return [dict(zip(("key", "label", "value", "note"), tile, strict=True)) for tile in tiles]
 
 
 def _of(told: Tally) -> str:
@@ -233,21 +229,10 @@ def thumbnail(png: bytes) -> str:
 
 
 def _link(folder: str, path: str) -> str:
-    """A relative link; `./` in front keeps a colon from being read as a scheme."""
     parts: Iterable[str] = (part for part in (folder, path) if part)
-    return "./" + quote("/".join(parts).lstrip("/"))
+    return relative_link("/".join(parts))
 
 
 def _short(number: float | None) -> float | None:
     """Six digits are enough to read and keep the page small."""
     return None if number is None else float(f"{number:.6g}")
-
-
-def _embedded(data: dict[str, Any]) -> str:
-    """JSON that no text can end early: `<`, `>` and `&` are written as escapes."""
-    text = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _part(name: str) -> str:
-    return resources.files("casa_assets.pipeline.reports").joinpath(name).read_text(encoding="utf-8")

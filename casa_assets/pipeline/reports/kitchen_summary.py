@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import html
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from casa_assets.model.issue import Report
+from casa_assets.pipeline.reports.page_template import render_template
 
 DATA, PAGE = "summary.json", "summary.html"
-STYLE = """
-:root { color-scheme: light dark; font-family: system-ui, sans-serif; }
-body { margin: 2rem auto; max-width: 1400px; padding: 0 1rem; }
-table { border-collapse: collapse; width: 100%; font-size: .9rem; font-variant-numeric: tabular-nums; }
-td, th { text-align: right; padding: 4px 8px; border-bottom: 1px solid #8884; white-space: nowrap; }
-td:first-child, th:first-child, td:nth-child(2), th:nth-child(2) { text-align: left; white-space: normal; }
-.passed { color: #1a7f37; } .failed { color: #cf222e; } .open { color: #9a6700; }
-"""
+# Verdict of a scene -> class of the style sheet.
+VERDICT_STYLES = {True: "passed", False: "failed", None: "open"}
 
 
 @dataclass(frozen=True)
@@ -165,20 +158,19 @@ def write(out: Path) -> list[SceneRow]:
 
 
 def _page(found: Sequence[SceneRow]) -> str:
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in ("scene", "verdict", *(c[0] for c in COLUMNS)))
-    body = "\n".join(_line(row) for row in found)
-    return (
-        f"<!doctype html><html lang='en'><meta charset='utf-8'><title>Kitchens in numbers</title>"
-        f"<style>{STYLE}</style><h1>Kitchens in numbers</h1><p>{html.escape(sentence(found))}.</p>"
-        f"<table><tr>{head}</tr>\n{body}</table></html>\n"
+    return render_template(
+        "kitchen_summary.html",
+        title="Kitchens in numbers",
+        sentence=sentence(found),
+        head=("scene", "verdict", *(heading for heading, _, _ in COLUMNS)),
+        rows=[
+            {
+                "name": row.id,
+                "is_checked": row.passed is not None,
+                "kind": VERDICT_STYLES[row.passed],
+                "verdict": row.verdict,
+                "numbers": cells(row),
+            }
+            for row in found
+        ],
     )
-
-
-def _line(row: SceneRow) -> str:
-    mark = {True: "passed", False: "failed", None: "open"}[row.passed]
-    name = html.escape(row.id)
-    if row.passed is not None:
-        place = html.escape(f"./{quote(row.id)}")
-        name = f"<a href='{place}/report.html'>{name}</a>"
-    numbers = "".join(f"<td>{html.escape(text)}</td>" for text in cells(row))
-    return f"<tr><td>{name}</td><td class='{mark}'>{html.escape(row.verdict)}</td>{numbers}</tr>"

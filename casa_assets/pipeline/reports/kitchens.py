@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-import html
 import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import quote
 
 from PIL import Image
 
 from casa_assets.pipeline.reports import kitchen_summary
-from casa_assets.pipeline.reports.kitchen_summary import SceneRow
+from casa_assets.pipeline.reports.kitchen_summary import VERDICT_STYLES, SceneRow
+from casa_assets.pipeline.reports.page_template import render_template
 from casa_assets.preview.sheet import Shot, sheet
 
 PAGE, SHEET = "index.html", "contact_sheet.png"
 CELL_PX, COLUMNS = 360, 4
 PAPER = (244, 244, 245)
-STYLE = """
-:root { color-scheme: light dark; font-family: system-ui, sans-serif; }
-body { margin: 2rem auto; max-width: 1500px; padding: 0 1rem; }
-.cells { display: grid; grid-template-columns: repeat(auto-fill, minmax(320px, 1fr)); gap: 18px; }
-figure { margin: 0; }
-figure img { border-radius: 8px; width: 100%; display: block; }
-figcaption { padding: 6px 2px 12px; }
-.passed { color: #1a7f37; } .failed { color: #cf222e; } .open { color: #9a6700; }
-small { color: #888; }
-"""
 
 
 @dataclass(frozen=True)
@@ -88,23 +77,20 @@ def _squared(png: bytes) -> bytes:
 
 
 def _page(found: list[SceneCard], heading: str) -> str:
-    cells = "\n".join(_cell(e) for e in found)
-    told = html.escape(kitchen_summary.sentence([e.row for e in found]))
-    return (
-        f"<!doctype html><html lang='en'><meta charset='utf-8'><title>{html.escape(heading)}</title>"
-        f"<style>{STYLE}</style><h1>{html.escape(heading)}</h1>"
-        f"<p>{len(found)} scenes. {told}. <a href='{kitchen_summary.PAGE}'>All numbers</a></p>"
-        f"<div class='cells'>{cells}</div></html>\n"
-    )
-
-
-def _cell(entry: SceneCard) -> str:
-    row = entry.row
-    mark = {True: "passed", False: "failed", None: "open"}[row.passed]
-    name, place = html.escape(row.id), html.escape(f"./{quote(row.id)}")
-    report = f"<a href='{place}/report.html'>report</a>" if row.passed is not None else ""
-    return (
-        f"<figure><a href='{place}/'><img loading='lazy' src='{place}/overview.png' alt='{name}'></a>"
-        f"<figcaption><b>{name}</b> <span class='{mark}'>{html.escape(row.verdict)}</span> {report}<br>"
-        f"<small>{entry.fixtures} fixtures, {entry.joints} joints</small></figcaption></figure>"
+    return render_template(
+        "kitchens.html",
+        title=heading,
+        sentence=kitchen_summary.sentence([card.row for card in found]),
+        numbers=kitchen_summary.PAGE,
+        scenes=[
+            {
+                "name": card.row.id,
+                "kind": VERDICT_STYLES[card.row.passed],
+                "verdict": card.row.verdict,
+                "is_checked": card.row.passed is not None,
+                "fixtures": card.fixtures,
+                "joints": card.joints,
+            }
+            for card in found
+        ],
     )

@@ -31,7 +31,7 @@ def write(root: Path, target: Path) -> Path:
     accepted = [_accepted(e, root, target.parent, told) for e in rows if e.accepted]
     refused = [_refused(e, root) for e in rows if not e.accepted]
     why = explained(registry.load().limits)
-    on_all = library_section.section(told.report, why, told.weights) if told else ""
+    on_all = library_section.section(told.report, why, told.weights) if told else html_report.NO_SECTION
     page = html_report.render_page(accepted, refused, root.resolve().name, why, on_all)
     fresh = target.with_name(f".{target.name}.{os.getpid()}")
     with writing(target.parent):

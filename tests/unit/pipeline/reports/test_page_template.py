@@ -1,0 +1,71 @@
+"""All pages come from one frame, escape what they show, and are made anew where a template changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import jinja2
+import pytest
+from lxml import html
+
+from casa_assets.pipeline.articulate import review_page
+from casa_assets.pipeline.cache.cache_key import reach
+from casa_assets.pipeline.reports import (
+    catalogue,
+    html_report,
+    kitchen_report,
+    kitchen_summary,
+    kitchens,
+    library_section,
+    page_template,
+)
+
+FOLDER = Path(page_template.__file__).parent / page_template.FOLDER
+HOSTILE = "<script>alert(1)</script>"
+PAGES = {
+    "library.html": html_report,
+    "library_section.html": library_section,
+    "kitchen_report.html": kitchen_report,
+    "kitchen_summary.html": kitchen_summary,
+    "kitchens.html": kitchens,
+    "catalogue.html": catalogue,
+    "articulate_review.html": review_page,
+}
+
+
+def pages() -> dict[str, str]:
+    row = kitchen_summary.SceneRow("galley__rustic", "galley", "rustic")
+    return {
+        "library": html_report.render_page([], [], HOSTILE),
+        "summary": kitchen_summary._page([row]),
+        "kitchens": kitchens._page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE),
+        "catalogue": catalogue.page([], {}),
+    }
+
+
+@pytest.mark.parametrize("name", pages())
+def test_a_page_is_for_phones_too_names_its_version_and_fetches_nothing(name: str) -> None:
+    tree = html.document_fromstring(pages()[name])
+    assert tree.xpath("//meta[@name='viewport']/@content") == ["width=device-width, initial-scale=1"]
+    assert tree.xpath("//meta[@name='color-scheme']/@content") == ["light dark"]
+    assert "default-src 'none'" in tree.xpath("//meta[@http-equiv='Content-Security-Policy']/@content")[0]
+    assert tree.xpath("//footer")[0].text_content().startswith("casa-assets ")
+    assert len(tree.xpath("//h1")) == 1
+    assert HOSTILE not in pages()[name]
+    assert "prefers-color-scheme: dark" in tree.xpath("//style")[0].text_content()
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_changed_template_makes_a_page_anew(name: str) -> None:
+    reached = {Path(path).name for path in reach(PAGES[name].__name__).data}
+    assert {name, *page_template.SHARED} <= reached
+
+
+def test_every_template_belongs_to_a_page() -> None:
+    known = {*PAGES, *page_template.SHARED, "library.css", "library.js"}
+    assert {path.name for path in FOLDER.iterdir()} == known
+
+
+def test_a_value_that_is_not_given_is_an_error() -> None:
+    with pytest.raises(jinja2.UndefinedError):
+        page_template.render_template("kitchens.html", title="Kitchens")
