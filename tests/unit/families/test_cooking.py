@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 
 from casa_assets.export import mjcf
-from casa_assets.families.fixtures.cooking.microwave_models import (
+from casa_assets.families.fixtures.cooking.microwave import (
     Microwave,
     MicrowaveControls,
     MicrowaveHandle,
     MicrowaveMounting,
 )
-from casa_assets.families.fixtures.cooking.range import DOUBLE_OVEN_WIDTH
-from casa_assets.families.fixtures.cooking.range_models import Range
-from casa_assets.families.fixtures.cooking.toaster_oven_models import PanelPlace, ToasterOven
+from casa_assets.families.fixtures.cooking.range import DOUBLE_OVEN_WIDTH, Range
+from casa_assets.families.fixtures.cooking.toaster_oven import PanelPlace, ToasterOven
 from casa_assets.families.kit.solids.boolean import intersect
 from casa_assets.families.parts.cooktop.burners import DRIP_BOWL_RATIO, spots
 from casa_assets.families.parts.cooktop.grates import cells

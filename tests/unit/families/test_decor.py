@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.families.fixtures.decor import cutting_board
-from casa_assets.families.fixtures.decor.dish_rack_models import DishRack, DishRackForm
+from casa_assets.families.fixtures.kitchenware import cutting_board
+from casa_assets.families.fixtures.kitchenware.dish_rack import DishRack, DishRackForm
 from casa_assets.families.fixtures.wall_decor import spice_rack, utensil_rack
 from casa_assets.families.parts.decor.hung_tools import HungTool, ToolHandle, hung_tool
 from casa_assets.families.parts.decor.jars import JarLid, jar

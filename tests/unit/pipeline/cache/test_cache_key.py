@@ -113,7 +113,9 @@ class TestOneConstantChanges:
 
     def test_in_a_family(self, copy: Copy) -> None:
         """Its own assets, and the kitchens that have one."""
-        changed = copy.changed_by("casa_assets/families/fixtures/small/toaster.py", "FOOT = 0.008 ", "FOOT = 0.009 ")
+        changed = copy.changed_by(
+            "casa_assets/families/fixtures/small/toaster.py", "FOOT_HEIGHT = 0.008 ", "FOOT_HEIGHT = 0.009 "
+        )
         assert {n for n in changed if n.startswith("asset ")} == {
             n for n in copy.before if n.startswith("asset toaster ")
         }
