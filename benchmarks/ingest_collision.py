@@ -37,7 +37,7 @@ from casa_assets.ingest.draft import PlacedShape
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Hull
 from casa_assets.model.pose import Pose
-from casa_assets.model.registry.category import Build
+from casa_assets.model.registry.category import MatterFill
 
 Floats = npt.NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def _placed(clouds: Sequence[Floats]) -> list[PlacedShape]:
 
 def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[tuple[Row, list[PlacedShape]]]:
     """Every tool on an input, and what it made, as each is done: a process's peak of memory never goes down again."""
-    full = item.category.build in (Build.SOLID, Build.FILLED)
+    full = item.category.build in (MatterFill.SOLID, MatterFill.FILLED)
     of = truth(item.mesh, full)
     for name in names:
         title, tool = TOOLS[name]

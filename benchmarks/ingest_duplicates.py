@@ -28,7 +28,7 @@ from judging.inputs import dump
 from scipy.spatial.transform import Rotation
 
 from casa_assets import registry
-from casa_assets.checks.library.duplicates import Alike
+from casa_assets.checks.library.duplicates import ShapePair
 from casa_assets.errors import Rejected
 from casa_assets.geometry.mesh.registration import SampledSurface, align, sampled_surface
 from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance, shape_descriptor
@@ -153,7 +153,7 @@ def compared(one: Known, other: Known, limit: float) -> tuple[float, float, floa
     if gap > MAX_DESCRIPTOR_DISTANCE:
         return gap, 2.0, 2.0, False
     found = align(one.cloud, other.cloud)
-    pair = Alike(one.name, other.name, found.most, found.all, 1.0, 0.0, True)
+    pair = ShapePair(one.name, other.name, found.most, found.all, 1.0, 0.0, True)
     return gap, found.most, found.all, pair.same_form(limit)
 
 

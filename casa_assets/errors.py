@@ -6,7 +6,7 @@ CasaError
 +-- Rejected           an input that a stage cannot accept: code, says
 |   +-- DegenerateShape   points that span no volume (code GEO001)
 +-- OutputError        the output folder cannot be used: path, says
-+-- Misfit             a plan and a style cannot be made into a kitchen: plan, pointer, expected, got
++-- PlanConflict       a plan and a style cannot be made into a kitchen: plan, pointer, expected, got
 
 BatchFault stands beside the tree: some items of a batch met a fault of the program, the others are done.
 """
@@ -81,7 +81,7 @@ class OutputError(CasaError):
         super().__init__(f"{path}: {message}")
 
 
-class Misfit(CasaError):
+class PlanConflict(CasaError):
     """What a plan asks for does not go together, or not with the style.
 
     Args:

@@ -12,7 +12,7 @@ from casa_assets.model.asset.material import ColorSpace, Material
 from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, Sphere
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
-from casa_assets.model.registry.category import Build, Category, Span, Upright
+from casa_assets.model.registry.category import Category, MatterFill, RestingPose, SizeRange
 from tests.articulated_assets import drawer_unit, microwave
 from tests.asset_parts import CARDBOARD, CERAMIC, FRUIT, PROVENANCE, STEEL, box_inertial, labels
 from tests.meshes import box_mesh, lathe, texture, wall
@@ -46,16 +46,16 @@ def write_to(files: Files, folder: Path) -> Path:
 
 def category(asset: Asset) -> Category:
     """A registry row that fits the asset."""
-    span = Span(low=0.01, typical=0.2, high=1.0)
+    span = SizeRange(low=0.01, typical=0.2, high=1.0)
     return Category(
         id=asset.labels.category,
         parent=asset.labels.classes[1],
         qcode=asset.labels.qcode,
         longest_m=span,
-        mass_kg=Span(low=0.01, typical=1.0, high=50.0),
+        mass_kg=SizeRange(low=0.01, typical=1.0, high=50.0),
         shape=(1.0, 1.0, 1.0),
-        upright=Upright.STANDS,
-        build=Build.SOLID,
+        upright=RestingPose.STANDS,
+        build=MatterFill.SOLID,
         substance=asset.substances[0].id,
         fixed=asset.base is Base.FIXED,
     )

@@ -76,5 +76,7 @@ def drawn(name: str, seed: int, surfaces: Sequence[str] = WOODS) -> Params:
 def unmet(asset: Asset, contract: Contract) -> list[str]:
     """What the names of an asset's parts lack of its contract."""
     return [
-        f"{look.__name__}: {wanting}" for look in _NAMES for wanting in contract_names.wanting(asset, contract, look)
+        f"{look.__name__}: {wanting}"
+        for look in _NAMES
+        for wanting in contract_names.missing_requirements(asset, contract, look)
     ]

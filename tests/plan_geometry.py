@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.layouts.order.models import Models
-from casa_assets.layouts.order.request import Kitchen, request
+from casa_assets.layouts.order.models import StyleModels
+from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.runs import Line, Slot
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.pipeline.kitchens.resolve import preset_params
@@ -43,43 +43,43 @@ class Rect:
         return min(b, d) - max(a, c) > PLAY
 
 
-def rect(line: Line, left: float, right: float, back: float, front: float) -> Rect:
+def rect(line: RunLine, left: float, right: float, back: float, front: float) -> Rect:
     """What lies between two places along a run and two distances from its line."""
     (xa, ya, _), (xb, yb, _) = line.frame.at(left, back), line.frame.at(right, front)
     return Rect(min(xa, xb), min(ya, yb), max(xa, xb), max(ya, yb))
 
 
-def slot_rect(slot: Slot) -> Rect:
+def slot_rect(slot: UnitSlot) -> Rect:
     """What a unit takes up, without its worktop."""
     return rect(slot.line, slot.left, slot.right, 0.0, slot.depth)
 
 
-def boxes(kitchen: Kitchen) -> list[tuple[Slot, Rect]]:
+def boxes(kitchen: KitchenRequest) -> list[tuple[UnitSlot, Rect]]:
     """All units, on the floor and on the wall."""
     return [(s, slot_rect(s)) for row in kitchen.slots.values() for s in row if s.kind is not BaseKind.GAP]
 
 
-def floor_row(kitchen: Kitchen, line: Line) -> list[Slot]:
+def floor_row(kitchen: KitchenRequest, line: RunLine) -> list[UnitSlot]:
     """Units of a run that stand on the floor, from left to right."""
     return [s for s in kitchen.slots[line.id] if not s.is_upper]
 
 
-def body(kitchen: Kitchen, line: Line) -> Rect:
+def body(kitchen: KitchenRequest, line: RunLine) -> Rect:
     """A whole run with its worktop, or its refrigerator where that reaches out further."""
     row = floor_row(kitchen, line)
-    front = line.depth + standard_sizes.OVERHANG
+    front = line.depth + standard_sizes.WORKTOP_OVERHANG
     if any(s.kind is BaseKind.FRIDGE for s in row):
-        front = max(front, Models(kitchen.style, preset_params()).of("fridge").number("depth") + 0.03)
+        front = max(front, StyleModels(kitchen.style, preset_params()).of("fridge").number("depth") + 0.03)
     back = 0.0 if line.at_wall else -line.run.overhang
     return rect(line, row[0].left, row[-1].right, back, front)
 
 
-def cornered(kitchen: Kitchen, one: Line, other: Line) -> bool:
+def cornered(kitchen: KitchenRequest, one: RunLine, other: RunLine) -> bool:
     """Whether two runs meet in a corner."""
     return any({one.id, other.id} == set(c.runs) for c in kitchen.plan.corners)
 
 
-def passages(kitchen: Kitchen) -> Iterator[tuple[str, str, float, float]]:
+def passages(kitchen: KitchenRequest) -> Iterator[tuple[str, str, float, float]]:
     """Runs that people pass between, the metres there are, and those that there have to be."""
     for one, other in itertools.combinations(kitchen.lines.values(), 2):
         if cornered(kitchen, one, other):
@@ -91,7 +91,7 @@ def passages(kitchen: Kitchen) -> Iterator[tuple[str, str, float, float]]:
         yield one.id, other.id, a.gap(b), 1.067 if works else 0.914
 
 
-def walls_free(kitchen: Kitchen) -> Iterator[tuple[str, str, float]]:
+def walls_free(kitchen: KitchenRequest) -> Iterator[tuple[str, str, float]]:
     """Free-standing sides of runs, the walls across from them, and the metres between."""
     for line in kitchen.lines.values():
         here = body(kitchen, line)
@@ -109,7 +109,7 @@ def walls_free(kitchen: Kitchen) -> Iterator[tuple[str, str, float]]:
                 yield line.id, wall.id, min(vs)
 
 
-def _touches(line: Line, wall: str, kitchen: Kitchen) -> bool:
+def _touches(line: RunLine, wall: str, kitchen: KitchenRequest) -> bool:
     """Whether a run ends at a wall or in the corner before it."""
     if not line.at_wall:
         return False
@@ -118,9 +118,9 @@ def _touches(line: Line, wall: str, kitchen: Kitchen) -> bool:
     return wall in (walls[k - 1].id, walls[(k + 1) % len(walls)].id)
 
 
-def made(name: str, given: Mapping[str, float] | None = None, style: str = STYLE) -> Kitchen:
+def made(name: str, given: Mapping[str, float] | None = None, style: str = STYLE) -> KitchenRequest:
     """A plan in metres."""
-    return request(load_plan(name)[0], load_style(style)[0], preset_params(), given)
+    return request_kitchen(load_plan(name)[0], load_style(style)[0], preset_params(), given)
 
 
 def extremes(plan: Plan) -> Iterator[dict[str, float]]:

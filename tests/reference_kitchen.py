@@ -12,16 +12,16 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.floor import (
     Aisle,
     AisleKind,
-    Facts,
     Fixture,
-    Foot,
-    Mark,
-    Movable,
+    FixtureJoint,
+    FixtureSite,
+    Footprint,
+    KitchenFacts,
+    PlacedRun,
     Role,
-    Row,
+    RoomWall,
     RunEnd,
-    Side,
-    Way,
+    WallOpening,
 )
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
@@ -33,7 +33,7 @@ RIGHT = -math.pi / 2  # yaw of what stands at the right wall
 OUTLINE = ((0.0, 0.0), (5.0, 0.0), (5.0, -4.0), (0.0, -4.0))
 
 
-MAIN = Row(
+MAIN = PlacedRun(
     id="main",
     origin=(0.0, 0.0),
     yaw=0.0,
@@ -50,7 +50,7 @@ MAIN = Row(
         unit("main_drawers_2", "drawers", 3.21, 3.9),
     ),
 )
-SIDE = Row(
+SIDE = PlacedRun(
     id="right",
     origin=(5.0, 0.0),
     yaw=RIGHT,
@@ -65,12 +65,12 @@ SIDE = Row(
     ),
 )
 WALLS = (
-    Side(id="back", start=OUTLINE[0], end=OUTLINE[1]),
-    Side(id="right", start=OUTLINE[1], end=OUTLINE[2]),
-    Side(id="front", start=OUTLINE[2], end=OUTLINE[3], open=True),
-    Side(id="left", start=OUTLINE[3], end=OUTLINE[0]),
+    RoomWall(id="back", start=OUTLINE[0], end=OUTLINE[1]),
+    RoomWall(id="right", start=OUTLINE[1], end=OUTLINE[2]),
+    RoomWall(id="front", start=OUTLINE[2], end=OUTLINE[3], open=True),
+    RoomWall(id="left", start=OUTLINE[3], end=OUTLINE[0]),
 )
-WINDOW = Way(
+WINDOW = WallOpening(
     id="window",
     kind=OpeningKind.WINDOW,
     wall="right",
@@ -81,12 +81,12 @@ WINDOW = Way(
     clear=1.2,
     movable=True,
 )
-DOOR = Way(
+DOOR = WallOpening(
     id="door", kind=OpeningKind.DOOR, wall="left", start=(0.0, -3.8), end=(0.0, -2.9), low=0.0, high=2.0, clear=0.82
 )
 
 
-def drawers(row: Row, left: float, right: float, name: str) -> Fixture:
+def drawers(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
     """Three drawers of which the top one is worked with."""
     foot = foot_in(row, left, right, 0.6)
     return Fixture(
@@ -103,7 +103,7 @@ def drawers(row: Row, left: float, right: float, name: str) -> Fixture:
     )
 
 
-def cabinet(row: Row, left: float, right: float, name: str) -> Fixture:
+def cabinet(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
     """A cabinet with one door."""
     foot = foot_in(row, left, right, 0.6)
     w = foot.size[0] / 2
@@ -149,7 +149,7 @@ def upper(left: float, right: float, name: str, doors: int = 1, low: float = 1.3
 def thing(name: str, role: Role, at: Vec2, size: Vec2, low: float, high: float) -> Fixture:
     """Something loose that belongs to no row."""
     return Fixture(
-        name=name, role=role, category="thing", foot=Foot(middle=at, size=size), low=low, high=high, loose=True
+        name=name, role=role, category="thing", foot=Footprint(middle=at, size=size), low=low, high=high, loose=True
     )
 
 
@@ -158,11 +158,12 @@ def appliances() -> tuple[Fixture, ...]:
     fridge, stove = foot_in(MAIN, 0.02, 0.93, 0.77, 0.03), foot_in(MAIN, 2.452, 3.208, 0.67, 0.012)
     washer, basin = foot_in(SIDE, 1.352, 1.948, 0.6), foot_in(SIDE, 2.0, 2.8, 0.58, 0.06)
     hob = tuple(
-        Mark(name=n, at=(*stove.at(0.2, -0.3), 0.93)) for n in ("burner_on_front_left", "burner_front_left_place_site")
+        FixtureSite(name=n, at=(*stove.at(0.2, -0.3), 0.93))
+        for n in ("burner_on_front_left", "burner_front_left_place_site")
     )
-    knob = Movable(name="knob_front_left_joint", kind=JointKind.HINGE, range=(0.0, 2.6))
+    knob = FixtureJoint(name="knob_front_left_joint", kind=JointKind.HINGE, range=(0.0, 2.6))
     turns = [("spout_joint", -1.57, 1.57), ("handle_joint", 0.0, 0.6)]
-    faucet = tuple(Movable(name=n, kind=JointKind.HINGE, range=(a, b)) for n, a, b in turns)
+    faucet = tuple(FixtureJoint(name=n, kind=JointKind.HINGE, range=(a, b)) for n, a, b in turns)
     common = {"category": "appliance"}
     return (
         Fixture(
@@ -218,7 +219,7 @@ def appliances() -> tuple[Fixture, ...]:
             low=0.72,
             high=0.92,
             joints=faucet,
-            marks=(Mark(name="water", at=(*basin.at(0.0, -0.3), 1.0)),),
+            marks=(FixtureSite(name="water", at=(*basin.at(0.0, -0.3), 1.0)),),
             volumes=(volume(basin, "basin", 0.73, 0.91),),
             category=common["category"],
         ),
@@ -228,7 +229,7 @@ def appliances() -> tuple[Fixture, ...]:
 def on_top() -> tuple[Fixture, ...]:
     """Microwave and coffee machine."""
     oven, coffee = foot_in(MAIN, 1.1, 1.6, 0.44, 0.06), foot_in(MAIN, 3.55, 3.8, 0.4, 0.06)
-    tray = Foot(middle=oven.middle, size=(0.3, 0.3), yaw=oven.yaw)
+    tray = Footprint(middle=oven.middle, size=(0.3, 0.3), yaw=oven.yaw)
     return (
         Fixture(
             name="microwave",
@@ -241,7 +242,7 @@ def on_top() -> tuple[Fixture, ...]:
             high=1.21,
             joints=(door(oven, "microjoint", -0.25, 0.25, 0.93, 1.2),),
             volumes=(volume(tray, "tray", 0.95, 1.15),),
-            buttons=tuple(Mark(name=n, at=(*oven.at(0.2, 0.0), 1.0)) for n in ("start_button", "stop_button")),
+            buttons=tuple(FixtureSite(name=n, at=(*oven.at(0.2, 0.0), 1.0)) for n in ("start_button", "stop_button")),
         ),
         Fixture(
             name="coffee_machine",
@@ -253,8 +254,8 @@ def on_top() -> tuple[Fixture, ...]:
             low=TOP,
             high=1.26,
             loose=True,
-            marks=(Mark(name="receptacle_place_site", at=(*coffee.at(0.0, -0.08), 0.97)),),
-            buttons=(Mark(name="start_button", at=(*coffee.at(0.0, 0.0), 1.2)),),
+            marks=(FixtureSite(name="receptacle_place_site", at=(*coffee.at(0.0, -0.08), 0.97)),),
+            buttons=(FixtureSite(name="start_button", at=(*coffee.at(0.0, 0.0), 1.2)),),
         ),
     )
 
@@ -280,9 +281,9 @@ def worktops() -> tuple[Fixture, ...]:
     return tuple(found)
 
 
-def kitchen() -> Facts:
+def kitchen() -> KitchenFacts:
     """An L of 5 x 4 m with everything in its place; its front is open, and it has a door on the left."""
-    return Facts(
+    return KitchenFacts(
         id="worked__plain",
         plan="worked",
         outline=OUTLINE,
@@ -304,18 +305,18 @@ def kitchen() -> Facts:
     )
 
 
-def changed(facts: Facts, name: str, fixture: Fixture | None) -> Facts:
+def changed(facts: KitchenFacts, name: str, fixture: Fixture | None) -> KitchenFacts:
     """Facts with a fixture in the place of another, or without it."""
     out = [f if f.name != name else fixture for f in facts.fixtures]
     return facts.replace(fixtures=tuple(f for f in out if f is not None))
 
 
-def with_more(facts: Facts, *fixtures: Fixture) -> Facts:
+def with_more(facts: KitchenFacts, *fixtures: Fixture) -> KitchenFacts:
     """Facts with more fixtures."""
     return facts.replace(fixtures=(*facts.fixtures, *fixtures))
 
 
-def with_unit(facts: Facts, row: str, name: str, left: float, right: float) -> Facts:
+def with_unit(facts: KitchenFacts, row: str, name: str, left: float, right: float) -> KitchenFacts:
     """Facts in which a unit of a row begins and ends elsewhere."""
     rows = []
     for r in facts.rows:
@@ -324,11 +325,11 @@ def with_unit(facts: Facts, row: str, name: str, left: float, right: float) -> F
     return facts.replace(rows=tuple(rows))
 
 
-def with_aisle(facts: Facts, kind: AisleKind, width: float) -> Facts:
+def with_aisle(facts: KitchenFacts, kind: AisleKind, width: float) -> KitchenFacts:
     """Facts with one aisle."""
     return facts.replace(aisles=(Aisle(kind=kind, one="main", other="island", width=width, at=(2.0, -1.5)),))
 
 
-def judged(facts: Facts) -> Report:
+def judged(facts: KitchenFacts) -> Report:
     """What all checks of a kitchen's facts say."""
     return run(DesignSubject(facts), facts.id, LIMITS)

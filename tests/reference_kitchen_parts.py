@@ -6,55 +6,67 @@ import math
 
 from casa_assets.geometry.planar import outline_of
 from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.kitchen.floor import Corners, Foot, Leaf, Movable, Row, Unit, Volume
+from casa_assets.model.kitchen.floor import (
+    Corners,
+    FixtureJoint,
+    FixtureRegion,
+    Footprint,
+    PlacedRun,
+    PlacedUnit,
+    SweptArea,
+)
 
 
-def unit(name: str, kind: str, left: float, right: float, high: float = 0.89, front: float = 0.65) -> Unit:
+def unit(name: str, kind: str, left: float, right: float, high: float = 0.89, front: float = 0.65) -> PlacedUnit:
     """A unit of a row; tall ones and ranges carry no worktop."""
     carries = kind not in ("range", "gap") and high < 1.5
-    return Unit(name=name, kind=kind, left=left, right=right, front=front, high=high, worktop=carries)
+    return PlacedUnit(name=name, kind=kind, left=left, right=right, front=front, high=high, worktop=carries)
 
 
-def foot_in(row: Row, left: float, right: float, front: float, back: float = 0.0) -> Foot:
+def foot_in(row: PlacedRun, left: float, right: float, front: float, back: float = 0.0) -> Footprint:
     """The foot of what stands there in a row, facing as its fronts do."""
     middle = row.at((left + right) / 2, (front + back) / 2)
-    return Foot(middle=middle, size=(right - left, front - back), yaw=row.yaw)
+    return Footprint(middle=middle, size=(right - left, front - back), yaw=row.yaw)
 
 
-def box(foot: Foot, left: float, right: float, back: float, front: float) -> Corners:
+def box(foot: Footprint, left: float, right: float, back: float, front: float) -> Corners:
     """Corners of a rectangle before a foot's front: to the right of its middle, and before it; counter-clockwise."""
     return (foot.at(left, front), foot.at(right, front), foot.at(right, back), foot.at(left, back))
 
 
-def flap(foot: Foot, name: str, out: float, low: float, high: float, slides: bool = False) -> Movable:
+def flap(foot: Footprint, name: str, out: float, low: float, high: float, slides: bool = False) -> FixtureJoint:
     """A flap or drawer as wide as its foot, that comes out so far."""
     w = foot.size[0] / 2 - 0.01
     outline = box(foot, -w, w, 0.0, out)
-    return Movable(
+    return FixtureJoint(
         name=name,
         kind=JointKind.SLIDE if slides else JointKind.HINGE,
         range=(-out, 0.0) if slides else (0.0, 1.5),
         grip=(*foot.at(0.0, 0.03), high - 0.05),
-        leaf=Leaf(swept=outline, open=outline, low=low, high=high, down=True),
+        leaf=SweptArea(swept=outline, open=outline, low=low, high=high, down=True),
     )
 
 
-def door(foot: Foot, name: str, left: float, right: float, low: float, high: float, hung_left: bool = True) -> Movable:
+def door(
+    foot: Footprint, name: str, left: float, right: float, low: float, high: float, hung_left: bool = True
+) -> FixtureJoint:
     """An upright door between two places along a foot's front, that opens by 90 degrees."""
     wide, at = right - left, left if hung_left else right
     way = 1.0 if hung_left else -1.0
     arc = [(at + way * wide * math.cos(a), wide * math.sin(a)) for a in (0.0, 0.4, 0.8, 1.2, math.pi / 2)]
     swept = outline_of([foot.at(at, 0.0), *(foot.at(*p) for p in arc)])
     opened = box(foot, min(at, at + 0.02 * way), max(at, at + 0.02 * way), 0.0, wide)
-    return Movable(
+    return FixtureJoint(
         name=name,
         kind=JointKind.HINGE,
         range=(0.0, 1.57),
         grip=(*foot.at(at + way * 0.9 * wide, 0.03), low + 0.1),
-        leaf=Leaf(swept=tuple((float(x), float(y)) for x, y in swept), open=opened, low=low, high=high, down=False),
+        leaf=SweptArea(
+            swept=tuple((float(x), float(y)) for x, y in swept), open=opened, low=low, high=high, down=False
+        ),
     )
 
 
-def volume(foot: Foot, name: str, low: float, high: float, moves: bool = False) -> Volume:
+def volume(foot: Footprint, name: str, low: float, high: float, moves: bool = False) -> FixtureRegion:
     """A region that fills a foot."""
-    return Volume(name=name, foot=foot, low=low, high=high, moves=moves)
+    return FixtureRegion(name=name, foot=foot, low=low, high=high, moves=moves)

@@ -14,7 +14,7 @@ from casa_assets.model.asset.provenance import Provenance
 from casa_assets.model.asset.shape import Box
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from casa_assets.model.registry.category import Affordance, Build, Category, Span, Upright
+from casa_assets.model.registry.category import Affordance, Category, MatterFill, RestingPose, SizeRange
 from tests.asset_parts import CARDBOARD, box_inertial, labels
 from tests.assets import category as row_of
 from tests.meshes import box_mesh, lathe, texture
@@ -59,12 +59,12 @@ def loose(
 def kind_of(
     asset: Asset,
     size: Vec3 = SIZE,
-    build: Build = Build.SOLID,
-    upright: Upright = Upright.STANDS,
+    build: MatterFill = MatterFill.SOLID,
+    upright: RestingPose = RestingPose.STANDS,
     affords: tuple[Affordance, ...] = (),
 ) -> Category:
     """A registry row of things up to a fifth larger or smaller than `size`."""
-    spans = tuple(Span(low=0.8 * s, typical=s, high=1.2 * s) for s in size)
+    spans = tuple(SizeRange(low=0.8 * s, typical=s, high=1.2 * s) for s in size)
     longest = max(spans, key=lambda s: s.typical)
     return row_of(asset).replace(size_m=spans, longest_m=longest, build=build, upright=upright, affords=affords)
 

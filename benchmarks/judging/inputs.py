@@ -21,7 +21,7 @@ from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.ingest.source import Bundle
-from casa_assets.model.registry.category import Build, Category
+from casa_assets.model.registry.category import Category, MatterFill
 from casa_assets.pipeline.ingest.stages import STAGES, BuildContext, read_raw_model
 from casa_assets.pipeline.ingest.survey import find_category
 from judging.distance import Surface
@@ -121,7 +121,7 @@ def _read(found: Found, name: str) -> Input:
         (points, faces),
         None if solid is None else signed_volume(*solid),
         known.substances[category.substance].density,
-        category.build in (Build.SOLID, Build.VESSEL),
+        category.build in (MatterFill.SOLID, MatterFill.VESSEL),
     )
 
 

@@ -12,7 +12,7 @@ from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.pose.cloud import sample_surface
 from casa_assets.ingest.pose.evidence import outline_score
 from casa_assets.ingest.pose.ups import UP_ROTATIONS
-from casa_assets.model.registry.category import Build, Category, Upright
+from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 Floats = npt.NDArray[np.float64]
 
@@ -104,16 +104,16 @@ def grade(points: Floats, turn: Floats, up: str, category: Category) -> Grade:
     true = UP_ROTATIONS[up]
     if np.degrees(np.arccos(np.clip(turn[2] @ true[2], -1, 1))) < SAME_DEG:
         return Grade.EXACT
-    if category.upright is Upright.ANY:
+    if category.upright is RestingPose.ANY:
         return Grade.ANY
     if same_shape(points @ turn.T, points @ true.T):
         return Grade.SAME
-    if category.upright is Upright.LIES and category.build is not Build.VESSEL:
+    if category.upright is RestingPose.LIES and category.build is not MatterFill.VESSEL:
         _, axes = np.linalg.eigh(np.cov(points.T))
         least = min(*(float(np.ptp(points @ a)) for a in axes.T), *(float(np.ptp(points[:, k])) for k in range(3)))
         if float(np.ptp(points @ turn[2])) <= FLAT * least:
             return Grade.LIES
-    if category.upright is Upright.STANDS and category.build is Build.FILLED:
+    if category.upright is RestingPose.STANDS and category.build is MatterFill.FILLED:
         ours, file = (outline_score(np.ptp(points @ t.T, axis=0), category) for t in (turn, true))
         if ours > file + LAY:
             return Grade.STANDS

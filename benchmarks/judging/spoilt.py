@@ -16,7 +16,7 @@ from casa_assets.ingest.texture import png_bytes
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.registry.category import Build, Category, Upright
+from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 Floats = npt.NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class Way:
 
 def without_bottom(asset: Asset, category: Category) -> Asset | None:
     """Less all triangles that face down in the lowest twentieth."""
-    if category.build not in (Build.SOLID, Build.FILLED) or category.upright is not Upright.STANDS:
+    if category.build not in (MatterFill.SOLID, MatterFill.FILLED) or category.upright is not RestingPose.STANDS:
         return None
     low, high = asset.bounds[:, 2]
 
@@ -74,7 +74,7 @@ def doubled(asset: Asset, category: Category) -> Asset | None:
 
 def grounded(asset: Asset, category: Category) -> Asset | None:
     """On a slab three times as wide as it is."""
-    if category.upright is not Upright.STANDS or category.fixed:
+    if category.upright is not RestingPose.STANDS or category.fixed:
         return None
     wide = 3 * float(np.ptp(asset.bounds, axis=0)[:2].max())
     box = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-1.0, 0.0)])
@@ -98,7 +98,7 @@ def of_cards(asset: Asset, category: Category) -> Asset | None:
 
 def filled(asset: Asset, category: Category) -> Asset | None:
     """A vessel as its own hull."""
-    if category.build is not Build.VESSEL:
+    if category.build is not MatterFill.VESSEL:
         return None
     points, faces = convex_hull(np.concatenate([v.mesh.vertices for v in asset.root.visuals]))
     first = asset.root.visuals[0]

@@ -13,7 +13,7 @@ from casa_assets.errors import CasaError, OutputError
 from casa_assets.families.family import Params
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report
-from casa_assets.model.kitchen.style import Choice
+from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.families.run import FamilyRequest
@@ -45,7 +45,7 @@ def build(family: str, preset: str = "", params: Params | Mapping[str, Any] | No
         numbers: Params = params
     else:
         named = f"{family}/{preset or next(iter(found.presets))}"
-        numbers = params_of(Choice.model_validate({"preset": named, **(params or {})}))
+        numbers = params_of(PresetChoice.model_validate({"preset": named, **(params or {})}))
     store = AssetStore(cache_dir())
     try:
         made = store.built(found, numbers)

@@ -15,7 +15,7 @@ import mujoco
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.geometry.lightweight import light_scene
-from casa_assets.layouts.order.request import Kitchen as Resolved
+from casa_assets.layouts.order.request import KitchenRequest as Resolved
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import Placement, Scene

@@ -34,7 +34,7 @@ class Measured:
             assert not self.problems, "problems belong to what was measured"
 
 
-def clean() -> Measured:
+def no_fault() -> Measured:
     """The subject was looked at, nothing is wrong with it, and there is no number to tell."""
     return Measured(status=Status.PASSED)
 

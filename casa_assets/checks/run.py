@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from casa_assets.checks.check import Check, Measured, not_run
-from casa_assets.checks.readers.mujoco_load import heard
+from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import CheckResult, Issue, Report, Status
 
@@ -41,14 +41,14 @@ def run(
             results.append(_result(check, not_run(waived[check.code]), limit, waived=True))
             continue
         # Whatever else MuJoCo warns of, while it simulates or reads a file once more, leaves no log behind.
-        with heard():
+        with native_warnings():
             found = check.function(subject, limit, *(limits[key] for key in check.others))
         results.append(_result(check, found, limit))
         issues += [Issue(code=check.code, severity=check.severity, pointer=p, message=s) for p, s in found.problems]
     return Report(subject=name, results=tuple(results), issues=tuple(issues))
 
 
-def unrun(
+def report_not_run(
     kinds: tuple[type, ...],
     name: str,
     limits: Mapping[str, float],

@@ -10,7 +10,7 @@ from casa_assets.geometry.mesh.topology import edge_counts, face_components, wel
 from casa_assets.geometry.mesh.visibility import Visibility, measure_visibility
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.registry.category import Build, Category
+from casa_assets.model.registry.category import Category, MatterFill
 
 # Share of what is seen of a piece that are backs, from which on it is a sheet and not a wall with a gap.
 MIN_BACK_SHARE = 0.05
@@ -28,7 +28,7 @@ def add_back_faces(draft: Draft, category: Category, missing: float) -> Draft:
     points, place = weld(vertices)
     ids = place[faces]
     seen = measure_visibility(points, ids)
-    if category.build in (Build.SOLID, Build.FILLED) and float(seen.behind.max()) > missing:
+    if category.build in (MatterFill.SOLID, MatterFill.FILLED) and float(seen.behind.max()) > missing:
         return draft
     bare = _sheets(ids, len(points), seen)
     if not bare.any():

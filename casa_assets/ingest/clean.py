@@ -22,7 +22,7 @@ from casa_assets.ingest.repair.winding import orient_outward
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.model.issue import Issue
-from casa_assets.model.registry.category import Build, Category
+from casa_assets.model.registry.category import Category, MatterFill
 
 
 def clean(model: RawModel, category: Category | None = None) -> Draft:
@@ -62,7 +62,7 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     notes += found
     parts, found = cut_nonmanifold_faces(parts)
     notes += found
-    full = category is not None and category.build in (Build.SOLID, Build.FILLED)
+    full = category is not None and category.build in (MatterFill.SOLID, MatterFill.FILLED)
     return _measured(draft, parts, notes, full)
 
 

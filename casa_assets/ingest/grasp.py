@@ -8,8 +8,8 @@ from casa_assets.core.typing import Floats
 from casa_assets.geometry.mesh.antipodal_grasps import AntipodalGrasp, antipodal_grasps
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.ingest.draft import Draft
-from casa_assets.model.asset.grasp import Grasp, Hold
-from casa_assets.model.registry.category import Build, Category, Front
+from casa_assets.model.asset.grasp import Grasp, GraspFeature
+from casa_assets.model.registry.category import Category, FrontRule, MatterFill
 
 # A rim is no thicker than this and this near to the top, metres, and is taken from within so many degrees of above.
 RIM_THICK, RIM_DEEP = 0.015, 0.035
@@ -41,43 +41,49 @@ def grasp(draft: Draft, category: Category, opening: float) -> Draft:
     points, place = weld(vertices)
     center = np.array(draft.inertial.center_of_mass)
     sides, top = np.ptp(points, axis=0), float(points[:, 2].max())
-    best: dict[Hold, tuple[float, AntipodalGrasp]] = {}
+    best: dict[GraspFeature, tuple[float, AntipodalGrasp]] = {}
     for pinch in antipodal_grasps(points, place[faces], opening):
         off = (pinch.center - center)[:2] / float(sides[:2].max())
         aside = float(np.linalg.norm(off))
         hold = _hold(pinch, aside, top, category)
-        is_part = hold is Hold.BODY and category.build is Build.VESSEL and pinch.width < ACROSS * sides[:2].min()
+        is_part = (
+            hold is GraspFeature.BODY and category.build is MatterFill.VESSEL and pinch.width < ACROSS * sides[:2].min()
+        )
         if hold is None or is_part:
             continue
         score = _score(pinch, hold, off)
         if hold not in best or score > best[hold][0]:
             best[hold] = (score, pinch)
-    if category.front is not Front.HANDLE and len(best) > 1:
-        best.pop(Hold.HANDLE, None)
-    return draft.replace(grasps=tuple(_record(hold, best[hold][1]) for hold in Hold if hold in best))
+    if category.front is not FrontRule.HANDLE and len(best) > 1:
+        best.pop(GraspFeature.HANDLE, None)
+    return draft.replace(grasps=tuple(_record(hold, best[hold][1]) for hold in GraspFeature if hold in best))
 
 
-def _hold(pinch: AntipodalGrasp, aside: float, top: float, category: Category) -> Hold | None:
+def _hold(pinch: AntipodalGrasp, aside: float, top: float, category: Category) -> GraspFeature | None:
     """What a pinch takes; None for the wall of a vessel elsewhere than at its rim."""
-    if category.build is Build.VESSEL and pinch.width <= RIM_THICK:
+    if category.build is MatterFill.VESSEL and pinch.width <= RIM_THICK:
         is_at_top = pinch.center[2] >= top - RIM_DEEP and -pinch.approach[2] >= FROM_ABOVE
-        if is_at_top and abs(pinch.closing[2]) < LEVEL and (category.front is not Front.HANDLE or aside < OFF_HANDLE):
-            return Hold.RIM
-        return Hold.HANDLE if category.front is Front.HANDLE and aside >= OFF_HANDLE else None
+        if (
+            is_at_top
+            and abs(pinch.closing[2]) < LEVEL
+            and (category.front is not FrontRule.HANDLE or aside < OFF_HANDLE)
+        ):
+            return GraspFeature.RIM
+        return GraspFeature.HANDLE if category.front is FrontRule.HANDLE and aside >= OFF_HANDLE else None
     if aside <= NEAR:
-        return Hold.BODY
-    return Hold.HANDLE if pinch.width <= HANDLE_THICK else None
+        return GraspFeature.BODY
+    return GraspFeature.HANDLE if pinch.width <= HANDLE_THICK else None
 
 
-def _score(pinch: AntipodalGrasp, hold: Hold, off: Floats) -> float:
+def _score(pinch: AntipodalGrasp, hold: GraspFeature, off: Floats) -> float:
     """Higher is better: from above; a body near its middle, a rim at its highest, a handle far out and to the right."""
     steep, aside = -float(pinch.approach[2]), float(np.linalg.norm(off))
-    if hold is Hold.BODY:
+    if hold is GraspFeature.BODY:
         return 0.5 * steep - 2 * aside
-    return 0.5 * steep + (aside + float(off[0]) if hold is Hold.HANDLE else 10 * float(pinch.center[2]))
+    return 0.5 * steep + (aside + float(off[0]) if hold is GraspFeature.HANDLE else 10 * float(pinch.center[2]))
 
 
-def _record(hold: Hold, pinch: AntipodalGrasp) -> Grasp:
+def _record(hold: GraspFeature, pinch: AntipodalGrasp) -> Grasp:
     return Grasp(
         hold=hold,
         center=_rounded(pinch.center),

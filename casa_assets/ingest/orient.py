@@ -13,7 +13,7 @@ from casa_assets.ingest.pose.front import Facing, facing, straightened
 from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, priors
 from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
-from casa_assets.model.registry.category import Build, Category, Upright
+from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 # How sure one can be of a pose at most where nobody knows what the thing is.
 MAX_CONFIDENCE_UNKNOWN = 0.45
@@ -46,7 +46,7 @@ def orient(draft: Draft, category: Category, generated: bool = False, ruling: Us
     else:
         name, turn, confidence = _best(cloud, category, key)
         reason = f"{stated}; weighed with the usual shape, room and balance of a {category.id}"
-        if category.upright is Upright.ANY:
+        if category.upright is RestingPose.ANY:
             confidence, reason = (
                 max(confidence, CONFIDENCE_WITHOUT_POSE),
                 f"{stated}; a {category.id} rests in any pose",
@@ -67,13 +67,13 @@ def _best(cloud: SurfaceSample, category: Category, key: str) -> tuple[str, Floa
     """Name and rotation of the best candidate, and how sure one can be of it."""
     ways = candidates(cloud)
     log = priors(key, [name for name, _ in ways])
-    if category.upright is Upright.ANY or category.id == "object":
+    if category.upright is RestingPose.ANY or category.id == "object":
         log = np.array([p + pose_score(stance(cloud, t, False), category) for p, (_, t) in zip(log, ways, strict=True)])
     else:
         quick = np.array(
             [p + pose_score(stance(cloud, t, False), category) for p, (_, t) in zip(log, ways, strict=True)]
         )
-        hopeful = quick > quick.max() - (HOPELESS_NATS_VESSEL if category.build is Build.VESSEL else HOPELESS_NATS)
+        hopeful = quick > quick.max() - (HOPELESS_NATS_VESSEL if category.build is MatterFill.VESSEL else HOPELESS_NATS)
         log = np.array(
             [
                 p + pose_score(stance(cloud, turn, True), category) if hope else -np.inf

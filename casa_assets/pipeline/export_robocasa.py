@@ -16,8 +16,8 @@ from casa_assets.errors import OutputError
 from casa_assets.export.robocasa import casa_objects, entries, model
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
-from casa_assets.model.registry.category import Category, Upright
-from casa_assets.model.registry.contract import Generation
+from casa_assets.model.registry.category import Category, RestingPose
+from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
@@ -31,7 +31,7 @@ _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 SCRIPT = Path(casa_objects.__file__)
 # What an export consists of: a folder that has all of it, and nothing else, may be replaced.
 EXPORT_FILES = frozenset(
-    {entries.FOLDER, MANIFEST, SPLITS, README, SCRIPT.name, attribution.NAME, *map(entries.file_name, Generation)}
+    {entries.FOLDER, MANIFEST, SPLITS, README, SCRIPT.name, attribution.NAME, *map(entries.file_name, RobocasaRelease)}
 )
 SPLIT_RULE = (
     f"test where the first 8 hex digits of the sha256 of the source, as a number, are divisible by {TEST_SHARE};"
@@ -159,7 +159,7 @@ def _one(folder: Path, run: _Export) -> ExportResult:
     split = asset.labels.split or split_of(asset.provenance.sha256)
     instance = entries.Instance(id=asset.id, category=name, split=split)
     place = entries.place(instance, run.registry)
-    lies = category.upright is Upright.LIES
+    lies = category.upright is RestingPose.LIES
     disk.write_files(run.staged / place, model.write(asset, stood_up=lies))
     run.instances.append(instance)
     run.rows.append(_row(asset, category, f"{place}/{model.FILE}", split))

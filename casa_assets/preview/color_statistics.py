@@ -13,7 +13,7 @@ from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.shape_descriptor import quantile_means
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.signature import TONE_SHARES, Tint
+from casa_assets.model.asset.signature import TONE_SHARES, ColorHistogram
 
 # Places on all surfaces together whose colour is looked up.
 PLACES = 6000
@@ -33,7 +33,7 @@ TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 
 WHITE = TO_XYZ.sum(axis=1)
 
 
-def tint(asset: Asset) -> Tint:
+def color_histogram(asset: Asset) -> ColorHistogram:
     """The colours of all that is seen of an asset."""
     looks = {m.id: m for m in asset.materials}
     seen = [(v, looks[v.material]) for link in asset.links for v in link.visuals]
@@ -43,14 +43,14 @@ def tint(asset: Asset) -> Tint:
     textured = any(look.base_color_texture is not None for _, look in seen)
     chroma = np.hypot(lab[:, 1], lab[:, 2])
     even = float(np.ptp(lab[:, 0])) <= PLAIN_EVEN and float(chroma.max()) <= PLAIN_CHROMA
-    return Tint(
+    return ColorHistogram(
         tones=_tones(lab),
         names=_names(lab),
         stated=textured or not (even and float(lab[:, 0].min()) >= PLAIN_LIGHT),
     )
 
 
-def tint_gap(one: Tint, other: Tint) -> float:
+def color_distance(one: ColorHistogram, other: ColorHistogram) -> float:
     """How far the colours of two things are apart, by area and wherever they lie, CIELAB units; 2 is hardly seen."""
     return float(np.abs(np.subtract(one.tones, other.tones)).mean())
 

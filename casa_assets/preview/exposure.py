@@ -74,7 +74,7 @@ class LightRig:
         spread = self.softness * math.sqrt((i + 0.5) / passes)
         turn = 2.0 * math.pi * GOLDEN * i
         azimuth = viewer + self.key_sides[i % len(self.key_sides)] + spread * math.cos(turn)
-        shine_from(key, azimuth, self.key_up + spread * math.sin(turn), self.key, self.key_shine, casts=True)
+        set_light(key, azimuth, self.key_up + spread * math.sin(turn), self.key, self.key_shine, casts=True)
         key.ambient = [self.ambient] * 3
         facing = viewer if around_viewer else 0.0
         lowest, up = self.sky_rise
@@ -82,15 +82,15 @@ class LightRig:
             # A Fibonacci lattice on the dome; no lower than where shadows would leave the map.
             rise = math.asin(lowest + up * ((n + 0.5) / (passes * self.domes)))
             around, diffuse = 2.0 * math.pi * GOLDEN * n, self.sky / self.domes
-            shine_from(light, facing + around, rise, diffuse, self.sky_shine(around, diffuse), self.sky_casts)
+            set_light(light, facing + around, rise, diffuse, self.sky_shine(around, diffuse), self.sky_casts)
         highest, down = self.bounce_rise
         for n, light in enumerate(bounces, start=i * self.bounces):
             around, diffuse = 2.0 * math.pi * GOLDEN * n, self.bounce / self.bounces
             rise = highest - down * ((n / PLASTIC) % 1.0)
-            shine_from(light, facing + around, rise, diffuse, self.bounce_shine(around, diffuse), casts=False)
+            set_light(light, facing + around, rise, diffuse, self.bounce_shine(around, diffuse), casts=False)
 
 
-def shine_from(light: Any, azimuth: float, elevation: float, diffuse: float, specular: float, casts: bool) -> None:
+def set_light(light: Any, azimuth: float, elevation: float, diffuse: float, specular: float, casts: bool) -> None:
     """Make an MjvLight come from there, world frame."""
     flat = math.cos(elevation)
     light.dir = [-flat * math.cos(azimuth), -flat * math.sin(azimuth), -math.sin(elevation)]
@@ -138,7 +138,7 @@ def visuals_only() -> Any:
     return option
 
 
-def exposed(
+def mean_of_drawings(
     canvas: renderer.Canvas, lens: Lens, light: Callable[[int], None], passes: int, center: Floats, away: Vec2
 ) -> Floats:
     """(H, W, 3) mean of the drawings, 0..1.
@@ -157,7 +157,7 @@ def exposed(
 
 
 @contextmanager
-def segmented(canvas: renderer.Canvas) -> Iterator[None]:
+def ids_drawn(canvas: renderer.Canvas) -> Iterator[None]:
     """While it lasts, a drawing shows the number of each thing instead of its colour."""
     flags = (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
     for flag in flags:

@@ -19,8 +19,8 @@ from PIL import Image
 
 from casa_assets.core.typing import Floats
 from casa_assets.preview import renderer, tonemap
-from casa_assets.preview.exposure import Lens, LightRig, exposed, segmented, visuals_only
-from casa_assets.preview.still import CannotDraw, polish, put_into
+from casa_assets.preview.exposure import Lens, LightRig, ids_drawn, mean_of_drawings, visuals_only
+from casa_assets.preview.still import CannotDraw, add_highlights_to_model, set_keyframe
 from casa_assets.preview.tonemap import Pixels
 
 SEEN, CEILING, _HIDDEN = 1, 2, 5  # groups of geoms
@@ -59,7 +59,7 @@ _RIG_WITHOUT_SHADOWS = replace(_RIG, sky=_SKY_SEEN * _RIG.sky, sky_casts=False)
 
 
 @dataclass(frozen=True)
-class Frame:
+class PictureSettings:
     """Size of a picture in pixels, how many drawings it is the mean of, and what they spend on shadows.
 
     Attributes:
@@ -75,11 +75,11 @@ class Frame:
     sky_casts: bool = True
 
 
-_STANDARD = Frame()
+_STANDARD = PictureSettings()
 
 
 @dataclass(frozen=True)
-class Set:
+class LoadedScene:
     """A compiled scene and its state, ready to be photographed from several sides."""
 
     model: Any
@@ -91,7 +91,7 @@ class Set:
         return tuple(self.model.camera(i).name for i in range(self.model.ncam))
 
 
-def prepare(scene_xml: Path, pose: str = "start", frame: Frame = _STANDARD) -> Set:
+def open_scene(scene_xml: Path, pose: str = "start", frame: PictureSettings = _STANDARD) -> LoadedScene:
     """Reads a scene and puts it into a keyframe.
 
     Raises:
@@ -101,26 +101,28 @@ def prepare(scene_xml: Path, pose: str = "start", frame: Frame = _STANDARD) -> S
         model = mujoco.MjModel.from_xml_path(str(scene_xml))
     except ValueError as error:
         raise CannotDraw(f"{scene_xml}: {error}".replace("\n", " ")) from error
-    return staged(model, str(scene_xml), pose, frame)
+    return scene_from_model(model, str(scene_xml), pose, frame)
 
 
-def staged(model: Any, name: str, pose: str = "start", frame: Frame = _STANDARD) -> Set:
+def scene_from_model(model: Any, name: str, pose: str = "start", frame: PictureSettings = _STANDARD) -> LoadedScene:
     """A scene that MuJoCo has read, put into a keyframe; the MjModel is changed.
 
     Raises:
         CannotDraw: it has no such keyframe; it is called `name` then.
     """
-    polish(model)
+    add_highlights_to_model(model)
     model.vis.headlight.active = 0
     model.vis.global_.offwidth, model.vis.global_.offheight = frame.width_px, frame.height_px
     model.vis.quality.offsamples, model.vis.quality.shadowsize = 0, frame.shadow_px
     data = mujoco.MjData(model)
-    put_into(model, data, pose, name)
+    set_keyframe(model, data, pose, name)
     mujoco.mj_forward(model, data)
-    return Set(model, data)
+    return LoadedScene(model, data)
 
 
-def photograph(made: Set, cameras: Sequence[str], frame: Frame = _STANDARD) -> Iterator[tuple[str, Pixels]]:
+def render_cameras(
+    made: LoadedScene, cameras: Sequence[str], frame: PictureSettings = _STANDARD
+) -> Iterator[tuple[str, Pixels]]:
     """Name of each camera and its picture, (height, width, 3) uint8. The ceiling is left out.
 
     Raises:
@@ -139,20 +141,20 @@ def photograph(made: Set, cameras: Sequence[str], frame: Frame = _STANDARD) -> I
     # The driver is handed meshes and pictures once for all cameras.
     with renderer.canvas(model, data, visuals_only(), frame.width_px, frame.height_px) as canvas:
         for name, number in numbers.items():
-            with _looked_through(model, data, data.cam_xpos[number]):
+            with _walls_before_eye_hidden(model, data, data.cam_xpos[number]):
                 canvas.refresh()
-            _hang_lamps(canvas.scene)
+            _set_lights(canvas.scene)
             back = data.cam_xmat[number].reshape(3, 3)[:, 2]
             behind = math.atan2(back[1], back[0]) if np.hypot(back[0], back[1]) > 0.1 else -math.pi / 2
             rig = _RIG if frame.sky_casts else _RIG_WITHOUT_SHADOWS
             light = partial(rig.light, canvas.scene, passes=frame.passes, viewer=behind, around_viewer=False)
             lens = _lens(data, model, number, frame, radius)
-            exposure = exposed(canvas, lens, light, frame.passes, center, (_LIGHT_AT, radius))
-            yield name, _develop(exposure, _beyond(canvas))
+            exposure = mean_of_drawings(canvas, lens, light, frame.passes, center, (_LIGHT_AT, radius))
+            yield name, _tone_map(exposure, _beyond(canvas))
 
 
 @contextmanager
-def _looked_through(model: Any, data: Any, eye: Floats) -> Iterator[None]:
+def _walls_before_eye_hidden(model: Any, data: Any, eye: Floats) -> Iterator[None]:
     """While it lasts, walls that stand between the eye and the room are not seen, nor what hangs on them."""
     before = model.geom_group.copy()
     for wall in range(1, model.nbody):
@@ -173,10 +175,12 @@ def _looked_through(model: Any, data: Any, eye: Floats) -> Iterator[None]:
         model.geom_group[:] = before
 
 
-def render(scene_xml: Path, cameras: Sequence[str], frame: Frame = _STANDARD, pose: str = "start") -> dict[str, bytes]:
+def render(
+    scene_xml: Path, cameras: Sequence[str], frame: PictureSettings = _STANDARD, pose: str = "start"
+) -> dict[str, bytes]:
     """PNG by name of camera."""
-    made = prepare(scene_xml, pose, frame)
-    return {name: tonemap.png(pixels) for name, pixels in photograph(made, cameras, frame)}
+    made = open_scene(scene_xml, pose, frame)
+    return {name: tonemap.png(pixels) for name, pixels in render_cameras(made, cameras, frame)}
 
 
 def _bounds(model: Any, data: Any) -> tuple[Floats, Floats]:
@@ -195,7 +199,7 @@ def _bounds(model: Any, data: Any) -> tuple[Floats, Floats]:
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-def _lens(data: Any, model: Any, camera: int, frame: Frame, radius: float) -> Lens:
+def _lens(data: Any, model: Any, camera: int, frame: PictureSettings, radius: float) -> Lens:
     """What a camera of the scene sees."""
     near = 0.02
     half = near * math.tan(math.radians(float(model.cam_fovy[camera])) / 2)
@@ -212,7 +216,7 @@ def _lens(data: Any, model: Any, camera: int, frame: Frame, radius: float) -> Le
     )
 
 
-def _hang_lamps(scene: Any) -> None:
+def _set_lights(scene: Any) -> None:
     """Lamps of our own in place of the scene's, which the rig turns on."""
     scene.nlight = _RIG.count
     for light in scene.lights[: scene.nlight]:
@@ -222,12 +226,12 @@ def _hang_lamps(scene: Any) -> None:
 
 def _beyond(canvas: renderer.Canvas) -> Floats:
     """(H, W, 1) 1 where nothing of the kitchen is seen."""
-    with segmented(canvas):
+    with ids_drawn(canvas):
         seen = canvas.draw().astype(np.int32).sum(axis=2) > 0
     return np.asarray(np.where(seen, 0.0, 1.0)[..., None])
 
 
-def _develop(exposure: Floats, beyond: Floats) -> Pixels:
+def _tone_map(exposure: Floats, beyond: Floats) -> Pixels:
     """Exposure so that the brightest surfaces are near white; what lies beyond the room becomes paper."""
     inside = exposure[beyond[..., 0] < 0.5]
     lit = float(np.percentile(inside, 97)) if len(inside) else 1.0

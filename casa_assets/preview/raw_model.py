@@ -13,7 +13,7 @@ from casa_assets.model.asset.material import Texture
 from casa_assets.model.ingest.source import RawModel, RawPart, Up
 from casa_assets.preview import image, point_splatting, studio, tonemap
 from casa_assets.preview.camera import View, fit
-from casa_assets.preview.still import finish
+from casa_assets.preview.still import add_highlights
 
 # Above this MuJoCo takes longer to read a mesh than the picture is worth.
 _MANY_FACES = 150_000
@@ -73,13 +73,13 @@ def _with_mujoco(parts: Sequence[RawPart], view: View) -> bytes:
     spec = mujoco.MjSpec()
     for i, part in enumerate(parts):
         _add(spec, part, i)
-    finish(spec)
-    studio.furnish(spec, view.size_px)
+    add_highlights(spec)
+    studio.add_studio(spec, view.size_px)
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    points = studio.stand(model, data)
-    return tonemap.png(studio.photograph(model, data, points, fit(points, view), view, both_sides=True))
+    points = studio.place_floor(model, data)
+    return tonemap.png(studio.render(model, data, points, fit(points, view), view, both_sides=True))
 
 
 def _add(spec: Any, part: RawPart, i: int) -> None:

@@ -18,7 +18,7 @@ _GAP_PX, _MARGIN_PX, _HEADER_PX, _CAPTION_PX = 12, 24, 44, 40
 
 
 @dataclass(frozen=True)
-class Shot:
+class SheetCell:
     """One cell: two lines of text under a picture (PNG bytes; empty for an empty frame)."""
 
     title: str
@@ -26,7 +26,7 @@ class Shot:
     png: bytes
 
 
-def sheet(shots: Sequence[Shot], heading: str, columns: int = 8, cell_px: int = 192) -> bytes:
+def contact_sheet(shots: Sequence[SheetCell], heading: str, columns: int = 8, cell_px: int = 192) -> bytes:
     """PNG with all shots in rows, read from the left.
 
     Args:
@@ -55,13 +55,13 @@ def sheet(shots: Sequence[Shot], heading: str, columns: int = 8, cell_px: int = 
     return tonemap.png(np.asarray(page))
 
 
-def sheets(
-    shots: Sequence[Shot], heading: str, per_page: int = 144, columns: int = 8, cell_px: int = 192
+def contact_sheets(
+    shots: Sequence[SheetCell], heading: str, per_page: int = 144, columns: int = 8, cell_px: int = 192
 ) -> tuple[bytes, ...]:
     """As many pages as it takes; with more than one, each says which it is."""
     pages = [shots[i : i + per_page] for i in range(0, len(shots), per_page)] or [()]
     names = [f"{heading}   ({n} of {len(pages)})" if len(pages) > 1 else heading for n in range(1, len(pages) + 1)]
-    return tuple(sheet(page, name, columns, cell_px) for page, name in zip(pages, names, strict=True))
+    return tuple(contact_sheet(page, name, columns, cell_px) for page, name in zip(pages, names, strict=True))
 
 
 def _fitted(png: bytes, cell_px: int) -> Image.Image:

@@ -38,19 +38,19 @@ def render(model_xml: Path, view: View = _STANDARD, collision: bool = False, pos
         CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible.
         NoRenderer: there is no OpenGL.
     """
-    model, data, points = stage(model_xml, view.size_px, _GHOST if collision else None, pose=pose)
+    model, data, points = load_into_studio(model_xml, view.size_px, _GHOST if collision else None, pose=pose)
     if not collision:
-        return tonemap.png(studio.photograph(model, data, points, fit(points, view), view))
+        return tonemap.png(studio.render(model, data, points, fit(points, view), view))
     # Two pictures laid over each other: as one see-through scene, hull and thing would fight for the same depth.
     half = replace(view, passes=max(8, view.passes // 2))
-    shapes, at, hull_points = stage(model_xml, view.size_px, None, _COLLISION, pose)
+    shapes, at, hull_points = load_into_studio(model_xml, view.size_px, None, _COLLISION, pose)
     camera = fit(np.concatenate([points, hull_points]), view)
-    ghost = studio.photograph(model, data, points, camera, half).astype(np.float64)
-    colliders = studio.photograph(shapes, at, hull_points, camera, half).astype(np.float64)
+    ghost = studio.render(model, data, points, camera, half).astype(np.float64)
+    colliders = studio.render(shapes, at, hull_points, camera, half).astype(np.float64)
     return tonemap.png(np.rint(ghost + _STRENGTH * (colliders - ghost)).astype(np.uint8))
 
 
-def stage(
+def load_into_studio(
     model_xml: Path, size_px: int, paint: tuple[float, ...] | None = None, group: int = _VISUAL, pose: str = ""
 ) -> tuple[Any, Any, Floats]:
     """(MjModel, MjData, (N, 3) points in metres) of an asset set up in the studio.
@@ -67,19 +67,19 @@ def stage(
     try:
         spec = mujoco.MjSpec.from_file(str(model_xml))
         _choose(spec, group, paint)
-        finish(spec)
-        studio.furnish(spec, size_px)
+        add_highlights(spec)
+        studio.add_studio(spec, size_px)
         model = spec.compile()
     except ValueError as error:
         raise CannotDraw(f"{model_xml.name}: {error}".replace("\n", " ")) from error
     data = mujoco.MjData(model)
     if pose:
-        put_into(model, data, pose, model_xml.name)
+        set_keyframe(model, data, pose, model_xml.name)
     mujoco.mj_forward(model, data)
-    return model, data, studio.stand(model, data)
+    return model, data, studio.place_floor(model, data)
 
 
-def put_into(model: Any, data: Any, pose: str, name: str) -> None:
+def set_keyframe(model: Any, data: Any, pose: str, name: str) -> None:
     """Set the data to a keyframe. Raises CannotDraw where the model, here called `name`, has none such."""
     key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose)
     if key < 0:
@@ -93,7 +93,7 @@ def poses(model_xml: Path) -> tuple[str, ...]:
     return tuple(key.name for key in mujoco.MjSpec.from_file(str(model_xml)).keys)
 
 
-def finish(spec: Any) -> None:
+def add_highlights(spec: Any) -> None:
     """Gives materials the highlights that MuJoCo's classic renderer lacks for metallic and roughness."""
     for material in spec.materials:
         color = list(material.rgba)
@@ -103,7 +103,7 @@ def finish(spec: Any) -> None:
         material.rgba = [*(dim * c for c in color[:3]), color[3]]
 
 
-def polish(model: Any) -> None:
+def add_highlights_to_model(model: Any) -> None:
     """The same of a compiled model."""
     for i in range(model.nmat):
         metallic, roughness = float(model.mat_metallic[i]), float(model.mat_roughness[i])

@@ -16,8 +16,8 @@ from PIL import Image, ImageDraw, ImageFont
 from casa_assets.core.typing import Floats
 from casa_assets.preview import studio, tonemap
 from casa_assets.preview.camera import Camera, View, fit
-from casa_assets.preview.sheet import Shot, sheet
-from casa_assets.preview.still import stage
+from casa_assets.preview.sheet import SheetCell, contact_sheet
+from casa_assets.preview.still import load_into_studio
 from casa_assets.preview.tonemap import Pixels
 
 CELL_PX = 320
@@ -30,7 +30,7 @@ _DARK = (25, 27, 31)
 
 
 @dataclass(frozen=True)
-class Moving:
+class MovingJoint:
     """A joint to be shown: its name in the model, and two lines under its picture.
 
     Attributes:
@@ -43,7 +43,7 @@ class Moving:
     alone: bool = True
 
 
-def strip(model_xml: Path, moving: Sequence[Moving], heading: str, columns: int = 6) -> bytes:
+def joint_strip(model_xml: Path, moving: Sequence[MovingJoint], heading: str, columns: int = 6) -> bytes:
     """PNG: closed, coloured with axes, taken apart, all open, then each joint of `moving` open alone.
 
     Args:
@@ -53,21 +53,21 @@ def strip(model_xml: Path, moving: Sequence[Moving], heading: str, columns: int 
         CannotDraw: MuJoCo cannot read the model, or it has nothing to show.
         NoRenderer: there is no OpenGL.
     """
-    model, data, _ = stage(model_xml, CELL_PX)
+    model, data, _ = load_into_studio(model_xml, CELL_PX)
     before = _behind(model)
     ends = {m.joint: float(max(model.joint(m.joint).range, key=abs)) for m in moving}
     every = {name: (end if abs(end) < 3.0 else end / 8) for name, end in ends.items()}
-    shots = [Shot("closed", f"{len(moving)} moving part{'s' * (len(moving) != 1)}", _shot(model, data, {}))]
+    shots = [SheetCell("closed", f"{len(moving)} moving part{'s' * (len(moving) != 1)}", _shot(model, data, {}))]
     names = [m.joint for m in moving]
-    shots.append(Shot("parts", "one colour each, with the axis", _painted(model, data, names)))
-    shots.append(Shot("taken apart", "", _apart(model, data, names)))
+    shots.append(SheetCell("parts", "one colour each, with the axis", _painted(model, data, names)))
+    shots.append(SheetCell("taken apart", "", _apart(model, data, names)))
     if sum(m.alone for m in moving) > 1:
-        shots.append(Shot("all open", "", _shot(model, data, every)))
+        shots.append(SheetCell("all open", "", _shot(model, data, every)))
     for m in moving:
         if m.alone:
             pose = {m.joint: every[m.joint], **{b: ends[b] for b in before.get(m.joint, ()) if b in ends}}
-            shots.append(Shot(m.title, m.subtitle, _shot(model, data, pose)))
-    return sheet(shots, heading, min(columns, len(shots)), CELL_PX)
+            shots.append(SheetCell(m.title, m.subtitle, _shot(model, data, pose)))
+    return contact_sheet(shots, heading, min(columns, len(shots)), CELL_PX)
 
 
 def _behind(model: Any) -> dict[str, tuple[str, ...]]:
@@ -87,12 +87,12 @@ def _stand(model: Any, data: Any, pose: Mapping[str, float]) -> Floats:
     for name, value in pose.items():
         data.qpos[int(model.jnt_qposadr[model.joint(name).id])] = value
     mujoco.mj_forward(model, data)
-    return studio.stand(model, data)
+    return studio.place_floor(model, data)
 
 
 def _shot(model: Any, data: Any, pose: Mapping[str, float]) -> bytes:
     points = _stand(model, data, pose)
-    return tonemap.png(studio.photograph(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
+    return tonemap.png(studio.render(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
 
 
 def _apart(model: Any, data: Any, names: Sequence[str]) -> bytes:
@@ -113,8 +113,8 @@ def _apart(model: Any, data: Any, names: Sequence[str]) -> bytes:
         moved[body] = offset
     for g in range(model.ngeom):
         data.geom_xpos[g] += moved.get(int(model.geom_bodyid[g]), np.zeros(3))
-    points = studio.stand(model, data)
-    return tonemap.png(studio.photograph(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
+    points = studio.place_floor(model, data)
+    return tonemap.png(studio.render(model, data, points, fit(points, _VIEW), _VIEW, both_sides=True))
 
 
 def _painted(model: Any, data: Any, names: Sequence[str]) -> bytes:
@@ -131,7 +131,7 @@ def _painted(model: Any, data: Any, names: Sequence[str]) -> bytes:
             body = int(model.body_parentid[body])
         model.geom_matid[g], model.geom_rgba[g] = -1, [*colour.get(body, _BODY), 1.0]
     camera = fit(points, replace(_VIEW, fill=0.7))
-    picture = studio.photograph(model, data, points, camera, _VIEW, both_sides=True)
+    picture = studio.render(model, data, points, camera, _VIEW, both_sides=True)
     model.geom_matid[:], model.geom_rgba[:] = kept
     return _with_axes(picture, camera, model, data, names)
 

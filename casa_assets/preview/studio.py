@@ -16,7 +16,7 @@ from PIL import Image, ImageFilter
 from casa_assets.core.typing import Floats, Mask
 from casa_assets.preview import renderer, tonemap
 from casa_assets.preview.camera import Camera, View
-from casa_assets.preview.exposure import GOLDEN, Lens, LightRig, exposed, segmented, visuals_only
+from casa_assets.preview.exposure import GOLDEN, Lens, LightRig, ids_drawn, mean_of_drawings, visuals_only
 from casa_assets.preview.tonemap import Pixels
 
 # Colour of the floor, and light of its own that softens the shadows on it.
@@ -56,7 +56,7 @@ _RIG = LightRig(
 )
 
 
-def furnish(spec: Any, size_px: int) -> None:
+def add_studio(spec: Any, size_px: int) -> None:
     """Clears an MjSpec of lights and cameras and adds the studio: floor, lights, a frame that is large enough."""
     for thing in [*spec.lights, *spec.cameras]:
         spec.delete(thing)
@@ -79,7 +79,7 @@ def furnish(spec: Any, size_px: int) -> None:
         light.castshadow = i <= _RIG.domes
 
 
-def stand(model: Any, data: Any) -> Floats:
+def place_floor(model: Any, data: Any) -> Floats:
     """(N, 3) vertices of all that is to be seen, metres, world frame; puts the floor under them.
 
     Args:
@@ -95,7 +95,7 @@ def stand(model: Any, data: Any) -> Floats:
     return points
 
 
-def photograph(model: Any, data: Any, points: Floats, camera: Camera, view: View, both_sides: bool = False) -> Pixels:
+def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, both_sides: bool = False) -> Pixels:
     """The picture of a furnished model on its floor.
 
     Args:
@@ -128,9 +128,9 @@ def photograph(model: Any, data: Any, points: Floats, camera: Camera, view: View
     with renderer.canvas(model, data, visuals_only(), view.size_px, view.size_px) as canvas:
         canvas.scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = int(not both_sides)
         light = partial(_RIG.light, canvas.scene, passes=passes, viewer=facing)
-        exposure = exposed(canvas, lens, light, passes, center, (_LIGHT_AT, radius))
+        exposure = mean_of_drawings(canvas, lens, light, passes, center, (_LIGHT_AT, radius))
         paper = _paper(canvas, int(model.geom(_FLOOR).id))
-    return tonemap.develop(tonemap.smooth(exposure, paper), paper)
+    return tonemap.tone_map(tonemap.blur_background(exposure, paper), paper)
 
 
 def _radius(points: Floats) -> float:
@@ -161,7 +161,7 @@ def _ball() -> Floats:
 
 def _paper(canvas: renderer.Canvas, floor: int) -> Mask:
     """(size_px, size_px) where nothing but floor is seen, clear of the thing's edges."""
-    with segmented(canvas):
+    with ids_drawn(canvas):
         number = next(g.segid + 1 for g in canvas.scene.geoms[: canvas.scene.ngeom] if g.objid == floor)
         ids = canvas.draw().astype(np.int32) @ np.array([1, 256, 65536])
     alone = Image.fromarray(np.where(ids == number, 255, 0).astype(np.uint8))

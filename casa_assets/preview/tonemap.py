@@ -19,7 +19,7 @@ _VIGNETTE = 0.045
 _BLUR = 0.010
 
 
-def smooth(exposure: Floats, paper: Mask) -> Floats:
+def blur_background(exposure: Floats, paper: Mask) -> Floats:
     """The same exposure with the paper blurred within its own outline, which hides the steps between single shadows.
 
     Args:
@@ -32,7 +32,7 @@ def smooth(exposure: Floats, paper: Mask) -> Floats:
     return np.where(paper[..., None], soft[..., None], exposure)
 
 
-def develop(exposure: Floats, paper: Mask) -> Pixels:
+def tone_map(exposure: Floats, paper: Mask) -> Pixels:
     """(H, W, 3) fractions of white into 8 bit: unshadowed paper becomes near white, corners a little darker."""
     lit = float(np.percentile(exposure[paper], 98)) if paper.any() else 1.0
     tone = np.clip(exposure * (_WHITE / max(lit, 0.05)), 0.0, 1.0)

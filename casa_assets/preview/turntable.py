@@ -28,14 +28,14 @@ def render(model_xml: Path, view: View = _STANDARD, frames: int = 24, seconds: f
         CannotDraw: MuJoCo cannot read the model, or nothing in it is visible.
         NoRenderer: there is no OpenGL.
     """
-    model, data, points = still.stage(model_xml, view.size_px)
+    model, data, points = still.load_into_studio(model_xml, view.size_px)
     swept = _swept(points)
     taken: list[tonemap.Pixels] = []
     for i in range(frames):
         # The camera walks round with the lights, which looks as if the thing turned under them.
         turned = replace(view, azimuth_deg=view.azimuth_deg + 360.0 * i / frames)
         camera = fit(swept, turned)
-        taken.append(studio.photograph(model, data, points, camera, turned))
+        taken.append(studio.render(model, data, points, camera, turned))
     return _webp(taken, round(1000.0 * seconds / frames))
 
 

@@ -13,7 +13,7 @@ from casa_assets.families.catalog import GROUPS, MODELS
 from casa_assets.families.family import Family, ParametricModel, Params
 from casa_assets.families.parts.fronts.look import CabinetLook
 from casa_assets.model.record import Id, Record
-from casa_assets.model.registry.document import Document, Path_
+from casa_assets.model.registry.document import Document, KeyPath
 from casa_assets.model.registry.fields import expected_one_of
 from casa_assets.registry import data_root, load, read_document, read_record
 
@@ -91,7 +91,7 @@ def read_family(model: ParametricModel[Any], document: Document) -> Family[Any]:
 
 def _preset(model: ParametricModel[Any], name: str, row: Any, document: Document) -> Params:
     """One preset; where a field is a cabinet's CabinetLook, the name of a row of looks.yaml may stand for it."""
-    at: Path_ = ("presets", name)
+    at: KeyPath = ("presets", name)
     if isinstance(row, dict):
         row = dict(row)
         for key, value in row.items():
@@ -102,7 +102,7 @@ def _preset(model: ParametricModel[Any], name: str, row: Any, document: Document
     return made
 
 
-def _look(name: str, document: Document, at: Path_) -> CabinetLook:
+def _look(name: str, document: Document, at: KeyPath) -> CabinetLook:
     known = looks()
     if name not in known:
         raise document.fault(at, expected_one_of(tuple(known), name), repr(name))

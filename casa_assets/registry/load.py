@@ -18,10 +18,10 @@ from casa_assets.model.asset.material import Density, Substance
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category, Certainty, QCode
 from casa_assets.model.registry.contract import Contract
-from casa_assets.model.registry.document import Document, Path_
+from casa_assets.model.registry.document import Document, KeyPath
 from casa_assets.model.registry.fields import expected_one_of, fields_at
 from casa_assets.model.registry.finish import Plain
-from casa_assets.model.registry.rows import Class, Limit, Rejection, Waiver, Words
+from casa_assets.model.registry.rows import Limit, MisleadingWords, Rejection, TaxonomyClass, Waiver
 from casa_assets.model.registry.vocabulary import Vocabulary
 
 FILES = (
@@ -61,7 +61,7 @@ class Registry:
     materials: Mapping[str, Plain]
     substances: Mapping[str, Substance]
     densities: Mapping[str, float]
-    classes: Mapping[str, Class]
+    classes: Mapping[str, TaxonomyClass]
     limits: Mapping[str, float]
     limit_units: Mapping[str, str]
     waivers: tuple[Waiver, ...]
@@ -103,10 +103,10 @@ class Registry:
 
 def read_document(path: Path) -> Document:
     """Parse one file. Raises RegistryError where it is missing, no YAML, or has a key twice."""
-    lines: dict[Path_, int] = {}
+    lines: dict[KeyPath, int] = {}
     loader = yaml.SafeLoader("")
 
-    def plain(node: yaml.Node, at: Path_) -> Any:
+    def plain(node: yaml.Node, at: KeyPath) -> Any:
         lines.setdefault(at, node.start_mark.line + 1)
         if isinstance(node, yaml.SequenceNode):
             return [plain(item, (*at, i)) for i, item in enumerate(node.value)]
@@ -140,7 +140,7 @@ def read_document(path: Path) -> Document:
     return Document(path.name, value, MappingProxyType(lines))
 
 
-def read_record(kind: type[R], row: Any, document: Document, path: Path_, **given: Any) -> R:
+def read_record(kind: type[R], row: Any, document: Document, path: KeyPath, **given: Any) -> R:
     """One validated record from a row of a file; `given` are fields that the row does not state."""
     if not isinstance(row, dict):
         raise document.fault(path, "a mapping", repr(row))
@@ -166,12 +166,12 @@ def read_table(kind: type[R], document: Document, key: str = "id") -> dict[str, 
     return {name: read_record(kind, row, document, (name,), **{key: name}) for name, row in document.value.items()}
 
 
-def read_classes(document: Document) -> dict[str, Class]:
+def read_classes(document: Document) -> dict[str, TaxonomyClass]:
     """The class tree; a class without its own Q-code takes that of the class above."""
     rows = document.value if isinstance(document.value, dict) else {}
-    classes: dict[str, Class] = {}
+    classes: dict[str, TaxonomyClass] = {}
 
-    def read(name: str, below: tuple[str, ...]) -> Class:
+    def read(name: str, below: tuple[str, ...]) -> TaxonomyClass:
         if name in below:
             raise document.fault((name, "parent"), "a tree", " -> ".join((*below, name)))
         if name not in classes:
@@ -183,7 +183,7 @@ def read_classes(document: Document) -> dict[str, Class]:
                 row["qcode"] = inherited_q_code(read(parent, (*below, name)).qcode)
             elif parent is not None:
                 read(parent, (*below, name))
-            classes[name] = read_record(Class, row, document, (name,), id=name)
+            classes[name] = read_record(TaxonomyClass, row, document, (name,), id=name)
         return classes[name]
 
     return {name: read(name, ()) for name in rows}
@@ -194,7 +194,7 @@ def inherited_q_code(qcode: QCode) -> QCode:
     return qcode.replace(certainty=Certainty.PARENT)
 
 
-def read_span(value: Any, document: Document, path: Path_) -> Any:
+def read_span(value: Any, document: Document, path: KeyPath) -> Any:
     """The fields of a span from its short form, a list of three; anything else as it is."""
     if not isinstance(value, list):
         return value
@@ -204,7 +204,7 @@ def read_span(value: Any, document: Document, path: Path_) -> Any:
 
 
 def read_categories(
-    document: Document, classes: Mapping[str, Class], substances: Mapping[str, Substance]
+    document: Document, classes: Mapping[str, TaxonomyClass], substances: Mapping[str, Substance]
 ) -> dict[str, Category]:
     """The categories; short forms (a list of three for a span, no Q-code) filled in, names checked."""
     if not isinstance(document.value, dict):
@@ -260,7 +260,7 @@ def read_contracts(pages: Sequence[Path]) -> dict[str, Contract]:
     return contracts
 
 
-def read_vocabulary(document: Document, categories: Mapping[str, Category], words: Words) -> Vocabulary:
+def read_vocabulary(document: Document, categories: Mapping[str, Category], words: MisleadingWords) -> Vocabulary:
     """What each id and alias names. Raises RegistryError where two categories claim a name."""
     names = [(c.id, c.id) for c in categories.values() if c.id != FALLBACK]
     names += [(alias, c.id) for c in categories.values() for alias in (*c.aliases, *c.lvis)]
@@ -268,7 +268,7 @@ def read_vocabulary(document: Document, categories: Mapping[str, Category], word
         return Vocabulary.of(names, words.weak, words.breaks)
     except ValueError as error:
         name = str(error)
-        claims: list[Path_] = [
+        claims: list[KeyPath] = [
             (c.id, field, row.index(name))
             for c in categories.values()
             for field, row in (("aliases", c.aliases), ("lvis", c.lvis))
@@ -299,7 +299,7 @@ def load(root: Path | None = None) -> Registry:
     classes = read_classes(documents["classes"])
     categories = read_categories(documents["categories"], classes, substances)
     limits = read_table(Limit, documents["limits"])
-    words = read_record(Words, documents["words"].value, documents["words"], ())
+    words = read_record(MisleadingWords, documents["words"].value, documents["words"], ())
     waivers = documents["waivers"]
     return Registry(
         categories=MappingProxyType(categories),

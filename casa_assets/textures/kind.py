@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from casa_assets.model.record import Vec2
-from casa_assets.model.registry.texture_recipe import Recipe
+from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.textures.layers import Layers, Map
 
-__all__ = ["Canvas", "TextureKind", "Recipe"]
+__all__ = ["Canvas", "TextureKind", "TextureRecipe"]
 
 
 @dataclass(frozen=True)

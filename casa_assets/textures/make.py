@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from casa_assets.core.sampling import rng_for
 from casa_assets.errors import UnknownId
-from casa_assets.textures.kind import Canvas, Recipe, TextureKind
+from casa_assets.textures.kind import Canvas, TextureKind, TextureRecipe
 from casa_assets.textures.kinds import KINDS
 from casa_assets.textures.layers import Layers
 
@@ -18,12 +18,12 @@ def kind_of(name: str) -> TextureKind:
     return KINDS[name]
 
 
-def make(recipe: Recipe, size_px: int = SIZE_PX) -> Layers:
+def make(recipe: TextureRecipe, size_px: int = SIZE_PX) -> Layers:
     """The picture of a recipe; its longer side has `size_px` pixels."""
     return paint(kind_of(recipe.kind), recipe, size_px)
 
 
-def paint(kind: TextureKind, recipe: Recipe, size_px: int = SIZE_PX) -> Layers:
+def paint(kind: TextureKind, recipe: TextureRecipe, size_px: int = SIZE_PX) -> Layers:
     """The same by a kind that is known already."""
     width, height = recipe.tile_m
     longest = max(width, height)

@@ -11,7 +11,7 @@ import pytest
 from pxr import Usd, UsdGeom, UsdPhysics
 
 from casa_assets.checks.package import parity
-from casa_assets.checks.package.facts import Facts
+from casa_assets.checks.package.facts import AssetFacts
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import asset_facts, mjcf_facts, usd_facts
 from casa_assets.model.asset.asset import Asset, Base
@@ -239,5 +239,5 @@ def test_bodies_of_a_variant_stand_where_mujoco_puts_them(key: str, tmp_path: Pa
         assert (np.radians(stands) if hinge else stands) == pytest.approx(expected, abs=1e-6)
 
 
-def _cells(found: Facts) -> list[str]:
+def _cells(found: AssetFacts) -> list[str]:
     return [where for where, _ in parity.compare(asset_facts.facts(grill()), found, RELATIVE, LENGTH)]

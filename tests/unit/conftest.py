@@ -12,7 +12,7 @@ from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
 from casa_assets.preview import kitchen
 
-SMALLEST = kitchen.Frame(64, 48, 1)
+SMALLEST = kitchen.PictureSettings(64, 48, 1)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -12,7 +12,7 @@ from hypothesis import find, settings, strategies
 
 from casa_assets import registry
 from casa_assets.errors import RegistryError
-from casa_assets.model.registry.contract import Contract, Needs, Threshold
+from casa_assets.model.registry.contract import Contract, Requirements, Threshold
 
 KNOWN = registry.load()
 FOLDER = registry.data_root() / "contracts"
@@ -29,9 +29,9 @@ ID = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 QUIET = settings(database=None, derandomize=True, max_examples=2000, deadline=None)
 
 
-def needs_of(contract: Contract) -> list[Needs]:
+def needs_of(contract: Contract) -> list[Requirements]:
     """Every set of needs in it, `for_each` filled with its first value."""
-    sets: list[Needs] = [contract, *(n for c in contract.one_of for n in c.any_of)]
+    sets: list[Requirements] = [contract, *(n for c in contract.one_of for n in c.any_of)]
     return sets + [e.needs.filled(e.key, e.values[0]) for e in contract.for_each]
 
 

@@ -9,8 +9,16 @@ from collections import Counter
 import pytest
 
 from casa_assets import registry
-from casa_assets.model.registry.category import Affordance, Basis, Build, Category, Front, Kind, Upright
-from casa_assets.model.registry.contract import Generation
+from casa_assets.model.registry.category import (
+    Affordance,
+    Category,
+    FrontRule,
+    MatterFill,
+    NumberBasis,
+    ObjectType,
+    RestingPose,
+)
+from casa_assets.model.registry.contract import RobocasaRelease
 
 # Name: what tasks may do with it. Of the reference runtime, as far as tasks filter by it; g graspable, w washable,
 # m microwavable, c cookable, f freezable, r fridgable, d dishwashable.
@@ -56,14 +64,17 @@ def rows() -> dict[str, Category]:
 
 def test_all_of_both_releases_are_there(rows: dict[str, Category]) -> None:
     assert len(rows) == 199
-    assert Counter(r for c in rows.values() for r in c.runtime) == {Generation.V0_2: 153, Generation.V1_0: 198}
-    assert [c.id for c in rows.values() if c.runtime == (Generation.V0_2,)] == ["kettle_electric"]
+    assert Counter(r for c in rows.values() for r in c.runtime) == {
+        RobocasaRelease.V0_2: 153,
+        RobocasaRelease.V1_0: 198,
+    }
+    assert [c.id for c in rows.values() if c.runtime == (RobocasaRelease.V0_2,)] == ["kettle_electric"]
 
 
 def test_each_is_whole(rows: dict[str, Category]) -> None:
     assert [c.id for c in rows.values() if c.size_m is None] == []
     assert [c.id for c in rows.values() if not c.prompts] == []
-    assert [c.id for c in rows.values() if c.basis.uses is not Basis.REFERENCE] == []
+    assert [c.id for c in rows.values() if c.basis.uses is not NumberBasis.REFERENCE] == []
     # Of these the reference runtime has no type either.
     assert {c.id for c in rows.values() if not c.types} == {"flour_bag", "straw", "tofu", "walnut"}
 
@@ -75,7 +86,7 @@ def test_affordances_are_those_that_tasks_filter_by(rows: dict[str, Category], n
 
 def test_counts_of_attributes(rows: dict[str, Category]) -> None:
     """Of the names of the first release, with the attributes of the second."""
-    first = [c for c in rows.values() if Generation.V0_2 in c.runtime]
+    first = [c for c in rows.values() if RobocasaRelease.V0_2 in c.runtime]
     counts = {use: sum(c.can(use) for c in first) for use in LETTERS.values()}
     assert counts[Affordance.GRASPABLE] == 123
     assert counts[Affordance.WASHABLE] == 112
@@ -83,16 +94,19 @@ def test_counts_of_attributes(rows: dict[str, Category]) -> None:
     assert counts[Affordance.COOKABLE] == 52
     assert counts[Affordance.FREEZABLE] == 74
     kinds = Counter(kind for c in first for kind in c.types)
-    assert {kind: kinds[kind] for kind in (Kind.VEGETABLE, Kind.FRUIT, Kind.RECEPTACLE, Kind.CLEANER)} == {
-        Kind.VEGETABLE: 29,
-        Kind.FRUIT: 19,
-        Kind.RECEPTACLE: 16,
-        Kind.CLEANER: 4,
+    assert {
+        kind: kinds[kind]
+        for kind in (ObjectType.VEGETABLE, ObjectType.FRUIT, ObjectType.RECEPTACLE, ObjectType.CLEANER)
+    } == {
+        ObjectType.VEGETABLE: 29,
+        ObjectType.FRUIT: 19,
+        ObjectType.RECEPTACLE: 16,
+        ObjectType.CLEANER: 4,
     }
 
 
 def test_every_type_and_affordance_is_in_use(rows: dict[str, Category]) -> None:
-    assert {kind for c in rows.values() for kind in c.types} == set(Kind)
+    assert {kind for c in rows.values() for kind in c.types} == set(ObjectType)
     assert {use for c in rows.values() for use in c.affords} == set(Affordance)
 
 
@@ -123,24 +137,24 @@ def test_masses_that_are_asked_for(rows: dict[str, Category], name: str, low: fl
 
 def test_what_holds_things_is_open(rows: dict[str, Category]) -> None:
     holds = [c for c in registry.load().categories.values() if c.can(Affordance.CONTAINER)]
-    assert {c.id for c in holds if c.build in (Build.SOLID, Build.FILLED)} == set()
+    assert {c.id for c in holds if c.build in (MatterFill.SOLID, MatterFill.FILLED)} == set()
     assert {"bowl", "mug", "pan", "plate", "tray"} <= {c.id for c in holds}
 
 
 def test_what_stacks_rests_on_a_foot(rows: dict[str, Category]) -> None:
     stacks = [c for c in registry.load().categories.values() if c.can(Affordance.STACKABLE)]
-    assert {c.id for c in stacks if c.upright is Upright.ANY} == set()
+    assert {c.id for c in stacks if c.upright is RestingPose.ANY} == set()
 
 
 def test_poses(rows: dict[str, Category]) -> None:
     pose = {name: (rows[name].upright, rows[name].front) for name in ("knife", "mug", "cereal", "orange")}
     assert pose == {
-        "knife": (Upright.LIES, Front.LENGTH),
-        "mug": (Upright.STANDS, Front.HANDLE),
-        "cereal": (Upright.STANDS, Front.FACE),
-        "orange": (Upright.ANY, Front.ANY),
+        "knife": (RestingPose.LIES, FrontRule.LENGTH),
+        "mug": (RestingPose.STANDS, FrontRule.HANDLE),
+        "cereal": (RestingPose.STANDS, FrontRule.FACE),
+        "orange": (RestingPose.ANY, FrontRule.ANY),
     }
-    turned = [c for c in registry.load().categories.values() if c.front is Front.LENGTH]
+    turned = [c for c in registry.load().categories.values() if c.front is FrontRule.LENGTH]
     assert [c.id for c in turned if c.shape[0] < max(c.shape[1:])] == []
 
 

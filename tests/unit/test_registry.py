@@ -12,7 +12,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.model.registry.category import Build, Certainty
+from casa_assets.model.registry.category import Certainty, MatterFill
 from casa_assets.registry import Registry
 
 # The object names of the RoboCasa kitchen benchmark, in any of its releases.
@@ -148,7 +148,7 @@ def test_mass_fits_size_and_substance(shipped: Registry) -> None:
 def test_vessels_are_not_said_to_be_full(shipped: Registry) -> None:
     """An open cavity is part of the outline, so a vessel is lighter than its outline filled with its substance."""
     for c in shipped.categories.values():
-        if c.build is Build.VESSEL:
+        if c.build is MatterFill.VESSEL:
             x, y, z = c.shape
             filled = shipped.substances[c.substance].density * c.longest_m.typical**3 * x * y * z
             assert c.mass_kg.typical < filled, c.id

@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind
 from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.registry.vocabulary import Match, Vocabulary
+from casa_assets.model.registry.vocabulary import Vocabulary, VocabularyMatch
 
 
 class ControlPlacement(StrEnum):
@@ -146,7 +146,7 @@ def shape_likelihood(extent: Extent, controls: ControlPlacement) -> float:
     return float(np.log(share.sum() / often.sum() + STRANGE))
 
 
-def kind_named(hints: Sequence[str]) -> Match | None:
+def kind_named(hints: Sequence[str]) -> VocabularyMatch | None:
     """The kind that file names or titles speak of, by whole words: the id of its fixture; the best hint first."""
     return _VOCABULARY.find(hints)
 

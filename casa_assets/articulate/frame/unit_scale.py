@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from casa_assets.model.registry.category import Span
+from casa_assets.model.registry.category import SizeRange
 
 UNITS: Mapping[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
 # Longest sides of kitchen appliances and cabinets, from a kettle to a tall fridge, metres.
-ANY_APPLIANCE_M = Span(low=0.15, typical=0.75, high=2.6)
+ANY_APPLIANCE_M = SizeRange(low=0.15, typical=0.75, high=2.6)
 
 
-def metres_per_unit(longest: float, stated: float | None, span: Span | None) -> tuple[float, float, str]:
+def metres_per_unit(longest: float, stated: float | None, span: SizeRange | None) -> tuple[float, float, str]:
     """Metres in a unit, confidence 0..1, and why.
 
     Args:

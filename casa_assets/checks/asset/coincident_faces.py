@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.checks.asset.built import FOUND, UNSEEN, from_numbers
+from casa_assets.checks.asset.built import NOT_BUILT, UNSEEN, is_from_family
 from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
@@ -25,8 +25,8 @@ BIN, SHIFTS = 4, (0.137, 0.637)
 def shows_one_face(asset: Asset, limit: float | None) -> Measured:
     """No two meshes that differ in looks face the same way in the same place; m^2 of the largest overlap."""
     assert limit is not None
-    if not from_numbers(asset):
-        return not_applicable(FOUND)
+    if not is_from_family(asset):
+        return not_applicable(NOT_BUILT)
     if not any(link.visuals for link in asset.links):
         return not_applicable(UNSEEN)
     faces = _faces(asset)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.checks.asset.built import FOUND, NO_COLLIDERS, NO_JOINTS, is_built
+from casa_assets.checks.asset.built import NO_COLLIDERS, NO_JOINTS, NOT_BUILT, is_fixture_like
 from casa_assets.checks.check import Measured, largest, not_applicable
 from casa_assets.checks.motion.motion_model import carried
 from casa_assets.core.typing import Floats
@@ -48,8 +48,8 @@ DIRECTIONS = _spread(256)
 def has_a_handle(asset: Asset, limit: float | None) -> Measured:
     """What the hand takes is a labelled handle, free to be reached, that fits a gripper; metres of the widest."""
     assert limit is not None
-    if not is_built(asset) or not asset.joints:
-        return not_applicable(NO_JOINTS if is_built(asset) else FOUND)
+    if not is_fixture_like(asset) or not asset.joints:
+        return not_applicable(NO_JOINTS if is_fixture_like(asset) else NOT_BUILT)
     problems, widest = [], 0.0
     for joint in asset.joints:
         pointer = f"joints/{joint.name}"
@@ -75,8 +75,8 @@ def has_a_handle(asset: Asset, limit: float | None) -> Measured:
 def is_upright(asset: Asset, limit: float | None) -> Measured:
     """Joints of built-in things turn or slide along x, y or z, as loaders that scale them expect; worst off, rad."""
     assert limit is not None
-    if not is_built(asset) or not asset.joints:
-        return not_applicable(NO_JOINTS if is_built(asset) else FOUND)
+    if not is_fixture_like(asset) or not asset.joints:
+        return not_applicable(NO_JOINTS if is_fixture_like(asset) else NOT_BUILT)
     problems, worst = [], 0.0
     for joint in asset.joints:
         pose = asset.asset_from_link(joint.child)
@@ -92,8 +92,8 @@ def is_upright(asset: Asset, limit: float | None) -> Measured:
 def is_spread_like_matter(asset: Asset, limit: float | None) -> Measured:
     """Mass lies and is spread as the shapes of its link; radius of gyration over half their diagonal, the largest."""
     assert limit is not None
-    if not is_built(asset):
-        return not_applicable(FOUND)
+    if not is_fixture_like(asset):
+        return not_applicable(NOT_BUILT)
     problems, shares = [], []
     for link in asset.links:
         bounds = link_bounds(link)

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from casa_assets.checks.asset.built import NO_COLLIDERS, NO_JOINTS, UNSEEN, from_numbers
-from casa_assets.checks.check import Measured, clean, largest, least, not_applicable, not_run
+from casa_assets.checks.asset.built import NO_COLLIDERS, NO_JOINTS, UNSEEN, is_from_family
+from casa_assets.checks.check import Measured, largest, least, no_fault, not_applicable, not_run
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.mesh.measure import face_normals, signed_volume
@@ -125,7 +125,7 @@ def is_touched_as_seen(asset: Asset, limit: float | None, ratio: float, built_m:
         gap, side = float(gaps.max()), int(gaps.argmax())
         found.append(gap)
         share = ratio * float(np.ptp(seen, axis=0).max())
-        if gap > max(_number(limit), min(share, built_m) if from_numbers(asset) else share):
+        if gap > max(_number(limit), min(share, built_m) if is_from_family(asset) else share):
             where = f"{'low' if side < 3 else 'high'} {'xyz'[side % 3]}"
             message = f"collision shapes end {gap:.3g} m away from what is seen at {where}; fit them again"
             problems.append((f"links/{link.name}/colliders", message))
@@ -150,7 +150,7 @@ def has_a_licence(asset: Asset, limit: float | None) -> Measured:
     """The source says under which licence it may be used."""
     known = asset.provenance.licence not in ("", "unknown")
     message = "is unknown; ask the author before the asset is passed on"
-    return clean() if known else Measured(None, (("provenance/licence", message),))
+    return no_fault() if known else Measured(None, (("provenance/licence", message),))
 
 
 def can_be_touched(asset: Asset, limit: float | None) -> Measured:

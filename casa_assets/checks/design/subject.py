@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from casa_assets.checks.design.robot.floor_map import FloorMap
-from casa_assets.checks.design.robot.parking import Lots, park
+from casa_assets.checks.design.robot.parking import ParkingPlaces, find_parking
 from casa_assets.checks.design.robot.task_view import Afforded
 from casa_assets.checks.design.robot.tasks import afforded
-from casa_assets.model.kitchen.floor import Facts
+from casa_assets.model.kitchen.floor import KitchenFacts
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class DesignSubject:
         seed: of the samples with which tasks are tried.
     """
 
-    facts: Facts
+    facts: KitchenFacts
     seed: int = 0
 
     @cached_property
@@ -30,9 +30,9 @@ class DesignSubject:
         return FloorMap(self.facts)
 
     @cached_property
-    def lots(self) -> Lots:
+    def lots(self) -> ParkingPlaces:
         """Where a robot parks."""
-        return park(self.facts, self.floor)
+        return find_parking(self.facts, self.floor)
 
     @cached_property
     def tasks(self) -> tuple[Afforded, ...]:

@@ -7,7 +7,7 @@ from typing import Any
 from casa_assets.checks.design.robot.floor_map import RADIUS
 from casa_assets.checks.design.robot.task_view import Afforded
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.model.kitchen.floor import Parking
+from casa_assets.model.kitchen.floor import ParkingPlace
 
 
 def whereabouts(subject: DesignSubject) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def _task(task: Afforded) -> dict[str, Any]:
     return {"afforded": True, **row}
 
 
-def _place(place: Parking | None) -> dict[str, Any] | None:
+def _place(place: ParkingPlace | None) -> dict[str, Any] | None:
     if place is None:
         return None
     return {"x": place.at[0], "y": place.at[1], "yaw": place.yaw, "stance": place.stance.value}

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from casa_assets.checks.check import Measured, not_applicable
-from casa_assets.checks.filters.welded_surface import skin, skinless
+from casa_assets.checks.filters.welded_surface import welded_surface, why_no_surface
 from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.asset.asset import Asset, Visual
@@ -38,7 +38,7 @@ PAINTED = "painted"
 
 
 @dataclass(frozen=True)
-class Look:
+class ColorSamples:
     """Colours of points spread over what is seen.
 
     Attributes:
@@ -56,7 +56,7 @@ def is_lit(asset: Asset, limit: float | None) -> Measured:
     """The number is the mean luminance of what is seen in white light, 0..1; coal has 0.04."""
     look = _look(asset)
     if look is None or _is_metal(asset):
-        return skinless(asset) if look is None else not_applicable(METAL)
+        return why_no_surface(asset) if look is None else not_applicable(METAL)
     bright = float((look.linear @ LUMINANCE).mean())
     message = f"is black, it gives back {bright:.2%} of the light; set the colours of its materials"
     return Measured(bright, (("materials", message),) if bright < _number(limit) else ())
@@ -66,7 +66,7 @@ def is_coloured(asset: Asset, limit: float | None) -> Measured:
     """The number is how far what is seen is from one plain grey at most, as displayed, 0..1."""
     look = _look(asset)
     if look is None or _is_metal(asset):
-        return skinless(asset) if look is None else not_applicable(METAL)
+        return why_no_surface(asset) if look is None else not_applicable(METAL)
     shown = srgb_from_linear_array(look.linear)
     off = float(np.percentile(np.abs(shown - shown.mean()).max(axis=1), 99))
     message = "has one plain grey all over; bring its materials, or a picture"
@@ -75,9 +75,9 @@ def is_coloured(asset: Asset, limit: float | None) -> Measured:
 
 def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
     """The number is how many points of its pictures can be told apart along its longest side; half of it has more."""
-    look, found = _look(asset), skin(asset)
+    look, found = _look(asset), welded_surface(asset)
     if look is None or found is None:
-        return skinless(asset)
+        return why_no_surface(asset)
     shows = (look.sharp > 0) & (look.texels * found.longest >= PALETTE)
     if shows.mean() < PICTURED:
         return not_applicable(f"less than {PICTURED:.0%} of what is seen shows a picture with sharp edges in it")
@@ -100,19 +100,19 @@ def _is_metal(asset: Asset) -> bool:
     return any(m.metallic >= METALLIC for m in asset.materials)
 
 
-def _look(asset: Asset) -> Look | None:
-    found = skin(asset)
+def _look(asset: Asset) -> ColorSamples | None:
+    found = welded_surface(asset)
     return None if found is None else _looked_at(asset.root.visuals, asset.materials)
 
 
 @lru_cache(maxsize=2)
-def _looked_at(visuals: tuple[Visual, ...], materials: tuple[Material, ...]) -> Look:
+def _looked_at(visuals: tuple[Visual, ...], materials: tuple[Material, ...]) -> ColorSamples:
     """Colours at points spread evenly over the area of the visuals."""
     of = {m.id: m for m in materials}
     total = sum(_areas(v).sum() for v in visuals)
     parts = [_part(v, of[v.material], max(1, round(POINTS * float(_areas(v).sum() / total)))) for v in visuals]
     linear, texels, sharp = (np.concatenate([p[i] for p in parts]) for i in range(3))
-    return Look(linear, texels, sharp)
+    return ColorSamples(linear, texels, sharp)
 
 
 def _part(visual: Visual, look: Material, count: int) -> tuple[Floats, Floats, Floats]:

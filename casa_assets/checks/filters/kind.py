@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.checks.asset.built import is_loose_mesh
-from casa_assets.checks.check import Measured, clean, not_applicable
-from casa_assets.checks.filters.welded_surface import NOT_LOOSE, skin, skinless
+from casa_assets.checks.check import Measured, no_fault, not_applicable
+from casa_assets.checks.filters.welded_surface import NOT_LOOSE, welded_surface, why_no_surface
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.grid.fillable_volume import fillable_volume
 from casa_assets.geometry.grid.voxel import voxelise
 from casa_assets.geometry.solid.hull import hull_volume
-from casa_assets.model.registry.category import Affordance, Build, Category, Upright
+from casa_assets.model.registry.category import Affordance, Category, MatterFill, RestingPose
 
 # The category of what nobody could name.
 UNKNOWN = "object"
@@ -25,16 +25,16 @@ def is_of_known_kind(package: Package, limit: float | None) -> Measured:
     if not is_loose_mesh(package.asset):
         return not_applicable(NOT_LOOSE)
     if package.category.id != UNKNOWN:
-        return clean()
+        return no_fault()
     message = "nobody says what it is, so that no size, pose or mass could be expected; name its category"
     return Measured(None, (("labels/category", message),))
 
 
 def has_usual_proportions(package: Package, limit: float | None) -> Measured:
     """The number is the least factor by which some side leaves the range of its category, whatever its scale."""
-    found = skin(package.asset)
+    found = welded_surface(package.asset)
     if found is None:
-        return skinless(package.asset)
+        return why_no_surface(package.asset)
     if package.category.id == UNKNOWN:
         return not_applicable("nobody says what it is, so no proportions are expected (FLT007)")
     size = np.ptp(found.seen.samples, axis=0)
@@ -46,10 +46,10 @@ def has_usual_proportions(package: Package, limit: float | None) -> Measured:
 
 def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
     """The number is the share of its hull in which a vessel, as it stands, holds water."""
-    found, category = skin(package.asset), package.category
+    found, category = welded_surface(package.asset), package.category
     if found is None:
-        return skinless(package.asset)
-    if category.build is not Build.VESSEL or not category.can(Affordance.CONTAINER):
+        return why_no_surface(package.asset)
+    if category.build is not MatterFill.VESSEL or not category.can(Affordance.CONTAINER):
         return not_applicable(f"a {category.id} is no open vessel")
     grid = voxelise(found.points, found.faces, CELLS)
     held = int(fillable_volume(grid.solid).sum()) * grid.cell**3
@@ -66,7 +66,7 @@ def misfit(size: Floats, category: Category) -> float:
     """
     spans = category.extents
     low, high = np.array([s.low for s in spans]), np.array([s.high for s in spans])
-    rows = slice(0, 3 if category.upright is Upright.ANY else 2)
+    rows = slice(0, 3 if category.upright is RestingPose.ANY else 2)
     have, low, high = np.array(size, dtype=np.float64), low.copy(), high.copy()
     for values in (have, low, high):
         values[rows] = np.sort(values[rows])

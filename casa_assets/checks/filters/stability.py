@@ -14,12 +14,12 @@ import numpy as np
 from casa_assets.checks.asset.built import NO_COMPILE, is_loose_mesh
 from casa_assets.checks.check import Measured, not_applicable, not_run
 from casa_assets.checks.filters.welded_surface import NOT_LOOSE
-from casa_assets.checks.motion.collision_only import slim
+from casa_assets.checks.motion.collision_only import remove_visuals
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import Base
-from casa_assets.model.registry.category import Affordance, Upright
+from casa_assets.model.registry.category import Affordance, RestingPose
 
 FIXED = "it is fixed in its place"
 RATE_HZ = 240
@@ -39,7 +39,7 @@ UPPER, LOWER = "upper_", "lower_"
 
 
 @dataclass(frozen=True)
-class Rest:
+class RestResult:
     """What came of putting a thing down as it stands.
 
     Attributes:
@@ -63,7 +63,7 @@ def stays_put(package: Package, limit: float | None) -> Measured:
 
 def stands(package: Package, limit: float | None) -> Measured:
     """Put down as it stands, it does not fall over; the number is how far it has tilted at the end, degrees."""
-    if package.category.upright is not Upright.STANDS:
+    if package.category.upright is not RestingPose.STANDS:
         return not_applicable(f"a {package.category.id} does not stand by itself")
     rest = _rest_of(package)
     if rest is None:
@@ -80,7 +80,7 @@ def stacks(package: Package, limit: float | None) -> Measured:
         return not_applicable(FIXED if is_loose_mesh(asset) else NOT_LOOSE)
     if not package.category.can(Affordance.STACKABLE):
         return not_applicable(f"nobody stacks a {package.category.id}")
-    if mujoco_load.load(package.mjcf).error:
+    if mujoco_load.load_mjcf(package.mjcf).error:
         return not_run(NO_COMPILE)
     off, tilt = _stacked(package.mjcf, tuple(float(v) for v in np.ptp(asset.bounds, axis=0)))
     message = f"another one put on it ends {off:.2f} widths off its middle, tilted by {tilt:.0f} degrees"
@@ -93,11 +93,11 @@ def _number(limit: float | None) -> float:
     return limit
 
 
-def _rest_of(package: Package) -> Rest | None:
+def _rest_of(package: Package) -> RestResult | None:
     """None where it cannot move, is no loose mesh, or does not compile."""
     if not is_loose_mesh(package.asset) or package.asset.base is not Base.FREE:
         return None
-    model = mujoco_load.load(package.scene).model
+    model = mujoco_load.load_mjcf(package.scene).model
     low, high = package.asset.bounds
     return None if model is None else _left_alone(model, (*map(float, low), *map(float, high)))
 
@@ -110,7 +110,7 @@ def _unrested(package: Package) -> Measured:
 
 
 @lru_cache(maxsize=4)
-def _left_alone(shared: mujoco.MjModel, box: tuple[float, ...]) -> Rest:
+def _left_alone(shared: mujoco.MjModel, box: tuple[float, ...]) -> RestResult:
     model = copy.copy(shared)
     model.opt.timestep = 1.0 / RATE_HZ
     data = mujoco.MjData(model)
@@ -125,7 +125,7 @@ def _left_alone(shared: mujoco.MjModel, box: tuple[float, ...]) -> Rest:
         if wander <= QUIET_M:
             break
         model.opt.timestep = 1.0 / FINE_HZ
-    return Rest(_tilt_deg(data.xmat[body].reshape(3, 3) @ upright.T), wander)
+    return RestResult(_tilt_deg(data.xmat[body].reshape(3, 3) @ upright.T), wander)
 
 
 def _watched(model: mujoco.MjModel, data: mujoco.MjData, body: int, corners: Floats) -> float:
@@ -153,7 +153,7 @@ def _stacked(mjcf: Path, size: tuple[float, ...]) -> tuple[float, float]:
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], friction=[0.6, 0.005, 0.0001])
     for prefix, height in ((LOWER, 0.0), (UPPER, size[2] + GAP_M)):
         one = mujoco.MjSpec.from_file(str(mjcf))
-        slim(one)
+        remove_visuals(one)
         frame = spec.worldbody.add_frame(pos=[0, 0, height])
         frame.attach_body(one.body("object"), prefix, "").add_freejoint()
     model = spec.compile()

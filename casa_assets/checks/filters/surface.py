@@ -6,12 +6,12 @@ import numpy as np
 from scipy import ndimage
 
 from casa_assets.checks.check import Measured, not_applicable
-from casa_assets.checks.filters.welded_surface import Skin, skin, skinless
+from casa_assets.checks.filters.welded_surface import WeldedSurface, welded_surface, why_no_surface
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats, Mask
 from casa_assets.geometry.mesh.topology import edge_counts
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.registry.category import Build, Category, Upright
+from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 # A piece thinner than this part of its own width is flat.
 FLAT = 0.005
@@ -29,9 +29,9 @@ BROADER = 1.5
 
 def is_opaque(asset: Asset, limit: float | None) -> Measured:
     """The number is the share of what is seen from all around that shows backs of faces, which viewers leave out."""
-    found = skin(asset)
+    found = welded_surface(asset)
     if found is None:
-        return skinless(asset)
+        return why_no_surface(asset)
     share = float(found.seen.behind.mean())
     message = f"{share:.1%} of what is seen are backs of faces; close the holes, or give the walls a thickness"
     return Measured(share, (("links/object/visuals", message),) if share > _number(limit) else ())
@@ -39,10 +39,10 @@ def is_opaque(asset: Asset, limit: float | None) -> Measured:
 
 def has_all_sides(package: Package, limit: float | None) -> Measured:
     """The number is the share of the outline of a full thing that shows backs of faces from where it shows most."""
-    found = skin(package.asset)
+    found = welded_surface(package.asset)
     if found is None:
-        return skinless(package.asset)
-    if package.category.build not in (Build.SOLID, Build.FILLED):
+        return why_no_surface(package.asset)
+    if package.category.build not in (MatterFill.SOLID, MatterFill.FILLED):
         return not_applicable(f"a {package.category.id} may be hollow and open")
     worst = int(found.seen.behind.argmax())
     share, sight = float(found.seen.behind[worst]), found.seen.away[worst]
@@ -53,9 +53,9 @@ def has_all_sides(package: Package, limit: float | None) -> Measured:
 
 def winds_one_way(asset: Asset, limit: float | None) -> Measured:
     """The number is the share of the length of inner edges whose two faces wind against each other."""
-    found = skin(asset)
+    found = welded_surface(asset)
     if found is None:
-        return skinless(asset)
+        return why_no_surface(asset)
     ends, uses, balance = edge_counts(found.faces)
     length = np.linalg.norm(found.points[ends[:, 0]] - found.points[ends[:, 1]], axis=1)
     inner = length[uses == 2].sum()
@@ -68,9 +68,9 @@ def winds_one_way(asset: Asset, limit: float | None) -> Measured:
 
 def is_no_card(asset: Asset, limit: float | None) -> Measured:
     """The number is the share of what is seen that lies on flat cards: sheets that are seen from both sides."""
-    found = skin(asset)
+    found = welded_surface(asset)
     if found is None:
-        return skinless(asset)
+        return why_no_surface(asset)
     seen = found.seen.front | found.seen.back
     piece = found.piece[found.seen.face]
     cards = [k for k in np.flatnonzero(_flat(found)) if _is_card(found, piece == k)]
@@ -81,9 +81,9 @@ def is_no_card(asset: Asset, limit: float | None) -> Measured:
 
 def hangs_together(asset: Asset, limit: float | None) -> Measured:
     """The number is how many large parts stand apart from each other; a rigid thing is one."""
-    found = skin(asset)
+    found = welded_surface(asset)
     if found is None:
-        return skinless(asset)
+        return why_no_surface(asset)
     count = _parts(found)
     message = (
         f"{count} large parts stand apart, though they move as one; give each object a file of its own, or join them"
@@ -93,10 +93,10 @@ def hangs_together(asset: Asset, limit: float | None) -> Measured:
 
 def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
     """The number is how many times wider its lowest layer is than all above it, both ways, where that is unusual."""
-    found = skin(package.asset)
+    found = welded_surface(package.asset)
     if found is None:
-        return skinless(package.asset)
-    if package.category.upright is not Upright.STANDS or package.category.fixed:
+        return why_no_surface(package.asset)
+    if package.category.upright is not RestingPose.STANDS or package.category.fixed:
         return not_applicable(f"a {package.category.id} does not stand by itself")
     points = found.seen.samples
     height = points[:, 2] - points[:, 2].min()
@@ -124,7 +124,7 @@ def _side(toward: Floats) -> str:
     return names[0 if toward[axis] > 0 else 1][axis]
 
 
-def _flat(found: Skin) -> Mask:
+def _flat(found: WeldedSurface) -> Mask:
     """(C,) which pieces are flat."""
     count = int(found.piece.max()) + 1
     flat = np.zeros(count, dtype=bool)
@@ -137,7 +137,7 @@ def _flat(found: Skin) -> Mask:
     return flat
 
 
-def _is_card(found: Skin, rows: Mask) -> bool:
+def _is_card(found: WeldedSurface, rows: Mask) -> bool:
     """Whether a flat piece is seen from both sides, by its back or because it has faces to both."""
     front, back = found.seen.front[rows], found.seen.back[rows]
     if not (front | back).any():
@@ -149,7 +149,7 @@ def _is_card(found: Skin, rows: Mask) -> bool:
     return float((front & back).mean()) > TWO_SIDED or (both_ways and float(front.mean()) > 2 * TWO_SIDED)
 
 
-def _parts(found: Skin) -> int:
+def _parts(found: WeldedSurface) -> int:
     """How many groups of cubes that the surface passes through reach far."""
     samples = found.seen.samples
     cell = APART * found.longest

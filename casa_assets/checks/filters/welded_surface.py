@@ -19,7 +19,7 @@ NOT_LOOSE = "it did not come as one loose mesh"
 
 
 @dataclass(frozen=True)
-class Skin:
+class WeldedSurface:
     """A surface.
 
     Attributes:
@@ -40,20 +40,20 @@ class Skin:
         return float(np.ptp(self.seen.samples, axis=0).max())
 
 
-def skin(asset: Asset) -> Skin | None:
+def welded_surface(asset: Asset) -> WeldedSurface | None:
     """The surface of a loose mesh; None where an asset is something else, or shows nothing."""
     if not is_loose_mesh(asset) or not asset.root.visuals:
         return None
     return _skin(asset.root.visuals)
 
 
-def skinless(asset: Asset) -> Measured:
+def why_no_surface(asset: Asset) -> Measured:
     """Why an asset has no skin to look at."""
     return not_applicable("nothing of it is seen" if is_loose_mesh(asset) else NOT_LOOSE)
 
 
 @lru_cache(maxsize=4)
-def _skin(visuals: tuple[Visual, ...]) -> Skin | None:
+def _skin(visuals: tuple[Visual, ...]) -> WeldedSurface | None:
     starts = np.cumsum([0, *(len(v.mesh.vertices) for v in visuals)])
     faces = np.concatenate([v.mesh.faces + s for v, s in zip(visuals, starts, strict=False)]).astype(np.int64)
     points, place = weld(np.concatenate([v.mesh.vertices for v in visuals]))
@@ -61,4 +61,4 @@ def _skin(visuals: tuple[Visual, ...]) -> Skin | None:
     _, areas = face_normals(points, ids)
     if areas.sum() <= 0:
         return None
-    return Skin(points, ids, face_components(ids, len(points)), areas, measure_visibility(points, ids))
+    return WeldedSurface(points, ids, face_components(ids, len(points)), areas, measure_visibility(points, ids))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from casa_assets.checks.check import Measured, clean, largest, not_applicable, not_run
+from casa_assets.checks.check import Measured, largest, no_fault, not_applicable, not_run
 
 # Copies of one thing lie this near to each other with nearly all of their surface, in parts of their radius.
 EVERY_SHARE = 4.0
@@ -16,7 +16,7 @@ ALONE = "there are no two assets to compare"
 
 
 @dataclass(frozen=True)
-class Alike:
+class ShapePair:
     """Two assets of nearly one form.
 
     Attributes:
@@ -49,7 +49,7 @@ class Alike:
 
 
 @dataclass(frozen=True)
-class Likeness:
+class CategoryRank:
     """What pictures of an asset look like to a model.
 
     Attributes:
@@ -66,7 +66,7 @@ class Likeness:
 
 
 @dataclass(frozen=True)
-class Shelf:
+class LibraryView:
     """The accepted assets of a library.
 
     Attributes:
@@ -77,13 +77,13 @@ class Shelf:
     """
 
     count: int
-    alike: tuple[Alike, ...] = ()
+    alike: tuple[ShapePair, ...] = ()
     looks: tuple[tuple[str, str, float], ...] = ()
-    seen: tuple[Likeness, ...] = ()
+    seen: tuple[CategoryRank, ...] = ()
     unseen: str = ""
 
 
-def has_no_form_twice(shelf: Shelf, limit: float | None) -> Measured:
+def has_no_form_twice(shelf: LibraryView, limit: float | None) -> Measured:
     """The number is how near the two most alike surfaces lie to each other, as a part of their radius."""
     bound = _number(limit)
     problems = []
@@ -94,10 +94,10 @@ def has_no_form_twice(shelf: Shelf, limit: float | None) -> Measured:
     if shelf.count < 2:
         return not_applicable(ALONE)
     # Pairs whose forms are far apart are not compared point by point: where all are, there is no number to tell.
-    return Measured(min(pair.most for pair in shelf.alike), tuple(problems)) if shelf.alike else clean()
+    return Measured(min(pair.most for pair in shelf.alike), tuple(problems)) if shelf.alike else no_fault()
 
 
-def has_no_look_twice(shelf: Shelf, limit: float | None) -> Measured:
+def has_no_look_twice(shelf: LibraryView, limit: float | None) -> Measured:
     """The number is the cosine between the pictures of the two assets that look most alike to a model."""
     if shelf.unseen:
         return not_run(shelf.unseen)
@@ -109,10 +109,10 @@ def has_no_look_twice(shelf: Shelf, limit: float | None) -> Measured:
     ]
     if shelf.count < 2:
         return not_applicable(ALONE)
-    return Measured(max(near for _, _, near in shelf.looks), tuple(problems)) if shelf.looks else clean()
+    return Measured(max(near for _, _, near in shelf.looks), tuple(problems)) if shelf.looks else no_fault()
 
 
-def looks_like_its_kind(shelf: Shelf, limit: float | None) -> Measured:
+def looks_like_its_kind(shelf: LibraryView, limit: float | None) -> Measured:
     """The number is the place of its category among all names that a model finds for an asset, of the worst one."""
     if shelf.unseen:
         return not_run(shelf.unseen)
@@ -125,7 +125,7 @@ def looks_like_its_kind(shelf: Shelf, limit: float | None) -> Measured:
     return largest(ranks, tuple(problems), "no asset has a category to compare its picture with")
 
 
-def in_words(one: Likeness) -> str:
+def in_words(one: CategoryRank) -> str:
     """What a thing looks like, in a sentence without its end."""
     named = ", ".join(f"{name} ({share:.0%})" for name, share in one.others[:NAMED])
     if not one.rank:
@@ -133,7 +133,7 @@ def in_words(one: Likeness) -> str:
     return f"is called {one.category} ({one.share:.0%}, number {one.rank} of what it looks like); others: {named}"
 
 
-def _differs(pair: Alike) -> str:
+def _differs(pair: ShapePair) -> str:
     words = [f"{pair.size:.2f} times as large" if abs(pair.size - 1) > SAME_SIZE else "of the same size"]
     words.append("in the same colours" if pair.colors <= SAME_COLORS else "in other colours")
     return ", ".join(words)

@@ -17,7 +17,7 @@ NORMAL = 1.4826
 
 
 @dataclass(frozen=True)
-class Sizes:
+class LibrarySizes:
     """How large the assets of a library are.
 
     Attributes:
@@ -27,7 +27,7 @@ class Sizes:
     rows: tuple[tuple[str, str, float], ...]
 
 
-def are_like_the_others(sizes: Sizes, limit: float | None) -> Measured:
+def are_like_the_others(sizes: LibrarySizes, limit: float | None) -> Measured:
     """The number is how many robust deviations the longest side of the oddest one is from the median of its category.
 
     Ref: Iglewicz and Hoaglin 1993, the modified z score, here of logarithms; they call outliers what is beyond 3.5.

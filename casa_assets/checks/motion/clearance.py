@@ -8,8 +8,14 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.motion.motion_model import Movable, far, movable, opened, unmoved
-from casa_assets.checks.motion.sweep import Meeting, Way, bounds_of, moved_by, sweep
+from casa_assets.checks.motion.motion_model import (
+    MotionModel,
+    motion_model_of,
+    open_before,
+    open_end,
+    why_no_motion_model,
+)
+from casa_assets.checks.motion.sweep import Penetration, SweepResult, bounds_of, moved_by, sweep
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Mask
 from casa_assets.model.asset.asset import Asset, Joint
@@ -21,9 +27,9 @@ PAIR_STEP_M = 0.025
 def keeps_clear(package: Package, limit: float | None) -> Measured:
     """No part runs into another over any joint's range, alone and with each other joint open; metres of the worst."""
     assert limit is not None
-    ready, asset = movable(package), package.asset
+    ready, asset = motion_model_of(package), package.asset
     if ready is None:
-        return unmoved(package)
+        return why_no_motion_model(package)
     problems = []
     worst = 0.0
     for joint in asset.joints:
@@ -36,11 +42,11 @@ def keeps_clear(package: Package, limit: float | None) -> Measured:
     return Measured(worst, tuple(problems))
 
 
-def _deepest(ready: Movable, asset: Asset, joint: Joint) -> tuple[Meeting, str]:
+def _deepest(ready: MotionModel, asset: Asset, joint: Joint) -> tuple[Penetration, str]:
     """The deepest meeting over all sweeps of a joint, and the other joint that stood open, or nothing."""
     model, number = ready.near, ready.number(joint.name)
     data = mujoco.MjData(model)
-    base = opened(asset, joint)
+    base = open_before(asset, joint)
     _stand(ready, data, base)
     own, everything = moved_by(model, number), np.ones(model.nbody, dtype=bool)
     alone = sweep(model, data, number, everything)
@@ -63,20 +69,20 @@ def _deepest(ready: Movable, asset: Asset, joint: Joint) -> tuple[Meeting, str]:
 def _others(asset: Asset, joint: Joint, base: dict[str, float]) -> Iterator[tuple[Joint, dict[str, float]]]:
     """Each joint that may stand open while this one moves, and all that then stands open: rad or m."""
     for other in asset.joints:
-        behind = opened(asset, other)
+        behind = open_before(asset, other)
         # What needs this joint open cannot be out while it moves.
         if other.name != joint.name and other.name not in base and joint.name not in behind:
-            yield other, {**base, **behind, other.name: far(other)}
+            yield other, {**base, **behind, other.name: open_end(other)}
 
 
-def _apart(model: mujoco.MjModel, data: mujoco.MjData, alone: Way, theirs: Mask) -> bool:
+def _apart(model: mujoco.MjModel, data: mujoco.MjData, alone: SweepResult, theirs: Mask) -> bool:
     """Whether what stands open lies outside all that the joint's part passes."""
     mujoco.mj_kinematics(model, data)
     low, high = bounds_of(model, data, np.flatnonzero(theirs[model.geom_bodyid]))
     return bool((low > alone.bounds[1]).any() or (high < alone.bounds[0]).any())
 
 
-def _stand(ready: Movable, data: mujoco.MjData, setting: dict[str, float]) -> None:
+def _stand(ready: MotionModel, data: mujoco.MjData, setting: dict[str, float]) -> None:
     data.qpos[:] = ready.near.qpos0
     for name, value in setting.items():
         data.qpos[ready.address[name]] = value

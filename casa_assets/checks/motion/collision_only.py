@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 
 
-def slim(spec: mujoco.MjSpec) -> None:
+def remove_visuals(spec: mujoco.MjSpec) -> None:
     """Take visual geoms, materials, textures, and the meshes that only they used out of a specification."""
     for geom in list(spec.geoms):
         if geom.contype == 0 and geom.conaffinity == 0:

@@ -25,7 +25,7 @@ KEPT = 4
 
 
 @dataclass(frozen=True)
-class Protocol:
+class DropProtocol:
     """How the drop is done, from registry/limits.yaml.
 
     Attributes:
@@ -43,7 +43,7 @@ class Protocol:
 
 
 @dataclass(frozen=True)
-class Fall:
+class DropResult:
     """What a drop looked like.
 
     Attributes:
@@ -61,15 +61,15 @@ class Fall:
     troubles: tuple[str, ...]
 
 
-def drop(scene: Path, protocol: Protocol) -> Fall | None:
+def drop_on_floor(scene: Path, protocol: DropProtocol) -> DropResult | None:
     """The fall of the free body of a scene; None where the scene does not compile or has no free body."""
-    model = mujoco_load.load(scene).model
+    model = mujoco_load.load_mjcf(scene).model
     joint = None if model is None else _free_joint(model)
     return None if joint is None else _drop(model, joint, protocol)
 
 
 @lru_cache(maxsize=KEPT)
-def _drop(shared: mujoco.MjModel, joint: int, protocol: Protocol) -> Fall:
+def _drop(shared: mujoco.MjModel, joint: int, protocol: DropProtocol) -> DropResult:
     model = copy.copy(shared)
     model.opt.timestep = 1.0 / protocol.rate_hz
     data = mujoco.MjData(model)
@@ -91,7 +91,7 @@ def _drop(shared: mujoco.MjModel, joint: int, protocol: Protocol) -> Fall:
     # The body's turn takes its old up axis to the new one.
     turned = (data.xmat[body].reshape(3, 3) @ up.T)[2, 2]
     tilt = math.degrees(math.acos(min(1.0, max(-1.0, float(turned)))))
-    return Fall(rest_s, deepest, _depth(data), tilt, _troubles(data))
+    return DropResult(rest_s, deepest, _depth(data), tilt, _troubles(data))
 
 
 def _quiet(path: list[npt.NDArray[np.float64]], width: float) -> bool:

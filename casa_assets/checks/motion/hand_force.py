@@ -8,7 +8,15 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured, not_applicable
-from casa_assets.checks.motion.motion_model import STEP_S, Movable, far, lever, movable, opened, unmoved
+from casa_assets.checks.motion.motion_model import (
+    STEP_S,
+    MotionModel,
+    lever,
+    motion_model_of,
+    open_before,
+    open_end,
+    why_no_motion_model,
+)
 from casa_assets.checks.package.package import Package
 from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
@@ -45,13 +53,13 @@ def starts_gently(package: Package, limit: float | None, least_n: float) -> Meas
     Doors and drawers are meant to take 5 N and more, so that they stay shut; a key or a roll may be lighter.
     """
     assert limit is not None
-    ready, asset = movable(package), package.asset
+    ready, asset = motion_model_of(package), package.asset
     if ready is None:
-        return unmoved(package)
+        return why_no_motion_model(package)
     problems, worst = [], 0.0
     data = mujoco.MjData(ready.free)
     for joint in asset.joints:
-        force = onset(ready, data, asset, joint)
+        force = starting_force(ready, data, asset, joint)
         worst = max(worst, force)
         if force > limit:
             problems.append((f"joints/{joint.name}", f"needs {force:.1f} N at its grip to start; ease its friction"))
@@ -65,18 +73,20 @@ def starts_gently(package: Package, limit: float | None, least_n: float) -> Meas
 def springs_back(package: Package, limit: float | None) -> Measured:
     """A sprung key, pressed to its end and let go, is back within `limit` of its range in 2 s; the worst share."""
     assert limit is not None
-    ready, asset = movable(package), package.asset
+    ready, asset = motion_model_of(package), package.asset
     if ready is None:
-        return unmoved(package)
+        return why_no_motion_model(package)
     problems, worst = [], None
     data = mujoco.MjData(ready.model)
     for joint in asset.joints:
         if not _is_sprung(asset, joint):
             continue
-        _stand(ready, ready.model, data, {**opened(asset, joint), joint.name: far(joint)})
+        _stand(ready, ready.model, data, {**open_before(asset, joint), joint.name: open_end(joint)})
         mujoco.mj_step(ready.model, data, nstep=int(LONGEST_S / STEP_S))
         # A light key that is held against its stop stands a little beyond it: what counts is what it keeps.
-        left = max(0.0, float(data.qpos[ready.address[joint.name]]) / far(joint)) * abs(far(joint)) / _way(joint)
+        left = (
+            max(0.0, float(data.qpos[ready.address[joint.name]]) / open_end(joint)) * abs(open_end(joint)) / _way(joint)
+        )
         worst = left if worst is None else max(worst, left)
         if left > limit:
             problems.append((f"joints/{joint.name}", f"keeps {left:.0%} of its stroke when it is let go"))
@@ -89,9 +99,9 @@ def stays_put(package: Package, limit: float | None) -> Measured:
     A short range counts as one of which `limit` is 1 mm or half a degree: stops are soft, and a light key yields.
     """
     assert limit is not None
-    ready, asset = movable(package), package.asset
+    ready, asset = motion_model_of(package), package.asset
     if ready is None:
-        return unmoved(package)
+        return why_no_motion_model(package)
     problems, worst = [], 0.0
     data = mujoco.MjData(ready.model)
     poses: dict[str, dict[str, float]] = {"rest": {}}
@@ -129,9 +139,9 @@ def hand_effort(asset: Asset, joint: Joint) -> float:
 
 def _reached(package: Package, limit: float | None, contact: bool) -> Measured:
     assert limit is not None
-    ready, asset = movable(package), package.asset
+    ready, asset = motion_model_of(package), package.asset
     if ready is None:
-        return unmoved(package)
+        return why_no_motion_model(package)
     problems, least = [], 1.0
     model = ready.model if contact else ready.free
     data = mujoco.MjData(model)
@@ -151,14 +161,14 @@ def _reached(package: Package, limit: float | None, contact: bool) -> Measured:
     return Measured(least, tuple(problems))
 
 
-def _is_stiff(ready: Movable, asset: Asset, joint: Joint, opening: bool, limit: float) -> bool:
+def _is_stiff(ready: MotionModel, asset: Asset, joint: Joint, opening: bool, limit: float) -> bool:
     """Whether a joint stops short even when nothing touches."""
     data = mujoco.MjData(ready.free)
     return _push(ready, ready.free, data, asset, joint, opening, limit) < limit
 
 
 def _push(
-    ready: Movable,
+    ready: MotionModel,
     model: mujoco.MjModel,
     data: mujoco.MjData,
     asset: Asset,
@@ -168,10 +178,10 @@ def _push(
 ) -> float:
     """Share of its range that a joint covers under a steady push from one end, all others left alone."""
     low, high = joint.range
-    end = far(joint)
+    end = open_end(joint)
     other = low if end == high else high
     start, goal = (other, end) if opening else (end, other)
-    _stand(ready, model, data, {**opened(asset, joint), joint.name: start})
+    _stand(ready, model, data, {**open_before(asset, joint), joint.name: start})
     data.qfrc_applied[ready.dof[joint.name]] = math.copysign(hand_effort(asset, joint), goal - start)
     at = ready.address[joint.name]
     best = 0.0
@@ -183,19 +193,19 @@ def _push(
     return best
 
 
-def onset(ready: Movable, data: mujoco.MjData, asset: Asset, joint: Joint) -> float:
+def starting_force(ready: MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint) -> float:
     """Force at the grip that just starts a closed joint to open, N; negative where it opens by itself."""
-    _stand(ready, ready.free, data, opened(asset, joint))
+    _stand(ready, ready.free, data, open_before(asset, joint))
     mujoco.mj_forward(ready.free, data)
     dof = ready.dof[joint.name]
-    sign = math.copysign(1.0, far(joint))
+    sign = math.copysign(1.0, open_end(joint))
     helps = sign * float(data.qfrc_passive[dof] - data.qfrc_bias[dof])
     effort = joint.frictionloss - helps
     arm = 1.0 if joint.kind is JointKind.SLIDE else hand_effort(asset, joint) / PULL_N
     return effort / arm
 
 
-def _stand(ready: Movable, model: mujoco.MjModel, data: mujoco.MjData, pose: dict[str, float]) -> None:
+def _stand(ready: MotionModel, model: mujoco.MjModel, data: mujoco.MjData, pose: dict[str, float]) -> None:
     mujoco.mj_resetData(model, data)
     for name, value in pose.items():
         data.qpos[ready.address[name]] = value

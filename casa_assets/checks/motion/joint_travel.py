@@ -10,11 +10,11 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.asset.built import NO_COMPILE, NO_JOINTS, from_numbers
+from casa_assets.checks.asset.built import NO_COMPILE, NO_JOINTS, is_from_family
 from casa_assets.checks.check import Measured, not_applicable, not_run
-from casa_assets.checks.motion.collision_only import slim
+from casa_assets.checks.motion.collision_only import remove_visuals
 from casa_assets.checks.motion.hand_force import CHUNK, LONGEST_S, hand_effort
-from casa_assets.checks.motion.motion_model import STEP_S, far, opened
+from casa_assets.checks.motion.motion_model import STEP_S, open_before, open_end
 from casa_assets.checks.motion.sweep import moved_by
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
@@ -29,7 +29,7 @@ POSES = 48
 
 
 @dataclass(frozen=True)
-class Travel:
+class JointTravel:
     """What became of one joint.
 
     Attributes:
@@ -57,9 +57,9 @@ def goes_all_its_way(package: Package, limit: float | None) -> Measured:
     """
     assert limit is not None
     asset = package.asset
-    if not asset.joints or from_numbers(asset):
+    if not asset.joints or is_from_family(asset):
         return not_applicable("it was built from numbers, and KIN001 holds it to more" if asset.joints else NO_JOINTS)
-    if mujoco_load.load(package.mjcf).error:
+    if mujoco_load.load_mjcf(package.mjcf).error:
         return not_run(NO_COMPILE)
     found = travels(asset, package.mjcf)
     share = sum(t.whole for t in found) / len(found)
@@ -67,13 +67,13 @@ def goes_all_its_way(package: Package, limit: float | None) -> Measured:
     return Measured(share, tuple((f"joints/{t.joint}", _says(t)) for t in short))
 
 
-def _says(travel: Travel) -> str:
+def _says(travel: JointTravel) -> str:
     if travel.free < 1.0:
         return f"goes {travel.free:.0%} of its range, then runs into {travel.against}"
     return f"goes {travel.reached:.0%} of its range under 20 N"
 
 
-def travels(asset: Asset, model_xml: Path, pushed: bool = True) -> tuple[Travel, ...]:
+def travels(asset: Asset, model_xml: Path, pushed: bool = True) -> tuple[JointTravel, ...]:
     """Every joint of an asset, in its order.
 
     Args:
@@ -83,7 +83,7 @@ def travels(asset: Asset, model_xml: Path, pushed: bool = True) -> tuple[Travel,
         ValueError: MuJoCo cannot read the file.
     """
     spec = mujoco.MjSpec.from_file(str(model_xml))
-    slim(spec)
+    remove_visuals(spec)
     spec.option.timestep = STEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     written = spec.compile()
@@ -94,7 +94,7 @@ def travels(asset: Asset, model_xml: Path, pushed: bool = True) -> tuple[Travel,
     found = []
     for joint in asset.joints:
         free, against = _free(open_to_all, asset, joint)
-        found.append(Travel(joint.name, free, against, _reached(written, asset, joint) if pushed else free))
+        found.append(JointTravel(joint.name, free, against, _reached(written, asset, joint) if pushed else free))
     return tuple(found)
 
 
@@ -103,9 +103,9 @@ def _free(model: mujoco.MjModel, asset: Asset, joint: Joint) -> tuple[float, str
     data = mujoco.MjData(model)
     number = int(model.joint(joint.name).id)
     moved = moved_by(model, number)
-    _stand(model, data, {**opened(asset, joint), joint.name: 0.0})
+    _stand(model, data, {**open_before(asset, joint), joint.name: 0.0})
     rest = _depths(model, data, moved)
-    end = far(joint)
+    end = open_end(joint)
     for i in range(1, POSES + 1):
         data.qpos[model.jnt_qposadr[number]] = end * i / POSES
         for pair, depth in sorted(_depths(model, data, moved).items()):
@@ -133,9 +133,9 @@ def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: npt.NDArray[np.bo
 def _reached(model: mujoco.MjModel, asset: Asset, joint: Joint) -> float:
     """Share of the range to which the force of a hand takes a joint, all others left alone."""
     data = mujoco.MjData(model)
-    _stand(model, data, opened(asset, joint))
+    _stand(model, data, open_before(asset, joint))
     number = int(model.joint(joint.name).id)
-    end = far(joint)
+    end = open_end(joint)
     turns = joint.kind is JointKind.HINGE
     effort = hand_effort(asset, joint) if turns or abs(end) > 0 else 0.0
     data.qfrc_applied[model.jnt_dofadr[number]] = math.copysign(effort, end)

@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.asset.built import FOUND, NO_COMPILE, NO_JOINTS, is_built
+from casa_assets.checks.asset.built import NO_COMPILE, NO_JOINTS, NOT_BUILT, is_fixture_like
 from casa_assets.checks.check import Measured, not_applicable, not_run
-from casa_assets.checks.motion.collision_only import slim
-from casa_assets.checks.motion.sweep import alert
+from casa_assets.checks.motion.collision_only import remove_visuals
+from casa_assets.checks.motion.sweep import with_margins
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
@@ -24,7 +24,7 @@ KEPT = 4
 
 
 @dataclass(frozen=True)
-class Movable:
+class MotionModel:
     """An asset's model made ready.
 
     Attributes:
@@ -46,27 +46,27 @@ class Movable:
         return int(self.model.joint(joint).id)
 
 
-def movable(package: Package) -> Movable | None:
+def motion_model_of(package: Package) -> MotionModel | None:
     """The models of a built package with joints; None where it has none or does not compile."""
-    if not package.asset.joints or not is_built(package.asset) or mujoco_load.load(package.mjcf).error:
+    if not package.asset.joints or not is_fixture_like(package.asset) or mujoco_load.load_mjcf(package.mjcf).error:
         return None
     return _movable(package.mjcf, package.asset.digest)
 
 
-def unmoved(package: Package) -> Measured:
+def why_no_motion_model(package: Package) -> Measured:
     """Why `movable` is None for a package: its joints are none of the checks' business, or cannot be simulated."""
-    if not is_built(package.asset):
-        return not_applicable(FOUND)
+    if not is_fixture_like(package.asset):
+        return not_applicable(NOT_BUILT)
     return not_run(NO_COMPILE) if package.asset.joints else not_applicable(NO_JOINTS)
 
 
 @lru_cache(maxsize=KEPT)
-def _movable(path: Path, digest: str) -> Movable:
+def _movable(path: Path, digest: str) -> MotionModel:
     assert digest
     spec = mujoco.MjSpec.from_file(str(path))
     for pair in list(spec.excludes):
         spec.delete(pair)
-    slim(spec)
+    remove_visuals(spec)
     spec.option.timestep = STEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
@@ -74,16 +74,16 @@ def _movable(path: Path, digest: str) -> Movable:
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     free = spec.compile()
     names = [model.joint(i).name for i in range(model.njnt)]
-    return Movable(
+    return MotionModel(
         model,
         free,
-        alert(model),
+        with_margins(model),
         {n: int(model.jnt_qposadr[i]) for i, n in enumerate(names)},
         {n: int(model.jnt_dofadr[i]) for i, n in enumerate(names)},
     )
 
 
-def far(joint: Joint) -> float:
+def open_end(joint: Joint) -> float:
     """The end of a joint's range that is farther from zero, rad or m."""
     return max(joint.range, key=abs)
 
@@ -119,12 +119,12 @@ def carried(asset: Asset, link: str) -> list[tuple[str, Pose]]:
     return out
 
 
-def opened(asset: Asset, joint: Joint) -> dict[str, float]:
+def open_before(asset: Asset, joint: Joint) -> dict[str, float]:
     """Joints that have to stand open for this one to move, and where: rad or m."""
     joints = {j.name: j for j in asset.joints}
     stands: dict[str, float] = {}
     before = joint.behind
     while before is not None and before not in stands:
-        stands[before] = far(joints[before])
+        stands[before] = open_end(joints[before])
         before = joints[before].behind
     return stands

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.motion.collision_only import slim
+from casa_assets.checks.motion.collision_only import remove_visuals
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.runtime.behavior_interpreter import Stimulus
@@ -26,7 +26,7 @@ TIP = "casa_fingertip"
 
 
 @dataclass(frozen=True)
-class Operated:
+class FingertipModel:
     """A model with a fingertip.
 
     Attributes:
@@ -88,25 +88,25 @@ class Operated:
         }
 
 
-def operated(package: Package) -> Operated | None:
+def fingertip_model(package: Package) -> FingertipModel | None:
     """The model of a package; None where it does not compile, which MJC001 says."""
-    if mujoco_load.load(package.mjcf).error:
+    if mujoco_load.load_mjcf(package.mjcf).error:
         return None
     return _operated(package.mjcf, package.asset.digest)
 
 
 @lru_cache(maxsize=KEPT)
-def _operated(path: Path, digest: str) -> Operated:
+def _operated(path: Path, digest: str) -> FingertipModel:
     assert digest, "names the content of the file in the cache"
     spec = mujoco.MjSpec.from_file(str(path))
-    slim(spec)
+    remove_visuals(spec)
     for key in list(spec.keys):
         spec.delete(key)
     tip = spec.worldbody.add_body(name=TIP, mocap=True)
     tip.add_geom(name=TIP, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[TIP_M, 0, 0])
     model = spec.compile()
     joints = [model.joint(i) for i in range(model.njnt)]
-    return Operated(model, {j.name: (float(j.range[0]), float(j.range[1])) for j in joints})
+    return FingertipModel(model, {j.name: (float(j.range[0]), float(j.range[1])) for j in joints})
 
 
 def _directions(model: mujoco.MjModel, data: mujoco.MjData, collider: str) -> Iterator[npt.NDArray[np.float64]]:

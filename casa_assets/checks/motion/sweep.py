@@ -26,7 +26,7 @@ PEAKS = 2
 
 
 @dataclass(frozen=True)
-class Meeting:
+class Penetration:
     """How deep two geoms were in each other at the worst moment, metres (negative: how near), and their names."""
 
     depth: float = -NEAR_M
@@ -35,10 +35,10 @@ class Meeting:
 
 
 @dataclass(frozen=True)
-class Way:
+class SweepResult:
     """What a sweep found: the worst meeting, and (2, 3) corners of the box that the moved geoms passed, metres."""
 
-    worst: Meeting
+    worst: Penetration
     bounds: Floats
 
 
@@ -48,10 +48,10 @@ def deepest(scene: Path) -> dict[str, float]:
     Those that the file names as standing before a joint are open. Contacts that the model excludes do not count, nor do
     those with the floor. Empty where the scene does not compile.
     """
-    loaded = mujoco_load.load(scene).model
+    loaded = mujoco_load.load_mjcf(scene).model
     if loaded is None:
         return {}
-    model = alert(loaded)
+    model = with_margins(loaded)
     found: dict[str, float] = {}
     data = mujoco.MjData(model)
     for joint in range(model.njnt):
@@ -64,7 +64,7 @@ def deepest(scene: Path) -> dict[str, float]:
     return found
 
 
-def alert(model: mujoco.MjModel) -> mujoco.MjModel:
+def with_margins(model: mujoco.MjModel) -> mujoco.MjModel:
     """A copy that reports pairs of geoms which come near, too. It is for looking alone: its contacts push too early."""
     near = copy.copy(model)
     # MuJoCo takes the larger margin of the two geoms of a pair.
@@ -81,7 +81,7 @@ def moved_by(model: mujoco.MjModel, joint: int) -> Mask:
     return moved
 
 
-def sweep(model: mujoco.MjModel, data: mujoco.MjData, joint: int, against: Mask, step_m: float = STEP_M) -> Way:
+def sweep(model: mujoco.MjModel, data: mujoco.MjData, joint: int, against: Mask, step_m: float = STEP_M) -> SweepResult:
     """One joint from end to end, the others as they stand in `data`.
 
     Args:
@@ -106,7 +106,7 @@ def sweep(model: mujoco.MjModel, data: mujoco.MjData, joint: int, against: Mask,
             found.append(_meet(model, data, joint, value, moved, against))
     corners = np.array(boxes)
     bounds = np.array([corners[:, 0].min(axis=0) - step_m, corners[:, 1].max(axis=0) + step_m])
-    return Way(max(found, key=lambda m: m.depth), bounds)
+    return SweepResult(max(found, key=lambda m: m.depth), bounds)
 
 
 def bounds_of(model: mujoco.MjModel, data: mujoco.MjData, geoms: npt.NDArray[np.int64]) -> Floats:
@@ -144,22 +144,24 @@ def _poses(
     return np.linspace(low, high, int(np.clip(np.ceil((high - low) * reach / step_m), LEAST_POSES, MOST_POSES)) + 1)
 
 
-def _meet(model: mujoco.MjModel, data: mujoco.MjData, joint: int, value: float, moved: Mask, against: Mask) -> Meeting:
+def _meet(
+    model: mujoco.MjModel, data: mujoco.MjData, joint: int, value: float, moved: Mask, against: Mask
+) -> Penetration:
     """The deepest contact between what moved and what it may not meet, at one value of the joint."""
     data.qpos[model.jnt_qposadr[joint]] = value
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_collision(model, data)
     if data.ncon == 0:
-        return Meeting()
+        return Penetration()
     geom = data.contact.geom
     one, other = model.geom_bodyid[geom[:, 0]], model.geom_bodyid[geom[:, 1]]
     counts = np.flatnonzero((moved[one] & against[other]) | (moved[other] & against[one]))
     if not len(counts):
-        return Meeting()
+        return Penetration()
     worst = counts[np.argmin(data.contact.dist[counts])]
     first, second = (model.geom(int(g)).name for g in geom[worst])
-    return Meeting(-float(data.contact.dist[worst]), first, second)
+    return Penetration(-float(data.contact.dist[worst]), first, second)
 
 
 def _peaks(depths: Floats) -> list[int]:

@@ -8,7 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from casa_assets.checks.check import Measured
-from casa_assets.checks.package.facts import BodyFacts, Facts, JointFacts, LookFacts, PlaceFacts, PoseFacts, Words
+from casa_assets.checks.package.facts import (
+    AssetFacts,
+    BodyFacts,
+    JointFacts,
+    PlaceFacts,
+    PoseFacts,
+    ProgramTexts,
+    VisualFacts,
+)
 
 # Where these differ there is no number to say by how much.
 WORDS = ("parent", "colliders")
@@ -25,7 +33,7 @@ class Difference(NamedTuple):
     message: str
 
 
-def agree(expected: Facts, found: Facts, tolerance: float) -> Measured:
+def agree(expected: AssetFacts, found: AssetFacts, tolerance: float) -> Measured:
     """The largest difference, and a problem for each that exceeds the tolerance."""
     rows = list(differences(expected, found))
     worst = max((r.size for r in rows if r.size is not None), default=0.0)
@@ -33,7 +41,7 @@ def agree(expected: Facts, found: Facts, tolerance: float) -> Measured:
     return Measured(worst, tuple(faults))
 
 
-def differences(expected: Facts, found: Facts) -> Iterator[Difference]:
+def differences(expected: AssetFacts, found: AssetFacts) -> Iterator[Difference]:
     """Every cell, row by row; cells of words only where they differ."""
     for name in ("base", "exclusions"):
         yield from word(name, getattr(expected, name), getattr(found, name))
@@ -107,7 +115,7 @@ def _place(ours: PlaceFacts, theirs: PlaceFacts) -> Iterator[Difference]:
         yield number(f"{at}/color", ours.color, theirs.color)
 
 
-def _look(ours: LookFacts, theirs: LookFacts) -> Iterator[Difference]:
+def _look(ours: VisualFacts, theirs: VisualFacts) -> Iterator[Difference]:
     at = f"looks/{ours.name}"
     yield number(f"{at}/color", ours.color, theirs.color)
     yield number(f"{at}/light", ours.light, theirs.light)
@@ -124,7 +132,7 @@ def _pose(ours: PoseFacts, theirs: PoseFacts) -> Iterator[Difference]:
         yield turned(f"{at}/{body}/quaternion", ours.quaternions[i], theirs.quaternions[i])
 
 
-def words(ours: Words, theirs: Words) -> Iterator[Difference]:
+def words(ours: ProgramTexts, theirs: ProgramTexts) -> Iterator[Difference]:
     """What differs of what is said to programs."""
     for name in TOLD:
         yield from word(name, getattr(ours, name), getattr(theirs, name))

@@ -75,7 +75,7 @@ class PlaceFacts(Record):
     color: Vec4 | None
 
 
-class LookFacts(Record):
+class VisualFacts(Record):
     """What a visual looks like, as far as both formats hold it alike.
 
     Attributes:
@@ -108,7 +108,7 @@ class StateFacts(Record):
     interval: Vec2
 
 
-class Words(Record):
+class ProgramTexts(Record):
     """What a file says to programs that read names.
 
     Attributes:
@@ -129,7 +129,7 @@ class Words(Record):
     behavior: str = ""
 
 
-class Facts(Record):
+class AssetFacts(Record):
     """What one format says about an asset.
 
     Attributes:
@@ -145,6 +145,6 @@ class Facts(Record):
     bodies: tuple[BodyFacts, ...]
     exclusions: tuple[tuple[str, str], ...]
     places: tuple[PlaceFacts, ...] = ()
-    looks: tuple[LookFacts, ...] = ()
+    looks: tuple[VisualFacts, ...] = ()
     poses: tuple[PoseFacts, ...] = ()
-    words: Words
+    words: ProgramTexts

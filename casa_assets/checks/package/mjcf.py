@@ -11,7 +11,7 @@ from casa_assets.checks.package import fact_differences, robosuite_conventions
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import asset_facts, mjcf_facts, mujoco_load
 from casa_assets.model.asset.asset import Base
-from casa_assets.model.registry.category import Upright
+from casa_assets.model.registry.category import RestingPose
 
 # What cannot be read or compiled is told by MJC001 alone; the other checks are then not run.
 FIXED = "it is fixed in its place and cannot fall"
@@ -20,7 +20,7 @@ NEITHER = "neither file compiles"
 
 def compiles(package: Package, limit: float | None) -> Measured:
     """Both files compile; the number is how many do not."""
-    errors = [(path.name, mujoco_load.load(path).error) for path in _files(package)]
+    errors = [(path.name, mujoco_load.load_mjcf(path).error) for path in _files(package)]
     problems = tuple((name, f"does not compile: {error}") for name, error in errors if error)
     return Measured(float(len(problems)), problems)
 
@@ -29,7 +29,7 @@ def loads_in_silence(package: Package, limit: float | None) -> Measured:
     """MuJoCo warns of nothing; the number is how many warnings there were."""
     if not _compiled(package):
         return not_run(NEITHER)
-    problems = tuple((path.name, said) for path in _compiled(package) for said in mujoco_load.load(path).warnings)
+    problems = tuple((path.name, said) for path in _compiled(package) for said in mujoco_load.load_mjcf(path).warnings)
     return Measured(float(len(problems)), problems)
 
 
@@ -69,7 +69,7 @@ def agrees_with_asset(package: Package, limit: float | None) -> Measured:
 
 def comes_to_rest(package: Package, limit: float | None, *how: float) -> Measured:
     """Dropped from twice its height it rests in time and falls through nothing; the number is when, in seconds."""
-    protocol = drop.Protocol(*how)
+    protocol = drop.DropProtocol(*how)
     fall = _fall(package, protocol)
     if fall is None:
         return _unfallen(package, fall)
@@ -83,9 +83,9 @@ def comes_to_rest(package: Package, limit: float | None, *how: float) -> Measure
 
 def stays_upright(package: Package, limit: float | None, *how: float) -> Measured:
     """After the drop it stands as it was released; the number is the tilt in degrees."""
-    protocol = drop.Protocol(*how)
+    protocol = drop.DropProtocol(*how)
     fall = _fall(package, protocol)
-    if package.category.upright is Upright.ANY:
+    if package.category.upright is RestingPose.ANY:
         return not_applicable(f"a {package.category.id} lies as it falls")
     if fall is None or fall.rest_s is None:
         return _unfallen(package, fall)
@@ -95,7 +95,7 @@ def stays_upright(package: Package, limit: float | None, *how: float) -> Measure
 
 def rests_on_the_floor(package: Package, limit: float | None, *how: float) -> Measured:
     """At rest it is not sunk into the floor; the number is the deepest penetration in metres."""
-    protocol = drop.Protocol(*how)
+    protocol = drop.DropProtocol(*how)
     fall = _fall(package, protocol)
     if fall is None or fall.rest_s is None:
         return _unfallen(package, fall)
@@ -121,14 +121,14 @@ def _files(package: Package) -> tuple[Path, Path]:
 
 
 def _compiled(package: Package) -> list[Path]:
-    return [path for path in _files(package) if not mujoco_load.load(path).error]
+    return [path for path in _files(package) if not mujoco_load.load_mjcf(path).error]
 
 
-def _fall(package: Package, protocol: drop.Protocol) -> drop.Fall | None:
-    return drop.drop(package.scene, protocol) if package.asset.base is Base.FREE else None
+def _fall(package: Package, protocol: drop.DropProtocol) -> drop.DropResult | None:
+    return drop.drop_on_floor(package.scene, protocol) if package.asset.base is Base.FREE else None
 
 
-def _unfallen(package: Package, fall: drop.Fall | None) -> Measured:
+def _unfallen(package: Package, fall: drop.DropResult | None) -> Measured:
     """Why there is no rest after a fall to look at."""
     if package.asset.base is not Base.FREE:
         return not_applicable(FIXED)

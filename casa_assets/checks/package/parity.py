@@ -16,7 +16,7 @@ from pxr import Tf
 
 from casa_assets.checks.check import Measured, not_run
 from casa_assets.checks.package.fact_differences import Difference, differences, ratio
-from casa_assets.checks.package.facts import Facts
+from casa_assets.checks.package.facts import AssetFacts
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mjcf_facts, mujoco_load, usd_facts
 from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, collides, resistance, short_name
@@ -30,14 +30,14 @@ Values = npt.NDArray[np.float64]
 LENGTHS = frozenset({"position", "center_of_mass", "lower", "upper", "anchor", "size"})
 
 
-class Row(NamedTuple):
+class FactDifference(NamedTuple):
     """A difference and whether it is a length."""
 
     difference: Difference
     length: bool
 
 
-def compare(left: Facts, right: Facts, relative: float, length: float) -> list[tuple[str, str]]:
+def compare(left: AssetFacts, right: AssetFacts, relative: float, length: float) -> list[tuple[str, str]]:
     """(pointer, message) for each cell in which two tables differ by more than they may.
 
     Args:
@@ -71,11 +71,11 @@ def lengths_agree(package: Package, limit: float | None) -> Measured:
 
 def contacts_and_joints_agree(package: Package, limit: float | None) -> Measured:
     """Contact and joint parameters that no fact table holds; the number is the largest relative difference."""
-    mjcf = mujoco_load.load(package.mjcf).model if package.mjcf.is_file() else None
+    mjcf = mujoco_load.load_mjcf(package.mjcf).model if package.mjcf.is_file() else None
     usd = _quietly(lambda path: usd_facts.imported(path).model, package.usd)
     if mjcf is None or usd is None:
         return not_run(UNREAD)
-    return _measured([Row(d, False) for d in parameters(mjcf, usd)], limit)
+    return _measured([FactDifference(d, False) for d in parameters(mjcf, usd)], limit)
 
 
 def parameters(ours: mujoco.MjModel, theirs: mujoco.MjModel) -> list[Difference]:
@@ -84,7 +84,7 @@ def parameters(ours: mujoco.MjModel, theirs: mujoco.MjModel) -> list[Difference]
     return [_differ(key, left[key], right[key]) for key in sorted(left.keys() & right.keys())]
 
 
-def _between(package: Package, read: Callable[[Path], Facts]) -> list[Row] | None:
+def _between(package: Package, read: Callable[[Path], AssetFacts]) -> list[FactDifference] | None:
     """Differences of the two files; None where one of them cannot be read."""
     left = _quietly(mjcf_facts.facts, package.mjcf)
     right = _quietly(read, package.usd)
@@ -102,20 +102,20 @@ def _quietly(read: Callable[[Path], T], path: Path) -> T | None:
             return None
 
 
-def _rows(left: Facts, right: Facts) -> Iterator[Row]:
+def _rows(left: AssetFacts, right: AssetFacts) -> Iterator[FactDifference]:
     slides = {b.name for b in left.bodies if b.joint is not None and b.joint.kind is JointKind.SLIDE}
     for difference in differences(left, right):
         cell = difference.pointer.rsplit("/", 1)[-1]
         slide = cell == "range" and difference.pointer.split("/")[1] in slides
-        yield Row(difference, difference.size is not None and (cell in LENGTHS or slide))
+        yield FactDifference(difference, difference.size is not None and (cell in LENGTHS or slide))
 
 
-def _exceeds(row: Row, tolerance: float) -> bool:
+def _exceeds(row: FactDifference, tolerance: float) -> bool:
     size = row.difference.size
     return size is None or not size <= tolerance
 
 
-def _measured(rows: list[Row], limit: float | None) -> Measured:
+def _measured(rows: list[FactDifference], limit: float | None) -> Measured:
     assert limit is not None, "the row of this check names a limit"
     worst = max((r.difference.size for r in rows if r.difference.size is not None), default=0.0)
     faults = dict.fromkeys((r.difference.pointer, r.difference.message) for r in rows if _exceeds(r, limit))

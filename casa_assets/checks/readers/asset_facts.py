@@ -9,14 +9,14 @@ import numpy as np
 from casa_assets.checks.package.facts import (
     CLOSED,
     OUTER,
+    AssetFacts,
     BodyFacts,
-    Facts,
     JointFacts,
-    LookFacts,
     PlaceFacts,
     PoseFacts,
+    ProgramTexts,
     StateFacts,
-    Words,
+    VisualFacts,
 )
 from casa_assets.geometry.solid.bounds import link_bounds
 from casa_assets.model.asset.asset import Asset, Joint, JointKind, Link, Region, Site
@@ -24,12 +24,12 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 
-def facts(asset: Asset) -> Facts:
+def facts(asset: Asset) -> AssetFacts:
     """The table of an asset: joints at zero, root at the origin."""
     bodies = sorted((_body(asset, link) for link in asset.links), key=lambda body: body.name)
     pairs = {(min(e.first, e.second), max(e.first, e.second)) for e in asset.exclusions}
     places = [*map(_place, asset.sites), *map(_place, asset.regions)]
-    return Facts(
+    return AssetFacts(
         base=asset.base,
         bodies=tuple(bodies),
         exclusions=tuple(sorted(pairs)),
@@ -98,7 +98,7 @@ def _place(item: Site | Region) -> PlaceFacts:
     )
 
 
-def _looks(asset: Asset) -> tuple[LookFacts, ...]:
+def _looks(asset: Asset) -> tuple[VisualFacts, ...]:
     worn = {material.id: material for material in asset.materials}
     found = []
     for visual in (v for link in asset.links for v in link.visuals):
@@ -106,7 +106,7 @@ def _looks(asset: Asset) -> tuple[LookFacts, ...]:
         red, green, blue, _ = material.base_color
         picture = material.base_color_texture
         found.append(
-            LookFacts(
+            VisualFacts(
                 name=visual.name,
                 color=material.base_color,
                 light=(material.glow * red, material.glow * green, material.glow * blue),
@@ -156,11 +156,11 @@ def _moved(joint: Joint, value: float) -> Pose:
     return Pose.from_matrix(matrix)
 
 
-def _words(asset: Asset) -> Words:
+def _words(asset: Asset) -> ProgramTexts:
     shapes = [(seen.name, seen.label) for link in asset.links for seen in link.visuals]
     shapes += [(touched.name, touched.label) for link in asset.links for touched in link.colliders]
     states = [StateFacts(name=s.name, joint=s.joint, value=s.value, interval=s.interval) for s in asset.states]
-    return Words(
+    return ProgramTexts(
         classes=asset.labels.classes,
         labels=tuple(sorted((name, label) for name, label in shapes if label is not None)),
         grips=tuple(sorted((j.name, j.grip) for j in asset.joints if j.grip is not None)),

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import mujoco
 
-from casa_assets.checks.package.facts import BodyFacts, Facts, StateFacts, Words
+from casa_assets.checks.package.facts import AssetFacts, BodyFacts, ProgramTexts, StateFacts
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.readers.mujoco_facts import facts_of_model
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
 
 
-def facts(path: Path) -> Facts:
+def facts(path: Path) -> AssetFacts:
     """The table of a model.xml or scene.xml: joints at zero, root at the origin.
 
     The unnamed body around `object` is no body of the asset. Base and words are custom texts.
@@ -22,7 +22,7 @@ def facts(path: Path) -> Facts:
     Raises:
         ValueError: the file does not compile, or does not say what its base is.
     """
-    loaded = mujoco_load.load(path)
+    loaded = mujoco_load.load_mjcf(path)
     if loaded.model is None:
         raise ValueError(f"{path.name} does not compile: {loaded.error}")
     model = loaded.model
@@ -41,12 +41,12 @@ def _seen_from(root: Pose, body: BodyFacts) -> BodyFacts:
     return body.replace(position=pose.position, quaternion=pose.quaternion)
 
 
-def words(texts: dict[str, str], geoms: set[str], joints: set[str]) -> Words:
+def words(texts: dict[str, str], geoms: set[str], joints: set[str]) -> ProgramTexts:
     """Words of the texts; of geoms and joints those that there are."""
     labels = [(name, label) for label, names in _after("label__", texts) for name in names.split() if name in geoms]
     grips = [(joint, name) for joint, name in _after("grip__", texts) if joint in joints and name in geoms]
     behind = [(joint, name) for joint, name in _after("behind__", texts) if joint in joints and name in joints]
-    return Words(
+    return ProgramTexts(
         classes=tuple(texts.get("class", "").split()),
         labels=tuple(sorted(labels)),
         grips=tuple(sorted(grips)),

@@ -10,7 +10,16 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.package.facts import CLOSED, OUTER, BodyFacts, Facts, JointFacts, PlaceFacts, PoseFacts, Words
+from casa_assets.checks.package.facts import (
+    CLOSED,
+    OUTER,
+    AssetFacts,
+    BodyFacts,
+    JointFacts,
+    PlaceFacts,
+    PoseFacts,
+    ProgramTexts,
+)
 from casa_assets.checks.readers.mujoco_looks import linear, looks
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
@@ -36,7 +45,7 @@ CORNER = re.compile(r"(ext|int)_p[0xyz]")
 WORLD, ROOT_BODY = "World", "object"
 
 
-def facts_of_model(model: mujoco.MjModel, *, base: Base, words: Words, scene: bool = False) -> Facts:
+def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, scene: bool = False) -> AssetFacts:
     """Fact table of a compiled model; what hangs on the world body itself (a floor) is no part of it.
 
     Args:
@@ -51,7 +60,7 @@ def facts_of_model(model: mujoco.MjModel, *, base: Base, words: Words, scene: bo
     at_rest = _poses(model)
     bodies = [_body(model, b, at_rest[b]) for b in range(model.nbody) if _is_link(model, b)]
     bodies.sort(key=lambda body: body.name)
-    return Facts(
+    return AssetFacts(
         base=base,
         bodies=tuple(bodies),
         exclusions=_exclusions(model),

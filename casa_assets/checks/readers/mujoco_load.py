@@ -30,14 +30,14 @@ class Loaded:
     warnings: tuple[str, ...]
 
 
-def load(path: Path) -> Loaded:
+def load_mjcf(path: Path) -> Loaded:
     """Compiles an MJCF file; again only where it or a file beside it has changed."""
     return _load(path, _state(path))
 
 
 def load_asset_file(path: Path) -> Loaded:
     """Compiles any file that MuJoCo reads, without remembering it."""
-    with listening() as said:
+    with all_warnings() as said:
         try:
             model, error = mujoco.MjModel.from_xml_path(str(path)), ""
         except ValueError as problem:
@@ -46,7 +46,7 @@ def load_asset_file(path: Path) -> Loaded:
 
 
 @contextmanager
-def heard() -> Iterator[list[str]]:
+def native_warnings() -> Iterator[list[str]]:
     """What MuJoCo warns of inside, through its own callback, as it comes.
 
     Without a listener it prints its warnings, and writes a log into the working folder.
@@ -61,9 +61,9 @@ def heard() -> Iterator[list[str]]:
 
 
 @contextmanager
-def listening() -> Iterator[list[str]]:
+def all_warnings() -> Iterator[list[str]]:
     """The same and what it warns of through Python's warnings, a line each, gathered once the block has ended."""
-    with heard() as said, warnings.catch_warnings(record=True) as caught:
+    with native_warnings() as said, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             yield said

@@ -6,14 +6,14 @@ from pathlib import PurePosixPath
 
 import mujoco
 
-from casa_assets.checks.package.facts import LookFacts
+from casa_assets.checks.package.facts import VisualFacts
 from casa_assets.core.color import linear_from_srgb
 from casa_assets.model.record import Vec4
 
 COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 
 
-def looks(model: mujoco.MjModel) -> tuple[LookFacts, ...]:
+def looks(model: mujoco.MjModel) -> tuple[VisualFacts, ...]:
     """Named geoms that have a material and touch nothing, sorted by name; what hangs on the world is left out."""
     found = []
     for geom in range(model.ngeom):
@@ -24,7 +24,7 @@ def looks(model: mujoco.MjModel) -> tuple[LookFacts, ...]:
         color = linear(tuple(float(n) for n in model.mat_rgba[material]))
         glow = float(model.mat_emission[material])
         found.append(
-            LookFacts(
+            VisualFacts(
                 name=name,
                 color=color,
                 light=(glow * color[0], glow * color[1], glow * color[2]),

@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.package.facts import Words
+from casa_assets.checks.package.facts import ProgramTexts
 from casa_assets.checks.readers import mjcf_facts, mujoco_load
 from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, facts_of_model, four, three
 from casa_assets.checks.scene.formats.facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
@@ -42,7 +42,7 @@ def facts_of(model: mujoco.MjModel) -> SceneFacts:
         placements=tuple(_placements(model, data)),
         cameras=_cameras(model),
         lights=_lights(model),
-        things=facts_of_model(model, base=Base.FIXED, words=Words(classes=()), scene=True),
+        things=facts_of_model(model, base=Base.FIXED, words=ProgramTexts(classes=()), scene=True),
     )
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from casa_assets.checks.package.facts import BodyFacts, Facts, JointFacts, Words
+from casa_assets.checks.package.facts import AssetFacts, BodyFacts, JointFacts, ProgramTexts
 from casa_assets.checks.readers import usd_looks, usd_words
 from casa_assets.checks.readers.mujoco_facts import facts_of_model, has_free_joint, short_name, tensor_entries
-from casa_assets.checks.readers.mujoco_load import Loaded, listening
+from casa_assets.checks.readers.mujoco_load import Loaded, all_warnings
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
@@ -27,7 +27,7 @@ COLUMNS = {"X": (1, 2, 0), "Y": (2, 0, 1), "Z": (0, 1, 2)}
 
 def imported(path: Path) -> Loaded:
     """The file compiled by way of MuJoCo's USD reader, which its XML loader does not call, with its warnings."""
-    with listening() as said:
+    with all_warnings() as said:
         try:
             spec = mujoco.MjSpec.from_file(str(path))
             _share_pictures(spec)
@@ -58,7 +58,7 @@ def _share_pictures(spec: mujoco.MjSpec) -> None:
             material.textures = [renamed.get(name, name) for name in names]
 
 
-def mujoco_facts(path: Path) -> Facts:
+def mujoco_facts(path: Path) -> AssetFacts:
     """Fact table of a USD file as MuJoCo imports it. Raises ValueError where it does not."""
     loaded = imported(path)
     if loaded.model is None:
@@ -69,16 +69,16 @@ def mujoco_facts(path: Path) -> Facts:
     return table.replace(base=base, poses=usd_words.poses(stage), words=usd_words.words(stage))
 
 
-def facts_of_import(model: mujoco.MjModel, stage: Usd.Stage) -> Facts:
+def facts_of_import(model: mujoco.MjModel, stage: Usd.Stage) -> AssetFacts:
     """What MuJoCo made of the bodies, places and looks of a stage, without poses and words."""
-    table = facts_of_model(model, base=Base.FIXED, words=Words(classes=()))
+    table = facts_of_model(model, base=Base.FIXED, words=ProgramTexts(classes=()))
     # MuJoCo leaves the colours of sites, most of what a surface is, and the variants of USD out; OpenUSD reads them.
     colors = {place.name: place.color for place in usd_words.places(stage)}
     places = [place.replace(color=colors.get(place.name)) for place in table.places]
     return table.replace(places=tuple(places), looks=usd_looks.looks(stage))
 
 
-def pxr_facts(path: Path) -> Facts:
+def pxr_facts(path: Path) -> AssetFacts:
     """Fact table of a USD file as UsdPhysics parses it; bodies stand where their joint frames put them.
 
     Raises:
@@ -91,7 +91,7 @@ def pxr_facts(path: Path) -> Facts:
     )
 
 
-def facts_of_stage(stage: Usd.Stage) -> tuple[Facts, dict[str, Pose]]:
+def facts_of_stage(stage: Usd.Stage) -> tuple[AssetFacts, dict[str, Pose]]:
     """What UsdPhysics says of bodies, places and looks, without poses and words.
 
     Returns:
@@ -116,13 +116,13 @@ def facts_of_stage(stage: Usd.Stage) -> tuple[Facts, dict[str, Pose]]:
     bodies = [_body(stage, d, joints, movers.get(path), below[path], cache) for path, d in links.items()]
     filtered = [(short_name(str(p)), short_name(str(o))) for p, d in links.items() for o in d.filteredCollisions]
     welded = {short_name(str(b)): _demanded(d) for b, d in mounts.items() if d.body0.isEmpty and b in links}
-    table = Facts(
+    table = AssetFacts(
         base=Base.FIXED if welded else Base.FREE,
         bodies=tuple(sorted(bodies, key=lambda b: b.name)),
         exclusions=tuple(sorted({(min(pair), max(pair)) for pair in filtered})),
         places=usd_words.places(stage),
         looks=usd_looks.looks(stage),
-        words=Words(classes=()),
+        words=ProgramTexts(classes=()),
     )
     return table, welded
 

@@ -6,12 +6,12 @@ from pathlib import PurePosixPath
 
 from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
 
-from casa_assets.checks.package.facts import LookFacts
+from casa_assets.checks.package.facts import VisualFacts
 from casa_assets.checks.readers.mujoco_facts import short_name
 from casa_assets.model.record import Vec3, Vec4
 
 
-def looks(stage: Usd.Stage) -> tuple[LookFacts, ...]:
+def looks(stage: Usd.Stage) -> tuple[VisualFacts, ...]:
     """Meshes that physics does not touch, sorted by name, in the material that they are bound to.
 
     Raises:
@@ -22,13 +22,13 @@ def looks(stage: Usd.Stage) -> tuple[LookFacts, ...]:
     return tuple(sorted((_look(prim) for prim in meshes), key=lambda look: look.name))
 
 
-def _look(prim: Usd.Prim) -> LookFacts:
+def _look(prim: Usd.Prim) -> VisualFacts:
     material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
     shader = material.ComputeSurfaceSource()[0] if material else None
     if not shader:
         raise ValueError(f"{prim.GetName()!r} has no surface")
     red, green, blue, _ = _value(shader, "diffuseColor")
-    return LookFacts(
+    return VisualFacts(
         name=short_name(str(prim.GetPath())),
         color=(red, green, blue, _value(shader, "opacity")[3]),
         light=_three(_value(shader, "emissiveColor")),

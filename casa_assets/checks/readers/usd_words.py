@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics
 
-from casa_assets.checks.package.facts import OUTER, PlaceFacts, PoseFacts, StateFacts, Words
+from casa_assets.checks.package.facts import OUTER, PlaceFacts, PoseFacts, ProgramTexts, StateFacts
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, own_name, short_name
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
@@ -17,18 +17,18 @@ SITE = "MjcSiteAPI"
 VARIANTS = "pose"
 
 
-def words(stage: Usd.Stage) -> Words:
+def words(stage: Usd.Stage) -> ProgramTexts:
     """Classes and labels, states, grips, contract and behaviour."""
     return words_below(stage.GetDefaultPrim())
 
 
-def words_below(root: Usd.Prim) -> Words:
+def words_below(root: Usd.Prim) -> ProgramTexts:
     """The same of one asset of many."""
     prims = list(Usd.PrimRange(root))
     joints = [prim for prim in prims if prim.IsA(UsdPhysics.Joint)]
     names = {prim.GetName() for prim in prims}
     behavior = _text(root, "casa:behavior")
-    return Words(
+    return ProgramTexts(
         classes=_labels(root, "class"),
         labels=tuple(
             sorted((p.GetName(), label) for p in prims if p.IsA(UsdGeom.Gprim) for label in _labels(p, "part"))

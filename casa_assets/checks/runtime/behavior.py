@@ -10,7 +10,7 @@ from casa_assets.checks.check import Measured, not_applicable, not_run
 from casa_assets.checks.motion import operate
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import contract_names, reachable_values
-from casa_assets.checks.runtime.behavior_interpreter import Machine, Stimulus, start, step
+from casa_assets.checks.runtime.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.checks.runtime.contract_names import Fault
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior, Effect, EffectKind
@@ -61,11 +61,11 @@ def does_as_asked(package: Package, limit: float | None) -> Measured:
         return not_applicable("it names no contract that says how it behaves")
     if contract is None or contract.id != asset.contract:
         return not_run(f"registry/contracts has no {asset.contract!r}")
-    faults = contract_names.wanting(asset, contract, contract_names.variables)
+    faults = contract_names.missing_requirements(asset, contract, contract_names.variables)
     if asset.behavior is not None:
         faults += _thresholds(asset, asset.behavior, contract)
         wanted = any(key.values for key in contract.keyframes) or bool(contract.trials)
-        model = operate.operated(package) if wanted else None
+        model = operate.fingertip_model(package) if wanted else None
         if wanted and model is None:
             return Measured(float(len(faults)), tuple(faults)) if faults else not_run(NO_COMPILE)
         if model is not None:
@@ -118,7 +118,7 @@ def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterato
                     yield f"behavior/rules/{i}", message
 
 
-def _pose(model: operate.Operated, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[Fault]:
+def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[Fault]:
     key = next((k for k in asset.keyframes if k.name == rule.name), None)
     if key is None or not rule.values:
         return
@@ -128,7 +128,7 @@ def _pose(model: operate.Operated, asset: Asset, behavior: Behavior, rule: KeyRu
         yield f"keyframes/{rule.name}", f"in this pose {message}"
 
 
-def _trial(model: operate.Operated, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[Fault]:
+def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[Fault]:
     """What goes otherwise than the trial says; it ends with the first step that does."""
     stands: dict[str, float] = {}
     machine = _settled(start(behavior), model.measure(stands))
@@ -163,13 +163,13 @@ def position(span: tuple[float, float], way: float) -> float:
     return way * far if way >= 0 else -way * near
 
 
-def _settled(machine: Machine, stimulus: Stimulus, steps: int = SETTLE) -> Machine:
+def _settled(machine: BehaviorState, stimulus: Stimulus, steps: int = SETTLE) -> BehaviorState:
     for _ in range(steps):
         machine = step(machine, stimulus, TICK_S)
     return machine
 
 
-def _unlike(machine: Machine, wanted: Mapping[str, str]) -> Iterator[str]:
+def _unlike(machine: BehaviorState, wanted: Mapping[str, str]) -> Iterator[str]:
     for pattern, value in wanted.items():
         for name, found in machine.values.items():
             if re.fullmatch(pattern, name) and not re.fullmatch(value, found):

@@ -25,7 +25,7 @@ class Stimulus:
 
 
 @dataclass(frozen=True)
-class Machine:
+class BehaviorState:
     """Where a behaviour stands; `step` gives the next one.
 
     Attributes:
@@ -46,12 +46,12 @@ class Machine:
         return tuple(e for e in self.behavior.effects if self.values[e.variable] == e.value)
 
 
-def start(behavior: Behavior) -> Machine:
+def start(behavior: Behavior) -> BehaviorState:
     """The machine with every variable at its initial value."""
-    return Machine(behavior, {v.name: v.initial for v in behavior.variables}, None, (0.0,) * len(behavior.rules))
+    return BehaviorState(behavior, {v.name: v.initial for v in behavior.variables}, None, (0.0,) * len(behavior.rules))
 
 
-def step(machine: Machine, stimulus: Stimulus, dt: float) -> Machine:
+def step(machine: BehaviorState, stimulus: Stimulus, dt: float) -> BehaviorState:
     """One control step of `dt` seconds: of each variable the first rule that applies; all see the values of before.
 
     A condition that holds in the very first step has not begun: the runtime has not seen it otherwise.
@@ -72,7 +72,7 @@ def step(machine: Machine, stimulus: Stimulus, dt: float) -> Machine:
             decided.add(rule.variable)
             values[rule.variable] = rule.to
             held[i] = 0.0 if rule.after_s else held[i]
-    return Machine(machine.behavior, values, tuple(now), tuple(held))
+    return BehaviorState(machine.behavior, values, tuple(now), tuple(held))
 
 
 def _applies(rule: Rule, raw: tuple[bool, ...], was: tuple[bool, ...], value: str) -> bool:

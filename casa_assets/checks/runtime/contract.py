@@ -31,7 +31,7 @@ def has_links_and_joints(package: Package, limit: float | None) -> Measured:
     if contract is None or contract.id != package.asset.contract:
         message = f"there is no contract {package.asset.contract!r} in registry/contracts"
         return Measured(1.0, (("contract", message),))
-    faults = names.wanting(package.asset, contract, names.links_and_joints)
+    faults = names.missing_requirements(package.asset, contract, names.links_and_joints)
     for each in contract.for_each:
         used = names.in_use(package.asset, contract, each.key)
         if len(used) < each.least:
@@ -47,7 +47,7 @@ def has_links_and_joints(package: Package, limit: float | None) -> Measured:
 def has_sites(package: Package, limit: float | None) -> Measured:
     """Sites that a runtime looks for, on the link where it looks; the number counts the faults."""
     contract = _contract(package)
-    return _counted(names.wanting(package.asset, contract, names.sites)) if contract else _without(package)
+    return _counted(names.missing_requirements(package.asset, contract, names.sites)) if contract else _without(package)
 
 
 def has_shapes(package: Package, limit: float | None) -> Measured:
@@ -55,7 +55,7 @@ def has_shapes(package: Package, limit: float | None) -> Measured:
     contract, asset = _contract(package), package.asset
     if contract is None:
         return _without(package)
-    faults = names.wanting(asset, contract, names.shapes)
+    faults = names.missing_requirements(asset, contract, names.shapes)
     shown: list[Collider | Visual] = []
     for link in asset.links:
         shown += [*link.colliders, *link.visuals]
@@ -73,7 +73,7 @@ def has_regions(package: Package, limit: float | None) -> Measured:
     contract, asset = _contract(package), package.asset
     if contract is None:
         return _without(package)
-    faults = names.wanting(asset, contract, names.regions)
+    faults = names.missing_requirements(asset, contract, names.regions)
     main = next((r for r in asset.regions if r.name == "main"), None)
     if main is None:
         return Measured(0.0, tuple(faults))

@@ -14,21 +14,21 @@ from casa_assets.model.registry.contract import (
     Contract,
     JointRule,
     LinkRule,
-    Named,
-    Needs,
-    Opens,
+    NamePattern,
+    OpeningSide,
+    Requirements,
     ShapeRule,
     SiteRule,
 )
 
 Fault = tuple[str, str]
-Look = Callable[[Asset, Needs], list[Fault]]
-N = TypeVar("N", bound=Named)
+RuleCheck = Callable[[Asset, Requirements], list[Fault]]
+N = TypeVar("N", bound=NamePattern)
 # How far an axis may be off and a range from zero: what nine written digits leave.
 TINY = 1e-6
 
 
-def wanting(asset: Asset, contract: Contract, look: Look) -> list[Fault]:
+def missing_requirements(asset: Asset, contract: Contract, look: RuleCheck) -> list[Fault]:
     """Faults of the rules that apply, as `look` finds them in one set of needs.
 
     Of the sets of a choice the one counts that comes nearest to being met.
@@ -58,7 +58,7 @@ def in_use(asset: Asset, contract: Contract, key: str) -> list[str]:
     return used
 
 
-def links_and_joints(asset: Asset, needs: Needs) -> list[Fault]:
+def links_and_joints(asset: Asset, needs: Requirements) -> list[Fault]:
     """Rules on links and on joints."""
     faults = list(_counted("links", needs.links, [k.name for k in asset.links]))
     for link_rule in needs.links:
@@ -73,7 +73,7 @@ def links_and_joints(asset: Asset, needs: Needs) -> list[Fault]:
     return faults
 
 
-def sites(asset: Asset, needs: Needs) -> list[Fault]:
+def sites(asset: Asset, needs: Requirements) -> list[Fault]:
     """Rules on sites."""
     faults = list(_counted("sites", needs.sites, [s.name for s in asset.sites]))
     for rule, site in _pairs(needs.sites, asset.sites):
@@ -84,7 +84,7 @@ def sites(asset: Asset, needs: Needs) -> list[Fault]:
     return faults
 
 
-def shapes(asset: Asset, needs: Needs) -> list[Fault]:
+def shapes(asset: Asset, needs: Requirements) -> list[Fault]:
     """Rules on colliders and visuals."""
     faults: list[Fault] = []
     for kind, rules in (("colliders", needs.colliders), ("visuals", needs.visuals)):
@@ -99,7 +99,7 @@ def shapes(asset: Asset, needs: Needs) -> list[Fault]:
     return faults
 
 
-def regions(asset: Asset, needs: Needs) -> list[Fault]:
+def regions(asset: Asset, needs: Requirements) -> list[Fault]:
     """Rules on regions: that they are there, and on which link."""
     faults = list(_counted("regions", needs.regions, [r.name for r in asset.regions]))
     for rule, region in _pairs(needs.regions, asset.regions):
@@ -108,7 +108,7 @@ def regions(asset: Asset, needs: Needs) -> list[Fault]:
     return faults
 
 
-def variables(asset: Asset, needs: Needs) -> list[Fault]:
+def variables(asset: Asset, needs: Requirements) -> list[Fault]:
     """Rules on the variables of the behaviour."""
     found = asset.behavior.variables if asset.behavior else ()
     faults = list(_counted("behavior/variables", needs.variables, [v.name for v in found]))
@@ -135,17 +135,17 @@ def axis_of(asset: Asset, joint: Joint) -> str:
     return ("+" if axis[k] > 0 else "-") + "xyz"[k]
 
 
-def opening(joint: Joint) -> Opens | None:
+def opening(joint: Joint) -> OpeningSide | None:
     """Where its range lies about zero; None where zero is no end of it and not within."""
     low, high = joint.range
     if abs(low) <= TINY:
-        return Opens.POSITIVE
+        return OpeningSide.POSITIVE
     if abs(high) <= TINY:
-        return Opens.NEGATIVE
-    return Opens.BOTH if low < 0.0 < high else None
+        return OpeningSide.NEGATIVE
+    return OpeningSide.BOTH if low < 0.0 < high else None
 
 
-def _counted(kind: str, rules: Iterable[Named], names: Sequence[str]) -> Iterator[Fault]:
+def _counted(kind: str, rules: Iterable[NamePattern], names: Sequence[str]) -> Iterator[Fault]:
     for rule in rules:
         count = sum(rule.matches(name) for name in names)
         if count < rule.least:
@@ -192,8 +192,8 @@ def _along(found: str, wanted: Axis) -> bool:
     return found == wanted.value or (len(wanted.value) == 1 and found[1:] == wanted.value)
 
 
-def _ways(found: Opens) -> tuple[Opens, ...]:
-    return (found,) if found is Opens.BOTH else (found, Opens.EITHER)
+def _ways(found: OpeningSide) -> tuple[OpeningSide, ...]:
+    return (found,) if found is OpeningSide.BOTH else (found, OpeningSide.EITHER)
 
 
 def _shape(link: str, shape: Collider | Visual, rule: ShapeRule) -> Iterator[str]:

@@ -13,7 +13,7 @@ from lxml import etree
 
 from casa_assets.checks.runtime import contract_names as names
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.registry.contract import Contract, Needs, ShapeRule
+from casa_assets.model.registry.contract import Contract, Requirements, ShapeRule
 
 OBJECT = "./worldbody/body/body[@name='object']"
 CORNERS = ("p0", "px", "py", "pz")
@@ -55,9 +55,9 @@ def misspelled(path: Path, asset: Asset, contract: Contract) -> Iterator[names.F
             yield f"model.xml/{name}", f"should be written as {wanted!r}, as the runtime looks for it"
 
 
-def met(asset: Asset, contract: Contract) -> list[Needs]:
+def met(asset: Asset, contract: Contract) -> list[Requirements]:
     """All needs that apply to the asset: its own, the nearest set of each choice, and those of each value in use."""
-    found: list[Needs] = [contract]
+    found: list[Requirements] = [contract]
     looks = (names.links_and_joints, names.sites, names.shapes, names.regions)
     for choice in contract.one_of:
         found.append(min(choice.any_of, key=lambda needs: sum(len(look(asset, needs)) for look in looks)))
@@ -73,7 +73,7 @@ def _read(path: Path) -> etree._Element | None:
         return None
 
 
-def _joints(root: etree._Element, asset: Asset, needs: Needs) -> Iterator[names.Fault]:
+def _joints(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[names.Fault]:
     for rule in needs.joints:
         for joint in asset.joints:
             if not rule.matches(joint.name) or rule.depth is None:
@@ -86,7 +86,7 @@ def _joints(root: etree._Element, asset: Asset, needs: Needs) -> Iterator[names.
                 yield f"model.xml/joint/{joint.name}", "says no range; the runtime reads it from the element"
 
 
-def _sites(root: etree._Element, asset: Asset, needs: Needs) -> Iterator[names.Fault]:
+def _sites(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[names.Fault]:
     for rule in needs.sites:
         for site in asset.sites:
             if not rule.matches(site.name) or rule.depth is None:
@@ -99,7 +99,7 @@ def _sites(root: etree._Element, asset: Asset, needs: Needs) -> Iterator[names.F
                 yield f"model.xml/site/{site.name}", "should say pos and size; the runtime reads them from the element"
 
 
-def _geoms(root: etree._Element, asset: Asset, needs: Needs) -> Iterator[names.Fault]:
+def _geoms(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[names.Fault]:
     """Named colliders are geoms that touch; names of contacts and handles are looked up as geoms."""
     groups = {g.get("name", ""): g.get("group") for g in root.iter("geom")}
     for rule in needs.colliders:

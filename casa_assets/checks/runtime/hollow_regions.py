@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from casa_assets.checks.asset.built import FOUND, NO_COMPILE, is_built
+from casa_assets.checks.asset.built import NO_COMPILE, NOT_BUILT, is_fixture_like
 from casa_assets.checks.check import Measured, not_applicable, not_run
-from casa_assets.checks.motion.collision_only import slim
+from casa_assets.checks.motion.collision_only import remove_visuals
 from casa_assets.checks.motion.motion_model import STEP_S
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
@@ -27,9 +27,9 @@ def holds_a_ball(package: Package, limit: float | None) -> Measured:
     assert limit is not None
     asset = package.asset
     regions = [r for r in asset.regions if r.name not in OUTER]
-    if not regions or not is_built(asset):
-        return not_applicable("it has no region to put things into" if is_built(asset) else FOUND)
-    if mujoco_load.load(package.mjcf).error:
+    if not regions or not is_fixture_like(asset):
+        return not_applicable("it has no region to put things into" if is_fixture_like(asset) else NOT_BUILT)
+    if mujoco_load.load_mjcf(package.mjcf).error:
         return not_run(NO_COMPILE)
     model, data = _with_balls(package, regions)
     mujoco.mj_forward(model, data)
@@ -65,7 +65,7 @@ def _radius(region: Region) -> float:
 def _with_balls(package: Package, regions: list[Region]) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """The asset with a ball just above the floor of each region; balls do not touch each other."""
     spec = mujoco.MjSpec.from_file(str(package.mjcf))
-    slim(spec)
+    remove_visuals(spec)
     for key in list(spec.keys):
         spec.delete(key)
     spec.option.timestep = STEP_S

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
-from casa_assets.checks.runtime.behavior_interpreter import Machine, Stimulus, step
+from casa_assets.checks.runtime.behavior_interpreter import BehaviorState, Stimulus, step
 from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.record import Vec2
 
@@ -18,7 +18,7 @@ State = tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...]]
 
 
 @dataclass(frozen=True)
-class Group:
+class VariableGroup:
     """Variables whose rules look at each other, with all that they look at.
 
     Attributes:
@@ -47,7 +47,7 @@ def unreached(behavior: Behavior, ranges: Mapping[str, Vec2]) -> list[tuple[str,
     return missing
 
 
-def _groups(behavior: Behavior, ranges: Mapping[str, Vec2]) -> Iterator[Group]:
+def _groups(behavior: Behavior, ranges: Mapping[str, Vec2]) -> Iterator[VariableGroup]:
     left = [v.name for v in behavior.variables]
     while left:
         names = _connected(behavior, left[0])
@@ -55,7 +55,7 @@ def _groups(behavior: Behavior, ranges: Mapping[str, Vec2]) -> Iterator[Group]:
         rules = tuple(r for r in behavior.rules if r.variable in names)
         part = Behavior(variables=tuple(v for v in behavior.variables if v.name in names), rules=rules)
         joints = tuple(dict.fromkeys(part.joints))
-        yield Group(
+        yield VariableGroup(
             part,
             joints,
             tuple(_stands(part, joint, ranges[joint]) for joint in joints),
@@ -87,7 +87,7 @@ def _stands(behavior: Behavior, joint: str, span: Vec2) -> tuple[float, ...]:
     return tuple(found.values())
 
 
-def _search(group: Group) -> list[tuple[str, str]]:
+def _search(group: VariableGroup) -> list[tuple[str, str]]:
     variables = group.behavior.variables
     missing = [(v.name, value) for v in variables for value in v.values]
     first: State = (
@@ -106,7 +106,7 @@ def _search(group: Group) -> list[tuple[str, str]]:
     return missing
 
 
-def _moves(group: Group, state: State) -> Iterator[State]:
+def _moves(group: VariableGroup, state: State) -> Iterator[State]:
     """States one act away: one joint elsewhere, one thing touched or let go, or time gone by."""
     values, at, touched = state
     stood = step(_machine(group, values), _stimulus(group, at, touched), 0.0)
@@ -121,16 +121,20 @@ def _moves(group: Group, state: State) -> Iterator[State]:
         yield _after(group, stood, at, touched, group.longest_s)
 
 
-def _after(group: Group, machine: Machine, at: tuple[float, ...], touched: tuple[bool, ...], seconds: float) -> State:
+def _after(
+    group: VariableGroup, machine: BehaviorState, at: tuple[float, ...], touched: tuple[bool, ...], seconds: float
+) -> State:
     done = step(machine, _stimulus(group, at, touched), seconds)
     return tuple(done.values[v.name] for v in group.behavior.variables), at, touched
 
 
-def _machine(group: Group, values: tuple[str, ...]) -> Machine:
+def _machine(group: VariableGroup, values: tuple[str, ...]) -> BehaviorState:
     names = (v.name for v in group.behavior.variables)
-    return Machine(group.behavior, dict(zip(names, values, strict=True)), None, (0.0,) * len(group.behavior.rules))
+    return BehaviorState(
+        group.behavior, dict(zip(names, values, strict=True)), None, (0.0,) * len(group.behavior.rules)
+    )
 
 
-def _stimulus(group: Group, at: tuple[float, ...], touched: tuple[bool, ...]) -> Stimulus:
+def _stimulus(group: VariableGroup, at: tuple[float, ...], touched: tuple[bool, ...]) -> Stimulus:
     held = frozenset(name for name, on in zip(group.contacts, touched, strict=True) if on)
     return Stimulus(dict(zip(group.joints, at, strict=True)), held)

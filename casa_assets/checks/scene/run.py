@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from casa_assets.checks.run import NOTHING, run, unrun
+from casa_assets.checks.run import NOTHING, report_not_run, run
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Report
@@ -28,4 +28,6 @@ def run_scene(subject: SceneSubject, limits: Mapping[str, float], waived: Mappin
     if not subject.loaded.error:
         return run(subject, name, limits, waived, rows)
     first, rest = [row for row in rows if row.code == LOADS], [row for row in rows if row.code != LOADS]
-    return run(subject, name, limits, waived, first) + unrun((SceneSubject,), name, limits, UNLOADED, waived, rest)
+    return run(subject, name, limits, waived, first) + report_not_run(
+        (SceneSubject,), name, limits, UNLOADED, waived, rest
+    )

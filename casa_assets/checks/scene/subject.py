@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from casa_assets.checks.motion.motion_model import far, opened
-from casa_assets.checks.readers.mujoco_load import Loaded, heard, load_asset_file
+from casa_assets.checks.motion.motion_model import open_before, open_end
+from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file, native_warnings
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint
 from casa_assets.model.kitchen.scene import Placement, Scene
@@ -22,7 +22,7 @@ START = "start"
 
 
 @dataclass(frozen=True)
-class Part:
+class ScenePart:
     """A joint of a placement, as the model numbers it.
 
     Attributes:
@@ -46,7 +46,7 @@ class Part:
     @property
     def far(self) -> float:
         """The end of its range where it is open, rad or m."""
-        return far(self.joint)
+        return open_end(self.joint)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class SceneSubject:
         It leaves out the pairs that the file does; who asks whether things are in each other enters `AllPairs`.
         Raises ValueError where the file does not compile.
         """
-        return bare(self.mjcf)
+        return touched_model(self.mjcf)
 
     @cached_property
     def data(self) -> mujoco.MjData:
@@ -116,11 +116,11 @@ class SceneSubject:
         return mask
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ScenePart, ...]:
         """All joints of all placements, in the order of the scene."""
         return tuple(self._parts())
 
-    def _parts(self) -> Iterator[Part]:
+    def _parts(self) -> Iterator[ScenePart]:
         model = self.model
         for place in self.scene.placements:
             asset = self.assets[place.name]
@@ -128,7 +128,7 @@ class SceneSubject:
                 name = f"{place.name}__{joint.name}"
                 number = int(model.joint(name).id)
                 moved = carried(model, int(model.jnt_bodyid[number]))
-                yield Part(
+                yield ScenePart(
                     place=place,
                     asset=asset,
                     joint=joint,
@@ -138,11 +138,11 @@ class SceneSubject:
                     dof=int(model.jnt_dofadr[number]),
                     moved=moved,
                     geoms=np.flatnonzero(moved[model.geom_bodyid]),
-                    before={f"{place.name}__{k}": v for k, v in opened(asset, joint).items()},
+                    before={f"{place.name}__{k}": v for k, v in open_before(asset, joint).items()},
                 )
 
     @cached_property
-    def part_of(self) -> dict[str, Part]:
+    def part_of(self) -> dict[str, ScenePart]:
         """Name of a joint in the model -> the part."""
         return {part.name: part for part in self.parts}
 
@@ -165,7 +165,7 @@ class SceneSubject:
         return self.assets[place].labels.classes[0]
 
 
-def bare(path: Path) -> mujoco.MjModel:
+def touched_model(path: Path) -> mujoco.MjModel:
     """A scene file compiled without what is only seen.
 
     The text is cut before MuJoCo reads it: deleting a thousand geoms from a specification takes ten times as long as
@@ -189,7 +189,7 @@ def bare(path: Path) -> mujoco.MjModel:
         compiler = etree.SubElement(root, "compiler")
     compiler.set("meshdir", str(path.parent.resolve()))
     # What it warns of is told of the whole file.
-    with heard():
+    with native_warnings():
         return mujoco.MjModel.from_xml_string(etree.tostring(root, encoding="unicode"))
 
 

@@ -28,7 +28,7 @@ BEHIND_M, HANGS_OUT_M, HANGS_IN_M = 0.3, 0.3, 0.12
 
 
 @dataclass(frozen=True, eq=False)
-class Pictures:
+class PreviewImages:
     """Previews of a scene.
 
     Attributes:
@@ -38,13 +38,13 @@ class Pictures:
     shots: dict[str, Pixels]
 
 
-def are_lit(pictures: Pictures, limit: float | None) -> Measured:
+def are_lit(pictures: PreviewImages, limit: float | None) -> Measured:
     """No preview has more than that share of black pixels; the largest share. There is at least one preview."""
     shares = {name: float((shot.max(axis=2) < BLACK).mean()) for name, shot in pictures.shots.items()}
     return _held(shares, limit, "is black: put a light there, or move the camera out of what it stands in")
 
 
-def are_not_burnt_out(pictures: Pictures, limit: float | None) -> Measured:
+def are_not_burnt_out(pictures: PreviewImages, limit: float | None) -> Measured:
     """No preview has more than that share of wholly white pixels; the largest share."""
     shares = {name: float((shot.min(axis=2) >= WHITE).mean()) for name, shot in pictures.shots.items()}
     return _held(shares, limit, "is wholly white: less light, or a darker finish")

@@ -7,10 +7,10 @@ from casa_assets.checks.scene import views
 from casa_assets.checks.scene.formats import agree, light_form, usd_layer
 from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.motion import budget, opening, pulling, rest
-from casa_assets.checks.scene.motion.budget import Speed
+from casa_assets.checks.scene.motion.budget import MeasuredSpeed
 from casa_assets.checks.scene.placement import inside, overlap, support
 from casa_assets.checks.scene.subject import SceneSubject as Kitchen
-from casa_assets.checks.scene.views import Pictures
+from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.model.issue import Severity
 
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
@@ -80,15 +80,15 @@ ROWS: tuple[Check, ...] = (
     Check("SCN023", "Cameras see all walls", ERROR, Kitchen, views.show_every_wall, "scene_wall_seen", "",
           "Each wall fills at least {limit:.0%} of the picture of some camera; turn a camera to the wall, or "
           "add one."),
-    Check("SCN024", "No black pictures", ERROR, Pictures, views.are_lit, "scene_black", "",
+    Check("SCN024", "No black pictures", ERROR, PreviewImages, views.are_lit, "scene_black", "",
           "At most {limit:.0%} of each preview is black; add a light there, or move the camera out of what it "
           "stands in."),
-    Check("SCN025", "No burnt-out pictures", ERROR, Pictures, views.are_not_burnt_out, "scene_white", "",
+    Check("SCN025", "No burnt-out pictures", ERROR, PreviewImages, views.are_not_burnt_out, "scene_white", "",
           "At most {limit:.0%} of each preview is pure white; lower the light, or choose a darker finish."),
-    Check("SCN026", "Load time", WARNING, Speed, budget.loads_soon, "scene_load_ms", "ms",
+    Check("SCN026", "Load time", WARNING, MeasuredSpeed, budget.loads_soon, "scene_load_ms", "ms",
           "MuJoCo compiles the scene within {limit:g} ms on the machine of the check; use fewer vertices and "
           "smaller pictures."),
-    Check("SCN027", "Simulation speed", WARNING, Speed, budget.keeps_pace, "scene_pace", "",
+    Check("SCN027", "Simulation speed", WARNING, MeasuredSpeed, budget.keeps_pace, "scene_pace", "",
           "At rest, one core simulates at least {limit:g} s of the scene per second; use fewer contacts and "
           "joints."),
     Check("SCN028", "Light form: things stay put", ERROR, SceneFiles, light_form.keeps_things, "scene_drift_m", "m",

@@ -174,7 +174,7 @@ def preview(
     from casa_assets.errors import OutputError, UnknownId
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.kitchens.scene_folders import all_recipes, draw_cameras
-    from casa_assets.preview.kitchen import Frame
+    from casa_assets.preview.kitchen import PictureSettings
 
     folder = out / scene
     if not folder.is_dir():
@@ -183,7 +183,7 @@ def preview(
             raise UnknownId("scene", scene, [*built, *known])
         raise OutputError(str(folder), f"is not built; casa-assets scenes build {scene} --out {out}")
     with writing(out):
-        for path in draw_cameras(folder, camera or (), Frame(size, size * 3 // 4, passes), pose):
+        for path in draw_cameras(folder, camera or (), PictureSettings(size, size * 3 // 4, passes), pose):
             typer.echo(str(path))
 
 

@@ -17,7 +17,7 @@ PLATE_MARGIN = 1e-8
 
 
 @dataclass(frozen=True)
-class Draft:
+class BodyContext:
     """What every body of a document needs to know.
 
     Attributes:
@@ -49,7 +49,7 @@ class Draft:
         return str(self.placement) if root else self.prefix + link
 
 
-def add(parent: etree._Element, link: Link, draft: Draft) -> etree._Element:
+def add(parent: etree._Element, link: Link, draft: BodyContext) -> etree._Element:
     """`<body>` of a link and of all links that it carries, without a free joint.
 
     Order inside a body: mass, joint, colliders, visuals, regions, sites, carried bodies.

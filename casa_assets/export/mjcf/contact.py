@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from lxml import etree
 
-from casa_assets.export.mjcf.body import Draft
+from casa_assets.export.mjcf.body import BodyContext
 from casa_assets.model.asset.asset import Exclusion
 
 
-def add(contact: etree._Element, exclusion: Exclusion, draft: Draft | None = None) -> None:
+def add(contact: etree._Element, exclusion: Exclusion, draft: BodyContext | None = None) -> None:
     """`<exclude>` below `<contact>`; a draft names the bodies and what the name begins with."""
     first, second = exclusion.first, exclusion.second
     name = f"{first}__{second}"
@@ -22,7 +22,7 @@ def exclude(contact: etree._Element, first: str, second: str) -> None:
     etree.SubElement(contact, "exclude", {"name": f"{first}__beside__{second}", "body1": first, "body2": second})
 
 
-def spare(body: etree._Element, moved: bool = False) -> None:
+def exclude_from_world(body: etree._Element, moved: bool = False) -> None:
     """Lets what is fixed to the world and what moves on it never meet, below a body that is fixed itself.
 
     A door and the frames, walls and worktops around it are near each other all the time, so that looking whether they
@@ -36,4 +36,4 @@ def spare(body: etree._Element, moved: bool = False) -> None:
         geom.set("contype", contype)
         geom.set("conaffinity", conaffinity)
     for carried in body.findall("body"):
-        spare(carried, moved)
+        exclude_from_world(carried, moved)

@@ -51,7 +51,7 @@ def add(assets: etree._Element, material: Material, name: str) -> None:
     etree.SubElement(assets, "material", _attributes(material, name))
 
 
-def display(linear: float) -> float:
+def linear_to_srgb(linear: float) -> float:
     """Linear intensity -> sRGB, 0..1."""
     return srgb_from_linear(linear)
 
@@ -65,7 +65,7 @@ def _attributes(material: Material, name: str) -> dict[str, str]:
     return (
         attributes
         | {
-            "rgba": number.numbers((display(red), display(green), display(blue), alpha)),
+            "rgba": number.numbers((linear_to_srgb(red), linear_to_srgb(green), linear_to_srgb(blue), alpha)),
             "specular": number.number(_specular(metallic, roughness)),
             "shininess": number.number(_shininess(roughness)),
             "metallic": number.number(metallic),

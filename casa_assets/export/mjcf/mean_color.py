@@ -12,7 +12,7 @@ from PIL import Image, ImageStat
 from casa_assets.core.color import linear_from_srgb_array
 from casa_assets.core.typing import Floats
 from casa_assets.export.mjcf import number
-from casa_assets.export.mjcf.material import display
+from casa_assets.export.mjcf.material import linear_to_srgb
 from casa_assets.geometry.solid.bounds import shape_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Link
 from casa_assets.model.asset.material import Material
@@ -28,7 +28,7 @@ KEPT = 256
 PLAIN: Vec4 = (0.6, 0.6, 0.6, 1.0)
 
 
-def tints(asset: Asset) -> dict[str, str]:
+def collider_colors(asset: Asset) -> dict[str, str]:
     """Collider name -> `rgba`, three digits: the mean of what is seen of its link within its bounds."""
     colors = {item.id: mean_color(item) for item in asset.materials}
     found = {}
@@ -46,7 +46,7 @@ def mean_color(item: Material) -> Vec4:
     if item.base_color_texture is not None:
         r, g, b, a = _mean(item.base_color_texture.png)
         red, green, blue, alpha = red * r, green * g, blue * b, alpha * a
-    return display(red), display(green), display(blue), alpha
+    return linear_to_srgb(red), linear_to_srgb(green), linear_to_srgb(blue), alpha
 
 
 @lru_cache(maxsize=KEPT)

@@ -17,7 +17,7 @@ from casa_assets.model.asset.shape import MAX_HULL_VERTICES, Hull, MeshShape
 FOLDER = "meshes"
 
 
-class Use(StrEnum):
+class MeshUse(StrEnum):
     """What a mesh is for; the value is MuJoCo's word for how its volume is meant."""
 
     HULL = "convex"  # exact for a closed convex mesh
@@ -38,7 +38,7 @@ class MeshFile:
     name: str
     path: str
     data: bytes
-    use: Use
+    use: MeshUse
 
 
 @dataclass(frozen=True)
@@ -52,24 +52,24 @@ class Meshes:
 def gather(asset: Asset) -> Meshes:
     """Mesh files of every visual and of every collider that is a mesh."""
     paths: dict[str, str] = {}
-    known: dict[tuple[str, Use], MeshFile] = {}
+    known: dict[tuple[str, MeshUse], MeshFile] = {}
     of: dict[str, MeshFile] = {}
     for name, mesh, use in uses(asset):
-        data = obj(mesh, bare=use is Use.HULL)
+        data = obj(mesh, bare=use is MeshUse.HULL)
         content = hashlib.sha256(data).hexdigest()
         path = paths.setdefault(content, f"{FOLDER}/{name}_{content[:12]}.obj")
         of[name] = known.setdefault((content, use), MeshFile(f"{name}_{content[:12]}", path, data, use))
     return Meshes(tuple(known.values()), of)
 
 
-def uses(asset: Asset) -> list[tuple[str, Mesh, Use]]:
+def uses(asset: Asset) -> list[tuple[str, Mesh, MeshUse]]:
     """(name of the visual or collider, its mesh, what it is for) of everything in an asset that is a mesh."""
-    items: list[tuple[str, Mesh, Use]] = []
+    items: list[tuple[str, Mesh, MeshUse]] = []
     for link in asset.links:
-        items += [(v.name, v.mesh, Use.SURFACE) for v in link.visuals]
+        items += [(v.name, v.mesh, MeshUse.SURFACE) for v in link.visuals]
         for c in link.colliders:
             if isinstance(c.shape, Hull | MeshShape):
-                items.append((c.name, c.shape.mesh, Use.HULL if isinstance(c.shape, Hull) else Use.SURFACE))
+                items.append((c.name, c.shape.mesh, MeshUse.HULL if isinstance(c.shape, Hull) else MeshUse.SURFACE))
     return items
 
 
@@ -77,7 +77,7 @@ def add(assets: etree._Element, file: MeshFile, folder: str = "") -> None:
     """`<mesh>` below `<asset>`; `folder` leads from the document to its files, empty where they lie beside it."""
     path = f"{folder}/{file.path}" if folder else file.path
     attributes = {"name": file.name, "file": path, "inertia": file.use.value}
-    if file.use is Use.HULL:
+    if file.use is MeshUse.HULL:
         attributes["maxhullvert"] = str(MAX_HULL_VERTICES)
     etree.SubElement(assets, "mesh", attributes)
 

@@ -7,7 +7,7 @@ import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.export.mjcf import number
-from casa_assets.export.mjcf.material import display
+from casa_assets.export.mjcf.material import linear_to_srgb
 from casa_assets.geometry.solid.bounds import link_bounds
 from casa_assets.model.asset.asset import Asset, Region, Site
 from casa_assets.model.pose import Pose
@@ -29,7 +29,7 @@ def add(body: etree._Element, site: Site, prefix: str = "") -> None:
     """`<site>` below the body of its link; its name begins with `prefix`."""
     attributes = {"name": prefix + site.name, "type": site.kind, **number.place(site.pose), "size": _half_size(site)}
     red, green, blue, alpha = site.color
-    shown = number.numbers((display(red), display(green), display(blue), alpha))
+    shown = number.numbers((linear_to_srgb(red), linear_to_srgb(green), linear_to_srgb(blue), alpha))
     group = SITE_GROUP if alpha else EFFECT_GROUP
     etree.SubElement(body, "site", attributes | {"group": str(group), "rgba": shown})
 

@@ -14,7 +14,7 @@ from typing import Any
 from casa_assets.model.asset.provenance import Split
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.category import Affordance, Category
-from casa_assets.model.registry.contract import Generation
+from casa_assets.model.registry.contract import RobocasaRelease
 
 FOLDER = "objects"
 # Attributes of a category that a generation knows. Ref: robocasa v0.2 and v1.0, kitchen_object_utils.
@@ -25,9 +25,9 @@ _FIRST = (
     Affordance.COOKABLE,
     Affordance.FREEZABLE,
 )
-ATTRIBUTES: Mapping[Generation, tuple[Affordance, ...]] = {
-    Generation.V0_2: _FIRST,
-    Generation.V1_0: (*_FIRST, Affordance.FRIDGABLE, Affordance.DISHWASHABLE),
+ATTRIBUTES: Mapping[RobocasaRelease, tuple[Affordance, ...]] = {
+    RobocasaRelease.V0_2: _FIRST,
+    RobocasaRelease.V1_0: (*_FIRST, Affordance.FRIDGABLE, Affordance.DISHWASHABLE),
 }
 
 
@@ -55,7 +55,7 @@ def names(registry: str) -> dict[str, Split | None]:
 
 def tables(
     instances: Sequence[Instance], categories: Mapping[str, Category], registry: str
-) -> dict[Generation, dict[str, Any]]:
+) -> dict[RobocasaRelease, dict[str, Any]]:
     """For each generation: category -> entry, sorted.
 
     Registries in which a category has no instance are left out of its entry, since the runtime cannot draw from an
@@ -66,11 +66,11 @@ def tables(
             name: _entry(categories[name], [i for i in instances if i.category == name], registry, generation)
             for name in sorted({i.category for i in instances})
         }
-        for generation in Generation
+        for generation in RobocasaRelease
     }
 
 
-def _entry(category: Category, own: Sequence[Instance], registry: str, generation: Generation) -> dict[str, Any]:
+def _entry(category: Category, own: Sequence[Instance], registry: str, generation: RobocasaRelease) -> dict[str, Any]:
     entry: dict[str, Any] = {"types": [kind.value for kind in category.types]}
     entry |= {use.value: category.can(use) for use in ATTRIBUTES[generation]}
     for name, split in names(registry).items():
@@ -84,7 +84,7 @@ def _entry(category: Category, own: Sequence[Instance], registry: str, generatio
     return entry
 
 
-def file_name(generation: Generation) -> str:
+def file_name(generation: RobocasaRelease) -> str:
     """Name of the file of a generation's entries."""
     return f"categories_{generation.value}.json"
 

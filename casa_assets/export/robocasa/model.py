@@ -73,11 +73,11 @@ def _document(asset: Asset, meshes: mesh.Meshes) -> etree._Element:
     full = {meshes.of[name].name for name, shape, _ in mesh.uses(asset) if has_volume(shape)}
     for file in meshes.files:
         mesh.add(assets, file)
-        if file.use is mesh.Use.SURFACE and file.name in full:
+        if file.use is mesh.MeshUse.SURFACE and file.name in full:
             assets[-1].set("inertia", "legacy")  # MuJoCo 3.2.6 does not know `shell`
     world = etree.SubElement(root, "worldbody")
     outer = etree.SubElement(world, "body")
-    placed = body.add(outer, asset.root, body.Draft(asset, meshes, names, collider.GROUP, visual.GROUP))
+    placed = body.add(outer, asset.root, body.BodyContext(asset, meshes, names, collider.GROUP, visual.GROUP))
     _box(placed, asset)
     label.add_all(root, asset)
     return root

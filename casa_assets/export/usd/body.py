@@ -9,7 +9,7 @@ import numpy.typing as npt
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
 from casa_assets.export.usd import collider, number, visual
-from casa_assets.export.usd.material import Looks
+from casa_assets.export.usd.material import MaterialPrims
 from casa_assets.model.asset.asset import Asset, Base, Inertial, Link
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
@@ -17,7 +17,7 @@ from casa_assets.model.record import Vec3
 SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach the last bit
 
 
-def define(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, looks: Looks) -> Usd.Prim:
+def define(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, looks: MaterialPrims) -> Usd.Prim:
     """Body prim at `path` with its visuals and colliders. Bodies are siblings, so its pose is asset_from_link."""
     prim = UsdGeom.Xform.Define(stage, path).GetPrim()
     number.place(prim, asset.asset_from_link(link.name))
@@ -64,7 +64,7 @@ def principal(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
     return (a[0][0], a[1][1], a[2][2]), Pose.from_matrix(np.array(v))
 
 
-def single(moments: Vec3) -> Vec3:
+def float32_moments(moments: Vec3) -> Vec3:
     """Moments as float32 numbers that still belong to a body: none exceeds the sum of the other two.
 
     Rounding the moments of a flat plate, where the largest is that sum, may break it by one unit in the last place.
@@ -83,5 +83,5 @@ def _mass(prim: Usd.Prim, inertial: Inertial) -> None:
     mass = UsdPhysics.MassAPI.Apply(prim)
     mass.CreateMassAttr(inertial.mass)
     mass.CreateCenterOfMassAttr(number.vec3f(inertial.center_of_mass))
-    mass.CreateDiagonalInertiaAttr(number.vec3f(single(moments)))
+    mass.CreateDiagonalInertiaAttr(number.vec3f(float32_moments(moments)))
     mass.CreatePrincipalAxesAttr(number.quatf(axes.quaternion))

@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from casa_assets.export.usd import label, number, visual
-from casa_assets.export.usd.material import Looks
+from casa_assets.export.usd.material import MaterialPrims
 from casa_assets.model.asset.asset import Collider, Link
 from casa_assets.model.asset.shape import MAX_HULL_VERTICES, Box, Capsule, Cylinder, Hull, Shape, Sphere
 
@@ -16,7 +16,7 @@ FACETED = 4
 ROUND = 6
 
 
-def define_all(stage: Usd.Stage, body: Sdf.Path, link: Link, looks: Looks) -> None:
+def define_all(stage: Usd.Stage, body: Sdf.Path, link: Link, looks: MaterialPrims) -> None:
     """Colliders of a link below `<body>/collision`."""
     if not link.colliders:
         return
@@ -55,7 +55,7 @@ def define_shape(stage: Usd.Stage, path: Sdf.Path, shape: Shape) -> Usd.Prim:
     return visual.define_mesh(stage, path, shape.mesh)
 
 
-def _touch(prim: Usd.Prim, item: Collider, looks: Looks) -> None:
+def _touch(prim: Usd.Prim, item: Collider, looks: MaterialPrims) -> None:
     """Pose, purpose, collision schemas and friction."""
     number.place(prim, item.pose, item.shape.size if isinstance(item.shape, Box) else None)
     UsdGeom.Imageable(prim).CreatePurposeAttr(UsdGeom.Tokens.guide)

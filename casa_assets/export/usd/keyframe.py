@@ -25,7 +25,7 @@ def define_all(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
     variants = root.GetVariantSets().AddVariantSet(SET)
     named = {key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes}
     named = {DEFAULT: named.get(DEFAULT, {}), **named}
-    moving = [k.name for k in asset.links if moves(asset, k.name)]
+    moving = [k.name for k in asset.links if is_moved(asset, k.name)]
     _make_room(stage, root, asset, moving)
     for key, values in named.items():
         variants.AddVariant(key)
@@ -51,16 +51,18 @@ def _make_room(stage: Usd.Stage, root: Usd.Prim, asset: Asset, moving: list[str]
         xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
         xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
     for joint in asset.joints:
-        stage.GetPrimAtPath(_path(root, joint)).AddAppliedSchema(f"PhysicsJointStateAPI:{freedom(joint)}")
+        stage.GetPrimAtPath(_path(root, joint)).AddAppliedSchema(f"PhysicsJointStateAPI:{state_axis(joint)}")
 
 
 def _stand(prim: Usd.Prim, joint: Joint, value: float) -> None:
     """Where PhysX finds the joint: degrees or metres. Ref: PhysxSchema, PhysicsJointStateAPI."""
     position = number.degrees(value) if joint.kind is JointKind.HINGE else value
-    number.author(prim, f"state:{freedom(joint)}:physics:position", Sdf.ValueTypeNames.Float, position, uniform=False)
+    number.author(
+        prim, f"state:{state_axis(joint)}:physics:position", Sdf.ValueTypeNames.Float, position, uniform=False
+    )
 
 
-def freedom(joint: Joint) -> str:
+def state_axis(joint: Joint) -> str:
     """What UsdPhysics calls the way in which a joint moves."""
     return "angular" if joint.kind is JointKind.HINGE else "linear"
 
@@ -91,9 +93,9 @@ def joint_motion(joint: Joint, value: float) -> Pose:
     return at @ spin @ at.inverse()
 
 
-def moves(asset: Asset, name: str) -> bool:
+def is_moved(asset: Asset, name: str) -> bool:
     """Whether a link is moved by any joint, its own or one that carries it."""
     link = asset.link(name)
     if asset.joint_of(name) is not None:
         return True
-    return link.parent is not None and moves(asset, link.parent)
+    return link.parent is not None and is_moved(asset, link.parent)

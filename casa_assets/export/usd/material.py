@@ -20,14 +20,14 @@ PNG_WITH_ALPHA = (4, 6)
 
 
 @dataclass(frozen=True)
-class Looks:
+class MaterialPrims:
     """Material prims: `surfaces` by material id, `contacts` by substance id."""
 
     surfaces: dict[str, UsdShade.Material]
     contacts: dict[str, UsdShade.Material]
 
 
-def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset, textures: str) -> Looks:
+def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset, textures: str) -> MaterialPrims:
     """Every material and substance of the asset below its root; `textures` leads from the layer to the pictures."""
     surfaces: dict[str, UsdShade.Material] = {}
     if asset.materials:
@@ -36,7 +36,7 @@ def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset, textures: str) ->
             surfaces[item.id] = _surface(stage, scope.AppendChild(item.id), item, textures)
     scope = UsdGeom.Scope.Define(stage, root.AppendChild(CONTACTS)).GetPath()
     contacts = {s.id: _contact(stage, scope.AppendChild(s.id), s) for s in asset.substances}
-    return Looks(surfaces, contacts)
+    return MaterialPrims(surfaces, contacts)
 
 
 def _contact(stage: Usd.Stage, path: Sdf.Path, substance: Substance) -> UsdShade.Material:

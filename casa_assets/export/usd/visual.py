@@ -7,14 +7,14 @@ import numpy.typing as npt
 from pxr import Sdf, Usd, UsdGeom, UsdShade, Vt
 
 from casa_assets.export.usd import label, number
-from casa_assets.export.usd.material import Looks
+from casa_assets.export.usd.material import MaterialPrims
 from casa_assets.model.asset.asset import Link
 from casa_assets.model.asset.mesh import Mesh
 
 GROUP = 1  # MuJoCo's group for what is seen, as in model.xml
 
 
-def define_all(stage: Usd.Stage, body: Sdf.Path, link: Link, looks: Looks) -> None:
+def define_all(stage: Usd.Stage, body: Sdf.Path, link: Link, looks: MaterialPrims) -> None:
     """Visuals of a link below `<body>/visual`."""
     if not link.visuals:
         return

@@ -23,7 +23,7 @@ from casa_assets.ingest.collision.strategies import (
 )
 from casa_assets.ingest.draft import Draft, PlacedShape, warning
 from casa_assets.model.issue import Issue
-from casa_assets.model.registry.category import Build, Category, Upright
+from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 # The share of the surface that may be bare; a little below the limit of the check, which samples the finished mesh.
 BARE_BAD = 0.04
@@ -53,7 +53,7 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     vertices, faces = draft.soup()
     points, place = weld(vertices)
     ids = place[faces]
-    full = category.build in (Build.SOLID, Build.FILLED)
+    full = category.build in (MatterFill.SOLID, MatterFill.FILLED)
     whole = measure_part(points, ids, bridge=full)
     if whole is None:
         raise Rejected("MSH004", "no collision shape with a volume fits; the mesh is a sheet or a line")
@@ -64,14 +64,14 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     shapes: tuple[PlacedShape, ...]
     if is_one:
         samples = surface_samples(points, ids, SAMPLES)
-        one = whole_shape(whole.points, category.build is Build.FILLED, params, samples)
+        one = whole_shape(whole.points, category.build is MatterFill.FILLED, params, samples)
         shapes, how, confidence = (one,), "one shape: the mesh fills its hull", 1.0
     elif made is None:
         shapes, how, confidence = (_last_resort(whole.points, params, notes),), "one hull", 0.5
     else:
         by = fit_reference(points, ids, made.solid, not full)
-        rolls = category.upright is Upright.ANY
-        packed = category.build is Build.FILLED
+        rolls = category.upright is RestingPose.ANY
+        packed = category.build is MatterFill.FILLED
         best = _best(CollisionTask(points, ids, full, whole.fill, rolls, packed, made, by, params, decomposer), notes)
         if best is None:
             shapes, how, confidence = (_last_resort(whole.points, params, notes),), "one hull", 0.5

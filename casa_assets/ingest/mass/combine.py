@@ -15,7 +15,7 @@ from casa_assets.ingest.mass.estimates import combine_estimates, estimates
 from casa_assets.model.asset.asset import Inertial
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Issue
-from casa_assets.model.registry.category import Build, Category
+from casa_assets.model.registry.category import Category, MatterFill
 
 # Least over greatest mean square extent of a body whose inertia survives rounding to nine digits.
 THINNEST = 1e-7
@@ -64,7 +64,7 @@ def _moments(draft: Draft, category: Category) -> tuple[float, Floats, Floats, s
     points, place = weld(vertices)
     surfaces = [tessellate(p.shape, p.pose) for p in draft.colliders]
     hulls = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
-    solid = closed_solid(points, place[faces]) if category.build in (Build.SOLID, Build.VESSEL) else None
+    solid = closed_solid(points, place[faces]) if category.build in (MatterFill.SOLID, MatterFill.VESSEL) else None
     if solid is not None and signed_volume(*solid) > 0.02 * signed_volume(*hulls) and _spans(solid[0], points):
         return (*solid_moments(*solid), "the closed mesh")
     return (*solid_moments(*hulls), "the collision shapes")

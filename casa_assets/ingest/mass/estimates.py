@@ -16,7 +16,7 @@ from casa_assets.geometry.mesh.topology import weld
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.geometry.solid.manifold import closed_solid
 from casa_assets.model.asset.material import Substance
-from casa_assets.model.registry.category import Build, Category, Upright
+from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 # Usual walls of household things, metres: a mug 3.5 to 5 mm, drinking glasses 2 to 3 mm, pots 0.8 to 3 mm, moulded
 # plastic 1.5 to 2.5 mm. Our estimates, good to a third; what is not here is no material that walls are made of.
@@ -110,27 +110,30 @@ def _matter(
 ) -> Estimate | None:
     density = substance.density
     inside = None if solid is None else signed_volume(*solid)
-    if category.build is Build.VESSEL:
+    if category.build is MatterFill.VESSEL:
         if inside is None:
             return None
         return Estimate(EstimateMethod.MATTER, inside * density, 0.25, f"{inside * 1e6:.4g} cm^3 of walls")
-    if category.build is Build.HOLLOW and substance.id not in BULK_DENSITY_SUBSTANCES:
+    if category.build is MatterFill.HOLLOW and substance.id not in BULK_DENSITY_SUBSTANCES:
         return None
     outline = voxelise(points, ids, bridge=True).volume
-    if category.build is Build.SOLID and inside is not None and inside > SHELL_SHARE * outline:
+    if category.build is MatterFill.SOLID and inside is not None and inside > SHELL_SHARE * outline:
         return Estimate(
             EstimateMethod.MATTER, inside * density, 0.12, f"{inside * 1e6:.4g} cm^3 within the closed mesh"
         )
-    spread = 0.3 if category.build is Build.SOLID else 0.4
+    spread = 0.3 if category.build is MatterFill.SOLID else 0.4
     return Estimate(EstimateMethod.MATTER, outline * density, spread, f"{outline * 1e6:.4g} cm^3 within the outline")
 
 
 def _hull(volume: float, skin: float, category: Category, substance: Substance) -> Estimate | None:
-    if category.build in (Build.SOLID, Build.FILLED) or substance.id in BULK_DENSITY_SUBSTANCES:
-        spread = BENT_SPREAD if category.upright is Upright.LIES else CONVEX_SPREAD
+    if category.build in (MatterFill.SOLID, MatterFill.FILLED) or substance.id in BULK_DENSITY_SUBSTANCES:
+        spread = BENT_SPREAD if category.upright is RestingPose.LIES else CONVEX_SPREAD
         kg = CONVEX * volume * substance.density
         return Estimate(
-            EstimateMethod.HULL, kg, spread + 0.1 * (category.build is not Build.SOLID), f"hull {volume * 1e6:.4g} cm^3"
+            EstimateMethod.HULL,
+            kg,
+            spread + 0.1 * (category.build is not MatterFill.SOLID),
+            f"hull {volume * 1e6:.4g} cm^3",
         )
     wall = WALL_THICKNESS_M.get(substance.id)
     if wall is None:
@@ -142,10 +145,10 @@ def _hull(volume: float, skin: float, category: Category, substance: Substance) 
 
 def _shell(area: float, skin: float, closed: bool, category: Category, substance: Substance) -> Estimate | None:
     wall = WALL_THICKNESS_M.get(substance.id)
-    if wall is None or category.build in (Build.SOLID, Build.FILLED):
+    if wall is None or category.build in (MatterFill.SOLID, MatterFill.FILLED):
         return None
     one_side = area / 2 if closed or area > DOUBLE_WALL_AREA_RATIO * skin else area
-    spread = 0.35 if category.build is Build.VESSEL else 0.6
+    spread = 0.35 if category.build is MatterFill.VESSEL else 0.6
     message = f"{one_side * 1e4:.4g} cm^2 of {substance.id} {1000 * wall:.2g} mm thick"
     return Estimate(EstimateMethod.SHELL, one_side * wall * substance.density, spread, message)
 
@@ -153,7 +156,7 @@ def _shell(area: float, skin: float, closed: bool, category: Category, substance
 def _usual(extents: Floats, category: Category) -> Estimate:
     box = float(np.maximum(extents, 1e-9).prod())
     typical = float(np.prod([side.typical for side in category.extents]))
-    grows = 1.0 if category.build in (Build.SOLID, Build.FILLED) else 2 / 3
+    grows = 1.0 if category.build in (MatterFill.SOLID, MatterFill.FILLED) else 2 / 3
     span = category.mass_kg
     kg = float(np.clip(span.typical * (box / typical) ** grows, span.low, span.high))
     spread = max(log(span.high / span.low) / 4, 0.2)
@@ -174,7 +177,7 @@ def combine_estimates(found: Sequence[Estimate], category: Category, agree: floa
     usual_mass = matter is not None and span.low <= matter.kg <= span.high
     # A measured mass within the usual range need not be that of the average one.
     ratio = _disagreement([e for e in found if e.way is not EstimateMethod.USUAL or not usual_mass])
-    if matter is not None and usual_mass and category.build is not Build.HOLLOW and ratio <= agree:
+    if matter is not None and usual_mass and category.build is not MatterFill.HOLLOW and ratio <= agree:
         kg = matter.kg
     else:
         weights = [1 / e.spread**2 for e in found]

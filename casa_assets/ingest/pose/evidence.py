@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.typing import Floats
 from casa_assets.ingest.pose.cloud import SurfaceSample, plan_axes
-from casa_assets.model.registry.category import Build, Category, Upright
+from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 # Cells along the longest side of the map of heights that rain falls on.
 CELLS = 36
@@ -128,7 +128,7 @@ def rain_volume(points: Floats) -> float:
 
 def pose_score(one: Stance, category: Category) -> float:
     """Log likelihood of resting this way for a thing of the category, up to a constant."""
-    if category.upright is Upright.ANY or category.id == "object":
+    if category.upright is RestingPose.ANY or category.id == "object":
         return 0.0 if one.stable else -0.5
     total = outline_score(one.extents, category)
     above, below = _share(one.holds), _share(one.hides)
@@ -137,19 +137,19 @@ def pose_score(one: Stance, category: Category) -> float:
     # Nothing rests on a hundredth of its outline, however it lies along the axes of its file.
     foot = float(np.log(np.clip(one.foot, 0.01, 1.0)))
     taper = float(np.clip(one.taper, -1.2, 1.2))
-    if category.upright is Upright.LIES:  # bent and pointed things rest on little, and tip a bit
+    if category.upright is RestingPose.LIES:  # bent and pointed things rest on little, and tip a bit
         total -= 0.0 if one.stable else 0.7
-        room *= 5.0 if category.build is Build.VESSEL else 3.0
+        room *= 5.0 if category.build is MatterFill.VESSEL else 3.0
         return total + room + 0.8 * ends + 3.0 * one.sink + 1.3 * foot
     total -= 0.0 if one.stable else 2.0
-    if category.build is Build.VESSEL:  # where there is no room, a lid is on it
+    if category.build is MatterFill.VESSEL:  # where there is no room, a lid is on it
         shut = 1 - max(above, below)
         neck = min(max(taper, -0.6), 0.6)
         return total + 6.0 * room + 1.3 * foot + shut * (1.5 * neck + 4.0 * one.sink + 0.5 * ends)
-    if category.build is Build.FILLED:  # cans and bottles have a dent below
+    if category.build is MatterFill.FILLED:  # cans and bottles have a dent below
         dent = float(np.clip((one.hides - one.holds) / 0.02, -1, 1))
         return total + 3.5 * taper + 6.0 * one.sink + 0.8 * ends + 1.0 * foot + 1.0 * dent
-    if category.build is Build.HOLLOW:
+    if category.build is MatterFill.HOLLOW:
         return total + 1.2 * taper + 4.0 * one.sink + 0.5 * ends + 1.0 * foot + 0.8 * room
     return total + 0.5 * taper + 4.0 * one.sink + 1.0 * ends + 1.0 * foot + 1.0 * room
 
@@ -170,7 +170,7 @@ def outline_score(extents: Floats, category: Category) -> float:
     order = np.argsort(usual[:2], kind="stable")
     want, wide = np.array([*usual[order], usual[2]]), np.array([*spread[order], spread[2]])
     sigma = np.clip(wide, 0.2, 0.4)
-    lies = category.upright is Upright.LIES
+    lies = category.upright is RestingPose.LIES
     miss = np.log(have / want)
     weight = 1 / sigma**2 * np.array([1, 1, 0 if lies else 1])
     miss = miss - (weight * miss).sum() / weight.sum()

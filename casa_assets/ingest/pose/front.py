@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from casa_assets.core.typing import Floats
 from casa_assets.ingest.pose.cloud import plan_axes
 from casa_assets.ingest.pose.evidence import FOOT
-from casa_assets.model.registry.category import Category, Front
+from casa_assets.model.registry.category import Category, FrontRule
 
 # A turn smaller than this is left undone, radians: files that lie along their axes stay as they are.
 STRAIGHT = np.radians(3.0)
@@ -45,11 +45,11 @@ def facing(samples: Floats, category: Category, stated: bool) -> Facing:
     Args:
         samples: (N, 3) points spread evenly over the surface, z up. stated: the format says where the front is.
     """
-    if category.front is Front.LENGTH:
+    if category.front is FrontRule.LENGTH:
         return _lengthwise(samples)
-    if category.front is Front.HANDLE:
+    if category.front is FrontRule.HANDLE:
         return _handle(samples)
-    if category.front is Front.FACE:
+    if category.front is FrontRule.FACE:
         return _face(samples, category, stated)
     return Facing(0.0, "any", 1.0, f"a {category.id} has no front")
 

@@ -15,7 +15,7 @@ from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.size.size_phrases import StatedSize, parse_size_phrases
 from casa_assets.model.issue import Issue
-from casa_assets.model.registry.category import Build, Category
+from casa_assets.model.registry.category import Category, MatterFill
 
 # Units that meshes are drawn in, metres.
 UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
@@ -37,7 +37,7 @@ MAX_CONFIDENCE_UNKNOWN = 0.6
 # Spread of a stated length about the side that it names, and of a stated volume about the size that it makes; log.
 LENGTH_SPREAD, VOLUME_SPREAD = 0.06, 0.12
 # What it holds over the volume of its hull.
-CAPACITY_SHARE = {Build.VESSEL: 0.7, Build.HOLLOW: 0.6, Build.FILLED: 0.85, Build.SOLID: 1.0}
+CAPACITY_SHARE = {MatterFill.VESSEL: 0.7, MatterFill.HOLLOW: 0.6, MatterFill.FILLED: 0.85, MatterFill.SOLID: 1.0}
 
 
 @dataclass(frozen=True)

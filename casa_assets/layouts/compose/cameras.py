@@ -7,21 +7,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from casa_assets.layouts.order.request import Kitchen
-from casa_assets.layouts.plan.runs import Slot
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.model.kitchen.scene import Camera
 from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
-FOV = 50.0
+FOV_DEG = 50.0
 ASPECT = 4 / 3  # of the pictures that the overview has to fit into
-FILL = 0.95  # share of the overview that the room fills
-EYE = 1.45  # metres: eye of a robot of human height
-STANDS = 0.3  # metres that it stands from what is on the floor
+FRAME_FILL = 0.95  # share of the overview that the room fills
+EYE_HEIGHT_M = 1.45  # metres: eye of a robot of human height
+ROBOT_CLEARANCE_M = 0.3  # metres that it stands from what is on the floor
 FAN_DEG, SIGHT = (-24, -16, -8, 0, 8, 16, 24), 40  # directions in which its outlook is tried, and decimetres
 Box = tuple[float, float, float, float]
-WORK = {
+WORKPLACES = {
     BaseKind.SINK: "sink",
     BaseKind.RANGE: "stove",
     BaseKind.HOB: "stove",
@@ -31,7 +31,7 @@ WORK = {
 }
 
 
-def cameras(kitchen: Kitchen) -> tuple[Camera, ...]:
+def cameras(kitchen: KitchenRequest) -> tuple[Camera, ...]:
     """Overview from above the open side, straight from above, at each place of work, and two robot eyes."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     middle = ((x0 + x1) / 2, (y0 + y1) / 2)
@@ -39,7 +39,7 @@ def cameras(kitchen: Kitchen) -> tuple[Camera, ...]:
     seen: set[str] = set()
     for row in kitchen.slots.values():
         for slot in row:
-            name = WORK.get(slot.kind) if isinstance(slot.kind, BaseKind) else None
+            name = WORKPLACES.get(slot.kind) if isinstance(slot.kind, BaseKind) else None
             if name is None or name in seen:
                 continue
             seen.add(name)
@@ -51,21 +51,21 @@ def cameras(kitchen: Kitchen) -> tuple[Camera, ...]:
     return tuple(out)
 
 
-def _robot_eyes(kitchen: Kitchen) -> list[tuple[Vec3, Vec3]]:
+def _robot_eyes(kitchen: KitchenRequest) -> list[tuple[Vec3, Vec3]]:
     """Eye and target of a robot in the left and in the right of the room, where it stands free and sees far."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     units = [s for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
-    boxes = [(_box(s), s.high > EYE - 0.2) for s in units]
+    boxes = [(_box(s), s.high > EYE_HEIGHT_M - 0.2) for s in units]
     found = []
     for shares, way in (((0.35, 0.28, 0.42, 0.5), 1.0), ((0.65, 0.72, 0.58, 0.5), -1.0)):
         places = [(x0 + fx * (x1 - x0), y0 + fy * (y1 - y0)) for fy in (0.3, 0.2, 0.4, 0.1) for fx in shares]
         target = ((x0 + x1) / 2 - way * 0.3, y1)
         best = max(places, key=lambda at: _outlook(kitchen, boxes, at, target))
-        found.append(((*best, EYE), (*target, 1.05)))
+        found.append(((*best, EYE_HEIGHT_M), (*target, 1.05)))
     return found
 
 
-def _box(slot: Slot) -> Box:
+def _box(slot: UnitSlot) -> Box:
     """Least and greatest x and y of a unit on the floor."""
     xs, ys = zip(
         *(slot.line.frame.at(u, v)[:2] for u in (slot.left, slot.right) for v in (0.0, slot.depth)), strict=True
@@ -73,9 +73,9 @@ def _box(slot: Slot) -> Box:
     return min(xs), min(ys), max(xs), max(ys)
 
 
-def _outlook(kitchen: Kitchen, boxes: Sequence[tuple[Box, bool]], at: Vec2, target: Vec2) -> tuple[bool, float]:
+def _outlook(kitchen: KitchenRequest, boxes: Sequence[tuple[Box, bool]], at: Vec2, target: Vec2) -> tuple[bool, float]:
     """Whether one stands free there, and how many metres one sees on the average, to half metres."""
-    free = kitchen.room.holds(*at) and all(_away(box, at) > STANDS for box, _ in boxes)
+    free = kitchen.room.holds(*at) and all(_away(box, at) > ROBOT_CLEARANCE_M for box, _ in boxes)
     ahead = math.atan2(target[1] - at[1], target[0] - at[0])
     tall = [box for box, high in boxes if high]
     total = 0.0
@@ -94,7 +94,7 @@ def _away(box: Box, at: Vec2) -> float:
     return math.hypot(max(box[0] - at[0], 0.0, at[0] - box[2]), max(box[1] - at[1], 0.0, at[1] - box[3]))
 
 
-def _overview(kitchen: Kitchen, x0: float, y0: float, x1: float, y1: float) -> Camera:
+def _overview(kitchen: KitchenRequest, x0: float, y0: float, x1: float, y1: float) -> Camera:
     """From the side that the plan leaves open, high enough to see over what stands in front."""
     openings = [w for w in kitchen.room.walls if w.open]
     sides = {w.frame.quarter for w in openings}
@@ -112,14 +112,14 @@ def _overview(kitchen: Kitchen, x0: float, y0: float, x1: float, y1: float) -> C
     for _ in range(30):
         middle = (low + high) / 2
         low, high = (low, middle) if _fits(corners, target + middle * away, target) else (middle, high)
-    return Camera(name="overview", pose=look_at(_vec(target + high * away), _vec(target)), fov_y_deg=FOV)
+    return Camera(name="overview", pose=look_at(_vec(target + high * away), _vec(target)), fov_y_deg=FOV_DEG)
 
 
 def _fits(points: np.ndarray, eye: np.ndarray, target: np.ndarray) -> bool:
     """Whether the overview shows all points, with a little air round them."""
     pose = look_at(_vec(eye), _vec(target))
     seen = pose.inverse().apply(points)
-    reach = FILL * math.tan(math.radians(FOV / 2)) * -seen[:, 2]
+    reach = FRAME_FILL * math.tan(math.radians(FOV_DEG / 2)) * -seen[:, 2]
     return bool(
         (seen[:, 2] < -0.1).all() and (np.abs(seen[:, 1]) < reach).all() and (np.abs(seen[:, 0]) < reach * ASPECT).all()
     )

@@ -10,18 +10,18 @@ import numpy as np
 from casa_assets.geometry.inertia import ready_to_simulate
 from casa_assets.layouts.compose.cameras import cameras
 from casa_assets.layouts.compose.light import lights, sky
-from casa_assets.layouts.order.request import Kitchen
-from casa_assets.layouts.order.wanted import Depth, Height, Spot
-from casa_assets.layouts.plan.wall_frame import turned
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.wanted import DepthReference, HeightReference, Spot
+from casa_assets.layouts.plan.wall_frame import turned_left
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-MAIN = "main"
+MAIN_REGION = "main"
 
 
-def compose(kitchen: Kitchen, assets: Mapping[str, Asset], scene_id: str) -> Scene:
+def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str) -> Scene:
     """The scene of a kitchen.
 
     Args:
@@ -32,7 +32,7 @@ def compose(kitchen: Kitchen, assets: Mapping[str, Asset], scene_id: str) -> Sce
         Placement(
             name=w.name,
             asset=assets[w.name].id,
-            pose=stand(assets[w.name], w.spot),
+            pose=pose_at_spot(assets[w.name], w.spot),
             layer=Layer(w.layer),
         )
         for w in kitchen.wanted
@@ -53,7 +53,7 @@ def compose(kitchen: Kitchen, assets: Mapping[str, Asset], scene_id: str) -> Sce
 def box_of(asset: Asset) -> tuple[Vec3, Vec3]:
     """Middle and size of what an asset takes up without handles and knobs: its region `main`; asset frame, metres."""
     for region in asset.regions:
-        if region.name == MAIN and region.link == asset.root.name:
+        if region.name == MAIN_REGION and region.link == asset.root.name:
             middle = (asset.root.pose @ region.pose).position
             return middle, region.size
     low, high = asset.bounds
@@ -62,18 +62,22 @@ def box_of(asset: Asset) -> tuple[Vec3, Vec3]:
     return (float(middle[0]), float(middle[1]), float(middle[2])), (float(size[0]), float(size[1]), float(size[2]))
 
 
-def stand(asset: Asset, spot: Spot) -> Pose:
+def pose_at_spot(asset: Asset, spot: Spot) -> Pose:
     """room_from_asset of an asset in a spot."""
     (x, y, z), (_, depth, height) = box_of(asset)
-    own = {Depth.BACK: depth / 2, Depth.MIDDLE: 0.0, Depth.FRONT: -depth / 2}[spot.depth]
-    end = {Height.FOOT: -height / 2, Height.MIDDLE: 0.0, Height.HEAD: height / 2}[spot.height]
+    own = {DepthReference.BACK: depth / 2, DepthReference.MIDDLE: 0.0, DepthReference.FRONT: -depth / 2}[spot.depth]
+    end = {HeightReference.FOOT: -height / 2, HeightReference.MIDDLE: 0.0, HeightReference.HEAD: height / 2}[
+        spot.height
+    ]
     # A thing that is turned stands with its turned box against the line.
     if spot.turn_deg:
         angle = math.radians(spot.turn_deg)
         (_, wide), (w, d) = (0.0, 0.0), (_size(asset)[0], depth)
         wide = abs(w * math.sin(angle)) + abs(d * math.cos(angle))
-        toward = {Depth.BACK: wide / 2, Depth.MIDDLE: 0.0, Depth.FRONT: -wide / 2}[spot.depth]
-        there = turned(spot.frame.pose(spot.u, spot.v + toward, spot.z), spot.turn_deg)
+        toward = {DepthReference.BACK: wide / 2, DepthReference.MIDDLE: 0.0, DepthReference.FRONT: -wide / 2}[
+            spot.depth
+        ]
+        there = turned_left(spot.frame.pose(spot.u, spot.v + toward, spot.z), spot.turn_deg)
         mark = np.array([x, y, z + end])
     else:
         there = spot.frame.pose(spot.u, spot.v, spot.z)

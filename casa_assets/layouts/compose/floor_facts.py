@@ -8,29 +8,29 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from casa_assets.layouts.compose.compose import box_of
-from casa_assets.layouts.compose.swept_areas import Outlines, leaf_width
+from casa_assets.layouts.compose.swept_areas import AssetOutlines, door_leaf_widths
 from casa_assets.layouts.order.back_panels import has_back
-from casa_assets.layouts.order.request import Kitchen
-from casa_assets.layouts.order.wanted import Wanted
-from casa_assets.layouts.order.worktops import BREAKS
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.wanted import OrderItem
+from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.aisles import find_aisles
-from casa_assets.layouts.plan.room import Hole
-from casa_assets.layouts.plan.runs import CornerPart, Line, Slot
+from casa_assets.layouts.plan.room import WallHole
+from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.floor import (
-    Facts,
     Fixture,
-    Foot,
-    Mark,
-    Movable,
+    FixtureJoint,
+    FixtureRegion,
+    FixtureSite,
+    Footprint,
+    KitchenFacts,
+    PlacedRun,
+    PlacedUnit,
     Role,
-    Row,
+    RoomWall,
     RunEnd,
-    Side,
-    Unit,
-    Volume,
-    Way,
+    WallOpening,
 )
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
@@ -53,16 +53,16 @@ WORKTOP_FROM, WORKTOP_TO = 0.85, 1.15  # heights at which a thing stands on a wo
 ON_FLOOR = 0.1
 
 
-def facts_of(kitchen: Kitchen, scene: Scene) -> Facts:
+def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
     """The facts of a kitchen and the scene that was composed of it."""
     wanted = {w.name: w for w in kitchen.wanted}
     assets = scene.asset_of
-    outlines = {a.id: Outlines(a) for a in scene.assets}
+    outlines = {a.id: AssetOutlines(a) for a in scene.assets}
     fixtures = tuple(_fixture(p, assets[p.name], wanted[p.name], outlines) for p in scene.placements)
     of = {f.name: f for f in fixtures}
     drawn = {w.name for w in kitchen.wanted}
     walls = tuple(
-        Side(
+        RoomWall(
             id=w.id,
             start=_flat(w.frame.at(0.0, 0.0)),
             end=_flat(w.frame.at(w.length, 0.0)),
@@ -74,7 +74,7 @@ def facts_of(kitchen: Kitchen, scene: Scene) -> Facts:
     outline = kitchen.room.outline
     closed = {w.id for w in walls if not w.open}
     holes = [h for h in kitchen.holes if h.wall.id in closed]
-    return Facts(
+    return KitchenFacts(
         id=scene.id,
         plan=kitchen.plan.id,
         compact=kitchen.plan.compact,
@@ -88,7 +88,7 @@ def facts_of(kitchen: Kitchen, scene: Scene) -> Facts:
     )
 
 
-def _role(wanted: Wanted, place: Placement, asset: Asset, low: float) -> Role:
+def _role(wanted: OrderItem, place: Placement, asset: Asset, low: float) -> Role:
     if place.layer is not Layer.THINGS:
         return Role.ROOM
     if wanted.role == "base":
@@ -102,10 +102,10 @@ def _role(wanted: Wanted, place: Placement, asset: Asset, low: float) -> Role:
     return Role.THING if asset.base is Base.FREE and WORKTOP_FROM < low < WORKTOP_TO else Role.HUNG
 
 
-def _fixture(place: Placement, asset: Asset, wanted: Wanted, outlines: Mapping[str, Outlines]) -> Fixture:
+def _fixture(place: Placement, asset: Asset, wanted: OrderItem, outlines: Mapping[str, AssetOutlines]) -> Fixture:
     middle, size = box_of(asset)
     x, y, z = _at(place.pose, middle)
-    foot = Foot(middle=(_tidy(x), _tidy(y)), size=(size[0], size[1]), yaw=_yaw(place.pose))
+    foot = Footprint(middle=(_tidy(x), _tidy(y)), size=(size[0], size[1]), yaw=_yaw(place.pose))
     low, high = _tidy(z - size[2] / 2), _tidy(z + size[2] / 2)
     around = outlines[asset.id]
     role = _role(wanted, place, asset, low)
@@ -131,14 +131,14 @@ def _fixture(place: Placement, asset: Asset, wanted: Wanted, outlines: Mapping[s
     )
 
 
-def _mark(name: str, pose: Pose) -> Mark:
-    return Mark(name=name, at=_at(pose, (0.0, 0.0, 0.0)))
+def _mark(name: str, pose: Pose) -> FixtureSite:
+    return FixtureSite(name=name, at=_at(pose, (0.0, 0.0, 0.0)))
 
 
-def _joints(place: Placement, asset: Asset, around: Outlines, foot: Foot) -> Iterator[Movable]:
+def _joints(place: Placement, asset: Asset, around: AssetOutlines, foot: Footprint) -> Iterator[FixtureJoint]:
     for joint in asset.joints:
         grip = around.grip(joint)
-        yield Movable(
+        yield FixtureJoint(
             name=joint.name,
             kind=joint.kind,
             range=joint.range,
@@ -148,13 +148,13 @@ def _joints(place: Placement, asset: Asset, around: Outlines, foot: Foot) -> Ite
         )
 
 
-def _volumes(place: Placement, asset: Asset, around: Outlines) -> Iterator[Volume]:
+def _volumes(place: Placement, asset: Asset, around: AssetOutlines) -> Iterator[FixtureRegion]:
     for region in asset.regions:
         pose = place.pose @ around.poses[region.link] @ region.pose
         (x, y, z), (w, d, h) = pose.position, region.size
-        yield Volume(
+        yield FixtureRegion(
             name=region.name,
-            foot=Foot(middle=(_tidy(x), _tidy(y)), size=(w, d), yaw=_yaw(pose)),
+            foot=Footprint(middle=(_tidy(x), _tidy(y)), size=(w, d), yaw=_yaw(pose)),
             low=_tidy(z - h / 2),
             high=_tidy(z + h / 2),
             round=region.kind == "cylinder",
@@ -162,16 +162,16 @@ def _volumes(place: Placement, asset: Asset, around: Outlines) -> Iterator[Volum
         )
 
 
-def _way(hole: Hole, asset: Asset | None, fixture: Fixture | None) -> Way:
+def _way(hole: WallHole, asset: Asset | None, fixture: Fixture | None) -> WallOpening:
     frame, opening = hole.wall.frame, hole.opening
     clear = hole.right - hole.left
     leaf = None
     if opening.kind is OpeningKind.DOOR and asset is not None and fixture is not None:
         for joint, known in zip(asset.joints, fixture.joints, strict=True):
             if known.leaf is not None:
-                width, taken = leaf_width(asset, joint)
+                width, taken = door_leaf_widths(asset, joint)
                 clear, leaf = width - taken, known.leaf
-    return Way(
+    return WallOpening(
         id=opening.id,
         kind=opening.kind,
         wall=hole.wall.id,
@@ -185,20 +185,20 @@ def _way(hole: Hole, asset: Asset | None, fixture: Fixture | None) -> Way:
     )
 
 
-def _row(kitchen: Kitchen, line: Line, slots: Sequence[Slot], of: Mapping[str, Fixture]) -> Row:
+def _row(kitchen: KitchenRequest, line: RunLine, slots: Sequence[UnitSlot], of: Mapping[str, Fixture]) -> PlacedRun:
     corner = line.right.corner
     behind = 0.0
     if not line.at_wall:
-        behind = (standard_sizes.PANEL if has_back(line) else 0.0) + max(line.run.overhang, 0.01)
-    tall = {s.name for s in slots if s.kind in BREAKS or s.high > standard_sizes.TOP}
-    return Row(
+        behind = (standard_sizes.END_PANEL if has_back(line) else 0.0) + max(line.run.overhang, 0.01)
+    tall = {s.name for s in slots if s.kind in WORKTOP_BREAKS or s.high > standard_sizes.WORKTOP_HEIGHT}
+    return PlacedRun(
         id=line.id,
         origin=(line.frame.x, line.frame.y),
         yaw=round(line.frame.quarter % 4 * math.pi / 2, 9),
         length=line.length,
         back=round(behind, 4),
-        depth=round(line.depth + standard_sizes.OVERHANG, 4),
-        height=standard_sizes.TOP,
+        depth=round(line.depth + standard_sizes.WORKTOP_OVERHANG, 4),
+        height=standard_sizes.WORKTOP_HEIGHT,
         at_wall=line.at_wall,
         island=line.is_island,
         left=RunEnd(line.left.kind.value),
@@ -215,12 +215,12 @@ def _row(kitchen: Kitchen, line: Line, slots: Sequence[Slot], of: Mapping[str, F
     )
 
 
-def _unit(line: Line, slot: Slot, worktop: bool, of: Mapping[str, Fixture]) -> Unit:
-    fronts = [slot.depth + (standard_sizes.OVERHANG if worktop else 0.0)]
+def _unit(line: RunLine, slot: UnitSlot, worktop: bool, of: Mapping[str, Fixture]) -> PlacedUnit:
+    fronts = [slot.depth + (standard_sizes.WORKTOP_OVERHANG if worktop else 0.0)]
     for fixture in of.values():
         if fixture.unit == slot.name and fixture.low < 0.3 and slot.kind is not BaseKind.GAP:
             fronts.append(line.frame.of(*fixture.foot.at(0.0, 0.0))[1])
-    return Unit(
+    return PlacedUnit(
         name=slot.name,
         kind=slot.kind.value,
         left=slot.left,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 
-from casa_assets.layouts.order.request import Kitchen
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Light, LightKind, Placement, Sky
 from casa_assets.model.record import Vec3
@@ -13,7 +13,7 @@ from casa_assets.model.record import Vec3
 MOST_LAMPS = 3  # that shine by themselves; more cost time and wash out what is seen
 
 
-def lights(kitchen: Kitchen, placements: Sequence[Placement], assets: Mapping[str, Asset]) -> tuple[Light, ...]:
+def lights(kitchen: KitchenRequest, placements: Sequence[Placement], assets: Mapping[str, Asset]) -> tuple[Light, ...]:
     """A sun with shadows, light from the open side without, and the lamps under the ceiling."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     middle = ((x0 + x1) / 2, (y0 + y1) / 2)

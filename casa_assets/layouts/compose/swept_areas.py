@@ -11,17 +11,17 @@ from casa_assets.geometry.planar import distance, outline_of
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.model.asset.link import Link
 from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShape, Sphere
-from casa_assets.model.kitchen.floor import Corners, Foot, Leaf
+from casa_assets.model.kitchen.floor import Corners, Footprint, SweptArea
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-STEPS = 10  # poses of a hinge between shut and open: an arc of 90 degrees is met to 0.3 % of its radius
+HINGE_POSES = 10  # poses of a hinge between shut and open: an arc of 90 degrees is met to 0.3 % of its radius
 # A part that reaches out less than this is a knob, a key or a rack that stays in its fixture; metres.
-REACHES_OUT = 0.06
+MIN_REACH_M = 0.06
 _CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
 
 
-class Outlines:
+class AssetOutlines:
     """Points around the parts of an asset, computed once however often it is placed."""
 
     def __init__(self, asset: Asset) -> None:
@@ -57,19 +57,19 @@ class Outlines:
         if joint.kind is JointKind.SLIDE:
             return np.stack([shut, shut + far * axis])
         anchor = pose.apply(np.array([joint.anchor]))[0]
-        return np.stack([(shut - anchor) @ _turn(axis, a).T + anchor for a in np.linspace(0.0, far, STEPS)])
+        return np.stack([(shut - anchor) @ _turn(axis, a).T + anchor for a in np.linspace(0.0, far, HINGE_POSES)])
 
-    def leaf(self, joint: Joint, world: Pose, foot: Foot) -> Leaf | None:
+    def leaf(self, joint: Joint, world: Pose, foot: Footprint) -> SweptArea | None:
         """Where a joint's parts go, or None where they do not reach out of the fixture's foot."""
         passed = self.passed(joint)
-        if not passed.shape[1] or np.abs(passed[-1] - passed[0])[:, :2].max() < REACHES_OUT:
+        if not passed.shape[1] or np.abs(passed[-1] - passed[0])[:, :2].max() < MIN_REACH_M:
             return None
         points = world.apply(passed.reshape(-1, 3)).reshape(passed.shape)
         last = outline_of(points[-1, :, :2])
-        if len(last) < 3 or distance(foot.corners, last).max() < REACHES_OUT:
+        if len(last) < 3 or distance(foot.corners, last).max() < MIN_REACH_M:
             return None
         upright = joint.kind is JointKind.HINGE and abs(joint.axis[2]) > 0.5
-        return Leaf(
+        return SweptArea(
             swept=_corners(outline_of(points[..., :2].reshape(-1, 2))),
             open=_corners(last),
             low=round(float(points[..., 2].min()), 4),
@@ -78,12 +78,12 @@ class Outlines:
         )
 
 
-def leaf_width(asset: Asset, joint: Joint) -> tuple[float, float]:
+def door_leaf_widths(asset: Asset, joint: Joint) -> tuple[float, float]:
     """Width of a door's leaf, and how much of it stands in the way once it is open; metres. Levers do not count."""
     link = asset.link(joint.child)
     slabs = [c for c in link.colliders if c.label not in ("handle", "lever", "knob")]
     points = asset.asset_from_link(link.name).apply(_points(link.replace(colliders=tuple(slabs))))
-    outlines = Outlines(asset)
+    outlines = AssetOutlines(asset)
     pose = outlines.poses[joint.child]
     anchor, axis = pose.apply(np.array([joint.anchor]))[0], pose.rotation @ np.array(joint.axis)
     far = max(joint.range, key=abs)

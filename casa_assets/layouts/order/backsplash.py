@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from casa_assets.layouts.order.models import Models
-from casa_assets.layouts.order.wanted import Order, Spot, Wanted, member
-from casa_assets.layouts.order.worktops import LONGEST
+from casa_assets.layouts.order.models import StyleModels
+from casa_assets.layouts.order.wanted import BuildOrder, OrderItem, Spot, preset_with
+from casa_assets.layouts.order.worktops import MAX_SLAB_M
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import Hole
-from casa_assets.layouts.plan.runs import EndKind, Line, Slot
+from casa_assets.layouts.plan.room import WallHole
+from casa_assets.layouts.plan.runs import EndKind, RunLine, UnitSlot
 from casa_assets.model.kitchen.units import TALL, BaseKind, UpperKind
 
-SPLASH = 0.01  # metres, its thickness
+THICKNESS_M = 0.01  # metres, its thickness
 SILL_HORN = 0.02  # metres by which a sill is longer than the casing on it, at each end
-NARROWEST = 0.3  # metres of a panel
+MIN_PANEL_M = 0.3  # metres of a panel
 
 
-def order_splash(
-    order: Order, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]], holes: Sequence[Hole], models: Models
+def order_backsplash(
+    order: BuildOrder,
+    lines: Mapping[str, RunLine],
+    slots: Mapping[str, Sequence[UnitSlot]],
+    holes: Sequence[WallHole],
+    models: StyleModels,
 ) -> None:
     """Panels between worktops and wall units, lower under windows."""
     splash = models.style.splash
@@ -30,61 +34,63 @@ def order_splash(
         for k, (a, b, high) in enumerate(_fields(line, slots[name], holes, window_reach(models))):
             params = {
                 "width": round(b - a, 4),
-                "height": round(high - standard_sizes.TOP, 4),
-                "thickness": SPLASH,
+                "height": round(high - standard_sizes.WORKTOP_HEIGHT, 4),
+                "thickness": THICKNESS_M,
                 "face": splash.face,
             }
-            spot = Spot(line.frame, (a + b) / 2, 0.0, standard_sizes.TOP + 5e-4)
+            spot = Spot(line.frame, (a + b) / 2, 0.0, standard_sizes.WORKTOP_HEIGHT + 5e-4)
             order.add(
-                Wanted(f"{name}_splash_{k + 1}", "backsplash", member("backsplash/subway", params), spot, "", name)
+                OrderItem(
+                    f"{name}_splash_{k + 1}", "backsplash", preset_with("backsplash/subway", params), spot, "", name
+                )
             )
 
 
-def window_reach(models: Models) -> float:
+def window_reach(models: StyleModels) -> float:
     """How far a window's casing and sill reach beside and below its hole, metres."""
     casing = float(models.of("window").numbers.get("casing", 0.0)) if models.has("window") else 0.0
     return round(max(casing + SILL_HORN, 0.03) + 0.002, 4)
 
 
 def _fields(
-    line: Line, slots: Sequence[Slot], holes: Sequence[Hole], reach: float
+    line: RunLine, slots: Sequence[UnitSlot], holes: Sequence[WallHole], reach: float
 ) -> Iterator[tuple[float, float, float]]:
     """Left, right and upper edge of the panels of a run."""
     floor = [s for s in slots if not s.is_upper]
     parts: list[tuple[float, float]] = []
     for slot in floor:
-        if slot.kind in (*TALL, BaseKind.GAP) or slot.high > standard_sizes.TOP:
+        if slot.kind in (*TALL, BaseKind.GAP) or slot.high > standard_sizes.WORKTOP_HEIGHT:
             continue
         if parts and slot.left - parts[-1][1] < 0.01:
             parts[-1] = (parts[-1][0], slot.right)
         else:
             parts.append((slot.left, slot.right))
     if line.left.kind is EndKind.CORNER and parts:
-        parts[0] = (SPLASH, parts[0][1])
+        parts[0] = (THICKNESS_M, parts[0][1])
     if line.right.kind is EndKind.CORNER and parts:
         parts[-1] = (parts[-1][0], line.length)
     for a, b in parts:
         for c, d, high in _up_to_hoods(_under_windows(line, a, b, holes, reach), slots):
-            while d - c > LONGEST:
-                yield c, c + LONGEST, high
-                c += LONGEST
-            if d - c >= NARROWEST and high - standard_sizes.TOP >= 0.1:
+            while d - c > MAX_SLAB_M:
+                yield c, c + MAX_SLAB_M, high
+                c += MAX_SLAB_M
+            if d - c >= MIN_PANEL_M and high - standard_sizes.WORKTOP_HEIGHT >= 0.1:
                 yield round(c, 4), round(d, 4), high
 
 
 def _up_to_hoods(
-    fields: Iterator[tuple[float, float, float]], slots: Sequence[Slot]
+    fields: Iterator[tuple[float, float, float]], slots: Sequence[UnitSlot]
 ) -> Iterator[tuple[float, float, float]]:
     """The same panels, higher behind a hob or range; whole where what is left beside it would be too narrow."""
     hoods = sorted((s.left, s.right) for s in slots if s.kind is UpperKind.HOOD)
     for a, b, high in fields:
         at = a
         for left, right in hoods:
-            fits = left - at >= NARROWEST or abs(left - at) < 0.002
-            ends = b - right >= NARROWEST or abs(b - right) < 0.002
+            fits = left - at >= MIN_PANEL_M or abs(left - at) < 0.002
+            ends = b - right >= MIN_PANEL_M or abs(b - right) < 0.002
             if high < standard_sizes.UPPER_FROM or left < at - 0.002 or right > b + 0.002 or not (fits and ends):
                 continue
-            if left - at >= NARROWEST:
+            if left - at >= MIN_PANEL_M:
                 yield at, left, high
             yield left, right, standard_sizes.HOOD_FROM
             at = right
@@ -93,7 +99,7 @@ def _up_to_hoods(
 
 
 def _under_windows(
-    line: Line, a: float, b: float, holes: Sequence[Hole], casing: float
+    line: RunLine, a: float, b: float, holes: Sequence[WallHole], casing: float
 ) -> Iterator[tuple[float, float, float]]:
     full = standard_sizes.UPPER_FROM
     at = a

@@ -6,22 +6,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from casa_assets.layouts.plan.room import Room
-from casa_assets.layouts.plan.runs import Line, Slot
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.kitchen.units import UpperKind
 from casa_assets.model.record import Vec2
 
-APART = 1.1  # metres from beam to beam
+BEAM_SPACING_M = 1.1  # metres from beam to beam
 FEWEST, MOST = 3, 8
-USUAL_OFF = 2  # how many more or fewer than usual look as well
-HALF = 0.12  # half the width of a beam, and play
+MAX_COUNT_CHANGE = 2  # how many more or fewer than usual look as well
+BEAM_HALF_WIDTH_M = 0.12  # half the width of a beam, and play
 HOOD_DEPTH = 0.55
-CHIMNEY = 0.5  # width of what reaches the ceiling of most hoods, metres, and play
+CHIMNEY_WIDTH_M = 0.5  # width of what reaches the ceiling of most hoods, metres, and play
 
 
 @dataclass(frozen=True)
-class Beamwork:
+class BeamGrid:
     """Beams of one room, evenly apart.
 
     Attributes:
@@ -46,12 +46,12 @@ class Beamwork:
         """Whether a beam comes between two places across the beams, or nearly."""
         pitch = (self.high - self.low) / self.count
         middles = [self.low + (k + 0.5) * pitch for k in range(self.count)]
-        return any(low - HALF < m < high + HALF for m in middles)
+        return any(low - BEAM_HALF_WIDTH_M < m < high + BEAM_HALF_WIDTH_M for m in middles)
 
 
 def beams_of(
-    plan: Plan, style: Style, room: Room, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]]
-) -> Beamwork | None:
+    plan: Plan, style: Style, room: Room, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]]
+) -> BeamGrid | None:
     """The beams of a style that has some, clear of the hoods that reach the ceiling.
 
     Where the plan has a row of lamps they run along it, so that it hangs between two of them.
@@ -63,9 +63,9 @@ def beams_of(
     ways = (rows[0].frame.quarter % 2 == 0,) if rows else (False, True)
     usual, every = (
         [w for along_x in ways for w in _beamworks(along_x, *((y0, y1) if along_x else (x0, x1)), off)]
-        for off in (USUAL_OFF, MOST)
+        for off in (MAX_COUNT_CHANGE, MOST)
     )
-    for works, reach in ((usual, None), (every, None), (every, CHIMNEY)):
+    for works, reach in ((usual, None), (every, None), (every, CHIMNEY_WIDTH_M)):
         clear = (w for w in works if not any(w.crosses(*h) for h in _hoods(slots, w.along_x, reach)))
         found = next(clear, None)
         if found is not None:
@@ -73,14 +73,14 @@ def beams_of(
     return usual[0]
 
 
-def _beamworks(along_x: bool, low: float, high: float, off: int) -> list[Beamwork]:
+def _beamworks(along_x: bool, low: float, high: float, off: int) -> list[BeamGrid]:
     """Beams across a room, the usual number first, then up to so many more or fewer."""
-    usual = min(max(round((high - low) / APART), FEWEST), MOST)
+    usual = min(max(round((high - low) / BEAM_SPACING_M), FEWEST), MOST)
     counts = sorted(range(FEWEST, MOST + 1), key=lambda n: (abs(n - usual), n))
-    return [Beamwork(along_x, low, high, n) for n in counts if abs(n - usual) <= off]
+    return [BeamGrid(along_x, low, high, n) for n in counts if abs(n - usual) <= off]
 
 
-def _hoods(slots: Mapping[str, Sequence[Slot]], along_x: bool, wide: float | None) -> Iterator[Vec2]:
+def _hoods(slots: Mapping[str, Sequence[UnitSlot]], along_x: bool, wide: float | None) -> Iterator[Vec2]:
     """From where to where hoods reach across the beams, metres; of each no more than the middle that is so wide."""
     axis = 1 if along_x else 0
     for slot in (s for row in slots.values() for s in row if s.kind is UpperKind.HOOD):

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.layouts.order.models import Models
-from casa_assets.layouts.order.wanted import Depth, Height, Order, Spot, Wanted, member
+from casa_assets.layouts.order.models import StyleModels
+from casa_assets.layouts.order.wanted import BuildOrder, DepthReference, HeightReference, OrderItem, Spot, preset_with
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.runs import CornerPart, Slot
-from casa_assets.model.kitchen.style import Choice, Fronts
+from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
+from casa_assets.model.kitchen.style import FrontStyle, PresetChoice
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind
 
-NICHE = 0.004  # metres of play over an appliance in a niche
-HOB_TRAY = 0.06  # how deep a hob reaches into the unit below
+NICHE_PLAY_M = 0.004  # metres of play over an appliance in a niche
+HOB_TRAY_M = 0.06  # how deep a hob reaches into the unit below
 OVEN_FROM = 0.74  # height of a wall oven's foot above the floor
 OVEN_LIFT = 0.005  # metres over its board: the grip of its open door passes over the drawer below
 MICROWAVE_FROM = 1.08
-TRIM = 0.02  # thickness of fronts
-BOARD = 0.018  # thickness of the boards over and under a niche, half of which is in it
+FRONT_THICKNESS_M = 0.02  # thickness of fronts
+BOARD_THICKNESS_M = 0.018  # thickness of the boards over and under a niche, half of which is in it
 HOUSING_FLOOR = 0.0062
 FRAME_PROUD = 0.0025  # how far a built-in microwave lies behind the fronts beside it: its frame is before boards
 MICROWAVE_FRAME = 0.04  # metres of the frame round a microwave, above and below
 # From the floor up; only their ratios count.
-DRAWERS: dict[int, tuple[float, ...]] = {
+DRAWER_RATIOS: dict[int, tuple[float, ...]] = {
     1: (1.0,),
     2: (1.0, 1.0),
     3: (2.0, 2.0, 1.0),
@@ -31,7 +31,7 @@ DRAWERS: dict[int, tuple[float, ...]] = {
 }
 
 
-def order_unit(order: Order, slot: Slot, models: Models, ceiling: float) -> None:
+def order_unit(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float) -> None:
     """Add what one slot needs. Raises UnknownId where the style has no model for it."""
     kind = slot.kind
     if isinstance(kind, CornerPart):
@@ -44,28 +44,28 @@ def order_unit(order: Order, slot: Slot, models: Models, ceiling: float) -> None
         _base(order, slot, models)
 
 
-def look(models: Models, group: str) -> dict[str, Any]:
+def front_look(models: StyleModels, group: str) -> dict[str, Any]:
     """Fronts of a group of cabinets as their families take them."""
     cabinets = models.style.cabinets
-    fronts: Fronts = {
+    fronts: FrontStyle = {
         "base": cabinets.base,
         "upper": cabinets.upper.over(cabinets.base),
         "tall": cabinets.tall.over(cabinets.base),
         "island": cabinets.island.over(cabinets.base),
     }[group]
-    return {name: getattr(fronts, name) for name in Fronts.model_fields}
+    return {name: getattr(fronts, name) for name in FrontStyle.model_fields}
 
 
-def group_of(slot: Slot) -> str:
+def group_of(slot: UnitSlot) -> str:
     """Group of fronts that a unit on the floor belongs to."""
     return "island" if slot.line.is_island else "base"
 
 
 def _put(
-    order: Order,
-    slot: Slot,
+    order: BuildOrder,
+    slot: UnitSlot,
     role: str,
-    choice: Choice,
+    choice: PresetChoice,
     *,
     name: str = "",
     v: float = 0.0,
@@ -73,71 +73,76 @@ def _put(
     **at: Any,
 ) -> None:
     spot = Spot(slot.line.frame, slot.middle, v, slot.low if z is None else z, **at)
-    order.add(Wanted(name or slot.name, role, choice, spot, slot.name, slot.line.id))
+    order.add(OrderItem(name or slot.name, role, choice, spot, slot.name, slot.line.id))
 
 
-def _base(order: Order, slot: Slot, models: Models) -> None:
+def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     unit, group = slot.unit, group_of(slot)
     assert isinstance(unit, BaseUnit)
     size = {"width": slot.width, "depth": slot.depth, "height": slot.high}
-    dressed = {**size, "look": look(models, group)}
+    dressed = {**size, "look": front_look(models, group)}
     side = slot.hinge.value if slot.hinge else "left"
     if unit.kind is BaseKind.DRAWERS:
-        shares = DRAWERS[unit.drawers or 3]
-        _put(order, slot, "base", member("drawer_stack/shaker_white_three", {**dressed, "shares": shares}))
+        shares = DRAWER_RATIOS[unit.drawers or 3]
+        _put(order, slot, "base", preset_with("drawer_stack/shaker_white_three", {**dressed, "shares": shares}))
     elif unit.kind in (BaseKind.DOORS, BaseKind.HOB):
-        doors = {"doors": 1 if slot.width <= standard_sizes.ONE_DOOR else 2, "hinge": side}
+        doors = {"doors": 1 if slot.width <= standard_sizes.WIDEST_SINGLE_DOOR else 2, "hinge": side}
         drawer = 0.17 if unit.drawers and unit.kind is BaseKind.DOORS else 0.0
         shelves = {"shelves": 1, "open_top": True} if unit.kind is BaseKind.HOB else {}
         _put(
-            order, slot, "base", member("base_cabinet/shaker_white", {**dressed, **doors, "drawer": drawer, **shelves})
+            order,
+            slot,
+            "base",
+            preset_with("base_cabinet/shaker_white", {**dressed, **doors, "drawer": drawer, **shelves}),
         )
     elif unit.kind is BaseKind.SINK:
-        _put(order, slot, "sink_base", member("sink_base/shaker_white", {**dressed, "hinge": side}))
+        _put(order, slot, "sink_base", preset_with("sink_base/shaker_white", {**dressed, "hinge": side}))
     elif unit.kind is BaseKind.ISLAND:
         columns = ("drawers", "doors", "drawers") if slot.width > 1.55 else ("drawers", "doors")
-        _put(order, slot, "base", member("island_base/shaker_white", {**dressed, "columns": columns}))
+        _put(order, slot, "base", preset_with("island_base/shaker_white", {**dressed, "columns": columns}))
     elif unit.kind is BaseKind.SHELF:
         face = models.style.cabinets.shelf
         shelf = {"width": slot.width, "depth": 0.58, "height": slot.high, "plinth": 0.1, "face": face, "inside": face}
-        _put(order, slot, "shelf", member("open_shelf/pine_floor", shelf))
+        _put(order, slot, "shelf", preset_with("open_shelf/pine_floor", shelf))
     elif unit.kind is BaseKind.FILLER:
         _filler(order, slot, models)
     elif unit.kind is BaseKind.PANEL:
         panel = {
             "width": slot.depth,
             "height": slot.high,
-            "thick": standard_sizes.PANEL,
+            "thick": standard_sizes.END_PANEL,
             "front": "slab",
             "face": face_of(models, group),
         }
-        spot = Spot(slot.line.frame, slot.middle, slot.depth / 2, 0.0, 90.0, Depth.MIDDLE)
-        order.add(Wanted(slot.name, "panel", member("cabinet_panel/slab_oak", panel), spot, slot.name, slot.line.id))
+        spot = Spot(slot.line.frame, slot.middle, slot.depth / 2, 0.0, 90.0, DepthReference.MIDDLE)
+        order.add(
+            OrderItem(slot.name, "panel", preset_with("cabinet_panel/slab_oak", panel), spot, slot.name, slot.line.id)
+        )
     elif unit.kind is BaseKind.RANGE:
         _put(order, slot, "range", models.of("range").choice, v=0.012)
     elif unit.kind is BaseKind.DISHWASHER:
         model = models.of("dishwasher")
         height = min(model.number("height"), slot.high - 0.004)
-        choice = Choice(preset=model.choice.preset, params={**model.choice.params, "height": round(height, 4)})
+        choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "height": round(height, 4)})
         _put(order, slot, "dishwasher", choice, v=0.002)
 
 
-def face_of(models: Models, group: str) -> str:
+def face_of(models: StyleModels, group: str) -> str:
     """Finish of the fronts of a group."""
-    return str(look(models, group)["face"])
+    return str(front_look(models, group)["face"])
 
 
-def _filler(order: Order, slot: Slot, models: Models) -> None:
+def _filler(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     upper = slot.is_upper
     # Between tall units a strip is as high as they are, and one of them.
     group = "upper" if upper else "tall" if slot.high > standard_sizes.UPPER_FROM else group_of(slot)
     low = slot.low if upper else 0.1
     strip = {"width": slot.width, "height": round(slot.high - low, 4), "face": face_of(models, group), "kind": "plain"}
-    spot = Spot(slot.line.frame, slot.middle, slot.depth, low, depth=Depth.FRONT)
-    order.add(Wanted(slot.name, "filler", member("filler/white", strip), spot, slot.name, slot.line.id))
+    spot = Spot(slot.line.frame, slot.middle, slot.depth, low, depth=DepthReference.FRONT)
+    order.add(OrderItem(slot.name, "filler", preset_with("filler/white", strip), spot, slot.name, slot.line.id))
 
 
-def _corner(order: Order, slot: Slot, models: Models) -> None:
+def _corner(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     upper = slot.is_upper
     group = "upper" if upper else group_of(slot)
     if slot.kind is CornerPart.FILLER:
@@ -151,38 +156,38 @@ def _corner(order: Order, slot: Slot, models: Models) -> None:
         "plinth": 0.0 if upper else 0.1,
         "corner": slot.corner.value,
         "hinge": slot.hinge.value,
-        "look": look(models, group),
+        "look": front_look(models, group),
     }
     if slot.kind is CornerPart.DIAGONAL:
-        _put(order, slot, "corner", member("corner_cabinet_diagonal/shaker_white", {**common, "leg": slot.width}))
+        _put(order, slot, "corner", preset_with("corner_cabinet_diagonal/shaker_white", {**common, "leg": slot.width}))
         return
-    blind = (standard_sizes.UPPER_CORNER if upper else standard_sizes.CORNER) - 0.05
+    blind = (standard_sizes.UPPER_CORNER_CLEARANCE if upper else standard_sizes.CORNER_CLEARANCE) - 0.05
     _put(
         order,
         slot,
         "corner",
-        member("corner_cabinet_blind/shaker_white", {**common, "width": slot.width, "blind": blind}),
+        preset_with("corner_cabinet_blind/shaker_white", {**common, "width": slot.width, "blind": blind}),
     )
 
 
-def _upper(order: Order, slot: Slot, models: Models, ceiling: float) -> None:
+def _upper(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float) -> None:
     height = round(slot.high - slot.low, 4)
     size = {"width": slot.width, "depth": slot.depth, "height": height}
     side = slot.hinge.value if slot.hinge else "left"
     face = models.style.cabinets.shelf
     if slot.kind in (UpperKind.DOORS, UpperKind.GLASS):
-        fronts = look(models, "upper")
+        fronts = front_look(models, "upper")
         if slot.kind is UpperKind.GLASS:
             fronts["front"] = models.style.cabinets.glass
-        doors = 1 if slot.width <= standard_sizes.ONE_DOOR else 2
+        doors = 1 if slot.width <= standard_sizes.WIDEST_SINGLE_DOOR else 2
         params = {**size, "doors": doors, "hinge": side, "look": fronts}
-        _put(order, slot, "upper", member("wall_cabinet/shaker_white", params))
+        _put(order, slot, "upper", preset_with("wall_cabinet/shaker_white", params))
     elif slot.kind is UpperKind.SHELF:
-        _put(order, slot, "shelf", member("open_shelf/white_wall", {**size, "face": face, "inside": face}))
+        _put(order, slot, "shelf", preset_with("open_shelf/white_wall", {**size, "face": face, "inside": face}))
     elif slot.kind is UpperKind.BOARDS:
         boards = {"width": slot.width, "depth": 0.25, "boards": 2, "spacing": 0.36, "face": face}
         preset = models.of("boards").choice.preset if models.has("boards") else "floating_shelf/oak_floating"
-        _put(order, slot, "shelf", member(preset, boards), z=1.42)
+        _put(order, slot, "shelf", preset_with(preset, boards), z=1.42)
     elif slot.kind is UpperKind.FILLER:
         _filler(order, slot, models)
     elif slot.kind is UpperKind.MICROWAVE:
@@ -191,10 +196,10 @@ def _upper(order: Order, slot: Slot, models: Models, ceiling: float) -> None:
         _hood(order, slot, models, ceiling)
 
 
-def _hung_microwave(order: Order, slot: Slot, models: Models) -> None:
+def _hung_microwave(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     model = models.of("microwave_built_in")
     depth = max(0.42, round(model.number("depth") + 0.05, 3))
-    niche = round(model.number("height") + 2 * MICROWAVE_FRAME + NICHE, 4)
+    niche = round(model.number("height") + 2 * MICROWAVE_FRAME + NICHE_PLAY_M, 4)
     housing = {
         "width": slot.width,
         "depth": depth,
@@ -203,9 +208,9 @@ def _hung_microwave(order: Order, slot: Slot, models: Models) -> None:
         "niche_from": 0.0,
         "niche": niche,
         "over": "doors" if slot.width >= 0.5 else "door",
-        "look": look(models, "upper"),
+        "look": front_look(models, "upper"),
     }
-    _put(order, slot, "housing", member("housing_microwave/graphite_hanging", housing))
+    _put(order, slot, "housing", preset_with("housing_microwave/graphite_hanging", housing))
     _put(
         order,
         slot,
@@ -213,12 +218,12 @@ def _hung_microwave(order: Order, slot: Slot, models: Models) -> None:
         model.choice,
         name=f"{slot.name}_oven",
         v=depth - FRAME_PROUD,
-        z=slot.low + NICHE / 2,
-        depth=Depth.FRONT,
+        z=slot.low + NICHE_PLAY_M / 2,
+        depth=DepthReference.FRONT,
     )
 
 
-def _hood(order: Order, slot: Slot, models: Models, ceiling: float) -> None:
+def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float) -> None:
     model = models.of("hood")
     form = model.numbers["form"]
     if form in ("under_cabinet", "downlight"):
@@ -232,59 +237,71 @@ def _hood(order: Order, slot: Slot, models: Models, ceiling: float) -> None:
             "height": height,
             "doors": 1 if width <= 0.5 else 2,
         }
-        cabinet = member("wall_cabinet/shaker_white", {**doors, "look": look(models, "upper")})
+        cabinet = preset_with("wall_cabinet/shaker_white", {**doors, "look": front_look(models, "upper")})
         _put(order, slot, "upper", cabinet, name=f"{slot.name}_cabinet", z=top)
         return
     height = round(min(1.2, ceiling - standard_sizes.HOOD_FROM), 3)
-    choice = Choice(preset=model.choice.preset, params={**model.choice.params, "height": height})
-    _put(order, slot, "hood", choice, z=ceiling, height=Height.HEAD)
+    choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "height": height})
+    _put(order, slot, "hood", choice, z=ceiling, height=HeightReference.HEAD)
 
 
-def _tall(order: Order, slot: Slot, models: Models) -> None:
+def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     unit = slot.unit
     assert isinstance(unit, BaseUnit)
-    dressed = {"width": slot.width, "height": slot.high, "look": look(models, "tall")}
+    dressed = {"width": slot.width, "height": slot.high, "look": front_look(models, "tall")}
     side = slot.hinge.value if slot.hinge else "left"
     if unit.kind is BaseKind.PANTRY:
         doors = {
-            "doors": 1 if slot.width <= standard_sizes.ONE_DOOR else 2,
+            "doors": 1 if slot.width <= standard_sizes.WIDEST_SINGLE_DOOR else 2,
             "hinge": side,
             "split": 1.38,
             "depth": slot.depth,
         }
-        _put(order, slot, "pantry", member("tall_cabinet/shaker_white_split", {**dressed, **doors}))
+        _put(order, slot, "pantry", preset_with("tall_cabinet/shaker_white_split", {**dressed, **doors}))
     elif unit.kind is BaseKind.OVEN:
         model = models.of("oven")
         niche: dict[str, Any] = {
             "niche_from": OVEN_FROM,
-            "niche": round(model.number("height") + BOARD + OVEN_LIFT + NICHE, 4),
+            "niche": round(model.number("height") + BOARD_THICKNESS_M + OVEN_LIFT + NICHE_PLAY_M, 4),
             "depth": slot.depth,
         }
         niche |= {"over": "doors" if slot.width >= 0.5 else "door"}
-        _put(order, slot, "housing", member("housing_oven/shaker_white", {**dressed, **niche}))
-        back = round(slot.depth - TRIM - 0.001 - model.number("depth"), 4)
-        _put(order, slot, "oven", model.choice, name=f"{slot.name}_oven", v=back, z=OVEN_FROM + BOARD / 2 + OVEN_LIFT)
+        _put(order, slot, "housing", preset_with("housing_oven/shaker_white", {**dressed, **niche}))
+        back = round(slot.depth - FRONT_THICKNESS_M - 0.001 - model.number("depth"), 4)
+        _put(
+            order,
+            slot,
+            "oven",
+            model.choice,
+            name=f"{slot.name}_oven",
+            v=back,
+            z=OVEN_FROM + BOARD_THICKNESS_M / 2 + OVEN_LIFT,
+        )
     elif unit.kind is BaseKind.MICROWAVE:
         model = models.of("microwave_built_in")
         niche = {
             "niche_from": MICROWAVE_FROM,
-            "niche": round(model.number("height") + 2 * MICROWAVE_FRAME + NICHE, 4),
+            "niche": round(model.number("height") + 2 * MICROWAVE_FRAME + NICHE_PLAY_M, 4),
             "depth": slot.depth,
         }
-        _put(order, slot, "housing", member("housing_microwave/shaker_white_tall", {**dressed, **niche}))
-        v, z = slot.depth - FRAME_PROUD, MICROWAVE_FROM + NICHE / 2
-        _put(order, slot, "microwave", model.choice, name=f"{slot.name}_oven", v=v, z=z, depth=Depth.FRONT)
+        _put(order, slot, "housing", preset_with("housing_microwave/shaker_white_tall", {**dressed, **niche}))
+        v, z = slot.depth - FRAME_PROUD, MICROWAVE_FROM + NICHE_PLAY_M / 2
+        _put(order, slot, "microwave", model.choice, name=f"{slot.name}_oven", v=v, z=z, depth=DepthReference.FRONT)
     elif unit.kind is BaseKind.FRIDGE:
         _fridge(order, slot, unit, models, dressed)
 
 
-def _fridge(order: Order, slot: Slot, unit: BaseUnit, models: Models, dressed: dict[str, Any]) -> None:
+def _fridge(order: BuildOrder, slot: UnitSlot, unit: BaseUnit, models: StyleModels, dressed: dict[str, Any]) -> None:
     model = models.of("fridge")
     name = slot.name
     if unit.housing:
         niche = {"niche": round(model.number("height") + 0.03, 3), "depth": slot.depth, "over": "doors"}
         _put(
-            order, slot, "housing", member("housing_fridge/shaker_white", {**dressed, **niche}), name=f"{name}_housing"
+            order,
+            slot,
+            "housing",
+            preset_with("housing_fridge/shaker_white", {**dressed, **niche}),
+            name=f"{name}_housing",
         )
     # In a housing it stands on the board that closes its floor.
     _put(order, slot, "fridge", model.choice, name=name, v=0.03, z=HOUSING_FLOOR if unit.housing else 0.0)

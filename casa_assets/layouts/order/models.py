@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from casa_assets.errors import UnknownId
-from casa_assets.model.kitchen.style import Choice, Style
+from casa_assets.model.kitchen.style import PresetChoice, Style
 
 # family -> preset -> its numbers and choices, as JSON has them.
-Offers = Mapping[str, Mapping[str, Mapping[str, Any]]]
+FamilyOffers = Mapping[str, Mapping[str, Mapping[str, Any]]]
 
 
 @dataclass(frozen=True)
-class Model:
+class StyleModel:
     """A chosen member.
 
     Attributes:
@@ -22,7 +22,7 @@ class Model:
         numbers: all numbers and choices of it, those that the style changes included.
     """
 
-    choice: Choice
+    choice: PresetChoice
     numbers: Mapping[str, Any]
 
     def number(self, name: str) -> float:
@@ -31,7 +31,7 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Models:
+class StyleModels:
     """All roles of a style.
 
     Attributes:
@@ -39,9 +39,9 @@ class Models:
     """
 
     style: Style
-    offers: Offers
+    offers: FamilyOffers
 
-    def of(self, role: str) -> Model:
+    def of(self, role: str) -> StyleModel:
         """The member for a role. Raises UnknownId where the style has none, or no family offers it."""
         if role not in self.style.models:
             raise UnknownId(f"model of style {self.style.id}", role, self.style.models)
@@ -51,11 +51,11 @@ class Models:
         """Whether the style has a member for the role."""
         return role in self.style.models
 
-    def made(self, choice: Choice) -> Model:
+    def made(self, choice: PresetChoice) -> StyleModel:
         """A member with its numbers. Raises UnknownId."""
         if choice.family not in self.offers:
             raise UnknownId("family", choice.family, self.offers)
         presets = self.offers[choice.family]
         if choice.name not in presets:
             raise UnknownId(f"preset of {choice.family}", choice.name, presets)
-        return Model(choice, {**presets[choice.name], **choice.params})
+        return StyleModel(choice, {**presets[choice.name], **choice.params})

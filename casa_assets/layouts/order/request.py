@@ -5,26 +5,26 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from casa_assets.errors import Misfit
+from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order import furnish, worktops
-from casa_assets.layouts.order.back_panels import order_backs
-from casa_assets.layouts.order.backsplash import order_splash
+from casa_assets.layouts.order.back_panels import order_back_panels
+from casa_assets.layouts.order.backsplash import order_backsplash
 from casa_assets.layouts.order.beams import beams_of
 from casa_assets.layouts.order.cabinets import order_unit
-from casa_assets.layouts.order.models import Models, Offers
+from casa_assets.layouts.order.models import FamilyOffers, StyleModels
 from casa_assets.layouts.order.room_shell import find_holes, order_shell, order_skirting
 from casa_assets.layouts.order.trim import order_cornices, order_curtains
 from casa_assets.layouts.order.wall_units import upper_slots
-from casa_assets.layouts.order.wanted import Order, Wanted
+from casa_assets.layouts.order.wanted import BuildOrder, OrderItem
 from casa_assets.layouts.plan.place import place_runs
-from casa_assets.layouts.plan.room import Hole, Room, build_room
-from casa_assets.layouts.plan.runs import Line, Slot, base_slots
+from casa_assets.layouts.plan.room import Room, WallHole, build_room
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
 
 
 @dataclass(frozen=True)
-class Kitchen:
+class KitchenRequest:
     """A plan in metres, dressed in a style, before anything is built.
 
     Attributes:
@@ -38,54 +38,54 @@ class Kitchen:
     style: Style
     given: Mapping[str, float]
     room: Room
-    holes: tuple[Hole, ...]
-    lines: Mapping[str, Line]
-    slots: Mapping[str, tuple[Slot, ...]]
-    wanted: tuple[Wanted, ...]
+    holes: tuple[WallHole, ...]
+    lines: Mapping[str, RunLine]
+    slots: Mapping[str, tuple[UnitSlot, ...]]
+    wanted: tuple[OrderItem, ...]
 
-    def slot(self, name: str) -> Slot:
+    def slot(self, name: str) -> UnitSlot:
         """The slot of that name."""
         return next(s for row in self.slots.values() for s in row if s.name == name)
 
 
-def request(
-    plan: Plan, style: Style, offers: Offers, given: Mapping[str, float] | None = None, closed: bool = False
-) -> Kitchen:
+def request_kitchen(
+    plan: Plan, style: Style, offers: FamilyOffers, given: Mapping[str, float] | None = None, closed: bool = False
+) -> KitchenRequest:
     """Resolve a plan.
 
     Args:
         offers: numbers of all presets of all families.
         given: lengths of the plan's parameters; None for its own. closed: open walls are drawn too.
     Raises:
-        Misfit: the plan does not fit together. UnknownId: the style lacks a model, or names one that does not exist.
+        PlanConflict: the plan does not fit together. UnknownId: the style lacks a model, or names one that does not exist.
     """
     lengths = {**plan.defaults, **(given or {})}
     for name in lengths.keys() - plan.parameters.keys():
-        raise Misfit(plan.id, ("parameters",), f"one of {', '.join(sorted(plan.parameters))}", repr(name))
-    models = Models(style, offers)
+        raise PlanConflict(plan.id, ("parameters",), f"one of {', '.join(sorted(plan.parameters))}", repr(name))
+    models = StyleModels(style, offers)
     room = build_room(plan, lengths)
     lines = place_runs(plan, room, lengths, models)
-    slots: dict[str, tuple[Slot, ...]] = {}
+    slots: dict[str, tuple[UnitSlot, ...]] = {}
     for name, line in lines.items():
         floor = base_slots(plan, line, models)
         slots[name] = (*floor, *upper_slots(plan, line, {s.name: s for s in floor}, models))
     every = {s.name: s for row in slots.values() for s in row}
     holes = find_holes(plan, room, lengths, every)
-    order = Order()
+    order = BuildOrder()
     beams = beams_of(plan, style, room, lines, slots)
     order_shell(order, room, holes, models, closed, beams)
     for row in slots.values():
         for slot in row:
             order_unit(order, slot, models, room.height)
-    order_backs(order, lines, slots, models)
-    worktops.order_tops(order, lines, slots, models)
-    order_splash(order, lines, slots, holes, models)
+    order_back_panels(order, lines, slots, models)
+    worktops.order_worktops(order, lines, slots, models)
+    order_backsplash(order, lines, slots, holes, models)
     order_cornices(order, lines, slots, models)
     order_curtains(order, holes, models)
     order_skirting(order, room, holes, lines, slots, [c.runs for c in plan.corners], models, closed)
-    furnish.order_stands(order, plan, every, models)
+    furnish.order_worktop_items(order, plan, every, models)
     furnish.order_seats(order, plan, lines, models)
-    furnish.order_hangings(order, plan, room, lengths, every, models)
+    furnish.order_wall_items(order, plan, room, lengths, every, models)
     furnish.order_lamps(order, plan, room, lines, models, beams)
-    furnish.order_floor(order, plan, room, lengths, models)
-    return Kitchen(plan, style, lengths, room, holes, lines, slots, tuple(order.items))
+    furnish.order_floor_items(order, plan, room, lengths, models)
+    return KitchenRequest(plan, style, lengths, room, holes, lines, slots, tuple(order.items))

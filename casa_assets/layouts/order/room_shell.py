@@ -5,71 +5,80 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from casa_assets.errors import Misfit
-from casa_assets.layouts.order.beams import Beamwork
-from casa_assets.layouts.order.models import Models
-from casa_assets.layouts.order.wanted import Height, Order, Spot, Wanted, member
+from casa_assets.errors import PlanConflict
+from casa_assets.layouts.order.beams import BeamGrid
+from casa_assets.layouts.order.models import StyleModels
+from casa_assets.layouts.order.wanted import BuildOrder, HeightReference, OrderItem, Spot, preset_with
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import THICK, Hole, Room, WallLine, metres
-from casa_assets.layouts.plan.runs import Line, Slot
-from casa_assets.layouts.plan.wall_frame import Frame
+from casa_assets.layouts.plan.room import WALL_THICKNESS_M, Room, WallHole, WallLine, resolve_length
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.wall_frame import WallFrame
 from casa_assets.model.kitchen.plan import OpeningKind, Plan
-from casa_assets.model.kitchen.style import Choice, Shell
+from casa_assets.model.kitchen.style import PresetChoice, RoomStyle
 from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.model.record import Vec2
 
-CASING = 0.07
-SKIRTING = 0.1
+CASING_WIDTH_M = 0.07
+SKIRTING_HEIGHT_M = 0.1
 SKIRTING_DEEP, DADO_DEEP = 0.017, 0.034
-WAINSCOT = 0.92  # metres: as high as worktops
-GAP = 0.004  # metres between a wall and what is let into it
+WAINSCOT_HEIGHT_M = 0.92  # metres: as high as worktops
+WALL_PLAY_M = 0.004  # metres between a wall and what is let into it
 # What lies between the leaf of a door and the hole that it fills: lining and play, on each side and above.
-DOOR_FRAME = 0.034
+DOOR_FRAME_M = 0.034
 
 
-def find_holes(plan: Plan, room: Room, given: Mapping[str, float], slots: Mapping[str, Slot]) -> tuple[Hole, ...]:
-    """All openings in their walls. Raises Misfit where one does not fit."""
-    out: list[Hole] = []
+def find_holes(
+    plan: Plan, room: Room, given: Mapping[str, float], slots: Mapping[str, UnitSlot]
+) -> tuple[WallHole, ...]:
+    """All openings in their walls. Raises PlanConflict where one does not fit."""
+    out: list[WallHole] = []
     for opening in plan.openings:
         at = ("openings", opening.id)
         if opening.wall not in {w.id for w in room.walls}:
-            raise Misfit(plan.id, (*at, "wall"), f"one of {', '.join(w.id for w in room.walls)}", repr(opening.wall))
+            raise PlanConflict(
+                plan.id, (*at, "wall"), f"one of {', '.join(w.id for w in room.walls)}", repr(opening.wall)
+            )
         wall = room.wall(opening.wall)
         if opening.over is not None:
             if opening.over not in slots:
-                raise Misfit(plan.id, (*at, "over"), "a unit of the plan", repr(opening.over))
+                raise PlanConflict(plan.id, (*at, "over"), "a unit of the plan", repr(opening.over))
             slot = slots[opening.over]
             middle = wall.frame.of(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
         else:
             assert opening.at is not None
-            middle = metres(plan, opening.at, given, *at, "at")
+            middle = resolve_length(plan, opening.at, given, *at, "at")
         left, right = round(middle - opening.width / 2, 4), round(middle + opening.width / 2, 4)
         high = round(opening.bottom + opening.height, 4)
         if left < 0.05 or right > wall.length - 0.05 or high > room.height - 0.1:
             got = f"{left:.2f} to {right:.2f} m, up to {high:.2f} m"
-            raise Misfit(plan.id, at, f"a hole inside {wall.length:.2f} x {room.height:.2f} m", got)
-        out.append(Hole(opening, wall, left, right, opening.bottom, high))
+            raise PlanConflict(plan.id, at, f"a hole inside {wall.length:.2f} x {room.height:.2f} m", got)
+        out.append(WallHole(opening, wall, left, right, opening.bottom, high))
     return tuple(out)
 
 
 def order_shell(
-    order: Order, room: Room, holes: Sequence[Hole], models: Models, closed: bool, beams: Beamwork | None = None
+    order: BuildOrder,
+    room: Room,
+    holes: Sequence[WallHole],
+    models: StyleModels,
+    closed: bool,
+    beams: BeamGrid | None = None,
 ) -> None:
     """Add floor, walls, windows, doors and ceiling; `closed`: open walls too. `beams`: under the ceiling."""
     shell = models.style.shell
     (x0, y0), (x1, y1) = room.bounds()
     outline = [(round(x - x0, 5), round(y - y0, 5)) for x, y in room.outline]
-    flat = Frame(x0, y1, 0)
+    flat = WallFrame(x0, y1, 0)
     middle = (x1 - x0) / 2
     boards = "y" if shell.turn_deg % 180 else "x"
     floor = {"outline": outline, "face": shell.floor, "boards": boards}
-    spot = Spot(flat, middle, 0.0, 0.0, height=Height.HEAD)
-    order.add(_room_part("floor", "floor", member("room_floor/oak_boards", floor), spot))
+    spot = Spot(flat, middle, 0.0, 0.0, height=HeightReference.HEAD)
+    order.add(_room_part("floor", "floor", preset_with("room_floor/oak_boards", floor), spot))
     ceiling: dict[str, Any] = {"outline": outline, "face": shell.ceiling, "trim": shell.trim}
     if beams is not None:
         ceiling["beams"] = {"count": beams.count, "run": "x" if beams.along_x else "y", "finish": shell.beams}
-    top = Spot(flat, middle, 0.0, room.height, height=Height.FOOT)
-    order.add(Wanted("ceiling", "ceiling", member("room_ceiling/white_plain", ceiling), top, layer="ceiling"))
+    top = Spot(flat, middle, 0.0, room.height, height=HeightReference.FOOT)
+    order.add(OrderItem("ceiling", "ceiling", preset_with("room_ceiling/white_plain", ceiling), top, layer="ceiling"))
     for wall in room.walls:
         if wall.open and not closed:
             continue
@@ -81,22 +90,22 @@ def order_shell(
             _fill(order, hole, models)
 
 
-def _room_part(name: str, role: str, choice: Choice, spot: Spot) -> Wanted:
-    return Wanted(name, role, choice, spot, layer="room")
+def _room_part(name: str, role: str, choice: PresetChoice, spot: Spot) -> OrderItem:
+    return OrderItem(name, role, choice, spot, layer="room")
 
 
-def _wall(wall: WallLine, room: Room, holes: Sequence[Hole], models: Models, closed: bool) -> Wanted:
+def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleModels, closed: bool) -> OrderItem:
     by_id = {w.id: k for k, w in enumerate(room.walls)}
     k = by_id[wall.id]
     after = room.walls[(k + 1) % len(room.walls)]
     # Of two walls that meet, the left one closes the corner; an outer corner needs none.
-    right_more = 0.0 if wall.right_out or (after.open and not closed) else THICK
+    right_more = 0.0 if wall.right_out or (after.open and not closed) else WALL_THICKNESS_M
     # At an outer corner both would fill the same post: the wall before it ends earlier.
-    length = round(wall.length - (THICK if wall.right_out else 0.0), 5)
+    length = round(wall.length - (WALL_THICKNESS_M if wall.right_out else 0.0), 5)
     params = {
         "length": length,
         "height": room.height,
-        "thickness": THICK,
+        "thickness": WALL_THICKNESS_M,
         "left_more": 0.0,
         "right_more": right_more,
         "openings": [
@@ -105,56 +114,58 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[Hole], models: Models, clo
         ],
         "inside": models.style.shell.wall,
     }
-    spot = Spot(wall.frame, length / 2, -THICK, 0.0)
-    return _room_part(f"wall_{wall.id}", "wall", member("room_wall/plaster_bare", params), spot)
+    spot = Spot(wall.frame, length / 2, -WALL_THICKNESS_M, 0.0)
+    return _room_part(f"wall_{wall.id}", "wall", preset_with("room_wall/plaster_bare", params), spot)
 
 
-def _threshold(order: Order, hole: Hole, face: str) -> None:
+def _threshold(order: BuildOrder, hole: WallHole, face: str) -> None:
     """The floor in the thickness of the wall."""
     wide = round(hole.right - hole.left, 4)
-    outline = [(0.0, 0.0), (wide, 0.0), (wide, THICK), (0.0, THICK)]
-    choice = member("room_floor/oak_boards", {"outline": outline, "face": face})
-    spot = Spot(hole.wall.frame, (hole.left + hole.right) / 2, -THICK, 0.0, height=Height.HEAD)
+    outline = [(0.0, 0.0), (wide, 0.0), (wide, WALL_THICKNESS_M), (0.0, WALL_THICKNESS_M)]
+    choice = preset_with("room_floor/oak_boards", {"outline": outline, "face": face})
+    spot = Spot(hole.wall.frame, (hole.left + hole.right) / 2, -WALL_THICKNESS_M, 0.0, height=HeightReference.HEAD)
     order.add(_room_part(f"threshold_{hole.opening.id}", "floor", choice, spot))
 
 
-def _fill(order: Order, hole: Hole, models: Models) -> None:
+def _fill(order: BuildOrder, hole: WallHole, models: StyleModels) -> None:
     opening = hole.opening
     if opening.kind is OpeningKind.PASSAGE:
         return
     role = "window" if hole.is_window else "door"
     model = models.of(role)
-    width, height = round(hole.right - hole.left - GAP, 4), round(hole.high - hole.low - GAP / 2, 4)
-    casing = float(model.numbers.get("casing", CASING))
-    params = {**model.choice.params, "width": width, "height": height, "wall": THICK}
+    width, height = round(hole.right - hole.left - WALL_PLAY_M, 4), round(hole.high - hole.low - WALL_PLAY_M / 2, 4)
+    casing = float(model.numbers.get("casing", CASING_WIDTH_M))
+    params = {**model.choice.params, "width": width, "height": height, "wall": WALL_THICKNESS_M}
     if not hole.is_window:
         # A window is as wide as its frame, a door as its leaf.
-        params["width"] = round(width - 2 * DOOR_FRAME, 4)
-        params["height"] = round(height - DOOR_FRAME - GAP, 4)
+        params["width"] = round(width - 2 * DOOR_FRAME_M, 4)
+        params["height"] = round(height - DOOR_FRAME_M - WALL_PLAY_M, 4)
         params["hinge_right"] = opening.hinge.value == "right"
     frame, middle = hole.wall.frame, (hole.left + hole.right) / 2
-    spot = Spot(frame, middle, -THICK, round(hole.high + casing - GAP / 2, 4), height=Height.HEAD)
-    choice = Choice(preset=model.choice.preset, params=params)
-    order.add(Wanted(opening.id, role, choice, spot, layer="room"))
+    spot = Spot(
+        frame, middle, -WALL_THICKNESS_M, round(hole.high + casing - WALL_PLAY_M / 2, 4), height=HeightReference.HEAD
+    )
+    choice = PresetChoice(preset=model.choice.preset, params=params)
+    order.add(OrderItem(opening.id, role, choice, spot, layer="room"))
 
 
 def order_skirting(
-    order: Order,
+    order: BuildOrder,
     room: Room,
-    holes: Sequence[Hole],
-    lines: Mapping[str, Line],
-    slots: Mapping[str, Sequence[Slot]],
+    holes: Sequence[WallHole],
+    lines: Mapping[str, RunLine],
+    slots: Mapping[str, Sequence[UnitSlot]],
     corners: Sequence[tuple[str, str]],
-    models: Models,
+    models: StyleModels,
     closed: bool,
 ) -> None:
     """Skirting, or panelling where the style has it, along every stretch of wall that nothing stands at."""
-    high = WAINSCOT if models.style.shell.wainscot else SKIRTING
+    high = WAINSCOT_HEIGHT_M if models.style.shell.wainscot else SKIRTING_HEIGHT_M
     for wall in room.walls:
         if wall.open and not closed:
             continue
         beside = _door_casing(models)
-        mine = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.low < high + CASING)]
+        mine = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.low < high + CASING_WIDTH_M)]
         taken = [(h.left - beside, h.right + beside) for h in mine]
         taken += _stood_at(wall, lines, slots, corners)
         taken = [(a, b) for a, b in taken if b > 0.0 and a < wall.length]
@@ -169,24 +180,24 @@ def order_skirting(
             at = max(at, b)
 
 
-def _lining(length: float, shell: Shell) -> Choice:
+def _lining(length: float, shell: RoomStyle) -> PresetChoice:
     """What runs along the foot of a wall."""
     if shell.wainscot:
-        panels = {"length": length, "height": WAINSCOT, "panels": shell.wainscot, "face": shell.trim}
-        return member("wall_panelling/white_flat", panels)
-    params = {"length": length, "height": SKIRTING, "profile": shell.skirting, "face": shell.trim}
-    return member("skirting/white_bevel", params)
+        panels = {"length": length, "height": WAINSCOT_HEIGHT_M, "panels": shell.wainscot, "face": shell.trim}
+        return preset_with("wall_panelling/white_flat", panels)
+    params = {"length": length, "height": SKIRTING_HEIGHT_M, "profile": shell.skirting, "face": shell.trim}
+    return preset_with("skirting/white_bevel", params)
 
 
-def _door_casing(models: Models) -> float:
+def _door_casing(models: StyleModels) -> float:
     """How far a door's casing stands out beside its hole, metres."""
-    return float(models.of("door").numbers.get("casing", CASING)) if models.has("door") else CASING
+    return float(models.of("door").numbers.get("casing", CASING_WIDTH_M)) if models.has("door") else CASING_WIDTH_M
 
 
 def _stood_at(
     wall: WallLine,
-    lines: Mapping[str, Line],
-    slots: Mapping[str, Sequence[Slot]],
+    lines: Mapping[str, RunLine],
+    slots: Mapping[str, Sequence[UnitSlot]],
     corners: Sequence[tuple[str, str]],
 ) -> list[tuple[float, float]]:
     """Stretches of a wall that units stand at, those of runs along its neighbours included."""
@@ -196,19 +207,19 @@ def _stood_at(
             if slot.is_upper or slot.kind is BaseKind.GAP:
                 continue
             # Worktops stand out before fronts, and panels behind what stands at no wall.
-            back = 0.0 if line.at_wall else -2 * standard_sizes.PANEL - line.run.overhang
-            front = slot.depth + standard_sizes.OVERHANG + GAP
+            back = 0.0 if line.at_wall else -2 * standard_sizes.END_PANEL - line.run.overhang
+            front = slot.depth + standard_sizes.WORKTOP_OVERHANG + WALL_PLAY_M
             out += _stretch(wall, line, (slot.left, slot.right), (back, front))
     for first, second in corners:
         # Behind a corner of two rows there may be a space that no unit fills; a worktop covers it.
         one, other = lines[first], lines[second]
         last, begin = max(s.right for s in slots[first]), min(s.left for s in slots[second])
-        out += _stretch(wall, one, (last, last + other.depth + standard_sizes.OVERHANG), (0.0, one.depth))
-        out += _stretch(wall, other, (begin - one.depth - standard_sizes.OVERHANG, begin), (0.0, other.depth))
+        out += _stretch(wall, one, (last, last + other.depth + standard_sizes.WORKTOP_OVERHANG), (0.0, one.depth))
+        out += _stretch(wall, other, (begin - one.depth - standard_sizes.WORKTOP_OVERHANG, begin), (0.0, other.depth))
     return out
 
 
-def _stretch(wall: WallLine, line: Line, us: Vec2, vs: Vec2) -> list[tuple[float, float]]:
+def _stretch(wall: WallLine, line: RunLine, us: Vec2, vs: Vec2) -> list[tuple[float, float]]:
     """What a rectangle on a line takes of a wall, where it touches it."""
     found = [wall.frame.of(*line.frame.at(u, v)[:2]) for u in us for v in vs]
     along, before = zip(*found, strict=True)

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from casa_assets.errors import Misfit
-from casa_assets.layouts.order.models import Models
+from casa_assets.errors import PlanConflict
+from casa_assets.layouts.order.models import StyleModels
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.rows import share
-from casa_assets.layouts.plan.runs import TOUCHES, CornerPart, EndKind, Line, Slot, other_side, told
+from casa_assets.layouts.plan.rows import share_widths
+from casa_assets.layouts.plan.runs import TOUCHES, CornerPart, EndKind, RunLine, UnitSlot, describe_units, other_side
 from casa_assets.model.kitchen.plan import CornerKind, Plan
-from casa_assets.model.kitchen.units import Side, UpperKind, UpperUnit
+from casa_assets.model.kitchen.units import RunSide, UpperKind, UpperUnit
 
 
-def upper_slots(plan: Plan, line: Line, base: Mapping[str, Slot], models: Models) -> tuple[Slot, ...]:
-    """The units on the wall from left to right. Raises Misfit."""
+def upper_slots(plan: Plan, line: RunLine, base: Mapping[str, UnitSlot], models: StyleModels) -> tuple[UnitSlot, ...]:
+    """The units on the wall from left to right. Raises PlanConflict."""
     pointer = ("runs", line.id, "upper")
-    out: list[Slot] = [*_upper_corner(line, Side.LEFT)]
+    out: list[UnitSlot] = [*_upper_corner(line, RunSide.LEFT)]
     at, end = line.left.upper, round(line.length - line.right.upper, 4)
     waiting: list[UpperUnit] = []
     first = True
@@ -26,24 +26,24 @@ def upper_slots(plan: Plan, line: Line, base: Mapping[str, Slot], models: Models
             waiting.append(unit)
             continue
         if unit.over not in base:
-            raise Misfit(plan.id, (*pointer, unit.id), f"a unit below of {', '.join(base)}", repr(unit.over))
+            raise PlanConflict(plan.id, (*pointer, unit.id), f"a unit below of {', '.join(base)}", repr(unit.over))
         below = base[unit.over]
         width = below.width if unit.width is None and unit.kind is not UpperKind.HOOD else None
         width = width or standard_sizes.upper_span(unit, models).usual
         left, right = round(below.middle - width / 2, 4), round(below.middle + width / 2, 4)
         if left < at - TOUCHES or right > end + TOUCHES:
-            raise Misfit(
+            raise PlanConflict(
                 plan.id, (*pointer, unit.id), f"a unit between {at:.3f} and {end:.3f} m", f"{left:.3f} to {right:.3f} m"
             )
         out += _stretch(plan, line, waiting, at, left, models, first and line.left.upper == 0.0)
         out.append(_upper_slot(line, unit, left, right))
         waiting, at, first = [], right, False
     out += _stretch(plan, line, waiting, at, end, models, not first and line.right.upper > 0.0)
-    out += _upper_corner(line, Side.RIGHT)
+    out += _upper_corner(line, RunSide.RIGHT)
     return tuple(s for s in out if s.kind is not UpperKind.GAP and not _stands_alone(s, out))
 
 
-def _stands_alone(slot: Slot, row: list[Slot]) -> bool:
+def _stands_alone(slot: UnitSlot, row: list[UnitSlot]) -> bool:
     """Whether a strip in a corner closes no gap, since nothing hangs beside it."""
     if slot.kind is not CornerPart.FILLER:
         return False
@@ -52,42 +52,44 @@ def _stands_alone(slot: Slot, row: list[Slot]) -> bool:
 
 
 def _stretch(
-    plan: Plan, line: Line, units: list[UpperUnit], left: float, right: float, models: Models, to_right: bool
-) -> Iterator[Slot]:
+    plan: Plan, line: RunLine, units: list[UpperUnit], left: float, right: float, models: StyleModels, to_right: bool
+) -> Iterator[UnitSlot]:
     """Units that share what lies between two fixed ones; what is left over stays away from corners, else outside."""
     spans = [standard_sizes.upper_span(u, models) for u in units]
-    widths = share(spans, right - left)
+    widths = share_widths(spans, right - left)
     if widths is None:
         message = f"units that need at most {right - left:.3f} m"
-        got = f"at least {sum(s.low for s in spans):.3f} m ({told(tuple(units), spans)})"
-        raise Misfit(plan.id, ("runs", line.id, "upper"), message, got)
+        got = f"at least {sum(s.low for s in spans):.3f} m ({describe_units(tuple(units), spans)})"
+        raise PlanConflict(plan.id, ("runs", line.id, "upper"), message, got)
     at = round(right - sum(widths), 4) if to_right else left
     for unit, width in zip(units, widths, strict=True):
         yield _upper_slot(line, unit, at, round(at + width, 4))
         at = round(at + width, 4)
 
 
-def _upper_slot(line: Line, unit: UpperUnit, left: float, right: float) -> Slot:
+def _upper_slot(line: RunLine, unit: UpperUnit, left: float, right: float) -> UnitSlot:
     hinge = unit.hinge
     if hinge is None:
         near_corner = left - line.left.upper < 0.05 and line.left.kind is EndKind.CORNER and line.left.upper > 0
         ends_at_wall = line.length - right < 0.05
-        hinge = Side.RIGHT if near_corner or ends_at_wall else Side.LEFT
+        hinge = RunSide.RIGHT if near_corner or ends_at_wall else RunSide.LEFT
     low, high = standard_sizes.UPPER_FROM, standard_sizes.UPPER_TO
     if unit.height is not None:
         low = round(high - unit.height, 4)
-    return Slot(unit.id, unit.kind, line, left, right, standard_sizes.UPPER_DEPTH, low, high, unit=unit, hinge=hinge)
+    return UnitSlot(
+        unit.id, unit.kind, line, left, right, standard_sizes.UPPER_DEPTH, low, high, unit=unit, hinge=hinge
+    )
 
 
-def _upper_corner(line: Line, side: Side) -> Iterator[Slot]:
-    end = line.left if side is Side.LEFT else line.right
+def _upper_corner(line: RunLine, side: RunSide) -> Iterator[UnitSlot]:
+    end = line.left if side is RunSide.LEFT else line.right
     if end.corner is None or end.corner.upper is None:
         return
     owns = (end.corner.by or end.corner.runs[0]) == line.id
 
-    def slot(name: str, kind: CornerPart, near: float, far: float) -> Slot:
-        a, b = (near, far) if side is Side.LEFT else (line.length - far, line.length - near)
-        made = Slot(
+    def slot(name: str, kind: CornerPart, near: float, far: float) -> UnitSlot:
+        a, b = (near, far) if side is RunSide.LEFT else (line.length - far, line.length - near)
+        made = UnitSlot(
             name,
             kind,
             line,

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from casa_assets.layouts.plan.wall_frame import Frame
-from casa_assets.model.kitchen.style import Choice
+from casa_assets.layouts.plan.wall_frame import WallFrame
+from casa_assets.model.kitchen.style import PresetChoice
 
 
-class Depth(StrEnum):
+class DepthReference(StrEnum):
     """Which side of a thing is at a distance from the line."""
 
     BACK = "back"
@@ -19,7 +19,7 @@ class Depth(StrEnum):
     FRONT = "front"
 
 
-class Height(StrEnum):
+class HeightReference(StrEnum):
     """Which end of a thing is at a height."""
 
     FOOT = "foot"
@@ -38,17 +38,17 @@ class Spot:
         depth, height: what of it is there.
     """
 
-    frame: Frame
+    frame: WallFrame
     u: float
     v: float
     z: float
     turn_deg: float = 0.0
-    depth: Depth = Depth.BACK
-    height: Height = Height.FOOT
+    depth: DepthReference = DepthReference.BACK
+    height: HeightReference = HeightReference.FOOT
 
 
 @dataclass(frozen=True)
-class Wanted:
+class OrderItem:
     """A thing to build and to put in a place.
 
     Attributes:
@@ -61,25 +61,25 @@ class Wanted:
 
     name: str
     role: str
-    choice: Choice
+    choice: PresetChoice
     spot: Spot
     slot: str = ""
     run: str = ""
     layer: str = "things"
 
 
-def member(preset: str, params: Mapping[str, Any] | None = None) -> Choice:
+def preset_with(preset: str, params: Mapping[str, Any] | None = None) -> PresetChoice:
     """A preset of a family with some numbers changed."""
-    return Choice(preset=preset, params=dict(params or {}))
+    return PresetChoice(preset=preset, params=dict(params or {}))
 
 
 @dataclass
-class Order:
+class BuildOrder:
     """The list of what is wanted while it grows; names are made distinct."""
 
-    items: list[Wanted] = field(default_factory=list)
+    items: list[OrderItem] = field(default_factory=list)
 
-    def add(self, wanted: Wanted) -> None:
+    def add(self, wanted: OrderItem) -> None:
         """Append; a second thing of a name is a bug of the layout."""
         if any(w.name == wanted.name for w in self.items):
             raise ValueError(f"two things are called {wanted.name!r}")

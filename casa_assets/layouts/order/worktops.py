@@ -8,50 +8,50 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from casa_assets.layouts.order.back_panels import has_back
-from casa_assets.layouts.order.models import Models
-from casa_assets.layouts.order.wanted import Height, Order, Spot, Wanted, member
+from casa_assets.layouts.order.models import StyleModels
+from casa_assets.layouts.order.wanted import BuildOrder, HeightReference, OrderItem, Spot, preset_with
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.runs import EndKind, Line, Slot
-from casa_assets.model.kitchen.plan import Corner
-from casa_assets.model.kitchen.style import Choice, Tops
+from casa_assets.layouts.plan.runs import EndKind, RunLine, UnitSlot
+from casa_assets.model.kitchen.plan import RunCorner
+from casa_assets.model.kitchen.style import PresetChoice, WorktopStyle
 from casa_assets.model.kitchen.units import TALL, BaseKind
 
-LONGEST = 3.9  # metres of one slab
+MAX_SLAB_M = 3.9  # metres of one slab
 SHORTEST_ARM, NARROWEST = 0.72, 0.2
-RIM = 0.004
-BREAKS = (*TALL, BaseKind.RANGE, BaseKind.GAP)
+RIM_M = 0.004
+WORKTOP_BREAKS = (*TALL, BaseKind.RANGE, BaseKind.GAP)
 
 
 @dataclass(frozen=True)
-class Stretch:
+class WorktopStretch:
     """A part of a run that one worktop covers, metres along it; the slots whose sink or hob is let into it."""
 
-    line: Line
+    line: RunLine
     left: float
     right: float
-    lets: tuple[Slot, ...]
+    lets: tuple[UnitSlot, ...]
 
-    def cut(self, left: float, right: float) -> Stretch:
+    def cut(self, left: float, right: float) -> WorktopStretch:
         """A shorter part of it."""
         lets = tuple(s for s in self.lets if s.left >= left - 1e-6 and s.right <= right + 1e-6)
-        return Stretch(self.line, left, right, lets)
+        return WorktopStretch(self.line, left, right, lets)
 
-    def to(self, left: float, right: float) -> Stretch:
+    def to(self, left: float, right: float) -> WorktopStretch:
         """The same with other ends."""
         return replace(self, left=round(left, 4), right=round(right, 4))
 
 
-def stretches(line: Line, slots: Sequence[Slot]) -> list[Stretch]:
+def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopStretch]:
     """What worktops cover: the units on the floor except tall ones, ranges and gaps; up to the corners' walls."""
     floor = [s for s in slots if not s.is_upper]
-    out: list[Stretch] = []
+    out: list[WorktopStretch] = []
     begin: float | None = 0.0 if line.left.kind is EndKind.CORNER else None
-    lets: list[Slot] = []
+    lets: list[UnitSlot] = []
     end = 0.0
     for slot in floor:
-        if slot.kind in BREAKS or slot.high > standard_sizes.TOP:
+        if slot.kind in WORKTOP_BREAKS or slot.high > standard_sizes.WORKTOP_HEIGHT:
             if begin is not None and slot.left - begin >= NARROWEST:
-                out.append(Stretch(line, begin, slot.left, tuple(lets)))
+                out.append(WorktopStretch(line, begin, slot.left, tuple(lets)))
             begin, lets = None, []
         else:
             begin = slot.left if begin is None else begin
@@ -59,13 +59,15 @@ def stretches(line: Line, slots: Sequence[Slot]) -> list[Stretch]:
         end = slot.right
     if begin is not None:
         end = line.length if line.right.kind is EndKind.CORNER else end
-        out.append(Stretch(line, begin, end, tuple(lets)))
+        out.append(WorktopStretch(line, begin, end, tuple(lets)))
     return out
 
 
-def order_tops(order: Order, lines: Mapping[str, Line], slots: Mapping[str, Sequence[Slot]], models: Models) -> None:
+def order_worktops(
+    order: BuildOrder, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]], models: StyleModels
+) -> None:
     """Add all worktops, then sinks and hobs."""
-    left = {name: stretches(line, slots[name]) for name, line in lines.items()}
+    left = {name: worktop_stretches(line, slots[name]) for name, line in lines.items()}
     corners = {e.corner.runs: e.corner for line in lines.values() for e in (line.left, line.right) if e.corner}
     for corner in corners.values():
         _corner_top(order, corner, lines, left, models)
@@ -82,7 +84,11 @@ def order_tops(order: Order, lines: Mapping[str, Line], slots: Mapping[str, Sequ
 
 
 def _corner_top(
-    order: Order, corner: Corner, lines: Mapping[str, Line], left: dict[str, list[Stretch]], models: Models
+    order: BuildOrder,
+    corner: RunCorner,
+    lines: Mapping[str, RunLine],
+    left: dict[str, list[WorktopStretch]],
+    models: StyleModels,
 ) -> None:
     """An L round the corner, up to the first hole on either side; what it covers is taken off the stretches."""
     first, second = (lines[name] for name in corner.runs)
@@ -90,9 +96,9 @@ def _corner_top(
     if first.run.joins or second.run.joins:
         # The worktop of the wall goes through to the guests' side; that of the peninsula begins at its edge.
         if second.run.joins:
-            a, b = a.to(a.left, first.length + _behind(second)), b.to(standard_sizes.TOP_DEPTH, b.right)
+            a, b = a.to(a.left, first.length + _behind(second)), b.to(standard_sizes.WORKTOP_DEPTH, b.right)
         else:
-            a, b = a.to(a.left, first.length - standard_sizes.TOP_DEPTH), b.to(-_behind(first), b.right)
+            a, b = a.to(a.left, first.length - standard_sizes.WORKTOP_DEPTH), b.to(-_behind(first), b.right)
         left[first.id].append(a)
         left[second.id].insert(0, b)
         return
@@ -111,20 +117,20 @@ def _corner_top(
         left[second.id].insert(0, b.cut(round(arm_b, 4), b.right))
     else:
         arm_b = b.right
-    top = top_of(models, first)
+    top = worktop_of(models, first)
     params = {
         **_slab(top),
         "back_arm": arm_a,
         "side_arm": arm_b,
-        "depth": standard_sizes.TOP_DEPTH,
+        "depth": standard_sizes.WORKTOP_DEPTH,
         "right": True,
         "back_end": False,
         "side_end": second.right.kind is EndKind.FREE and arm_b == b.right,
     }
     u = round(first.length - arm_a / 2, 4)
-    spot = Spot(first.frame, u, 0.0, standard_sizes.TOP - top.thickness)
+    spot = Spot(first.frame, u, 0.0, standard_sizes.WORKTOP_HEIGHT - top.thickness)
     name = f"{first.id}_{second.id}_top"
-    order.add(Wanted(name, "counter", member("counter_corner/right", params), spot, "", first.id))
+    order.add(OrderItem(name, "counter", preset_with("counter_corner/right", params), spot, "", first.id))
 
 
 def _arm(start: float, end: float, holes: list[float], shared: bool) -> float:
@@ -134,10 +140,10 @@ def _arm(start: float, end: float, holes: list[float], shared: bool) -> float:
         whole = abs(holes[0] - start)
     elif shared:
         whole = whole / 2
-    return round(max(SHORTEST_ARM, min(LONGEST, whole)), 4)
+    return round(max(SHORTEST_ARM, min(MAX_SLAB_M, whole)), 4)
 
 
-def _pieces(stretch: Stretch) -> Iterator[Stretch]:
+def _pieces(stretch: WorktopStretch) -> Iterator[WorktopStretch]:
     """Parts with one hole at most, none too long."""
     cuts = [stretch.left]
     for here, there in zip(stretch.lets, stretch.lets[1:], strict=False):
@@ -145,41 +151,41 @@ def _pieces(stretch: Stretch) -> Iterator[Stretch]:
     cuts.append(stretch.right)
     for a, b in itertools.pairwise(cuts):
         part = stretch.cut(a, b)
-        if b - a <= LONGEST:
+        if b - a <= MAX_SLAB_M:
             yield part
         else:
             seam = part.lets[0].left - NARROWEST if part.lets else (a + b) / 2
-            if not LONGEST >= seam - a >= NARROWEST:
+            if not MAX_SLAB_M >= seam - a >= NARROWEST:
                 seam = part.lets[0].right + NARROWEST
             yield stretch.cut(a, round(seam, 4))
             yield stretch.cut(round(seam, 4), b)
 
 
-def top_of(models: Models, line: Line) -> Tops:
+def worktop_of(models: StyleModels, line: RunLine) -> WorktopStyle:
     """The style's worktop for a run: along walls, or of islands."""
     return models.style.island if line.is_island else models.style.counter
 
 
-def _behind(line: Line) -> float:
+def _behind(line: RunLine) -> float:
     """How far the worktop reaches beyond the line of a run: over the panel behind it, and to where people sit."""
     if line.at_wall:
         return 0.0
-    panel = standard_sizes.PANEL if has_back(line) else 0.0
+    panel = standard_sizes.END_PANEL if has_back(line) else 0.0
     return round(panel + max(line.run.overhang, 0.01), 4)
 
 
-def _slab(top: Tops) -> dict[str, Any]:
+def _slab(top: WorktopStyle) -> dict[str, Any]:
     return {"thickness": top.thickness, "edge": top.edge, "top": top.face}
 
 
-def _straight(order: Order, name: str, line: Line, piece: Stretch, models: Models) -> None:
-    top = top_of(models, line)
+def _straight(order: BuildOrder, name: str, line: RunLine, piece: WorktopStretch, models: StyleModels) -> None:
+    top = worktop_of(models, line)
     width = round(piece.right - piece.left, 4)
     overhang = line.run.overhang
     behind = _behind(line)
-    depth = round(line.depth + standard_sizes.OVERHANG + behind, 4)
+    depth = round(line.depth + standard_sizes.WORKTOP_OVERHANG + behind, 4)
     hole = _cutout(piece, behind, models)
-    z = standard_sizes.TOP - top.thickness
+    z = standard_sizes.WORKTOP_HEIGHT - top.thickness
     if line.is_island:
         # Cheeks of stone stand outside the panels at the ends.
         falls = overhang >= 0.25 and top.support == "waterfall"
@@ -189,12 +195,18 @@ def _straight(order: Order, name: str, line: Line, piece: Stretch, models: Model
             "width": round(width + 2 * over, 4),
             "depth": depth,
             "overhang": overhang,
-            "height": standard_sizes.TOP,
+            "height": standard_sizes.WORKTOP_HEIGHT,
             "support": top.support if overhang >= 0.25 else "none",
             "cutout": {**hole, "left": round(hole["left"] + over, 4)} if hole else None,
         }
-        spot = Spot(line.frame, (piece.left + piece.right) / 2, -behind, standard_sizes.TOP, height=Height.HEAD)
-        order.add(Wanted(name, "island", member("counter_island/plain", params), spot, "", line.id))
+        spot = Spot(
+            line.frame,
+            (piece.left + piece.right) / 2,
+            -behind,
+            standard_sizes.WORKTOP_HEIGHT,
+            height=HeightReference.HEAD,
+        )
+        order.add(OrderItem(name, "island", preset_with("counter_island/plain", params), spot, "", line.id))
         return
     params = {
         **_slab(top),
@@ -206,17 +218,17 @@ def _straight(order: Order, name: str, line: Line, piece: Stretch, models: Model
         "cutout": hole,
     }
     spot = Spot(line.frame, (piece.left + piece.right) / 2, -behind, z)
-    order.add(Wanted(name, "counter", member("counter/quartz_eased", params), spot, "", line.id))
+    order.add(OrderItem(name, "counter", preset_with("counter/quartz_eased", params), spot, "", line.id))
 
 
-def _is_free(line: Line, at: float, left: bool) -> bool:
+def _is_free(line: RunLine, at: float, left: bool) -> bool:
     """Whether the end of a piece is seen."""
     end = line.left if left else line.right
     edge = 0.0 if left else line.length
     return abs(at - edge) < 0.01 if end.kind is EndKind.FREE else not -0.001 < at < line.length + 0.001
 
 
-def _cutout(piece: Stretch, behind: float, models: Models) -> dict[str, Any] | None:
+def _cutout(piece: WorktopStretch, behind: float, models: StyleModels) -> dict[str, Any] | None:
     if not piece.lets:
         return None
     slot = piece.lets[0]
@@ -247,16 +259,16 @@ def _hob_back(depth: float) -> float:
     return round((standard_sizes.BASE_DEPTH - 0.02 - depth) / 2 + 0.02, 4)
 
 
-def _sink(order: Order, slot: Slot, models: Models) -> None:
+def _sink(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     model = models.of("sink")
-    top = standard_sizes.TOP + (RIM if model.numbers["mount"] == "drop_in" else 0.0)
-    spot = Spot(slot.line.frame, slot.middle, SINK_BACK, top, height=Height.HEAD)
-    deck = top_of(models, slot.line).thickness
-    choice = Choice(preset=model.choice.preset, params={**model.choice.params, "deck": deck})
-    order.add(Wanted(f"{slot.name}_basin", "sink", choice, spot, slot.name, slot.line.id))
+    top = standard_sizes.WORKTOP_HEIGHT + (RIM_M if model.numbers["mount"] == "drop_in" else 0.0)
+    spot = Spot(slot.line.frame, slot.middle, SINK_BACK, top, height=HeightReference.HEAD)
+    deck = worktop_of(models, slot.line).thickness
+    choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "deck": deck})
+    order.add(OrderItem(f"{slot.name}_basin", "sink", choice, spot, slot.name, slot.line.id))
 
 
-def _hob(order: Order, slot: Slot, models: Models) -> None:
+def _hob(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     model = models.of("hob")
-    spot = Spot(slot.line.frame, slot.middle, _hob_back(model.number("depth")), standard_sizes.TOP - 0.06)
-    order.add(Wanted(f"{slot.name}_plate", "hob", model.choice, spot, slot.name, slot.line.id))
+    spot = Spot(slot.line.frame, slot.middle, _hob_back(model.number("depth")), standard_sizes.WORKTOP_HEIGHT - 0.06)
+    order.add(OrderItem(f"{slot.name}_plate", "hob", model.choice, spot, slot.name, slot.line.id))

@@ -9,12 +9,12 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.geometry.planar import contains_point
-from casa_assets.model.kitchen.floor import Aisle, AisleKind, Corners, Row, RunEnd, Side
+from casa_assets.model.kitchen.floor import Aisle, AisleKind, Corners, PlacedRun, RoomWall, RunEnd
 from casa_assets.model.record import Vec2
 
-STEP = 0.05  # metres between the rays that are cast from a face
-LEAST = 0.02
-BEYOND = 0.3  # metres past the end of a strip at which it has to go on, for people to pass through
+RAY_SPACING_M = 0.05  # metres between the rays that are cast from a face
+MIN_OVERLAP_M = 0.02
+PASSAGE_BEYOND_M = 0.3  # metres past the end of a strip at which it has to go on, for people to pass through
 
 
 class FaceKind(StrEnum):
@@ -27,7 +27,7 @@ class FaceKind(StrEnum):
 
 
 @dataclass(frozen=True)
-class Face:
+class RunFace:
     """An upright face, seen from above: from `start` to `end`, free space to the right of that way."""
 
     kind: FaceKind
@@ -49,10 +49,10 @@ class Face:
         return np.array([y, -x])
 
 
-def find_aisles(rows: Sequence[Row], walls: Sequence[Side], outline: Corners) -> tuple[Aisle, ...]:
+def find_aisles(rows: Sequence[PlacedRun], walls: Sequence[RoomWall], outline: Corners) -> tuple[Aisle, ...]:
     """The narrowest place between each two faces that look at each other."""
     faces = [f for row in rows for f in _faces(row)]
-    faces += [Face(FaceKind.WALL, w.id, w.start, w.end) for w in walls if not w.open]
+    faces += [RunFace(FaceKind.WALL, w.id, w.start, w.end) for w in walls if not w.open]
     bodies = [_body(row) for row in rows]
     best: dict[tuple[str, str, str], Aisle] = {}
     for face in faces:
@@ -66,43 +66,45 @@ def find_aisles(rows: Sequence[Row], walls: Sequence[Side], outline: Corners) ->
     return tuple(best[key] for key in sorted(best))
 
 
-def _faces(row: Row) -> Iterator[Face]:
+def _faces(row: PlacedRun) -> Iterator[RunFace]:
     """Sides of a run: fronts of its units, its back where it stands away from walls, and its free ends."""
     for unit in row.units:
         if unit.kind != "gap":
-            yield Face(FaceKind.FRONT, row.id, row.at(unit.left, unit.front), row.at(unit.right, unit.front))
+            yield RunFace(FaceKind.FRONT, row.id, row.at(unit.left, unit.front), row.at(unit.right, unit.front))
     if not row.units:
         return
     first, last = row.units[0].left, row.units[-1].right
     if not row.at_wall:
-        yield Face(FaceKind.BACK, row.id, row.at(last, -row.back), row.at(first, -row.back))
+        yield RunFace(FaceKind.BACK, row.id, row.at(last, -row.back), row.at(first, -row.back))
     if row.left is RunEnd.FREE:
-        yield Face(FaceKind.END, row.id, row.at(first, -row.back), row.at(first, row.units[0].front))
+        yield RunFace(FaceKind.END, row.id, row.at(first, -row.back), row.at(first, row.units[0].front))
     if row.right is RunEnd.FREE:
-        yield Face(FaceKind.END, row.id, row.at(last, row.units[-1].front), row.at(last, -row.back))
+        yield RunFace(FaceKind.END, row.id, row.at(last, row.units[-1].front), row.at(last, -row.back))
 
 
-def _body(row: Row) -> tuple[Row, float, float, float]:
+def _body(row: PlacedRun) -> tuple[PlacedRun, float, float, float]:
     """A run and its bounds: left, right, front."""
     left, right = row.span
     return row, left, right, max((u.front for u in row.units), default=row.depth)
 
 
 def _seen(
-    face: Face, faces: Sequence[Face], bodies: Sequence[tuple[Row, float, float, float]], outline: Corners
+    face: RunFace, faces: Sequence[RunFace], bodies: Sequence[tuple[PlacedRun, float, float, float]], outline: Corners
 ) -> Iterator[Aisle]:
     """What rays from a face meet first."""
     length = float(np.linalg.norm(np.subtract(face.end, face.start)))
     facing = [f for f in faces if float(f.away @ face.away) < -0.9 and f is not face]
     found: dict[int, list[tuple[float, float]]] = {}
-    for u in np.linspace(STEP / 2, max(length - STEP / 2, STEP / 2), max(2, int(length / STEP))):
+    for u in np.linspace(
+        RAY_SPACING_M / 2, max(length - RAY_SPACING_M / 2, RAY_SPACING_M / 2), max(2, int(length / RAY_SPACING_M))
+    ):
         start = np.array(face.start) + u * face.along
         nearest: tuple[float, int] | None = None
         for k, other in enumerate(facing):
             far = float((np.array(other.start) - start) @ face.away)
             side = float((start + far * face.away - np.array(other.start)) @ other.along)
             size = float(np.linalg.norm(np.subtract(other.end, other.start)))
-            if far > LEAST and 0.0 <= side <= size and (nearest is None or far < nearest[0]):
+            if far > MIN_OVERLAP_M and 0.0 <= side <= size and (nearest is None or far < nearest[0]):
                 nearest = (far, k)
         if nearest is not None:
             found.setdefault(nearest[1], []).append((float(u), nearest[0]))
@@ -124,14 +126,14 @@ def _seen(
 
 
 def _passes(
-    face: Face,
+    face: RunFace,
     hits: Sequence[tuple[float, float]],
     width: float,
-    bodies: Sequence[tuple[Row, float, float, float]],
+    bodies: Sequence[tuple[PlacedRun, float, float, float]],
     outline: Corners,
 ) -> bool:
     """Whether the strip before a face goes on at both ends."""
-    for u in (hits[0][0] - BEYOND, hits[-1][0] + BEYOND):
+    for u in (hits[0][0] - PASSAGE_BEYOND_M, hits[-1][0] + PASSAGE_BEYOND_M):
         x, y = np.array(face.start) + u * face.along + width / 2 * face.away
         if not contains_point(outline, (float(x), float(y))):
             return False

@@ -4,49 +4,49 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from casa_assets.errors import Misfit, UnknownId
-from casa_assets.layouts.order.models import Models
+from casa_assets.errors import PlanConflict, UnknownId
+from casa_assets.layouts.order.models import StyleModels
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import Room, metres
-from casa_assets.layouts.plan.runs import TOUCHES, End, EndKind, Line, base_slots
-from casa_assets.model.kitchen.plan import Corner, CornerKind, Plan, Run
-from casa_assets.model.kitchen.units import BaseKind, Side
+from casa_assets.layouts.plan.room import Room, resolve_length
+from casa_assets.layouts.plan.runs import TOUCHES, EndKind, LineEnd, RunLine, base_slots
+from casa_assets.model.kitchen.plan import CornerKind, Plan, Run, RunCorner
+from casa_assets.model.kitchen.units import BaseKind, RunSide
 
 
-def place_runs(plan: Plan, room: Room, given: Mapping[str, float], models: Models) -> dict[str, Line]:
-    """All runs by id. Raises Misfit."""
+def place_runs(plan: Plan, room: Room, given: Mapping[str, float], models: StyleModels) -> dict[str, RunLine]:
+    """All runs by id. Raises PlanConflict."""
     _check_names(plan)
-    lines: dict[str, Line] = {}
+    lines: dict[str, RunLine] = {}
     claims = {}
     for corner in plan.corners:
         for name in corner.runs:
             if name not in {r.id for r in plan.runs}:
-                raise Misfit(plan.id, ("corners",), "runs of the plan", repr(name))
-        claims[(corner.runs[0], Side.RIGHT)] = _claim(corner, 0)
-        claims[(corner.runs[1], Side.LEFT)] = _claim(corner, 1)
+                raise PlanConflict(plan.id, ("corners",), "runs of the plan", repr(name))
+        claims[(corner.runs[0], RunSide.RIGHT)] = _claim(corner, 0)
+        claims[(corner.runs[1], RunSide.LEFT)] = _claim(corner, 1)
     for run in plan.runs:
-        left = claims.get((run.id, Side.LEFT), End(EndKind.FREE))
-        right = claims.get((run.id, Side.RIGHT), End(EndKind.FREE))
+        left = claims.get((run.id, RunSide.LEFT), LineEnd(EndKind.FREE))
+        right = claims.get((run.id, RunSide.RIGHT), LineEnd(EndKind.FREE))
         lines[run.id] = _place(plan, run, room, given, models, lines, left, right)
     return lines
 
 
-def _claim(corner: Corner, which: int) -> End:
+def _claim(corner: RunCorner, which: int) -> LineEnd:
     """What a corner takes of the first (0) or second (1) of its runs."""
     owner = corner.by or corner.runs[0]
     owns = corner.runs[which] == owner
     base = {
-        CornerKind.BLIND: standard_sizes.CORNER + (standard_sizes.CORNER_DOOR if owns else 0.0),
+        CornerKind.BLIND: standard_sizes.CORNER_CLEARANCE + (standard_sizes.CORNER_DOOR if owns else 0.0),
         CornerKind.DIAGONAL: standard_sizes.DIAGONAL,
-        CornerKind.DEAD: standard_sizes.CORNER,
+        CornerKind.DEAD: standard_sizes.CORNER_CLEARANCE,
     }[corner.base]
     upper = {
         None: 0.0,
-        CornerKind.BLIND: standard_sizes.UPPER_CORNER + (standard_sizes.UPPER_CORNER_DOOR if owns else 0.0),
+        CornerKind.BLIND: standard_sizes.UPPER_CORNER_CLEARANCE + (standard_sizes.UPPER_CORNER_DOOR if owns else 0.0),
         CornerKind.DIAGONAL: standard_sizes.UPPER_DIAGONAL,
-        CornerKind.DEAD: standard_sizes.UPPER_CORNER,
+        CornerKind.DEAD: standard_sizes.UPPER_CORNER_CLEARANCE,
     }[corner.upper]
-    return End(EndKind.CORNER, corner, base, upper)
+    return LineEnd(EndKind.CORNER, corner, base, upper)
 
 
 def _place(
@@ -54,43 +54,47 @@ def _place(
     run: Run,
     room: Room,
     given: Mapping[str, float],
-    models: Models,
-    lines: Mapping[str, Line],
-    left: End,
-    right: End,
-) -> Line:
+    models: StyleModels,
+    lines: Mapping[str, RunLine],
+    left: LineEnd,
+    right: LineEnd,
+) -> RunLine:
     at = ("runs", run.id)
     if run.on is not None:
         try:
             wall = room.wall(run.on)
         except UnknownId as error:
-            raise Misfit(plan.id, (*at, "on"), "a wall of the plan", str(error)) from None
-        start, end = (metres(plan, x, given, *at, n) for x, n in ((run.start, "start"), (run.end, "end")))
+            raise PlanConflict(plan.id, (*at, "on"), "a wall of the plan", str(error)) from None
+        start, end = (resolve_length(plan, x, given, *at, n) for x, n in ((run.start, "start"), (run.end, "end")))
         length = round(wall.length - start - end, 4)
         if run.length is not None:
-            spare = round(length - metres(plan, run.length, given, *at, "length"), 4)
+            spare = round(length - resolve_length(plan, run.length, given, *at, "length"), 4)
             if spare < 0:
-                raise Misfit(plan.id, (*at, "length"), f"at most {length:.2f} m", f"{length - spare:.2f} m")
+                raise PlanConflict(plan.id, (*at, "length"), f"at most {length:.2f} m", f"{length - spare:.2f} m")
             keeps_right = right.kind is EndKind.CORNER and left.kind is EndKind.FREE
             start, end = (start + spare, end) if keeps_right else (start, end + spare)
             length = round(length - spare, 4)
         if length <= 0.3:
-            raise Misfit(plan.id, at, f"a start and an end that leave some of {wall.length:.2f} m", f"{length:.2f} m")
+            raise PlanConflict(
+                plan.id, at, f"a start and an end that leave some of {wall.length:.2f} m", f"{length:.2f} m"
+            )
         if left.kind is EndKind.FREE and start < TOUCHES and not wall.left_bare:
-            left = End(EndKind.WALL)
+            left = LineEnd(EndKind.WALL)
         if right.kind is EndKind.FREE and end < TOUCHES and not wall.right_bare:
-            right = End(EndKind.WALL)
-        return Line(run, wall.frame.moved(start), length, standard_sizes.BASE_DEPTH, left, right)
+            right = LineEnd(EndKind.WALL)
+        return RunLine(run, wall.frame.moved(start), length, standard_sizes.BASE_DEPTH, left, right)
     length = _own_length(plan, run, given, models, left, right)
     other_id = run.faces.run if run.faces else run.joins.run if run.joins else ""
     if other_id not in lines:
-        raise Misfit(plan.id, at, "a run that stands before it in the plan", repr(other_id))
+        raise PlanConflict(plan.id, at, "a run that stands before it in the plan", repr(other_id))
     other = lines[other_id]
     if run.joins is not None:
-        if run.joins.end is Side.RIGHT:
-            return Line(run, other.frame.moved(other.length, 0.0, -1), length, standard_sizes.BASE_DEPTH, left, right)
+        if run.joins.end is RunSide.RIGHT:
+            return RunLine(
+                run, other.frame.moved(other.length, 0.0, -1), length, standard_sizes.BASE_DEPTH, left, right
+            )
         frame = other.frame.moved(0.0, 0.0, 1)
-        return Line(run, frame.moved(-length), length, standard_sizes.BASE_DEPTH, left, right)
+        return RunLine(run, frame.moved(-length), length, standard_sizes.BASE_DEPTH, left, right)
     assert run.faces is not None
     depth = (
         standard_sizes.ISLAND_DEPTH if run.base and run.base[0].kind is BaseKind.ISLAND else standard_sizes.BASE_DEPTH
@@ -99,22 +103,24 @@ def _place(
     if run.faces.by is not None:
         slots = {s.name: s for s in base_slots(plan, other, models)}
         if run.faces.by not in slots:
-            raise Misfit(plan.id, (*at, "faces", "by"), f"a unit of {other.id}", repr(run.faces.by))
+            raise PlanConflict(plan.id, (*at, "faces", "by"), f"a unit of {other.id}", repr(run.faces.by))
         middle = slots[run.faces.by].middle
     middle += run.faces.shift
-    back = standard_sizes.TOP_DEPTH + run.faces.aisle + standard_sizes.OVERHANG + depth
-    return Line(run, other.frame.moved(middle + length / 2, back, 2), length, depth, left, right)
+    back = standard_sizes.WORKTOP_DEPTH + run.faces.aisle + standard_sizes.WORKTOP_OVERHANG + depth
+    return RunLine(run, other.frame.moved(middle + length / 2, back, 2), length, depth, left, right)
 
 
-def _own_length(plan: Plan, run: Run, given: Mapping[str, float], models: Models, left: End, right: End) -> float:
+def _own_length(
+    plan: Plan, run: Run, given: Mapping[str, float], models: StyleModels, left: LineEnd, right: LineEnd
+) -> float:
     """Length of a run that no wall bounds."""
     if run.length is not None:
-        return metres(plan, run.length, given, "runs", run.id, "length")
+        return resolve_length(plan, run.length, given, "runs", run.id, "length")
     return round(left.base + right.base + sum(standard_sizes.base_span(u, models).usual for u in run.base), 3)
 
 
 def _check_names(plan: Plan) -> None:
-    """Raises Misfit where two things of a plan have one name: what stands in the kitchen is called as in the plan."""
+    """Raises PlanConflict where two things of a plan have one name: what stands in the kitchen is called as in the plan."""
     seen: set[str] = set()
     units = [
         (("runs", run.id, row, k), unit.id)
@@ -134,5 +140,5 @@ def _check_names(plan: Plan) -> None:
     ]
     for pointer, name in (*units, *more):
         if name in seen:
-            raise Misfit(plan.id, pointer, "a name of its own", f"a second {name!r}")
+            raise PlanConflict(plan.id, pointer, "a name of its own", f"a second {name!r}")
         seen.add(name)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from casa_assets.errors import Misfit, UnknownId
-from casa_assets.layouts.plan.wall_frame import QUARTERS, Frame
-from casa_assets.model.kitchen.plan import Heading, Opening, OpeningKind, Plan
+from casa_assets.errors import PlanConflict, UnknownId
+from casa_assets.layouts.plan.wall_frame import QUARTERS, WallFrame
+from casa_assets.model.kitchen.plan import Heading, OpeningKind, Plan, PlanOpening
 from casa_assets.model.kitchen.units import Length
 from casa_assets.model.record import Vec2
 
-THICK = 0.12  # metres of every wall
+WALL_THICKNESS_M = 0.12  # metres of every wall
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class WallLine:
     """
 
     id: str
-    frame: Frame
+    frame: WallFrame
     length: float
     open: bool
     left_out: bool = False
@@ -67,10 +67,10 @@ class Room:
 
 
 @dataclass(frozen=True)
-class Hole:
+class WallHole:
     """An opening in its wall: left and right edge along it, lower and upper edge, metres."""
 
-    opening: Opening
+    opening: PlanOpening
     wall: WallLine
     left: float
     right: float
@@ -83,30 +83,32 @@ class Hole:
         return self.opening.kind is OpeningKind.WINDOW
 
 
-def metres(plan: Plan, value: Length, given: Mapping[str, float], *at: str | int) -> float:
-    """A length. Raises Misfit where it names no parameter."""
+def resolve_length(plan: Plan, value: Length, given: Mapping[str, float], *at: str | int) -> float:
+    """A length. Raises PlanConflict where it names no parameter."""
     if isinstance(value, str) and value not in given:
-        raise Misfit(plan.id, at, f"metres or one of {', '.join(sorted(given)) or 'no parameter'}", repr(value))
+        raise PlanConflict(plan.id, at, f"metres or one of {', '.join(sorted(given)) or 'no parameter'}", repr(value))
     return plan.length(value, given)
 
 
 def build_room(plan: Plan, given: Mapping[str, float]) -> Room:
-    """The room for lengths of the plan's parameters. Raises Misfit where the walls do not close."""
+    """The room for lengths of the plan's parameters. Raises PlanConflict where the walls do not close."""
     x = y = 0.0
     lines: list[WallLine] = []
     for wall, length in zip(plan.walls, _lengths(plan, given), strict=True):
-        frame = Frame(round(x, 5), round(y, 5), QUARTERS[wall.go])
+        frame = WallFrame(round(x, 5), round(y, 5), QUARTERS[wall.go])
         lines.append(WallLine(wall.id, frame, length, wall.open))
         x, y, _ = frame.at(length, 0.0)
     if max(abs(x), abs(y)) > 1e-3:
-        raise Misfit(plan.id, ("walls",), "walls that lead back to where they begin", f"an end at {x:.3f}, {y:.3f} m")
+        raise PlanConflict(
+            plan.id, ("walls",), "walls that lead back to where they begin", f"an end at {x:.3f}, {y:.3f} m"
+        )
     count = len(lines)
     bends = [(lines[i].frame.quarter - lines[(i + 1) % count].frame.quarter) % 4 for i in range(count)]
     if any(b in (0, 2) for b in bends):
         wrong = lines[next(i for i, b in enumerate(bends) if b in (0, 2))].id
-        raise Misfit(plan.id, ("walls", wrong), "a wall at a right angle to the next", "one that goes on or back")
+        raise PlanConflict(plan.id, ("walls", wrong), "a wall at a right angle to the next", "one that goes on or back")
     if bends.count(1) - bends.count(3) != 4:
-        raise Misfit(plan.id, ("walls",), "walls that go round clockwise once", "others")
+        raise PlanConflict(plan.id, ("walls",), "walls that go round clockwise once", "others")
     walls = []
     for i, w in enumerate(lines):
         left, right = bends[i - 1] == 3, bends[i] == 3
@@ -117,16 +119,20 @@ def build_room(plan: Plan, given: Mapping[str, float]) -> Room:
 
 def _lengths(plan: Plan, given: Mapping[str, float]) -> list[float]:
     """Of all walls; those that are not given are what the others leave."""
-    known = {w.id: metres(plan, w.length, given, "walls", w.id, "length") for w in plan.walls if w.length is not None}
+    known = {
+        w.id: resolve_length(plan, w.length, given, "walls", w.id, "length") for w in plan.walls if w.length is not None
+    }
     for ways in ((Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT)):
         blank = [w for w in plan.walls if w.go in ways and w.length is None]
         if len(blank) > 1:
             message = f"a length, since that of {blank[0].id} is left open"
-            raise Misfit(plan.id, ("walls", blank[1].id), message, "none")
+            raise PlanConflict(plan.id, ("walls", blank[1].id), message, "none")
         if blank:
             one, other = (sum(known[w.id] for w in plan.walls if w.go is way and w.id in known) for way in ways)
             rest = round(other - one if blank[0].go is ways[0] else one - other, 4)
             if rest < 0.3:
-                raise Misfit(plan.id, ("walls", blank[0].id), "walls that leave at least 0.3 m for it", f"{rest:.3f} m")
+                raise PlanConflict(
+                    plan.id, ("walls", blank[0].id), "walls that leave at least 0.3 m for it", f"{rest:.3f} m"
+                )
             known[blank[0].id] = rest
     return [known[w.id] for w in plan.walls]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-FINEST = 0.001  # metres: widths are whole millimetres
+WIDTH_STEP_M = 0.001  # metres: widths are whole millimetres
 
 
 @dataclass(frozen=True)
-class Span:
+class WidthRange:
     """Least and greatest width of a unit, metres."""
 
     low: float
@@ -21,13 +21,13 @@ class Span:
         return round((self.low + self.high) / 2, 3)
 
 
-def share(spans: Sequence[Span], room: float) -> list[float] | None:
+def share_widths(spans: Sequence[WidthRange], room: float) -> list[float] | None:
     """Widths whose sum is `room`, or the greatest where that is less; None where not even the least ones fit.
 
     Every unit that can give or take does so in the same proportion.
     """
     least, most = sum(s.low for s in spans), sum(s.high for s in spans)
-    if least > room + FINEST / 2:
+    if least > room + WIDTH_STEP_M / 2:
         return None
     part = 1.0 if most <= room or most <= least else (room - least) / (most - least)
     widths = [round(s.low + part * (s.high - s.low), 3) for s in spans]

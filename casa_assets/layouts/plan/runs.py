@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from casa_assets.errors import Misfit
-from casa_assets.layouts.order.models import Models
+from casa_assets.errors import PlanConflict
+from casa_assets.layouts.order.models import StyleModels
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.rows import Span, share
-from casa_assets.layouts.plan.wall_frame import Frame
-from casa_assets.model.kitchen.plan import Corner, CornerKind, Plan, Run
-from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, Side, UpperKind, UpperUnit
+from casa_assets.layouts.plan.rows import WidthRange, share_widths
+from casa_assets.layouts.plan.wall_frame import WallFrame
+from casa_assets.model.kitchen.plan import CornerKind, Plan, Run, RunCorner
+from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, RunSide, UpperKind, UpperUnit
 
 TOUCHES = 0.002  # metres: an end that is so near a wall stands at it
 WIDEST_FILLER = 0.12
@@ -27,25 +27,25 @@ class EndKind(StrEnum):
 
 
 @dataclass(frozen=True)
-class End:
+class LineEnd:
     """An end of a run, and how much of it a corner takes below and above, metres."""
 
     kind: EndKind
-    corner: Corner | None = None
+    corner: RunCorner | None = None
     base: float = 0.0
     upper: float = 0.0
 
 
 @dataclass(frozen=True)
-class Line:
+class RunLine:
     """A run in the room: units stand between `frame` (their backs) and its `depth` before it."""
 
     run: Run
-    frame: Frame
+    frame: WallFrame
     length: float
     depth: float
-    left: End = End(EndKind.FREE)
-    right: End = End(EndKind.FREE)
+    left: LineEnd = LineEnd(EndKind.FREE)
+    right: LineEnd = LineEnd(EndKind.FREE)
 
     @property
     def id(self) -> str:
@@ -72,7 +72,7 @@ class CornerPart(StrEnum):
 
 
 @dataclass(frozen=True)
-class Slot:
+class UnitSlot:
     """The room of one unit, in the frame of its run.
 
     Attributes:
@@ -83,15 +83,15 @@ class Slot:
 
     name: str
     kind: BaseKind | UpperKind | CornerPart
-    line: Line
+    line: RunLine
     left: float
     right: float
     depth: float
     low: float
     high: float
     unit: BaseUnit | UpperUnit | None = None
-    hinge: Side | None = None
-    corner: Side | None = None
+    hinge: RunSide | None = None
+    corner: RunSide | None = None
 
     @property
     def width(self) -> float:
@@ -109,23 +109,26 @@ class Slot:
         return self.low > 1.0
 
 
-def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
-    """The units on the floor from left to right, corners and strips included. Raises Misfit where they do not fit."""
+def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot, ...]:
+    """The units on the floor from left to right, corners and strips included. Raises PlanConflict where they do not fit."""
     room = line.length - line.left.base - line.right.base
     spans = [standard_sizes.base_span(u, models) for u in line.run.base]
-    widths = share(spans, room)
+    widths = share_widths(spans, room)
     if widths is None:
         least = sum(s.low for s in spans)
         message = f"units that need at most {room:.3f} m"
-        raise Misfit(
-            plan.id, ("runs", line.id, "base"), message, f"at least {least:.3f} m ({told(line.run.base, spans)})"
+        raise PlanConflict(
+            plan.id,
+            ("runs", line.id, "base"),
+            message,
+            f"at least {least:.3f} m ({describe_units(line.run.base, spans)})",
         )
     rest = round(room - sum(widths), 3)
     first = last = 0.0
     if rest > 0.0:
         first, last = _spread(plan, line, rest)
-    high = standard_sizes.TOP - (models.style.island if line.is_island else models.style.counter).thickness
-    out: list[Slot] = [*_corner_slots(line, Side.LEFT, high)]
+    high = standard_sizes.WORKTOP_HEIGHT - (models.style.island if line.is_island else models.style.counter).thickness
+    out: list[UnitSlot] = [*_corner_slots(line, RunSide.LEFT, high)]
     at = line.left.base
     if first >= 0.02 and not _bare(line.run.base[:1]):
         out.append(_strip(line, f"{line.id}_strip_left", at, at + first, _beside(line.run.base[:1], high)))
@@ -136,16 +139,16 @@ def base_slots(plan: Plan, line: Line, models: Models) -> tuple[Slot, ...]:
         at = round(at + width, 4)
     if last >= 0.02 and not _bare(line.run.base[-1:]):
         out.append(_strip(line, f"{line.id}_strip_right", at, at + last, _beside(line.run.base[-1:], high)))
-    out += _corner_slots(line, Side.RIGHT, high)
+    out += _corner_slots(line, RunSide.RIGHT, high)
     return tuple(out)
 
 
-def told(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: list[Span]) -> str:
+def describe_units(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: list[WidthRange]) -> str:
     """Units and their least widths, for messages."""
     return ", ".join(f"{u.id} {s.low:g}" for u, s in zip(units, spans, strict=True))
 
 
-def _spread(plan: Plan, line: Line, rest: float) -> tuple[float, float]:
+def _spread(plan: Plan, line: RunLine, rest: float) -> tuple[float, float]:
     """Where what is left over goes: free ends just stop earlier; at walls and corners strips close the gap."""
     if line.right.kind is EndKind.FREE:
         return 0.0, 0.0
@@ -156,7 +159,7 @@ def _spread(plan: Plan, line: Line, rest: float) -> tuple[float, float]:
     if rest <= 2 * WIDEST_FILLER:
         return round(rest / 2, 3), round(rest - round(rest / 2, 3), 3)
     room = line.length - line.left.base - line.right.base
-    raise Misfit(plan.id, ("runs", line.id, "base"), f"units that fill {room:.3f} m", f"{rest:.3f} m less")
+    raise PlanConflict(plan.id, ("runs", line.id, "base"), f"units that fill {room:.3f} m", f"{rest:.3f} m less")
 
 
 def _bare(units: tuple[BaseUnit, ...]) -> bool:
@@ -169,19 +172,21 @@ def _beside(units: tuple[BaseUnit, ...], high: float) -> float:
     return standard_sizes.UPPER_TO if units and units[0].kind in TALL else high
 
 
-def _strip(line: Line, name: str, left: float, right: float, high: float) -> Slot:
-    return Slot(name, CornerPart.FILLER, line, round(left, 4), round(right, 4), standard_sizes.BASE_DEPTH, 0.0, high)
+def _strip(line: RunLine, name: str, left: float, right: float, high: float) -> UnitSlot:
+    return UnitSlot(
+        name, CornerPart.FILLER, line, round(left, 4), round(right, 4), standard_sizes.BASE_DEPTH, 0.0, high
+    )
 
 
-def _corner_slots(line: Line, side: Side, high: float) -> Iterator[Slot]:
-    end = line.left if side is Side.LEFT else line.right
+def _corner_slots(line: RunLine, side: RunSide, high: float) -> Iterator[UnitSlot]:
+    end = line.left if side is RunSide.LEFT else line.right
     if end.corner is None:
         return
     stem = f"{line.id}_{side.value}"
 
-    def slot(name: str, kind: CornerPart, near: float, far: float) -> Slot:
-        a, b = (near, far) if side is Side.LEFT else (line.length - far, line.length - near)
-        return Slot(
+    def slot(name: str, kind: CornerPart, near: float, far: float) -> UnitSlot:
+        a, b = (near, far) if side is RunSide.LEFT else (line.length - far, line.length - near)
+        return UnitSlot(
             name,
             kind,
             line,
@@ -204,9 +209,9 @@ def _corner_slots(line: Line, side: Side, high: float) -> Iterator[Slot]:
         yield slot(f"{stem}_filler", CornerPart.FILLER, standard_sizes.BASE_DEPTH, end.base)
 
 
-def other_side(side: Side) -> Side:
+def other_side(side: RunSide) -> RunSide:
     """The end that is not this one."""
-    return Side.RIGHT if side is Side.LEFT else Side.LEFT
+    return RunSide.RIGHT if side is RunSide.LEFT else RunSide.LEFT
 
 
 def _is_tall(units: tuple[BaseUnit, ...], k: int) -> bool:
@@ -216,12 +221,12 @@ def _is_tall(units: tuple[BaseUnit, ...], k: int) -> bool:
     return units[k].kind in TALL
 
 
-def _base_slot(line: Line, unit: BaseUnit, left: float, right: float, high: float) -> Slot:
+def _base_slot(line: RunLine, unit: BaseUnit, left: float, right: float, high: float) -> UnitSlot:
     hinge = unit.hinge
     if hinge is None:
         # Away from a corner, and towards a wall beside it.
         near_left = left - line.left.base < TOUCHES and line.left.kind is EndKind.WALL
         near_corner = left - line.left.base < 0.2 and line.left.kind is EndKind.CORNER
         ends_at_wall = line.length - right < 0.2 and line.right.kind is EndKind.WALL
-        hinge = Side.RIGHT if near_corner or (ends_at_wall and not near_left) else Side.LEFT
-    return Slot(unit.id, unit.kind, line, left, right, line.depth, 0.0, high, unit=unit, hinge=hinge)
+        hinge = RunSide.RIGHT if near_corner or (ends_at_wall and not near_left) else RunSide.LEFT
+    return UnitSlot(unit.id, unit.kind, line, left, right, line.depth, 0.0, high, unit=unit, hinge=hinge)

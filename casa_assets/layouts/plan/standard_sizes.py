@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from casa_assets.layouts.order.models import Models
-from casa_assets.layouts.plan.rows import Span
+from casa_assets.layouts.order.models import StyleModels
+from casa_assets.layouts.plan.rows import WidthRange
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
 
 # Ref: trade sizes of kitchens: worktops 0.9 to 0.92 m high and 0.635 to 0.65 m deep, 0.45 m up to the wall units.
-TOP = 0.92
-TOP_DEPTH = 0.65
+WORKTOP_HEIGHT = 0.92
+WORKTOP_DEPTH = 0.65
 BASE_DEPTH = 0.6
 UPPER_DEPTH = 0.35
 UPPER_FROM = 1.38
@@ -16,45 +16,45 @@ UPPER_TO = 2.26
 ISLAND_DEPTH = 0.75
 # How far a worktop stands out before the fronts, and what lies between fronts and the inside of a corner, so that
 # handles of both runs pass each other.
-OVERHANG = TOP_DEPTH - BASE_DEPTH
-CORNER = 0.72
-UPPER_CORNER = 0.48
+WORKTOP_OVERHANG = WORKTOP_DEPTH - BASE_DEPTH
+CORNER_CLEARANCE = 0.72
+UPPER_CORNER_CLEARANCE = 0.48
 CORNER_DOOR = 0.45
 UPPER_CORNER_DOOR = 0.38
 DIAGONAL, UPPER_DIAGONAL = 0.92, 0.66
 # A refrigerator's door turns with its handle outside its own width: room beside it.
 FRIDGE_SIDE = 0.07
 HOUSING_SIDE = 0.06
-PANEL = 0.02
+END_PANEL = 0.02
 # Ref: NKBA kitchen planning guideline 18: 24 inches over the cooking surface to what does not burn.
 HOOD_FROM = 1.62
 CANOPY_LEDGE = 0.012
-ONE_DOOR = 0.5  # a wider cabinet has two doors
+WIDEST_SINGLE_DOOR = 0.5  # a wider cabinet has two doors
 
 
-def base_span(unit: BaseUnit, models: Models) -> Span:
+def base_span(unit: BaseUnit, models: StyleModels) -> WidthRange:
     """Least and greatest width of a unit on the floor."""
     if isinstance(unit.width, tuple):
-        return Span(*unit.width)
+        return WidthRange(*unit.width)
     if unit.width is not None:
-        return Span(unit.width, unit.width)
+        return WidthRange(unit.width, unit.width)
     fixed = _of_model(unit, models)
     if fixed is not None:
         return fixed
     return {
-        BaseKind.DOORS: Span(0.4, 0.9),
-        BaseKind.DRAWERS: Span(0.4, 0.9),
-        BaseKind.SHELF: Span(0.3, 0.6),
-        BaseKind.PANEL: Span(PANEL, PANEL),
-        BaseKind.FILLER: Span(0.03, 0.12),
-        BaseKind.GAP: Span(0.3, 1.0),
-        BaseKind.ISLAND: Span(1.4, 2.2),
-        BaseKind.PANTRY: Span(0.45, 0.6),
-        BaseKind.MICROWAVE: Span(0.6, 0.6),
+        BaseKind.DOORS: WidthRange(0.4, 0.9),
+        BaseKind.DRAWERS: WidthRange(0.4, 0.9),
+        BaseKind.SHELF: WidthRange(0.3, 0.6),
+        BaseKind.PANEL: WidthRange(END_PANEL, END_PANEL),
+        BaseKind.FILLER: WidthRange(0.03, 0.12),
+        BaseKind.GAP: WidthRange(0.3, 1.0),
+        BaseKind.ISLAND: WidthRange(1.4, 2.2),
+        BaseKind.PANTRY: WidthRange(0.45, 0.6),
+        BaseKind.MICROWAVE: WidthRange(0.6, 0.6),
     }[unit.kind]
 
 
-def _of_model(unit: BaseUnit, models: Models) -> Span | None:
+def _of_model(unit: BaseUnit, models: StyleModels) -> WidthRange | None:
     if unit.kind is BaseKind.RANGE:
         width = models.of("range").number("width") + 0.006
     elif unit.kind is BaseKind.DISHWASHER:
@@ -66,33 +66,33 @@ def _of_model(unit: BaseUnit, models: Models) -> Span | None:
         width = models.of("oven").number("width") + 0.005
     elif unit.kind is BaseKind.SINK:
         least = round(models.of("sink").number("width") + 0.08, 2)
-        return Span(max(0.6, least), max(0.9, least + 0.1))
+        return WidthRange(max(0.6, least), max(0.9, least + 0.1))
     elif unit.kind is BaseKind.HOB:
         least = round(models.of("hob").number("width") + 0.06, 2)
-        return Span(max(0.6, least), max(0.9, least))
+        return WidthRange(max(0.6, least), max(0.9, least))
     else:
         return None
-    return Span(round(width, 3), round(width, 3))
+    return WidthRange(round(width, 3), round(width, 3))
 
 
-def upper_span(unit: UpperUnit, models: Models) -> Span:
+def upper_span(unit: UpperUnit, models: StyleModels) -> WidthRange:
     """Least and greatest width of a unit on the wall that is not centred over another."""
     if isinstance(unit.width, tuple):
-        return Span(*unit.width)
+        return WidthRange(*unit.width)
     if unit.width is not None:
-        return Span(unit.width, unit.width)
+        return WidthRange(unit.width, unit.width)
     if unit.kind is UpperKind.MICROWAVE:
-        return Span(0.6, 0.6)
+        return WidthRange(0.6, 0.6)
     if unit.kind is UpperKind.HOOD:
         hood = models.of("hood")
         # The ledge of a canopy stands out beside it.
         width = hood.number("width") + (2 * CANOPY_LEDGE if hood.numbers["form"] == "canopy" else 0.0)
-        return Span(width, width)
+        return WidthRange(width, width)
     return {
-        UpperKind.DOORS: Span(0.35, 0.9),
-        UpperKind.GLASS: Span(0.35, 0.9),
-        UpperKind.SHELF: Span(0.3, 0.6),
-        UpperKind.BOARDS: Span(0.5, 1.2),
-        UpperKind.FILLER: Span(0.03, 0.12),
-        UpperKind.GAP: Span(0.05, 2.0),
+        UpperKind.DOORS: WidthRange(0.35, 0.9),
+        UpperKind.GLASS: WidthRange(0.35, 0.9),
+        UpperKind.SHELF: WidthRange(0.3, 0.6),
+        UpperKind.BOARDS: WidthRange(0.5, 1.2),
+        UpperKind.FILLER: WidthRange(0.03, 0.12),
+        UpperKind.GAP: WidthRange(0.05, 2.0),
     }[unit.kind]

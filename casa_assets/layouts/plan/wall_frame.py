@@ -22,7 +22,7 @@ _TURNS: tuple[Vec4, ...] = (
 
 
 @dataclass(frozen=True)
-class Frame:
+class WallFrame:
     """A line on the floor with a left end and a direction; what stands at it faces away from it, to its right.
 
     Attributes:
@@ -58,10 +58,10 @@ class Frame:
         """room_from_asset of something there that faces away from the line."""
         return Pose(position=self.at(u, v, z), quaternion=self.turn)
 
-    def moved(self, u: float, v: float = 0.0, turn: int = 0) -> Frame:
+    def moved(self, u: float, v: float = 0.0, turn: int = 0) -> WallFrame:
         """A frame whose left end is there, turned by quarter turns to the left."""
         x, y, _ = self.at(u, v)
-        return Frame(x, y, (self.quarter + turn) % 4)
+        return WallFrame(x, y, (self.quarter + turn) % 4)
 
     def of(self, x: float, y: float) -> Vec2:
         """u and v of a point of the room."""
@@ -75,7 +75,7 @@ def _tidy(value: float) -> float:
     return round(value, 5) + 0.0
 
 
-def turned(pose: Pose, degrees: float) -> Pose:
+def turned_left(pose: Pose, degrees: float) -> Pose:
     """A pose turned to the left about its own upright axis."""
     half = math.radians(degrees) / 2
     return pose @ Pose(quaternion=(math.cos(half), 0.0, 0.0, math.sin(half))) if degrees else pose

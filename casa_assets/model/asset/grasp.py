@@ -10,7 +10,7 @@ from pydantic import Field
 from casa_assets.model.record import Record, Vec3
 
 
-class Hold(StrEnum):
+class GraspFeature(StrEnum):
     """What the fingers close on."""
 
     BODY = "body"  # the thing itself, near its middle
@@ -28,7 +28,7 @@ class Grasp(Record):
         width: distance between the fingers as they touch, metres.
     """
 
-    hold: Hold
+    hold: GraspFeature
     center: Vec3
     closing: Vec3
     approach: Vec3

@@ -30,7 +30,7 @@ class ShapeDescriptor(Record):
     axes: Vec3
 
 
-class Tint(Record):
+class ColorHistogram(Record):
     """The colours of a surface, by area.
 
     Attributes:
@@ -48,4 +48,4 @@ class Signature(Record):
     """Shape descriptor and colours of one thing."""
 
     form: ShapeDescriptor
-    tint: Tint
+    tint: ColorHistogram

@@ -57,7 +57,7 @@ APPLIANCES = (
 )
 
 
-class Foot(Record):
+class Footprint(Record):
     """A rectangle on the floor: its middle, its full size (along its own x, along its own y) and its turn."""
 
     middle: Vec2
@@ -93,7 +93,7 @@ class Foot(Record):
         return (self.at(-w, 0.0), self.at(w, 0.0), self.at(w, -d), self.at(-w, -d))
 
 
-class Leaf(Record):
+class SweptArea(Record):
     """Where a door, flap or drawer goes, seen from above.
 
     Attributes:
@@ -109,7 +109,7 @@ class Leaf(Record):
     down: bool
 
 
-class Movable(Record):
+class FixtureJoint(Record):
     """A joint of a fixture.
 
     Attributes:
@@ -123,21 +123,21 @@ class Movable(Record):
     range: Vec2
     behind: Id | None = None
     grip: Vec3 | None = None
-    leaf: Leaf | None = None
+    leaf: SweptArea | None = None
 
 
-class Volume(Record):
+class FixtureRegion(Record):
     """A box or cylinder of a fixture where things can be put, all joints at zero: foot, and heights of its ends."""
 
     name: Id
-    foot: Foot
+    foot: Footprint
     low: float
     high: float
     round: bool = False
     moves: bool = False
 
 
-class Mark(Record):
+class FixtureSite(Record):
     """A named point of a fixture: where a pan or a mug goes, a flame, a button."""
 
     name: Id
@@ -159,15 +159,15 @@ class Fixture(Record):
     category: str
     unit: str = ""
     run: str = ""
-    foot: Foot
+    foot: Footprint
     low: float
     high: float
     loose: bool = False
-    joints: tuple[Movable, ...] = ()
-    volumes: tuple[Volume, ...] = ()
-    marks: tuple[Mark, ...] = ()
-    buttons: tuple[Mark, ...] = ()
+    joints: tuple[FixtureJoint, ...] = ()
+    volumes: tuple[FixtureRegion, ...] = ()
+    marks: tuple[FixtureSite, ...] = ()
+    buttons: tuple[FixtureSite, ...] = ()
 
-    def joint(self, name: str) -> Movable | None:
+    def joint(self, name: str) -> FixtureJoint | None:
         """Its joint of that name, if it has one."""
         return next((j for j in self.joints if j.name == name), None)

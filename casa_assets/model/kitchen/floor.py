@@ -8,7 +8,17 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 
-from casa_assets.model.kitchen.fixture import APPLIANCES, Corners, Fixture, Foot, Leaf, Mark, Movable, Role, Volume
+from casa_assets.model.kitchen.fixture import (
+    APPLIANCES,
+    Corners,
+    Fixture,
+    FixtureJoint,
+    FixtureRegion,
+    FixtureSite,
+    Footprint,
+    Role,
+    SweptArea,
+)
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.scene import SceneId
 from casa_assets.model.record import Id, Record, Vec2
@@ -18,25 +28,25 @@ __all__ = [
     "Aisle",
     "AisleKind",
     "Corners",
-    "Facts",
+    "KitchenFacts",
     "Fixture",
-    "Foot",
-    "Leaf",
-    "Mark",
-    "Movable",
-    "Parking",
+    "Footprint",
+    "SweptArea",
+    "FixtureSite",
+    "FixtureJoint",
+    "ParkingPlace",
     "Role",
-    "Row",
+    "PlacedRun",
     "RunEnd",
-    "Side",
-    "Stance",
-    "Unit",
-    "Volume",
-    "Way",
+    "RoomWall",
+    "ParkingSide",
+    "PlacedUnit",
+    "FixtureRegion",
+    "WallOpening",
 ]
 
 
-class Side(Record):
+class RoomWall(Record):
     """A wall: its inner face from its left end to its right end, the room to the right of that way."""
 
     id: Id
@@ -45,7 +55,7 @@ class Side(Record):
     open: bool = False
 
 
-class Way(Record):
+class WallOpening(Record):
     """A window, door or passage.
 
     Attributes:
@@ -63,10 +73,10 @@ class Way(Record):
     high: float
     clear: float
     movable: bool = False
-    leaf: Leaf | None = None
+    leaf: SweptArea | None = None
 
 
-class Unit(Record):
+class PlacedUnit(Record):
     """A unit of a run on the floor: where it begins and ends along it, and its front and height; metres.
 
     Attributes:
@@ -90,7 +100,7 @@ class RunEnd(StrEnum):
     CORNER = "corner"
 
 
-class Row(Record):
+class PlacedRun(Record):
     """A run of units.
 
     Attributes:
@@ -117,7 +127,7 @@ class Row(Record):
     corner_left: float = 0.0
     corner_right: float = 0.0
     overhang: float = 0.0
-    units: tuple[Unit, ...] = ()
+    units: tuple[PlacedUnit, ...] = ()
 
     def at(self, along: float, before: float) -> Vec2:
         """A point so far along the line, and so far before it; metres."""
@@ -168,7 +178,7 @@ class Aisle(Record):
     at: Vec2
 
 
-class Stance(StrEnum):
+class ParkingSide(StrEnum):
     """Where a robot stands as seen by who looks at the fixture's front."""
 
     FRONT = "front"
@@ -177,7 +187,7 @@ class Stance(StrEnum):
     BEHIND = "behind"
 
 
-class Parking(Record):
+class ParkingPlace(Record):
     """Where a robot's base stands to work at a fixture.
 
     Attributes:
@@ -190,11 +200,11 @@ class Parking(Record):
     open: str = ""
     at: Vec2
     yaw: float
-    stance: Stance = Stance.FRONT
+    stance: ParkingSide = ParkingSide.FRONT
     aside: float = 0.0
 
 
-class Facts(Record):
+class KitchenFacts(Record):
     """A kitchen. See the module.
 
     Attributes:
@@ -208,9 +218,9 @@ class Facts(Record):
     compact: bool = False
     outline: Corners
     height: float = 2.7
-    walls: tuple[Side, ...]
-    ways: tuple[Way, ...] = ()
-    rows: tuple[Row, ...] = ()
+    walls: tuple[RoomWall, ...]
+    ways: tuple[WallOpening, ...] = ()
+    rows: tuple[PlacedRun, ...] = ()
     fixtures: tuple[Fixture, ...] = ()
     aisles: tuple[Aisle, ...] = ()
 
@@ -218,6 +228,6 @@ class Facts(Record):
         """Fixtures of these roles, in order."""
         return tuple(f for f in self.fixtures if f.role in roles)
 
-    def row(self, name: str) -> Row | None:
+    def row(self, name: str) -> PlacedRun | None:
         """The run of that id, if there is one."""
         return next((r for r in self.rows if r.id == name), None)

@@ -10,7 +10,7 @@ from casa_assets.model.kitchen.units import Length
 from casa_assets.model.record import Id, Record
 
 
-class Stand(Record):
+class WorktopItem(Record):
     """Something that stands on a worktop or shelf.
 
     Attributes:
@@ -26,14 +26,14 @@ class Stand(Record):
     turn_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
 
 
-class Seats(Record):
+class SeatRow(Record):
     """Stools along the side of an island or peninsula that is turned away from the cook."""
 
     run: Id
     count: Annotated[int, Field(ge=1, le=6)]
 
 
-class Hanging(Record):
+class WallItem(Record):
     """Something on a wall.
 
     Attributes:
@@ -56,7 +56,7 @@ class Hanging(Record):
         return self
 
 
-class Lamps(Record):
+class CeilingLamps(Record):
     """Lamps under the ceiling.
 
     Attributes:
@@ -68,7 +68,7 @@ class Lamps(Record):
     count: Annotated[int, Field(ge=1, le=8)] = 1
 
 
-class OnFloor(Record):
+class FloorItem(Record):
     """Something on the floor: its middle is `beside` metres from the wall, and `at` metres from its left end."""
 
     id: Id

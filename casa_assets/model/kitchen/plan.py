@@ -13,8 +13,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from casa_assets.model.kitchen.furnishing import Hanging, Lamps, OnFloor, Seats, Stand
-from casa_assets.model.kitchen.units import BaseUnit, Length, Side, UpperUnit, numbered
+from casa_assets.model.kitchen.furnishing import CeilingLamps, FloorItem, SeatRow, WallItem, WorktopItem
+from casa_assets.model.kitchen.units import BaseUnit, Length, RunSide, UpperUnit, numbered
 from casa_assets.model.record import Id, Record
 
 
@@ -69,7 +69,7 @@ class OpeningKind(StrEnum):
     PASSAGE = "passage"
 
 
-class Opening(Record):
+class PlanOpening(Record):
     """A window, a door, or a passage without a leaf.
 
     Attributes:
@@ -86,7 +86,7 @@ class Opening(Record):
     width: Annotated[float, Field(ge=0.4, le=2.4)] = 1.2
     height: Annotated[float, Field(ge=0.4, le=2.4)] = 1.1
     sill: Annotated[float, Field(ge=0, le=1.8)] = 1.02
-    hinge: Side = Side.LEFT
+    hinge: RunSide = RunSide.LEFT
 
     @model_validator(mode="after")
     def _placed(self) -> Self:
@@ -100,7 +100,7 @@ class Opening(Record):
         return self.sill if self.kind is OpeningKind.WINDOW else 0.0
 
 
-class Facing(Record):
+class IslandPosition(Record):
     """Where an island stands: in front of a run, and turned to it.
 
     Attributes:
@@ -115,11 +115,11 @@ class Facing(Record):
     shift: float = 0.0
 
 
-class Joining(Record):
+class PeninsulaPosition(Record):
     """Where a peninsula begins: at the free end of a run, across it, so that the two form a corner."""
 
     run: Id
-    end: Side
+    end: RunSide
 
 
 class Run(Record):
@@ -136,8 +136,8 @@ class Run(Record):
 
     id: Id
     on: Id | None = None
-    faces: Facing | None = None
-    joins: Joining | None = None
+    faces: IslandPosition | None = None
+    joins: PeninsulaPosition | None = None
     start: Length = 0.0
     end: Length = 0.0
     length: Length | None = None
@@ -172,7 +172,7 @@ class CornerKind(StrEnum):
     DEAD = "dead"
 
 
-class Corner(Record):
+class RunCorner(Record):
     """Where the right end of one run meets the left end of the next.
 
     Attributes:
@@ -205,14 +205,14 @@ class Plan(Record):
     parameters: Mapping[Id, Parameter] = Field(default_factory=dict)
     height: Annotated[float, Field(ge=2.3, le=3.4)] = 2.7
     walls: Annotated[tuple[Wall, ...], Field(min_length=4)]
-    openings: tuple[Opening, ...] = ()
+    openings: tuple[PlanOpening, ...] = ()
     runs: Annotated[tuple[Run, ...], Field(min_length=1)]
-    corners: tuple[Corner, ...] = ()
-    stands: tuple[Stand, ...] = ()
-    seats: tuple[Seats, ...] = ()
-    hangings: tuple[Hanging, ...] = ()
-    lamps: tuple[Lamps, ...] = ()
-    floor: tuple[OnFloor, ...] = ()
+    corners: tuple[RunCorner, ...] = ()
+    stands: tuple[WorktopItem, ...] = ()
+    seats: tuple[SeatRow, ...] = ()
+    hangings: tuple[WallItem, ...] = ()
+    lamps: tuple[CeilingLamps, ...] = ()
+    floor: tuple[FloorItem, ...] = ()
     compact: bool = False
 
     @model_validator(mode="before")

@@ -16,7 +16,7 @@ from casa_assets.model.record import Id, Record
 PresetName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*/[a-z][a-z0-9_]*$")]
 
 
-class Choice(Record):
+class PresetChoice(Record):
     """A member of a family.
 
     Attributes:
@@ -49,7 +49,7 @@ class Choice(Record):
         return self.preset.split("/")[1]
 
 
-class Fronts(Record):
+class FrontStyle(Record):
     """Look of a group of cabinets; None: as the base cabinets have it. Names as in the cabinets' `look`."""
 
     front: Id | None = None
@@ -60,14 +60,14 @@ class Fronts(Record):
     tray: Id | None = None
     metal: Id | None = None
 
-    def over(self, other: Fronts) -> Fronts:
+    def over(self, other: FrontStyle) -> FrontStyle:
         """These, and what they leave open from another."""
-        return Fronts(
-            **{k: v if (v := getattr(self, k)) is not None else getattr(other, k) for k in Fronts.model_fields}
+        return FrontStyle(
+            **{k: v if (v := getattr(self, k)) is not None else getattr(other, k) for k in FrontStyle.model_fields}
         )
 
 
-class Cabinets(Record):
+class CabinetStyle(Record):
     """Fronts by group, and what goes with them.
 
     Attributes:
@@ -77,23 +77,23 @@ class Cabinets(Record):
         cornice: profile over the wall units; None for none.
     """
 
-    base: Fronts
-    upper: Fronts = Fronts()
-    tall: Fronts = Fronts()
-    island: Fronts = Fronts()
+    base: FrontStyle
+    upper: FrontStyle = FrontStyle()
+    tall: FrontStyle = FrontStyle()
+    island: FrontStyle = FrontStyle()
     glass: Id = "glass_clear"
     shelf: Id
     cornice: Id | None = None
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
-        missing = [k for k in Fronts.model_fields if getattr(self.base, k) is None]
+        missing = [k for k in FrontStyle.model_fields if getattr(self.base, k) is None]
         if missing:
             raise ValueError(f"base needs {', '.join(missing)}")
         return self
 
 
-class Tops(Record):
+class WorktopStyle(Record):
     """A worktop: finish, edge profile, thickness in metres, height of the upstand along the wall (0 for none)."""
 
     face: Id
@@ -103,7 +103,7 @@ class Tops(Record):
     support: Id = "none"
 
 
-class Shell(Record):
+class RoomStyle(Record):
     """The room: finishes of walls, woodwork, floor and ceiling.
 
     Attributes:
@@ -123,7 +123,7 @@ class Shell(Record):
     beams: Id | None = None
 
 
-class Splash(Record):
+class BacksplashStyle(Record):
     """What covers the wall between worktop and wall units, and up to the hood behind a range or hob."""
 
     face: Id
@@ -144,13 +144,13 @@ class Style(Record):
     id: Id
     title: str
     description: str
-    cabinets: Cabinets
-    counter: Tops
-    island: Tops
-    splash: Splash | None = None
-    shell: Shell
-    models: Mapping[Id, Choice]
-    props: tuple[Choice, ...] = ()
+    cabinets: CabinetStyle
+    counter: WorktopStyle
+    island: WorktopStyle
+    splash: BacksplashStyle | None = None
+    shell: RoomStyle
+    models: Mapping[Id, PresetChoice]
+    props: tuple[PresetChoice, ...] = ()
     lights: Annotated[float, Field(ge=2000, le=7000)] = 3000.0
     daylight: Annotated[float, Field(ge=3000, le=9000)] = 5800.0
 

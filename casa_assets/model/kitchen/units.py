@@ -15,7 +15,7 @@ Length = Annotated[float, Field(ge=0, le=20)] | Id
 Width = Annotated[float, Field(gt=0, le=6)] | tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]]
 
 
-class Side(StrEnum):
+class RunSide(StrEnum):
     """An end of a run."""
 
     LEFT = "left"
@@ -90,7 +90,7 @@ class BaseUnit(Unit):
 
     kind: BaseKind
     drawers: Annotated[int | None, Field(ge=0, le=5)] = None
-    hinge: Side | None = None
+    hinge: RunSide | None = None
     housing: bool = True
     oven: bool = False
     microwave: bool = False
@@ -101,7 +101,7 @@ class UpperUnit(Unit):
 
     kind: UpperKind
     over: Id | None = None
-    hinge: Side | None = None
+    hinge: RunSide | None = None
     height: Annotated[float | None, Field(gt=0.2, le=1.4)] = None
 
 

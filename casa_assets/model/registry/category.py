@@ -8,7 +8,7 @@ from typing import Annotated, Self
 from pydantic import Field, StringConstraints, model_validator
 
 from casa_assets.model.record import Id, Record, Vec3
-from casa_assets.model.registry.contract import Generation
+from casa_assets.model.registry.contract import RobocasaRelease
 
 # How far `size_m` and `longest_m` may differ, of the length: rounding to a millimetre and no more.
 SAME_SIZE = 0.02
@@ -22,7 +22,7 @@ class Certainty(StrEnum):
     PARENT = "parent"
 
 
-class Build(StrEnum):
+class MatterFill(StrEnum):
     """How matter fills the outline of an object; decides volume, mass and whether cavities stay open."""
 
     SOLID = "solid"  # an apple, a cutting board: matter all through
@@ -31,7 +31,7 @@ class Build(StrEnum):
     HOLLOW = "hollow"  # an appliance or basket: mostly air inside, mass from the prior
 
 
-class Upright(StrEnum):
+class RestingPose(StrEnum):
     """How an object rests on a worktop."""
 
     STANDS = "stands"  # tallest or designed axis up: a bottle, a mug
@@ -39,7 +39,7 @@ class Upright(StrEnum):
     ANY = "any"  # no preferred pose: an orange
 
 
-class Front(StrEnum):
+class FrontRule(StrEnum):
     """Which way an object is turned about z, so that instances of a category look the same way."""
 
     ANY = "any"  # the same from all sides, or nobody minds
@@ -62,7 +62,7 @@ class Affordance(StrEnum):
     STACKABLE = "stackable"  # stands on another of its kind
 
 
-class Kind(StrEnum):
+class ObjectType(StrEnum):
     """What tasks ask for when they do not name a category; a closed set, that of the reference runtime (RoboCasa)."""
 
     ALCOHOL = "alcohol"
@@ -88,7 +88,7 @@ class Kind(StrEnum):
     VEGETABLE = "vegetable"
 
 
-class Basis(StrEnum):
+class NumberBasis(StrEnum):
     """Where the numbers of a row come from."""
 
     USUAL = "usual"  # our estimate of common real ones
@@ -97,12 +97,12 @@ class Basis(StrEnum):
     REFERENCE = "reference"  # as the reference runtime has it
 
 
-class Bases(Record):
+class CategoryBases(Record):
     """The basis of the sizes, of the mass, and of `types` and `affords`."""
 
-    size: Basis = Basis.USUAL
-    mass: Basis = Basis.USUAL
-    uses: Basis = Basis.USUAL
+    size: NumberBasis = NumberBasis.USUAL
+    mass: NumberBasis = NumberBasis.USUAL
+    uses: NumberBasis = NumberBasis.USUAL
 
 
 class QCode(Record):
@@ -119,7 +119,7 @@ class QCode(Record):
     certainty: Certainty
 
 
-class Span(Record):
+class SizeRange(Record):
     """A range with a typical value, `low <= typical <= high`, all > 0."""
 
     low: Annotated[float, Field(gt=0)]
@@ -132,9 +132,9 @@ class Span(Record):
             raise ValueError(f"{self.low} <= {self.typical} <= {self.high} does not hold")
         return self
 
-    def scaled(self, factor: float) -> Span:
+    def scaled(self, factor: float) -> SizeRange:
         """All three times a factor > 0."""
-        return Span(low=self.low * factor, typical=self.typical * factor, high=self.high * factor)
+        return SizeRange(low=self.low * factor, typical=self.typical * factor, high=self.high * factor)
 
 
 class Category(Record):
@@ -164,22 +164,22 @@ class Category(Record):
     id: Id
     parent: Id
     qcode: QCode
-    longest_m: Span
-    mass_kg: Span
+    longest_m: SizeRange
+    mass_kg: SizeRange
     shape: Vec3
-    size_m: tuple[Span, Span, Span] | None = None
-    upright: Upright
-    front: Front = Front.ANY
-    build: Build
+    size_m: tuple[SizeRange, SizeRange, SizeRange] | None = None
+    upright: RestingPose
+    front: FrontRule = FrontRule.ANY
+    build: MatterFill
     substance: Id
     aliases: tuple[str, ...] = ()
     fixed: bool = False
-    types: tuple[Kind, ...] = ()
+    types: tuple[ObjectType, ...] = ()
     affords: tuple[Affordance, ...] = ()
-    runtime: tuple[Generation, ...] = ()
+    runtime: tuple[RobocasaRelease, ...] = ()
     lvis: tuple[str, ...] = ()
     prompts: tuple[str, ...] = ()
-    basis: Bases = Bases()
+    basis: CategoryBases = CategoryBases()
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:
@@ -194,7 +194,7 @@ class Category(Record):
         return self
 
     @property
-    def extents(self) -> tuple[Span, Span, Span]:
+    def extents(self) -> tuple[SizeRange, SizeRange, SizeRange]:
         """Size along x, y and z as it rests, metres."""
         if self.size_m is not None:
             return self.size_m
@@ -214,9 +214,9 @@ class Category(Record):
 
 # How a picture of an asset of ours looks, so that a phrase about the thing becomes one about the picture.
 # Ref: Radford et al. 2021, prompts of CLIP; the wording for renders is ours.
-PICTURES = ("a photo of {}.", "a 3D render of {} on a plain background.", "{}, isolated.")
+PICTURE_PROMPTS = ("a photo of {}.", "a 3D render of {} on a plain background.", "{}, isolated.")
 
 
-def sentences(category: Category) -> tuple[str, ...]:
+def clip_prompts(category: Category) -> tuple[str, ...]:
     """Every phrase of a category in every way of talking of a picture, for a model that compares both."""
-    return tuple(picture.format(phrase) for phrase in category.phrases for picture in PICTURES)
+    return tuple(picture.format(phrase) for phrase in category.phrases for picture in PICTURE_PROMPTS)

@@ -28,10 +28,10 @@ def _compiles(pattern: str) -> str:
 Pattern = Annotated[str, Field(min_length=1), AfterValidator(_compiles)]
 Count = Annotated[int, Field(ge=0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Way = Annotated[float, Field(ge=-1.0, le=1.0)]
+SignedShare = Annotated[float, Field(ge=-1.0, le=1.0)]
 
 
-class Generation(StrEnum):
+class RobocasaRelease(StrEnum):
     """Release of the reference runtime (RoboCasa) that reads a name."""
 
     V0_2 = "v0_2"
@@ -52,7 +52,7 @@ class Axis(StrEnum):
     MINUS_Z = "-z"
 
 
-class Opens(StrEnum):
+class OpeningSide(StrEnum):
     """Where the range lies about zero, which is closed."""
 
     POSITIVE = "positive"  # 0..a
@@ -66,7 +66,7 @@ def _named(row: Any) -> Any:
     return {"name": row} if isinstance(row, str) else row
 
 
-class Named(Record):
+class NamePattern(Record):
     """Something with a name that matches `name`; `least` to `most` of them (None: any number)."""
 
     name: Pattern
@@ -89,13 +89,13 @@ class Named(Record):
         return re.fullmatch(self.name, name) is not None
 
 
-class LinkRule(Named):
+class LinkRule(NamePattern):
     """A link; `depth` counts from `object` (0), which a runtime's fixed paths do too."""
 
     depth: Count | None = None
 
 
-class JointRule(Named):
+class JointRule(NamePattern):
     """A joint.
 
     Attributes:
@@ -108,41 +108,41 @@ class JointRule(Named):
 
     kind: JointKind | None = None
     axis: Axis | None = None
-    opens: Opens | None = None
+    opens: OpeningSide | None = None
     reach: Vec2 | None = None
     travel: Vec2 | None = None
     depth: Count | None = None
     link: Pattern | None = None
 
 
-class ShapeRule(Named):
+class ShapeRule(NamePattern):
     """A collider (or a visual) of that name; `link` and `label` where they matter."""
 
     link: Pattern | None = None
     label: Id | None = None
 
 
-class SiteRule(Named):
+class SiteRule(NamePattern):
     """A site; `depth` of its link, 0 is on `object` itself."""
 
     depth: Count | None = None
     kind: Id | None = None
 
 
-class RegionRule(Named):
+class RegionRule(NamePattern):
     """A region; `inside` of the region `main`; `link` where it has to move with one."""
 
     inside: bool = True
     link: Pattern | None = None
 
 
-class VariableRule(Named):
+class VariableRule(NamePattern):
     """A variable of the behaviour that has at least these values."""
 
     values: tuple[Id, ...] = ()
 
 
-class Needs(Record):
+class Requirements(Record):
     """A set of things that have to be there."""
 
     links: tuple[LinkRule, ...] = ()
@@ -153,9 +153,9 @@ class Needs(Record):
     regions: tuple[RegionRule, ...] = ()
     variables: tuple[VariableRule, ...] = ()
 
-    def filled(self, key: str, value: str) -> Needs:
+    def filled(self, key: str, value: str) -> Requirements:
         """With `{key}` replaced by a value in every pattern."""
-        return Needs.model_validate(_fill(self.model_dump(mode="json"), "{" + key + "}", value))
+        return Requirements.model_validate(_fill(self.model_dump(mode="json"), "{" + key + "}", value))
 
 
 def _fill(data: Any, mark: str, value: str) -> Any:
@@ -166,10 +166,10 @@ def _fill(data: Any, mark: str, value: str) -> Any:
     return {k: _fill(v, mark, value) for k, v in data.items()} if isinstance(data, dict) else data
 
 
-class Choice(Record):
+class Alternatives(Record):
     """Sets of which at least one has to be met."""
 
-    any_of: Annotated[tuple[Needs, ...], Field(min_length=2)]
+    any_of: Annotated[tuple[Requirements, ...], Field(min_length=2)]
 
 
 class ForEach(Record):
@@ -187,7 +187,7 @@ class ForEach(Record):
     values: Annotated[tuple[Id, ...], Field(min_length=1)]
     used_by: Annotated[tuple[Pattern, ...], Field(min_length=1)]
     least: Count = 1
-    needs: Needs
+    needs: Requirements
 
 
 class Threshold(Record):
@@ -251,7 +251,7 @@ class Step(Record):
         then: variable pattern -> pattern of the value that every such variable has.
     """
 
-    move: dict[Pattern, Way] = Field(default_factory=dict)
+    move: dict[Pattern, SignedShare] = Field(default_factory=dict)
     press: Pattern | None = None
     wait_s: Annotated[float, Field(ge=0)] = 0.0
     then: dict[Pattern, Pattern] = Field(default_factory=dict)
@@ -264,7 +264,7 @@ class Trial(Record):
     steps: Annotated[tuple[Step, ...], Field(min_length=1)]
 
 
-class Contract(Needs):
+class Contract(Requirements):
     """What a runtime expects of one class of fixture.
 
     Attributes:
@@ -282,8 +282,8 @@ class Contract(Needs):
 
     id: Id
     title: str
-    read_by: dict[Generation, tuple[str, ...]] = Field(default_factory=dict)
-    one_of: tuple[Choice, ...] = ()
+    read_by: dict[RobocasaRelease, tuple[str, ...]] = Field(default_factory=dict)
+    one_of: tuple[Alternatives, ...] = ()
     for_each: tuple[ForEach, ...] = ()
     forbidden_joints: tuple[Pattern, ...] = ()
     forbidden_geoms: tuple[Pattern, ...] = ()

@@ -8,7 +8,7 @@ from typing import Any
 
 from casa_assets.errors import RegistryError
 
-Path_ = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
@@ -17,16 +17,16 @@ class Document:
 
     file: str
     value: Any
-    lines: Mapping[Path_, int]
+    lines: Mapping[KeyPath, int]
 
-    def fault(self, path: Path_, expected: str, got: str) -> RegistryError:
+    def fault(self, path: KeyPath, expected: str, got: str) -> RegistryError:
         """The error to raise about the value at `path`, or about its nearest ancestor in the file."""
         at = path = self._written(path)
         while at and at not in self.lines:
             at = at[:-1]
         return RegistryError(self.file, self.lines.get(at, 1), ".".join(map(str, path)), expected, got)
 
-    def _written(self, path: Path_) -> Path_:
+    def _written(self, path: KeyPath) -> KeyPath:
         """The path as the file has it: lists of records may be written as mappings of ids to rows."""
         out, here = [], self.value
         for step in path:

@@ -7,7 +7,7 @@ from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.category import QCode
 
 
-class Class(Record):
+class TaxonomyClass(Record):
     """A class of categories or of classes; `parent` is None at the root."""
 
     id: Id
@@ -41,7 +41,7 @@ class Waiver(Record):
     reason: str
 
 
-class Words(Record):
+class MisleadingWords(Record):
     """Words that mislead a look-up: `weak` ones yield to any other, `breaks` end what a text is about."""
 
     weak: tuple[str, ...]

@@ -7,7 +7,7 @@ from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.finish import Surface
 
 
-class Recipe(Record):
+class TextureRecipe(Record):
     """A row of registry/textures/<surface>.yaml.
 
     Attributes:

@@ -11,14 +11,14 @@ from typing import NamedTuple, Self
 LONGEST_PHRASE = 5  # words
 
 
-class Entry(NamedTuple):
+class VocabularyEntry(NamedTuple):
     """What a phrase names, and whether it yields to any other phrase of a text."""
 
     id: str
     weak: bool
 
 
-class Match(NamedTuple):
+class VocabularyMatch(NamedTuple):
     """What a text names: the id, confidence 0..1, the words that say so, and whether they are weak."""
 
     id: str
@@ -37,7 +37,7 @@ class Vocabulary:
         breaks: words such as `with`, which end what a text is about.
     """
 
-    phrases: Mapping[str, Entry]
+    phrases: Mapping[str, VocabularyEntry]
     words: frozenset[str]
     breaks: frozenset[str]
 
@@ -45,29 +45,29 @@ class Vocabulary:
     def of(cls, names: Iterable[tuple[str, str]], weak: Iterable[str], breaks: Iterable[str]) -> Self:
         """Build from (name, id) pairs. Raises ValueError(name) where two ids claim a name or it has no letter."""
         yields = {"".join(split_words(word)) for word in weak}
-        phrases: dict[str, Entry] = {}
+        phrases: dict[str, VocabularyEntry] = {}
         words: set[str] = set()
         for name, target in names:
             parts = split_words(name)
             joined = "".join(parts)
-            known = phrases.get(joined, Entry(target, False))
+            known = phrases.get(joined, VocabularyEntry(target, False))
             if not joined or known.id != target:
                 raise ValueError(name)
-            phrases[joined] = Entry(target, joined in yields)
+            phrases[joined] = VocabularyEntry(target, joined in yields)
             words.update(parts)
         return cls(phrases, frozenset(words), frozenset(breaks))
 
-    def find(self, hints: Sequence[str]) -> Match | None:
+    def find(self, hints: Sequence[str]) -> VocabularyMatch | None:
         """The match of the first hint that has one; a weak match only where no hint has a better one."""
         found = [match for rank, hint in enumerate(hints) if (match := self._match(hint, 0.95**rank))]
         return next((match for match in found if not match.weak), found[0] if found else None)
 
-    def _match(self, hint: str, trust: float) -> Match | None:
+    def _match(self, hint: str, trust: float) -> VocabularyMatch | None:
         """The best match in one hint: the hint as a whole, else its longest phrase, of equals the last."""
         whole = self._phrase(split_words(hint))
         if whole:
             confidence = 1.0 if hint == whole.id else 0.95
-            return Match(whole.id, round(confidence * trust, 3), f"{hint!r} is {whole.id}", whole.weak)
+            return VocabularyMatch(whole.id, round(confidence * trust, 3), f"{hint!r} is {whole.id}", whole.weak)
         for tokens in self._parts(hint):
             spans = [(i, j) for j in range(1, len(tokens) + 1) for i in range(max(0, j - LONGEST_PHRASE), j)]
             hits = [(not e.weak, j - i, j, e) for i, j in spans if (e := self._phrase(tokens[i:j]))]
@@ -75,10 +75,10 @@ class Vocabulary:
                 _, size, end, entry = max(hits)
                 confidence = 0.6 if entry.weak else 0.9 if size > 1 else 0.8 if end == len(tokens) else 0.7
                 evidence = f"{' '.join(tokens[end - size : end])!r} in {hint!r}"
-                return Match(entry.id, round(confidence * trust, 3), evidence, entry.weak)
+                return VocabularyMatch(entry.id, round(confidence * trust, 3), evidence, entry.weak)
             for word in reversed(tokens):
                 if head := self._compound(word):
-                    return Match(head, round(0.6 * trust, 3), f"{word!r} in {hint!r}", False)
+                    return VocabularyMatch(head, round(0.6 * trust, 3), f"{word!r} in {hint!r}", False)
         return None
 
     def _parts(self, hint: str) -> list[list[str]]:
@@ -93,7 +93,7 @@ class Vocabulary:
                     parts[-1].append(word)
         return [part for part in parts if part]
 
-    def _phrase(self, tokens: Sequence[str]) -> Entry | None:
+    def _phrase(self, tokens: Sequence[str]) -> VocabularyEntry | None:
         """What these words name together, the last one in singular or plural."""
         if not tokens:
             return None

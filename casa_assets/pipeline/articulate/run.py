@@ -14,7 +14,7 @@ from casa_assets.articulate.decisions import hinge_at_face
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, JointPlan, PartKind, PartPlan
-from casa_assets.checks.motion.joint_travel import Travel, travels
+from casa_assets.checks.motion.joint_travel import JointTravel, travels
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run as run_checks
 from casa_assets.errors import CasaError, OutputError, Rejected
@@ -42,7 +42,7 @@ from casa_assets.pipeline.workers.pool import Pool
 from casa_assets.preview.camera import View
 from casa_assets.preview.renderer import NoRenderer
 from casa_assets.preview.still import render
-from casa_assets.preview.strip import Moving, strip
+from casa_assets.preview.strip import MovingJoint, joint_strip
 
 STRIP = "strip.png"
 # A part that goes less far than this before it runs into something is wrong, or its shapes are too coarse to tell.
@@ -79,7 +79,7 @@ class ArticulateOutcome:
     category: str = ""
     size: str = ""
     report: Report | None = None
-    travels: Mapping[str, Travel] = field(default_factory=dict)
+    travels: Mapping[str, JointTravel] = field(default_factory=dict)
     contract: str = ""
     unmet_checks: tuple[str, ...] = ()
     code: str = ""
@@ -210,7 +210,7 @@ def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
         mesh=mesh,
         found=None if told["found"] is None else Articulation.from_json(told["found"]),
         report=None if told["report"] is None else Report.from_json(told["report"]),
-        travels={part: Travel(**travel) for part, travel in told["travels"].items()},
+        travels={part: JointTravel(**travel) for part, travel in told["travels"].items()},
         unmet_checks=tuple(told["lacking"]),
         **{name: told[name] for name in ("category", "size", "contract", "code", "message")},
     )
@@ -268,7 +268,7 @@ def _at(done: ArticulateOutcome, folder: Path, code: str = "", message: str = ""
     return ArticulateOutcome(**{**vars(done), "folder": folder, "code": code, "message": message})
 
 
-def settle_joints(built: ArticulateResult, staged: Path) -> tuple[ArticulateResult, dict[str, Travel]]:
+def settle_joints(built: ArticulateResult, staged: Path) -> tuple[ArticulateResult, dict[str, JointTravel]]:
     """The asset with joints as they can go, under the names of its category, and how far each part goes.
 
     A door that sticks in its frame gets its axis at its face, where that frees it; what runs into something
@@ -313,14 +313,14 @@ def _contracted(built: ArticulateResult, staged: Path) -> ArticulateResult:
     return built
 
 
-def _tried(built: ArticulateResult, staged: Path) -> dict[str, Travel]:
+def _tried(built: ArticulateResult, staged: Path) -> dict[str, JointTravel]:
     """How far each part goes before it runs into something, by name."""
     disk.write_files(staged, mjcf.write(built.asset))
     found = travels(built.asset, staged / "model.xml", pushed=False)
     return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
 
 
-def _parts(built: ArticulateResult, went: Mapping[str, Travel]) -> list[tuple[str, PartPlan]]:
+def _parts(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[tuple[str, PartPlan]]:
     return [(p.name, p) for p in built.found.parts if p.name in went]
 
 
@@ -331,7 +331,7 @@ def _tidy(far: float, joint: JointPlan, metres: float) -> float:
     return math.floor(far * metres * 1e4) / 1e4 / metres
 
 
-def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path, went: Mapping[str, Travel]) -> Report:
+def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path, went: Mapping[str, JointTravel]) -> Report:
     """Both formats, pictures, decisions, and every check that applies."""
     known, asset = registry.load(), built.asset
     picture = render(staged / "model.xml", View(size_px=PREVIEW_PX))
@@ -339,7 +339,7 @@ def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path, wen
     disk.write_files(staged, write_usd(asset, thumbnail(picture)))
     (staged / sidecar.NAME).write_text(sidecar.text(built), encoding="utf-8")
     if wish.preview:
-        (staged / STRIP).write_bytes(strip(staged / "model.xml", _moving(built, went), _heading(built, asset)))
+        (staged / STRIP).write_bytes(joint_strip(staged / "model.xml", _moving(built, went), _heading(built, asset)))
     waived = known.waived(asset.id)
     contract = known.contracts.get(asset.contract or "")
     report = Report(subject=asset.id)
@@ -348,7 +348,7 @@ def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path, wen
     return report
 
 
-def _moving(built: ArticulateResult, went: Mapping[str, Travel]) -> list[Moving]:
+def _moving(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[MovingJoint]:
     out = []
     for part in built.found.parts:
         joint, way = part.joint, went[part.name]
@@ -357,7 +357,7 @@ def _moving(built: ArticulateResult, went: Mapping[str, Travel]) -> list[Moving]
         message = f"{how}, {part.confidence:.0%} sure{other}" + (
             "" if way.free >= 1.0 else f"; runs into {way.against}"
         )
-        out.append(Moving(built.joints[part.name], part.name, message, alone=part.kind not in _SMALL))
+        out.append(MovingJoint(built.joints[part.name], part.name, message, alone=part.kind not in _SMALL))
     return out
 
 

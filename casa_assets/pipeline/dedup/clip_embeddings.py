@@ -9,9 +9,9 @@ from contextlib import suppress
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.checks.library.duplicates import NAMED, Likeness
+from casa_assets.checks.library.duplicates import NAMED, CategoryRank
 from casa_assets.core.typing import Floats
-from casa_assets.model.registry.category import Category, sentences
+from casa_assets.model.registry.category import Category, clip_prompts
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import ClipModel, class_shares, render_model_views
@@ -41,7 +41,7 @@ def text_embedding(phrases: Sequence[str], eye: ClipModel, store: Store) -> Floa
 
 def likenesses(
     seen: Mapping[str, Floats], rows: Sequence[AssetRow], eye: ClipModel, store: Store
-) -> Iterator[Likeness]:
+) -> Iterator[CategoryRank]:
     """What each asset looks like among all categories of the registry.
 
     Args:
@@ -50,7 +50,7 @@ def likenesses(
     if not rows:
         return
     kinds = [kind for kind in registry.load().categories.values() if kind.id != registry.FALLBACK]
-    said = np.array([text_embedding(sentences(kind), eye, store) for kind in kinds])
+    said = np.array([text_embedding(clip_prompts(kind), eye, store) for kind in kinds])
     for row in rows:
         yield _likeness(row, kinds, class_shares(seen[row.id], said, eye.logit_scale))
 
@@ -69,13 +69,13 @@ def similar_looking_pairs(seen: Mapping[str, Floats], least: float = LEAST_COSIN
     return sorted(found, key=lambda pair: (-pair[2], pair[0], pair[1]))
 
 
-def _likeness(row: AssetRow, kinds: Sequence[Category], found: Floats) -> Likeness:
+def _likeness(row: AssetRow, kinds: Sequence[Category], found: Floats) -> CategoryRank:
     order = sorted(range(len(kinds)), key=lambda i: (-float(found[i]), kinds[i].id))
     names = [kinds[i].id for i in order]
     rank = names.index(row.category) + 1 if row.category in names else 0
     others = [(kinds[i].id, round(float(found[i]), 4)) for i in order if kinds[i].id != row.category]
     share = round(float(found[order[rank - 1]]), 4) if rank else 0.0
-    return Likeness(row.id, row.category, share, rank, tuple(others[:NAMED]))
+    return CategoryRank(row.id, row.category, share, rank, tuple(others[:NAMED]))
 
 
 def _cached(store: Store, words: Sequence[object], make: Callable[[], Floats]) -> Floats:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass, field, replace
 
-from casa_assets.checks.library.duplicates import SAME_SIZE, Alike
+from casa_assets.checks.library.duplicates import SAME_SIZE, ShapePair
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import AssetRow, read_row
@@ -78,7 +78,7 @@ class Deduplicator:
         copy_of = original.folder.relative_to(self.library.root).as_posix()
         return replace(result, outcome=outcome, is_kept=False, copy_of=copy_of)
 
-    def _original(self, own: AssetRow) -> tuple[AssetRow, Alike] | None:
+    def _original(self, own: AssetRow) -> tuple[AssetRow, ShapePair] | None:
         """The first asset that this one is a copy of, and how near they are."""
         if own.signature is None:
             return None
@@ -103,7 +103,7 @@ class Deduplicator:
         return self._known
 
 
-def _message(original: AssetRow, pair: Alike) -> str:
+def _message(original: AssetRow, pair: ShapePair) -> str:
     size = "" if abs(pair.size - 1) <= SAME_SIZE else f", {pair.size:.2f} times as large"
     near = f"95 % of the surface within {100 * pair.most:.1f} % of its radius"
     return f"duplicate of {original.path} ({original.id}){size}: {near}, and the same colours; keep one of them"

@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationError
 
 from casa_assets import registry
-from casa_assets.checks.library.duplicates import Likeness, Shelf
-from casa_assets.checks.library.size_outliers import Sizes
+from casa_assets.checks.library.duplicates import CategoryRank, LibraryView
+from casa_assets.checks.library.size_outliers import LibrarySizes
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Report
@@ -68,7 +68,7 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     found = table.rows
     store = Store(library.cache)
     before = read_library_report(library.root)
-    shelf = Shelf(len(found), tuple(table.alike(store)))
+    shelf = LibraryView(len(found), tuple(table.alike(store)))
     weights, looks = (before.weights, before.looks) if before else ("", ())
     if eye is not None:
         numbers = {row.id: image_embeddings(row, eye, store) for row in found}
@@ -80,7 +80,7 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
         unseen = "" if seen and len(seen) == len(found) else _why(len(seen), len(found))
     there = {row.id for row in found}
     looks = tuple(pair for pair in looks if {pair[0], pair[1]} <= there)
-    shelf = Shelf(shelf.count, shelf.alike, looks, seen, unseen)
+    shelf = LibraryView(shelf.count, shelf.alike, looks, seen, unseen)
     name, limits = "library", registry.load().limits
     report = run(shelf, name, limits, table=TABLE) + run(_sizes(found), name, limits, table=TABLE)
     digests = {row.id: row.digest for row in found}
@@ -102,16 +102,16 @@ def read_library_report(root: Path) -> LibraryReport | None:
         return None
 
 
-def likeness_of(name: str, seen: LookRecord) -> Likeness:
+def likeness_of(name: str, seen: LookRecord) -> CategoryRank:
     """The record as the checks have it."""
-    return Likeness(name, seen.category, seen.share, seen.rank, seen.others)
+    return CategoryRank(name, seen.category, seen.share, seen.rank, seen.others)
 
 
-def _sizes(found: Sequence[AssetRow]) -> Sizes:
-    return Sizes(tuple((r.id, r.category, r.longest) for r in found))
+def _sizes(found: Sequence[AssetRow]) -> LibrarySizes:
+    return LibrarySizes(tuple((r.id, r.category, r.longest) for r in found))
 
 
-def _remembered(found: Sequence[AssetRow], before: LibraryReport | None) -> tuple[Likeness, ...]:
+def _remembered(found: Sequence[AssetRow], before: LibraryReport | None) -> tuple[CategoryRank, ...]:
     if before is None:
         return ()
     old = before.seen
@@ -124,7 +124,7 @@ def _why(known: int, count: int) -> str:
     return f"{NO_WEIGHTS} (--clip-weights), and {count - known} of {count} assets were not there when somebody looked"
 
 
-def _kept(one: Likeness, digest: str) -> LookRecord:
+def _kept(one: CategoryRank, digest: str) -> LookRecord:
     return LookRecord(content=digest, category=one.category, share=one.share, rank=one.rank, others=one.others)
 
 

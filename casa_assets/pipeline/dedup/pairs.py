@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from casa_assets.checks.library.duplicates import Alike
+from casa_assets.checks.library.duplicates import ShapePair
 from casa_assets.geometry.mesh.registration import SampledSurface, align, sampled_surface
 from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance
 from casa_assets.model.asset.signature import PAIR_SHARES, REACH_SHARES, ShapeDescriptor
@@ -20,13 +20,13 @@ from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import AssetRow
 from casa_assets.pipeline.dedup.signature import surface
 from casa_assets.pipeline.library import library as disk
-from casa_assets.preview.color_statistics import tint_gap
+from casa_assets.preview.color_statistics import color_distance
 
 # ShapeIndex farther apart than this are not laid over each other, see benchmarks/ingest_duplicates.py.
 MAX_DESCRIPTOR_DISTANCE = 0.035
 
 
-def similar_pairs(rows: Sequence[AssetRow], store: Store) -> Iterator[Alike]:
+def similar_pairs(rows: Sequence[AssetRow], store: Store) -> Iterator[ShapePair]:
     """Every pair of assets whose forms are near each other, measured, in the order of the rows.
 
     Args:
@@ -76,20 +76,20 @@ def nearby_pairs(forms: Sequence[ShapeDescriptor]) -> list[tuple[int, int]]:
     return sorted((i, j) for i, j in found if descriptor_distance(forms[i], forms[j]) <= MAX_DESCRIPTOR_DISTANCE)
 
 
-def measure_pair(one: AssetRow, other: AssetRow, store: Store) -> Alike:
+def measure_pair(one: AssetRow, other: AssetRow, store: Store) -> ShapePair:
     """How alike two assets with signatures are. Raises OutputError where a file of theirs is damaged."""
     assert one.signature is not None
     assert other.signature is not None
     most, every = _registration_error(one, other, store)
     tints = one.signature.tint, other.signature.tint
-    return Alike(
+    return ShapePair(
         one=one.id,
         other=other.id,
         most=most,
         every=every,
         size=other.signature.form.radius / one.signature.form.radius,
         # Where nobody gave either a look, there is none to tell them apart by.
-        colors=tint_gap(*tints) if tints[0].stated or tints[1].stated else 0.0,
+        colors=color_distance(*tints) if tints[0].stated or tints[1].stated else 0.0,
         same_category=one.category == other.category,
     )
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.model.registry.category import PICTURES
+from casa_assets.model.registry.category import PICTURE_PROMPTS
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import ClipModel
 from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings, text_embedding
@@ -49,7 +49,7 @@ def search_by_picture(query: str, library: disk.Library, eye: ClipModel, most: i
         OutputError: an entry is damaged. CannotDraw, NoRenderer: pictures cannot be made.
     """
     store = Store(library.cache)
-    asked = text_embedding([picture.format(query) for picture in PICTURES], eye, store)
+    asked = text_embedding([picture.format(query) for picture in PICTURE_PROMPTS], eye, store)
     hits = []
     for row in EntryTable(library).rows:
         near = image_embeddings(row, eye, store) @ asked

@@ -9,13 +9,13 @@ from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.shape_descriptor import shape_descriptor
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.signature import Signature
-from casa_assets.preview.color_statistics import tint
+from casa_assets.preview.color_statistics import color_histogram
 
 
 def signature(asset: Asset) -> Signature | None:
     """Form and colours of all that is seen of an asset, joints at zero; None where nothing with an area is."""
     try:
-        return Signature(form=shape_descriptor(*surface(asset)), tint=tint(asset))
+        return Signature(form=shape_descriptor(*surface(asset)), tint=color_histogram(asset))
     except DegenerateShape:
         return None
 

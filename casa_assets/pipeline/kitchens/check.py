@@ -19,17 +19,17 @@ from casa_assets import registry
 from casa_assets.checks.design.robot.picture import floor_picture
 from casa_assets.checks.design.rules.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.run import run, unrun
+from casa_assets.checks.run import report_not_run, run
 from casa_assets.checks.scene.formats.files import SceneFiles
-from casa_assets.checks.scene.motion.budget import Speed, holdings
+from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
 from casa_assets.checks.scene.motion.stopwatch import in_a_fresh_process
 from casa_assets.checks.scene.run import UNLOADED, run_scene
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.checks.scene.views import Pictures, Pixels
+from casa_assets.checks.scene.views import Pixels, PreviewImages
 from casa_assets.checks.table import explained
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.layouts.order.request import Kitchen
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
@@ -52,7 +52,7 @@ from casa_assets.preview import kitchen as room
 REPORT, PAGE, MAP = "report.json", "report.html", "floor_map.png"
 # Enough to see whether a camera shows something: shares of black and white are within two hundredths of those of full
 # previews. With shadows of the sky it takes twice the time and is no nearer to them.
-CHECK_FRAME = room.Frame(240, 180, passes=2, shadow_px=512, sky_casts=False)
+CHECK_FRAME = room.PictureSettings(240, 180, passes=2, shadow_px=512, sky_casts=False)
 
 
 def check_one(
@@ -95,7 +95,7 @@ def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path) -> SceneBuil
     return attempt(make, partial(failed_scene, recipe), out)
 
 
-def check_and_report(recipe: SceneRecipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:
+def check_and_report(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, folder: Path) -> Report:
     """Run every check on a scene in its folder, and leave report, page and pictures there."""
     report, measured = run_checks_on_scene(kitchen, scene, folder)
     _write(folder, report, {"key": verdict_key(recipe), **measured})
@@ -107,7 +107,7 @@ def verdict_key(recipe: SceneRecipe) -> str:
     return digest_of("verdict", scene_key(recipe), key_of(run_checks_on_scene, _write))
 
 
-def run_checks_on_scene(kitchen: Kitchen, scene: Scene, folder: Path) -> tuple[Report, dict[str, Any]]:
+def run_checks_on_scene(kitchen: KitchenRequest, scene: Scene, folder: Path) -> tuple[Report, dict[str, Any]]:
     """The report of a scene in its folder, and what was measured besides: grade, tasks, places to park, budgets, speed.
 
     A picture of the floor is put into the folder.
@@ -128,20 +128,20 @@ def run_checks_on_scene(kitchen: Kitchen, scene: Scene, folder: Path) -> tuple[R
     }
     if subject.loaded.model is not None:
         load_s, steps_per_s, timestep_s = in_a_fresh_process(subject.mjcf)
-        speed = Speed(load_s * 1000.0, steps_per_s, timestep_s)
+        speed = MeasuredSpeed(load_s * 1000.0, steps_per_s, timestep_s)
         for shown in (speed, _views(subject.loaded.model, folder)):
             report += run(shown, scene.id, limits, waived)
         took = {"check_s": round(time.perf_counter() - begin, 1)}
-        measured |= {"holds": holdings(subject), "speed": _rounded(speed) | took}
+        measured |= {"holds": scene_sizes(subject), "speed": _rounded(speed) | took}
     else:
-        report += unrun((Speed, Pictures), scene.id, limits, UNLOADED, waived)
+        report += report_not_run((MeasuredSpeed, PreviewImages), scene.id, limits, UNLOADED, waived)
     ordered = sorted(report.results, key=lambda r: r.code)
     return report.replace(results=tuple(ordered)), measured
 
 
-def _views(model: Any, folder: Path) -> Pictures:
+def _views(model: Any, folder: Path) -> PreviewImages:
     """A picture of each camera of an MjModel: the preview where there is one, else one drawn small, not kept."""
-    stage = room.staged(copy(model), str(folder / FILE), frame=CHECK_FRAME)
+    stage = room.scene_from_model(copy(model), str(folder / FILE), frame=CHECK_FRAME)
     shots: dict[str, Pixels] = {}
     for name in stage.cameras:
         path = folder / f"{name}.png"
@@ -149,10 +149,10 @@ def _views(model: Any, folder: Path) -> Pictures:
             with Image.open(path) as opened:
                 shots[name] = np.asarray(opened.convert("RGB"))
     rest = [name for name in stage.cameras if name not in shots]
-    return Pictures({**shots, **dict(room.photograph(stage, rest, CHECK_FRAME))})
+    return PreviewImages({**shots, **dict(room.render_cameras(stage, rest, CHECK_FRAME))})
 
 
-def _rounded(speed: Speed) -> dict[str, float]:
+def _rounded(speed: MeasuredSpeed) -> dict[str, float]:
     return {
         "load_ms": round(speed.load_ms, 1),
         "steps_per_s": round(speed.steps_per_s, 1),

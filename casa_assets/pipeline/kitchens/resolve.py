@@ -12,15 +12,15 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets.core.sampling import rng_for
-from casa_assets.errors import CasaError, Misfit, RegistryError, UnknownId
+from casa_assets.errors import CasaError, PlanConflict, RegistryError, UnknownId
 from casa_assets.families.family import Params
 from casa_assets.layouts.compose.compose import compose
-from casa_assets.layouts.compose.scatter_props import dress
-from casa_assets.layouts.order.request import Kitchen, request
+from casa_assets.layouts.compose.scatter_props import scatter_props
+from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.model.kitchen.style import Choice
+from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.registry.document import Document
 from casa_assets.pipeline.cache.asset_store import AssetStore
@@ -99,7 +99,7 @@ def draw_lengths(plan: Plan, seed: int, turn: int = 0) -> dict[str, float]:
     return lengths
 
 
-def resolve(recipe: SceneRecipe) -> Kitchen:
+def resolve(recipe: SceneRecipe) -> KitchenRequest:
     """The kitchen of a recipe.
 
     Raises:
@@ -110,23 +110,23 @@ def resolve(recipe: SceneRecipe) -> Kitchen:
     style, _ = kitchens.load_style(recipe.style)
     style = style.with_surfaces(dict(recipe.surfaces))
     turns = 1 if recipe.seed is None else MAX_LENGTH_DRAWS
-    failed: Misfit | None = None
+    failed: PlanConflict | None = None
     for turn in range(turns):
         given = None if recipe.seed is None else draw_lengths(plan, recipe.seed, turn)
         try:
-            return request(plan, style, preset_params(), given, recipe.closed)
-        except Misfit as error:
+            return request_kitchen(plan, style, preset_params(), given, recipe.closed)
+        except PlanConflict as error:
             failed = error
     assert failed is not None
     raise error_with_line(failed, pages)
 
 
-def error_with_line(error: Misfit, pages: Document) -> RegistryError:
+def error_with_line(error: PlanConflict, pages: Document) -> RegistryError:
     """A misfit as an error of the plan's file, with the line."""
     return pages.fault(error.pointer, error.expected, error.got)
 
 
-def params_of(choice: Choice) -> Params:
+def params_of(choice: PresetChoice) -> Params:
     """The numbers of a choice. Raises CasaError where they do not go together."""
     found = family(choice.family)
     if choice.name not in found.presets:
@@ -150,7 +150,7 @@ def merge_nested(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, 
     return out
 
 
-def build_choice(name: str, choice: Choice, store: AssetStore) -> Asset:
+def build_choice(name: str, choice: PresetChoice, store: AssetStore) -> Asset:
     """The asset of a choice. Raises CasaError with the name of the thing that it is for; other errors are faults."""
     try:
         return store.built(family(choice.family), params_of(choice))
@@ -158,7 +158,7 @@ def build_choice(name: str, choice: Choice, store: AssetStore) -> Asset:
         raise CasaError(f"{name}: {error}") from error
 
 
-def build_scene(recipe: SceneRecipe, cache: Path) -> tuple[Kitchen, Scene]:
+def build_scene(recipe: SceneRecipe, cache: Path) -> tuple[KitchenRequest, Scene]:
     """The kitchen and the scene of a recipe. Raises as `resolve` does, and CasaError where a part cannot be built.
 
     Args:
@@ -168,7 +168,7 @@ def build_scene(recipe: SceneRecipe, cache: Path) -> tuple[Kitchen, Scene]:
     store = AssetStore(cache)
     made: dict[str, Asset] = {}
 
-    def built(name: str, choice: Choice) -> Asset:
+    def built(name: str, choice: PresetChoice) -> Asset:
         key = choice.model_dump_json()
         if key not in made:
             made[key] = build_choice(name, choice, store)
@@ -181,14 +181,14 @@ def build_scene(recipe: SceneRecipe, cache: Path) -> tuple[Kitchen, Scene]:
 
 
 def compose_kitchen(
-    kitchen: Kitchen, assets: dict[str, Asset], props: list[tuple[Choice, Asset]], seed: int, scene_id: str
-) -> tuple[Kitchen, Scene]:
+    kitchen: KitchenRequest, assets: dict[str, Asset], props: list[tuple[PresetChoice, Asset]], seed: int, scene_id: str
+) -> tuple[KitchenRequest, Scene]:
     """The scene of a kitchen, once everything in it is built, and the kitchen with the props that found a place.
 
     Args:
         assets: by name of what is wanted. props: what may be put on worktops and shelves. seed: draws their places.
     """
-    added = dress(kitchen, assets, props, seed)
+    added = scatter_props(kitchen, assets, props, seed)
     kitchen = replace(kitchen, wanted=(*kitchen.wanted, *(wanted for wanted, _ in added)))
     every = assets | {wanted.name: asset for wanted, asset in added}
     return kitchen, compose(kitchen, every, scene_id)

@@ -24,7 +24,7 @@ from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.geometry.lightweight import light_scene, lighten
-from casa_assets.layouts.order.request import Kitchen
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 from casa_assets.model.issue import Issue, Report
@@ -42,10 +42,10 @@ from casa_assets.preview import kitchen as room
 from casa_assets.preview import tonemap
 from casa_assets.registry.kitchens import plan_names, style_names
 
-OVERVIEW_FRAME = room.Frame(passes=24)
+OVERVIEW_FRAME = room.PictureSettings(passes=24)
 WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
 # Of a scene in its folder, the verdict.
-Judge = Callable[[SceneRecipe, Kitchen, Scene, Path], Report]
+Judge = Callable[[SceneRecipe, KitchenRequest, Scene, Path], Report]
 
 
 @dataclass(frozen=True)
@@ -205,7 +205,7 @@ def _made(recipe: SceneRecipe, library: disk.Library, order: BuildOptions, key: 
 
 
 def publish_scene(
-    recipe: SceneRecipe, kitchen: Kitchen, scene: Scene, library: disk.Library, order: BuildOptions, key: str
+    recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, library: disk.Library, order: BuildOptions, key: str
 ) -> SceneBuilt:
     """Write a composed scene into its folder of a library that is locked; draw and judge it as ordered.
 
@@ -289,7 +289,7 @@ def _put(files: Files, folder: Path, root: Path) -> None:
 
 
 def draw_cameras(
-    folder: Path, cameras: Sequence[str] = (), frame: room.Frame = OVERVIEW_FRAME, pose: str = "start"
+    folder: Path, cameras: Sequence[str] = (), frame: room.PictureSettings = OVERVIEW_FRAME, pose: str = "start"
 ) -> tuple[Path, ...]:
     """Pictures of a scene, one for each camera, as `<camera>.png` (`<camera>_<pose>.png` in another pose) beside it.
 
@@ -298,9 +298,9 @@ def draw_cameras(
     Raises:
         CannotDraw, NoRenderer.
     """
-    made = room.prepare(folder / mjcf.FILE, pose, frame)
+    made = room.open_scene(folder / mjcf.FILE, pose, frame)
     out = []
-    for name, pixels in room.photograph(made, cameras or made.cameras, frame):
+    for name, pixels in room.render_cameras(made, cameras or made.cameras, frame):
         path = folder / (f"{name}.png" if pose == "start" else f"{name}_{pose}.png")
         path.write_bytes(tonemap.png(pixels))
         out.append(path)

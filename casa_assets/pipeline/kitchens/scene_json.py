@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import whereabouts
 from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.layouts.order.request import Kitchen
-from casa_assets.layouts.order.wanted import Wanted
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.wanted import OrderItem
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.site import Region
 from casa_assets.model.kitchen.scene import Placement, Scene
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 FORMAT = 1
 
 
-def describe(recipe: SceneRecipe, kitchen: Kitchen, scene: Scene) -> dict[str, Any]:
+def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
     """The content of scene.json. Lengths in metres, angles in radians, quaternions (w, x, y, z), frame of the world."""
     wanted = {w.name: w for w in kitchen.wanted}
     shell, style = kitchen.style.shell, kitchen.style
@@ -80,7 +80,7 @@ def surface_finishes(style: Style) -> dict[str, list[str]]:
     return {surface.value: sorted(set(names)) for surface, names in found.items()}
 
 
-def _fixture(place: Placement, asset: Asset, wanted: Wanted) -> dict[str, Any]:
+def _fixture(place: Placement, asset: Asset, wanted: OrderItem) -> dict[str, Any]:
     joints = {
         j.name: {
             "name": f"{place.name}__{j.name}",

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from casa_assets.checks.library.duplicates import Alike
+from casa_assets.checks.library.duplicates import ShapePair
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import AssetRow, read_row
@@ -98,7 +98,7 @@ class EntryTable:
         """Every accepted asset, sorted by category and id."""
         return self._rows
 
-    def alike(self, store: Store) -> list[Alike]:
+    def alike(self, store: Store) -> list[ShapePair]:
         """Every pair of assets whose forms are near each other, in the order of the rows; only new ones are compared.
 
         Args:
@@ -213,5 +213,5 @@ def _pair(one: AssetRow, other: AssetRow, store: Store) -> tuple[str, str, float
     return one.digest, other.digest, found.most, found.every, found.size, found.colors
 
 
-def _alike(one: AssetRow, other: AssetRow, most: float, every: float, size: float, colors: float) -> Alike:
-    return Alike(one.id, other.id, most, every, size, colors, one.category == other.category)
+def _alike(one: AssetRow, other: AssetRow, most: float, every: float, size: float, colors: float) -> ShapePair:
+    return ShapePair(one.id, other.id, most, every, size, colors, one.category == other.category)

@@ -12,7 +12,7 @@ from PIL import Image
 from casa_assets.pipeline.reports import kitchen_summary
 from casa_assets.pipeline.reports.kitchen_summary import VERDICT_STYLES, SceneRow
 from casa_assets.pipeline.reports.page_template import render_template
-from casa_assets.preview.sheet import Shot, sheet
+from casa_assets.preview.sheet import SheetCell, contact_sheet
 
 PAGE, SHEET = "index.html", "contact_sheet.png"
 CELL_PX, COLUMNS = 360, 4
@@ -54,10 +54,11 @@ def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
     """Write page, contact sheet and table of all scenes in a folder; returns the paths of page and sheet."""
     found = entries(out, kitchen_summary.write(out))
     shots = [
-        Shot(e.row.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.row.verdict}", _squared(e.png)) for e in found
+        SheetCell(e.row.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.row.verdict}", _squared(e.png))
+        for e in found
     ]
     picture, page = out / SHEET, out / PAGE
-    picture.write_bytes(sheet(shots, f"{heading}: {len(found)}", COLUMNS, CELL_PX))
+    picture.write_bytes(contact_sheet(shots, f"{heading}: {len(found)}", COLUMNS, CELL_PX))
     page.write_text(_page(found, heading), encoding="utf-8")
     return page, picture
 

@@ -13,7 +13,7 @@ from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports.entry import entries
 from casa_assets.preview import turntable as turning
 from casa_assets.preview.camera import View
-from casa_assets.preview.sheet import Shot, sheets
+from casa_assets.preview.sheet import SheetCell, contact_sheets
 from casa_assets.preview.still import render
 
 
@@ -38,17 +38,17 @@ def draw(
     Raises:
         OutputError: a picture cannot be written, or a file is no MJCF. CannotDraw, NoRenderer: see preview.still.
     """
-    shots: list[Shot] = []
+    shots: list[SheetCell] = []
     for model in models(targets):
         name = model.parent.name
         png = render(model, View(size_px=size_px), collision=colliders)
         path = _put(output / f"{name}{'_colliders' if colliders else ''}.png", png)
-        shots.append(Shot(name, model.parent.parent.name, png))
+        shots.append(SheetCell(name, model.parent.parent.name, png))
         yield Picture(path, name)
         if turntable:
             yield Picture(_put(output / f"{name}.webp", turning.render(model)), name)
     if len(shots) > 1:
-        for i, page in enumerate(sheets(shots, f"{len(shots)} assets")):
+        for i, page in enumerate(contact_sheets(shots, f"{len(shots)} assets")):
             yield Picture(_put(output / f"sheet_{i + 1:02d}.png", page), f"sheet {i + 1}")
 
 
@@ -79,5 +79,5 @@ def library_sheet(library: Path) -> list[bytes]:
     for entry in sorted(entries(Library(library)), key=lambda e: (not e.accepted, e.category, e.id)):
         picture = picture_of(library / entry.path)
         size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents) + " cm" if entry.summary else entry.code
-        shots.append(Shot(entry.id, size, picture))
-    return list(sheets(shots, f"{library.name}: {len(shots)} inputs"))
+        shots.append(SheetCell(entry.id, size, picture))
+    return list(contact_sheets(shots, f"{library.name}: {len(shots)} inputs"))

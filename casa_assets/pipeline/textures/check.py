@@ -11,7 +11,7 @@ from casa_assets import registry
 from casa_assets.errors import BatchFault
 from casa_assets.model.issue import Report
 from casa_assets.model.registry.finish import Surface
-from casa_assets.model.registry.texture_recipe import Recipe
+from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.pipeline.textures.recipes import finish_of, recipe, recipes
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
@@ -28,12 +28,12 @@ WORKER_BYTES = 1_000_000_000  # of memory, that painting and checking a finish m
 class CheckedTexture:
     """A recipe that was checked: its report, and what it looks like beside the others."""
 
-    recipe: Recipe
+    recipe: TextureRecipe
     report: Report
     look: TextureDescriptor
 
 
-def check_one(wanted: Recipe, cache: Path) -> CheckedTexture:
+def check_one(wanted: TextureRecipe, cache: Path) -> CheckedTexture:
     """Paint a recipe, or take it from the store at `cache`, and check it."""
     report = check_pictures(pictures_of(finish_of(wanted, cache)), registry.load().limits)
     small = make(wanted, COMPARISON_PX)
@@ -41,7 +41,7 @@ def check_one(wanted: Recipe, cache: Path) -> CheckedTexture:
     return CheckedTexture(wanted, report, seen)
 
 
-def check_recipes(wanted: Sequence[Recipe], cache: Path, jobs: int = DEFAULT_JOBS) -> Iterator[CheckedTexture]:
+def check_recipes(wanted: Sequence[TextureRecipe], cache: Path, jobs: int = DEFAULT_JOBS) -> Iterator[CheckedTexture]:
     """Recipes in the order given.
 
     Args:
@@ -82,7 +82,7 @@ def check_sets(checked: Sequence[CheckedTexture]) -> tuple[Report, ...]:
     return tuple(found)
 
 
-def select_recipes(names: Sequence[str], surfaces: Sequence[Surface]) -> tuple[Recipe, ...]:
+def select_recipes(names: Sequence[str], surfaces: Sequence[Surface]) -> tuple[TextureRecipe, ...]:
     """Recipes by id; of whole sets where no id is given; all where no set is given either.
 
     Raises:

@@ -20,7 +20,7 @@ from casa_assets.model.registry.finish import Finish
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.library.library import Library, file_digests, write_files
 from casa_assets.pipeline.textures.pack_survey import AcceptedPicture, PackOptions, read_description, survey
-from casa_assets.preview.sheet import Shot, sheet
+from casa_assets.preview.sheet import SheetCell, contact_sheet
 from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture
 from casa_assets.textures.finish import finish
 from casa_assets.textures.packs import derive
@@ -69,13 +69,13 @@ def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
         ids = unique_ids(name, [one.said.name or Path(one.source).stem for one in found.accepted])
         pictures: list[PackPicture] = []
         looks: dict[str, TextureDescriptor] = {}
-        shots: list[Shot] = []
+        shots: list[SheetCell] = []
         for id_, one in zip(ids, found.accepted, strict=True):
             picture, maps, looks[id_] = _picture(id_, one)
             write_files(staged, Files(entries=maps))  # at once: a large pack does not fit into memory
             pictures.append(picture)
             size = f"{picture.surface.value}, {picture.tile_m[0]:g} x {picture.tile_m[1]:g} m"
-            shots.append(Shot(id_.removeprefix(f"{name}_"), size, _small(maps[picture.files[0]])))
+            shots.append(SheetCell(id_.removeprefix(f"{name}_"), size, _small(maps[picture.files[0]])))
         pairs = closest_pairs(looks, below=NEARLY_ALIKE, most=100)
         pack = Pack(
             id=name,
@@ -85,7 +85,7 @@ def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
             alike=tuple(SimilarPair(first=a, second=b, distance=round(d, 3)) for d, a, b in pairs),
             ignored=found.ignored,
         )
-        page = sheet(shots, f"{name}: {len(pictures)} pictures, {len(found.refused)} left out")
+        page = contact_sheet(shots, f"{name}: {len(pictures)} pictures, {len(found.refused)} left out")
         write_files(staged, Files(entries={PACK: _text(pack), SHEET: page}))
         target = library.root / FOLDER / name
         return PackReport(target, pack, _published(library, staged, target))

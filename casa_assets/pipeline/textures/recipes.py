@@ -12,7 +12,7 @@ from casa_assets import registry
 from casa_assets.errors import UnknownId
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.finish import Finish, Surface
-from casa_assets.model.registry.texture_recipe import Recipe
+from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.textures import kinds
@@ -24,7 +24,7 @@ FOLDER = "textures"
 
 
 @lru_cache(maxsize=4)
-def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, Recipe]]:
+def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRecipe]]:
     """All recipes by surface and id.
 
     Args:
@@ -34,13 +34,13 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, Recipe]]:
     """
     folder = (registry.data_root() if root is None else root) / FOLDER
     known = registry.load(root).substances
-    found: dict[Surface, Mapping[str, Recipe]] = {}
+    found: dict[Surface, Mapping[str, TextureRecipe]] = {}
     taken: dict[str, str] = {}
     for surface in Surface:
         document = registry.read_document(folder / f"{surface.value}.yaml")
         if not isinstance(document.value, dict):
             raise document.fault((), "a mapping of ids to recipes", type(document.value).__name__)
-        rows: dict[str, Recipe] = {}
+        rows: dict[str, TextureRecipe] = {}
         for name, stated in document.value.items():
             if name in taken:
                 raise document.fault((name,), "an id that no other surface has", f"{name!r}, also in {taken[name]}")
@@ -52,7 +52,7 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, Recipe]]:
     return MappingProxyType(found)
 
 
-def _recipe(document: Document, name: str, stated: Any, surface: Surface) -> Recipe:
+def _recipe(document: Document, name: str, stated: Any, surface: Surface) -> TextureRecipe:
     """A checked row; its params are those of its kind, with everything spelled out."""
     row = dict(stated) if isinstance(stated, dict) else {}
     kind = KINDS.get(str(row.get("kind")))
@@ -60,10 +60,10 @@ def _recipe(document: Document, name: str, stated: Any, surface: Surface) -> Rec
         raise document.fault((name, "kind"), f"one of {', '.join(sorted(KINDS))}", repr(row.get("kind")))
     params = registry.read_record(kind.params, row.pop("params", {}), document, (name, "params"))
     row["params"] = params.to_json()
-    return registry.read_record(Recipe, row, document, (name,), id=name, surface=surface)
+    return registry.read_record(TextureRecipe, row, document, (name,), id=name, surface=surface)
 
 
-def recipe(name: str) -> Recipe:
+def recipe(name: str) -> TextureRecipe:
     """The recipe of that id. Raises UnknownId with the nearest names."""
     rows = {n: r for group in recipes().values() for n, r in group.items()}
     if name not in rows:
@@ -71,7 +71,7 @@ def recipe(name: str) -> Recipe:
     return rows[name]
 
 
-def finish_key(wanted: Recipe, size_px: int = SIZE_PX) -> str:
+def finish_key(wanted: TextureRecipe, size_px: int = SIZE_PX) -> str:
     """Key of `finish_of`: the code of the recipe's own kind and of no other, the recipe and its substance."""
     substance = registry.load().substances[wanted.substance]
     return digest_of("texture", _code_key(wanted.kind), wanted.digest, substance.digest, size_px)
@@ -82,7 +82,7 @@ def _code_key(kind: str) -> str:
     return key_of(*modules_holding(kind_of(kind), kinds.__name__), paint, finish)
 
 
-def finish_of(wanted: Recipe, cache: Path, size_px: int = SIZE_PX) -> Finish:
+def finish_of(wanted: TextureRecipe, cache: Path, size_px: int = SIZE_PX) -> Finish:
     """The finish of a recipe, from the store at `cache` or painted now."""
     store = Store(cache)
     key = finish_key(wanted, size_px)

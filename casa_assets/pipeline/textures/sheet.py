@@ -10,9 +10,9 @@ import numpy as np
 from PIL import Image
 
 from casa_assets.model.registry.finish import Finish
-from casa_assets.model.registry.texture_recipe import Recipe
+from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.pipeline.textures.recipes import finish_of
-from casa_assets.preview.sheet import Shot, sheets
+from casa_assets.preview.sheet import SheetCell, contact_sheets
 from casa_assets.textures.check import pictures_of
 from casa_assets.textures.make import SIZE_PX
 from casa_assets.textures.swatch import swatch
@@ -21,7 +21,7 @@ COLUMNS = 10
 PER_PAGE = 100
 
 
-def write_finish(wanted: Recipe, folder: Path, cache: Path, size_px: int = SIZE_PX) -> tuple[Path, ...]:
+def write_finish(wanted: TextureRecipe, folder: Path, cache: Path, size_px: int = SIZE_PX) -> tuple[Path, ...]:
     """Write the colour, metallic-roughness and normal picture of a recipe.
 
     Args:
@@ -36,7 +36,7 @@ def write_finish(wanted: Recipe, folder: Path, cache: Path, size_px: int = SIZE_
     return tuple(written)
 
 
-def shots(wanted: Sequence[Recipe], cache: Path, side_m: float = 1.0, side_px: int = 192) -> Iterator[Shot]:
+def shots(wanted: Sequence[TextureRecipe], cache: Path, side_m: float = 1.0, side_px: int = 192) -> Iterator[SheetCell]:
     """One cell per recipe: a lit cut of `side_m` metres, with the id and the size of the picture.
 
     Args:
@@ -45,12 +45,12 @@ def shots(wanted: Sequence[Recipe], cache: Path, side_m: float = 1.0, side_px: i
     for one in wanted:
         made = finish_of(one, cache)
         size = f"{one.kind}, {one.tile_m[0]:g} x {one.tile_m[1]:g} m"
-        yield Shot(one.id, size, _png(made, side_m, side_px))
+        yield SheetCell(one.id, size, _png(made, side_m, side_px))
 
 
-def pages(cells: Sequence[Shot], heading: str, side_px: int = 192) -> tuple[bytes, ...]:
+def pages(cells: Sequence[SheetCell], heading: str, side_px: int = 192) -> tuple[bytes, ...]:
     """PNG pages of ten by ten cells."""
-    return sheets(cells, heading, per_page=PER_PAGE, columns=COLUMNS, cell_px=side_px)
+    return contact_sheets(cells, heading, per_page=PER_PAGE, columns=COLUMNS, cell_px=side_px)
 
 
 def _png(made: Finish, side_m: float, side_px: int) -> bytes:

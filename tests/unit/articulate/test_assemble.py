@@ -16,7 +16,7 @@ from casa_assets.errors import Rejected
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.pose import Pose
-from casa_assets.model.registry.category import Span
+from casa_assets.model.registry.category import SizeRange
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from tests.unit.articulate.blocks import Floats, Ints, box, drawers, microwave, together
 
@@ -128,5 +128,5 @@ def test_the_same_file_gives_the_same_asset(tmp_path: Path) -> None:
     ],
 )
 def test_units_make_a_thing_of_its_usual_size(longest: float, stated: float | None, unit: float) -> None:
-    span = Span(low=0.43, typical=0.52, high=0.8)
+    span = SizeRange(low=0.43, typical=0.52, high=0.8)
     assert metres_per_unit(longest, stated, span)[0] == pytest.approx(unit)

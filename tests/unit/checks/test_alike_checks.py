@@ -7,29 +7,29 @@ from collections.abc import Callable
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.library.duplicates import Alike, Likeness, Shelf, in_words
+from casa_assets.checks.library.duplicates import CategoryRank, LibraryView, ShapePair, in_words
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Status
 
 LIMITS = registry.load().limits
-ROWS = {check.code: check for check in TABLE if check.subject is Shelf}
-Build = Callable[[], Shelf]
+ROWS = {check.code: check for check in TABLE if check.subject is LibraryView}
+Build = Callable[[], LibraryView]
 
 
-def pair(most: float = 0.001, size: float = 1.0, colors: float = 0.0, kin: bool = True) -> Alike:
+def pair(most: float = 0.001, size: float = 1.0, colors: float = 0.0, kin: bool = True) -> ShapePair:
     """A mug and another thing that lie this near to each other."""
-    return Alike("mug_one", "mug_two", most, 2 * most, size, colors, kin)
+    return ShapePair("mug_one", "mug_two", most, 2 * most, size, colors, kin)
 
 
-def named(rank: int, share: float = 0.4) -> Likeness:
+def named(rank: int, share: float = 0.4) -> CategoryRank:
     """A mug that comes at this place among what it looks like."""
-    return Likeness("mug_one", "mug", share, rank, (("cup", 0.3), ("bowl", 0.2), ("pot", 0.05)))
+    return CategoryRank("mug_one", "mug", share, rank, (("cup", 0.3), ("bowl", 0.2), ("pot", 0.05)))
 
 
-def shelf(alike: float = 0.08, near: float = 0.95, rank: int = 1) -> Shelf:
+def shelf(alike: float = 0.08, near: float = 0.95, rank: int = 1) -> LibraryView:
     """Two assets, as different as these numbers say."""
-    return Shelf(2, (pair(alike),), (("mug_one", "mug_two", near),), (named(rank),))
+    return LibraryView(2, (pair(alike),), (("mug_one", "mug_two", near),), (named(rank),))
 
 
 # Code -> what it is silent on, and what trips it alone.
@@ -56,7 +56,7 @@ def test_numbers_are_those_that_were_measured() -> None:
 
 
 def test_where_nobody_looked_nothing_passes_in_silence() -> None:
-    blind = Shelf(2, unseen="no weights of CLIP were given")
+    blind = LibraryView(2, unseen="no weights of CLIP were given")
     report = run(blind, "library", LIMITS)
     passed, unseen = Status.PASSED, Status.NOT_RUN
     assert {r.code: r.status for r in report.results} == {"LIB001": passed, "LIB002": unseen, "LIB003": unseen}
@@ -65,8 +65,8 @@ def test_where_nobody_looked_nothing_passes_in_silence() -> None:
 
 
 def test_what_has_no_category_is_not_held_against_one() -> None:
-    one = Likeness("object_one", "object", 0.0, 0, (("cup", 0.3),))
-    report = run(Shelf(1, seen=(one,)), "library", LIMITS)
+    one = CategoryRank("object_one", "object", 0.0, 0, (("cup", 0.3),))
+    report = run(LibraryView(1, seen=(one,)), "library", LIMITS)
     assert [i.code for i in report.issues] == []
     assert "cup (30%)" in in_words(one)
 
@@ -88,10 +88,10 @@ def test_alternatives_are_named() -> None:
         (pair(most=0.05), False, False),
     ],
 )
-def test_twins_agree_in_form_size_and_colours(found: Alike, twins: bool, same_form: bool) -> None:
+def test_twins_agree_in_form_size_and_colours(found: ShapePair, twins: bool, same_form: bool) -> None:
     assert found.twins(LIMITS["alike_form"]) is twins
     assert found.same_form(LIMITS["alike_form"]) is same_form
 
 
 def test_a_missing_handle_is_seen_in_the_farthest_part() -> None:
-    assert not Alike("mug_one", "mug_two", 0.01, 0.4, 1.0, 0.0, True).same_form(LIMITS["alike_form"])
+    assert not ShapePair("mug_one", "mug_two", 0.01, 0.4, 1.0, 0.0, True).same_form(LIMITS["alike_form"])

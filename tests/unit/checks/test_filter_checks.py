@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.checks.filters.kind import misfit
-from casa_assets.checks.library.size_outliers import Sizes
+from casa_assets.checks.library.size_outliers import LibrarySizes
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
@@ -18,7 +18,7 @@ from casa_assets.export.mjcf import write
 from casa_assets.model.asset.asset import Asset, Inertial
 from casa_assets.model.asset.material import Material
 from casa_assets.model.issue import Report
-from casa_assets.model.registry.category import Affordance, Build, Category, Upright
+from casa_assets.model.registry.category import Affordance, Category, MatterFill, RestingPose
 from tests.asset_parts import box_inertial
 from tests.assets import write_to
 from tests.box_assets import plain_box
@@ -42,7 +42,7 @@ from tests.untrusted_inputs import (
 ROWS = {check.code: check for check in TABLE if check.code.startswith("FLT") or check.code == "LIB004"}
 LIMITS = registry.load().limits
 Made = tuple[Asset, Category]
-Build_ = Callable[[], Made | Sizes]
+Build_ = Callable[[], Made | LibrarySizes]
 
 
 def usual(asset: Asset) -> Made:
@@ -63,7 +63,7 @@ def vessel(profile: list[tuple[float, float]] | None = None) -> Made:
     floor = ((0.068, 0.068, 0.006), (0.0, 0.0, 0.003))
     mass = box_inertial(0.2, (0.08, 0.08, 0.09), (0.0, 0.0, 0.045))
     asset = loose(cup(profile), boxes=(*walls, *ends, floor), inertial=mass, kind="cup")  # type: ignore[arg-type]
-    return asset, kind_of(asset, (0.08, 0.08, 0.09), Build.VESSEL, affords=(Affordance.CONTAINER,))
+    return asset, kind_of(asset, (0.08, 0.08, 0.09), MatterFill.VESSEL, affords=(Affordance.CONTAINER,))
 
 
 def parted(gap: float) -> Made:
@@ -104,15 +104,15 @@ def shaped(height: float) -> Made:
     return loose(carton(size), boxes=((size, (0.0, 0.0, height / 2)),)), kind_of(loose(carton()))
 
 
-def shelf(*longest: float) -> Sizes:
-    return Sizes(tuple((f"mug_{i}", "mug", size) for i, size in enumerate(longest)))
+def shelf(*longest: float) -> LibrarySizes:
+    return LibrarySizes(tuple((f"mug_{i}", "mug", size) for i, size in enumerate(longest)))
 
 
 def walking(speed: float) -> Made:
     """The good one rests; the bad one is told apart by the scene that it is put into, see `told`."""
     size = (0.12, 0.12, 0.06)
     asset = loose(carton(size), boxes=((size, (0.0, 0.0, 0.03)),), kind="walker" if speed else "carton")
-    return asset, kind_of(asset, size, upright=Upright.LIES)
+    return asset, kind_of(asset, size, upright=RestingPose.LIES)
 
 
 def large() -> Made:
@@ -143,9 +143,9 @@ EXAMPLES: dict[str, tuple[Build_, Build_]] = {
 }
 
 
-def told(made: Made | Sizes, folder: Path) -> Report:
+def told(made: Made | LibrarySizes, folder: Path) -> Report:
     """What the filters say of a library, or of an asset that is written to a folder."""
-    if isinstance(made, Sizes):
+    if isinstance(made, LibrarySizes):
         return run(made, "library", LIMITS, table=ROWS.values())
     asset, category = made
     root = write_to(write(asset), folder / asset.digest[:12])
@@ -219,7 +219,7 @@ class TestMisfit:
         assert misfit(np.array([0.12, 0.06, 0.02]), row) > 1.5
 
     def test_what_has_no_pose_may_lie_any_way(self) -> None:
-        row = kind_of(loose(carton()), (0.02, 0.06, 0.12), upright=Upright.ANY)
+        row = kind_of(loose(carton()), (0.02, 0.06, 0.12), upright=RestingPose.ANY)
         assert misfit(np.array([0.12, 0.06, 0.02]), row) == 1
 
 

@@ -8,10 +8,10 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets import registry
-from casa_assets.checks.check import Check, Measured, clean, not_applicable, not_run
+from casa_assets.checks.check import Check, Measured, no_fault, not_applicable, not_run
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.run import run, unrun
-from casa_assets.checks.scene.views import Pictures
+from casa_assets.checks.run import report_not_run, run
+from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import CheckResult, Report, Severity, Status, tally
 from tests.assets import ball, microwave, rigid_mug
@@ -56,7 +56,7 @@ class TestMeasured:
 
 class TestReport:
     def test_what_does_not_apply_keeps_nothing_out(self) -> None:
-        found = report(clean(), not_applicable("it has no joints"))
+        found = report(no_fault(), not_applicable("it has no joints"))
         assert found.passed
         assert [(r.status, r.reason) for r in found.results] == [
             (Status.PASSED, ""),
@@ -65,7 +65,7 @@ class TestReport:
         assert str(found.tally) == "1 of 1 that apply"
 
     def test_an_error_that_was_not_run_keeps_it_out(self) -> None:
-        found = report(clean(), not_run("the validator gave no verdict"))
+        found = report(no_fault(), not_run("the validator gave no verdict"))
         assert not found.passed
         assert [i.message for i in found.errors] == ["was not run: the validator gave no verdict"]
         assert found.issues == (), "what nobody found is no finding"
@@ -86,7 +86,7 @@ class TestReport:
         assert (result.status, result.waived, result.reason) == (Status.NOT_RUN, True, "known and accepted")
 
     def test_a_subject_that_is_not_there_leaves_its_checks_not_run(self) -> None:
-        found = unrun((Pictures,), "room", LIMITS, "MuJoCo cannot read scene.xml")
+        found = report_not_run((PreviewImages,), "room", LIMITS, "MuJoCo cannot read scene.xml")
         assert {r.code: r.status for r in found.results} == {"SCN024": Status.NOT_RUN, "SCN025": Status.NOT_RUN}
         assert not found.passed
 

@@ -10,7 +10,7 @@ import pytest
 from casa_assets.errors import CasaError
 from casa_assets.families.family import Params
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.kitchen.style import Choice
+from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.kitchens import resolve
 from casa_assets.pipeline.workers.batch import attempt
@@ -86,4 +86,4 @@ def test_a_value_error_of_a_builder_is_no_mistake_of_the_user(tmp_path: Path) ->
             raise ValueError("a box needs a positive size")
 
     with pytest.raises(ValueError, match="positive size"):
-        resolve.build_choice("sink", Choice(preset="vase/white_tulips"), Broken(tmp_path))
+        resolve.build_choice("sink", PresetChoice(preset="vase/white_tulips"), Broken(tmp_path))

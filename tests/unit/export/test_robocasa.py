@@ -20,7 +20,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Split
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Affordance
-from casa_assets.model.registry.contract import Generation
+from casa_assets.model.registry.contract import RobocasaRelease
 from tests.assets import ball, rigid_mug, textured_box, write_to
 from tests.built_libraries import SLICE_SIZE, slice_of_bread
 from tests.meshes import box_mesh
@@ -170,13 +170,13 @@ APPLE = [
 SHOE = entries.Instance(id="shoe_00", category="shoe", split=Split.TRAIN)
 
 
-def tables(*instances: entries.Instance) -> dict[Generation, dict[str, Any]]:
+def tables(*instances: entries.Instance) -> dict[RobocasaRelease, dict[str, Any]]:
     return entries.tables(instances, registry.load().categories, "casa")
 
 
 class TestEntries:
     def test_attributes_of_a_generation(self) -> None:
-        first, second = (tables(*APPLE)[g]["apple"] for g in Generation)
+        first, second = (tables(*APPLE)[g]["apple"] for g in RobocasaRelease)
         flags = {"graspable": True, "washable": True, "microwavable": False, "cookable": True, "freezable": False}
         assert {k: v for k, v in first.items() if isinstance(v, bool)} == flags
         assert {k: v for k, v in second.items() if isinstance(v, bool)} == {
@@ -187,21 +187,21 @@ class TestEntries:
         assert first["types"] == second["types"] == ["fruit"]
 
     def test_splits_leave_out_the_other_side(self) -> None:
-        entry = tables(*APPLE)[Generation.V1_0]["apple"]
+        entry = tables(*APPLE)[RobocasaRelease.V1_0]["apple"]
         assert entry["casa"] == {"model_folders": ["casa/apple"], "exclude": [], "scale": 1.0}
         assert entry["casa_train"]["exclude"] == ["apple_01"]
         assert entry["casa_test"]["exclude"] == ["apple_00"]
         assert type(entry["casa"]["scale"]) is float
 
     def test_no_registry_is_empty(self) -> None:
-        entry = tables(APPLE[0])[Generation.V0_2]["apple"]
+        entry = tables(APPLE[0])[RobocasaRelease.V0_2]["apple"]
         assert "casa_train" in entry
         assert "casa_test" not in entry
 
     def test_affordances_are_those_of_the_registry(self) -> None:
         known = registry.load().category("apple")
-        entry = tables(*APPLE)[Generation.V1_0]["apple"]
-        assert {use for use in entries.ATTRIBUTES[Generation.V1_0] if entry[use.value]} == {
+        entry = tables(*APPLE)[RobocasaRelease.V1_0]["apple"]
+        assert {use for use in entries.ATTRIBUTES[RobocasaRelease.V1_0] if entry[use.value]} == {
             use for use in known.affords if use not in (Affordance.CONTAINER, Affordance.STACKABLE)
         }
 

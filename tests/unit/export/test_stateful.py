@@ -13,7 +13,7 @@ from lxml import etree
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
 from casa_assets.export.mjcf import write
-from casa_assets.export.mjcf.material import display
+from casa_assets.export.mjcf.material import linear_to_srgb
 from casa_assets.export.usd import document
 from casa_assets.export.usd.keyframe import joint_motion
 from casa_assets.model.asset.asset import Asset, Base, Region
@@ -106,7 +106,7 @@ class TestMjcfPlaces:
         glow = one(xml(grill()), ".//site[@name='heat_glow']")
         assert (glow["type"], glow["size"]) == ("cylinder", "0.15 0.01")
         shown = [float(n) for n in glow["rgba"].split()]
-        assert shown == pytest.approx([1.0, display(0.2), display(0.05), 0.0], abs=1e-8)
+        assert shown == pytest.approx([1.0, linear_to_srgb(0.2), linear_to_srgb(0.05), 0.0], abs=1e-8)
         box = one(xml(grill()), ".//body[@name='knob']/site[@name='display']")
         assert (box["type"], box["size"]) == ("box", "0.01 0.02 0.0005")
 

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
 from casa_assets.export.usd import document
-from casa_assets.export.usd.body import principal, single
+from casa_assets.export.usd.body import float32_moments, principal
 from casa_assets.export.usd.joint import axis_and_rotation
 from casa_assets.export.usd.metadata import WRITER_DATE
 from casa_assets.export.usd.visual import face_normals
@@ -157,9 +157,9 @@ class TestBody:
         values, axes = principal(tensor)
         rebuilt = axes.rotation @ np.diag(values) @ axes.rotation.T
         assert np.abs(rebuilt - tensor).max() <= 1e-12 * np.trace(tensor)
-        a, b, c = sorted(single(values))
+        a, b, c = sorted(float32_moments(values))
         assert a + b >= c
-        assert np.abs(np.array(single(values)) - values).max() <= 2e-7 * c
+        assert np.abs(np.array(float32_moments(values)) - values).max() <= 2e-7 * c
 
     def test_diagonal_tensor_keeps_its_axes(self) -> None:
         values, axes = principal(np.diag([3.0, 1.0, 2.0]))

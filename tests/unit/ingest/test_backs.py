@@ -10,7 +10,7 @@ from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawPart
-from casa_assets.model.registry.category import Build
+from casa_assets.model.registry.category import MatterFill
 from tests.meshes import lathe
 from tests.untrusted_inputs import carton, kind_of, loose, without_side
 
@@ -19,7 +19,7 @@ BOWL = lathe([(0.06, 0.05), (0.05, 0.02), (0.03, 0.0), (0.0, 0.0)], 32)
 MISSING = 0.5
 
 
-def after(mesh: Mesh, build: Build) -> Draft:
+def after(mesh: Mesh, build: MatterFill) -> Draft:
     part = RawPart(name="part", mesh=mesh, material=Material(id="look"))
     return add_back_faces(Draft(parts=(part,)), ROW.replace(build=build), MISSING)
 
@@ -31,7 +31,7 @@ def behind(draft: Draft) -> float:
 def test_a_bowl_without_a_thickness_is_seen_from_within() -> None:
     before = Draft(parts=(RawPart(name="part", mesh=BOWL, material=Material(id="look")),))
     assert behind(before) > 0.2
-    made = after(BOWL, Build.VESSEL)
+    made = after(BOWL, MatterFill.VESSEL)
     assert behind(made) < 0.01
     assert [n.code for n in made.notes] == ["MSH060"]
     mesh = made.parts[0].mesh
@@ -44,12 +44,12 @@ def test_a_bowl_without_a_thickness_is_seen_from_within() -> None:
 
 
 def test_a_closed_thing_stays_as_it_is() -> None:
-    made = after(carton(), Build.VESSEL)
+    made = after(carton(), MatterFill.VESSEL)
     assert made.parts[0].mesh == carton()
     assert made.notes == ()
 
 
 def test_a_full_thing_without_a_side_stays_open_to_be_found() -> None:
     open_box = without_side(carton(), (0, 0, -1))
-    assert after(open_box, Build.FILLED).parts[0].mesh == open_box
-    assert after(open_box, Build.HOLLOW).parts[0].mesh != open_box
+    assert after(open_box, MatterFill.FILLED).parts[0].mesh == open_box
+    assert after(open_box, MatterFill.HOLLOW).parts[0].mesh != open_box

@@ -11,13 +11,13 @@ from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.ingest.assemble import assemble
 from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.ingest.grasp import grasp
-from casa_assets.model.asset.grasp import Grasp, Hold
+from casa_assets.model.asset.grasp import Grasp, GraspFeature
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Box
 from casa_assets.model.ingest.source import RawPart, Source, SourceKind
 from casa_assets.model.record import Vec3
-from casa_assets.model.registry.category import Build, Category, Front
+from casa_assets.model.registry.category import Category, FrontRule, MatterFill
 from tests.asset_parts import CARDBOARD, box_inertial
 from tests.meshes import box_mesh
 from tests.untrusted_inputs import carton, cup, kind_of, loose, without_side
@@ -33,7 +33,7 @@ def draft(size: Vec3, *meshes: Mesh) -> Draft:
     return Draft(parts=parts, inertial=inertial, colliders=(PlacedShape(shape=Box(size=size)),))
 
 
-def found(size: Vec3, *meshes: Mesh, row: Category = ROW) -> dict[Hold, Grasp]:
+def found(size: Vec3, *meshes: Mesh, row: Category = ROW) -> dict[GraspFeature, Grasp]:
     return {g.hold: g for g in grasp(draft(size, *meshes), row, OPENING).grasps}
 
 
@@ -47,8 +47,8 @@ def mug() -> tuple[Mesh, ...]:
 class TestGrasp:
     def test_a_box_is_taken_by_its_body_from_above(self) -> None:
         taken = found((0.06, 0.06, 0.12), carton())
-        assert list(taken) == [Hold.BODY]
-        body = taken[Hold.BODY]
+        assert list(taken) == [GraspFeature.BODY]
+        body = taken[GraspFeature.BODY]
         assert body.width == pytest.approx(0.06, abs=1e-4)
         assert body.approach == pytest.approx((0, 0, -1), abs=0.02)
         assert abs(body.closing[2]) < 0.02
@@ -61,23 +61,23 @@ class TestGrasp:
         assert found((0.3, 0.2, 0.01), carton((0.3, 0.2, 0.01))) == {}
 
     def test_a_mug_has_a_rim_and_a_handle(self) -> None:
-        row = ROW.replace(build=Build.VESSEL, front=Front.HANDLE)
+        row = ROW.replace(build=MatterFill.VESSEL, front=FrontRule.HANDLE)
         taken = found((0.08, 0.08, 0.09), *mug(), row=row)
-        assert taken[Hold.RIM].width == pytest.approx(0.006, abs=1e-3)
-        assert taken[Hold.RIM].center[2] > 0.055
-        assert taken[Hold.HANDLE].width == pytest.approx(0.012, abs=5e-3)
-        assert taken[Hold.HANDLE].center[0] > 0.05
+        assert taken[GraspFeature.RIM].width == pytest.approx(0.006, abs=1e-3)
+        assert taken[GraspFeature.RIM].center[2] > 0.055
+        assert taken[GraspFeature.HANDLE].width == pytest.approx(0.012, abs=5e-3)
+        assert taken[GraspFeature.HANDLE].center[0] > 0.05
 
     def test_a_wide_vessel_is_taken_by_its_rim_alone(self) -> None:
         profile = [(0.0, 0.006), (0.074, 0.006), (0.074, 0.09), (0.08, 0.09), (0.08, 0.0), (0.0, 0.0)]
         wide = cup(profile)
-        assert list(found((0.16, 0.16, 0.09), wide, row=ROW.replace(build=Build.VESSEL))) == [Hold.RIM]
+        assert list(found((0.16, 0.16, 0.09), wide, row=ROW.replace(build=MatterFill.VESSEL))) == [GraspFeature.RIM]
 
     def test_what_is_built_in_is_not_taken(self) -> None:
         assert found((0.06, 0.06, 0.12), carton(), row=ROW.replace(fixed=True)) == {}
 
     def test_axes_are_at_right_angles(self) -> None:
-        for one in found((0.08, 0.08, 0.09), *mug(), row=ROW.replace(build=Build.VESSEL)).values():
+        for one in found((0.08, 0.08, 0.09), *mug(), row=ROW.replace(build=MatterFill.VESSEL)).values():
             closing, approach = np.array(one.closing), np.array(one.approach)
             assert float(closing @ approach) == pytest.approx(0, abs=1e-5)
             assert np.linalg.norm(closing) == pytest.approx(1, abs=1e-5)

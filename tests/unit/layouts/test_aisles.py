@@ -7,7 +7,7 @@ import math
 import pytest
 
 from casa_assets.layouts.plan.aisles import find_aisles
-from casa_assets.model.kitchen.floor import Aisle, AisleKind, Row, RunEnd, Side
+from casa_assets.model.kitchen.floor import Aisle, AisleKind, PlacedRun, RoomWall, RunEnd
 from tests.reference_kitchen import OUTLINE, WALLS
 from tests.reference_kitchen_parts import unit
 
@@ -15,12 +15,14 @@ UNITS = (unit("a", "doors", 0.0, 1.0), unit("b", "doors", 1.0, 2.0))
 CLOSED = tuple(w.replace(open=False) for w in WALLS)
 
 
-def row(name: str, x: float, y: float, quarter: int = 0, at_wall: bool = True, back: float = 0.0) -> Row:
+def row(name: str, x: float, y: float, quarter: int = 0, at_wall: bool = True, back: float = 0.0) -> PlacedRun:
     """Two metres of units with free ends, their line's left end at a point."""
-    return Row(id=name, origin=(x, y), yaw=quarter * math.pi / 2, length=2.0, at_wall=at_wall, back=back, units=UNITS)
+    return PlacedRun(
+        id=name, origin=(x, y), yaw=quarter * math.pi / 2, length=2.0, at_wall=at_wall, back=back, units=UNITS
+    )
 
 
-def found(*rows: Row, walls: tuple[Side, ...] = WALLS) -> dict[tuple[str, str], Aisle]:
+def found(*rows: PlacedRun, walls: tuple[RoomWall, ...] = WALLS) -> dict[tuple[str, str], Aisle]:
     return {(a.one, a.other): a for a in find_aisles(rows, walls, OUTLINE)}
 
 

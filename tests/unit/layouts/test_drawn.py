@@ -8,13 +8,13 @@ import math
 import pytest
 
 from casa_assets.layouts.order.beams import HOOD_DEPTH, beams_of
-from casa_assets.layouts.order.furnish import LAMP_ASIDE
-from casa_assets.layouts.order.request import Kitchen
+from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.units import UpperKind
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, resolve
 
 
-def drawn(plan: str, style: str, seed: int) -> Kitchen:
+def drawn(plan: str, style: str, seed: int) -> KitchenRequest:
     return resolve(SceneRecipe(plan, style, seed))
 
 
@@ -25,7 +25,7 @@ def test_no_lamp_of_the_room_hangs_at_one_over_an_island(style: str, seed: int) 
     assert len(places) > 2
     for one, other in itertools.combinations(places, 2):
         if "ceiling_light" in one + other:
-            assert math.dist(places[one], places[other]) >= LAMP_ASIDE, (one, other)
+            assert math.dist(places[one], places[other]) >= LAMP_FROM_ISLAND_M, (one, other)
 
 
 @pytest.mark.parametrize("style", ["modern_1", "modern_2"])

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from casa_assets.layouts.order.furnish import breadth
-from casa_assets.layouts.order.models import Models
-from casa_assets.layouts.order.request import Kitchen
-from casa_assets.layouts.order.worktops import BREAKS
+from casa_assets.layouts.order.furnish import worktop_width
+from casa_assets.layouts.order.models import StyleModels
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.runs import CornerPart, EndKind, Slot
+from casa_assets.layouts.plan.runs import CornerPart, EndKind, UnitSlot
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.units import TALL, BaseKind, UpperKind
 from casa_assets.pipeline.kitchens.resolve import preset_params
@@ -50,30 +50,30 @@ TABLE = {
 
 
 @pytest.fixture(scope="module", params=PLANS)
-def kitchens(request: pytest.FixtureRequest) -> list[Kitchen]:
+def kitchens(request: pytest.FixtureRequest) -> list[KitchenRequest]:
     """A plan in all its sizes."""
     plan, _ = load_plan(request.param)
     return [made(request.param, given) for given in (*extremes(plan), *draws(plan, 20))]
 
 
-def message(kitchen: Kitchen, *more: object) -> str:
+def message(kitchen: KitchenRequest, *more: object) -> str:
     """What to look at."""
     return f"{kitchen.plan.id} {dict(kitchen.given)}: {' '.join(map(str, more))}"
 
 
-def of_kind(kitchen: Kitchen, *kinds: BaseKind | UpperKind) -> list[Slot]:
+def of_kind(kitchen: KitchenRequest, *kinds: BaseKind | UpperKind) -> list[UnitSlot]:
     """All units of some kinds."""
     return [s for row in kitchen.slots.values() for s in row if s.kind in kinds]
 
 
 class TestRoom:
-    def test_no_two_units_overlap(self, kitchens: list[Kitchen]) -> None:
+    def test_no_two_units_overlap(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
                 if min(one.high, other.high) - max(one.low, other.low) > PLAY:
                     assert a.gap(b) > -PLAY, message(kitchen, one.name, other.name, a.gap(b))
 
-    def test_no_unit_leaves_the_room(self, kitchens: list[Kitchen]) -> None:
+    def test_no_unit_leaves_the_room(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             for slot, r in boxes(kitchen):
                 for x, y in ((r.x0, r.y0), (r.x1, r.y0), (r.x0, r.y1), (r.x1, r.y1)):
@@ -81,7 +81,7 @@ class TestRoom:
                     near_y = y + (PLAY if y == r.y0 else -PLAY)
                     assert kitchen.room.holds(near_x, near_y), message(kitchen, slot.name, x, y)
 
-    def test_units_on_the_wall_stay_out_of_windows(self, kitchens: list[Kitchen]) -> None:
+    def test_units_on_the_wall_stay_out_of_windows(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             for hole in kitchen.holes:
                 for slot, _ in boxes(kitchen):
@@ -91,14 +91,14 @@ class TestRoom:
                         clear = max(left - hole.right, hole.left - right)
                         assert clear > 0.05, message(kitchen, slot.name, hole.opening.id, clear)
 
-    def test_people_pass(self, kitchens: list[Kitchen]) -> None:
+    def test_people_pass(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             for one, other, gap, least in passages(kitchen):
                 assert gap >= least, message(kitchen, one, other, gap, "m, at least", least)
             for line, wall, gap in walls_free(kitchen):
                 assert gap >= 0.914, message(kitchen, line, wall, gap)
 
-    def test_doorways_are_wide_and_free(self, kitchens: list[Kitchen]) -> None:
+    def test_doorways_are_wide_and_free(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             for hole in kitchen.holes:
                 if hole.is_window:
@@ -111,21 +111,21 @@ class TestRoom:
 
 
 class TestWork:
-    def test_no_cooker_stands_under_a_window(self, kitchens: list[Kitchen]) -> None:
+    def test_no_cooker_stands_under_a_window(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             for slot in of_kind(kitchen, *COOKERS):
                 for hole in (h for h in kitchen.holes if h.is_window and h.wall.id == slot.line.run.on):
                     shift = hole.wall.frame.of(*slot.line.frame.at(0.0, 0.0)[:2])[0]
                     assert slot.left + shift > hole.right or slot.right + shift < hole.left, message(kitchen, slot.name)
 
-    def test_a_hood_hangs_over_the_cooker(self, kitchens: list[Kitchen]) -> None:
-        assert standard_sizes.HOOD_FROM - standard_sizes.TOP >= 0.61
+    def test_a_hood_hangs_over_the_cooker(self, kitchens: list[KitchenRequest]) -> None:
+        assert standard_sizes.HOOD_FROM - standard_sizes.WORKTOP_HEIGHT >= 0.61
         for kitchen in kitchens:
             (cooker,), (hood,) = of_kind(kitchen, *COOKERS), of_kind(kitchen, UpperKind.HOOD)
             assert hood.line is cooker.line
             assert hood.middle == pytest.approx(cooker.middle, abs=1e-3)
 
-    def test_appliances_keep_off_inside_corners(self, kitchens: list[Kitchen]) -> None:
+    def test_appliances_keep_off_inside_corners(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             for slot in of_kind(kitchen, *APPLIANCES):
                 line = slot.line
@@ -134,20 +134,20 @@ class TestWork:
                 if line.right.kind is EndKind.CORNER:
                     assert line.length - standard_sizes.BASE_DEPTH - slot.right >= 0.38, message(kitchen, slot.name)
 
-    def test_one_stands_beside_the_dishwasher(self, kitchens: list[Kitchen]) -> None:
+    def test_one_stands_beside_the_dishwasher(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             (washer,), (sink,) = of_kind(kitchen, BaseKind.DISHWASHER), of_kind(kitchen, BaseKind.SINK)
             assert washer.line is sink.line
             assert max(washer.left - sink.right, sink.left - washer.right) < 0.02, message(kitchen)
             line = washer.line
             if washer.left > sink.left and line.right.kind in (EndKind.CORNER, EndKind.WALL):
-                edge = standard_sizes.TOP_DEPTH if line.right.kind is EndKind.CORNER else 0.0
+                edge = standard_sizes.WORKTOP_DEPTH if line.right.kind is EndKind.CORNER else 0.0
                 assert line.length - edge - washer.right >= 0.55, message(kitchen)
             elif washer.left < sink.left and line.left.kind in (EndKind.CORNER, EndKind.WALL):
-                edge = standard_sizes.TOP_DEPTH if line.left.kind is EndKind.CORNER else 0.0
+                edge = standard_sizes.WORKTOP_DEPTH if line.left.kind is EndKind.CORNER else 0.0
                 assert washer.left - edge >= 0.55, message(kitchen)
 
-    def test_there_is_room_to_set_things_down(self, kitchens: list[Kitchen]) -> None:
+    def test_there_is_room_to_set_things_down(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             for kinds, least, most in (((BaseKind.SINK,), 0.45, 0.6), (COOKERS, 0.3, 0.38)):
                 (slot,) = of_kind(kitchen, *kinds)
@@ -157,7 +157,7 @@ class TestWork:
             for slot in of_kind(kitchen, BaseKind.MICROWAVE):
                 assert max(_tops_beside(kitchen, slot)) >= 0.38, message(kitchen, slot.name)
 
-    def test_corners_open(self, kitchens: list[Kitchen]) -> None:
+    def test_corners_open(self, kitchens: list[KitchenRequest]) -> None:
         """Beside a corner stands a single door on either side, hung away from it."""
         for kitchen in kitchens:
             for corner in kitchen.plan.corners:
@@ -194,12 +194,12 @@ class TestContent:
             assert sum(w.role == role for w in kitchen.wanted) == 1, role
         assert of_kind(kitchen, UpperKind.SHELF, UpperKind.BOARDS, BaseKind.SHELF)
 
-    def test_tasks_find_their_units(self, kitchens: list[Kitchen]) -> None:
+    def test_tasks_find_their_units(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             doors = [s.width for s in of_kind(kitchen, UpperKind.DOORS, UpperKind.GLASS)]
             corners = [s for r in kitchen.slots.values() for s in r if s.is_upper and s.kind is CornerPart.BLIND]
-            assert corners or min(doors) <= standard_sizes.ONE_DOOR, message(kitchen)
-            assert max(doors) > standard_sizes.ONE_DOOR, message(kitchen)
+            assert corners or min(doors) <= standard_sizes.WIDEST_SINGLE_DOOR, message(kitchen)
+            assert max(doors) > standard_sizes.WIDEST_SINGLE_DOOR, message(kitchen)
             assert any(_stands_free(kitchen, s) for s in of_kind(kitchen, BaseKind.DRAWERS)), message(kitchen)
 
     @pytest.mark.parametrize("style", style_names())
@@ -215,27 +215,27 @@ class TestContent:
                     assert a.gap(b) > -PLAY, message(kitchen, one.name, other.name, a.gap(b))
 
 
-def _tops_beside(kitchen: Kitchen, slot: Slot) -> tuple[float, float]:
+def _tops_beside(kitchen: KitchenRequest, slot: UnitSlot) -> tuple[float, float]:
     """Metres of worktop on both sides of a unit, up to what interrupts it."""
     row = floor_row(kitchen, slot.line)
     k = row.index(slot)
     return _run_of_top(row[k + 1 :]), _run_of_top(row[:k][::-1])
 
 
-def _run_of_top(row: list[Slot]) -> float:
-    stops = (*BREAKS, BaseKind.SINK, BaseKind.HOB)
+def _run_of_top(row: list[UnitSlot]) -> float:
+    stops = (*WORKTOP_BREAKS, BaseKind.SINK, BaseKind.HOB)
     return sum(s.width for s in itertools.takewhile(lambda s: s.kind not in stops and s.high < 1.0, row))
 
 
-def _crowded(kitchen: Kitchen) -> Iterator[str]:
+def _crowded(kitchen: KitchenRequest) -> Iterator[str]:
     """Units that are narrower than what stands on them."""
-    models = Models(kitchen.style, preset_params())
+    models = StyleModels(kitchen.style, preset_params())
     for unit, stands in itertools.groupby(sorted(kitchen.plan.stands, key=lambda s: s.on), key=lambda s: s.on):
-        if sum(breadth(models, s.id) for s in stands) > kitchen.slot(unit).width:
+        if sum(worktop_width(models, s.id) for s in stands) > kitchen.slot(unit).width:
             yield unit
 
 
-def _stands_free(kitchen: Kitchen, slot: Slot) -> bool:
+def _stands_free(kitchen: KitchenRequest, slot: UnitSlot) -> bool:
     """Whether a robot can stand before a drawer unit, to the left or right of its drawers."""
     others = [r for s, r in _solid(kitchen) if s is not slot]
     for way in (-1, 1):
@@ -247,7 +247,7 @@ def _stands_free(kitchen: Kitchen, slot: Slot) -> bool:
     return False
 
 
-def _solid(kitchen: Kitchen) -> Iterator[tuple[Slot, Rect]]:
+def _solid(kitchen: KitchenRequest) -> Iterator[tuple[UnitSlot, Rect]]:
     for slot, r in boxes(kitchen):
         if not slot.is_upper:
             yield slot, r if slot.kind in TALL else slot_rect(slot)

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.errors import Misfit, RegistryError
-from casa_assets.layouts.order.request import Kitchen, request
+from casa_assets.errors import PlanConflict, RegistryError
+from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.rows import Span, share
+from casa_assets.layouts.plan.rows import WidthRange, share_widths
 from casa_assets.layouts.plan.runs import CornerPart, EndKind
 from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.pipeline.kitchens.resolve import error_with_line, preset_params
@@ -45,14 +45,14 @@ corners:
 """
 
 
-def kitchen_of(text: str, tmp_path: Path, given: Mapping[str, float] | None = None) -> Kitchen:
+def kitchen_of(text: str, tmp_path: Path, given: Mapping[str, float] | None = None) -> KitchenRequest:
     """A plan as written. Raises RegistryError as the pipeline does."""
     path = tmp_path / "tiny.yaml"
     path.write_text(text)
     plan, pages = read_plan(path)
     try:
-        return request(plan, load_style(STYLE)[0], preset_params(), given)
-    except Misfit as error:
+        return request_kitchen(plan, load_style(STYLE)[0], preset_params(), given)
+    except PlanConflict as error:
         raise error_with_line(error, pages) from None
 
 
@@ -63,26 +63,26 @@ def line_of(text: str, part: str) -> int:
 
 class TestShare:
     def test_takes_up_what_there_is(self) -> None:
-        spans = [Span(0.4, 0.8), Span(0.6, 0.6), Span(0.3, 0.7)]
-        widths = share(spans, 1.7)
+        spans = [WidthRange(0.4, 0.8), WidthRange(0.6, 0.6), WidthRange(0.3, 0.7)]
+        widths = share_widths(spans, 1.7)
         assert widths is not None
         assert sum(widths) == pytest.approx(1.7)
         assert widths == pytest.approx([0.6, 0.6, 0.5])
 
     def test_is_exact_to_a_millimetre(self) -> None:
-        widths = share([Span(0.3, 0.9)] * 7, 4.001)
+        widths = share_widths([WidthRange(0.3, 0.9)] * 7, 4.001)
         assert widths is not None
         assert sum(widths) == pytest.approx(4.001, abs=1e-9)
         assert all(w == round(w, 3) for w in widths)
 
     def test_leaves_what_nothing_wants(self) -> None:
-        assert share([Span(0.4, 0.5), Span(0.4, 0.5)], 3.0) == [0.5, 0.5]
+        assert share_widths([WidthRange(0.4, 0.5), WidthRange(0.4, 0.5)], 3.0) == [0.5, 0.5]
 
     def test_says_where_not_even_the_least_fits(self) -> None:
-        assert share([Span(0.4, 0.5), Span(0.4, 0.5)], 0.79) is None
+        assert share_widths([WidthRange(0.4, 0.5), WidthRange(0.4, 0.5)], 0.79) is None
 
     def test_of_nothing_is_nothing(self) -> None:
-        assert share([], 1.0) == []
+        assert share_widths([], 1.0) == []
 
 
 class TestCorner:
@@ -98,9 +98,9 @@ class TestCorner:
         blind = kitchen.slot("main_right_corner")
         assert blind.kind is CornerPart.BLIND
         assert blind.right == kitchen.lines["main"].length
-        assert blind.width == pytest.approx(standard_sizes.CORNER + standard_sizes.CORNER_DOOR)
+        assert blind.width == pytest.approx(standard_sizes.CORNER_CLEARANCE + standard_sizes.CORNER_DOOR)
         strip = kitchen.slot("side_left_filler")
-        assert (strip.left, strip.right) == (standard_sizes.BASE_DEPTH, standard_sizes.CORNER)
+        assert (strip.left, strip.right) == (standard_sizes.BASE_DEPTH, standard_sizes.CORNER_CLEARANCE)
         assert kitchen.slot("side_doors").hinge == "right"
 
     def test_other_run_may_own_it(self, tmp_path: Path) -> None:
@@ -146,7 +146,7 @@ class TestEnds:
         text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - filler: 0.1\n      - pantry: 0.5\n", 1)
         kitchen = kitchen_of(text, tmp_path)
         assert kitchen.slot("main_filler").high == standard_sizes.UPPER_TO
-        assert kitchen.slot("side_left_filler").high < standard_sizes.TOP
+        assert kitchen.slot("side_left_filler").high < standard_sizes.WORKTOP_HEIGHT
 
     def test_refrigerator_without_housing_has_air(self, tmp_path: Path) -> None:
         text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - fridge: {housing: false}\n", 1).replace(
@@ -174,9 +174,9 @@ class TestPeninsula:
         kitchen = kitchen_of(self.TEXT, tmp_path)
         bar = kitchen.lines["bar"]
         (top,) = [w for w in kitchen.wanted if w.run == "bar" and w.role == "counter"]
-        assert top.spot.u - top.choice.params["width"] / 2 == pytest.approx(standard_sizes.TOP_DEPTH)
-        assert top.spot.v == pytest.approx(-bar.run.overhang - standard_sizes.PANEL)
-        assert top.choice.params["depth"] == pytest.approx(standard_sizes.TOP_DEPTH + 0.32)
+        assert top.spot.u - top.choice.params["width"] / 2 == pytest.approx(standard_sizes.WORKTOP_DEPTH)
+        assert top.spot.v == pytest.approx(-bar.run.overhang - standard_sizes.END_PANEL)
+        assert top.choice.params["depth"] == pytest.approx(standard_sizes.WORKTOP_DEPTH + 0.32)
 
     def test_has_a_back_from_the_wall_to_its_end(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(self.TEXT, tmp_path)
@@ -245,7 +245,7 @@ class TestMisfits:
         error = self.fault(PLAN, tmp_path, {"width": 2.8})
         assert error.pointer == "runs.main.base"
         assert error.line in (line_of(PLAN, "    base:"), line_of(PLAN, "- drawers"))
-        assert f"{2.8 - standard_sizes.CORNER - standard_sizes.CORNER_DOOR:.3f} m" in error.expected
+        assert f"{2.8 - standard_sizes.CORNER_CLEARANCE - standard_sizes.CORNER_DOOR:.3f} m" in error.expected
         assert "main_sink" in error.got
 
     def test_run_longer_than_its_wall(self, tmp_path: Path) -> None:

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from casa_assets.errors import CasaError, Misfit, UnknownId
-from casa_assets.layouts.order.models import Models
-from casa_assets.layouts.order.request import Kitchen, request
-from casa_assets.layouts.order.trim import LONG, OUT, UNDER, find_rows
-from casa_assets.model.kitchen.style import Choice, Fronts, Style
+from casa_assets.errors import CasaError, PlanConflict, UnknownId
+from casa_assets.layouts.order.models import StyleModels
+from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, HOODS_UNDER_CABINETS, LONG_CURTAINS, find_rows
+from casa_assets.model.kitchen.style import FrontStyle, PresetChoice, Style
 from casa_assets.model.kitchen.units import UpperKind
 from casa_assets.pipeline.families.finishes import plain
 from casa_assets.pipeline.kitchens.resolve import params_of, preset_params
@@ -83,15 +83,15 @@ def style_of(name: str) -> Style:
     return kitchens.load_style(name)[0]
 
 
-def kitchen_of(plan: str, style: Style) -> Kitchen:
-    return request(kitchens.load_plan(plan)[0], style, preset_params())
+def kitchen_of(plan: str, style: Style) -> KitchenRequest:
+    return request_kitchen(kitchens.load_plan(plan)[0], style, preset_params())
 
 
 def known_finishes() -> frozenset[str]:
     return frozenset(plain()).union(*recipes().values())
 
 
-def number(choice: Choice, name: str) -> object:
+def number(choice: PresetChoice, name: str) -> object:
     return params_of(choice).model_dump(mode="json")[name]
 
 
@@ -139,7 +139,7 @@ def test_members_fit_the_composer(style: Style) -> None:
     models = style.models
     assert number(models["sink"], "mount") in ("drop_in", "undermount")
     assert number(models["window"], "opening") in ("fixed", "sash", "slider")
-    assert number(models["curtain"], "form") not in LONG
+    assert number(models["curtain"], "form") not in LONG_CURTAINS
     for role in ("range", "fridge"):
         assert float(str(number(models[role], "width"))) <= 0.92, role
     assert 8 <= len(style.props) <= 14
@@ -194,7 +194,7 @@ def test_no_two_styles_are_alike() -> None:
 def test_cornices_lie_on_rows_of_cabinets() -> None:
     style = style_of("traditional_1")
     kitchen = kitchen_of("l_small", style)
-    models = Models(style, preset_params())
+    models = StyleModels(style, preset_params())
     cornices = [w for w in kitchen.wanted if w.role == "cornice"]
     rows = {name: find_rows(kitchen.lines[name], slots, models) for name, slots in kitchen.slots.items()}
     assert cornices
@@ -202,7 +202,7 @@ def test_cornices_lie_on_rows_of_cabinets() -> None:
         # As long as its row, but for the room that the return of a deeper row beside it takes.
         width, depth = float(wanted.choice.params["width"]), wanted.choice.params["depth"]
         spare = [r.right - r.left - width for r in rows[wanted.run] if r.depth == depth]
-        assert any(-1e-4 <= s <= 2 * OUT + 0.01 for s in spare), wanted
+        assert any(-1e-4 <= s <= 2 * CORNICE_DEPTH_M + 0.01 for s in spare), wanted
     assert len(cornices) == sum(r.right - r.left >= 0.5 for row in rows.values() for r in row)
     for name, slots in kitchen.slots.items():
         for slot in slots:
@@ -217,11 +217,11 @@ def test_rows_break_at_a_chimney_and_run_on_over_a_low_hood() -> None:
     for name in ("coastal", "scandinavian"):
         style = style_of(name)
         kitchen = kitchen_of("l_small", style)
-        models = Models(style, preset_params())
+        models = StyleModels(style, preset_params())
         hood = next(s for row in kitchen.slots.values() for s in row if s.kind is UpperKind.HOOD)
         rows = find_rows(hood.line, kitchen.slots[hood.line.id], models)
         over = [r for r in rows if not r.is_tall and r.left < hood.middle < r.right]
-        assert bool(over) is (number(style.models["hood"], "form") in UNDER)
+        assert bool(over) is (number(style.models["hood"], "form") in HOODS_UNDER_CABINETS)
 
 
 def test_panelling_takes_the_place_of_skirting() -> None:
@@ -238,16 +238,16 @@ def test_panelling_takes_the_place_of_skirting() -> None:
 def test_what_a_style_lacks_is_named() -> None:
     style = style_of("coastal")
     less = style.replace(models={k: v for k, v in style.models.items() if k != "range"})
-    with pytest.raises((UnknownId, Misfit), match="range"):
+    with pytest.raises((UnknownId, PlanConflict), match="range"):
         kitchen_of("l_small", less)
-    worse = style.replace(models={**style.models, "range": Choice(preset="range/unheard_of")})
+    worse = style.replace(models={**style.models, "range": PresetChoice(preset="range/unheard_of")})
     with pytest.raises(UnknownId, match="unheard_of"):
         kitchen_of("l_small", worse)
     with pytest.raises(CasaError, match="width"):
-        params_of(Choice(preset="range/pro_six", params={"width": 9.0}))
+        params_of(PresetChoice(preset="range/pro_six", params={"width": 9.0}))
 
 
 def test_a_style_without_fronts_is_refused() -> None:
     base = style_of("coastal").cabinets.base
     with pytest.raises(ValueError, match="base needs face"):
-        style_of("coastal").cabinets.replace(base=Fronts(**{**base.model_dump(), "face": None}))
+        style_of("coastal").cabinets.replace(base=FrontStyle(**{**base.model_dump(), "face": None}))

@@ -8,7 +8,15 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
-from casa_assets.model.registry.category import PICTURES, Affordance, Basis, Category, Kind, Span, sentences
+from casa_assets.model.registry.category import (
+    PICTURE_PROMPTS,
+    Affordance,
+    Category,
+    NumberBasis,
+    ObjectType,
+    SizeRange,
+    clip_prompts,
+)
 from tests.assets import category, rigid_mug
 
 
@@ -41,7 +49,7 @@ class TestExtents:
 
 
 def test_a_span_is_scaled_in_all_its_parts() -> None:
-    assert Span(low=1, typical=2, high=4).scaled(0.5) == Span(low=0.5, typical=1, high=2)
+    assert SizeRange(low=1, typical=2, high=4).scaled(0.5) == SizeRange(low=0.5, typical=1, high=2)
 
 
 class TestWords:
@@ -51,8 +59,8 @@ class TestWords:
         assert mug(prompts=["a coffee mug"]).phrases == ("a coffee mug",)
 
     def test_sentences_are_of_pictures(self) -> None:
-        found = sentences(mug(prompts=["a mug", "a cup"]))
-        assert len(found) == len(set(found)) == 2 * len(PICTURES)
+        found = clip_prompts(mug(prompts=["a mug", "a cup"]))
+        assert len(found) == len(set(found)) == 2 * len(PICTURE_PROMPTS)
         assert found[0] == "a photo of a mug."
 
 
@@ -79,8 +87,8 @@ class TestSets:
         found = mug(affords=["washable"], types=["receptacle"])
         assert found.can(Affordance.WASHABLE)
         assert not found.can(Affordance.COOKABLE)
-        assert found.types == (Kind.RECEPTACLE,)
-        assert found.basis.size is Basis.USUAL
+        assert found.types == (ObjectType.RECEPTACLE,)
+        assert found.basis.size is NumberBasis.USUAL
 
 
 def test_a_split_is_told_from_the_digest() -> None:

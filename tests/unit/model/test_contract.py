@@ -10,8 +10,8 @@ from casa_assets.model.registry.contract import (
     ForEach,
     JointRule,
     KeyRule,
-    Named,
-    Needs,
+    NamePattern,
+    Requirements,
     SiteRule,
     Step,
     Threshold,
@@ -19,14 +19,14 @@ from casa_assets.model.registry.contract import (
 
 
 def test_a_name_matches_as_a_whole() -> None:
-    assert Named(name="door").matches("door")
-    assert not Named(name="door").matches("door_main")
-    assert Named(name="fridge_.*door.*").matches("fridge_left_door_joint")
-    assert not Named(name="rack[0-9]").matches("rack10")
+    assert NamePattern(name="door").matches("door")
+    assert not NamePattern(name="door").matches("door_main")
+    assert NamePattern(name="fridge_.*door.*").matches("fridge_left_door_joint")
+    assert not NamePattern(name="rack[0-9]").matches("rack10")
 
 
 def test_a_bare_name_is_a_rule() -> None:
-    needs = Needs.model_validate({"sites": ["water"], "joints": ["a_joint", {"name": "b_joint", "least": 0}]})
+    needs = Requirements.model_validate({"sites": ["water"], "joints": ["a_joint", {"name": "b_joint", "least": 0}]})
     assert needs.sites == (SiteRule(name="water"),)
     assert [(j.name, j.least) for j in needs.joints] == [("a_joint", 1), ("b_joint", 0)]
     assert Contract.model_validate({"id": "x", "title": "X", "keyframes": ["closed"]}).keyframes == (
@@ -37,12 +37,12 @@ def test_a_bare_name_is_a_rule() -> None:
 @pytest.mark.parametrize("name", ["(open", "[a-", "*", ""])
 def test_what_is_no_pattern_is_refused(name: str) -> None:
     with pytest.raises(ValidationError):
-        Named(name=name)
+        NamePattern(name=name)
 
 
 def test_at_most_is_not_less_than_at_least() -> None:
     with pytest.raises(ValidationError, match="cannot both hold"):
-        Named(name="door", least=2, most=1)
+        NamePattern(name="door", least=2, most=1)
 
 
 @pytest.mark.parametrize("given", [{}, {"at": 0.4, "share": 0.5}])
@@ -74,7 +74,7 @@ def test_filled_puts_the_value_into_every_pattern() -> None:
         key="loc",
         values=("rear_left",),
         used_by=("burner_on_{loc}",),
-        needs=Needs(
+        needs=Requirements(
             joints=(JointRule(name="knob_{loc}_joint", link="knob_{loc}", reach=(0.0, 2.0)),),
             sites=(SiteRule(name="burner_on_{loc}", depth=0),),
         ),
@@ -90,5 +90,5 @@ def test_a_move_goes_no_farther_than_the_ends() -> None:
 
 
 def test_a_contract_reads_back_as_written() -> None:
-    contract = Contract(id="hood", title="Hood", regions=Needs.model_validate({"regions": ["main"]}).regions)
+    contract = Contract(id="hood", title="Hood", regions=Requirements.model_validate({"regions": ["main"]}).regions)
     assert Contract.from_json(contract.to_json()) == contract

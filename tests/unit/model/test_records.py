@@ -22,7 +22,7 @@ from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
-from casa_assets.model.registry.category import Category, Certainty, QCode, Span
+from casa_assets.model.registry.category import Category, Certainty, QCode, SizeRange
 from tests.assets import PROVENANCE, ball, category, drawer_unit, microwave, rigid_mug, textured_box
 from tests.meshes import box_mesh, texture
 
@@ -352,7 +352,7 @@ class TestOthersRefuse:
     @pytest.mark.parametrize("span", [(2, 1, 3), (1, 3, 2), (0, 1, 2), (-1, 1, 2)])
     def test_spans_that_do_not_rise(self, span: tuple[float, float, float]) -> None:
         with pytest.raises(ValidationError):
-            Span(low=span[0], typical=span[1], high=span[2])
+            SizeRange(low=span[0], typical=span[1], high=span[2])
 
     def test_colours_sizes_and_pictures(self) -> None:
         with pytest.raises(ValidationError):

@@ -7,13 +7,13 @@ import io
 import numpy as np
 from PIL import Image
 
-from casa_assets.preview.sheet import Shot, sheet, sheets
+from casa_assets.preview.sheet import SheetCell, contact_sheet, contact_sheets
 
 
-def shot(color: tuple[int, int, int], title: str = "mug_0123456789") -> Shot:
+def shot(color: tuple[int, int, int], title: str = "mug_0123456789") -> SheetCell:
     out = io.BytesIO()
     Image.new("RGB", (32, 32), color).save(out, "PNG")
-    return Shot(title, "8 x 8 x 10 cm", out.getvalue())
+    return SheetCell(title, "8 x 8 x 10 cm", out.getvalue())
 
 
 def opened(png: bytes) -> Image.Image:
@@ -22,27 +22,27 @@ def opened(png: bytes) -> Image.Image:
 
 def test_every_picture_is_there_and_the_bytes_repeat() -> None:
     colors = [(200, 40, 40), (40, 200, 40), (40, 40, 200)]
-    png = sheet([shot(c) for c in colors], "Three", columns=2, cell_px=64)
-    assert sheet([shot(c) for c in colors], "Three", columns=2, cell_px=64) == png
+    png = contact_sheet([shot(c) for c in colors], "Three", columns=2, cell_px=64)
+    assert contact_sheet([shot(c) for c in colors], "Three", columns=2, cell_px=64) == png
     seen = np.asarray(opened(png)).reshape(-1, 3)
     for color in colors:
         assert np.count_nonzero((seen == color).all(axis=1)) == 64 * 64
 
 
 def test_a_picture_that_is_missing_leaves_an_empty_frame() -> None:
-    assert opened(sheet([Shot("none", "", b"")], "One")).width > 0
+    assert opened(contact_sheet([SheetCell("none", "", b"")], "One")).width > 0
 
 
 def test_long_and_strange_captions_are_cut_to_the_cell() -> None:
-    plain = opened(sheet([shot((9, 9, 9))], "x", cell_px=64))
-    strange = opened(sheet([shot((9, 9, 9), "W" * 5000 + "\n\u202e\x00\U0001f600")], "x", cell_px=64))
+    plain = opened(contact_sheet([shot((9, 9, 9))], "x", cell_px=64))
+    strange = opened(contact_sheet([shot((9, 9, 9), "W" * 5000 + "\n\u202e\x00\U0001f600")], "x", cell_px=64))
     assert strange.size == plain.size
     right = np.asarray(strange)[:, 24 + 64 + 1 :]
     assert (right[60:] == 255).all()
 
 
 def test_pages_break() -> None:
-    pages = sheets([shot((9, 9, 9))] * 7, "Seven", per_page=3, columns=3, cell_px=32)
+    pages = contact_sheets([shot((9, 9, 9))] * 7, "Seven", per_page=3, columns=3, cell_px=32)
     assert len(pages) == 3
     assert len(set(pages)) == 3
-    assert len(sheets([], "None")) == 1
+    assert len(contact_sheets([], "None")) == 1

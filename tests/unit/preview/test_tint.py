@@ -7,7 +7,7 @@ import pytest
 
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
-from casa_assets.preview.color_statistics import lab_of, tint, tint_gap
+from casa_assets.preview.color_statistics import color_distance, color_histogram, lab_of
 from tests.assets import ball, rigid_mug, textured_box
 from tests.meshes import texture
 
@@ -48,7 +48,7 @@ def printed(*colors: tuple[int, int, int]) -> Asset:
     ],
 )
 def test_colours_have_their_names(color: tuple[float, float, float], name: str) -> None:
-    assert tint(painted(*color)).names == ((name, 1.0),)
+    assert color_histogram(painted(*color)).names == ((name, 1.0),)
 
 
 def test_lab_of_the_primaries() -> None:
@@ -58,7 +58,7 @@ def test_lab_of_the_primaries() -> None:
 
 
 def test_pictures_are_looked_up_and_shares_are_by_area() -> None:
-    found = tint(printed((255, 0, 0), (255, 255, 255), (255, 255, 255), (255, 255, 255)))
+    found = color_histogram(printed((255, 0, 0), (255, 255, 255), (255, 255, 255), (255, 255, 255)))
     assert [name for name, _ in found.names] == ["white", "red"]
     assert dict(found.names)["red"] == pytest.approx(0.25, abs=0.03)
     assert found.stated
@@ -67,13 +67,13 @@ def test_pictures_are_looked_up_and_shares_are_by_area() -> None:
 def test_another_print_is_farther_than_another_order_of_the_same() -> None:
     one, same = printed((255, 0, 0), (255, 255, 255)), printed((255, 255, 255), (255, 0, 0))
     other = printed((0, 0, 255), (255, 255, 255))
-    assert tint_gap(tint(one), tint(same)) < 1.0
-    assert tint_gap(tint(one), tint(other)) > 10.0
+    assert color_distance(color_histogram(one), color_histogram(same)) < 1.0
+    assert color_distance(color_histogram(one), color_histogram(other)) > 10.0
 
 
 def test_what_nobody_gave_a_look_is_told() -> None:
-    assert not tint(painted(0.9, 0.9, 0.9)).stated
-    assert not tint(painted(1.0, 1.0, 1.0)).stated
-    assert tint(painted(0.3, 0.3, 0.3)).stated
-    assert tint(painted(0.9, 0.8, 0.8)).stated
-    assert tint(rigid_mug()) == tint(rigid_mug())
+    assert not color_histogram(painted(0.9, 0.9, 0.9)).stated
+    assert not color_histogram(painted(1.0, 1.0, 1.0)).stated
+    assert color_histogram(painted(0.3, 0.3, 0.3)).stated
+    assert color_histogram(painted(0.9, 0.8, 0.8)).stated
+    assert color_histogram(rigid_mug()) == color_histogram(rigid_mug())

@@ -9,7 +9,7 @@ import pytest
 
 from casa_assets.core.sampling import rng_for
 from casa_assets.model.registry.finish import Surface
-from casa_assets.model.registry.texture_recipe import Recipe
+from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures.kind import Canvas
 from casa_assets.textures.kinds import floors, walls
@@ -50,7 +50,7 @@ def runs(row: Map) -> int:
     return int(np.sum((row < middle) & (np.roll(row, -1) >= middle)))
 
 
-def first_of(kind: str) -> Recipe:
+def first_of(kind: str) -> TextureRecipe:
     return next(r for r in BOTH.values() if r.kind == kind)
 
 

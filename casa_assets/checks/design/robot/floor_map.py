@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from casa_assets.core.typing import Floats, Mask
 from casa_assets.geometry.planar import Outline, contains_point, distance
-from casa_assets.model.kitchen.floor import Corners, Facts, Fixture, Role, Row, Side
+from casa_assets.model.kitchen.floor import Corners, Fixture, KitchenFacts, PlacedRun, Role, RoomWall
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 
@@ -28,7 +28,7 @@ NOT_THERE = (Role.ROOM, Role.HUNG, Role.WORKTOP)
 class FloorMap:
     """The grid of a kitchen's floor; rows go along y, columns along x."""
 
-    def __init__(self, facts: Facts) -> None:
+    def __init__(self, facts: KitchenFacts) -> None:
         self.facts = facts
         points = np.array(facts.outline)
         self.low = points.min(axis=0) - MARGIN
@@ -120,7 +120,7 @@ def points_shape(rows: slice, columns: slice) -> tuple[int, int]:
     return (rows.stop - rows.start, columns.stop - columns.start)
 
 
-def obstacles(facts: Facts) -> Iterator[Outline]:
+def obstacles(facts: KitchenFacts) -> Iterator[Outline]:
     """Outlines of all that the base cannot pass: walls, rows of units with their worktops, what stands on the floor."""
     for wall in facts.walls:
         if not wall.open:
@@ -143,7 +143,7 @@ def _is_passed(kind: OpeningKind) -> bool:
     return kind is OpeningKind.PASSAGE
 
 
-def _wall(room: Corners, wall: Side, holes: Sequence[tuple[Vec2, Vec2]]) -> Iterator[Outline]:
+def _wall(room: Corners, wall: RoomWall, holes: Sequence[tuple[Vec2, Vec2]]) -> Iterator[Outline]:
     """Pieces of a wall between the holes that reach down to the floor and have no leaf; they close the corners."""
     a, b = np.array(wall.start), np.array(wall.end)
     length = float(np.linalg.norm(b - a))
@@ -163,7 +163,7 @@ def _wall(room: Corners, wall: Side, holes: Sequence[tuple[Vec2, Vec2]]) -> Iter
         yield np.array(corners)
 
 
-def row_parts(row: Row) -> Iterator[Corners]:
+def row_parts(row: PlacedRun) -> Iterator[Corners]:
     """Units from behind to front, and what lies in corners."""
     first, last = row.span
     parts = [(u.left, u.right, u.front) for u in row.units if u.kind != "gap"]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from casa_assets.checks.design.robot.floor_map import RADIUS, STANDS, TALL, FloorMap, toward
 from casa_assets.core.typing import Mask
-from casa_assets.model.kitchen.floor import Facts, Fixture, Movable, Parking, Role, Stance
+from casa_assets.model.kitchen.floor import Fixture, FixtureJoint, KitchenFacts, ParkingPlace, ParkingSide, Role
 from casa_assets.model.record import Vec2
 
 # Ref: RoboCasa (robocasa/utils/env_utils.py) parks 0.20 m before fixtures and 0.30 m before housings and fridges.
@@ -41,7 +41,7 @@ VISITED = (
 
 
 @dataclass(frozen=True)
-class Lots:
+class ParkingPlaces:
     """Parking places of a kitchen.
 
     Attributes:
@@ -49,20 +49,20 @@ class Lots:
         open: (fixture, joint) -> its place while that joint's leaf stands open; None likewise.
     """
 
-    shut: dict[str, Parking | None]
-    open: dict[tuple[str, str], Parking | None]
+    shut: dict[str, ParkingPlace | None]
+    open: dict[tuple[str, str], ParkingPlace | None]
 
     @property
-    def every(self) -> tuple[Parking, ...]:
+    def every(self) -> tuple[ParkingPlace, ...]:
         """All places that there are, by fixture."""
         places = [*self.shut.values(), *self.open.values()]
         return tuple(p for p in places if p is not None)
 
 
-def park(facts: Facts, floor: FloorMap) -> Lots:
+def find_parking(facts: KitchenFacts, floor: FloorMap) -> ParkingPlaces:
     """Places for all fixtures that a robot works at."""
-    shut: dict[str, Parking | None] = {}
-    opened: dict[tuple[str, str], Parking | None] = {}
+    shut: dict[str, ParkingPlace | None] = {}
+    opened: dict[tuple[str, str], ParkingPlace | None] = {}
     for fixture in facts.of(*VISITED):
         edge = front_of(facts, fixture) + (GAP_TALL if is_tall(facts, fixture) else GAP)
         shut[fixture.name] = _first(_in_front(fixture, edge), floor, floor.reached)
@@ -76,10 +76,10 @@ def park(facts: Facts, floor: FloorMap) -> Lots:
             reached = floor.connected(floor.beside(joint.leaf.open))
             found = _first(_around(fixture, joint, edge), floor, reached)
             opened[fixture.name, joint.name] = found and found.replace(open=joint.name)
-    return Lots(shut, opened)
+    return ParkingPlaces(shut, opened)
 
 
-def is_tall(facts: Facts, fixture: Fixture) -> bool:
+def is_tall(facts: KitchenFacts, fixture: Fixture) -> bool:
     """Whether a fixture stands in a unit that is higher than worktops."""
     row = facts.row(fixture.run)
     high = max((u.high for u in row.units if u.name == fixture.unit), default=0.0) if row else 0.0
@@ -87,7 +87,7 @@ def is_tall(facts: Facts, fixture: Fixture) -> bool:
     return fixture.role in (Role.FRIDGE, Role.PANTRY) or high > TALL_UNIT or on_floor
 
 
-def front_of(facts: Facts, fixture: Fixture) -> float:
+def front_of(facts: KitchenFacts, fixture: Fixture) -> float:
     """How far before a fixture's own front the edge is at which the base has to stop: that of a worktop, say."""
     row = facts.row(fixture.run)
     if row is None:
@@ -98,19 +98,21 @@ def front_of(facts: Facts, fixture: Fixture) -> float:
     return max([*below, v] if below else [row.depth, v]) - v
 
 
-def _in_front(fixture: Fixture, edge: float) -> Iterator[Parking]:
+def _in_front(fixture: Fixture, edge: float) -> Iterator[ParkingPlace]:
     """Places where the base's rim is at `edge` metres before a fixture's front, the middle one first."""
     reach = fixture.foot.size[0] / 2 + ASIDE
     for k in range(int(reach / STEP) + 1):
         for aside in (k * STEP, -k * STEP)[: 1 if k == 0 else 2]:
-            yield _place(fixture, aside, edge + RADIUS, Stance.FRONT)
+            yield _place(fixture, aside, edge + RADIUS, ParkingSide.FRONT)
 
 
-def _place(fixture: Fixture, aside: float, before: float, stance: Stance, look: Vec2 | None = None) -> Parking:
+def _place(
+    fixture: Fixture, aside: float, before: float, stance: ParkingSide, look: Vec2 | None = None
+) -> ParkingPlace:
     at = fixture.foot.at(aside, before)
     x, y = fixture.foot.front
     yaw = math.atan2(-y, -x) if look is None else toward(at, look)
-    return Parking(
+    return ParkingPlace(
         fixture=fixture.name,
         at=(round(at[0], 4), round(at[1], 4)),
         yaw=round(yaw, 4) + 0.0,
@@ -119,7 +121,7 @@ def _place(fixture: Fixture, aside: float, before: float, stance: Stance, look: 
     )
 
 
-def _around(fixture: Fixture, joint: Movable, edge: float) -> Iterator[Parking]:
+def _around(fixture: Fixture, joint: FixtureJoint, edge: float) -> Iterator[ParkingPlace]:
     """Places before a fixture, then beside the open leaf, then behind it."""
     assert joint.leaf is not None
     if not joint.leaf.down:
@@ -130,11 +132,11 @@ def _around(fixture: Fixture, joint: Movable, edge: float) -> Iterator[Parking]:
     look = fixture.foot.at((left + right) / 2, 0.0)
     for k in range(5):
         more = RADIUS + PLAY + k * STEP
-        for aside, stance in ((right + more, Stance.RIGHT), (left - more, Stance.LEFT)):
+        for aside, stance in ((right + more, ParkingSide.RIGHT), (left - more, ParkingSide.LEFT)):
             yield _place(fixture, aside, edge + RADIUS, stance, look)
     for k in range(5):
-        yield _place(fixture, (left + right) / 2, max(out + GAP / 2, edge) + RADIUS + k * STEP, Stance.BEHIND)
+        yield _place(fixture, (left + right) / 2, max(out + GAP / 2, edge) + RADIUS + k * STEP, ParkingSide.BEHIND)
 
 
-def _first(places: Iterator[Parking], floor: FloorMap, reached: Mask) -> Parking | None:
+def _first(places: Iterator[ParkingPlace], floor: FloorMap, reached: Mask) -> ParkingPlace | None:
     return next((p for p in places if floor.holds(reached, p.at)), None)

@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw
 
 from casa_assets.checks.design.robot.floor_map import RADIUS, row_parts, stands
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.model.kitchen.floor import Corners, Fixture, Parking, Role, Stance
+from casa_assets.model.kitchen.floor import Corners, Fixture, ParkingPlace, ParkingSide, Role
 from casa_assets.model.record import Vec2
 
 PIXELS = 120  # per metre
@@ -99,9 +99,9 @@ class _Sheet:
         mask = Image.fromarray(floor.room[::-1].astype(np.uint8) * 255).resize(grid.size, Image.Resampling.NEAREST)
         self.image.paste(grid, (round(x0), round(y0)), mask)
 
-    def pose(self, place: Parking) -> None:
+    def pose(self, place: ParkingPlace) -> None:
         colour = POSE if not place.open else BESIDE
-        if place.open and place.stance is Stance.FRONT:
+        if place.open and place.stance is ParkingSide.FRONT:
             return
         x, y = self._to(place.at)
         r = 0.05 * PIXELS

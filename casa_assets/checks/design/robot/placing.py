@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.checks.design.robot.floor_map import RADIUS
 from casa_assets.core.typing import Floats
-from casa_assets.model.kitchen.floor import Facts, Fixture, Foot, Parking, Role, Volume
+from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, Footprint, KitchenFacts, ParkingPlace, Role
 from casa_assets.model.record import Vec2, Vec3
 
 ARM = 0.8  # metres that an arm reaches from the front of the base, seen from above
@@ -20,7 +20,7 @@ SUNK, ON_TOP = 0.1, 0.45  # metres below and above a worktop between which the f
 
 
 @dataclass(frozen=True)
-class Span:
+class WorldBox:
     """An upright box along the axes of the world, metres."""
 
     x0: float
@@ -35,9 +35,9 @@ class Span:
         """Square metres, seen from above."""
         return max(0.0, self.x1 - self.x0) * max(0.0, self.y1 - self.y0)
 
-    def meets(self, other: Span) -> Span:
+    def meets(self, other: WorldBox) -> WorldBox:
         """What two boxes share; empty where nothing."""
-        return Span(
+        return WorldBox(
             max(self.x0, other.x0),
             max(self.y0, other.y0),
             min(self.x1, other.x1),
@@ -48,7 +48,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Size:
+class BoxSizes:
     """Boxes to be put: least and greatest width and depth, and least and greatest height, metres."""
 
     low: float
@@ -58,7 +58,7 @@ class Size:
 
 
 @dataclass(frozen=True)
-class Zone:
+class PlacingZone:
     """Where boxes are put.
 
     Attributes:
@@ -69,50 +69,50 @@ class Zone:
 
     fixture: str
     region: str
-    span: Span
-    taken: tuple[Span, ...]
+    span: WorldBox
+    taken: tuple[WorldBox, ...]
     shoulders: Floats
     middles: bool = False
 
 
-def span_of(foot: Foot, low: float, high: float) -> Span:
+def box_around(foot: Footprint, low: float, high: float) -> WorldBox:
     """The box around a foot."""
     xs, ys = zip(*foot.corners, strict=True)
-    return Span(min(xs), min(ys), max(xs), max(ys), low, high)
+    return WorldBox(min(xs), min(ys), max(xs), max(ys), low, high)
 
 
-def shoulders(places: Iterable[Parking]) -> Floats:
+def shoulders(places: Iterable[ParkingPlace]) -> Floats:
     """(N, 2) front of the base at each place: where a mobile manipulator carries its arm."""
     points = [(p.at[0] + RADIUS * math.cos(p.yaw), p.at[1] + RADIUS * math.sin(p.yaw)) for p in places]
     return np.array(points, dtype=np.float64).reshape(-1, 2)
 
 
-def tops(facts: Facts) -> list[tuple[Fixture, Volume]]:
+def worktop_regions(facts: KitchenFacts) -> list[tuple[Fixture, FixtureRegion]]:
     """Regions of worktops on which things can stand."""
     return [(f, v) for f in facts.of(Role.WORKTOP) for v in f.volumes if v.name == "top" or v.name.startswith("top_")]
 
 
-def on_worktops(facts: Facts) -> list[Span]:
+def on_worktops(facts: KitchenFacts) -> list[WorldBox]:
     """What stands on worktops or is let into them."""
     standing = facts.of(Role.THING, Role.COFFEE_MACHINE, Role.TOASTER, Role.MICROWAVE)
     heights = [row.height for row in facts.rows]
-    return [span_of(f.foot, f.low, f.high) for f in standing if any(h - SUNK < f.low < h + ON_TOP for h in heights)]
+    return [box_around(f.foot, f.low, f.high) for f in standing if any(h - SUNK < f.low < h + ON_TOP for h in heights)]
 
 
-def near(facts: Facts, fixture: Fixture, reach: float) -> list[tuple[str, str, Span]]:
+def worktops_near(facts: KitchenFacts, fixture: Fixture, reach: float) -> list[tuple[str, str, WorldBox]]:
     """Worktops before and beside a fixture, up to `reach` metres to its left and right."""
     w, d = fixture.foot.size
-    window = Foot(middle=fixture.foot.middle, size=(w + 2 * reach, d + 1.0), yaw=fixture.foot.yaw)
-    box = span_of(window, -1.0, 9.0)
+    window = Footprint(middle=fixture.foot.middle, size=(w + 2 * reach, d + 1.0), yaw=fixture.foot.yaw)
+    box = box_around(window, -1.0, 9.0)
     found = []
-    for top, volume in tops(facts):
-        shared = span_of(volume.foot, volume.low, volume.high).meets(box)
+    for top, volume in worktop_regions(facts):
+        shared = box_around(volume.foot, volume.low, volume.high).meets(box)
         if shared.x1 - shared.x0 > 0.05 and shared.y1 - shared.y0 > 0.05:
             found.append((top.name, volume.name, shared))
     return found
 
 
-def free_area(zones: Sequence[Zone], cell: float = 0.02) -> float:
+def free_area(zones: Sequence[PlacingZone], cell: float = 0.02) -> float:
     """Square metres of zones on which nothing stands."""
     total = 0.0
     for zone in zones:
@@ -125,7 +125,7 @@ def free_area(zones: Sequence[Zone], cell: float = 0.02) -> float:
     return total
 
 
-def acceptance(zones: Sequence[Zone], size: Size, count: int, rng: np.random.Generator) -> float:
+def acceptance(zones: Sequence[PlacingZone], size: BoxSizes, count: int, rng: np.random.Generator) -> float:
     """Share of `count` boxes drawn into zones, by their area, that lie inside, on nothing else, and within reach."""
     # Samplers look for a place that is large enough before they draw.
     zones = [z for z in zones if z.middles or min(z.span.x1 - z.span.x0, z.span.y1 - z.span.y0) >= size.low]
@@ -144,16 +144,16 @@ def acceptance(zones: Sequence[Zone], size: Size, count: int, rng: np.random.Gen
     return good / count
 
 
-def _drawn(zone: Zone, size: Vec3, at: Vec2) -> Span:
+def _drawn(zone: PlacingZone, size: Vec3, at: Vec2) -> WorldBox:
     """A box somewhere in a zone; as samplers of tasks do it, only where it does not reach out, if there is room."""
     s, (w, d, h) = zone.span, size
     mx, my = (0.0, 0.0) if zone.middles else (w / 2, d / 2)
     x = s.x0 + mx + at[0] * max(0.0, s.x1 - s.x0 - 2 * mx)
     y = s.y0 + my + at[1] * max(0.0, s.y1 - s.y0 - 2 * my)
-    return Span(x - w / 2, y - d / 2, x + w / 2, y + d / 2, s.z0, s.z0 + h)
+    return WorldBox(x - w / 2, y - d / 2, x + w / 2, y + d / 2, s.z0, s.z0 + h)
 
 
-def _lies_well(box: Span, zone: Zone) -> bool:
+def _lies_well(box: WorldBox, zone: PlacingZone) -> bool:
     s, middle = zone.span, ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2)
     inside = box.x1 <= s.x1 + TINY and box.y1 <= s.y1 + TINY
     if not (inside or zone.middles) or box.z1 > s.z1:

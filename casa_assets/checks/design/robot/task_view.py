@@ -7,10 +7,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from casa_assets.checks.design.robot.floor_map import RADIUS, FloorMap
-from casa_assets.checks.design.robot.parking import Lots, front_of
-from casa_assets.checks.design.robot.placing import Size, Span, Zone, near, on_worktops, shoulders, span_of
+from casa_assets.checks.design.robot.parking import ParkingPlaces, front_of
+from casa_assets.checks.design.robot.placing import (
+    BoxSizes,
+    PlacingZone,
+    WorldBox,
+    box_around,
+    on_worktops,
+    shoulders,
+    worktops_near,
+)
 from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.kitchen.floor import Facts, Fixture, Movable, Role
+from casa_assets.model.kitchen.floor import Fixture, FixtureJoint, KitchenFacts, Role
 from casa_assets.model.record import Record
 
 NEAR = 0.6  # metres beside a fixture within which its worktop begins
@@ -41,15 +49,15 @@ class Afforded(Record):
 
 
 @dataclass(frozen=True)
-class Put:
+class Placing:
     """Boxes that a task puts into zones."""
 
-    zones: tuple[Zone, ...]
-    size: Size
+    zones: tuple[PlacingZone, ...]
+    size: BoxSizes
 
 
 @dataclass(frozen=True)
-class Found:
+class TaskFinding:
     """What was found for a task, before boxes are drawn.
 
     Attributes:
@@ -61,15 +69,15 @@ class Found:
     joints: tuple[str, ...] = ()
     sites: tuple[str, ...] = ()
     regions: tuple[str, ...] = ()
-    puts: tuple[Put, ...] = ()
-    counter: tuple[Zone, ...] = ()
+    puts: tuple[Placing, ...] = ()
+    counter: tuple[PlacingZone, ...] = ()
     wants: str = ""
 
 
-class Desk:
+class TaskView:
     """A kitchen as tasks look at it."""
 
-    def __init__(self, facts: Facts, floor: FloorMap, lots: Lots) -> None:
+    def __init__(self, facts: KitchenFacts, floor: FloorMap, lots: ParkingPlaces) -> None:
         self.facts, self.floor, self.lots = facts, floor, lots
         self.taken = tuple(on_worktops(facts))
         self.everywhere = shoulders(p for p in lots.shut.values() if p is not None)
@@ -78,33 +86,33 @@ class Desk:
         """Fixtures of these roles before which the base parks."""
         return tuple(f for f in self.facts.of(*roles) if self.lots.shut.get(f.name) is not None)
 
-    def counter(self, fixtures: Sequence[Fixture], reach: float = NEAR) -> tuple[Zone, ...]:
+    def counter(self, fixtures: Sequence[Fixture], reach: float = NEAR) -> tuple[PlacingZone, ...]:
         """Free worktops beside fixtures, each once for each of them."""
         return tuple(
-            Zone(top, region, span, self.taken, self.everywhere)
+            PlacingZone(top, region, span, self.taken, self.everywhere)
             for f in fixtures
-            for top, region, span in near(self.facts, f, reach)
+            for top, region, span in worktops_near(self.facts, f, reach)
         )
 
-    def inside(self, fixture: Fixture, pattern: str) -> tuple[Zone, ...]:
+    def inside(self, fixture: Fixture, pattern: str) -> tuple[PlacingZone, ...]:
         """Regions of a fixture, as an arm reaches them from where the base parks for it."""
         place = self.lots.shut.get(fixture.name)
         points = shoulders([place] if place is not None else [])
         return tuple(
-            Zone(fixture.name, v.name, span_of(v.foot, v.low, v.high), (), points)
+            PlacingZone(fixture.name, v.name, box_around(v.foot, v.low, v.high), (), points)
             for v in fixture.volumes
             if re.fullmatch(pattern, v.name)
         )
 
-    def at(self, fixture: Fixture, site: str, side: float) -> Zone:
+    def at(self, fixture: Fixture, site: str, side: float) -> PlacingZone:
         """A square around a site, in which the middle of a thing has to lie."""
         x, y, z = next(m.at for m in fixture.marks if m.name == site)
         place = self.lots.shut.get(fixture.name)
         points = shoulders([place] if place is not None else [])
-        span = Span(x - side / 2, y - side / 2, x + side / 2, y + side / 2, z, z + 0.5)
-        return Zone(fixture.name, site, span, (), points, middles=True)
+        span = WorldBox(x - side / 2, y - side / 2, x + side / 2, y + side / 2, z, z + 0.5)
+        return PlacingZone(fixture.name, site, span, (), points, middles=True)
 
-    def stands_beside(self, fixture: Fixture, joint: Movable) -> bool:
+    def stands_beside(self, fixture: Fixture, joint: FixtureJoint) -> bool:
         """Whether the base gets to the left or right of a fixture while its drawer is open."""
         if joint.leaf is None:
             return False
@@ -119,6 +127,6 @@ def names(fixture: Fixture, found: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{fixture.name}__{n}" for n in found)
 
 
-def doors(fixture: Fixture) -> tuple[Movable, ...]:
+def doors(fixture: Fixture) -> tuple[FixtureJoint, ...]:
     """Upright doors of a fixture."""
     return tuple(j for j in fixture.joints if j.kind is JointKind.HINGE and j.leaf is not None and not j.leaf.down)

@@ -9,21 +9,21 @@ import re
 from collections.abc import Callable
 
 from casa_assets.checks.design.robot.floor_map import FloorMap
-from casa_assets.checks.design.robot.parking import Lots
-from casa_assets.checks.design.robot.placing import Size, Zone, acceptance, free_area
-from casa_assets.checks.design.robot.task_view import Afforded, Desk, Found, Put, doors, names
+from casa_assets.checks.design.robot.parking import ParkingPlaces
+from casa_assets.checks.design.robot.placing import BoxSizes, PlacingZone, acceptance, free_area
+from casa_assets.checks.design.robot.task_view import Afforded, Placing, TaskFinding, TaskView, doors, names
 from casa_assets.core.sampling import rng_for
 from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.kitchen.floor import Facts, Fixture, Role
+from casa_assets.model.kitchen.floor import Fixture, KitchenFacts, Role
 
 SAMPLES = 200
 AROUND = 1.0  # metres around a parking place in which floor is measured
-GRASPED = Size(0.05, 0.12, 0.05, 0.18)
-PLATE = Size(0.22, 0.26, 0.02, 0.03)
-FOOD = Size(0.05, 0.15, 0.04, 0.10)
-PAN = Size(0.18, 0.26, 0.05, 0.08)
-MUG = Size(0.08, 0.11, 0.08, 0.11)
-FLAT = Size(0.05, 0.10, 0.04, 0.10)
+GRASPED = BoxSizes(0.05, 0.12, 0.05, 0.18)
+PLATE = BoxSizes(0.22, 0.26, 0.02, 0.03)
+FOOD = BoxSizes(0.05, 0.15, 0.04, 0.10)
+PAN = BoxSizes(0.18, 0.26, 0.05, 0.08)
+MUG = BoxSizes(0.08, 0.11, 0.08, 0.11)
+FLAT = BoxSizes(0.05, 0.10, 0.04, 0.10)
 TOP_DRAWER = (0.7, 0.9)  # heights between which the middle of a top drawer lies, metres
 UPPER_FROM, UPPER_TO = 1.0, 1.6  # heights between which a wall cabinet begins, metres
 SPOUT = 0.52  # rad to either side that a spout has to turn: 30 degrees
@@ -43,47 +43,47 @@ ONCE = (
 )
 
 
-def _uppers(desk: Desk, count: tuple[int, ...]) -> tuple[Fixture, ...]:
+def _uppers(desk: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
     found = desk.reached(Role.UPPER)
     return tuple(f for f in found if UPPER_FROM <= f.low <= UPPER_TO and len(doors(f)) in count)
 
 
-def _cabinet(desk: Desk) -> Found:
+def _cabinet(desk: TaskView) -> TaskFinding:
     cabinets = _uppers(desk, (1, 2))
     zones = tuple(z for f in cabinets for z in desk.inside(f, r"level\d+|int"))
     counter = desk.counter(cabinets, 0.1)
-    return Found(
+    return TaskFinding(
         cabinets,
         joints=tuple(n for f in cabinets for n in names(f, [j.name for j in doors(f)])),
         regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
-        puts=(Put(counter, GRASPED), Put(zones, GRASPED)),
+        puts=(Placing(counter, GRASPED), Placing(zones, GRASPED)),
         counter=counter,
         wants="" if cabinets and zones else "a wall cabinet with doors and room inside, before which the base parks",
     )
 
 
-def _sink(desk: Desk, size: Size) -> Found:
+def _sink(desk: TaskView, size: BoxSizes) -> TaskFinding:
     sinks = desk.reached(Role.SINK)
     zones = tuple(z for f in sinks for z in desk.inside(f, r"basin.*|int"))
     counter = desk.counter(sinks)
-    return Found(
+    return TaskFinding(
         sinks,
         regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
-        puts=(Put(counter, size), Put(zones, GRASPED)),
+        puts=(Placing(counter, size), Placing(zones, GRASPED)),
         counter=counter,
         wants="" if zones else "a sink with a basin",
     )
 
 
-def _microwaves(desk: Desk) -> Found:
+def _microwaves(desk: TaskView) -> TaskFinding:
     ovens = tuple(f for f in desk.reached(Role.MICROWAVE) if f.joint("microjoint"))
     zones = tuple(z for f in ovens for z in desk.inside(f, r"tray|int"))
     counter = desk.counter(ovens)
-    return Found(
+    return TaskFinding(
         ovens,
         joints=tuple(f"{f.name}__microjoint" for f in ovens),
         regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
-        puts=(Put(counter, PLATE), Put(zones, PLATE)),
+        puts=(Placing(counter, PLATE), Placing(zones, PLATE)),
         counter=counter,
         wants="" if zones else "a microwave with a door and a tray",
     )
@@ -100,39 +100,39 @@ def _burners(fixture: Fixture) -> list[tuple[str, str, str]]:
     return found
 
 
-def _stove(desk: Desk, counter_wanted: bool) -> Found:
+def _stove(desk: TaskView, counter_wanted: bool) -> TaskFinding:
     stoves = tuple(f for f in desk.reached(Role.RANGE, Role.HOB) if _burners(f))
     pans = tuple(desk.at(f, place, 0.10) for f in stoves for _, _, place in _burners(f))
     counter = desk.counter(stoves) if counter_wanted else ()
-    return Found(
+    return TaskFinding(
         stoves,
         joints=tuple(n for f in stoves for n in names(f, [b[0] for b in _burners(f)])),
         sites=tuple(n for f in stoves for b in _burners(f) for n in names(f, b[1:])),
-        puts=(*((Put(counter, PLATE),) if counter_wanted else ()), Put(pans, PAN)),
+        puts=(*((Placing(counter, PLATE),) if counter_wanted else ()), Placing(pans, PAN)),
         counter=counter,
         wants="" if stoves else "a range or hob with a knob, a flame and a place for a pan",
     )
 
 
-def _doors(desk: Desk, count: int) -> Found:
+def _doors(desk: TaskView, count: int) -> TaskFinding:
     cabinets = _uppers(desk, (count,))
     ovens = tuple(f for f in desk.reached(Role.MICROWAVE) if f.joint("microjoint")) if count == 1 else ()
     every = (*cabinets, *ovens)
     zones = tuple(z for f in cabinets for z in desk.inside(f, r"level\d+|int"))
     zones += tuple(z for f in ovens for z in desk.inside(f, r"tray|int"))
-    return Found(
+    return TaskFinding(
         every,
         joints=tuple(n for f in every for n in names(f, [j.name for j in doors(f)])),
         regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
-        puts=(Put(zones, GRASPED),),
+        puts=(Placing(zones, GRASPED),),
         wants="" if every else f"a wall cabinet with {'one door' if count == 1 else 'two doors'}",
     )
 
 
-def _drawers(desk: Desk) -> Found:
+def _drawers(desk: TaskView) -> TaskFinding:
     found: list[Fixture] = []
     joints: list[str] = []
-    zones: list[Zone] = []
+    zones: list[PlacingZone] = []
     for fixture in desk.reached(Role.DRAWERS, Role.CABINET, Role.ISLAND):
         for joint in fixture.joints:
             height = None if joint.grip is None else joint.grip[2]
@@ -145,27 +145,27 @@ def _drawers(desk: Desk) -> Found:
                 found.append(fixture)
                 joints += names(fixture, [joint.name])
                 zones += inner
-    return Found(
+    return TaskFinding(
         tuple(dict.fromkeys(found)),
         joints=tuple(joints),
         regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
-        puts=(Put(tuple(zones), FLAT),),
+        puts=(Placing(tuple(zones), FLAT),),
         wants="" if joints else "a top drawer with free floor to its left or right",
     )
 
 
-def _faucet(desk: Desk, joint: str) -> Found:
+def _faucet(desk: TaskView, joint: str) -> TaskFinding:
     sinks = tuple(
         f for f in desk.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.marks}
     )
     if joint == "spout_joint":
         sinks = tuple(f for f in sinks if all(abs(end) >= SPOUT for end in _range(f, joint)))
     counter = desk.counter(sinks)
-    return Found(
+    return TaskFinding(
         sinks,
         joints=tuple(f"{f.name}__{joint}" for f in sinks),
         sites=tuple(f"{f.name}__water" for f in sinks),
-        puts=(Put(counter, GRASPED),),
+        puts=(Placing(counter, GRASPED),),
         counter=counter,
         wants="" if sinks else f"a sink with {joint} and a stream of water",
     )
@@ -176,36 +176,36 @@ def _range(fixture: Fixture, name: str) -> tuple[float, float]:
     return (0.0, 0.0) if joint is None else joint.range
 
 
-def _pressed(desk: Desk, role: Role, button: str) -> Found:
+def _pressed(desk: TaskView, role: Role, button: str) -> TaskFinding:
     found = tuple(f for f in desk.reached(role) if any(button in b.name for b in f.buttons))
     joints = tuple(n for f in found for n in names(f, [j.name for j in f.joints if button in j.name]))
-    return Found(found, joints=joints, wants="" if found else f"a {role.value.replace('_', ' ')} with a {button}")
+    return TaskFinding(found, joints=joints, wants="" if found else f"a {role.value.replace('_', ' ')} with a {button}")
 
 
-def _coffee(desk: Desk, put_down: bool) -> Found:
+def _coffee(desk: TaskView, put_down: bool) -> TaskFinding:
     place = "receptacle_place_site"
     pressed = _pressed(desk, Role.COFFEE_MACHINE, "start_button")
     found = tuple(f for f in pressed.fixtures if place in {m.name for m in f.marks})
     counter = desk.counter(found, 0.35)
     zones = tuple(desk.at(f, place, 0.02) for f in found)
-    return Found(
+    return TaskFinding(
         found,
         joints=pressed.joints,
         sites=tuple(f"{f.name}__{place}" for f in found),
-        puts=(Put(zones, MUG), *((Put(counter, MUG),) if put_down else ())),
+        puts=(Placing(zones, MUG), *((Placing(counter, MUG),) if put_down else ())),
         counter=counter,
         wants="" if found else "a coffee machine with a start button and a place for a mug",
     )
 
 
-def _heated(desk: Desk, button: str) -> Found:
+def _heated(desk: TaskView, button: str) -> TaskFinding:
     pressed, ovens = _pressed(desk, Role.MICROWAVE, button), _microwaves(desk)
-    return Found(
+    return TaskFinding(
         pressed.fixtures, pressed.joints, regions=ovens.regions, puts=ovens.puts[1:], wants=pressed.wants or ovens.wants
     )
 
 
-def _drive(desk: Desk) -> Found:
+def _drive(desk: TaskView) -> TaskFinding:
     once = [f for role in ONCE if len(found := desk.facts.of(role)) == 1 for f in found]
     places = [p for p in desk.lots.shut.values() if p is not None]
     aims = []
@@ -214,10 +214,10 @@ def _drive(desk: Desk) -> Found:
         far = [p for p in places if aim and abs(complex(*p.at) - complex(*aim.at)) > APART]
         if far:
             aims.append(f)
-    return Found(tuple(aims), wants="" if aims else "a thing that there is once, more than 1 m from another")
+    return TaskFinding(tuple(aims), wants="" if aims else "a thing that there is once, more than 1 m from another")
 
 
-TASKS: tuple[tuple[str, Callable[[Desk], Found]], ...] = (
+TASKS: tuple[tuple[str, Callable[[TaskView], TaskFinding]], ...] = (
     ("pnp_counter_to_cab", _cabinet),
     ("pnp_cab_to_counter", _cabinet),
     ("pnp_counter_to_sink", lambda d: _sink(d, GRASPED)),
@@ -246,13 +246,13 @@ TASKS: tuple[tuple[str, Callable[[Desk], Found]], ...] = (
 )
 
 
-def afforded(facts: Facts, floor: FloorMap, lots: Lots, seed: int) -> tuple[Afforded, ...]:
+def afforded(facts: KitchenFacts, floor: FloorMap, lots: ParkingPlaces, seed: int) -> tuple[Afforded, ...]:
     """What a kitchen has for each of the tasks, in order."""
-    desk = Desk(facts, floor, lots)
+    desk = TaskView(facts, floor, lots)
     return tuple(_afforded(desk, k + 1, name, find(desk), seed) for k, (name, find) in enumerate(TASKS))
 
 
-def _afforded(desk: Desk, number: int, name: str, found: Found, seed: int) -> Afforded:
+def _afforded(desk: TaskView, number: int, name: str, found: TaskFinding, seed: int) -> Afforded:
     rates = [
         acceptance(put.zones, put.size, SAMPLES, rng_for(seed, f"tasks/{desk.facts.id}/{name}/{k}"))
         for k, put in enumerate(found.puts)

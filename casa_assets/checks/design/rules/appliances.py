@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from casa_assets.checks.check import Measured, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.geometry.planar import penetration_depth
-from casa_assets.model.kitchen.floor import Facts, Fixture, Role, Row, RunEnd, Side
+from casa_assets.model.kitchen.floor import Fixture, KitchenFacts, PlacedRun, Role, RoomWall, RunEnd
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 
@@ -36,7 +36,7 @@ def has_standing_room(subject: DesignSubject, limit: float | None) -> Measured:
     return least((gap for _, _, gap in found), problems, "nothing stands at a right angle to a dishwasher")
 
 
-def _beside(row: Row, left: float, right: float, other: Row) -> Iterator[float]:
+def _beside(row: PlacedRun, left: float, right: float, other: PlacedRun) -> Iterator[float]:
     """Distance along a row from a unit to another row that reaches out before the fronts beside it."""
     if other.id == row.id:
         return
@@ -49,7 +49,7 @@ def _beside(row: Row, left: float, right: float, other: Row) -> Iterator[float]:
         yield round(left - us[1], 4)
 
 
-def _box_in(row: Row, other: Row) -> tuple[Vec2, Vec2]:
+def _box_in(row: PlacedRun, other: PlacedRun) -> tuple[Vec2, Vec2]:
     """Least and greatest distance along a row's line, and before it, of another row."""
     first, last = other.span
     points = [row.of(other.at(u, v)) for u in (first, last) for v in (-other.back, other.depth)]
@@ -96,7 +96,7 @@ def _cooks_at(cooktop: Fixture) -> float:
     return min(cooktop.high, max(places, default=cooktop.high))
 
 
-def over(facts: Facts, below: Fixture) -> list[Fixture]:
+def over(facts: KitchenFacts, below: Fixture) -> list[Fixture]:
     """What hangs on the wall or under the ceiling above a fixture, except lamps and what lies on worktops."""
     hung = facts.of(Role.HOOD, Role.UPPER, Role.SHELF, Role.HOUSING)
     return [f for f in hung if f.low >= below.high and penetration_depth(f.foot.corners, below.foot.corners) > OVER]
@@ -121,7 +121,7 @@ def is_not_below_a_window(subject: DesignSubject, limit: float | None) -> Measur
     return Measured(worst, tuple(problems))
 
 
-def _before(wall: Side, start: Vec2, end: Vec2, fixture: Fixture) -> float:
+def _before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
     """Length of a piece of wall that a fixture stands right before, metres."""
     (ax, ay), (bx, by) = wall.start, wall.end
     length = max(math.hypot(bx - ax, by - ay), 1e-9)
@@ -150,7 +150,7 @@ def keeps_off_corners(subject: DesignSubject, limit: float | None) -> Measured:
     return least((gap for _, gap in found), problems, "no appliance stands in a row with a corner")
 
 
-def _from_corners(facts: Facts, row: Row) -> Iterator[tuple[str, float]]:
+def _from_corners(facts: KitchenFacts, row: PlacedRun) -> Iterator[tuple[str, float]]:
     """Appliances of a row beside a corner, and how far they are from where the two worktops' edges meet."""
     before = next((r for r in facts.rows if r.next == row.id), None)
     after = facts.row(row.next) if row.next else None

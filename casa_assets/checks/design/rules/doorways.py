@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from casa_assets.checks.check import Measured, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.geometry.planar import penetration_depth
-from casa_assets.model.kitchen.floor import APPLIANCES, Corners, Facts, Leaf
+from casa_assets.model.kitchen.floor import APPLIANCES, Corners, KitchenFacts, SweptArea
 from casa_assets.model.kitchen.plan import OpeningKind
 
 
@@ -65,16 +65,16 @@ def opens_apart(subject: DesignSubject, limit: float | None) -> Measured:
 Solid = tuple[str, Corners, float, float]
 
 
-def _bodies(facts: Facts) -> Iterator[Solid]:
+def _bodies(facts: KitchenFacts) -> Iterator[Solid]:
     for fixture in facts.of(*APPLIANCES):
         yield fixture.name, fixture.foot.corners, fixture.low, fixture.high
 
 
-def _leaves(facts: Facts) -> Iterator[Solid]:
+def _leaves(facts: KitchenFacts) -> Iterator[Solid]:
     """Doors, flaps and drawers of appliances; what is behind a door moves only once that is open."""
     for fixture in facts.of(*APPLIANCES):
         for joint in fixture.joints:
-            leaf: Leaf | None = joint.leaf
+            leaf: SweptArea | None = joint.leaf
             if leaf is not None and joint.behind is None:
                 yield f"{fixture.name}/{joint.name}", leaf.swept, leaf.low, leaf.high
 

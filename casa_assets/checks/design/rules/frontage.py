@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 
-from casa_assets.model.kitchen.floor import Facts, Fixture, Role, Row, RunEnd
+from casa_assets.model.kitchen.floor import Fixture, KitchenFacts, PlacedRun, Role, RunEnd
 from casa_assets.model.record import Vec2
 
 COOKTOPS = (Role.RANGE, Role.HOB)
@@ -13,7 +13,7 @@ COOKTOPS = (Role.RANGE, Role.HOB)
 STRIP = 0.13
 
 
-def along(facts: Facts, fixture: Fixture) -> tuple[Row, float, float] | None:
+def along(facts: KitchenFacts, fixture: Fixture) -> tuple[PlacedRun, float, float] | None:
     """The row of a fixture, and where it begins and ends along that; None where it stands in no row."""
     row = facts.row(fixture.run)
     if row is None:
@@ -23,7 +23,7 @@ def along(facts: Facts, fixture: Fixture) -> tuple[Row, float, float] | None:
     return row, u - half, u + half
 
 
-def beside(facts: Facts, row: Row, left: float, right: float) -> Vec2:
+def beside(facts: KitchenFacts, row: PlacedRun, left: float, right: float) -> Vec2:
     """Metres of uninterrupted worktop to the left and to the right of a stretch of a row, up to inside corners."""
     before = after = 0.0
     for a, b in row.frontages:
@@ -34,26 +34,26 @@ def beside(facts: Facts, row: Row, left: float, right: float) -> Vec2:
     return before, after
 
 
-def _first(row: Row, at: float) -> bool:
+def _first(row: PlacedRun, at: float) -> bool:
     return row.left is RunEnd.CORNER and abs(at - row.corner_left) < 0.01
 
 
-def _last(row: Row, at: float) -> bool:
+def _last(row: PlacedRun, at: float) -> bool:
     return row.right is RunEnd.CORNER and abs(at - (row.length - row.corner_right)) < 0.01
 
 
-def _to_corner(facts: Facts, row: Row) -> float:
+def _to_corner(facts: KitchenFacts, row: PlacedRun) -> float:
     """Frontage between the first unit and the corner where the edges of two worktops meet."""
     before = next((r for r in facts.rows if r.next == row.id), None)
     return max(0.0, row.corner_left - (before.depth if before else 0.0))
 
 
-def _past_corner(facts: Facts, row: Row) -> float:
+def _past_corner(facts: KitchenFacts, row: PlacedRun) -> float:
     after = facts.row(row.next) if row.next else None
     return max(0.0, row.corner_right - (after.depth if after else 0.0))
 
 
-def landings(facts: Facts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]]:
+def landings(facts: KitchenFacts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]]:
     """Fixtures of these roles with the worktop to their left and right."""
     for fixture in facts.of(*roles):
         place = along(facts, fixture)
@@ -61,7 +61,7 @@ def landings(facts: Facts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]]:
             yield fixture, beside(facts, *place)
 
 
-def unit_landings(facts: Facts, kind: str) -> Iterator[tuple[Row, Vec2]]:
+def unit_landings(facts: KitchenFacts, kind: str) -> Iterator[tuple[PlacedRun, Vec2]]:
     """Units of a kind with the worktop to their left and right."""
     for row in facts.rows:
         for unit in row.units:
@@ -69,38 +69,38 @@ def unit_landings(facts: Facts, kind: str) -> Iterator[tuple[Row, Vec2]]:
                 yield row, beside(facts, row, unit.left, unit.right)
 
 
-def across(facts: Facts, row: Row, most: float) -> bool:
+def across(facts: KitchenFacts, row: PlacedRun, most: float) -> bool:
     """Whether a worktop lies within reach at the other side of the aisle before a row."""
     return any(a.width <= most for a in facts.aisles if row.id in (a.one, a.other) and a.kind.value == "work")
 
 
-def longer_sink_side(facts: Facts) -> float | None:
+def longer_sink_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop at the better side of the sink that has most."""
     return max((max(sides) for _, sides in landings(facts, Role.SINK)), default=None)
 
 
-def shorter_sink_side(facts: Facts) -> float | None:
+def shorter_sink_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop at the other side of that sink."""
     best = max((sides for _, sides in landings(facts, Role.SINK)), key=max, default=None)
     return None if best is None else min(best)
 
 
-def prep_area(facts: Facts) -> float | None:
+def prep_area(facts: KitchenFacts) -> float | None:
     """Metres of the widest uninterrupted worktop that begins at a sink."""
     return longer_sink_side(facts)
 
 
-def longer_cook_side(facts: Facts) -> float | None:
+def longer_cook_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop at the better side of the cooktop that has least."""
     return min((max(sides) for _, sides in landings(facts, *COOKTOPS)), default=None)
 
 
-def shorter_cook_side(facts: Facts) -> float | None:
+def shorter_cook_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop at the other side of the cooktop that has least."""
     return min((min(sides) for _, sides in landings(facts, *COOKTOPS)), default=None)
 
 
-def behind_cooktop(facts: Facts) -> float | None:
+def behind_cooktop(facts: KitchenFacts) -> float | None:
     """Metres of worktop behind cooktops in islands; None where there is none."""
     found = []
     for fixture in facts.of(*COOKTOPS):
@@ -111,7 +111,7 @@ def behind_cooktop(facts: Facts) -> float | None:
     return min(found, default=None)
 
 
-def fridge_side(facts: Facts) -> float | None:
+def fridge_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop on the side to which a refrigerator opens; with two doors, on the better side."""
     found = []
     for row, (left, right) in unit_landings(facts, "fridge"):
@@ -125,7 +125,7 @@ def fridge_side(facts: Facts) -> float | None:
     return min(found, default=None)
 
 
-def oven_side(facts: Facts) -> float | None:
+def oven_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop beside wall ovens, or across from them."""
     found = []
     for row, sides in unit_landings(facts, "oven"):
@@ -133,7 +133,7 @@ def oven_side(facts: Facts) -> float | None:
     return min(found, default=None)
 
 
-def microwave_side(facts: Facts) -> float | None:
+def microwave_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop beside, below or next to the microwave that has least of it."""
     found = []
     for fixture in facts.of(Role.MICROWAVE):
@@ -148,7 +148,7 @@ def microwave_side(facts: Facts) -> float | None:
     return min(found, default=None)
 
 
-def total_frontage(facts: Facts) -> float | None:
+def total_frontage(facts: KitchenFacts) -> float | None:
     """Metres of worktop edge in the whole kitchen, sinks and hobs not counted."""
     total = sum(b - a for row in facts.rows for a, b in row.frontages)
     taken = sum(f.foot.size[0] for f in facts.of(Role.SINK, Role.HOB))
@@ -159,7 +159,7 @@ def total_frontage(facts: Facts) -> float | None:
 LANDING = {"sink": 0.61, "range": 0.381, "hob": 0.381, "fridge": 0.381, "oven": 0.381}
 
 
-def shared_landing(facts: Facts) -> float | None:
+def shared_landing(facts: KitchenFacts) -> float | None:
     """Metres by which worktop between two places of work exceeds the longer landing and 0.305 m; the least."""
     found = []
     for row in facts.rows:

@@ -13,7 +13,7 @@ from functools import lru_cache
 from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.checks.design.rules import frontage, seating, wheelchair_access, work_triangle
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.model.kitchen.floor import Facts
+from casa_assets.model.kitchen.floor import KitchenFacts
 from casa_assets.model.record import Record
 
 Measure = Callable[[DesignSubject], float | None]
@@ -63,7 +63,7 @@ class Grade(Record):
     access: tuple[Finding, ...]
 
 
-def _plain(measure: Callable[[Facts], float | None]) -> Measure:
+def _plain(measure: Callable[[KitchenFacts], float | None]) -> Measure:
     return lambda subject: measure(subject.facts)
 
 

@@ -8,7 +8,7 @@ from casa_assets.checks.design.robot.floor_map import obstacles
 from casa_assets.checks.design.rules.appliances import COOKTOPS, over
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.geometry.planar import length_inside
-from casa_assets.model.kitchen.floor import Facts, Fixture, Role, RunEnd
+from casa_assets.model.kitchen.floor import Fixture, KitchenFacts, Role, RunEnd
 
 FAR = 3.0  # metres behind a seat that are looked at
 
@@ -19,7 +19,7 @@ def behind_seats(subject: DesignSubject) -> float | None:
     return min(found, default=None)
 
 
-def _free_behind(facts: Facts, seat: Fixture) -> float:
+def _free_behind(facts: KitchenFacts, seat: Fixture) -> float:
     """Metres from the back edge of a seat to what stands behind it."""
     row = facts.row(seat.run)
     assert row is not None

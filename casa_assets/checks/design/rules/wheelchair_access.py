@@ -8,7 +8,7 @@ from __future__ import annotations
 from casa_assets.checks.design.robot.floor_map import CELL, RADIUS
 from casa_assets.checks.design.robot.parking import GAP
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.model.kitchen.floor import APPLIANCES, AisleKind, Foot, Role
+from casa_assets.model.kitchen.floor import APPLIANCES, AisleKind, Footprint, Role
 from casa_assets.model.kitchen.plan import OpeningKind
 
 CLEAR = (0.762, 1.219)  # metres of free floor at each place of work, either way round
@@ -44,12 +44,12 @@ def _has_floor(subject: DesignSubject, name: str) -> bool:
     start = before - RADIUS - GAP
     for wide, deep in (CLEAR, CLEAR[::-1]):
         middle = fixture.foot.at(0.0, start + deep / 2 + CELL)
-        if not _is_taken(subject, Foot(middle=middle, size=(wide - CELL, deep - CELL), yaw=fixture.foot.yaw)):
+        if not _is_taken(subject, Footprint(middle=middle, size=(wide - CELL, deep - CELL), yaw=fixture.foot.yaw)):
             return True
     return False
 
 
-def _is_taken(subject: DesignSubject, foot: Foot) -> bool:
+def _is_taken(subject: DesignSubject, foot: Footprint) -> bool:
     floor = subject.floor
     w, d = foot.size
     for i in range(int(w / CELL) + 1):

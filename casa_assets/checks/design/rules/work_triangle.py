@@ -9,7 +9,7 @@ import numpy as np
 
 from casa_assets.checks.design.rules.frontage import COOKTOPS
 from casa_assets.geometry.planar import length_inside, outline_of
-from casa_assets.model.kitchen.floor import Facts, Fixture, Role, Row
+from casa_assets.model.kitchen.floor import Fixture, KitchenFacts, PlacedRun, Role
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 
@@ -17,7 +17,7 @@ TALL = 1.5  # metres
 FULL_DEPTH = 0.5
 
 
-def centres(facts: Facts) -> list[tuple[Fixture, Vec2]]:
+def centres(facts: KitchenFacts) -> list[tuple[Fixture, Vec2]]:
     """The first sink, cooktop and refrigerator, and the middles of their fronts."""
     found = []
     for roles in ((Role.SINK,), COOKTOPS, (Role.FRIDGE,)):
@@ -27,28 +27,28 @@ def centres(facts: Facts) -> list[tuple[Fixture, Vec2]]:
     return found
 
 
-def legs(facts: Facts) -> list[tuple[Vec2, Vec2]]:
+def legs(facts: KitchenFacts) -> list[tuple[Vec2, Vec2]]:
     """Straight ways between them, three where all are there."""
     points = [p for _, p in centres(facts)]
     return list(itertools.combinations(points, 2)) if len(points) == 3 else []
 
 
-def total(facts: Facts) -> float | None:
+def total(facts: KitchenFacts) -> float | None:
     """Metres round the triangle."""
     return sum(math.dist(a, b) for a, b in legs(facts)) if legs(facts) else None
 
 
-def shortest(facts: Facts) -> float | None:
+def shortest(facts: KitchenFacts) -> float | None:
     """Metres of the shortest leg."""
     return min((math.dist(a, b) for a, b in legs(facts)), default=None)
 
 
-def longest(facts: Facts) -> float | None:
+def longest(facts: KitchenFacts) -> float | None:
     """Metres of the longest leg."""
     return max((math.dist(a, b) for a, b in legs(facts)), default=None)
 
 
-def cut(facts: Facts) -> float | None:
+def cut(facts: KitchenFacts) -> float | None:
     """Metres of a leg that lie across an island or a peninsula, the most; None where there is neither."""
     rows = [r for r in facts.rows if not r.at_wall and r.units]
     own = {f.run for f, _ in centres(facts)}
@@ -56,13 +56,13 @@ def cut(facts: Facts) -> float | None:
     return max(crossed, default=None)
 
 
-def _outline(row: Row) -> np.ndarray:
+def _outline(row: PlacedRun) -> np.ndarray:
     left, right = row.span
     corners = [row.at(u, v) for u in (left, right) for v in (-row.back, row.depth)]
     return outline_of(corners)
 
 
-def tall_between(facts: Facts) -> float | None:
+def tall_between(facts: KitchenFacts) -> float | None:
     """Tall units of full depth between two of the three in one row."""
     if not legs(facts):
         return None
@@ -76,7 +76,7 @@ def tall_between(facts: Facts) -> float | None:
     return float(count)
 
 
-def crossed(facts: Facts) -> float | None:
+def crossed(facts: KitchenFacts) -> float | None:
     """Metres of a straight way from door to door inside the triangle, the most; None with fewer than two doors."""
     doors = [w for w in facts.ways if w.kind is not OpeningKind.WINDOW]
     points = [p for _, p in centres(facts)]
@@ -89,7 +89,7 @@ def crossed(facts: Facts) -> float | None:
     )
 
 
-def between_sink(facts: Facts) -> float | None:
+def between_sink(facts: KitchenFacts) -> float | None:
     """How many of cooktop and refrigerator are neither next to a sink nor across from it, round corners included."""
     found = centres(facts)
     if len(found) < 3:
@@ -107,7 +107,7 @@ def between_sink(facts: Facts) -> float | None:
     return float(lost)
 
 
-def _place(facts: Facts, fixture: Fixture, point: Vec2) -> tuple[str, float]:
+def _place(facts: KitchenFacts, fixture: Fixture, point: Vec2) -> tuple[str, float]:
     """First row of the chain of rows round corners that a fixture stands in, and how far along the chain it is."""
     row = facts.row(fixture.run)
     if row is None:

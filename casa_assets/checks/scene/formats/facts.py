@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.checks.package.facts import Facts, Words
+from casa_assets.checks.package.facts import AssetFacts, ProgramTexts
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Record, Vec3, Vec4
 
@@ -22,7 +22,7 @@ class PlacementFacts(Record):
     base: Base
     position: Vec3
     quaternion: Vec4
-    words: Words
+    words: ProgramTexts
 
 
 class CameraFacts(Record):
@@ -68,4 +68,4 @@ class SceneFacts(Record):
     placements: tuple[PlacementFacts, ...]
     cameras: tuple[CameraFacts, ...] = ()
     lights: tuple[LightFacts, ...] = ()
-    things: Facts
+    things: AssetFacts

@@ -46,7 +46,7 @@ def is_the_same_machine(files: SceneFiles, limit: float | None) -> Measured:
 def settles_apart(files: SceneFiles, limit: float | None) -> Measured:
     """Nothing in the light form is deeper than `limit` in anything as it begins and after 1 s; metres of the worst."""
     assert limit is not None
-    stood = left_alone(files)
+    stood = settled_scene(files)
     if stood is None:
         return not_run(UNLOADED)
     message = "is {:.2f} mm in {} in the light form; see the shapes that stand for it there"
@@ -61,7 +61,7 @@ def settles_apart(files: SceneFiles, limit: float | None) -> Measured:
 def keeps_things(files: SceneFiles, limit: float | None) -> Measured:
     """Nothing that stands by its weight moves by `limit` in 5 s in the light form; metres of the farthest."""
     assert limit is not None
-    stood = left_alone(files)
+    stood = settled_scene(files)
     if stood is None:
         return not_run(UNLOADED)
     if not stood.moved:
@@ -74,7 +74,7 @@ def keeps_things(files: SceneFiles, limit: float | None) -> Measured:
 
 
 @dataclass(frozen=True)
-class Stood:
+class SettledScene:
     """A light form that was left alone.
 
     Attributes:
@@ -87,7 +87,7 @@ class Stood:
 
 
 @lru_cache(maxsize=1)
-def left_alone(files: SceneFiles) -> Stood | None:
+def settled_scene(files: SceneFiles) -> SettledScene | None:
     """The light form after 5 s, done once; None where it does not load."""
     model = files.lightened.model
     if model is None:
@@ -104,7 +104,7 @@ def left_alone(files: SceneFiles) -> Stood | None:
         mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
     ways = np.linalg.norm(data.geom_xpos - before, axis=1)
     roots = model.body_rootid[model.geom_bodyid]
-    return Stood(depths, {str(model.body(b).name): float(ways[roots == b].max(initial=0.0)) for b in free})
+    return SettledScene(depths, {str(model.body(b).name): float(ways[roots == b].max(initial=0.0)) for b in free})
 
 
 def _differences(full: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[Fault]:

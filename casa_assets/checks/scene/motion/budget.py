@@ -8,14 +8,14 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measured, not_run
-from casa_assets.checks.scene.motion.rest import rest
+from casa_assets.checks.scene.motion.rest import idle_run
 from casa_assets.checks.scene.subject import SceneSubject
 
 MEGABYTE = 1e6
 
 
 @dataclass(frozen=True)
-class Speed:
+class MeasuredSpeed:
     """What a stopwatch said of a scene, on the machine of the check.
 
     Attributes:
@@ -66,25 +66,25 @@ def has_small_pictures(subject: SceneSubject, limit: float | None) -> Measured:
 
 def touches_little(subject: SceneSubject, limit: float | None) -> Measured:
     """Pairs of shapes that touch as the scene begins and after 1 s, the larger number."""
-    stood = rest(subject)
+    stood = idle_run(subject)
     return _held(
         max(len(stood.begins), len(stood.settled)), limit, "pairs in contact at rest; set things down on fewer feet"
     )
 
 
-def loads_soon(speed: Speed, limit: float | None) -> Measured:
+def loads_soon(speed: MeasuredSpeed, limit: float | None) -> Measured:
     """Milliseconds to compile the whole scene with its pictures."""
     return _held(speed.load_ms, limit, "ms to load; fewer vertices and smaller pictures load faster")
 
 
-def keeps_pace(speed: Speed, limit: float | None) -> Measured:
+def keeps_pace(speed: MeasuredSpeed, limit: float | None) -> Measured:
     """Seconds that are simulated in a second on one core, at rest."""
     assert limit is not None
     message = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
     return Measured(speed.pace, () if speed.pace >= limit else (("scene", message),))
 
 
-def holdings(subject: SceneSubject) -> dict[str, float]:
+def scene_sizes(subject: SceneSubject) -> dict[str, float]:
     """What a scene holds, by word: counts, and megabytes of decoded pictures. It has to load."""
     whole, bare = subject.loaded.model, subject.model
     assert whole is not None

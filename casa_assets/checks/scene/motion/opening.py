@@ -11,7 +11,7 @@ import numpy as np
 from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.checks.scene.subject import (
     AllPairs,
-    Part,
+    ScenePart,
     SceneSubject,
     around,
     boxes,
@@ -30,7 +30,7 @@ Pair = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Sweep:
+class JointSweep:
     """The way of a joint's parts while all else is shut.
 
     Attributes:
@@ -69,7 +69,7 @@ def opens_wide(subject: SceneSubject, limit: float | None) -> Measured:
     assert limit is not None
     if not subject.parts:
         return not_applicable("nothing in it has a joint")
-    desk = Desk(subject, limit)
+    desk = SweepTester(subject, limit)
     ways = {part.name: desk.way(part) for part in subject.parts}
     worst, problems = 0.0, []
     for part in subject.parts:
@@ -86,7 +86,7 @@ def _says(subject: SceneSubject, clash: Clash) -> str:
     return f"from {clash.share:.0%} of its way {one} runs up to {clash.depth * MM:.1f} mm into {other}{beside}"
 
 
-def _clashes(desk: Desk, part: Part, ways: Mapping[str, Sweep]) -> Iterator[Clash]:
+def _clashes(desk: SweepTester, part: ScenePart, ways: Mapping[str, JointSweep]) -> Iterator[Clash]:
     """The worst clash with each thing that is met, alone, and then of each neighbour that is open."""
     way = ways[part.name]
     met = desk.sweep(part, way, dict(way.home), None)
@@ -110,13 +110,13 @@ def subject_pair(clash: Clash) -> Pair:
     return (min(clash.one, clash.other), max(clash.one, clash.other))
 
 
-def _ends(part: Part) -> list[float]:
+def _ends(part: ScenePart) -> list[float]:
     """Where a joint stands open: both ends where it goes both ways."""
     low, high = part.joint.range
     return [low, high] if low < -0.05 * (high - low) and high > 0.05 * (high - low) else [part.far]
 
 
-class Desk:
+class SweepTester:
     """A model whose filters are set for one question after the other; they are put back after each."""
 
     def __init__(self, subject: SceneSubject, limit: float) -> None:
@@ -129,7 +129,7 @@ class Desk:
         self.shut = boxes(self.model, self.data, np.arange(self.model.ngeom))
         self.at_rest = dict(self._depths())
 
-    def way(self, part: Part) -> Sweep:
+    def way(self, part: ScenePart) -> JointSweep:
         """Where a joint's parts go."""
         self.stand(part.before)
         low, high = part.joint.range
@@ -141,9 +141,9 @@ class Desk:
             self.data.qpos[part.address] = value
             mujoco.mj_kinematics(self.model, self.data)
             passed[i] = around(boxes(self.model, self.data, part.geoms))
-        return Sweep(values, passed, around(passed), part.before)
+        return JointSweep(values, passed, around(passed), part.before)
 
-    def sweep(self, part: Part, way: Sweep, setting: dict[str, float], against: Mask | None) -> list[Clash]:
+    def sweep(self, part: ScenePart, way: JointSweep, setting: dict[str, float], against: Mask | None) -> list[Clash]:
         """What a joint's parts meet on their way.
 
         Args:
@@ -158,7 +158,7 @@ class Desk:
         if not against.any():
             return []
         poses = meet(way.boxes[:, None], here[against][None], STEP_M).any(axis=1)
-        with AllPairs(self.model), Filtered(self.model, moved, against):
+        with AllPairs(self.model), OnlyPairs(self.model, moved, against):
             for i in np.flatnonzero(poses):
                 self.data.qpos[part.address] = way.values[i]
                 mujoco.mj_kinematics(self.model, self.data)
@@ -167,7 +167,7 @@ class Desk:
                     self._note(found, moved, float(i) / (len(way.values) - 1))
         return list(found.values())
 
-    def beside(self, part: Part, way: Sweep, other: Part, setting: dict[str, float]) -> list[Clash]:
+    def beside(self, part: ScenePart, way: JointSweep, other: ScenePart, setting: dict[str, float]) -> list[Clash]:
         """What a joint's parts meet while another joint stands open."""
         carried = bool(
             other.moved[self.model.jnt_bodyid[part.number]] or part.moved[self.model.jnt_bodyid[other.number]]
@@ -181,14 +181,14 @@ class Desk:
             met = self.sweep(part, way, setting, other.moved[self.model.geom_bodyid])
         return [Clash(c.share, c.depth, c.one, c.other, other.name) for c in met]
 
-    def _way_in(self, part: Part, way: Sweep, setting: dict[str, float]) -> Sweep:
+    def _way_in(self, part: ScenePart, way: JointSweep, setting: dict[str, float]) -> JointSweep:
         self.stand(setting)
         passed = np.empty_like(way.boxes)
         for i, value in enumerate(way.values):
             self.data.qpos[part.address] = value
             mujoco.mj_kinematics(self.model, self.data)
             passed[i] = around(boxes(self.model, self.data, part.geoms))
-        return Sweep(way.values, passed, around(passed), way.home)
+        return JointSweep(way.values, passed, around(passed), way.home)
 
     def _note(self, found: dict[str, Clash], moved: Mask, share: float) -> None:
         for (one, other), depth in self._depths():
@@ -215,7 +215,7 @@ class Desk:
             self.data.qpos[self.subject.part_of[name].address] = value
         mujoco.mj_kinematics(self.model, self.data)
 
-    def _reach(self, part: Part) -> float:
+    def _reach(self, part: ScenePart) -> float:
         """How far a hinge's parts reach from its axis, metres; 1 for a slide."""
         if part.joint.kind is JointKind.SLIDE or not len(part.geoms):
             return 1.0
@@ -225,7 +225,7 @@ class Desk:
         return float(np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1).max())
 
 
-class Filtered:
+class OnlyPairs:
     """While it is entered, only moved geoms can meet those that they are tried against."""
 
     def __init__(self, model: mujoco.MjModel, moved: Mask, against: Mask) -> None:

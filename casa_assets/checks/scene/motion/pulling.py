@@ -12,8 +12,8 @@ import numpy as np
 
 from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.checks.motion.hand_force import CHUNK, LONGEST_S, hand_effort
-from casa_assets.checks.scene.motion.opening import Desk, Sweep
-from casa_assets.checks.scene.subject import AllPairs, Part, SceneSubject, around, boxes, meet, reset
+from casa_assets.checks.scene.motion.opening import JointSweep, SweepTester
+from casa_assets.checks.scene.subject import AllPairs, ScenePart, SceneSubject, around, boxes, meet, reset
 from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.core.typing import Floats
 
@@ -25,7 +25,7 @@ APART_M = 0.005
 class Pull:
     """A part that is pulled: from where to where, and all the space that it needs as a (2, 3) box."""
 
-    part: Part
+    part: ScenePart
     start: float
     goal: float
     room: Floats
@@ -53,7 +53,7 @@ def opens_in_place(subject: SceneSubject, limit: float | None) -> Measured:
 
 def pull_all(subject: SceneSubject, enough: float) -> dict[str, tuple[float, str]]:
     """Name of a joint -> share of its range that it covers (no more than just over `enough`), and what stopped it."""
-    desk = Desk(subject, 0.0)
+    desk = SweepTester(subject, 0.0)
     rounds: list[list[Pull]] = []
     for part in subject.parts:
         pull = _pull(desk, part)
@@ -83,8 +83,8 @@ def _dozing(model: mujoco.MjModel) -> Iterator[None]:
         model.opt.enableflags = kept
 
 
-def _pull(desk: Desk, part: Part) -> Pull:
-    way: Sweep = desk.way(part)
+def _pull(desk: SweepTester, part: ScenePart) -> Pull:
+    way: JointSweep = desk.way(part)
     taken = [way.bounds]
     # What has to stand open for it takes room as well.
     desk.stand(part.before)
@@ -129,7 +129,7 @@ def _run(subject: SceneSubject, pulls: list[Pull], enough: float) -> Mapping[str
     return {p.part.name: (float(s), stuck.get(p.part.name, "")) for p, s in zip(pulls, best, strict=True)}
 
 
-def _met(subject: SceneSubject, data: mujoco.MjData, part: Part) -> str:
+def _met(subject: SceneSubject, data: mujoco.MjData, part: ScenePart) -> str:
     """What of other things a part touches, the deepest contact first; nothing where it touches none."""
     moved = part.moved[subject.model.geom_bodyid]
     for i in np.argsort(data.contact.dist):

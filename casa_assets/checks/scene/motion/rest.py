@@ -25,7 +25,7 @@ LISTED = 20
 
 
 @dataclass(frozen=True)
-class Touch:
+class Penetration:
     """Two geoms in each other: their names and the depth, metres."""
 
     one: str
@@ -34,7 +34,7 @@ class Touch:
 
 
 @dataclass(frozen=True)
-class Rest:
+class IdleRun:
     """A scene that was left alone as its file is, so without contacts of the pairs that this excludes.
 
     Attributes:
@@ -44,8 +44,8 @@ class Rest:
         troubles: what the simulator complained of.
     """
 
-    begins: tuple[Touch, ...]
-    settled: tuple[Touch, ...]
+    begins: tuple[Penetration, ...]
+    settled: tuple[Penetration, ...]
     start: Floats
     end: Floats
     moved: dict[str, float]
@@ -57,18 +57,18 @@ def loads_in_silence(subject: SceneSubject, limit: float | None) -> Measured:
     assert limit is None
     said = [subject.loaded.error] if subject.loaded.error else list(subject.loaded.warnings)
     if not subject.loaded.error:
-        said += rest(subject).troubles
+        said += idle_run(subject).troubles
     return Measured(float(len(said)), tuple((subject.mjcf.name, text) for text in said))
 
 
 def begins_apart(subject: SceneSubject, limit: float | None) -> Measured:
     """Nothing is deeper than `limit` in anything as the scene begins; metres of the worst."""
-    return _deep(rest(subject).begins, limit, "as the scene begins; move one of them, or shrink its shape")
+    return _deep(idle_run(subject).begins, limit, "as the scene begins; move one of them, or shrink its shape")
 
 
 def settles_apart(subject: SceneSubject, limit: float | None) -> Measured:
     """Nothing is deeper than `limit` in anything after 1 s; metres of the worst."""
-    return _deep(rest(subject).settled, limit, f"after {SETTLED_S:g} s; it is pressed there by weight or a spring")
+    return _deep(idle_run(subject).settled, limit, f"after {SETTLED_S:g} s; it is pressed there by weight or a spring")
 
 
 def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
@@ -76,7 +76,7 @@ def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
     assert limit is not None
     if not subject.parts:
         return not_applicable(STIFF)
-    stood, worst, problems = rest(subject), 0.0, []
+    stood, worst, problems = idle_run(subject), 0.0, []
     for part in subject.parts:
         way = max(part.joint.range[1] - part.joint.range[0], STILL[part.joint.kind] / limit)
         share = abs(float(stood.end[part.address] - stood.start[part.address])) / way
@@ -92,7 +92,7 @@ def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
 def keeps_things(subject: SceneSubject, limit: float | None) -> Measured:
     """Nothing that stands by its weight moves by `limit` in 5 s; metres of the farthest."""
     assert limit is not None
-    moved = rest(subject).moved
+    moved = idle_run(subject).moved
     if not moved:
         return not_applicable(FAST)
     problems = [
@@ -104,24 +104,24 @@ def keeps_things(subject: SceneSubject, limit: float | None) -> Measured:
 
 
 @lru_cache(maxsize=1)
-def rest(subject: SceneSubject) -> Rest:
+def idle_run(subject: SceneSubject) -> IdleRun:
     """The scene left alone for 5 s, done once."""
     model, data = subject.model, mujoco.MjData(subject.model)
     reset(model, data)
     mujoco.mj_forward(model, data)
-    begins, start = tuple(touches(subject, data)), data.qpos.copy()
+    begins, start = tuple(penetrations(subject, data)), data.qpos.copy()
     free = {p.name: subject.geoms_of[p.name] for p in subject.free}
     before = {name: data.geom_xpos[geoms].copy() for name, geoms in free.items()}
     mujoco.mj_step(model, data, nstep=round(SETTLED_S / model.opt.timestep))
-    settled = tuple(touches(subject, data))
+    settled = tuple(penetrations(subject, data))
     mujoco.mj_step(model, data, nstep=round((REST_S - SETTLED_S) / model.opt.timestep))
     moved = {n: float(np.linalg.norm(data.geom_xpos[g] - before[n], axis=1).max(initial=0)) for n, g in free.items()}
     kinds = {int(k): k.name.removeprefix("mjWARN_").lower() for k in mujoco.mjtWarning.__members__.values()}
     troubles = tuple(f"simulating it: {kinds[i]} x {w.number}" for i, w in enumerate(data.warning) if w.number)
-    return Rest(begins, settled, start, data.qpos.copy(), moved, troubles)
+    return IdleRun(begins, settled, start, data.qpos.copy(), moved, troubles)
 
 
-def touches(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Touch]:
+def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Penetration]:
     """What is in each other where everything is now, one per pair of geoms, the deepest first; `data` is only read."""
     seen = mujoco.MjData(subject.model)
     seen.qpos[:] = data.qpos
@@ -133,10 +133,10 @@ def touches(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Touch]:
         key = (min(pair), max(pair))
         deepest[key] = max(deepest.get(key, -1.0), -distance)
     for (one, other), depth in sorted(deepest.items(), key=lambda item: (-item[1], item[0])):
-        yield Touch(subject.message(one), subject.message(other), depth)
+        yield Penetration(subject.message(one), subject.message(other), depth)
 
 
-def _deep(found: tuple[Touch, ...], limit: float | None, when: str) -> Measured:
+def _deep(found: tuple[Penetration, ...], limit: float | None, when: str) -> Measured:
     assert limit is not None
     deep = [t for t in found if t.depth > limit]
     problems = [(f"geoms/{t.one}", f"is {t.depth * MM:.2f} mm in {t.other} {when}") for t in deep[:LISTED]]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import mujoco
 
-from casa_assets.checks.readers.mujoco_load import heard
+from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.errors import CasaError
 
 STEPS = 200
@@ -52,6 +52,6 @@ def timed(scene_xml: Path) -> tuple[float, float, float]:
 
 
 if __name__ == "__main__":
-    with heard():
+    with native_warnings():
         told = timed(Path(sys.argv[1]))
     sys.stdout.write(json.dumps(told))

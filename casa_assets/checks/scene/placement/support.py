@@ -33,7 +33,7 @@ def nothing_floats(subject: SceneSubject, limit: float | None) -> Measured:
     What stands by its weight is let go in the checks of rest.
     """
     assert limit is not None
-    desk = Hold(subject)
+    desk = SupportTester(subject)
     held = [p.name for p in subject.scene.placements if subject.category(p.name) in ROOM]
     waiting = [p.name for p in subject.fixed if p.name not in held]
     # From thing to thing: the wall holds the shelf, the shelf holds the jar.
@@ -46,12 +46,12 @@ def nothing_floats(subject: SceneSubject, limit: float | None) -> Measured:
     return Measured(float(len(waiting)), tuple(problems) if len(waiting) > limit else ())
 
 
-def _says(desk: Hold, name: str) -> str:
+def _says(desk: SupportTester, name: str) -> str:
     below = desk.bounds[name][0, 2] - desk.floor
     return f"is held by nothing: its foot is {below * MM:.0f} mm over the floor; set it on, or against, what carries it"
 
 
-class Hold:
+class SupportTester:
     """Who holds whom."""
 
     def __init__(self, subject: SceneSubject) -> None:

@@ -14,7 +14,7 @@ from lxml import etree
 from casa_assets.export.mjcf import body, collider, contact, keyframe, label, mean_color, number, visual
 from casa_assets.export.mjcf.mesh import Meshes
 from casa_assets.export.mjcf.scene import resources, room
-from casa_assets.export.mjcf.scene.resources import Stock
+from casa_assets.export.mjcf.scene.resources import SceneResources
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import FREE_JOINT, Layer, LightScene, PlacedLink, Placement, Scene
@@ -66,17 +66,17 @@ def write(
 
 def _tints(asset: Asset, light: Asset) -> dict[str, str]:
     """Collider of the light asset -> colour."""
-    known = mean_color.tints(asset)
+    known = mean_color.collider_colors(asset)
     names = [item.name for link in light.links for item in link.colliders]
     return {name: known[name] if name in known else known[LightScene.collider_of(name)] for name in names}
 
 
 def _draft(
-    place: Placement, asset: Asset, parts: Stock, tints: Mapping[str, Mapping[str, str]], groups: Groups
-) -> body.Draft:
+    place: Placement, asset: Asset, parts: SceneResources, tints: Mapping[str, Mapping[str, str]], groups: Groups
+) -> body.BodyContext:
     ceiling = place.layer is Layer.CEILING
     seen_as_touched = asset.id in tints
-    return body.Draft(
+    return body.BodyContext(
         asset=asset,
         meshes=parts.meshes.get(asset.id, Meshes((), {})),
         materials={item.id: resources.material_name(asset.id, item.id) for item in asset.materials},
@@ -87,7 +87,7 @@ def _draft(
     )
 
 
-def _document(scene: Scene, drafts: list[body.Draft], parts: Stock, folder: str, spared: bool) -> bytes:
+def _document(scene: Scene, drafts: list[body.BodyContext], parts: SceneResources, folder: str, spared: bool) -> bytes:
     root = etree.Element("mujoco", {"model": scene.id})
     compiler = {"angle": "radian", "autolimits": "true"}
     if spared:
@@ -106,7 +106,7 @@ def _document(scene: Scene, drafts: list[body.Draft], parts: Stock, folder: str,
     for place, draft in zip(scene.placements, drafts, strict=True):
         placed = _add_placement(world, place, draft)
         if spared and draft.asset.base is Base.FIXED:
-            contact.spare(placed)
+            contact.exclude_from_world(placed)
     _add_exclusions(root, drafts, () if spared else scene.exclusions)
     _add_texts(root, scene, drafts)
     _add_poses(root, scene, drafts)
@@ -118,7 +118,7 @@ def world_from_root(place: Placement, asset: Asset) -> Pose:
     return place.pose @ asset.root.pose
 
 
-def _add_placement(world: etree._Element, place: Placement, draft: body.Draft) -> etree._Element:
+def _add_placement(world: etree._Element, place: Placement, draft: body.BodyContext) -> etree._Element:
     root = draft.asset.root.replace(pose=world_from_root(place, draft.asset))
     placed = body.add(world, root, draft)
     if draft.asset.base is Base.FREE:
@@ -127,7 +127,7 @@ def _add_placement(world: etree._Element, place: Placement, draft: body.Draft) -
 
 
 def _add_exclusions(
-    root: etree._Element, drafts: list[body.Draft], more: Sequence[tuple[PlacedLink, PlacedLink]]
+    root: etree._Element, drafts: list[body.BodyContext], more: Sequence[tuple[PlacedLink, PlacedLink]]
 ) -> None:
     """What an asset excludes by itself, and the pairs that the scene excludes besides."""
     pairs = etree.SubElement(root, "contact")
@@ -142,7 +142,7 @@ def _add_exclusions(
             contact.exclude(pairs, first, second)
 
 
-def _add_texts(root: etree._Element, scene: Scene, drafts: list[body.Draft]) -> None:
+def _add_texts(root: etree._Element, scene: Scene, drafts: list[body.BodyContext]) -> None:
     """The texts of each asset, and for each placement which asset it is and what it belongs to."""
     custom = etree.SubElement(root, "custom")
     for place, draft in zip(scene.placements, drafts, strict=True):
@@ -151,7 +151,7 @@ def _add_texts(root: etree._Element, scene: Scene, drafts: list[body.Draft]) -> 
             etree.SubElement(custom, "text", {"name": draft.prefix + name, "data": data})
 
 
-def _add_poses(root: etree._Element, scene: Scene, drafts: list[body.Draft]) -> None:
+def _add_poses(root: etree._Element, scene: Scene, drafts: list[body.BodyContext]) -> None:
     poses: dict[str, list[float]] = {START: [], CLOSED: [], OPEN: []}
     for place, draft in zip(scene.placements, drafts, strict=True):
         asset = draft.asset

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from lxml import etree
 
 from casa_assets.export.mjcf import material, mesh
-from casa_assets.export.mjcf.mesh import Meshes, MeshFile, Use
+from casa_assets.export.mjcf.mesh import Meshes, MeshFile, MeshUse
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture
 
@@ -20,7 +20,7 @@ FOLDER = "assets"
 
 
 @dataclass(frozen=True)
-class Stock:
+class SceneResources:
     """What the assets of a scene have in common.
 
     Attributes:
@@ -45,14 +45,14 @@ class Stock:
         return found | {f"{FOLDER}/{path}": image.png for path, image in self.textures.items()}
 
 
-def gather(assets: Sequence[Asset]) -> Stock:
+def gather(assets: Sequence[Asset]) -> SceneResources:
     """What the assets name. Meshes are called by their content, so that equal ones of different assets are one."""
     seen: dict[str, Texture] = {}
     worn: dict[str, Material] = {}
     for asset in assets:
         seen |= material.textures(asset)
         worn |= {material_name(asset.id, item.id): item for item in asset.materials}
-    return Stock({asset.id: _meshes(asset) for asset in assets}, seen, worn)
+    return SceneResources({asset.id: _meshes(asset) for asset in assets}, seen, worn)
 
 
 def material_name(asset: str, item: str) -> str:
@@ -60,7 +60,7 @@ def material_name(asset: str, item: str) -> str:
     return f"{asset}__{item}"
 
 
-def add_all(element: etree._Element, stock: Stock, folder: str) -> None:
+def add_all(element: etree._Element, stock: SceneResources, folder: str) -> None:
     """Every `<texture>`, `<material>` and `<mesh>` below `<asset>`; `folder` leads from the document to the files."""
     for path, image in stock.textures.items():
         material.add_texture(element, image, f"{folder}/{path}")
@@ -73,9 +73,9 @@ def add_all(element: etree._Element, stock: Stock, folder: str) -> None:
 def _meshes(asset: Asset) -> Meshes:
     of: dict[str, MeshFile] = {}
     for name, item, use in mesh.uses(asset):
-        data = mesh.obj(item, bare=use is Use.HULL)
+        data = mesh.obj(item, bare=use is MeshUse.HULL)
         content = hashlib.sha256(data).hexdigest()[:DIGITS]
         # A surface without normals may have the very file of a hull; MuJoCo takes the two for different meshes.
-        called = content if use is Use.SURFACE else f"{content}__{use.value}"
+        called = content if use is MeshUse.SURFACE else f"{content}__{use.value}"
         of[name] = MeshFile(called, f"{mesh.FOLDER}/{content}.obj", data, use)
     return Meshes(tuple({file.name: file for file in of.values()}.values()), of)

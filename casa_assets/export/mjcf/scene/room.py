@@ -7,7 +7,7 @@ import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.export.mjcf import number
-from casa_assets.export.mjcf.material import display
+from casa_assets.export.mjcf.material import linear_to_srgb
 from casa_assets.export.mjcf.site import touched_bounds
 from casa_assets.model.kitchen.scene import Camera, Layer, Light, LightKind, Scene
 from casa_assets.model.record import Vec3
@@ -101,4 +101,4 @@ def _camera(camera: Camera) -> dict[str, str]:
 
 
 def _shown(color: Vec3) -> str:
-    return number.numbers(display(c) for c in color)
+    return number.numbers(linear_to_srgb(c) for c in color)

@@ -64,7 +64,7 @@ def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> No
     etree.SubElement(world, "geom", floor)
 
 
-def add_object(world: etree._Element, draft: body.Draft) -> tuple[float, ...]:
+def add_object(world: etree._Element, draft: body.BodyContext) -> tuple[float, ...]:
     """The asset, standing on the floor: free to move where its base is free, else welded to the world.
 
     Returns:

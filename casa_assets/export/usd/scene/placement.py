@@ -28,7 +28,7 @@ def values(asset: Asset, pose: str) -> dict[str, float]:
 def stand(layer: Sdf.Layer, root: Sdf.Path, asset: Asset, joints: dict[str, float]) -> None:
     """Bodies and joints below the spec at `root` where `joints` (rad, m) put them; those not named are at zero."""
     for link in asset.links:
-        if keyframe.moves(asset, link.name):
+        if keyframe.is_moved(asset, link.name):
             spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(link.name))
             pose = keyframe.asset_from_link(asset, link.name, joints)
             kinds, made = Sdf.ValueTypeNames, (number.vec3d(pose.position), number.quatd(pose.quaternion))
@@ -38,7 +38,7 @@ def stand(layer: Sdf.Layer, root: Sdf.Path, asset: Asset, joints: dict[str, floa
             order = Sdf.AttributeSpec(spec, "xformOpOrder", kinds.TokenArray, Sdf.VariabilityUniform)
             order.default = list(OPS)
     for joint in asset.joints:
-        freedom = keyframe.freedom(joint)
+        freedom = keyframe.state_axis(joint)
         spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(SCOPE).AppendChild(joint.name))
         spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=[f"PhysicsJointStateAPI:{freedom}"]))
         value = joints.get(joint.name, 0.0)

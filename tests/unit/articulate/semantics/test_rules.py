@@ -7,7 +7,7 @@ import math
 import pytest
 
 from casa_assets.articulate.semantics.state_machines import behavior_for
-from casa_assets.checks.runtime.behavior_interpreter import Machine, Stimulus, start, step
+from casa_assets.checks.runtime.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.shape import Box
 from casa_assets.model.record import Vec2
@@ -47,7 +47,7 @@ class Run:
     def __init__(self, asset: Asset, category: str) -> None:
         behavior = behavior_for(asset, category)
         assert behavior is not None
-        self.machine: Machine = start(behavior)
+        self.machine: BehaviorState = start(behavior)
         self.joints = {j.name: 0.0 for j in asset.joints}
         self.go()
 

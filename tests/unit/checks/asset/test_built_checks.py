@@ -123,16 +123,20 @@ class TestForce:
     ) -> None:
         """What the formula says is what the simulator does."""
         asset = cupboard()
-        ready = motion_model.movable(packed(asset, tmp_path))
+        ready = motion_model.motion_model_of(packed(asset, tmp_path))
         assert ready is not None
         data = mujoco.MjData(ready.free)
         joint = {j.name: j for j in asset.joints}[name]
-        effort = hand_force.onset(ready, data, asset, joint) * hand_force.hand_effort(asset, joint) / hand_force.PULL_N
+        effort = (
+            hand_force.starting_force(ready, data, asset, joint)
+            * hand_force.hand_effort(asset, joint)
+            / hand_force.PULL_N
+        )
         mujoco.mj_resetData(ready.free, data)
-        data.qfrc_applied[ready.dof[name]] = math.copysign(share * effort, motion_model.far(joint))
+        data.qfrc_applied[ready.dof[name]] = math.copysign(share * effort, motion_model.open_end(joint))
         mujoco.mj_step(ready.free, data, nstep=500)
         # A tenth less lets it yield a little, since stops and friction are soft.
-        assert (float(data.qpos[ready.address[name]]) / motion_model.far(joint) > 0.02) == moves
+        assert (float(data.qpos[ready.address[name]]) / motion_model.open_end(joint) > 0.02) == moves
 
     def test_twenty_newtons_turn_a_door_by_its_lever_and_a_knob_by_its_rim(self) -> None:
         asset = cupboard()
@@ -206,7 +210,7 @@ class TestClearance:
         """The key is pressed while the door is open; while the key is in, the door is not swung."""
         behind = joint_changed("key_press", behind="door_hinge")
         assert codes(behind, tmp_path) == set()
-        assert motion_model.opened(behind, behind.joints[3]) == {"door_hinge": -math.pi / 2}
+        assert motion_model.open_before(behind, behind.joints[3]) == {"door_hinge": -math.pi / 2}
 
 
 class TestGrip:

@@ -11,7 +11,7 @@ from casa_assets.checks.design.rules.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Status
-from casa_assets.model.kitchen.floor import AisleKind, Facts, Fixture, Foot, Leaf, Role
+from casa_assets.model.kitchen.floor import AisleKind, Fixture, Footprint, KitchenFacts, Role, SweptArea
 from tests.reference_kitchen import (
     DOOR,
     LIMITS,
@@ -28,23 +28,23 @@ from tests.reference_kitchen import (
 from tests.reference_kitchen_parts import box, flap
 
 ROWS = {check.code: check for check in TABLE if check.subject is DesignSubject}
-Build = Callable[[], Facts]
-ALONE = Foot(middle=(0.3, -2.4), size=(0.5, 0.3), yaw=math.pi / 2)
+Build = Callable[[], KitchenFacts]
+ALONE = Footprint(middle=(0.3, -2.4), size=(0.5, 0.3), yaw=math.pi / 2)
 
 
-def clear(width: float) -> Facts:
+def clear(width: float) -> KitchenFacts:
     """A door that leaves so much clear."""
     return kitchen().replace(ways=(WINDOW, DOOR.replace(clear=width)))
 
 
-def swung(reach: float) -> Facts:
+def swung(reach: float) -> KitchenFacts:
     """A door's leaf that comes so near the refrigerator's front, which ends at y = -0.77: 0 touches it."""
     outline = ((0.0, -2.0), (0.9, -2.0), (0.9, -0.77 + reach), (0.0, -0.77 + reach))
-    leaf = Leaf(swept=outline, open=outline, low=0.0, high=0.05, down=False)
+    leaf = SweptArea(swept=outline, open=outline, low=0.0, high=0.05, down=False)
     return kitchen().replace(ways=(WINDOW, DOOR.replace(leaf=leaf)))
 
 
-def crossing(reach: float) -> Facts:
+def crossing(reach: float) -> KitchenFacts:
     """A dishwasher's flap that passes so far into the way of the range's."""
     facts = kitchen()
     washer = next(f for f in facts.fixtures if f.name == "dishwasher")
@@ -56,22 +56,22 @@ def crossing(reach: float) -> Facts:
     return changed(facts, "dishwasher", washer.replace(joints=(moved,)))
 
 
-def wide(kind: AisleKind, width: float, compact: bool = False) -> Facts:
+def wide(kind: AisleKind, width: float, compact: bool = False) -> KitchenFacts:
     """One aisle of a kind."""
     return with_aisle(kitchen().replace(compact=compact), kind, width)
 
 
-def washer_at(gap: float) -> Facts:
+def washer_at(gap: float) -> KitchenFacts:
     """A dishwasher so far from the row at a right angle to it."""
     return with_unit(kitchen(), "right", "dishwasher", 0.65 + gap, 1.95)
 
 
-def range_at(gap: float) -> Facts:
+def range_at(gap: float) -> KitchenFacts:
     """A range so far from the inside corner."""
     return with_unit(kitchen(), "main", "range", 2.45, 4.35 - gap)
 
 
-def hung(name: str, low: float) -> Facts:
+def hung(name: str, low: float) -> KitchenFacts:
     """The hood, or a cabinet in its place, so high over the range, whose top is at 0.915 m."""
     facts = kitchen()
     hood = next(f for f in facts.fixtures if f.name == "hood")
@@ -80,13 +80,13 @@ def hung(name: str, low: float) -> Facts:
     return changed(facts, "hood", upper(2.4, 3.2, "over", low=0.915 + low).replace(joints=()))
 
 
-def glazed(length: float) -> Facts:
+def glazed(length: float) -> KitchenFacts:
     """A window that opens, so far over the range."""
     way = WINDOW.replace(wall="back", start=(3.208 - length, 0.0), end=(4.2, 0.0))
     return kitchen().replace(ways=(way, DOOR))
 
 
-def tasteless(count: int) -> Facts:
+def tasteless(count: int) -> KitchenFacts:
     """A kitchen that breaks some advice: high worktops, no hood, a microwave far up, a sink far from all else."""
     facts = kitchen()
     oven = next(f for f in facts.fixtures if f.name == "microwave")
@@ -102,7 +102,7 @@ def tasteless(count: int) -> Facts:
     return facts
 
 
-def shelf(*around: Fixture) -> Facts:
+def shelf(*around: Fixture) -> KitchenFacts:
     """A shelf that stands by itself on the floor, and what stands around it."""
     alone = Fixture(name="alone", role=Role.SHELF, category="open_shelf", foot=ALONE, low=0.0, high=1.0)
     return with_more(kitchen(), alone, *around)
@@ -113,7 +113,7 @@ def crate(long: float) -> Fixture:
     return thing("crate", Role.ON_FLOOR, (0.9, -2.4), (0.5, long), 0.0, 0.3)
 
 
-def flapped(out: float) -> Facts:
+def flapped(out: float) -> KitchenFacts:
     """The shelf has a flap across the room, which comes out so far."""
     joint = flap(ALONE, "flap_joint", out, 0.1, 0.5)
     assert joint.leaf is not None
@@ -124,7 +124,7 @@ def flapped(out: float) -> Facts:
     return changed(facts, "alone", alone.replace(joints=(moved,)))
 
 
-def crowded(low: float) -> Facts:
+def crowded(low: float) -> KitchenFacts:
     """Boards over both rows' worktops at some height: on them, or over whatever is put there."""
     tops = [f for f in kitchen().fixtures if f.role is Role.WORKTOP]
     boards = [

@@ -9,14 +9,23 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.design.robot.floor_map import CELL, RADIUS, FloorMap
-from casa_assets.checks.design.robot.parking import GAP, GAP_TALL, is_tall, park
+from casa_assets.checks.design.robot.parking import GAP, GAP_TALL, find_parking, is_tall
 from casa_assets.checks.design.robot.picture import FLOOR, REACHED, floor_picture
-from casa_assets.checks.design.robot.placing import Size, Span, Zone, acceptance, free_area, near, on_worktops, tops
+from casa_assets.checks.design.robot.placing import (
+    BoxSizes,
+    PlacingZone,
+    WorldBox,
+    acceptance,
+    free_area,
+    on_worktops,
+    worktop_regions,
+    worktops_near,
+)
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import whereabouts
 from casa_assets.core.sampling import rng_for
 from casa_assets.geometry.planar import contains_point, distance, length_inside, outline_of, penetration_depth
-from casa_assets.model.kitchen.floor import Facts, Role, Side, Stance
+from casa_assets.model.kitchen.floor import KitchenFacts, ParkingSide, Role, RoomWall
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 from tests.reference_kitchen import DOOR, WALLS, changed, kitchen, thing, with_more
@@ -28,7 +37,7 @@ def moved(x: float, y: float) -> tuple[Vec2, ...]:
     return tuple((a + x, b + y) for a, b in SQUARE)
 
 
-def named(facts: Facts, name: str) -> Vec2:
+def named(facts: KitchenFacts, name: str) -> Vec2:
     return next(f for f in facts.fixtures if f.name == name).foot.middle
 
 
@@ -68,7 +77,7 @@ class TestFloor:
         """They close the corners round the room, and stand nowhere on its floor."""
         outline = ((0.0, 0.0), (2.0, 0.0), (2.0, -1.0), (1.0, -1.0), (1.0, -2.0), (0.0, -2.0))
         ends = zip(outline, (*outline[1:], outline[0]), strict=True)
-        walls = tuple(Side(id=f"wall_{k}", start=a, end=b) for k, (a, b) in enumerate(ends))
+        walls = tuple(RoomWall(id=f"wall_{k}", start=a, end=b) for k, (a, b) in enumerate(ends))
         floor = FloorMap(kitchen().replace(outline=outline, walls=walls, ways=(), rows=(), fixtures=()))
         assert not (floor.solid & floor.room).any()
         assert floor.holds(floor.solid, (2.05, 0.05))
@@ -111,27 +120,27 @@ class TestFloor:
 class TestParking:
     def test_base_stands_before_the_worktop_and_looks_at_the_fixture(self) -> None:
         facts = kitchen()
-        place = park(facts, FloorMap(facts)).shut["main_drawers"]
+        place = find_parking(facts, FloorMap(facts)).shut["main_drawers"]
         assert place is not None
         assert place.at == pytest.approx((2.1, -0.65 - GAP - RADIUS))
         assert place.yaw == pytest.approx(math.pi / 2, abs=1e-4)
-        assert (place.stance, place.aside) == (Stance.FRONT, 0.0)
+        assert (place.stance, place.aside) == (ParkingSide.FRONT, 0.0)
 
     def test_tall_units_get_more_room(self) -> None:
         facts = kitchen()
         fridge = next(f for f in facts.fixtures if f.name == "fridge")
         assert is_tall(facts, fridge)
-        place = park(facts, FloorMap(facts)).shut["fridge"]
+        place = find_parking(facts, FloorMap(facts)).shut["fridge"]
         assert place is not None
         assert place.at[1] == pytest.approx(-0.77 - GAP_TALL - RADIUS)
 
     def test_base_stands_beside_a_flap_and_before_a_door(self) -> None:
         facts = kitchen()
-        lots = park(facts, FloorMap(facts))
+        lots = find_parking(facts, FloorMap(facts))
         washer, fridge = lots.open["dishwasher", "door_joint"], lots.open["fridge", "door_joint"]
         assert washer is not None
         assert fridge is not None
-        assert washer.stance in (Stance.LEFT, Stance.RIGHT)
+        assert washer.stance in (ParkingSide.LEFT, ParkingSide.RIGHT)
         assert (
             distance(
                 [p for f in facts.fixtures for j in f.joints if f.name == "dishwasher" and j.leaf for p in j.leaf.open],
@@ -139,38 +148,38 @@ class TestParking:
             )[0]
             > RADIUS
         )
-        assert fridge.stance is Stance.FRONT
+        assert fridge.stance is ParkingSide.FRONT
 
     def test_base_stands_behind_a_drawer_with_no_room_beside(self) -> None:
         left = thing("left", Role.ON_FLOOR, (1.4, -1.2), (0.5, 0.9), 0.0, 0.3)
         right = thing("right", Role.ON_FLOOR, (2.85, -1.2), (0.6, 0.9), 0.0, 0.3)
         facts = with_more(kitchen(), left, right)
-        place = park(facts, FloorMap(facts)).open["main_drawers", "drawer2_slidejoint"]
+        place = find_parking(facts, FloorMap(facts)).open["main_drawers", "drawer2_slidejoint"]
         assert place is not None
-        assert place.stance is Stance.BEHIND
+        assert place.stance is ParkingSide.BEHIND
         assert place.at[1] < -0.6 - 0.5 - RADIUS
 
     def test_wall_cabinets_open_over_the_base(self) -> None:
         facts = kitchen()
-        lots = park(facts, FloorMap(facts))
+        lots = find_parking(facts, FloorMap(facts))
         shut, opened = lots.shut["upper_single"], lots.open["upper_single", "doorhinge"]
         assert shut is not None
         assert opened == shut.replace(open="doorhinge")
 
 
 class TestPutting:
-    def zone(self, *taken: Span, shoulder: Vec2 = (0.5, -0.2)) -> Zone:
-        return Zone("top", "top", Span(0.0, 0.0, 1.0, 0.5, 0.92, 1.3), taken, np.array([shoulder]))
+    def zone(self, *taken: WorldBox, shoulder: Vec2 = (0.5, -0.2)) -> PlacingZone:
+        return PlacingZone("top", "top", WorldBox(0.0, 0.0, 1.0, 0.5, 0.92, 1.3), taken, np.array([shoulder]))
 
-    def rate(self, zone: Zone, side: float = 0.1, high: float = 0.1) -> float:
-        return acceptance((zone,), Size(side, side, high, high), 200, rng_for(0, "test"))
+    def rate(self, zone: PlacingZone, side: float = 0.1, high: float = 0.1) -> float:
+        return acceptance((zone,), BoxSizes(side, side, high, high), 200, rng_for(0, "test"))
 
     def test_all_things_fit_on_an_empty_top_within_reach(self) -> None:
         assert self.rate(self.zone()) == 1.0
 
     def test_what_stands_there_takes_its_share(self) -> None:
         """A box of 0.1 m on 1 m: its middle is drawn from 0.9 m, of which 0.5 m are blocked to it."""
-        found = self.rate(self.zone(Span(0.0, 0.0, 0.5, 0.5, 0.92, 1.2)))
+        found = self.rate(self.zone(WorldBox(0.0, 0.0, 0.5, 0.5, 0.92, 1.2)))
         assert found == pytest.approx(1 - 0.5 / 0.9, abs=0.08)
 
     def test_nothing_is_put_out_of_reach_or_height_or_where_it_does_not_fit(self) -> None:
@@ -179,7 +188,7 @@ class TestPutting:
         assert self.rate(self.zone(), side=0.6) == 0.0
 
     def test_free_area_leaves_out_what_stands_there(self) -> None:
-        assert free_area([self.zone(Span(0.0, 0.0, 0.5, 0.5, 0.92, 1.2))]) == pytest.approx(0.25, abs=0.01)
+        assert free_area([self.zone(WorldBox(0.0, 0.0, 0.5, 0.5, 0.92, 1.2))]) == pytest.approx(0.25, abs=0.01)
 
     def test_same_seed_same_rate(self) -> None:
         rates = [[t.rate for t in DesignSubject(kitchen(), seed).tasks] for seed in (0, 0, 1)]
@@ -188,10 +197,10 @@ class TestPutting:
     def test_worktops_near_a_fixture_end_where_it_is_far(self) -> None:
         facts = kitchen()
         stove = next(f for f in facts.fixtures if f.name == "range")
-        spans = [span for _, _, span in near(facts, stove, 0.6)]
+        spans = [span for _, _, span in worktops_near(facts, stove, 0.6)]
         assert [span.x0 for span in spans] == pytest.approx([1.852, 3.21])
         assert [span.x1 for span in spans] == pytest.approx([2.45, 3.808])
-        assert len(tops(facts)) == 4
+        assert len(worktop_regions(facts)) == 4
         assert sorted(s.x0 for s in on_worktops(facts)) == pytest.approx([1.1, 3.55])
 
 

@@ -12,8 +12,8 @@ from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.run import run
 from casa_assets.geometry.planar import distance, penetration_depth
 from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.layouts.order.request import Kitchen
-from casa_assets.model.kitchen.floor import APPLIANCES, Facts, Role
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.model.kitchen.floor import APPLIANCES, KitchenFacts, Role
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
@@ -21,29 +21,29 @@ from tests.reference_kitchen import LIMITS
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Kitchen, Scene]:
+def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[KitchenRequest, Scene]:
     cache: Path = tmp_path_factory.mktemp("cache")
     return build_scene(SceneRecipe("l_small", "coastal"), cache)
 
 
 @pytest.fixture(scope="module")
-def facts(built: tuple[Kitchen, Scene]) -> Facts:
+def facts(built: tuple[KitchenRequest, Scene]) -> KitchenFacts:
     return facts_of(*built)
 
 
-def test_every_placement_is_a_fixture(built: tuple[Kitchen, Scene], facts: Facts) -> None:
+def test_every_placement_is_a_fixture(built: tuple[KitchenRequest, Scene], facts: KitchenFacts) -> None:
     assert [f.name for f in facts.fixtures] == [p.name for p in built[1].placements]
     for role in (Role.SINK, Role.FRIDGE, Role.DISHWASHER, Role.MICROWAVE, Role.COFFEE_MACHINE, Role.WORKTOP):
         assert facts.of(role), role
     assert facts.of(Role.RANGE, Role.HOB)
 
 
-def test_same_kitchen_same_facts(built: tuple[Kitchen, Scene], facts: Facts) -> None:
+def test_same_kitchen_same_facts(built: tuple[KitchenRequest, Scene], facts: KitchenFacts) -> None:
     assert facts_of(*built).to_json() == facts.to_json()
-    assert Facts.from_json(facts.to_json()) == facts
+    assert KitchenFacts.from_json(facts.to_json()) == facts
 
 
-def test_fixtures_of_rows_face_the_room(facts: Facts) -> None:
+def test_fixtures_of_rows_face_the_room(facts: KitchenFacts) -> None:
     for fixture in facts.of(*APPLIANCES, Role.CABINET, Role.DRAWERS):
         row = facts.row(fixture.run)
         assert row is not None
@@ -51,7 +51,7 @@ def test_fixtures_of_rows_face_the_room(facts: Facts) -> None:
         assert row.of(fixture.foot.at(0.0, 0.0))[1] > row.of(fixture.foot.middle)[1]
 
 
-def test_units_and_fixtures_agree(facts: Facts) -> None:
+def test_units_and_fixtures_agree(facts: KitchenFacts) -> None:
     """What was built stands in the slot that was planned for it."""
     for row in facts.rows:
         for unit in row.units:
@@ -62,7 +62,7 @@ def test_units_and_fixtures_agree(facts: Facts) -> None:
                 assert middle + half <= unit.right + 1e-3, fixture.name
 
 
-def test_leaves_begin_at_their_fixture_and_reach_out_of_it(facts: Facts) -> None:
+def test_leaves_begin_at_their_fixture_and_reach_out_of_it(facts: KitchenFacts) -> None:
     for fixture in facts.fixtures:
         for joint in fixture.joints:
             if joint.leaf is not None:
@@ -77,13 +77,13 @@ def test_leaves_begin_at_their_fixture_and_reach_out_of_it(facts: Facts) -> None
     assert max(washer.foot.of(p)[1] for p in flap.leaf.open) == pytest.approx(0.68, abs=0.12)
 
 
-def test_knobs_and_keys_have_no_leaf(facts: Facts) -> None:
+def test_knobs_and_keys_have_no_leaf(facts: KitchenFacts) -> None:
     small = [j for f in facts.fixtures for j in f.joints if j.name.startswith("knob") or "button" in j.name]
     assert small
     assert [j.name for j in small if j.leaf is not None] == []
 
 
-def test_a_door_is_less_clear_than_its_hole_by_lining_and_leaf(facts: Facts) -> None:
+def test_a_door_is_less_clear_than_its_hole_by_lining_and_leaf(facts: KitchenFacts) -> None:
     doors = [w for w in facts.ways if w.kind is OpeningKind.DOOR]
     assert doors
     for way in doors:
@@ -92,7 +92,7 @@ def test_a_door_is_less_clear_than_its_hole_by_lining_and_leaf(facts: Facts) -> 
         assert way.leaf is not None
 
 
-def test_what_the_checks_say(facts: Facts) -> None:
+def test_what_the_checks_say(facts: KitchenFacts) -> None:
     """It is reached everywhere, with each of its doors open, and has what every task wants."""
     subject = DesignSubject(facts)
     report = run(subject, facts.id, LIMITS)

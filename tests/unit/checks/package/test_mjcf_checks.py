@@ -233,21 +233,21 @@ class TestAgreement:
 class TestLoad:
     def test_is_remembered_until_a_file_changes(self, tmp_path: Path) -> None:
         package = packed(ball(), tmp_path)
-        first = mujoco_load.load(package.mjcf)
-        assert mujoco_load.load(package.mjcf) is first
+        first = mujoco_load.load_mjcf(package.mjcf)
+        assert mujoco_load.load_mjcf(package.mjcf) is first
         tamper(package.mjcf, 'mass="0.17"', 'mass="0.175"')
-        assert mujoco_load.load(package.mjcf) is not first
+        assert mujoco_load.load_mjcf(package.mjcf) is not first
 
     def test_drop_leaves_the_shared_model_alone(self, tmp_path: Path) -> None:
         scene = packed(ball(), tmp_path).scene
-        drop.drop(scene, drop.Protocol(*(LIMITS[key] for key in DROP)))
-        model = mujoco_load.load(scene).model
+        drop.drop_on_floor(scene, drop.DropProtocol(*(LIMITS[key] for key in DROP)))
+        model = mujoco_load.load_mjcf(scene).model
         assert model is not None
         assert model.opt.timestep == 0.002
 
 
 def test_protocol_of_the_drop_is_that_of_the_reference() -> None:
     """Ref: SimReady Foundation, FET003: from twice its height, at rest within 2 cm for 2 s inside 8 s."""
-    protocol = drop.Protocol(*(LIMITS[key] for key in DROP))
+    protocol = drop.DropProtocol(*(LIMITS[key] for key in DROP))
     assert (protocol.height_factor, protocol.least_height_m, protocol.rest_m) == (2.0, 0.1, 0.02)
     assert (protocol.rest_s, protocol.limit_s, protocol.rate_hz) == (2.0, 8.0, 240.0)

@@ -12,7 +12,7 @@ from casa_assets import registry
 from casa_assets.checks.motion import operate
 from casa_assets.checks.run import run
 from casa_assets.checks.runtime.behavior import position
-from casa_assets.checks.runtime.behavior_interpreter import Machine, Stimulus, start, step
+from casa_assets.checks.runtime.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.checks.runtime.reachable_values import unreached
 from casa_assets.checks.table import TABLE
 from casa_assets.model.asset.asset import Asset
@@ -184,7 +184,7 @@ class TestMachine:
             assert [e.value for e in machine.effects] == seen
 
     def test_a_step_leaves_the_machine_as_it_was(self) -> None:
-        before: Machine = start(burning(LOW, HIGH))
+        before: BehaviorState = start(burning(LOW, HIGH))
         step(before, Stimulus({"knob_left_joint": 2.0}), 0.05)
         assert before.values == {"burner_left": "off"}
 
@@ -226,14 +226,14 @@ class TestReachable:
 
 class TestOperated:
     def test_a_fingertip_touches_one_key(self, tmp_path: Path) -> None:
-        model = operate.operated(packed(oven(), tmp_path))
+        model = operate.fingertip_model(packed(oven(), tmp_path))
         assert model is not None
         pressed = model.press({}, "stop_button")
         assert pressed is not None
         assert pressed.touched == {"stop_button"}
 
     def test_positions_are_those_of_the_file(self, tmp_path: Path) -> None:
-        model = operate.operated(packed(oven(), tmp_path))
+        model = operate.fingertip_model(packed(oven(), tmp_path))
         assert model is not None
         assert model.measure({}).joints == {"microjoint": 0.0}
         assert model.measure({"microjoint": -9.0}).joints["microjoint"] == pytest.approx(-math.pi / 2)
@@ -241,7 +241,7 @@ class TestOperated:
     def test_a_file_that_does_not_compile_is_left_alone(self, tmp_path: Path) -> None:
         package = packed(oven(), tmp_path)
         package.mjcf.write_text("<mujoco><worldbody><body/></worldbody></mujoco")
-        assert operate.operated(package) is None
+        assert operate.fingertip_model(package) is None
 
     @pytest.mark.parametrize(
         ("span", "way", "at"),

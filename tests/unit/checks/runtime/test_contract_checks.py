@@ -15,7 +15,15 @@ from casa_assets.checks.runtime import contract_names
 from casa_assets.checks.table import TABLE
 from casa_assets.model.asset.asset import Asset, JointKind, Keyframe, Region
 from casa_assets.model.pose import Pose
-from casa_assets.model.registry.contract import Choice, Contract, Generation, Needs, Opens, RegionRule, Threshold
+from casa_assets.model.registry.contract import (
+    Alternatives,
+    Contract,
+    OpeningSide,
+    RegionRule,
+    Requirements,
+    RobocasaRelease,
+    Threshold,
+)
 from tests.assets import microwave, rigid_mug
 from tests.contract_fixtures import hob, oven, packed
 
@@ -191,13 +199,17 @@ class TestRules:
             plain = hob()
             return plain.replace(regions=tuple(Region(name=n, size=(0.1, 0.1, 0.1)) for n in names))
 
-        one, two = (Needs(regions=tuple(RegionRule(name=n) for n in ns)) for ns in (("basin",), ("left", "right")))
-        asked = Contract(id="sink", title="Sink", one_of=(Choice(any_of=(one, two)),))
+        one, two = (
+            Requirements(regions=tuple(RegionRule(name=n) for n in ns)) for ns in (("basin",), ("left", "right"))
+        )
+        asked = Contract(id="sink", title="Sink", one_of=(Alternatives(any_of=(one, two)),))
         look = contract_names.regions
-        assert contract_names.wanting(sink(("basin",)), asked, look) == []
-        assert contract_names.wanting(sink(("left", "right")), asked, look) == []
-        assert [pointer for pointer, _ in contract_names.wanting(sink(("left",)), asked, look)] == ["regions/basin"]
-        assert len(contract_names.wanting(sink(("bowl",)), asked, look)) == 1
+        assert contract_names.missing_requirements(sink(("basin",)), asked, look) == []
+        assert contract_names.missing_requirements(sink(("left", "right")), asked, look) == []
+        assert [pointer for pointer, _ in contract_names.missing_requirements(sink(("left",)), asked, look)] == [
+            "regions/basin"
+        ]
+        assert len(contract_names.missing_requirements(sink(("bowl",)), asked, look)) == 1
 
     def test_values_in_use(self) -> None:
         asked = KNOWN.contracts["stovetop"]
@@ -213,13 +225,13 @@ class TestRules:
     @pytest.mark.parametrize(
         ("span", "way"),
         [
-            ((0.0, 1.0), Opens.POSITIVE),
-            ((-1.0, 0.0), Opens.NEGATIVE),
-            ((-1.0, 2.0), Opens.BOTH),
+            ((0.0, 1.0), OpeningSide.POSITIVE),
+            ((-1.0, 0.0), OpeningSide.NEGATIVE),
+            ((-1.0, 2.0), OpeningSide.BOTH),
             ((0.5, 1.0), None),
         ],
     )
-    def test_opening(self, span: tuple[float, float], way: Opens | None) -> None:
+    def test_opening(self, span: tuple[float, float], way: OpeningSide | None) -> None:
         assert contract_names.opening(hob().joints[0].replace(range=span)) is way
 
     def test_axis_is_told_in_the_asset_frame(self) -> None:
@@ -234,4 +246,4 @@ class TestRules:
         assert found == ["-z", "+y", "askew"]
 
     def test_generations_are_named(self) -> None:
-        assert KNOWN.contracts["microwave"].read_by[Generation.V0_2] == ("Microwave",)
+        assert KNOWN.contracts["microwave"].read_by[RobocasaRelease.V0_2] == ("Microwave",)

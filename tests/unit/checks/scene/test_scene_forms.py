@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.readers.mujoco_load import heard
+from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.run import run
 from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.formats.usd_layer import OF_SINGLE_PROPS
 from casa_assets.checks.scene.motion import stopwatch
-from casa_assets.checks.scene.motion.budget import Speed, holdings
-from casa_assets.checks.scene.views import Pictures
+from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
+from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table import TABLE
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.asset import Base
@@ -26,7 +26,7 @@ from tests.cupboard import cupboard
 from tests.packages import tamper
 from tests.rooms import LIMITS, at, block, in_all_forms, room, subject
 
-ROWS = {check.code: check for check in TABLE if check.subject in (SceneFiles, Pictures, Speed)}
+ROWS = {check.code: check for check in TABLE if check.subject in (SceneFiles, PreviewImages, MeasuredSpeed)}
 # Makes what is judged, below a folder.
 Make = Callable[[Path], object]
 LIGHT_BOX = 'name="thing_0__shape_0" type="box" size="0.1 0.1 0.1" pos="0 0 0.1"'
@@ -62,12 +62,12 @@ def picture(*, black: float = 0.0, white: float = 0.0) -> Make:
     flat = shot.reshape(-1, 3)
     flat[: round(black * len(flat))] = 4
     flat[len(flat) - round(white * len(flat)) :] = 255
-    return lambda _: Pictures({"overview": np.full((4, 4, 3), 90, dtype=np.uint8), "at_sink": shot})
+    return lambda _: PreviewImages({"overview": np.full((4, 4, 3), 90, dtype=np.uint8), "at_sink": shot})
 
 
 def speed(load_ms: float = 900.0, steps_per_s: float = 5000.0) -> Make:
     """What a stopwatch might say."""
-    return lambda _: Speed(load_ms, steps_per_s, 0.002)
+    return lambda _: MeasuredSpeed(load_ms, steps_per_s, 0.002)
 
 
 # Code -> what it is silent on, and what trips it alone.
@@ -160,14 +160,14 @@ class TestPictures:
         assert (issue.pointer, issue.message.split(":")[0]) == ("previews/at_sink", "100.0% of it is black")
 
     def test_no_picture_is_no_pass(self) -> None:
-        report = run(Pictures({}), "room", LIMITS)
+        report = run(PreviewImages({}), "room", LIMITS)
         assert {(r.code, r.status) for r in report.results} == {(c, Status.NOT_RUN) for c in ("SCN024", "SCN025")}
         assert not report.passed
 
     def test_a_pure_colour_is_neither(self) -> None:
         blue = np.zeros((4, 4, 3), dtype=np.uint8)
         blue[..., 2] = 255
-        assert run(Pictures({"overview": blue}), "room", LIMITS).issues == ()
+        assert run(PreviewImages({"overview": blue}), "room", LIMITS).issues == ()
 
 
 class TestImport:
@@ -190,7 +190,7 @@ class TestImport:
 
 class TestSpeed:
     def test_pace_is_simulated_seconds_per_second(self) -> None:
-        assert Speed(1.0, 4000.0, 0.002).pace == pytest.approx(8.0)
+        assert MeasuredSpeed(1.0, 4000.0, 0.002).pace == pytest.approx(8.0)
 
     @pytest.mark.parametrize("watch", [stopwatch.timed, stopwatch.in_a_fresh_process])
     def test_stopwatch_tells_the_step_of_the_model_and_leaves_no_log(
@@ -200,7 +200,7 @@ class TestSpeed:
         here = tmp_path / "here"
         here.mkdir()
         monkeypatch.chdir(here)
-        with heard():
+        with native_warnings():
             load_s, steps_per_s, timestep_s = watch(found.mjcf)
         assert timestep_s == 0.002
         assert 0.0 < load_s < 60.0
@@ -213,6 +213,6 @@ class TestSpeed:
             stopwatch.in_a_fresh_process(tmp_path / "scene.xml")
 
     def test_holdings_are_those_of_the_model(self, tmp_path: Path) -> None:
-        held = holdings(subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path))
+        held = scene_sizes(subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path))
         assert (held["joints"], held["nv"], held["colliders"], held["hulls"]) == (4, 4, 18, 0)
         assert held["bodies"] == 1 + 1 + 5

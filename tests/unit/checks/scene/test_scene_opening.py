@@ -11,7 +11,7 @@ import pytest
 
 from casa_assets.checks.scene.motion import opening, pulling, rest
 from casa_assets.checks.scene.placement import overlap, support
-from casa_assets.checks.scene.subject import SceneSubject, bare, boxes, meet
+from casa_assets.checks.scene.subject import SceneSubject, boxes, meet, touched_model
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.shape import Box
@@ -73,7 +73,7 @@ class TestOpening:
         felt = shape("felt", (0.5, 0.3, 0.01), (0.0, -0.02, 0.4315))
         scene = room((with_shapes("object", felt), at(0.0, 0.0, 0.0)))
         found = subject(scene, tmp_path)
-        desk = opening.Desk(found, LIMIT)
+        desk = opening.SweepTester(found, LIMIT)
         assert max(desk.at_rest.values()) == pytest.approx(0.0015, abs=1e-4)
         assert [p for p, _ in opening.opens_wide(found, LIMIT).problems if p.endswith("drawer_slide")] == []
 
@@ -226,7 +226,7 @@ class TestSubject:
         file = tmp_path / "scene.xml"
         file.write_text("<mujoco><worldbody><geom type='mesh' mesh='none'/></worldbody></mujoco>")
         with pytest.raises(ValueError, match="none"):
-            bare(file)
+            touched_model(file)
 
     def test_everything_knows_its_placement(self, tmp_path: Path) -> None:
         found: SceneSubject = subject(

@@ -289,19 +289,19 @@ class TestDiff:
 
 class TestPictures:
     def test_every_camera_sees_the_kitchen(self, out: Path) -> None:
-        made = kitchen.prepare(out / SCENE / "scene.xml", frame=kitchen.Frame(160, 120, 4))
+        made = kitchen.open_scene(out / SCENE / "scene.xml", frame=kitchen.PictureSettings(160, 120, 4))
         assert {"overview", "above", "at_sink", "at_stove"} <= set(made.cameras)
-        for name, pixels in kitchen.photograph(made, made.cameras, kitchen.Frame(160, 120, 4)):
+        for name, pixels in kitchen.render_cameras(made, made.cameras, kitchen.PictureSettings(160, 120, 4)):
             assert pixels.shape == (120, 160, 3)
             assert 30 < pixels.mean() < 245, name
             assert pixels.std() > 12, name
 
     def test_unknown_camera_and_pose(self, out: Path) -> None:
-        made = kitchen.prepare(out / SCENE / "scene.xml", frame=kitchen.Frame(64, 48, 1))
+        made = kitchen.open_scene(out / SCENE / "scene.xml", frame=kitchen.PictureSettings(64, 48, 1))
         with pytest.raises(CasaError, match="overview"):
-            list(kitchen.photograph(made, ["overvew"], kitchen.Frame(64, 48, 1)))
+            list(kitchen.render_cameras(made, ["overvew"], kitchen.PictureSettings(64, 48, 1)))
         with pytest.raises(CasaError, match="half_open"):
-            kitchen.prepare(out / SCENE / "scene.xml", "half_open")
+            kitchen.open_scene(out / SCENE / "scene.xml", "half_open")
 
     def test_book_lists_the_scene(self, out: Path) -> None:
         page, picture = book.write(out)

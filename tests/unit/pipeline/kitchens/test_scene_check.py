@@ -12,17 +12,17 @@ import pytest
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.checks.scene.views import Pictures
+from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table import TABLE
-from casa_assets.errors import Misfit
-from casa_assets.layouts.order.request import Kitchen
+from casa_assets.errors import PlanConflict
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.kitchens import check, sample, scene_folders
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneBuilt, build_with_options
 from casa_assets.pipeline.reports import kitchen_summary
-from casa_assets.preview.kitchen import Frame
+from casa_assets.preview.kitchen import PictureSettings
 from casa_assets.registry.kitchens import plan_names, style_names
 from tests.packages import tamper
 
@@ -43,13 +43,13 @@ def copy(checked_kitchen: Checked, tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def composed(checked_kitchen: Checked) -> tuple[Kitchen, Scene]:
+def composed(checked_kitchen: Checked) -> tuple[KitchenRequest, Scene]:
     """What the recipe gives."""
     return build_scene(RECIPE, checked_kitchen[0] / ".casa" / "cache")
 
 
 @pytest.fixture
-def at_hand(composed: tuple[Kitchen, Scene], monkeypatch: pytest.MonkeyPatch) -> None:
+def at_hand(composed: tuple[KitchenRequest, Scene], monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody has to build it again."""
     for module in (scene_folders, check):
         monkeypatch.setattr(module, "build_scene", lambda recipe, cache: composed)
@@ -64,7 +64,7 @@ class TestVerdict:
     def test_report_holds_every_check_with_its_number(self, checked_kitchen: Checked) -> None:
         out, done = checked_kitchen
         assert done.report is not None, done.message
-        kinds = (SceneSubject, SceneFiles, DesignSubject, Pictures)
+        kinds = (SceneSubject, SceneFiles, DesignSubject, PreviewImages)
         wanted = {row.code for row in TABLE if row.subject in kinds} | {"SCN026", "SCN027"}
         data = report_of(out)
         assert [r["code"] for r in data["results"]] == sorted(wanted)
@@ -124,7 +124,7 @@ class TestVerdict:
         folder = copy / RECIPE.scene_id
         tamper(folder / "scene.xml", (LABEL, LABEL + "cold "))
         tamper(folder / "scene_light.xml", ('name="main_fridge__', 'name="main_frigde__'))
-        monkeypatch.setattr(check, "CHECK_FRAME", Frame(64, 48, 1))
+        monkeypatch.setattr(check, "CHECK_FRAME", PictureSettings(64, 48, 1))
         monkeypatch.setattr(check, "in_a_fresh_process", lambda path: (0.5, 4000.0, 0.002))
         done = check.check_one(RECIPE, copy, anew=True)
         assert not done.passed
@@ -158,7 +158,7 @@ class TestFacts:
         assert {name: tuple(t["fixtures"]) for name, t in facts["tasks"].items()} == told
 
 
-def refuse(recipe: SceneRecipe, kitchen: Kitchen, scene: Scene, folder: Path) -> Report:
+def refuse(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, folder: Path) -> Report:
     """A judge that nobody pleases."""
     assert (folder / "scene.xml").is_file()
     assert (folder.parent / "assets").is_dir()
@@ -203,7 +203,7 @@ class TestNothingIsPutInPlace:
         self, copy: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         def misfit(*_: object) -> None:
-            raise Misfit("one_wall_small", ("rows", "main"), "at most 3 m", "4 m")
+            raise PlanConflict("one_wall_small", ("rows", "main"), "at most 3 m", "4 m")
 
         monkeypatch.setattr(scene_folders, "build_scene", misfit)
         done = scene_folders.build_one(RECIPE, copy, anew=True)
