@@ -57,7 +57,8 @@ def request_kitchen(
         offers: numbers of all presets of all families.
         given: lengths of the plan's parameters; None for its own. closed: open walls are drawn too.
     Raises:
-        PlanConflict: the plan does not fit together. UnknownId: the style lacks a model, or names one that does not exist.
+        PlanConflict: the plan does not fit together.
+        UnknownId: the style lacks a model, or names one that does not exist.
     """
     lengths = {**plan.defaults, **(given or {})}
     for name in lengths.keys() - plan.parameters.keys():

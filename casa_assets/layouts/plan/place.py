@@ -120,7 +120,7 @@ def _own_length(
 
 
 def _check_names(plan: Plan) -> None:
-    """Raises PlanConflict where two things of a plan have one name: what stands in the kitchen is called as in the plan."""
+    """Raise PlanConflict where two things of a plan have one name, since placements are named after the plan."""
     seen: set[str] = set()
     units = [
         (("runs", run.id, row, k), unit.id)

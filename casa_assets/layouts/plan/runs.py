@@ -110,7 +110,7 @@ class UnitSlot:
 
 
 def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot, ...]:
-    """The units on the floor from left to right, corners and strips included. Raises PlanConflict where they do not fit."""
+    """The units on the floor from left to right, with corners and strips. Raises PlanConflict where they do not fit."""
     room = line.length - line.left.base - line.right.base
     spans = [standard_sizes.base_span(u, models) for u in line.run.base]
     widths = share_widths(spans, room)
