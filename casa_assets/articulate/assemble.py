@@ -12,6 +12,7 @@ from casa_assets.articulate.joints.joint_dynamics import build_joint, open_close
 from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace
 from casa_assets.articulate.segment.fragments import fragment_labels
 from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import shell_moments
 from casa_assets.geometry.mesh.normals import with_normals
@@ -224,4 +225,4 @@ def _vec(values: Floats) -> tuple[float, float, float]:
 
 
 def _seven(value: float) -> float:
-    return float(f"{float(value):.7g}")
+    return significant(float(value), 7)

@@ -99,3 +99,9 @@ class Check:
             value = limits[self.limit]
             told |= {"limit": value, "mm": 1e3 * value, "mm2": 1e6 * value}
         return self.description.format(**told)
+
+
+def required_limit(limit: float | None) -> float:
+    """The limit of a check whose row in the table names one."""
+    assert limit is not None, "the row of this check names a limit"
+    return limit

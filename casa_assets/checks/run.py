@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from casa_assets.checks.check import Check, Measured, not_run
 from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.table import TABLE
+from casa_assets.core.rounding import significant
 from casa_assets.model.issue import CheckResult, Issue, Report, Status
 
 # Shared and never written to: what is waived where nothing is.
@@ -89,4 +90,4 @@ def _result(check: Check, found: Measured, limit: float | None, waived: bool = F
 
 def _rounded(number: float | None) -> float | None:
     """Six digits: more would carry the noise of the machine's arithmetic into the library."""
-    return None if number is None else float(f"{number:.6g}")
+    return None if number is None else significant(number, 6)

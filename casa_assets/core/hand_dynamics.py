@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from casa_assets.core.rounding import significant
+
 # Force that starts a door, a drawer or a lid, N: enough that it stays shut, and well under the 5 pounds-force (22.2 N)
 # that operable parts may need. Ref: ADA Standards 2010, 309.4.
 START_N = 7.0
@@ -117,4 +119,4 @@ KEY = Feel(damping=2.0, frictionloss=0.05, armature=0.02)
 
 def _tidy(value: float) -> float:
     """Three digits: more would be noise of the arithmetic."""
-    return float(f"{value:.3g}")
+    return significant(value, 3)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linprog
 
+from casa_assets.core.rounding import decimals, significant
 from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.solid.hull import hull_planes, hull_volume
@@ -91,7 +92,7 @@ def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], .
     if not boxes or not rods:
         raise DegenerateShape("nothing fits inside the hull")
     # Of equals the first: a later frame has to be better by more than rounding.
-    box, rod = (max(found, key=lambda f: float(f"{f.volume:.6g}")) for found in (boxes, rods))
+    box, rod = (max(found, key=lambda f: significant(f.volume, 6)) for found in (boxes, rods))
     several = [box, *_beside(planes, box, volume)]
     best = [rod] if rod.volume > sum(one.volume for one in several) else several
     return tuple(_rounded(found) for found in best)
@@ -131,7 +132,7 @@ def _rounded(found: InscribedPrimitive) -> tuple[Box | Cylinder, Pose]:
 
 def _settled(pose: Pose) -> Pose:
     """The pose with a turn that has no last digits."""
-    w, x, y, z = (round(c, 12) + 0.0 for c in pose.quaternion)
+    w, x, y, z = (decimals(c, 12) for c in pose.quaternion)
     return pose.replace(quaternion=(w, x, y, z))
 
 

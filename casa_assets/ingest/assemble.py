@@ -7,6 +7,7 @@ from contextlib import suppress
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.mesh.normals import with_normals
@@ -170,7 +171,7 @@ def _rounded(shape: Box | Sphere | Cylinder | Capsule) -> Shape:
 
 def _seven(value: float) -> float:
     """Seven digits, and no dust: what both formats carry."""
-    return float(f"{value:.7g}") if abs(value) > 1e-9 else 0.0
+    return significant(value, 7) if abs(value) > 1e-9 else 0.0
 
 
 def _moved_inertial(inertial: Inertial, shift: Floats) -> Inertial:

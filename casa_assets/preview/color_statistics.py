@@ -8,6 +8,7 @@ import numpy as np
 from PIL import Image
 
 from casa_assets.core.color import linear_from_srgb_array
+from casa_assets.core.rounding import decimals
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.shape_descriptor import quantile_means
@@ -89,7 +90,7 @@ def _colors(visual: Visual, look: Material, count: int) -> Floats:
 def _tones(lab: Floats) -> tuple[float, ...]:
     light, a, b = lab.T
     tones = (light, a, b, (a + b) / np.sqrt(2.0), (a - b) / np.sqrt(2.0))
-    return tuple(round(share, 2) + 0.0 for tone in tones for share in quantile_means(tone, TONE_SHARES))
+    return tuple(decimals(share, 2) for tone in tones for share in quantile_means(tone, TONE_SHARES))
 
 
 def _names(lab: Floats) -> tuple[tuple[str, float], ...]:

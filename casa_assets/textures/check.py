@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from casa_assets.core.rounding import significant
 from casa_assets.model.asset.material import Texture
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.model.registry.finish import Finish
@@ -93,7 +94,7 @@ def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
         number, limit = float(row.measure(pictures)), limits[row.limit]
         passed = number <= limit if row.most else number >= limit
         status = Status.PASSED if passed else Status.FAILED
-        shown = float(f"{number:.6g}")
+        shown = significant(number, 6)
         results.append(CheckResult(code=row.code, status=status, number=shown, limit=limit, unit=row.unit))
         if not passed:
             side = "above" if row.most else "below"
@@ -121,7 +122,7 @@ def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping
         else CheckResult(
             code="TEX013",
             status=Status.FAILED if close else Status.PASSED,
-            number=float(f"{nearest:.6g}"),
+            number=significant(nearest, 6),
             limit=apart,
         ),
     )

@@ -14,6 +14,7 @@ import numpy as np
 
 from casa_assets.articulate.colliders.empty_regions import is_empty_region
 from casa_assets.articulate.colliders.link_shapes import box_cloud
+from casa_assets.core.rotation import about_axis
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.hull import hull_volume
 
@@ -176,21 +177,13 @@ def _motion(solids: Sequence[LinkSolid], link: int, shares: dict[int, float]) ->
         solid = solids[at]
         if at in shares and solid.axis is not None and solid.anchor is not None:
             if solid.turns:
-                own = _rotation(solid.axis, solid.max_travel * shares[at])
+                own = about_axis(solid.axis, solid.max_travel * shares[at])
                 own_shift = solid.anchor - own @ solid.anchor
             else:
                 own, own_shift = np.eye(3), solid.axis * solid.max_travel * shares[at]
             turn, shift = own @ turn, own @ shift + own_shift
         at = solid.carrier
     return turn, shift
-
-
-def _rotation(axis: Floats, angle: float) -> Floats:
-    """(3, 3) turn about a unit axis, right-handed, rad."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    found: Floats = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-    return found
 
 
 def _swollen(cloud: Floats) -> Floats:

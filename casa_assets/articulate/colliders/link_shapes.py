@@ -8,6 +8,7 @@ from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.segment.raster import render_depth
+from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.grid.voxel import Grid, voxelise
@@ -240,4 +241,4 @@ def _vec(values: Floats) -> tuple[float, float, float]:
 
 
 def _seven(value: float) -> float:
-    return float(f"{float(value):.7g}")
+    return significant(float(value), 7)

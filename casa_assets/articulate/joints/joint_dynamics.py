@@ -10,6 +10,7 @@ import numpy as np
 from casa_assets.articulate.plan import PartKind, PartPlan
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import START_N
+from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Collider, Drive, Joint, JointKind, Link, State
@@ -100,4 +101,4 @@ def open_closed_states(part: PartPlan) -> tuple[State, ...]:
 
 
 def _seven(value: float) -> float:
-    return float(f"{float(value):.7g}")
+    return significant(float(value), 7)

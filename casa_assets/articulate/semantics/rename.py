@@ -12,6 +12,7 @@ from casa_assets.articulate.interior.regions import link_bounds
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.semantics.annotate_for_runtime import annotate_for_runtime
 from casa_assets.articulate.semantics.part_roles import PlacedPart, RuntimeName, runtime_names
+from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.joint import Joint
@@ -125,5 +126,5 @@ def _straight(axis: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def _vec(values: Floats) -> tuple[float, float, float]:
-    x, y, z = (float(f"{float(v):.7g}") if abs(v) > 1e-9 else 0.0 for v in values)
+    x, y, z = (significant(float(v), 7) if abs(v) > 1e-9 else 0.0 for v in values)
     return (x, y, z)

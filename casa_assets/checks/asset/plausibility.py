@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from casa_assets.checks.asset.built import NO_COLLIDERS, NO_JOINTS, UNSEEN, is_from_family
-from casa_assets.checks.check import Measured, largest, least, no_fault, not_applicable, not_run
+from casa_assets.checks.check import Measured, largest, least, no_fault, not_applicable, not_run, required_limit
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.mesh.measure import face_normals, signed_volume
@@ -33,15 +33,15 @@ def fits_in_a_kitchen(asset: Asset, limit: float | None) -> Measured:
     if not any(k.visuals for k in asset.links):
         return not_applicable(UNSEEN)
     longest = float(_seen(asset).max())
-    message = f"is {longest:.3g} m long, more than {_number(limit):g} m; look for a wrong unit of length"
-    return Measured(longest, (("", message),) if longest > _number(limit) else ())
+    message = f"is {longest:.3g} m long, more than {required_limit(limit):g} m; look for a wrong unit of length"
+    return Measured(longest, (("", message),) if longest > required_limit(limit) else ())
 
 
 def is_thick_enough(asset: Asset, limit: float | None) -> Measured:
     """The number is the least thickness of the collision shapes of a link, metres."""
     found = {k.name: _thickness(np.concatenate(_clouds(k))) for k in _touchable(asset)}
     message = "has collision shapes of {:.2g} m thickness; thicken the sheet or mend the scale"
-    problems = tuple((f"links/{k}/colliders", message.format(t)) for k, t in found.items() if t < _number(limit))
+    problems = tuple((f"links/{k}/colliders", message.format(t)) for k, t in found.items() if t < required_limit(limit))
     return least(found.values(), problems, NO_COLLIDERS)
 
 
@@ -51,7 +51,7 @@ def is_not_too_dense(asset: Asset, limit: float | None) -> Measured:
     if not found:
         return not_run(FLAT) if _touchable(asset) else not_applicable(NO_COLLIDERS)
     message = "weighs {:.3g} times water for the volume of its collision shapes; mend the mass, or fill the shapes"
-    problems = tuple((f"links/{k}/inertial", message.format(d)) for k, d in found.items() if d > _number(limit))
+    problems = tuple((f"links/{k}/inertial", message.format(d)) for k, d in found.items() if d > required_limit(limit))
     return Measured(max(found.values()), problems)
 
 
@@ -61,7 +61,7 @@ def is_not_too_light(asset: Asset, limit: float | None) -> Measured:
     if not found:
         return not_run(FLAT) if _touchable(asset) else not_applicable(NO_COLLIDERS)
     message = "weighs {:.3g} times water for the volume of its collision shapes; mend the mass unless it is hollow"
-    problems = tuple((f"links/{k}/inertial", message.format(d)) for k, d in found.items() if d < _number(limit))
+    problems = tuple((f"links/{k}/inertial", message.format(d)) for k, d in found.items() if d < required_limit(limit))
     return Measured(min(found.values()), problems)
 
 
@@ -69,7 +69,9 @@ def has_few_shapes(asset: Asset, limit: float | None) -> Measured:
     """The number is the most collision shapes that a link has."""
     counts = {k.name: len(k.colliders) for k in asset.links}
     message = "has {} collision shapes; merge some"
-    problems = tuple((f"links/{k}/colliders", message.format(n)) for k, n in counts.items() if n > _number(limit))
+    problems = tuple(
+        (f"links/{k}/colliders", message.format(n)) for k, n in counts.items() if n > required_limit(limit)
+    )
     return Measured(float(max(counts.values())), problems)
 
 
@@ -77,7 +79,7 @@ def has_small_hulls(asset: Asset, limit: float | None) -> Measured:
     """The number is the most vertices that a hull has."""
     counts = {pointer: len(hull.mesh.vertices) for pointer, hull in _hulls(asset)}
     message = "has {} vertices; take a hull of fewer"
-    problems = tuple((pointer, message.format(n)) for pointer, n in counts.items() if n > _number(limit))
+    problems = tuple((pointer, message.format(n)) for pointer, n in counts.items() if n > required_limit(limit))
     return largest(map(float, counts.values()), problems, NO_HULLS)
 
 
@@ -89,7 +91,7 @@ def has_convex_hulls(asset: Asset, limit: float | None) -> Measured:
         dents.append(dent)
         if not is_closed(hull.mesh.faces.astype(np.int64)):
             problems.append((pointer, "is not closed; take the convex hull of its vertices"))
-        elif dent > _number(limit):
+        elif dent > required_limit(limit):
             problems.append((pointer, f"is dented by {dent:.2g} m or inside out; take the convex hull of its vertices"))
     return largest(dents, tuple(problems), NO_HULLS)
 
@@ -101,9 +103,9 @@ def has_mass_inside(asset: Asset, limit: float | None) -> Measured:
         out, wide = _outside(link)
         found += [out, wide]
         pointer = f"links/{link.name}/inertial"
-        if out > _number(limit):
+        if out > required_limit(limit):
             problems.append((pointer, f"centre of mass is {out:.2g} m outside the collision shapes; measure it again"))
-        if wide > _number(limit):
+        if wide > required_limit(limit):
             problems.append((pointer, f"inertia is that of a body {2 * wide:.2g} m longer; mend its unit or frame"))
     return largest(found, tuple(problems), NO_COLLIDERS)
 
@@ -125,7 +127,7 @@ def is_touched_as_seen(asset: Asset, limit: float | None, ratio: float, built_m:
         gap, side = float(gaps.max()), int(gaps.argmax())
         found.append(gap)
         share = ratio * float(np.ptp(seen, axis=0).max())
-        if gap > max(_number(limit), min(share, built_m) if is_from_family(asset) else share):
+        if gap > max(required_limit(limit), min(share, built_m) if is_from_family(asset) else share):
             where = f"{'low' if side < 3 else 'high'} {'xyz'[side % 3]}"
             message = f"collision shapes end {gap:.3g} m away from what is seen at {where}; fit them again"
             problems.append((f"links/{link.name}/colliders", message))
@@ -142,7 +144,7 @@ def stands_on_its_origin(asset: Asset, limit: float | None) -> Measured:
     x, y = (low + high)[:2] / 2
     off = {"middle in x": float(x), "middle in y": float(y), "lowest point": float(low[2])}
     message = "{} is at {:.3g} m, not at 0; move the origin to the middle of the footprint"
-    problems = tuple(("", message.format(what, at)) for what, at in off.items() if abs(at) > _number(limit))
+    problems = tuple(("", message.format(what, at)) for what, at in off.items() if abs(at) > required_limit(limit))
     return Measured(max(abs(at) for at in off.values()), problems)
 
 
@@ -167,7 +169,7 @@ def has_usual_mass(package: Package, limit: float | None) -> Measured:
     span, mass = package.category.mass_kg, package.asset.mass
     factor = max(span.low / mass, mass / span.high)
     message = f"is {mass:.3g} kg; a {package.category.id} weighs {span.low:g} to {span.high:g} kg"
-    return Measured(factor, (("mass", message),) if factor > _number(limit) else ())
+    return Measured(factor, (("mass", message),) if factor > required_limit(limit) else ())
 
 
 def has_usual_size(package: Package, limit: float | None) -> Measured:
@@ -177,7 +179,7 @@ def has_usual_size(package: Package, limit: float | None) -> Measured:
         return not_applicable(UNSEEN)
     factor = max(span.low / longest, longest / span.high)
     message = f"is {longest:.3g} m long; a {package.category.id} has {span.low:g} to {span.high:g} m"
-    return Measured(factor, (("bounds", message),) if factor > _number(limit) else ())
+    return Measured(factor, (("bounds", message),) if factor > required_limit(limit) else ())
 
 
 def closes_at_zero(asset: Asset, limit: float | None) -> Measured:
@@ -193,11 +195,6 @@ def closes_at_zero(asset: Asset, limit: float | None) -> Measured:
             message = f"goes from {low:g} to {high:g}; it should {wanted} zero, where it is closed"
             problems.append((f"joints/{joint.name}/range", message))
     return largest(found, tuple(problems), NO_JOINTS)
-
-
-def _number(limit: float | None) -> float:
-    assert limit is not None, "the row of this check names a limit"
-    return limit
 
 
 def _touchable(asset: Asset) -> list[Link]:

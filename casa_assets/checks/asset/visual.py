@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from casa_assets.checks.asset.built import UNSEEN
-from casa_assets.checks.check import Measured, largest, least, not_applicable
+from casa_assets.checks.check import Measured, largest, least, not_applicable, required_limit
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
@@ -43,7 +43,7 @@ def is_lit_from_outside(asset: Asset, limit: float | None) -> Measured:
         behind = np.einsum("fkj,fj->fk", normals[visual.mesh.faces], fronts) < 0
         share = float((behind.mean(axis=1) * areas).sum() / max(float(areas.sum()), 1e-300))
         shares.append(share)
-        if share > _number(limit):
+        if share > required_limit(limit):
             problems.append(
                 (pointer, f"{share:.1%} of it has normals that look inwards; compute them from the triangles")
             )
@@ -58,7 +58,7 @@ def is_not_inside_out(asset: Asset, limit: float | None) -> Measured:
             continue
         share = _inverted_share(link)
         shares.append(share)
-        if share > _number(limit):
+        if share > required_limit(limit):
             message = f"{share:.1%} of the surface is inside out; turn those triangles"
             problems.append((f"links/{link.name}/visuals", message))
     return largest(shares, tuple(problems), UNSEEN)
@@ -69,7 +69,7 @@ def has_few_faces(asset: Asset, limit: float | None) -> Measured:
     count = sum(len(v.mesh.faces) for _, v in _visuals(asset))
     if not count:
         return not_applicable(UNSEEN)
-    problems = (("", f"has {count} triangles; simplify it further"),) if count > _number(limit) else ()
+    problems = (("", f"has {count} triangles; simplify it further"),) if count > required_limit(limit) else ()
     return Measured(float(count), problems)
 
 
@@ -94,7 +94,7 @@ def has_small_textures(asset: Asset, limit: float | None) -> Measured:
             pointer = f"materials/{material.id}/{texture.name}"
             if size != (texture.width_px, texture.height_px):
                 problems.append((pointer, f"is {size[0]} x {size[1]} pixels, not as stated; read its size again"))
-            if max(size) > _number(limit):
+            if max(size) > required_limit(limit):
                 problems.append((pointer, f"is {size[0]} x {size[1]} pixels; scale it down"))
     return largest(sides, tuple(problems), NO_PICTURES)
 
@@ -121,11 +121,6 @@ def is_seen_once(asset: Asset, limit: float | None) -> Measured:
             if twin != pointer:
                 problems.append((pointer, f"is the same mesh in the same place as {twin}; leave one out"))
     return Measured(float(len(problems)), tuple(problems))
-
-
-def _number(limit: float | None) -> float:
-    assert limit is not None, "the row of this check names a limit"
-    return limit
 
 
 def _visuals(asset: Asset) -> Iterator[tuple[str, Visual]]:

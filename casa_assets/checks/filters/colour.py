@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from PIL import Image
 
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measured, not_applicable, required_limit
 from casa_assets.checks.filters.welded_surface import welded_surface, why_no_surface
 from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.core.typing import Floats, Ints
@@ -59,7 +59,7 @@ def is_lit(asset: Asset, limit: float | None) -> Measured:
         return why_no_surface(asset) if look is None else not_applicable(METAL)
     bright = float((look.linear @ LUMINANCE).mean())
     message = f"is black, it gives back {bright:.2%} of the light; set the colours of its materials"
-    return Measured(bright, (("materials", message),) if bright < _number(limit) else ())
+    return Measured(bright, (("materials", message),) if bright < required_limit(limit) else ())
 
 
 def is_coloured(asset: Asset, limit: float | None) -> Measured:
@@ -70,7 +70,7 @@ def is_coloured(asset: Asset, limit: float | None) -> Measured:
     shown = srgb_from_linear_array(look.linear)
     off = float(np.percentile(np.abs(shown - shown.mean()).max(axis=1), 99))
     message = "has one plain grey all over; bring its materials, or a picture"
-    return Measured(off, (("materials", message),) if off < _number(limit) else ())
+    return Measured(off, (("materials", message),) if off < required_limit(limit) else ())
 
 
 def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
@@ -87,12 +87,7 @@ def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
     texels = float(np.median(look.texels[shows])) * found.longest
     kind = "is blurred" if texels > 2 * points else "is small"
     message = f"its picture {kind}: {points:.0f} points along the longest side can be told apart; bring a sharper one"
-    return Measured(points, (("materials", message),) if points < _number(limit) else ())
-
-
-def _number(limit: float | None) -> float:
-    assert limit is not None, "the row of this check names a limit"
-    return limit
+    return Measured(points, (("materials", message),) if points < required_limit(limit) else ())
 
 
 def _is_metal(asset: Asset) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.checks.asset.built import NO_COLLIDERS, is_loose_mesh
-from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.check import Measured, not_applicable, not_run, required_limit
 from casa_assets.checks.filters.welded_surface import NOT_LOOSE
 from casa_assets.geometry.mesh.measure import signed_volume, solid_moments
 from casa_assets.geometry.solid.hull import convex_hull
@@ -38,7 +38,7 @@ def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
     ratio = (found + slight) / (expected + slight)
     factor = float(np.maximum(ratio, 1 / ratio).max())
     message = f"turns {factor:.1f} times harder or easier than its shapes filled evenly; measure the inertia again"
-    return Measured(factor, (("links/object/inertial", message),) if factor > _number(limit) else ())
+    return Measured(factor, (("links/object/inertial", message),) if factor > required_limit(limit) else ())
 
 
 def loads_fast(asset: Asset, limit: float | None) -> Measured:
@@ -50,9 +50,4 @@ def loads_fast(asset: Asset, limit: float | None) -> Measured:
     images = {t.file_name: t.width_px * t.height_px for m in asset.materials for t in m.textures}
     took = FACES_MS * faces / 1e3 + PIXELS_MS * sum(images.values()) / 1e6
     message = f"takes about {took:.0f} ms to load ({faces} triangles, {sum(images.values()) / 1e6:.1f} million pixels)"
-    return Measured(took, (("", f"{message}; scale its pictures down"),) if took > _number(limit) else ())
-
-
-def _number(limit: float | None) -> float:
-    assert limit is not None, "the row of this check names a limit"
-    return limit
+    return Measured(took, (("", f"{message}; scale its pictures down"),) if took > required_limit(limit) else ())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.checks.asset.built import is_loose_mesh
-from casa_assets.checks.check import Measured, no_fault, not_applicable
+from casa_assets.checks.check import Measured, no_fault, not_applicable, required_limit
 from casa_assets.checks.filters.welded_surface import NOT_LOOSE, welded_surface, why_no_surface
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats
@@ -41,7 +41,7 @@ def has_usual_proportions(package: Package, limit: float | None) -> Measured:
     number = misfit(size, package.category)
     have = " x ".join(f"{v / size.max():.2g}" for v in size)
     message = f"is {have} in proportion; none of the sizes of a {package.category.id} is like that: look at what it is"
-    return Measured(number, (("labels/category", message),) if number > _number(limit) else ())
+    return Measured(number, (("labels/category", message),) if number > required_limit(limit) else ())
 
 
 def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
@@ -56,7 +56,7 @@ def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
     share = held / hull_volume(found.points)
     message = f"holds nothing as it stands ({share:.1%} of its hull), though a {category.id} is open"
     problem = (("links/object/visuals", f"{message}; look at its pose, and for a lid"),)
-    return Measured(share, problem if share < _number(limit) else ())
+    return Measured(share, problem if share < required_limit(limit) else ())
 
 
 def misfit(size: Floats, category: Category) -> float:
@@ -72,8 +72,3 @@ def misfit(size: Floats, category: Category) -> float:
         values[rows] = np.sort(values[rows])
     have = np.maximum(have, 1e-9)
     return float(np.exp(max(0.0, (np.log(low / have).max() - np.log(high / have).min()) / 2)))
-
-
-def _number(limit: float | None) -> float:
-    assert limit is not None, "the row of this check names a limit"
-    return limit

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.asset.built import NO_COMPILE, is_loose_mesh
-from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.check import Measured, not_applicable, not_run, required_limit
 from casa_assets.checks.filters.welded_surface import NOT_LOOSE
 from casa_assets.checks.motion.collision_only import remove_visuals
 from casa_assets.checks.package.package import Package
@@ -58,7 +58,7 @@ def stays_put(package: Package, limit: float | None) -> Measured:
         return _unrested(package)
     message = f"{WATCH_S:g} s after it was put down a corner of it still goes {1000 * rest.wander_m:.1f} mm by itself"
     problem = (("scene.xml", f"{message}; mend its collision shapes"),)
-    return Measured(rest.wander_m, problem if not rest.wander_m <= _number(limit) else ())
+    return Measured(rest.wander_m, problem if not rest.wander_m <= required_limit(limit) else ())
 
 
 def stands(package: Package, limit: float | None) -> Measured:
@@ -70,7 +70,7 @@ def stands(package: Package, limit: float | None) -> Measured:
         return _unrested(package)
     message = f"tips over by {rest.tilt_deg:.0f} degrees when it is put down, though a {package.category.id} stands"
     problem = (("scene.xml", f"{message}; look at its pose and its foot"),)
-    return Measured(rest.tilt_deg, problem if not rest.tilt_deg <= _number(limit) else ())
+    return Measured(rest.tilt_deg, problem if not rest.tilt_deg <= required_limit(limit) else ())
 
 
 def stacks(package: Package, limit: float | None) -> Measured:
@@ -85,12 +85,7 @@ def stacks(package: Package, limit: float | None) -> Measured:
     off, tilt = _stacked(package.mjcf, tuple(float(v) for v in np.ptp(asset.bounds, axis=0)))
     message = f"another one put on it ends {off:.2f} widths off its middle, tilted by {tilt:.0f} degrees"
     problem = (("model.xml", f"{message}; look at its pose, its foot and its rim"),)
-    return Measured(off, problem if not (off <= _number(limit) and tilt <= TILTED_DEG) else ())
-
-
-def _number(limit: float | None) -> float:
-    assert limit is not None, "the row of this check names a limit"
-    return limit
+    return Measured(off, problem if not (off <= required_limit(limit) and tilt <= TILTED_DEG) else ())
 
 
 def _rest_of(package: Package) -> RestResult | None:

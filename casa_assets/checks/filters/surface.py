@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measured, not_applicable, required_limit
 from casa_assets.checks.filters.welded_surface import WeldedSurface, welded_surface, why_no_surface
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats, Mask
@@ -34,7 +34,7 @@ def is_opaque(asset: Asset, limit: float | None) -> Measured:
         return why_no_surface(asset)
     share = float(found.seen.behind.mean())
     message = f"{share:.1%} of what is seen are backs of faces; close the holes, or give the walls a thickness"
-    return Measured(share, (("links/object/visuals", message),) if share > _number(limit) else ())
+    return Measured(share, (("links/object/visuals", message),) if share > required_limit(limit) else ())
 
 
 def has_all_sides(package: Package, limit: float | None) -> Measured:
@@ -48,7 +48,7 @@ def has_all_sides(package: Package, limit: float | None) -> Measured:
     share, sight = float(found.seen.behind[worst]), found.seen.away[worst]
     message = f"seen from {_side(-sight)} {share:.0%} of it is an open hollow, and a {package.category.id} is full"
     problem = (("links/object/visuals", f"{message}; close that side"),)
-    return Measured(share, problem if share > _number(limit) else ())
+    return Measured(share, problem if share > required_limit(limit) else ())
 
 
 def winds_one_way(asset: Asset, limit: float | None) -> Measured:
@@ -63,7 +63,7 @@ def winds_one_way(asset: Asset, limit: float | None) -> Measured:
         return not_applicable("no two of its faces share an edge")
     share = float(length[(uses == 2) & (balance != 0)].sum() / inner)
     message = f"neighbours face opposite ways along {share:.1%} of the edges; make the winding consistent"
-    return Measured(share, (("links/object/visuals", message),) if share > _number(limit) else ())
+    return Measured(share, (("links/object/visuals", message),) if share > required_limit(limit) else ())
 
 
 def is_no_card(asset: Asset, limit: float | None) -> Measured:
@@ -76,7 +76,7 @@ def is_no_card(asset: Asset, limit: float | None) -> Measured:
     cards = [k for k in np.flatnonzero(_flat(found)) if _is_card(found, piece == k)]
     share = float(np.isin(piece[seen], cards).mean()) if seen.any() else 0.0
     message = f"{share:.0%} of what is seen are flat cards, which vanish from the side; model it in the round"
-    return Measured(share, (("links/object/visuals", message),) if share > _number(limit) else ())
+    return Measured(share, (("links/object/visuals", message),) if share > required_limit(limit) else ())
 
 
 def hangs_together(asset: Asset, limit: float | None) -> Measured:
@@ -88,7 +88,7 @@ def hangs_together(asset: Asset, limit: float | None) -> Measured:
     message = (
         f"{count} large parts stand apart, though they move as one; give each object a file of its own, or join them"
     )
-    return Measured(float(count), (("links/object/visuals", message),) if count > _number(limit) else ())
+    return Measured(float(count), (("links/object/visuals", message),) if count > required_limit(limit) else ())
 
 
 def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
@@ -109,12 +109,7 @@ def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
     wide = np.ptp(low[:, :2], axis=0) / np.maximum(np.ptp(above[:, :2], axis=0), 1e-9)
     number = float(wide.min())
     message = f"stands on a ground that is {number:.1f} times wider than itself; export it without"
-    return Measured(number, (("links/object/visuals", message),) if number > _number(limit) else ())
-
-
-def _number(limit: float | None) -> float:
-    assert limit is not None, "the row of this check names a limit"
-    return limit
+    return Measured(number, (("links/object/visuals", message),) if number > required_limit(limit) else ())
 
 
 def _side(toward: Floats) -> str:

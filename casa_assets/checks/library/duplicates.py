@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from casa_assets.checks.check import Measured, largest, no_fault, not_applicable, not_run
+from casa_assets.checks.check import Measured, largest, no_fault, not_applicable, not_run, required_limit
 
 # Copies of one thing lie this near to each other with nearly all of their surface, in parts of their radius.
 EVERY_SHARE = 4.0
@@ -85,7 +85,7 @@ class LibraryView:
 
 def has_no_form_twice(shelf: LibraryView, limit: float | None) -> Measured:
     """The number is how near the two most alike surfaces lie to each other, as a part of their radius."""
-    bound = _number(limit)
+    bound = required_limit(limit)
     problems = []
     for pair in shelf.alike:
         if pair.same_form(bound):
@@ -101,7 +101,7 @@ def has_no_look_twice(shelf: LibraryView, limit: float | None) -> Measured:
     """The number is the cosine between the pictures of the two assets that look most alike to a model."""
     if shelf.unseen:
         return not_run(shelf.unseen)
-    bound = _number(limit)
+    bound = required_limit(limit)
     problems = [
         (other, f"looks like {one} to a model (cosine {near:.3f}); keep one of them, or both if that is meant")
         for one, other, near in shelf.looks
@@ -117,7 +117,7 @@ def looks_like_its_kind(shelf: LibraryView, limit: float | None) -> Measured:
     if shelf.unseen:
         return not_run(shelf.unseen)
     compared = [one for one in shelf.seen if one.rank]
-    wrong = [one for one in compared if one.rank > _number(limit)]
+    wrong = [one for one in compared if one.rank > required_limit(limit)]
     problems = [
         (one.asset, f"{in_words(one)}; look at the picture, and mend the category or leave it out") for one in wrong
     ]
@@ -137,8 +137,3 @@ def _differs(pair: ShapePair) -> str:
     words = [f"{pair.size:.2f} times as large" if abs(pair.size - 1) > SAME_SIZE else "of the same size"]
     words.append("in the same colours" if pair.colors <= SAME_COLORS else "in other colours")
     return ", ".join(words)
-
-
-def _number(limit: float | None) -> float:
-    assert limit is not None, "the row of this check names a limit"
-    return limit

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from casa_assets.checks.asset.built import NO_COMPILE, NO_JOINTS
-from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.check import Measured, not_applicable, not_run, required_limit
 from casa_assets.checks.motion import drop, sweep
 from casa_assets.checks.package import fact_differences, robosuite_conventions
 from casa_assets.checks.package.package import Package
@@ -61,7 +61,7 @@ def agrees_with_asset(package: Package, limit: float | None) -> Measured:
         except ValueError as error:
             problems.append((path.name, str(error)))
             continue
-        measured = fact_differences.agree(expected, found, _number(limit))
+        measured = fact_differences.agree(expected, found, required_limit(limit))
         worst = max(worst, measured.number or 0.0)
         problems += [(f"{path.name}/{pointer}", message) for pointer, message in measured.problems]
     return Measured(worst, tuple(problems))
@@ -74,8 +74,8 @@ def comes_to_rest(package: Package, limit: float | None, *how: float) -> Measure
     if fall is None:
         return _unfallen(package, fall)
     problems = [("scene.xml", f"simulation in trouble: {said}") for said in fall.troubles]
-    if fall.rest_s is None or fall.rest_s + protocol.rest_s > _number(limit):
-        problems.append(("scene.xml", f"is not at rest {_number(limit):g} s after it was dropped"))
+    if fall.rest_s is None or fall.rest_s + protocol.rest_s > required_limit(limit):
+        problems.append(("scene.xml", f"is not at rest {required_limit(limit):g} s after it was dropped"))
     if fall.deepest_m > drop.TUNNEL_M:
         problems.append(("scene.xml", f"sank {fall.deepest_m:.3f} m into the floor"))
     return Measured(fall.rest_s, tuple(problems))
@@ -89,7 +89,9 @@ def stays_upright(package: Package, limit: float | None, *how: float) -> Measure
         return not_applicable(f"a {package.category.id} lies as it falls")
     if fall is None or fall.rest_s is None:
         return _unfallen(package, fall)
-    problems = (("scene.xml", f"tipped by {fall.tilt_deg:.1f} degrees"),) if fall.tilt_deg > _number(limit) else ()
+    problems = (
+        (("scene.xml", f"tipped by {fall.tilt_deg:.1f} degrees"),) if fall.tilt_deg > required_limit(limit) else ()
+    )
     return Measured(fall.tilt_deg, problems)
 
 
@@ -99,7 +101,9 @@ def rests_on_the_floor(package: Package, limit: float | None, *how: float) -> Me
     fall = _fall(package, protocol)
     if fall is None or fall.rest_s is None:
         return _unfallen(package, fall)
-    problems = (("scene.xml", f"rests {fall.rest_m:.4f} m inside the floor"),) if fall.rest_m > _number(limit) else ()
+    problems = (
+        (("scene.xml", f"rests {fall.rest_m:.4f} m inside the floor"),) if fall.rest_m > required_limit(limit) else ()
+    )
     return Measured(fall.rest_m, problems)
 
 
@@ -111,7 +115,7 @@ def joints_move_freely(package: Package, limit: float | None) -> Measured:
     problems = tuple(
         (f"joints/{name}", f"its part sinks {depth:.4f} m into another on the way")
         for name, depth in depths.items()
-        if depth > _number(limit)
+        if depth > required_limit(limit)
     )
     return Measured(max(depths.values()), problems) if depths else not_run("scene.xml does not compile")
 
@@ -133,8 +137,3 @@ def _unfallen(package: Package, fall: drop.DropResult | None) -> Measured:
     if package.asset.base is not Base.FREE:
         return not_applicable(FIXED)
     return not_run("it never came to rest" if fall else "scene.xml does not compile or holds nothing free")
-
-
-def _number(limit: float | None) -> float:
-    assert limit is not None, "the row of this check names a limit"
-    return limit

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from casa_assets.checks.package.facts import (
@@ -18,6 +16,7 @@ from casa_assets.checks.package.facts import (
     StateFacts,
     VisualFacts,
 )
+from casa_assets.core.rotation import about_axis
 from casa_assets.geometry.solid.bounds import link_bounds
 from casa_assets.model.asset.asset import Asset, Joint, JointKind, Link, Region, Site
 from casa_assets.model.pose import Pose
@@ -143,14 +142,12 @@ def _standing(asset: Asset, name: str, values: dict[str, float]) -> PoseFacts:
 
 
 def _moved(joint: Joint, value: float) -> Pose:
-    """Pose of the child in its own frame at zero. Ref: Rodrigues' formula, and p - R p for a turn about the point p."""
+    """Pose of the child in its own frame at zero. Ref: p - R p for a turn about the point p."""
     axis = np.array(joint.axis)
     if joint.kind is JointKind.SLIDE:
         return Pose(position=_three(axis * value))
-    x, y, z = axis
-    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     matrix = np.eye(4)
-    matrix[:3, :3] += math.sin(value) * across + (1.0 - math.cos(value)) * (across @ across)
+    matrix[:3, :3] = about_axis(axis, value)
     anchor = np.array(joint.anchor)
     matrix[:3, 3] = anchor - matrix[:3, :3] @ anchor
     return Pose.from_matrix(matrix)

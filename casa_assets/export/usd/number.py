@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
+from casa_assets.core.rounding import decimals
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
 
@@ -33,7 +34,7 @@ def quatf(quaternion: Vec4) -> Gf.Quatf:
 
 def quatd(quaternion: Vec4) -> Gf.Quatd:
     """(w, x, y, z) -> quaternion, to twelve digits: the last ones differ from processor to processor."""
-    w, x, y, z = (round(c, 12) + 0.0 for c in quaternion)
+    w, x, y, z = (decimals(c, 12) for c in quaternion)
     return Gf.Quatd(w, x, y, z)
 
 

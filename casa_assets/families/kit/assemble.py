@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from casa_assets.core import hand_dynamics
+from casa_assets.core.rounding import significant
 from casa_assets.families.family import Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder, JointBuilder, LinkBuilder, VisualPart
 from casa_assets.families.kit.mass_properties import combine_masses
@@ -232,4 +233,4 @@ def _inertial(piece: LinkBuilder) -> Inertial:
 
 def _digits(value: float) -> float:
     """Seven digits: what both formats keep."""
-    return float(f"{value:.7g}") if math.isfinite(value) else value
+    return significant(value, 7) if math.isfinite(value) else value

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.distance import pdist
 
+from casa_assets.core.rounding import decimals, significant
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.measure import shell_moments
@@ -29,7 +30,7 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
     places = (surface_samples(points, faces, SURFACE_SAMPLES) - center) / radius
     x, y, z = (_short(float(side)) for side in axes / radius)
     return ShapeDescriptor(
-        radius=float(f"{radius:.6g}"),
+        radius=significant(radius, 6),
         pairs=tuple(_short(v) for v in quantile_means(pdist(places), PAIR_SHARES)),
         reach=tuple(_short(v) for v in quantile_means(np.linalg.norm(places, axis=1), REACH_SHARES)),
         axes=(x, y, z),
@@ -78,4 +79,4 @@ def descriptor_distance(one: ShapeDescriptor, other: ShapeDescriptor) -> float:
 
 def _short(value: float) -> float:
     """Four digits: more would be noise of the places that were picked."""
-    return round(value, 4) + 0.0
+    return decimals(value, 4)

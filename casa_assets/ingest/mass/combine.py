@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.mesh.measure import signed_volume, solid_moments
 from casa_assets.geometry.mesh.topology import weld
@@ -44,7 +45,7 @@ def mass(draft: Draft, category: Category, substance: Substance, agree: float, d
         kg, confidence, reason = found.kg, found.confidence, found.message
         if confidence < DOUBTFUL_CONFIDENCE and category.id != "object":
             notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {reason}"),)
-    kg = float(f"{kg:.6g}")
+    kg = significant(kg, 6)
     tensor = _possible(inertia) * (kg / volume)
     inertial = Inertial(
         mass=kg,
@@ -88,12 +89,12 @@ def _possible(inertia: Floats) -> Floats:
 
 def _vector(values: Floats) -> tuple[float, float, float]:
     """Nine digits: what the writers carry, and more than two machines' arithmetic may differ by."""
-    x, y, z = (float(f"{v:.9g}") if abs(v) > 1e-9 else 0.0 for v in values)
+    x, y, z = (significant(v, 9) if abs(v) > 1e-9 else 0.0 for v in values)
     return (x, y, z)
 
 
 def _six(tensor: Floats) -> tuple[float, float, float, float, float, float]:
     size = float(np.trace(tensor))
     picked = (tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2])
-    a, b, c, d, e, f = (float(f"{v:.9g}") if abs(v) > 1e-9 * size else 0.0 for v in picked)
+    a, b, c, d, e, f = (significant(v, 9) if abs(v) > 1e-9 * size else 0.0 for v in picked)
     return (a, b, c, d, e, f)

@@ -8,6 +8,7 @@ from math import erf, log, pi, sqrt
 
 import numpy as np
 
+from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.mesh.measure import signed_volume
@@ -88,7 +89,7 @@ def scale(
     else:
         belief = _belief(vertices, extents, category, parse_size_phrases(texts))
         found = _decide(extents, draft.metres_per_unit, category, slack, belief, generated)
-    factor = float(f"{found.factor:.9g}")
+    factor = significant(found.factor, 9)
     notes: tuple[Issue, ...] = ()
     if found.value not in ("as_stated", "metre", "decided"):
         notes = (warning("MSH014", "scale", f"rescaled by {found.factor:.6g}: {found.reason}"),)

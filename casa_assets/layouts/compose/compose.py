@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from casa_assets.core.rounding import decimals
 from casa_assets.geometry.inertia import ready_to_simulate
 from casa_assets.layouts.compose.cameras import cameras
 from casa_assets.layouts.compose.light import lights, sky
@@ -83,7 +84,7 @@ def pose_at_spot(asset: Asset, spot: Spot) -> Pose:
         there = spot.frame.pose(spot.u, spot.v, spot.z)
         mark = np.array([x, y + own, z + end])
     moved = there.apply(-mark[None, :])[0]
-    position = tuple(round(float(c), 6) + 0.0 for c in moved)
+    position = tuple(decimals(float(c), 6) for c in moved)
     return Pose(position=(position[0], position[1], position[2]), quaternion=there.quaternion)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from casa_assets.core.rounding import decimals
 from casa_assets.layouts.compose.compose import box_of
 from casa_assets.layouts.compose.swept_areas import AssetOutlines, door_leaf_widths
 from casa_assets.layouts.order.back_panels import has_back
@@ -247,4 +248,4 @@ def _flat(point: Vec3) -> Vec2:
 
 
 def _tidy(value: float) -> float:
-    return round(float(value), 4) + 0.0
+    return decimals(float(value), 4)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from casa_assets.core.rotation import about_axis
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.planar import distance, outline_of
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
@@ -57,7 +56,7 @@ class AssetOutlines:
         if joint.kind is JointKind.SLIDE:
             return np.stack([shut, shut + far * axis])
         anchor = pose.apply(np.array([joint.anchor]))[0]
-        return np.stack([(shut - anchor) @ _turn(axis, a).T + anchor for a in np.linspace(0.0, far, HINGE_POSES)])
+        return np.stack([(shut - anchor) @ about_axis(axis, a).T + anchor for a in np.linspace(0.0, far, HINGE_POSES)])
 
     def leaf(self, joint: Joint, world: Pose, foot: Footprint) -> SweptArea | None:
         """Where a joint's parts go, or None where they do not reach out of the fixture's foot."""
@@ -87,7 +86,7 @@ def door_leaf_widths(asset: Asset, joint: Joint) -> tuple[float, float]:
     pose = outlines.poses[joint.child]
     anchor, axis = pose.apply(np.array([joint.anchor]))[0], pose.rotation @ np.array(joint.axis)
     far = max(joint.range, key=abs)
-    opened = (points - anchor) @ _turn(axis, far).T + anchor
+    opened = (points - anchor) @ about_axis(axis, far).T + anchor
     low, high = float(points[:, 0].min()), float(points[:, 0].max())
     taken = min(high, float(opened[:, 0].max())) - max(low, float(opened[:, 0].min()))
     return high - low, max(0.0, taken)
@@ -110,14 +109,6 @@ def _points(link: Link) -> Floats:
             points = _CUBE * np.array([2 * shape.radius, 2 * shape.radius, height])
         out.append(collider.pose.apply(points))
     return np.concatenate(out)
-
-
-def _turn(axis: Floats, angle: float) -> Floats:
-    """(3, 3) rotation about a unit vector."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turn: Floats = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
-    return turn
 
 
 def _corners(points: Floats) -> Corners:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from casa_assets.core.rounding import decimals
 from casa_assets.model.kitchen.plan import Heading
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3, Vec4
@@ -72,7 +73,7 @@ class WallFrame:
 
 def _tidy(value: float) -> float:
     """To a hundredth of a millimetre, so that sums written in another order give the same bytes."""
-    return round(value, 5) + 0.0
+    return decimals(value, 5)
 
 
 def turned_left(pose: Pose, degrees: float) -> Pose:

@@ -13,6 +13,7 @@ from casa_assets import registry
 from casa_assets.checks.package import usd
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run as run_checks
+from casa_assets.core.rounding import significant
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
@@ -152,7 +153,7 @@ def thumbnail(picture: bytes) -> bytes:
 def certificate(asset: Asset, report: Report, staged: Path, made_by: disk.MadeBy) -> disk.Certificate:
     """What is certified of an asset that stands in `staged` and has passed."""
     hulls = [len(c.shape.mesh.vertices) for k in asset.links for c in k.colliders if isinstance(c.shape, Hull)]
-    x, y, z = (float(f"{v:.6g}") for v in np.ptp(asset.bounds, axis=0))
+    x, y, z = (significant(v, 6) for v in np.ptp(asset.bounds, axis=0))
     return disk.Certificate(
         asset_digest=asset.digest,
         producer=made_by.producer,
@@ -161,7 +162,7 @@ def certificate(asset: Asset, report: Report, staged: Path, made_by: disk.MadeBy
         report=report,
         summary=disk.Summary(
             extents=(x, y, z),
-            mass=float(f"{asset.mass:.6g}"),
+            mass=significant(asset.mass, 6),
             colliders=sum(len(k.colliders) for k in asset.links),
             hull_vertices=max(hulls, default=0),
             faces=sum(len(v.mesh.faces) for k in asset.links for v in k.visuals),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import whereabouts
+from casa_assets.core.rounding import decimals
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.order.wanted import OrderItem
@@ -126,6 +127,6 @@ def _link_pose(asset: Asset, name: str) -> Pose:
 
 def _pose(pose: Pose) -> dict[str, Any]:
     return {
-        "position": [round(float(c), 6) + 0.0 for c in pose.position],
-        "quaternion": [round(float(c), 9) + 0.0 for c in pose.quaternion],
+        "position": [decimals(float(c), 6) for c in pose.position],
+        "quaternion": [decimals(float(c), 9) for c in pose.quaternion],
     }

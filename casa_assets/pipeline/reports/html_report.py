@@ -12,6 +12,7 @@ from typing import Any
 from markupsafe import Markup
 from PIL import Image
 
+from casa_assets.core.rounding import significant
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import CheckResult, Issue, Severity, Status, Tally, tally
 from casa_assets.model.record import Vec3
@@ -235,4 +236,4 @@ def _link(folder: str, path: str) -> str:
 
 def _short(number: float | None) -> float | None:
     """Six digits are enough to read and keep the page small."""
-    return None if number is None else float(f"{number:.6g}")
+    return None if number is None else significant(number, 6)

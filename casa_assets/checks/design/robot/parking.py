@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from casa_assets.checks.design.robot.floor_map import RADIUS, STANDS, TALL, FloorMap, toward
+from casa_assets.core.rounding import decimals
 from casa_assets.core.typing import Mask
 from casa_assets.model.kitchen.floor import Fixture, FixtureJoint, KitchenFacts, ParkingPlace, ParkingSide, Role
 from casa_assets.model.record import Vec2
@@ -115,7 +116,7 @@ def _place(
     return ParkingPlace(
         fixture=fixture.name,
         at=(round(at[0], 4), round(at[1], 4)),
-        yaw=round(yaw, 4) + 0.0,
+        yaw=decimals(yaw, 4),
         stance=stance,
         aside=round(aside, 4),
     )

@@ -13,6 +13,7 @@ from functools import lru_cache
 from casa_assets.checks.check import Measured, not_applicable
 from casa_assets.checks.design.rules import frontage, seating, wheelchair_access, work_triangle
 from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.core.rounding import decimals
 from casa_assets.model.kitchen.floor import KitchenFacts
 from casa_assets.model.record import Record
 
@@ -126,7 +127,7 @@ def grade(subject: DesignSubject) -> Grade:
 
 def _find(rule: Rule, subject: DesignSubject, waived: bool) -> Finding:
     number = rule.measure(subject)
-    number = None if number is None else round(number, 4) + 0.0
+    number = None if number is None else decimals(number, 4)
     passed = None if number is None else (number <= rule.limit if rule.most else number >= rule.limit)
     return Finding(
         rule=rule.id,

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from casa_assets.core import hand_dynamics
+from casa_assets.core.rounding import significant
 from casa_assets.families.kit.asset_builder import AssetBuilder
 
 GRAVITY = 9.81  # m/s^2
@@ -32,5 +33,5 @@ def balanced_hinge(builder: AssetBuilder, link: str, joint: str, grip: str, way:
     start = max(hand_dynamics.START_N, 1.35 * left / lever)
     inertia = mass * float(center[1] ** 2 + center[2] ** 2) * 1.35
     feel = hand_dynamics.feel(inertia, lever, abs(way), start, max(start + 2.5, hand_dynamics.PULL_N - left / lever))
-    spring = hand_dynamics.Spring(float(f"{stiffness:.4g}"), float(f"{-bias / stiffness:.4g}"))
+    spring = hand_dynamics.Spring(significant(stiffness, 4), significant(-bias / stiffness, 4))
     builder.hinge(joint, link, (1.0, 0.0, 0.0), (min(0.0, way), max(0.0, way)), grip, spring=spring, feel=feel)

@@ -9,6 +9,7 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.core import hand_dynamics
+from casa_assets.core.rounding import significant
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box, lathe
 from casa_assets.families.kit.solids.boolean import subtract
@@ -261,7 +262,7 @@ def fold(builder: AssetBuilder, link: str) -> str:
     worst, stiffness, bias = best
     start = max(6.0, 1.25 * worst / lever)
     joint = f"{link}_joint"
-    spring = hand_dynamics.Spring(float(f"{stiffness:.4g}"), float(f"{-bias / stiffness:.4g}"))
+    spring = hand_dynamics.Spring(significant(stiffness, 4), significant(-bias / stiffness, 4))
     feel = hand_dynamics.feel(
         mass * (center[1] ** 2 + center[2] ** 2) * 1.35,
         lever,

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.rotation import about_axis
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.collada.guarded_xml import Document, Element, floats_of, kid, kids, open_dae, tag, text_of
@@ -145,14 +146,11 @@ def node_matrix(node: Element, notes: Notes) -> Matrix:
 
 
 def _turn(axis: Matrix, angle: float) -> Matrix:
-    """(3, 3) rotation about an axis of any length (Rodrigues), angle in rad."""
+    """(3, 3) rotation about an axis of any length, angle in rad; none where the axis has no length."""
     length = float(np.linalg.norm(axis))
     if length < 1e-12:
         return np.eye(3)
-    x, y, z = axis / length
-    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    out: Matrix = np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * (k @ k)
-    return out
+    return about_axis(axis / length, angle)
 
 
 def _roots(document: Document) -> list[Element]:

@@ -1,0 +1,13 @@
+"""Round numbers so that two machines write the same digits; none comes out as negative zero."""
+
+from __future__ import annotations
+
+
+def significant(value: float, digits: int) -> float:
+    """`value` to so many significant digits."""
+    return float(f"{value:.{digits}g}")
+
+
+def decimals(value: float, places: int) -> float:
+    """`value` to so many digits after the point, as Python or numpy rounds its type; -0.0 becomes 0.0."""
+    return round(value, places) + 0.0
