@@ -1,7 +1,7 @@
 """Rotation matrices by axis and angle.
 
-scipy's Rotation goes by way of a quaternion: the last bits differ (1e-16 at a quarter turn against 2e-16), so assets keep
-their bytes only with the formula. Fits over many rotations use scipy.
+scipy's Rotation goes by way of a quaternion and differs in the last bits (2e-16 where the formula leaves 1e-16 at a
+quarter turn), so assets keep their bytes only with the formula. Fits over many rotations use scipy.
 """
 
 from __future__ import annotations
