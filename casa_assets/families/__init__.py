@@ -1,1 +1,1 @@
-"""Numbers into assets: every family is `Params`, `sample(rng) -> Params` and `build(Params) -> Asset`."""
+"""Parametric families of assets: each has its `Params`, `sample(rng, stock)` and `build(params, supplies) -> Asset`."""

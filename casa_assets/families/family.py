@@ -1,4 +1,4 @@
-"""What a family is: a name, a record of its numbers, how they are drawn, and how an asset is built from them."""
+"""Family of parametric assets: a name, its parameters, how they are sampled, and how an asset is built from them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FinishId = Annotated[Id, IsFinish()]
 
 
 class Params(Record):
-    """Numbers and choices that describe one member of a family; `build` needs nothing else but the finishes."""
+    """Parameters of one member of a family; `build` needs only them and the Supplies."""
 
     @property
     def finishes(self) -> tuple[str, ...]:
@@ -52,7 +52,7 @@ P = TypeVar("P", bound=Params)
 
 @dataclass(frozen=True)
 class Stock:
-    """What `sample` may choose from.
+    """Finishes that `sample` may choose from.
 
     Attributes:
         surfaces: ids of the recipes and pack pictures of each surface, sorted.
@@ -72,7 +72,7 @@ class Stock:
 
 @dataclass(frozen=True)
 class Supplies:
-    """What `build` is given besides its numbers.
+    """Finishes, labels and densities that `build` is given besides the parameters.
 
     Attributes:
         finishes: id -> finish: all plain ones, and those that the Params name.
@@ -99,7 +99,7 @@ class Supplies:
 
 @dataclass(frozen=True)
 class ParametricModel(Generic[P]):
-    """The code of a family: how members are described, drawn and built.
+    """Code of a family: type of its parameters, sampling and building.
 
     Attributes:
         name: such as `microwave`; registry/families/<name>.yaml holds its title, category and presets.
@@ -116,7 +116,7 @@ class ParametricModel(Generic[P]):
 
 @dataclass(frozen=True)
 class Family(ParametricModel[P]):
-    """One kind of thing that is built from numbers: its code, and what the registry says about it.
+    """A family: its code, and its title, category and presets out of the registry.
 
     Attributes:
         title: what a person calls it, one line.
@@ -137,6 +137,6 @@ def pick(rng: np.random.Generator, options: tuple[Any, ...] | list[Any]) -> Any:
 
 
 def between(rng: np.random.Generator, low: float, high: float, step: float = 0.001) -> float:
-    """A number of low..high in whole steps, so that it can be written and read without a rest."""
+    """Draw a number of low..high in whole steps, rounded so that its decimal text is exact."""
     count = int(np.floor((high - low) / step + 1e-9))
     return float(round(low + step * int(rng.integers(count + 1)), 9))

@@ -1,1 +1,1 @@
-"""Recipes and packs of pictures into finishes: what walls, floors, counters and cabinets look like."""
+"""Textures of walls, floors, counters and cabinets: procedural recipes and packs of pictures become finishes."""

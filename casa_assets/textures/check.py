@@ -1,4 +1,4 @@
-"""Is a picture fit for use, and a set varied: finish or looks -> Report. Codes TEX001 to TEX013."""
+"""Check one texture for faults, and a set of textures for variety. Codes TEX001 to TEX013."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def pictures_of(finish: Finish) -> Pictures:
 
 
 def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
-    """Every check of one finish.
+    """Run every check of one finish.
 
     Args:
         pictures: of the finish. limits: key to number, as registry/limits.yaml has it.
@@ -104,7 +104,7 @@ def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
 
 
 def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping[str, float]) -> Report:
-    """Checks of a whole set: how many there are, and that no two are nearly alike.
+    """Check a set: its size, and that no two textures are nearly alike.
 
     Args:
         name: of the set, such as `wall`.
@@ -175,7 +175,7 @@ def _length(p: Pictures) -> float:
 
 
 def _lean(p: Pictures) -> float:
-    """How far the mean normal is from upright; a relief that repeats has none."""
+    """Deviation of the mean normal from upright; a periodic relief has none."""
     vectors = p.normal.reshape(-1, 3).astype(np.float64) / 127.5 - 1.0
     mean = vectors.mean(axis=0)
     return float(np.hypot(mean[0], mean[1])) if mean[2] > 0 else 1.0

@@ -1,4 +1,4 @@
-"""How alike two surfaces look: colour, size and direction of what is on them, gloss and relief."""
+"""Perceptual distance of textures by colour, size and direction of features, gloss and relief."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _FLOOR = 0.006  # Oklab lightness: texture of less amplitude is not seen
 
 @dataclass(frozen=True)
 class TextureDescriptor:
-    """What is compared of one picture. All arrays float64.
+    """Descriptor of one texture. All arrays float64.
 
     Attributes:
         color: (3,) mean in Oklab.
@@ -72,7 +72,7 @@ def describe_texture(
     roughness: npt.NDArray[np.floating] | None = None,
     height_m: npt.NDArray[np.floating] | None = None,
 ) -> TextureDescriptor:
-    """Describe a picture that repeats.
+    """Compute the descriptor of a periodic texture.
 
     Args:
         albedo: (H, W, 3) sRGB 0..1, 128 to 256 px a side are enough.

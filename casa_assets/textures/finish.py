@@ -1,4 +1,4 @@
-"""Picture -> Finish: colour, normals and roughness as PNG files with the true size of the tile."""
+"""Encode painted layers as a Finish: colour, normals and roughness as PNG, with the size of the tile in metres."""
 
 from __future__ import annotations
 

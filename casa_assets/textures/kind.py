@@ -17,7 +17,7 @@ __all__ = ["Canvas", "TextureKind", "TextureRecipe"]
 
 @dataclass(frozen=True)
 class Canvas:
-    """Where a picture is painted.
+    """Canvas: pixels and size in metres of the texture to be painted.
 
     Attributes:
         size_px: (H, W). tile_m: (width, height) of the picture in metres.
@@ -51,7 +51,7 @@ class Canvas:
 
 @dataclass(frozen=True)
 class TextureKind:
-    """How one sort of surface is painted.
+    """Kind of texture: its name, the type of its parameters, and its painter.
 
     Attributes:
         name: as recipes call it.

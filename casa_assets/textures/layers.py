@@ -1,4 +1,4 @@
-"""What a recipe paints: colour, relief and gloss of one picture."""
+"""Layers of a painted texture: colour, relief and roughness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recipe -> picture."""
+"""Paint the layers of a texture recipe."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def kind_of(name: str) -> TextureKind:
 
 
 def make(recipe: TextureRecipe, size_px: int = SIZE_PX) -> Layers:
-    """The picture of a recipe; its longer side has `size_px` pixels."""
+    """Paint a recipe; the longer side has `size_px` pixels. Raises UnknownId for an unknown kind."""
     return paint(kind_of(recipe.kind), recipe, size_px)
 
 
 def paint(kind: TextureKind, recipe: TextureRecipe, size_px: int = SIZE_PX) -> Layers:
-    """The same by a kind that is known already."""
+    """Paint a recipe with a kind that is already looked up."""
     width, height = recipe.tile_m
     longest = max(width, height)
     size = (max(8, round(size_px * height / longest)), max(8, round(size_px * width / longest)))

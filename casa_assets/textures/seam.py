@@ -1,4 +1,4 @@
-"""How visible the border of a repeated picture is, and how to take it away."""
+"""Measure how visible the border of a repeated picture is, and remove it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Seam:
 
 
 def seam(picture: npt.NDArray[np.floating]) -> Seam:
-    """Score both borders of a picture that is going to be repeated.
+    """Measure both borders of a picture that will be repeated.
 
     Args:
         picture: (H, W) or (H, W, C), 0..1, at least 16 px a side.
@@ -68,7 +68,7 @@ def jump(picture: npt.NDArray[np.floating]) -> Seam:
 
 
 def repair(picture: npt.NDArray[np.floating]) -> Picture:
-    """The picture without its border: light evened out, cut to the best fit, both ends grown together.
+    """Make a picture tile: even out its light, cut it where the ends match best, blend both ends.
 
     Args:
         picture: (H, W, C), 0..1.

@@ -1,4 +1,4 @@
-"""A rectangle that repeats, measured in metres: noise of a given size, looked up around the edges."""
+"""Periodic sheet measured in metres: noise of a given feature size, and lookups that wrap round the edges."""
 
 from __future__ import annotations
 

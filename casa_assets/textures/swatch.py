@@ -1,4 +1,4 @@
-"""A cut of true size out of a finish, lit from the upper left so that relief and gloss are seen."""
+"""Render a swatch of a finish at true size, lit from the upper left so that relief and gloss are seen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Wood as it is sawn, coloured and finished: grain maps and a palette into colour, relief and gloss."""
+"""Wood textures: grain maps and a palette become colour, relief and gloss."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the growth rings, fibres, pores, rays and knots of a sawn board come to lie. No colours here."""
+"""Grain maps of a sawn board: growth rings, fibres, pores, rays and knots, without colours."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _JOINT_M = 0.001
 
 
 class SawCut(StrEnum):
-    """How the board was taken from the log, and with it what its face shows."""
+    """Cut of the board out of the log, which decides the figure on its face."""
 
     FLAT = "flat"  # arches
     QUARTER = "quarter"  # straight lines, and rays where the species has them
@@ -28,7 +28,7 @@ class SawCut(StrEnum):
 
 
 class GrowthRings(StrEnum):
-    """What one year looks like from its start to its end."""
+    """Appearance of one growth ring from earlywood to latewood."""
 
     RING_POROUS = "ring_porous"  # oak, ash: a row of large pores, then plain wood
     CONIFER = "conifer"  # pine, larch: pale, darker, a sharp end

@@ -1,1 +1,1 @@
-"""What families are built with: solids, their skins, and the bench on which they become links and joints."""
+"""Kit of the families: solids with colliders, and the builder that makes links, joints and an Asset of them."""

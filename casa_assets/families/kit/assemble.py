@@ -1,4 +1,4 @@
-"""What stands on a bench into an Asset: meshes, masses, friction of joints, and the origin under its middle."""
+"""Turn an AssetBuilder into an Asset: meshes, masses, friction of joints, origin under the middle of the footprint."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from casa_assets.model.record import Vec3
 
 
 def assemble(builder: AssetBuilder, family: str, params: Params) -> Asset:
-    """The finished Asset; its id is the family and the digest of its numbers."""
+    """Return the finished Asset; its id is the family and the first 10 hex digits of the digest of its parameters."""
     inertials = {name: _inertial(piece) for name, piece in builder.links.items()}
     joints = tuple(_joint(builder, m, inertials) for m in builder.joints)
     visuals = {name: _visuals(builder, piece) for name, piece in builder.links.items()}
@@ -66,7 +66,7 @@ def assemble(builder: AssetBuilder, family: str, params: Params) -> Asset:
 
 
 def _ordered(builder: AssetBuilder) -> list[LinkBuilder]:
-    """Links, parents before children, else as they were made."""
+    """Links with parents before children, else in the order they were added."""
     out: list[LinkBuilder] = []
     left = list(builder.links.values())
     while left:
@@ -139,7 +139,7 @@ def _lever(builder: AssetBuilder, moved: JointBuilder) -> float:
 
 
 def _resistance(builder: AssetBuilder, moved: JointBuilder, inertials: dict[str, Inertial]) -> float:
-    """Inertia of all that a joint moves: kg*m^2 about its axis, or kg."""
+    """Inertia of everything a joint moves: kg*m^2 about a hinge's axis, or kg along a slide."""
     carried = _carried(builder, moved.child, Pose())
     if moved.kind is JointKind.SLIDE:
         return sum(inertials[name].mass for name, _ in carried)
@@ -155,7 +155,7 @@ def _resistance(builder: AssetBuilder, moved: JointBuilder, inertials: dict[str,
 
 
 def _carried(builder: AssetBuilder, name: str, pose: Pose) -> list[tuple[str, Pose]]:
-    """A link and all that it carries, with their poses in its frame."""
+    """A link and its descendants, each with its pose in the frame of the first."""
     out = [(name, pose)]
     for piece in builder.links.values():
         if piece.parent == name:
@@ -164,7 +164,7 @@ def _carried(builder: AssetBuilder, name: str, pose: Pose) -> list[tuple[str, Po
 
 
 def add_main_region(asset: Asset) -> Asset:
-    """The asset with a region `main` round all that is seen of it, unless it has one or answers to no contract."""
+    """Add a region `main`, the bounding box of the asset, unless there is one or the asset has no runtime contract."""
     if asset.contract is None or any(region.name == "main" for region in asset.regions):
         return asset
     low, high = asset.bounds
@@ -204,7 +204,7 @@ def _shifted(mesh: Mesh, by: Vec3) -> Mesh:
 
 
 def _merged(meshes: Sequence[Mesh]) -> Mesh:
-    """Meshes side by side as one."""
+    """Concatenate meshes."""
     if len(meshes) == 1:
         return meshes[0]
     starts = np.cumsum([0, *(len(m.vertices) for m in meshes)])
@@ -232,5 +232,5 @@ def _inertial(piece: LinkBuilder) -> Inertial:
 
 
 def _digits(value: float) -> float:
-    """Seven digits: what both formats keep."""
+    """Round to seven significant digits, which MJCF and USD both keep."""
     return significant(value, 7) if math.isfinite(value) else value

@@ -1,4 +1,4 @@
-"""The bench: parts are put on links, links on joints, and an Asset comes off it."""
+"""Builder of articulated assets: collects links, solids, joints, sites and regions; `assemble` makes the Asset."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROOT = "object"
 
 @dataclass
 class VisualPart:
-    """A solid on a link, with how it is drawn."""
+    """A solid of a link with its finish, label, mesh name and direction of the grain."""
 
     solid: Solid
     finish: str
@@ -31,7 +31,7 @@ class VisualPart:
 
 @dataclass
 class JointBuilder:
-    """A joint whose friction is chosen once the masses are known."""
+    """A joint whose friction and damping are chosen by `assemble`, once the masses are known."""
 
     name: str
     child: str
@@ -50,7 +50,7 @@ class JointBuilder:
 
 @dataclass
 class LinkBuilder:
-    """A link on the bench. `pose` is parent_from_link."""
+    """A link with its visual parts, colliders and masses. `pose` is parent_from_link."""
 
     name: str
     parent: str | None
@@ -61,7 +61,7 @@ class LinkBuilder:
 
 
 class AssetBuilder:
-    """Where an asset is put together.
+    """Collects links, joints, sites, regions, states and behaviour of one asset.
 
     Lengths are metres, z up, x right, the front faces -y. Everything may be built about any origin: `assemble` moves it
     to the middle of the footprint, on the ground.
@@ -82,7 +82,7 @@ class AssetBuilder:
     # Links and parts ------------------------------------------------------------------------------------------------
 
     def link(self, name: str, at: Vec3 | Pose = (0.0, 0.0, 0.0), parent: str = ROOT) -> str:
-        """A new link; `at` is parent_from_link. Returns its name."""
+        """Add a link; `at` is parent_from_link. Returns its name. Raises ValueError where the name is taken."""
         if name in self.links:
             raise ValueError(f"link {name!r} occurs twice")
         self.links[name] = LinkBuilder(name, parent, at if isinstance(at, Pose) else Pose(position=at))
@@ -101,7 +101,7 @@ class AssetBuilder:
         density: float | str | None = None,
         visible: bool = True,
     ) -> None:
-        """Put a solid on a link.
+        """Add a solid to a link: its mesh, its colliders and its mass.
 
         Args:
             solid: link frame.
@@ -109,10 +109,10 @@ class AssetBuilder:
             label: what part it is; parts of one finish and label are drawn as one mesh.
             name: of its mesh; a named part is drawn as a mesh of its own called `<name>_visual`.
             grain: direction that the grain of its finish runs along, link frame.
-            collider: False: not touched; a name: of its (first) collider; True: touched under a made-up name.
+            collider: False for none, a name for its (first) collider, True for a generated name.
             density: instead of the substance's, for what is drawn solid and is not: a name in the supplies, or kg/m^3
                 where it is worked out; 0 weighs nothing.
-            visible: False for what is touched and weighs but is hidden.
+            visible: False for a solid with colliders and mass that is not drawn.
         """
         piece = self.links[link]
         found = self.supplies.finish(finish)
@@ -139,7 +139,7 @@ class AssetBuilder:
             piece.colliders.append(Collider(name=str(name), shape=shape, pose=pose, substance=substance, label=label))
 
     def ballast(self, link: str, mass: float, at: Vec3, size: Vec3) -> None:
-        """A weight of kilograms that is neither seen nor touched: a motor, a compressor, a transformer. A box."""
+        """Add a box of uniform mass in kg without mesh or collider: a motor, a compressor, a transformer."""
         x, y, z = size
         inertia = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * mass / 12
         self.links[link].masses.append(RigidMass(mass, np.array(at), inertia))
@@ -162,7 +162,7 @@ class AssetBuilder:
         feel: hand_dynamics.Feel | None = None,
         behind: str | None = None,
     ) -> None:
-        """A hinge that moves `child`; friction and damping are found from the hand's force at the grip.
+        """Add a hinge that moves `child`; its friction and damping follow from the hand's force at the grip.
 
         Args:
             axis: child frame. span: (low, high) rad, one of them 0 (closed).
@@ -194,7 +194,7 @@ class AssetBuilder:
         feel: hand_dynamics.Feel | None = None,
         behind: str | None = None,
     ) -> None:
-        """A slide that moves `child`; span in metres, one end 0. As `hinge`."""
+        """Add a slide that moves `child`; span in metres, one end 0. Arguments as in `hinge`."""
         kind, here = JointKind.SLIDE, (0.0, 0.0, 0.0)
         self.joints.append(
             JointBuilder(name, child, kind, axis, here, span, grip, start_n, spring, 1.0, push_n, feel, behind)
@@ -203,45 +203,45 @@ class AssetBuilder:
     # Names ----------------------------------------------------------------------------------------------------------
 
     def site(self, name: str, at: Vec3 | Pose, link: str = ROOT, radius: float = 0.005) -> None:
-        """A named point."""
+        """Add a named point; `radius` in metres is the size it is shown with."""
         pose = at if isinstance(at, Pose) else Pose(position=at)
         self.sites.append(Site(name=name, link=link, pose=pose, radius=radius))
 
     def column(
         self, name: str, at: Vec3, size: Vec3, color: tuple[float, float, float, float], link: str = ROOT
     ) -> None:
-        """A named cylinder about z that a runtime shows: a flame, a stream. Full size (diameter, diameter, height)."""
+        """Add a cylinder site about z that a runtime shows, such as a flame; size (diameter, diameter, height)."""
         pose = Pose(position=at)
         self.sites.append(Site(name=name, link=link, pose=pose, kind="cylinder", size=size, color=color))
 
     def region(self, name: str, low: Vec3, high: Vec3, link: str = ROOT) -> None:
-        """A named box between two corners, link frame."""
+        """Add a box region between two corners, link frame, metres."""
         middle = tuple((a + b) / 2 for a, b in zip(low, high, strict=True))
         size = tuple(b - a for a, b in zip(low, high, strict=True))
         self.regions.append(Region(name=name, link=link, pose=Pose(position=middle), size=size))
 
     def round_region(self, name: str, at: Vec3, diameter: float, height: float, link: str = ROOT) -> None:
-        """A named cylinder about z; `at` is the middle of its floor."""
+        """Add a cylinder region about z; `at` is the centre of its floor, link frame, metres."""
         pose = Pose(position=(at[0], at[1], at[2] + height / 2))
         size = (diameter, diameter, height)
         self.regions.append(Region(name=name, link=link, pose=pose, kind="cylinder", size=size))
 
     def state(self, joint: str, value: str, interval: Vec2) -> None:
-        """A named interval of a joint, as fractions of its way from closed to open."""
+        """Add a named interval of a joint, in fractions of its range from closed (0) to open (1)."""
         self.states.append(State(name=f"{joint}_{value}", joint=joint, value=value, interval=interval))
 
     def door_states(self, *joints: str) -> None:
-        """`closed` and `open` as the runtime's tasks count them. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
+        """Add the states `closed` and `open` of door joints. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
         for joint in joints:
             self.state(joint, "closed", (0.0, 0.005))
             self.state(joint, "open", (0.9, 1.0))
 
     def keyframe(self, name: str, **joints: float) -> None:
-        """A named pose: joint name -> rad or m."""
+        """Add a named pose: joint name -> rad or m."""
         values = tuple(JointValue(joint=j, value=v) for j, v in joints.items())
         self.keyframes.append(Keyframe(name=name, joints=values))
 
     def joint_position(self, joint: str, share: float = 1.0) -> float:
-        """The position of a joint at a share of its way from zero, rad or m."""
+        """Position of a joint at a share of its range from zero, rad or m."""
         span = next(m.range for m in self.joints if m.name == joint)
         return share * max(span, key=abs)

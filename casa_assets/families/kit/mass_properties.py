@@ -1,4 +1,4 @@
-"""Mass properties of a solid part."""
+"""Mass, centre and inertia of solids, and of several of them as one rigid body."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RigidMass:
 
 
 def solid_mass(solid: Solid, density: float) -> RigidMass:
-    """The weight of a closed solid of a density in kg/m^3."""
+    """Mass properties of a closed solid of a density in kg/m^3. Raises ValueError where its volume is not positive."""
     volume, center, inertia = solid_moments(solid.points, solid.faces)
     if volume <= 0:
         raise ValueError(f"a solid of volume {volume:.3g} m^3 has no weight")
@@ -29,7 +29,7 @@ def solid_mass(solid: Solid, density: float) -> RigidMass:
 
 
 def combine_masses(weights: list[RigidMass]) -> RigidMass:
-    """Several weights as one rigid body. Raises ValueError where there are none."""
+    """Combine masses into one rigid body. Raises ValueError where the total is not positive."""
     mass = sum(w.mass for w in weights)
     if mass <= 0:
         raise ValueError("nothing that weighs anything")

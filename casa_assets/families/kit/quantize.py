@@ -1,4 +1,4 @@
-"""The last digits of an asset: numbers that are sums and turns of others, rounded to what every machine agrees on.
+"""Round the numbers of an asset so that every machine writes the same bytes.
 
 Vector units of processors, and even the place of an array in memory, change the last bit of a product. A nanometre is
 far below anything that is seen or touched, and far above that bit.
@@ -24,7 +24,7 @@ LENGTH_DECIMALS, QUATERNION_DECIMALS, VISUAL_DECIMALS = (
 
 
 def quantize(asset: Asset) -> Asset:
-    """The asset with every number rounded."""
+    """Return the asset with poses, sizes, vertices, normals and texture coordinates rounded."""
     return asset.replace(
         links=tuple(_link(k) for k in asset.links),
         joints=tuple(j.replace(anchor=_vec(j.anchor), axis=_vec(j.axis)) for j in asset.joints),
@@ -79,7 +79,7 @@ def _mesh(mesh: Mesh) -> Mesh:
 
 
 def _single(values: Floats, places: int) -> Floats:
-    """Rounded, then as float32 holds it."""
+    """Round to decimals, then to the nearest float32."""
     return _array(values, places).astype(np.float32).astype(np.float64)
 
 

@@ -23,7 +23,7 @@ class LayDirection(StrEnum):
 
     @property
     def vector(self) -> Vec3:
-        """As a unit vector."""
+        """The direction as a unit vector."""
         return (1.0, 0.0, 0.0) if self is LayDirection.X else (0.0, 1.0, 0.0)
 
 

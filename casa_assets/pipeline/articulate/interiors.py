@@ -61,7 +61,7 @@ AIR_M = 0.012
 
 @dataclass
 class _Work:
-    """The bench, and which room each piece on it belongs to; lengths on it are those of the frame in metres."""
+    """The builder, and which room each of its links belongs to; its lengths are those of the frame in metres."""
 
     builder: AssetBuilder
     metres: float
@@ -107,7 +107,7 @@ def _space_of(room: Cavity) -> StorageSpace:
 
 
 def _built(work: _Work, room: Cavity, found: Articulation, placed: TriangleSoup) -> Articulation:
-    """Put a room on the bench; the articulation with what that changes of its joints."""
+    """Build a room; return the articulation with what that changes of its joints."""
     m, builder = work.metres, work.builder
     first = next(p for p in found.parts if p.name == room.parts[0])
     outer = _metres(room.outer[0], m), _metres(room.outer[1], m)
@@ -188,7 +188,7 @@ def _pulled(found: Articulation, drawer: PartPlan, deep: float) -> Articulation:
 
 
 def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel, TriangleSoup, Articulation]:
-    """The model with all that stands on the bench."""
+    """The model with everything that was built."""
     parts, faces = list(model.parts), sum(len(p.mesh.faces) for p in model.parts)
     known = {p.name: p for p in found.parts}
     added: list[AddedGeometry] = []

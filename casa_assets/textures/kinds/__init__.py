@@ -1,4 +1,4 @@
-"""Every kind of surface by name."""
+"""Kinds of procedural texture, by name."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""How pieces are laid side by side: bonds of bricks, tiles, planks and stones that close over the border."""
+"""Laying patterns: bonds of bricks, tiles, planks and stones that repeat without a seam."""

@@ -1,4 +1,4 @@
-"""Places of rectangles: running and stacked bonds, basket weave, herringbone, chevron, planks, ashlar, panels."""
+"""Bonds of rectangles: running and stacked, basket weave, herringbone, chevron, planks, ashlar, panels."""
 
 from __future__ import annotations
 

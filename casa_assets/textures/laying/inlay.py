@@ -1,4 +1,4 @@
-"""Pieces cut out of slabs and boards: each looks at another place of the picture it is cut from."""
+"""Cut pieces out of slab textures: each piece shows another part of the slab."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class TileEdge(StrEnum):
 
 
 class Joint(Record):
-    """What fills the gaps.
+    """Joint between pieces.
 
     Attributes:
         color: of the grout or mortar.

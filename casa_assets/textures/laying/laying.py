@@ -1,4 +1,4 @@
-"""How a surface is laid, as recipes say it: pattern and sizes in metres into pieces."""
+"""Laying of a surface as recipes give it: a pattern and sizes in metres become a map of pieces."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Laying(Record):
 
 
 def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:
-    """Every pixel's piece, and where on it.
+    """Compute for every pixel its piece and its position on it.
 
     Raises:
         ValueError: the picture holds no whole number of repeats.

@@ -1,4 +1,4 @@
-"""Outlines at places -> a map that says for every pixel which piece it belongs to, and where on it it lies."""
+"""Rasterize placed outlines to a map of pieces: for every pixel its piece and its position on it."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def polygon(corners: Sequence[tuple[float, float]]) -> Outline:
 
 
 def whole(length_m: float, module_m: float, even: bool = False) -> tuple[int, float]:
-    """How many modules a length holds, and their true size.
+    """Number of whole modules in a length, and their true size in metres.
 
     Raises:
         ValueError: the length is not a whole number of modules, so that pieces would be stretched by over 2 %.

@@ -1,4 +1,4 @@
-"""Places of other shapes: hexagons, pickets, diamonds, pennies, scales, lanterns, octagons, stars, cubes."""
+"""Tilings of other shapes: hexagons, pickets, diamonds, pennies, scales, lanterns, octagons, stars, cubes."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ Figures = list[tuple[Array, int]]
 
 
 class TileDesign(StrEnum):
-    """What is on a tile."""
+    """Design of a cement tile."""
 
     COASTAL = "coastal"
     QUATREFOIL = "quatrefoil"

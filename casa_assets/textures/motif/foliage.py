@@ -12,7 +12,7 @@ from casa_assets.textures.motif.figures import Array, disc, flower, ink, lens
 
 
 class FoliageKind(StrEnum):
-    """What grows there."""
+    """Kind of plant."""
 
     FERN = "fern"
     BANANA = "banana"

@@ -14,7 +14,7 @@ Figures = list[tuple[Array, int]]
 
 
 class PaperRepeat(StrEnum):
-    """What is in one repeat."""
+    """Design of one repeat."""
 
     DAMASK = "damask"
     STRIPE = "stripe"

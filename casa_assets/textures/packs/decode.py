@@ -1,4 +1,4 @@
-"""Bytes of a picture -> pixels, after it was looked at without being unpacked."""
+"""Decode an image file to pixels, after its format and size were checked in the header."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _rgb(image: Image.Image) -> tuple[Floats, tuple[str, ...]]:
 
 
 def _prompt(image: Image.Image) -> str:
-    """What image generators write into a text chunk of a PNG."""
+    """Prompt that image generators write into a text chunk of a PNG."""
     for key in ("parameters", "prompt", "Description"):
         if isinstance(said := image.info.get(key), str):
             return " ".join(said.split())[:2000]

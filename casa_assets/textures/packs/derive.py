@@ -1,4 +1,4 @@
-"""One picture -> a tile with colour, relief and gloss. Relief and gloss are guesses from its brightness."""
+"""Make a picture tile and derive its relief and gloss, which are estimated from its brightness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of a picture and of a pack: the records of pack.yaml and pack.json."""
+"""Records of texture packs: rows of pack.yaml, and pack.json."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNKNOWN = "unknown"
 
 
 class PictureDescription(Record):
-    """What somebody says of a picture; None is not said. A row of pack.yaml, its `defaults`, or the flags.
+    """Description of a picture by a user: a row of pack.yaml, its `defaults`, or the flags; None where not given.
 
     Attributes:
         surface: what it is for.

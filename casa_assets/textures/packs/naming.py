@@ -1,4 +1,4 @@
-"""Names that people give to files and pictures -> ids that are legal and unique."""
+"""Turn file names of pictures into legal, unique ids."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures laid from a given point on, so that joints and boards of neighbouring things meet."""
+"""Texture coordinates measured from a given corner, so that tiles and boards of neighbouring solids line up."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from casa_assets.model.record import Vec3
 
 
 def anchor_uv(solid: Solid, name: str, corner: Vec3, along: Vec3, face: Vec3) -> Solid:
-    """The solid with its picture laid from a corner.
+    """Return the solid with texture coordinates that start at a corner.
 
     Args:
-        name: under which the solid is put on the bench, alone: `skin` shifts the picture of each name, which is taken
+        name: under which the solid alone is added: `solid_mesh` shifts the picture of each name, which is taken
             back here.
         corner: where the picture's lower left corner lies, frame of the solid, metres.
         along: unit vector that the picture's height runs along.

@@ -39,7 +39,7 @@ def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), ease: float = EDGE_RADIUS, steps
 
 
 def board(low: Vec3, high: Vec3, ease: float = EDGE_RADIUS, steps: int = 1) -> Solid:
-    """The same between two corners."""
+    """A box between two corners; rounding as in `box`."""
     _, at = box_shape(low, high)
     size = (high[0] - low[0], high[1] - low[1], high[2] - low[2])
     return box(size, at.position, ease, steps)
@@ -66,7 +66,7 @@ def _rounded(steps: int) -> tuple[Floats, Ints]:
 
 
 def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0, closed: bool = False) -> Solid:
-    """A turned body about z.
+    """A surface of revolution about z.
 
     Args:
         profile: (radius, z) from the lower end to the upper one, metres; where an end is off the axis it is closed by a
@@ -98,7 +98,7 @@ def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0, 
 
 
 def circle_segments(radius: float) -> int:
-    """How many points go around a circle of this radius for its chords to stay within half a millimetre."""
+    """Number of segments of a circle whose chords stay within half a millimetre of it; radius in metres."""
     if radius <= 0.0006:
         return 8
     need = math.pi / math.acos(1 - 0.0004 / max(radius, 0.001)) if radius > 0.0004 else 8
@@ -148,7 +148,7 @@ def rod(radius: float, length: float, ease: float = 0.001, axis: str = "z") -> S
 
 
 def axis_rotation(axis: str) -> Pose:
-    """The turn that takes z to an axis of that name."""
+    """Rotation that takes z to the axis of that name."""
     return {"x": axis_turn("y", math.pi / 2), "y": axis_turn("x", -math.pi / 2), "z": Pose()}[axis]
 
 

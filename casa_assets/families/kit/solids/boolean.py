@@ -1,4 +1,4 @@
-"""Solids united, and cut out of each other."""
+"""Boolean operations on solids: union, difference, intersection (manifold3d)."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from casa_assets.families.kit.solids.solid import Placed, Solid
 
 
 def union(*solids: Solid) -> Solid:
-    """One skin around all; touched as the parts were."""
+    """Union of solids; it keeps the colliders of all."""
     body = manifold3d.Manifold.batch_boolean([_manifold(s) for s in solids], manifold3d.OpType.Add)
     return _solid(body, tuple(p for s in solids for p in s.shapes), solids[0].crease_deg)
 
 
 def subtract(solid: Solid, *tools: Solid, shapes: Sequence[Placed] = ()) -> Solid:
-    """The solid without what lies in the tools.
+    """Subtract the tools from a solid.
 
     Args:
-        solid, tools: closed.
-        shapes: how the result is touched; none means that the caller adds shapes elsewhere or wants its hull.
+        solid, tools: closed surfaces.
+        shapes: colliders of the result; none means that the caller adds them elsewhere or wants the hull.
     """
     taken = manifold3d.Manifold.batch_boolean([_manifold(t) for t in tools], manifold3d.OpType.Add)
     return _solid(_manifold(solid) - taken, tuple(shapes), solid.crease_deg)
 
 
 def intersect(solid: Solid, other: Solid) -> Solid:
-    """What lies in both; touched as its hull."""
+    """Intersection of two solids, without colliders of its own (then its hull is taken)."""
     return _solid(_manifold(solid) ^ _manifold(other), (), solid.crease_deg)
 
 

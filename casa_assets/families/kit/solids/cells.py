@@ -31,7 +31,7 @@ class Cells:
 
     @property
     def area(self) -> float:
-        """Of all solid cells, m^2."""
+        """Area of all solid cells, m^2."""
         return float((np.outer(np.diff(self.us), np.diff(self.vs)) * self.solid).sum())
 
     @property
@@ -44,7 +44,7 @@ class Cells:
 
     @property
     def touches_at_a_point(self) -> bool:
-        """Whether two solid cells meet at a corner alone: there the slab would hang on a line."""
+        """True where two solid cells meet only at a corner, which would make the slab non-manifold."""
         s = self.solid
         a, b, c, d = s[:-1, :-1], s[1:, :-1], s[:-1, 1:], s[1:, 1:]
         return bool(((a & d & ~b & ~c) | (b & c & ~a & ~d)).any())
@@ -124,7 +124,7 @@ class Shell:
         return Solid(self.points[used], index.reshape(-1, 3).astype(np.int64), crease_deg=35.0)
 
     def upright(self) -> Shell:
-        """The same as a wall: u along x, v along z, w along y."""
+        """The surface as an upright wall: u along x, v along z, w along y."""
         return Shell(self.points[:, [0, 2, 1]], self.faces[:, ::-1], self.side, self.cell)
 
 

@@ -1,4 +1,4 @@
-"""Mouldings: a profile carried round the inside of a room, or along a straight piece whose ends are cut aslant."""
+"""Mouldings: a profile swept round the inside of a room, or along a straight piece with mitred ends."""
 
 from __future__ import annotations
 

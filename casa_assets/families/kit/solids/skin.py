@@ -1,4 +1,4 @@
-"""A solid into a mesh that can be drawn: normals, and texture coordinates that are true to size."""
+"""Turn a solid into a mesh with normals, and texture coordinates at true size."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SAME_DIRECTION = 1e-3
 
 
 def solid_mesh(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0), name: str = "") -> Mesh:
-    """The mesh of a solid.
+    """Return the mesh of a solid.
 
     Args:
         solid: to be drawn.

@@ -1,4 +1,4 @@
-"""A closed body: its surface, and the collision shapes that stand for it."""
+"""Solid: a closed surface with the collision shapes that stand for it."""
 
 from __future__ import annotations
 
@@ -48,16 +48,16 @@ class Solid:
         return solid_moments(self.points, self.faces)[0]
 
     def transformed(self, pose: Pose) -> Solid:
-        """The solid with every point moved by `pose`."""
+        """Transform points and collision shapes by `pose`."""
         shapes = tuple((shape, pose @ at) for shape, at in self.shapes)
         return replace(self, points=pose.apply(self.points), shapes=shapes)
 
     def translated(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Solid:
-        """Shifted by metres."""
+        """Translate by x, y, z metres."""
         return self.transformed(Pose(position=(x, y, z)))
 
     def rotated(self, axis: str, angle: float, about: Vec3 = (0.0, 0.0, 0.0)) -> Solid:
-        """Turned about an axis (`x`, `y`, `z`) through a point, radians, right hand."""
+        """Rotate about an axis (`x`, `y`, `z`) through a point, radians, right hand."""
         there = Pose(position=about)
         return self.transformed(there @ axis_turn(axis, angle) @ there.inverse())
 
@@ -69,25 +69,25 @@ class Solid:
         return replace(self, points=self.points * flip, faces=self.faces[:, ::-1], shapes=shapes, uv_m=spread)
 
     def without_colliders(self) -> Solid:
-        """The same with no collision shape of its own."""
+        """Return a copy without collision shapes."""
         return replace(self, shapes=())
 
     def with_box_collider(self) -> Solid:
-        """The same, touched as its bounding box."""
+        """Return a copy whose collision shape is its bounding box."""
         low, high = self.bounds
         return replace(self, shapes=(box_shape(low, high),))
 
     def with_hull_collider(self) -> Solid:
-        """The same, touched as its convex hull of at most 64 vertices."""
+        """Return a copy whose collision shape is its convex hull, of at most 64 vertices."""
         points, faces = small_hull(self.points.round(9))
         return replace(self, shapes=((Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()),))
 
     def with_colliders_of(self, *solids: Solid) -> Solid:
-        """The same, touched as other solids are."""
+        """Return a copy with the collision shapes of other solids."""
         return replace(self, shapes=tuple(s for solid in solids for s in solid.shapes))
 
     def with_crease(self, crease_deg: float) -> Solid:
-        """The same with another crease angle."""
+        """Return a copy with another crease angle, degrees."""
         return replace(self, crease_deg=crease_deg)
 
 
@@ -106,7 +106,7 @@ def box_shape(low: Sequence[float] | Floats, high: Sequence[float] | Floats) -> 
 
 
 def concatenate(solids: Sequence[Solid]) -> Solid:
-    """Several solids as one body that is not welded: surfaces and shapes side by side."""
+    """Concatenate surfaces and shapes of several solids, without welding them."""
     starts = np.cumsum([0, *(len(s.points) for s in solids)])
     own = [s.uv_m for s in solids]
     spread = np.concatenate([s for s in own if s is not None]) if all(s is not None for s in own) else None

@@ -1,4 +1,4 @@
-"""Outlines pulled straight, round bends, or round a rectangle."""
+"""Prisms, tubes and mitred frames: outlines extruded straight, along a path, or round a rectangle."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ def _frame(forward: Floats, up: Floats) -> tuple[Floats, Floats]:
 
 
 def _carried(across: Floats, upward: Floats, before: Floats, now: Floats) -> tuple[Floats, Floats]:
-    """The section's axes after the least turn that takes one direction to the next."""
+    """Axes of the section after the smallest rotation that takes one direction to the next."""
     axis = np.cross(before, now)
     sine, cosine = float(np.linalg.norm(axis)), float(before @ now)
     if sine < 1e-9:

@@ -16,7 +16,7 @@ from casa_assets.model.pose import Pose
 
 
 class AppliancePull(StrEnum):
-    """What one opens a large appliance with."""
+    """Kind of handle of a large appliance."""
 
     TUBE = "tube"
     PRO = "pro"
@@ -36,7 +36,7 @@ def appliance_pull(kind: AppliancePull, length: float) -> Handle:
 
 
 def reach_of(kind: AppliancePull) -> float:
-    """How far a pull stands out, metres."""
+    """Distance that a pull stands out, metres."""
     return -min(float(s.bounds[0, 1]) for s in appliance_pull(kind, 0.4).metal)
 
 

@@ -1,4 +1,4 @@
-"""What large appliances have in common: form and finish of the fronts, and the pull."""
+"""Style of large appliances: form and finish of the fronts, the pull, and what stands below the doors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from casa_assets.model.registry.finish import Surface
 
 
 class ApplianceFront(StrEnum):
-    """How a front is shaped."""
+    """Shape of a front."""
 
     FLAT = "flat"  # folded sheet with sharp edges
     SOFT = "soft"  # edges of about a centimetre
@@ -25,7 +25,7 @@ class ApplianceFront(StrEnum):
 
 
 class ApplianceKick(StrEnum):
-    """What is below the doors."""
+    """Base below the doors."""
 
     GRILLE = "grille"
     PLINTH = "plinth"

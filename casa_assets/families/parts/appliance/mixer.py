@@ -20,7 +20,7 @@ UNDERSIDE_SHARE = 0.8  # share of half the height at which a section of the head
 
 
 class MixerTool(StrEnum):
-    """What stirs."""
+    """Tool of a stand mixer."""
 
     WHISK = "whisk"
     BEATER = "beater"
@@ -86,7 +86,7 @@ def _outward(solid: Solid) -> Solid:
 
 
 def tool(kind: MixerTool, length: float) -> Solid:
-    """What hangs from z = 0 down to -length on the axis x = y = 0; touched as its hull."""
+    """Solid of a tool that hangs from z = 0 to -length on the axis x = y = 0, with a hull collider."""
     shaft = rod(0.0055, 0.034, 0.001).translated(z=-0.017)
     collar = lathe([(0.011, -0.036), (0.013, -0.033), (0.013, -0.027), (0.008, -0.024)], 20)
     made = concatenate([shaft, collar, *_MAKERS[kind](length)])

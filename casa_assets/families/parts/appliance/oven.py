@@ -26,7 +26,7 @@ RACK_TRAVEL = 0.26  # metres that a rack comes out
 
 
 class OvenHandle(StrEnum):
-    """What one pulls the door with."""
+    """Handle of the oven door."""
 
     BAR = "bar"
     PRO = "pro"

@@ -1,4 +1,4 @@
-"""What is on the front of an appliance: a plate without a name, a touch panel."""
+"""Trim on the front of an appliance: a blank badge and a touch panel."""
 
 from __future__ import annotations
 

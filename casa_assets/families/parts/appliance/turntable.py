@@ -10,7 +10,7 @@ from casa_assets.model.record import Vec3
 
 
 def turntable(builder: AssetBuilder, low: Vec3, high: Vec3) -> None:
-    """A glass tray on a hub and a ring of rollers; its collider and region are `tray`.
+    """Add a glass tray on a hub and a ring of rollers; its collider and region are `tray`.
 
     Args:
         low, high: corners of the cavity, metres.

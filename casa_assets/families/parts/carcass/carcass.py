@@ -87,7 +87,7 @@ class Carcass:
 
 
 def build_carcass(builder: AssetBuilder, c: Carcass) -> None:
-    """Put a carcass on the bench."""
+    """Add the boards of a carcass to the root link."""
     _sides(builder, c)
     _levels(builder, c)
     _back(builder, c)
@@ -202,7 +202,7 @@ def add_shelves(builder: AssetBuilder, c: Carcass, low: float, high: float, coun
 
 
 def shelves_for(height: float) -> int:
-    """How many shelves a room of that height has. Ref: RoboCasa v1.0, cabinets: levels by height."""
+    """Number of shelves for a clear height in metres. Ref: RoboCasa v1.0, cabinets: levels by height."""
     levels = next((n for n, top in ((1, 0.6), (2, 0.8), (3, 1.5), (4, 2.0)) if height <= top), 5)
     return levels - 1
 
@@ -211,7 +211,7 @@ MAX_DOOR_WIDTH, MIN_PAIR_WIDTH = 0.62, 0.45  # metres; of a door, and of a cabin
 
 
 def check_doors(doors: int, width: float) -> None:
-    """Whether one or two doors suit a cabinet of a width in metres. Raises ValueError where they do not."""
+    """Raise ValueError where one or two doors do not suit a cabinet of a width in metres."""
     if doors == 1 and width > MAX_DOOR_WIDTH:
         raise ValueError(f"a door of {width} m is too wide; take two")
     if doors == 2 and width < MIN_PAIR_WIDTH:
@@ -219,6 +219,6 @@ def check_doors(doors: int, width: float) -> None:
 
 
 def check_shelves(room: float, count: int | None) -> None:
-    """Raises ValueError where so many shelves leave less than 0.1 m between them in a clear height of metres."""
+    """Raise ValueError where so many shelves leave less than 0.1 m between them in a clear height of metres."""
     if count and (room - count * BOARD_THICKNESS) / (count + 1) < 0.1:
         raise ValueError(f"{count} shelves in {room:.3f} m leave less than 0.1 m each")

@@ -32,7 +32,7 @@ CHANNEL_SHEET = 0.0025
 
 
 class CabinetCellKind(StrEnum):
-    """What a cell of a column holds."""
+    """Content of a cell."""
 
     DOOR = "door"
     DOORS = "doors"
@@ -62,7 +62,7 @@ class CabinetCell:
 
 
 def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ...], level: int = 0) -> int:
-    """Put a carcass and all its cells on the bench.
+    """Add a carcass and all its cells.
 
     Args:
         cells: bottom up. level: number of its lowest shelf region.
@@ -102,7 +102,7 @@ def finish(builder: AssetBuilder, width: float, depth: float, height: float) -> 
 
 
 def _grooved(c: Carcass, cell: CabinetCell) -> bool:
-    """Whether the front stays below a channel for the fingers."""
+    """True where the front stays below a finger channel."""
     by_top = cell.kind in (CabinetCellKind.DRAWER, CabinetCellKind.FALSE) or cell.reach is HandleHeight.HIGH
     fronted = cell.kind not in (CabinetCellKind.OPEN, CabinetCellKind.NICHE, CabinetCellKind.VOID)
     return c.look.handle is HandleKind.FINGER_GROOVE and fronted and by_top
@@ -137,7 +137,7 @@ def _room(
 
 
 def _boarded(below: CabinetCell, above: CabinetCell) -> bool:
-    """Whether a board lies between two cells: not between drawers, nor below a sink."""
+    """True where a board lies between two cells: not between drawers, nor below a sink."""
     return above.kind not in (CabinetCellKind.FALSE, CabinetCellKind.VOID) and not (
         below.kind is CabinetCellKind.DRAWER and above.kind is CabinetCellKind.DRAWER
     )

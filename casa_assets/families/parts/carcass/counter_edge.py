@@ -10,7 +10,7 @@ from casa_assets.model.record import Vec2
 
 
 class CounterEdge(StrEnum):
-    """How the front edge of a worktop is worked."""
+    """Profile of the front edge of a worktop."""
 
     SQUARE = "square"
     EASED = "eased"

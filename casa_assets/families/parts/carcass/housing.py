@@ -22,7 +22,7 @@ MIN_CELL_HEIGHT = 0.14  # metres, anything over or under a niche
 
 
 class NicheNeighbour(StrEnum):
-    """What is over or under a niche."""
+    """Cell over or under a niche."""
 
     DOOR = "door"
     DOORS = "doors"

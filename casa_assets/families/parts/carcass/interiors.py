@@ -1,4 +1,4 @@
-"""Interiors for bodies that somebody else made: walls round a room, and what belongs into it, of the same parts.
+"""Interiors for imported bodies: walls round a cavity, and the racks, shelves, turntables and boxes that belong in it.
 
 Sizes are those of the room that there is, so everything here gives way: fewer racks, fewer shelves, none at last.
 """

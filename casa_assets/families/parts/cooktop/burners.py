@@ -1,4 +1,4 @@
-"""What a pan stands on: gas burners under grates, coils, and rings under glass."""
+"""Burners: gas burners under grates, coils, and rings under glass, with their sites and behaviour."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FLAME_COLOR, GLOW_COLOR = (0.06, 0.2, 0.75, 0.0), (0.85, 0.12, 0.03, 0.0)
 
 
 class Fuel(StrEnum):
-    """What heats."""
+    """Kind of burner."""
 
     GAS = "gas"
     COIL = "coil"
@@ -31,7 +31,7 @@ class Fuel(StrEnum):
 
 
 def spots(count: int, width: float, depth: float, middle: tuple[float, float] = (0.0, 0.0)) -> list[BurnerSpot]:
-    """Where four, five or six burners lie on a field about `middle`; metres."""
+    """Positions of four, five or six burners on a field about `middle`, metres."""
     # Pans of 145 and 180 mm, and a wide one in the middle; two in a column keep clear of each other, dishes and all.
     fit = min(1.0, (depth / 2 - 0.006) / (DRIP_BOWL_RATIO * (SMALL_RADIUS + LARGE_RADIUS)))
     count_x = 2 if count == 4 else 3

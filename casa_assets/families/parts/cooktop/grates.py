@@ -18,7 +18,7 @@ FINGER_END_SHARE = 0.3  # share of a burner's radius at which fingers end before
 
 
 class GrateStyle(StrEnum):
-    """How the grates look."""
+    """Style of the grates."""
 
     JOINED = "joined"  # a grate for each column of burners; together they make one surface
     SEPARATE = "separate"  # a square one for each burner
@@ -97,7 +97,7 @@ def grates(
 
 
 def _touched(places: Sequence[BurnerCell], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
-    """What a pan rests on, in few bars: neighbours as one, and fingers across the hole in their midst."""
+    """Few bars that stand for the grate as colliders: neighbours as one, and fingers across the hole between them."""
     columns = _columns(places)
     edges = sorted({round(v, 6) for c in columns for v in c[0].x})
     ends = sorted({round(v, 6) for c in places for v in c.y})

@@ -1,1 +1,1 @@
-"""Parts of what stands and hangs about: jars, leaves, kitchen tools."""
+"""Parts of decoration and kitchenware: jars, leaves, kitchen tools."""

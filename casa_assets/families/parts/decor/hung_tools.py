@@ -21,7 +21,7 @@ SHEET_THICKNESS = 0.0016
 
 
 class HungTool(StrEnum):
-    """What it is."""
+    """Kind of tool."""
 
     LADLE = "ladle"
     TURNER = "turner"

@@ -18,7 +18,7 @@ CONTENT_GAP = 0.0006  # metres between glass and what is in it, so that neither 
 
 
 class JarLid(StrEnum):
-    """What closes a jar."""
+    """Closure of a jar."""
 
     FLAT = "flat"  # a disc that overlaps
     KNOB = "knob"  # a disc with a ball to lift it
@@ -48,7 +48,7 @@ def hollow(outer: list[Vec2], wall: float, floor: float, segments: int = 32) -> 
 
 
 def filling(outer: list[Vec2], wall: float, floor: float, share: float, segments: int = 32) -> Solid:
-    """What fills a vessel like that to a share of its height, a little apart from its wall."""
+    """Content that fills such a vessel to a share of its height, with a small gap to its wall."""
     top = floor + CONTENT_GAP + share * (outer[-1][1] - floor)
     zs = sorted({floor + CONTENT_GAP, top, *(z for _, z in outer if floor + CONTENT_GAP < z < top)})
     away = wall + CONTENT_GAP

@@ -15,7 +15,7 @@ from casa_assets.families.parts.hardware.legs import tapered
 
 
 class CrockTool(StrEnum):
-    """What it is."""
+    """Kind of tool."""
 
     SPOON = "spoon"
     SPATULA = "spatula"

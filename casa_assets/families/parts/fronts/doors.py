@@ -36,7 +36,7 @@ class HingeSide(StrEnum):
 
 
 class HandleHeight(StrEnum):
-    """Where on a door a hand takes it: high on base units, low on wall units, in the middle of tall ones."""
+    """Height of a door's handle: high on base units, low on wall units, in the middle of tall ones."""
 
     HIGH = "high"
     LOW = "low"
@@ -114,7 +114,7 @@ def hang(builder: AssetBuilder, look: CabinetLook, leaf: CabinetDoor) -> None:
 
 
 def swing(pull: handles.Handle) -> float:
-    """How far a door may turn about the axis x = y = 0 before its handle leaves the door's own width, radians."""
+    """Largest angle of a door about the axis x = y = 0 with its handle within the door's own width, radians."""
     points = np.concatenate([s.points for s in (*pull.metal, *pull.hide)])
     out = points[points[:, 1] < 0.0]
     if not len(out):

@@ -26,7 +26,7 @@ GROOVE_LIP, GROOVE_DEPTH = (
 
 
 class FrontKind(StrEnum):
-    """How a front is made."""
+    """Construction of a front."""
 
     SLAB = "slab"
     SHAKER = "shaker"
@@ -121,7 +121,7 @@ def members(kind: FrontKind, width: float, height: float, drawer: bool = False) 
 
 
 def has_frame(kind: FrontKind) -> bool:
-    """Whether a front of the kind has stiles wide enough to carry a handle."""
+    """True where a front of the kind has stiles wide enough to carry a handle."""
     return kind not in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED, FrontKind.SLIM_SHAKER)
 
 
@@ -172,7 +172,7 @@ def glass_of(kind: FrontKind) -> str:
 
 
 def depth_at(parts: tuple[FrontPart, ...], spots: Sequence[tuple[float, float]]) -> float:
-    """How far behind the face the wood lies at points x, z of a front: the most of them, metres."""
+    """Largest depth of the wood behind the face at points x, z of a front, metres."""
     corners = np.concatenate([p.solid.points[p.solid.faces] for p in parts if not p.pane])
     found = [_hit(corners, x, z) for x, z in spots]
     return max([y for y in found if y is not None], default=0.0)
@@ -192,7 +192,7 @@ def _hit(corners: np.ndarray, x: float, z: float) -> float | None:
 
 
 def is_glazed(kind: FrontKind) -> bool:
-    """Whether one sees through a door of the kind, or light comes through it."""
+    """True where a door of the kind has glass, clear or frosted."""
     return kind in GLAZED_KINDS
 
 

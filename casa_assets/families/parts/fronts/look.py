@@ -1,4 +1,4 @@
-"""What all cabinets of a kitchen have in common: front, handle and finishes."""
+"""Style that all cabinets of a kitchen share: front, handle and finishes."""
 
 from __future__ import annotations
 

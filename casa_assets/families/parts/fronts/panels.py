@@ -1,4 +1,4 @@
-"""What stands in the frame of a front: flat, raised and beaded panels, louvres, panes and their bars."""
+"""Infill of framed fronts: flat, raised and beaded panels, louvres, panes and glazing bars."""
 
 from __future__ import annotations
 

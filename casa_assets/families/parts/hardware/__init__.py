@@ -1,1 +1,1 @@
-"""Parts that are bought ready made: handles, knobs, buttons, faucets, legs, displays."""
+"""Hardware: handles, knobs, buttons, faucets, legs, displays."""

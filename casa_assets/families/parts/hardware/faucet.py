@@ -28,7 +28,7 @@ WATER = (0.45, 0.62, 0.75, 0.0)
 
 
 class SpoutForm(StrEnum):
-    """What the spout looks like."""
+    """Form of the spout."""
 
     GOOSENECK = "gooseneck"
     PULL_DOWN = "pull_down"
@@ -63,10 +63,10 @@ class Spout:
 
 
 def fit(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
-    """Put a faucet on the bench with its links, joints, `water` site and behaviour.
+    """Add a faucet with its links, joints, `water` site and behaviour.
 
     Args:
-        bench: of the sink.
+        builder: of the sink.
         at: where it stands; the spout points to -y.
         fall: z at which the water lands, metres.
     """
@@ -92,7 +92,7 @@ def fit(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
 
 
 def _body(p: Faucet, wide: bool) -> tuple[list[Solid], float]:
-    """What does not move, about the foot; and the height at which the spout swivels."""
+    """Make the fixed body about the foot; return its solids and the height of the swivel, metres."""
     if wide:
         parts = []
         for side in (-0.1, 0.1):

@@ -22,7 +22,7 @@ EDGE_REACH = 0.024  # metres
 
 
 class HandleKind(StrEnum):
-    """What a hand takes."""
+    """Kind of handle."""
 
     BAR = "bar"
     BOXED = "boxed"
@@ -73,12 +73,12 @@ class Handle:
 
 
 def length_of(kind: HandleKind, wanted: float) -> float:
-    """How long a handle of the kind is where `wanted` metres are asked for."""
+    """Length of a handle of the kind where `wanted` metres are asked for, metres."""
     return FIXED_LENGTHS.get(kind, wanted)
 
 
 def reach_of(kind: HandleKind) -> float:
-    """How far a handle of the kind stands out before the face of a door, metres."""
+    """Distance that a handle of the kind stands out before the face of a door, metres."""
     if kind is HandleKind.FINGER_GROOVE:
         return 0.0
     if kind is HandleKind.EDGE_PULL:

@@ -18,7 +18,7 @@ KNOB_TRAVEL = 2.6
 
 
 class KnobStyle(StrEnum):
-    """What it looks like."""
+    """Style of a knob."""
 
     SKIRT = "skirt"  # a pointer on a skirt
     FLUTED = "fluted"  # a cylinder with grooves

@@ -33,7 +33,7 @@ INK_THICKNESS = 0.0004  # metres: thickness of what is printed or glows; its bac
 
 
 class KeySign(StrEnum):
-    """What is printed on a key."""
+    """Sign that is printed on a key."""
 
     PLUS = "plus"
     MINUS = "minus"

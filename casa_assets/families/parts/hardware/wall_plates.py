@@ -12,7 +12,7 @@ PLATE_THICKNESS = 0.006
 
 
 def upright_on_wall(solid: Solid) -> Solid:
-    """What was pulled up along z now grows out of a wall, towards -y; its x stays, its y becomes z."""
+    """Rotate a solid extruded along z so that it grows out of a wall, towards -y; its x stays, its y becomes z."""
     return solid.transformed(axis_turn("x", HALF_TURN))
 
 

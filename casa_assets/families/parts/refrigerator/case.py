@@ -28,7 +28,7 @@ LINER_FINISH = "plastic_white"
 
 @dataclass(frozen=True)
 class Compartment:
-    """An interior: its name (`fridge` or `freezer`) and its inner corners; low[1] is the front plane, 0. Metres."""
+    """A cooled compartment: its name (`fridge` or `freezer`) and inner corners, metres; low[1] = 0 is the front."""
 
     name: str
     low: Vec3
@@ -36,7 +36,7 @@ class Compartment:
 
 
 def compartment(name: str, left: float, right: float, bottom: float, top: float, depth: float) -> Compartment:
-    """A room between planes of the case's inside, metres."""
+    """Make a compartment between planes of the case's inside, metres."""
     return Compartment(name, (left, 0.0, bottom), (right, depth - BACK_THICKNESS, top))
 
 
@@ -117,7 +117,7 @@ def _line(builder: AssetBuilder, r: Compartment) -> None:
 
 
 def stand(builder: AssetBuilder, width: float, depth: float, foot: float, look: ApplianceLook) -> None:
-    """What carries the case: a grille or a plinth before feet, or four turned feet; z from 0 to foot."""
+    """Add the base of the case: a grille or a plinth before feet, or four turned feet; z from 0 to foot."""
     if look.kick is ApplianceKick.FEET:
         for x in (0.075, width - 0.075):
             for y in (0.07, depth - 0.07):

@@ -254,7 +254,7 @@ def grip(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook) -> None:
 
 
 def _depth(leaf: FridgeDoor, look: ApplianceLook, *points: Vec2) -> float:
-    """How far behind the front plane the feet of a pull stand, metres."""
+    """Distance of the feet of a pull behind the front plane, metres."""
     if look.form is not ApplianceFront.PANEL:
         return 0.0
     return fronts.depth_at(fronts.front(look.front, leaf.width, leaf.height), points)

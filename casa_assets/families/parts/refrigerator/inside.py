@@ -1,4 +1,4 @@
-"""What slides in a refrigerator: crispers and baskets behind a door, and freezers that are pulled out."""
+"""Sliding parts of refrigerators: crispers and baskets behind a door, and freezer drawers."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from casa_assets.families.parts.refrigerator.rooms import fill, gap_beside
 
 
 class FreezerFront(StrEnum):
-    """How the freezer below is opened."""
+    """Drawers or doors of the freezer below."""
 
     DRAWER = "drawer"
     TWO_DRAWERS = "two_drawers"

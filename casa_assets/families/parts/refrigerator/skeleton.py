@@ -1,4 +1,4 @@
-"""What the four kinds of refrigerators share: their numbers, the draw of a size, and the steps of building one."""
+"""Common parameters, sampling and building steps of the four families of refrigerators."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def draw_size(
 
 
 def has_plain_doors(look: ApplianceLook) -> bool:
-    """Whether a dispenser can be let into its doors."""
+    """True where a dispenser can be let into the doors."""
     return look.form in (ApplianceFront.FLAT, ApplianceFront.SOFT)
 
 
@@ -76,7 +76,7 @@ class FridgeCase:
     """A refrigerator while it is built: the front of its case is y = 0, its left side x = 0.
 
     Attributes:
-        family: name of the family and of its contract. p: its numbers. bench: where it is put together.
+        family: name of the family and of its contract. p: its numbers. builder: where it is put together.
     """
 
     family: str
@@ -111,7 +111,7 @@ class FridgeCase:
         return left, right, bottom, split - DIVIDER_THICKNESS / 2, self.deep
 
     def above(self, split: float) -> tuple[float, float, float, float, float]:
-        """The same above that wall."""
+        """Left, right, bottom, top and depth of the inside above that wall, metres."""
         left, right, _, top = self.inside
         return left, right, split + DIVIDER_THICKNESS / 2, top, self.deep
 

@@ -1,4 +1,4 @@
-"""What doors, drawers and carcasses are faced with."""
+"""Kinds of texture for cabinet fronts and carcasses."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class FrontFace(StrEnum):
-    """What was printed on the face or pressed into it."""
+    """Print or relief of the face."""
 
     PLAIN = "plain"
     LINEN = "linen"

@@ -18,7 +18,7 @@ from casa_assets.textures.wood import SawCut, WoodSpecies
 
 
 class PaintCoat(StrEnum):
-    """How the paint was laid on."""
+    """Method of painting."""
 
     SPRAYED = "sprayed"
     BRUSHED = "brushed"

@@ -1,4 +1,4 @@
-"""What worktops are made of."""
+"""Kinds of worktop texture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Space shared out among scattered seeds: crystals, chips, dimples."""
+"""Voronoi cells of jittered seeds on a torus: crystals, chips, dimples."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Ids = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class CrystalCells:
-    """What each pixel knows of the seed next to it, each (H, W).
+    """Nearest seed of every pixel, each array (H, W).
 
     Attributes:
         count: number of cells.
@@ -45,7 +45,7 @@ class CrystalCells:
 def crystal_cells(
     sheet: Sheet, size_m: float, rng: np.random.Generator, stretch: float = 1.0, bend_m: float = 0.0
 ) -> CrystalCells:
-    """Share the sheet out among jittered seeds; it closes over the border.
+    """Assign every pixel of the sheet to the nearest jittered seed, periodically.
 
     Args:
         sheet: pixels and metres.

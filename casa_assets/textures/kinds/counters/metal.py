@@ -18,7 +18,7 @@ from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class MetalTooling(StrEnum):
-    """What the tool left on the metal."""
+    """Marks of the tool on the metal."""
 
     ALONG = "along"  # brushed along u
     UPRIGHT = "upright"  # brushed along v

@@ -18,7 +18,7 @@ from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class VeinCourse(StrEnum):
-    """How veins run."""
+    """Course of the veins."""
 
     FLOW = "flow"  # long lines side by side
     NET = "net"  # between the pieces of a broken stone that has healed

@@ -1,4 +1,4 @@
-"""What floors are laid with."""
+"""Kinds of floor texture."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class ResilientSort(StrEnum):
-    """What the sheet is."""
+    """Material of the sheet."""
 
     MARBLED = "marbled"  # linoleum: streaks of several colours, drawn along v
     FLECKED = "flecked"  # crumbs of other colours in rubber

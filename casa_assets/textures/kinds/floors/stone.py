@@ -19,7 +19,7 @@ from casa_assets.textures.sheet import Map, Share, Sheet
 
 
 class StoneTile(Record):
-    """What tiles of any stone have.
+    """Parameters common to tiles of any stone.
 
     Attributes:
         laying, joint: how they lie and what is between them.

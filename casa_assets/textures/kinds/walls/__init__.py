@@ -1,4 +1,4 @@
-"""What walls are covered with."""
+"""Kinds of wall texture."""
 
 from __future__ import annotations
 

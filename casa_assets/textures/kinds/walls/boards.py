@@ -19,7 +19,7 @@ from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class BoardProfile(StrEnum):
-    """What a board's edge looks like, and what is between two."""
+    """Profile of the edges of boards, and of the gap between two."""
 
     BEAD = "bead"  # a half round with a groove on each side
     SHIPLAP = "shiplap"  # square edges, an open shadow line

@@ -19,7 +19,7 @@ from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class Formwork(StrEnum):
-    """What the concrete was poured against."""
+    """Formwork of the concrete."""
 
     SMOOTH = "smooth"
     PANELS = "panels"  # large plates with joints and tie holes

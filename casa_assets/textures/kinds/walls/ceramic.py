@@ -22,7 +22,7 @@ from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class ColorAssignment(StrEnum):
-    """Which piece gets which colour."""
+    """Assignment of colours to pieces."""
 
     LOT = "lot"  # as often as the others, in no order
     SORT = "sort"  # by its shape, orientation or place in the pattern

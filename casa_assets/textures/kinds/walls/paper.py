@@ -60,7 +60,7 @@ class FoliagePaper(Record):
 
 
 class PaperWeave(StrEnum):
-    """What was glued on the paper."""
+    """Cloth or fibre glued on the paper."""
 
     GRASS = "grass"  # level blades of uneven thickness on fine upright threads
     LINEN = "linen"

@@ -18,7 +18,7 @@ from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep, standard
 
 
 class PlasterFinish(StrEnum):
-    """What it was put on with, or what is in it."""
+    """Tool or material of the plaster."""
 
     ROLLER = "roller"  # orange peel of a paint roller
     SAND = "sand"
