@@ -1,4 +1,4 @@
-"""A taken-apart mesh -> Asset: one link for each part, its surface, its shapes, its share of the mass, its joint."""
+"""Build the asset of an articulated mesh: one link per part with visuals, colliders, inertia and joint."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ BODY_WEIGHT_FACTOR = 2.0
 
 @dataclass(frozen=True)
 class AssetSpec:
-    """All that an asset needs besides its geometry.
+    """Properties of an asset besides its geometry.
 
     Attributes:
         asset_id: of the result. metres: length of the diagonal.
@@ -54,7 +54,7 @@ class AssetSpec:
 
 
 def assemble(model: RawModel, soup: TriangleSoup, found: Articulation, brief: AssetSpec) -> Asset:
-    """An asset that opens.
+    """Build the articulated asset.
 
     Args:
         model: as read; its faces, part by part, are those of `soup`.
@@ -106,7 +106,7 @@ def assemble(model: RawModel, soup: TriangleSoup, found: Articulation, brief: As
 
 
 class _Place:
-    """Points of the frame in metres: the middle of the footprint is the origin, on the ground."""
+    """Converts points of the frame to metres: the origin is the middle of the footprint, on the ground."""
 
     def __init__(self, soup: TriangleSoup, metres: float) -> None:
         low, high = soup.points.min(axis=0), soup.points.max(axis=0)
@@ -116,20 +116,20 @@ class _Place:
         self.soup = soup
 
     def point(self, points: Floats) -> Floats:
-        """Points of the frame, asset frame."""
+        """Convert points of the frame to the asset frame, metres."""
         found: Floats = points * self.metres + self.shift
         return found
 
 
 def _region(space: StorageSpace, place: _Place, anchor: Floats) -> Region:
-    """A space as a region of its link."""
+    """Return a storage space as a region of its link."""
     low, high = place.point(np.array([space.low, space.high])) - anchor
     pose = Pose(position=_vec((low + high) / 2))
     return Region(name=space.name, link=space.part or ROOT, pose=pose, size=_vec(np.maximum(high - low, 1e-3)))
 
 
 def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, anchor: Floats) -> tuple[Visual, ...]:
-    """The surface of a link, one mesh for each material of the file; that of a handle apart."""
+    """Return the visuals of a link, one mesh per material of the file, with handles as meshes of their own."""
     name, label = (ROOT, None) if part is None else (part.name, part_label(part.kind))
     held = np.zeros(len(own), dtype=bool)
     if part is not None and len(part.grip) < len(part.faces):
@@ -150,7 +150,7 @@ def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, 
 
 
 def _cut(mesh: Mesh, rows: Ints, corners: Floats) -> Mesh:
-    """Some faces of a mesh at new places, with their texture coordinates; float32 throughout."""
+    """Return some faces of a mesh at new places, with their texture coordinates; float32 values throughout."""
     faces = mesh.faces[rows].astype(np.int64)
     used, local = np.unique(faces, return_inverse=True)
     vertices = np.zeros((len(used), 3))
@@ -167,13 +167,13 @@ def _cut(mesh: Mesh, rows: Ints, corners: Floats) -> Mesh:
 
 
 def _single(values: Floats) -> Floats:
-    """What files hold: single precision."""
+    """Round values to single precision, which is what files hold."""
     found: Floats = values.astype(np.float32).astype(np.float64)
     return found
 
 
 def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:
-    """A link as a sheet of even thickness over its surface."""
+    """Return the mass properties of a link as a sheet of even thickness over its surface."""
     area, center, inertia = shell_moments(points, faces)
     tensor = inertia / max(area, 1e-12) * mass
     tensor = tensor + np.eye(3) * mass * (SHEET * float(np.ptp(points[faces].reshape(-1, 3), axis=0).max())) ** 2
@@ -182,7 +182,7 @@ def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:
 
 
 def _mass(brief: AssetSpec) -> float:
-    """Usual mass of a thing of this kind and size, kg."""
+    """Return the usual mass of an object of this category and size, kg."""
     span = brief.category.mass_kg
     return float(
         np.clip(span.typical * (brief.metres / (1.3 * brief.category.longest_m.typical)) ** 3, span.low, span.high)
@@ -190,11 +190,12 @@ def _mass(brief: AssetSpec) -> float:
 
 
 def _materials(model: RawModel, substance: str) -> tuple[Material, ...]:
+    """Return the materials of a model under the names of its looks."""
     return tuple(p.material.replace(id=f"look_{i:03d}", substance=substance) for i, p in enumerate(model.parts))
 
 
 def _guesses(found: Articulation) -> tuple[Guess, ...]:
-    """The decisions, for the provenance."""
+    """Return the decisions, for the provenance."""
     frame = found.frame
     out = [Guess(subject="frame", value="up and front", confidence=frame.confidence, reason=frame.reason)]
     for part in found.parts:
@@ -209,6 +210,7 @@ def _guesses(found: Articulation) -> tuple[Guess, ...]:
 
 
 def _parents_first(links: list[Link]) -> tuple[Link, ...]:
+    """Order links so that each comes after its parent."""
     out: list[Link] = []
     left = list(links)
     while left:
@@ -220,9 +222,11 @@ def _parents_first(links: list[Link]) -> tuple[Link, ...]:
 
 
 def _vec(values: Floats) -> tuple[float, float, float]:
+    """Return three numbers rounded to seven digits."""
     x, y, z = (_seven(float(v)) if abs(v) > 1e-9 else 0.0 for v in values)
     return (x, y, z)
 
 
 def _seven(value: float) -> float:
+    """Round a number to seven significant digits."""
     return significant(float(value), 7)

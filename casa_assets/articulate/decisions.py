@@ -1,4 +1,4 @@
-"""What somebody decided over the heads of the guesses: a sidecar of a mesh, and what it changes in an articulation."""
+"""User decisions on a mesh, which override guesses: the records of decisions.yaml, and their application."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _AXES = "xyz"
 
 
 class PartDecision(Record):
-    """One part; what is left out stays as it was found.
+    """User decision on one part; fields that are left out keep what was found.
 
     Attributes:
         remove: it does not move, and stays with what carries it.
@@ -57,6 +57,7 @@ class PartDecision(Record):
 
     @model_validator(mode="after")
     def _sound(self) -> Self:
+        """Raise ValueError for an unknown axis, or a box without a kind."""
         if isinstance(self.axis, str):
             parse_direction(self.axis)
         if self.box_m is not None and self.kind is None:
@@ -65,7 +66,7 @@ class PartDecision(Record):
 
 
 class CavityDecision(Record):
-    """What is behind a door, or in a drawer; what is left out stays as it was found.
+    """User decision on the interior behind a door or in a drawer; fields that are left out keep what was found.
 
     Attributes:
         build: walls and what belongs in are built; else it stays as the mesh has it.
@@ -80,7 +81,7 @@ class CavityDecision(Record):
 
 
 class Decisions(Record):
-    """A sidecar.
+    """The decisions.yaml of one mesh.
 
     Attributes:
         category: id in the registry. up, front: such as `+y`, or three numbers, axes of the file.
@@ -97,6 +98,7 @@ class Decisions(Record):
 
     @model_validator(mode="after")
     def _sound(self) -> Self:
+        """Raise ValueError for an unknown axis."""
         for word in (self.up, self.front):
             if isinstance(word, str):
                 parse_direction(word)
@@ -104,7 +106,7 @@ class Decisions(Record):
 
 
 def parse_direction(word: Direction) -> Vec3:
-    """A unit vector from `+z`, `-y`, `x` or three numbers. Raises ValueError."""
+    """Return a unit vector from `+z`, `-y`, `x` or three numbers. Raises ValueError."""
     if isinstance(word, str):
         name = word.lstrip("+-").lower()
         if len(name) != 1 or name not in _AXES or len(word) > 2:
@@ -119,7 +121,7 @@ def parse_direction(word: Direction) -> Vec3:
 
 
 def axis_word(vector: Vec3) -> Direction:
-    """The shortest way to write a direction that `direction` reads back."""
+    """Return the shortest spelling of a direction that `parse_direction` reads back."""
     for i, name in enumerate(_AXES):
         if abs(abs(vector[i]) - 1.0) < 1e-6:
             return ("+" if vector[i] > 0 else "-") + name
@@ -127,7 +129,7 @@ def axis_word(vector: Vec3) -> Direction:
 
 
 def apply_decisions(found: Articulation, soup: TriangleSoup, said: Decisions) -> Articulation:
-    """The articulation as somebody wants it.
+    """Return the articulation with the user's decisions on its parts applied.
 
     Args:
         found: as inferred, `found.frame.metres` set. soup: in the frame.
@@ -153,6 +155,7 @@ def apply_decisions(found: Articulation, soup: TriangleSoup, said: Decisions) ->
 
 
 def _without(part: PartPlan, taken: set[int]) -> PartPlan:
+    """Return a part without some faces."""
     if not taken:
         return part
     rows = np.array(sorted(taken), dtype=np.int64)
@@ -160,7 +163,7 @@ def _without(part: PartPlan, taken: set[int]) -> PartPlan:
 
 
 def _fresh(name: str, wanted: PartDecision, soup: TriangleSoup, found: Articulation) -> PartPlan:
-    """A part of all fragments that lie within a box."""
+    """Return a part made of all fragments that lie within a box."""
     assert wanted.box_m is not None
     assert wanted.kind is not None
     low, high = (_to_frame(np.array(c), soup, found) for c in wanted.box_m)
@@ -180,11 +183,12 @@ def _fresh(name: str, wanted: PartDecision, soup: TriangleSoup, found: Articulat
 
 
 def _dummy() -> JointPlan:
+    """Return a joint that is replaced before it is used."""
     return JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.0))
 
 
 def _changed(part: PartPlan, wanted: PartDecision | None, soup: TriangleSoup, found: Articulation) -> PartPlan:
-    """A part with what is wanted otherwise than found."""
+    """Return a part with the user's changes."""
     if wanted is None:
         return part
     joint, changed = part.joint, part
@@ -203,7 +207,7 @@ def _changed(part: PartPlan, wanted: PartDecision | None, soup: TriangleSoup, fo
 
 
 def _turned(joint: JointPlan, wanted: PartDecision, soup: TriangleSoup, found: Articulation) -> JointPlan:
-    """With the axis and anchor that are given in full."""
+    """Return the joint with the axis and anchor that the user gives."""
     if wanted.axis is not None:
         axis = parse_direction(wanted.axis)
         if float(np.dot(axis, joint.axis)) < 1 - 1e-9:
@@ -216,7 +220,7 @@ def _turned(joint: JointPlan, wanted: PartDecision, soup: TriangleSoup, found: A
 
 
 def _ranged(joint: JointPlan, wanted: PartDecision, metres: float) -> JointPlan:
-    """With the range that is given, where it is another one."""
+    """Return the joint with the range that the user gives, where it differs."""
     if joint.kind is JointKind.SLIDE:
         if wanted.travel_m is None or abs(wanted.travel_m - joint.range[1] * metres) <= SAME_M:
             return joint
@@ -227,7 +231,7 @@ def _ranged(joint: JointPlan, wanted: PartDecision, metres: float) -> JointPlan:
 
 
 def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, soup: TriangleSoup) -> JointPlan:
-    """The usual joint of a part of a kind, by where it is."""
+    """Return the usual joint of a part of a kind at its place."""
     leaf = np.setdiff1d(part.faces, part.grip)
     low, high = _box(leaf if len(leaf) else part.faces, soup)
     middle = _vec((low + high) / 2)
@@ -247,7 +251,7 @@ def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, soup: Triangl
 
 
 def _hinge(edge: HingeEdge, kind: PartKind, low: Floats, high: Floats) -> JointPlan:
-    """A hinge along an edge of a leaf between two corners of the frame."""
+    """Return a hinge along an edge of a leaf between two corners of the frame."""
     side = TOP if kind is PartKind.LID else FRONT
     a, b = low @ SIDES[side].T, high @ SIDES[side].T
     panel = Panel([], np.minimum(a, b), np.maximum(a, b))
@@ -264,7 +268,7 @@ def _hinge(edge: HingeEdge, kind: PartKind, low: Floats, high: Floats) -> JointP
 
 
 def hinge_at_face(part: PartPlan, soup: TriangleSoup) -> JointPlan:
-    """The hinge of a part with its axis in the plane of its face instead of near its back, as set-in doors have it."""
+    """Return the hinge of a part with its axis in the plane of its face, as inset doors have it, not near its back."""
     leaf = np.setdiff1d(part.faces, part.grip)
     low, high = _box(leaf if len(leaf) else part.faces, soup)
     x, y, z = part.joint.anchor
@@ -275,12 +279,13 @@ def hinge_at_face(part: PartPlan, soup: TriangleSoup) -> JointPlan:
 
 
 def _box(faces: FaceIndex, soup: TriangleSoup) -> tuple[Floats, Floats]:
+    """Return the (3,) lower and upper corner of some faces."""
     points = soup.points[soup.faces[faces].reshape(-1)]
     return points.min(axis=0), points.max(axis=0)
 
 
 def _to_frame(point: Floats, soup: TriangleSoup, found: Articulation) -> Floats:
-    """A point of the asset frame (metres, origin under the middle), in the frame of the analysis."""
+    """Convert a point of the asset frame (metres, origin under the middle) to the frame of the analysis."""
     low, high = soup.points.min(axis=0), soup.points.max(axis=0)
     foot = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
     moved: Floats = point / (found.frame.metres or 1.0) + foot
@@ -288,5 +293,6 @@ def _to_frame(point: Floats, soup: TriangleSoup, found: Articulation) -> Floats:
 
 
 def _vec(values: Floats) -> Vec3:
+    """Return three numbers."""
     x, y, z = (float(v) for v in values)
     return (x, y, z)

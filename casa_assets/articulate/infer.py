@@ -1,4 +1,4 @@
-"""A soup in its frame -> the parts that move, by the sides of the thing: fronts, controls, what is inside."""
+"""Find the moving parts of a mesh in its frame: fronts, controls, inner parts, faucets and lids."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ MIDDLE = 0.1
 
 @dataclass
 class _Found:
-    """Parts so far, and the fragments that they took."""
+    """Parts found so far, and the fragments that they use."""
 
     pieces: MeasuredFragments
     parts: list[PartPlan] = field(default_factory=list)
@@ -64,7 +64,7 @@ class _Found:
         parent: str,
         why: tuple[float, str],
     ) -> str:
-        """A part of these fragments; returns its name."""
+        """Add a part made of these fragments; return its name."""
         name = f"{kind.value}_{sum(p.kind is kind for p in self.parts)}"
         self.taken |= set(fragments)
         self.parts.append(
@@ -93,7 +93,7 @@ def infer_articulation(soup: TriangleSoup, frame: Frame, category: str = "") -> 
 
 
 def articulate_fragments(pieces: MeasuredFragments, frame: Frame, category: str = "") -> Articulation:
-    """Find the moving parts of pieces that are measured already, as `infer` does."""
+    """Find the moving parts of fragments that are measured already, as `infer_articulation` does."""
     found = _Found(pieces)
     if pieces.count > 1:
         panels = find_panels(pieces, FRONT)
@@ -135,34 +135,35 @@ def articulate_fragments(pieces: MeasuredFragments, frame: Frame, category: str 
 
 
 def _may_move(pieces: MeasuredFragments, parts: list[PartPlan]) -> bool:
-    """Whether a thing that nothing names may have what was found of it.
+    """Return whether the parts found on an object of unknown category are plausible.
 
-    What has doors, keys or knobs has flat walls, or a lid or a lever besides: lids of jars, seeds of a melon and plates
-    in a rack look like them otherwise.
+    An object with doors, buttons or knobs has flat walls, or a lid or a lever besides; otherwise lids of jars, seeds of
+    a melon and plates in a rack would pass for them.
     """
     telling = any(p.kind in (PartKind.LID, PartKind.LEVER, PartKind.SPOUT) for p in parts)
     return telling or boxiness(pieces.soup, pieces.depth_images) >= MIN_BOXINESS
 
 
 def _better_here(controls: list[Control], others: list[Control]) -> list[Control]:
-    """Controls of a side without those that are round seen from another side, and here are not."""
+    """Drop controls of a side that are seen as round from another side, but not from here."""
     round_there = {f for c in others for f in c.fragments}
     return [c for c in controls if c.is_round or round_there.isdisjoint(c.fragments)]
 
 
 def _stands_free(pieces: MeasuredFragments, control: Control) -> bool:
-    """Whether a thing on the top stands out like a knob, and not like a foot or a burner."""
+    """Return whether something on the top protrudes like a knob, not like a foot or a burner."""
     return control.protrusion >= 0.3 * float(control.across.max()) and has_finger_room(pieces, TOP, control)
 
 
 def _tops_off(pieces: MeasuredFragments, control: Control) -> bool:
-    """Whether a thing is in the middle of the top: the cap of a bottle, the stem of a fruit, the grip of a lid."""
+    """Return whether a control is in the middle of the top, as the cap of a bottle is."""
     low, high = corners_from_side(pieces, TOP)
     low, high = low.min(axis=0)[:2], high.max(axis=0)[:2]
     return bool((np.abs(control.middle - (low + high) / 2) < MIDDLE * (high - low)).all())
 
 
 def _fronts(found: _Found, panels: list[Panel]) -> None:
+    """Add the doors and drawers among the panels, each with its joint."""
     low, high = corners_from_side(found.pieces, FRONT)
     whole = high.max(axis=0) - low.min(axis=0)
     chosen = select_opening_panels(found.pieces, FRONT, panels)
@@ -194,7 +195,7 @@ def _fronts(found: _Found, panels: list[Panel]) -> None:
 
 
 def _sideways(panel: Panel, sign: float) -> JointPlan:
-    """The joint of a door that runs to the right (1) or to the left (-1)."""
+    """Return the joint of a door that slides to the right (1) or to the left (-1)."""
     return JointPlan(
         kind=JointKind.SLIDE,
         axis=_direction(sign * SIDES[FRONT][0]),
@@ -206,6 +207,7 @@ def _sideways(panel: Panel, sign: float) -> JointPlan:
 
 
 def _hinge(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
+    """Return the hinge of a door."""
     assert opening.edge is not None
     axis, point = hinges.hinge_line(panel, opening.edge)
     return JointPlan(
@@ -221,7 +223,7 @@ def _hinge(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
 
 
 def _controls(found: _Found, side: int, controls: list[Control]) -> None:
-    """Knobs and buttons of a side; what is neither stays with what it sits on."""
+    """Add the knobs and buttons of a side; other controls stay with what they sit on."""
     for control in controls:
         if set(control.fragments) & found.taken:
             continue
@@ -246,7 +248,7 @@ def _controls(found: _Found, side: int, controls: list[Control]) -> None:
 
 
 def _levers(found: _Found, side: int, levers: list[Lever]) -> None:
-    """Things that slide in a slot."""
+    """Add levers that slide in a slot."""
     for lever in levers:
         middle = (lever.control.low + lever.control.high) / 2
         reason = "it stands in a slot"
@@ -263,12 +265,13 @@ def _levers(found: _Found, side: int, levers: list[Lever]) -> None:
 
 
 def _taps(found: _Found) -> None:
-    """Sticks that turn, and a spout."""
+    """Add the handles and the spout of a faucet."""
     for kind, fragments, joint in find_faucet_parts(found.pieces, found.taken):
         found.add(kind, fragments, [], joint, "", (joint.confidence, joint.reason))
 
 
 def _tray(found: _Found, door: Panel, tray: InnerPart) -> None:
+    """Add something that slides or turns behind a door."""
     low, high = found.pieces.box(tray.fragments)
     middle = _direction_free((low + high) / 2)
     if tray.turns:
@@ -284,7 +287,7 @@ def _tray(found: _Found, door: Panel, tray: InnerPart) -> None:
 
 
 def _lid(found: _Found, lid: Lid) -> None:
-    """A lid that opens upwards about its edge at the handle, or at the back."""
+    """Add a lid that opens upwards about its edge at the handle, or at the back."""
     reason = "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
     axis, anchor = lid.hinge
     joint = JointPlan(
@@ -299,15 +302,17 @@ def _lid(found: _Found, lid: Lid) -> None:
 
 
 def _direction(v: Floats) -> Vec3:
+    """Return a unit vector as three numbers."""
     x, y, z = (float(c) for c in v / np.linalg.norm(v))
     return (x, y, z)
 
 
 def _direction_free(v: Floats) -> Vec3:
+    """Return a vector as three numbers."""
     x, y, z = (float(c) for c in v)
     return (x, y, z)
 
 
 def _point(side: int, uvw: Floats) -> Vec3:
-    """A point given as (right, up, depth) of a side, in the frame."""
+    """Convert a point given as (right, up, depth) of a side to the frame."""
     return _direction_free(uvw @ SIDES[side])

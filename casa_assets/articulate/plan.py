@@ -1,6 +1,6 @@
-"""What articulation decides, as records: a frame, the moving parts, their joints, and how sure each of it is.
+"""Records of an articulation: the frame, the moving parts, their joints, and the confidence of each decision.
 
-Lengths are in units of the analysed mesh: the frame says how they lead back to the file and on to metres.
+Lengths are in units of the analysed mesh, whose diagonal is 1; the frame maps them to the file and to metres.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Cloud = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 3))]
 
 
 class PartKind(StrEnum):
-    """What a moving part is; it decides how its joint moves."""
+    """Type of a moving part; it decides how its joint moves."""
 
     DOOR = "door"
     DRAWER = "drawer"
@@ -35,7 +35,7 @@ class PartKind(StrEnum):
 
 
 class HingeEdge(StrEnum):
-    """The side of a front that a hinge runs along, seen by who stands before it."""
+    """Edge of a front that a hinge runs along, as seen by a person standing before it."""
 
     LEFT = "left"
     RIGHT = "right"
@@ -44,7 +44,7 @@ class HingeEdge(StrEnum):
 
 
 class Frame(Record):
-    """How the axes of a file become ours: z up, x right, y back.
+    """Transform from the axes of a file to ours: z up, x right, y back.
 
     Attributes:
         rotation: proper; `frame = rotation @ (file - origin) * scale`.
@@ -63,18 +63,18 @@ class Frame(Record):
     runner_up: str = ""
 
     def to_file(self, points: Floats) -> Floats:
-        """(N, 3) points of the frame, in file axes and units."""
+        """Convert (N, 3) points of the frame to file axes and units."""
         found: Floats = np.asarray(points) @ self.rotation / self.scale + np.array(self.origin)
         return found
 
     def direction_to_file(self, direction: Vec3) -> Vec3:
-        """A unit direction of the frame, in file axes."""
+        """Convert a unit direction of the frame to file axes."""
         x, y, z = (float(v) for v in np.array(direction) @ self.rotation)
         return (x, y, z)
 
 
 class JointPlan(Record):
-    """How a part moves against its parent, in the frame, closed.
+    """Joint between a part and its parent, in the frame, in the closed pose.
 
     Attributes:
         axis: unit. anchor: a point of it. range: from closed (0), rad or diagonals.
@@ -94,7 +94,7 @@ class JointPlan(Record):
 
 
 class PartPlan(Record):
-    """A part that moves.
+    """A moving part.
 
     Attributes:
         name: unique. parent: name of the part that carries it, empty for the body.
@@ -114,7 +114,7 @@ class PartPlan(Record):
 
 
 class InteriorKind(StrEnum):
-    """What an interior is furnished as."""
+    """Type of interior, by which a cavity is lined and furnished."""
 
     OVEN = "oven"
     MICROWAVE = "microwave"
@@ -130,7 +130,7 @@ ADDED_MESH_NAMES = {f: f"added_{f.value}" for f in InteriorKind}
 
 
 class Cavity(Record):
-    """What a door closes, or what a drawer holds, in the frame.
+    """The space behind a door, or in a drawer, in the frame.
 
     Attributes:
         parts: that close it, one or two; a drawer's holds what lies in it and moves with it.
@@ -158,7 +158,7 @@ class Cavity(Record):
 
 
 class AddedGeometry(Record):
-    """What was built and belongs to one link.
+    """Geometry that was built and belongs to one link.
 
     Attributes:
         part: name, empty for the body. filling: of the room that it furnishes.
@@ -173,7 +173,7 @@ class AddedGeometry(Record):
 
 
 class StorageSpace(Record):
-    """A box that things can be put into, in the frame; `part` is what it moves with, empty for the body."""
+    """A box that objects can be put into, in the frame; `part` is what it moves with, empty for the body."""
 
     name: Id
     part: str = ""
@@ -182,7 +182,7 @@ class StorageSpace(Record):
 
 
 class Articulation(Record):
-    """A mesh taken apart: what does not belong to a part is the body.
+    """A mesh split into moving parts; what belongs to no part is the body.
 
     Attributes:
         rooms: what the fronts close. added: what was built in them, with the spaces that it leaves.

@@ -1,4 +1,4 @@
-"""The links of a taken-apart mesh -> the shapes that are touched of each, within a budget, clear of each other."""
+"""Build the collision shapes of every link of an articulated mesh, within a budget and clear of each other."""
 
 from __future__ import annotations
 
@@ -44,21 +44,21 @@ _LABELS = {PartKind.TRAY: "rack"}
 
 @dataclass(frozen=True)
 class LinkColliders:
-    """Shapes of a link in its frame; `behind` is the index of the part that has to stand open before it moves."""
+    """Colliders of a link in its frame; `behind` is the index of the part that has to stand open before it moves."""
 
     colliders: tuple[Collider, ...]
     behind: int | None = None
 
 
 def part_label(kind: PartKind) -> str:
-    """What shapes and surfaces of a part of a kind are called."""
+    """Return the label of the visuals and colliders of a part."""
     return _LABELS.get(kind, kind.value)
 
 
 def build_colliders(
     points: Floats, soup: TriangleSoup, label: Ints, found: Articulation, substance: str
 ) -> list[LinkColliders]:
-    """Shapes of the body and of each part, in this order.
+    """Return the colliders of the body and of each part, in this order.
 
     Args:
         points: (P, 3) of the soup, metres, asset frame. label: (F,) fragments. substance: of all shapes.
@@ -97,7 +97,7 @@ def build_colliders(
 
 
 def _place(solids: Sequence[LinkSolid], found: Articulation, points: Floats, soup: TriangleSoup, metres: float) -> None:
-    """Give each part its joint, asset frame; in place."""
+    """Give each link its joint, asset frame; in place."""
     foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
     for solid, part in zip(solids[1:], found.parts, strict=True):
         joint = part.joint
@@ -109,7 +109,7 @@ def _place(solids: Sequence[LinkSolid], found: Articulation, points: Floats, sou
 
 
 def _largest(clouds: Sequence[Floats], most: int) -> list[Floats]:
-    """The largest of some shapes, those among them that reach farthest to a side: a hand meets these first."""
+    """Return the largest of some shapes, including those that reach farthest to a side: a hand meets these first."""
     ranked = sorted(range(len(clouds)), key=lambda i: (-round(hull_volume(clouds[i]), 12), i))
     if len(ranked) <= most:
         return [clouds[i] for i in ranked]
@@ -122,7 +122,7 @@ def _largest(clouds: Sequence[Floats], most: int) -> list[Floats]:
 def _build_in(
     solids: Sequence[LinkSolid], found: Articulation, points: Floats, soup: TriangleSoup, metres: float
 ) -> None:
-    """Give links the shapes that were built with what was added to them, the body holes for its rooms; in place."""
+    """Add the shapes of built interiors to their links, and subtract the cavities from the body; in place."""
     foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
     names = [p.name for p in found.parts]
     for room in (r for r in found.rooms if r.built and (r.cut is not None or r.furnish)):
@@ -137,7 +137,7 @@ def _build_in(
 
 
 def _solid(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, part: PartPlan | None) -> LinkSolid:
-    """Shapes of one link before any cut."""
+    """Return the shapes of one link before any cut."""
     rows = rows[label[rows] >= 0]
     if part is not None and part.kind is PartKind.TRAY and len(rows):
         # Wires by themselves would use up the budget: a rack is touched as the floor and the walls that they make.
@@ -152,7 +152,7 @@ def _solid(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, part: Pa
 
 
 def _covered(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, most: int) -> list[Floats]:
-    """Shapes that cover some faces, fragment by fragment, the largest first, as the budget allows."""
+    """Return shapes that cover some faces, fragment by fragment, the largest first, within the budget."""
     if not len(rows):
         return []
     areas = np.bincount(label[rows], soup.areas[rows])
@@ -186,7 +186,7 @@ def _covered(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, most: 
 def _ends(
     points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, have: list[Floats], reach: float
 ) -> list[Floats]:
-    """Shapes for the fragments that reach farthest, where the budget left one out: a hand meets those first."""
+    """Return shapes for the fragments that reach farthest, where the budget left one out: a hand meets those first."""
     seen = points[soup.faces[rows]]
     low, high = (np.array([f(c, axis=0) for c in have]) for f in (np.min, np.max))
     wanted: list[int] = []
@@ -200,7 +200,7 @@ def _ends(
 
 
 def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: TriangleSoup) -> int | None:
-    """The door before something that slides or turns inside."""
+    """Return the index of the door in front of something that slides or turns inside, or None."""
     if part.kind not in (PartKind.TRAY, PartKind.DRAWER) or part.parent:
         return None
     own = soup.points[soup.faces[part.faces].reshape(-1)]
@@ -219,7 +219,7 @@ def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: TriangleSoup) -> in
 def _colliders(
     solid: LinkSolid, middle: Floats, name: str, kind: PartKind | None, substance: str
 ) -> tuple[Collider, ...]:
-    """Colliders of a link, its frame; those of the handle first, under its name."""
+    """Return the colliders of a link in its frame; those of the handle come first, under its name."""
     mains = _largest(solid.clouds, MOST - len(solid.grips))
     label = None if kind is None else part_label(kind)
     out: list[Collider] = []

@@ -1,7 +1,7 @@
-"""Shapes of links cut back where a moving part passes them: what is touched is coarser than what is seen.
+"""Cut collision shapes back where a moving part passes them, because shapes are coarser than the visible mesh.
 
-Only what is shallow is cut: there the shapes, or two faces that lie in one plane, are the cause. What goes deep is a
-part that really runs into another, which no cut may hide.
+Only shallow overlaps are cut: there the coarse shapes, or two coplanar faces, are the cause. A deep overlap means that
+the part really runs into another, which no cut may hide.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ LEAST_LEFT = 0.5
 
 @dataclass
 class LinkSolid:
-    """The shapes of a link, all at rest in one frame.
+    """The collision shapes of a link, in the closed pose and one common frame.
 
     Attributes:
         carrier: index of the link that carries it, None for the body.
@@ -100,7 +100,7 @@ def _meet(
     pairs: dict[Pair, list[Floats]],
     crossed: set[Pair],
 ) -> None:
-    """Note what would have to be cut while one link stands at a share of its range."""
+    """Record the overlaps while one link stands at a share of its range."""
     group = [k for k in range(len(solids)) if _carried(solids, k, mover)]
     stand = {k: _motion(solids, k, {mover: share}) for k in range(len(solids))}
     for a in group:
@@ -129,7 +129,7 @@ def _meet(
 
 
 def _is_notch(ours: Floats, theirs: Floats, mover: LinkSolid) -> bool:
-    """Whether what slides out takes no more than a corner or a stretch of an edge of something as it passes."""
+    """Return whether a sliding part takes no more than a corner or a stretch of an edge of a shape as it passes."""
     shared = None if mover.turns or mover.axis is None else _overlap(_swollen(ours), theirs)
     if shared is None or mover.axis is None:
         return False
@@ -141,7 +141,7 @@ def _is_notch(ours: Floats, theirs: Floats, mover: LinkSolid) -> bool:
 
 
 def _crosses(box: Floats, one: Floats, other: Floats, stand: tuple[Floats, Floats]) -> bool:
-    """Whether what two shapes share is, where it is thinnest, most of one of them: a thin bar that runs into a post."""
+    """Return whether an overlap, where it is thinnest, is most of one of two shapes: a bar running into a post."""
     turn, shift = stand
     thin = int(np.argmin(box[1] - box[0]))
     wide = min(float(np.ptp((c - shift) @ turn[:, thin])) for c in (one, other))
@@ -149,7 +149,7 @@ def _crosses(box: Floats, one: Floats, other: Floats, stand: tuple[Floats, Float
 
 
 def _note(boxes: list[Floats], fresh: Floats) -> None:
-    """Add a box, or let one that it overlaps grow; in place."""
+    """Add a box, or grow one that it overlaps; in place."""
     for box in boxes:
         if (box[0] <= fresh[1] + GAP_M).all() and (fresh[0] <= box[1] + GAP_M).all():
             box[0], box[1] = np.minimum(box[0], fresh[0]), np.maximum(box[1], fresh[1])
@@ -158,6 +158,7 @@ def _note(boxes: list[Floats], fresh: Floats) -> None:
 
 
 def _carried(solids: Sequence[LinkSolid], link: int | None, by: int) -> bool:
+    """Return whether a link is another link, or is carried by it."""
     while link is not None:
         if link == by:
             return True
@@ -166,7 +167,7 @@ def _carried(solids: Sequence[LinkSolid], link: int | None, by: int) -> bool:
 
 
 def _motion(solids: Sequence[LinkSolid], link: int, shares: dict[int, float]) -> tuple[Floats, Floats]:
-    """(3, 3) turn and (3,) shift of a link where some stand at shares of their ranges, and what is before them open."""
+    """Return the (3, 3) rotation and (3,) shift of a link while some links stand at shares of their ranges."""
     for mover in list(shares):
         before = solids[mover].behind
         if before is not None and before not in shares:
@@ -187,30 +188,32 @@ def _motion(solids: Sequence[LinkSolid], link: int, shares: dict[int, float]) ->
 
 
 def _swollen(cloud: Floats) -> Floats:
-    """A cloud that is larger by the gap on every side."""
+    """Return a cloud enlarged by the gap on every side."""
     middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
     found: Floats = np.concatenate([cloud, cloud + np.sign(cloud - middle) * GAP_M])
     return found
 
 
 def _bulk(cloud: Floats) -> float:
+    """Return the volume of the bounding box of a cloud."""
     return float(np.prod(np.ptp(cloud, axis=0)))
 
 
 def _at(cloud: Floats, motion: tuple[Floats, Floats]) -> Floats:
+    """Return a cloud moved by a rotation and a shift."""
     found: Floats = cloud @ motion[0].T + motion[1]
     return found
 
 
 def _near(ours: list[Floats], theirs: list[Floats]) -> list[tuple[int, int]]:
-    """Pairs whose boxes overlap, or nearly."""
+    """Return the pairs whose boxes overlap, or nearly do."""
     a, b = (np.array([[c.min(axis=0), c.max(axis=0)] for c in side]) for side in (ours, theirs))
     over = (a[:, None, 0] < b[None, :, 1] + GAP_M) & (b[None, :, 0] < a[:, None, 1] + GAP_M)
     return [(int(p), int(q)) for p, q in np.argwhere(over.all(axis=2))]
 
 
 def _overlap(one: Floats, other: Floats) -> Floats | None:
-    """(N, 3) corners of what two convex clouds share, or None."""
+    """Return the (N, 3) corners of the intersection of two convex clouds, or None."""
     both = manifold3d.Manifold.hull_points(one) ^ manifold3d.Manifold.hull_points(other)
     if both.is_empty() or both.volume() < 1e-12:
         return None
@@ -218,7 +221,7 @@ def _overlap(one: Floats, other: Floats) -> Floats | None:
 
 
 def _without(cloud: Floats, boxes: list[Floats], least: float) -> list[Floats]:
-    """A convex cloud less some boxes, as convex clouds; all of it where less than a part of it would be left."""
+    """Subtract boxes from a convex cloud; return it whole where less than a share of it would be left."""
     left = [cloud]
     for box in _merged(boxes, cloud):
         left = [piece for c in left for piece in subtract_box(c, box)]
@@ -226,7 +229,7 @@ def _without(cloud: Floats, boxes: list[Floats], least: float) -> list[Floats]:
 
 
 def _merged(boxes: list[Floats], cloud: Floats) -> list[Floats]:
-    """At most three boxes in place of many."""
+    """Merge boxes until at most three are left."""
     out = list(boxes)
     limit = 0.25 * float(np.prod(np.ptp(cloud, axis=0)))
     while len(out) > 1:
@@ -244,7 +247,7 @@ def _merged(boxes: list[Floats], cloud: Floats) -> list[Floats]:
 
 
 def subtract_box(cloud: Floats, box: Floats) -> list[Floats]:
-    """A convex cloud less one box, (2, 3) corners: up to six slabs of it."""
+    """Subtract one box, (2, 3) corners, from a convex cloud; return up to six convex slabs."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     if (box[0] >= high).any() or (box[1] <= low).any():
         return [cloud]

@@ -1,4 +1,4 @@
-"""Fronts without a handle -> the edge that a hand takes: a strip of their shapes along the edge that opens."""
+"""Give fronts without a handle a grip: a strip of their collision shapes along the edge that opens."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LEAST_M3 = 1e-7
 
 
 def add_edge_grip(solid: LinkSolid, kind: PartKind) -> None:
-    """Give a front without a handle its edge as one: cut from its largest shape there; in place.
+    """Make the strip along the opening edge of a front without a handle its grip; in place.
 
     Args:
         solid: with its joint, metres, z up, the front faces -y.
@@ -51,7 +51,7 @@ def add_edge_grip(solid: LinkSolid, kind: PartKind) -> None:
 
 
 def _edge(solid: LinkSolid, low: Floats, high: Floats) -> tuple[int, float]:
-    """Axis and side of the edge that opens: opposite to the hinge, of what slides its upper one."""
+    """Return the axis and side of the edge that opens: opposite the hinge, or the upper one of what slides."""
     assert solid.axis is not None
     assert solid.anchor is not None
     if not solid.turns:
@@ -63,7 +63,7 @@ def _edge(solid: LinkSolid, low: Floats, high: Floats) -> tuple[int, float]:
 
 
 def _across(solid: LinkSolid, edge: int) -> int:
-    """The axis along which a front is thin: neither that of its edge nor the one that the edge runs along."""
+    """Return the axis along which a front is thin: neither that of its edge nor the one that the edge runs along."""
     assert solid.axis is not None
     if not solid.turns:
         return 1
@@ -72,7 +72,7 @@ def _across(solid: LinkSolid, edge: int) -> int:
 
 
 def _shared(cloud: Floats, box: Sequence[Floats] | Floats) -> Floats | None:
-    """(N, 3) corners of what a convex cloud and a box share, None where that is no hold."""
+    """Return the (N, 3) corners of the intersection of a convex cloud and a box, None where it is too small to hold."""
     both = manifold3d.Manifold.hull_points(cloud) ^ manifold3d.Manifold.hull_points(box_cloud(box[0], box[1]))
     if both.is_empty() or both.volume() < LEAST_M3:
         return None

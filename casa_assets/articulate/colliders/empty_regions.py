@@ -1,4 +1,4 @@
-"""Is a shape where nothing is seen? What is touched of a one-piece body is coarser than its walls."""
+"""Test whether a collision shape fills a region where the visible mesh of the body has nothing."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ INSIDE = 0.25
 
 
 def is_empty_region(skin: Floats | None, boxes: Sequence[Floats]) -> bool:
-    """Whether nothing is seen in any of some boxes, (2, 3) corners each, in which another part is.
+    """Return whether the visible body has no surface inside any of some boxes, (2, 3) corners each.
 
-    What is seen may bound a box on one side; on two opposite ones it is a board.
+    Surface may bound a box on one side; on two opposite sides it is a board that fills the box.
 
     Args:
-        skin: (N, 3) points of what is seen of the body, metres.
+        skin: (N, 3) points on the visible surface of the body, metres; None counts as not empty.
     """
     if skin is None:
         return False

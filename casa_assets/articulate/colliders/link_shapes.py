@@ -1,4 +1,4 @@
-"""Triangles of one link -> convex point clouds that are touched: a hull where that is what they are, else by cells."""
+"""Fit convex collision shapes to the triangles of one link: a hull where it fits, else boxes of voxels."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
 
 
 def convex_clouds(points: Floats, faces: Ints, most: int) -> list[Floats]:
-    """Convex clouds that cover a surface and leave its cavities open, the largest first.
+    """Return convex point clouds that cover a surface and leave its cavities open, the largest first.
 
     Args:
         points: (P, 3) metres. faces: (F, 3) over them. most: how many at most.
@@ -64,7 +64,7 @@ def convex_clouds(points: Floats, faces: Ints, most: int) -> list[Floats]:
 
 
 def hull_closes_opening(points: Floats, faces: Ints) -> bool:
-    """Whether one hull round a surface would close an opening that it leaves: a gasket, a frame, a tub.
+    """Return whether one hull around a surface would close an opening of it, as of a gasket, a frame or a tub.
 
     Args:
         points: (P, 3) metres. faces: (F, 3) over them.
@@ -78,19 +78,20 @@ def hull_closes_opening(points: Floats, faces: Ints) -> bool:
 
 
 def is_frame(points: Floats, faces: Ints) -> bool:
-    """Whether a surface is flat and has a large hole, as for `plugs`."""
+    """Return whether a surface is flat and has a large hole."""
     used, local = np.unique(faces, return_inverse=True)
     cloud = points[used]
     return _is_flat(cloud) and _largest_hole(cloud, local.reshape(-1, 3)) >= HOLE
 
 
 def _is_flat(cloud: Floats) -> bool:
+    """Return whether a cloud is thin for its length."""
     extent = np.ptp(cloud, axis=0)
     return bool(extent.min() < FLAT * extent.max())
 
 
 def fit_shape(cloud: Floats) -> tuple[Shape, Pose]:
-    """The shape of a convex cloud, at its middle."""
+    """Return the shape of a convex cloud and its pose: a box where the cloud nearly fills it, else a hull."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     size = np.maximum(high - low, THINNEST_M)
     middle = (low + high) / 2
@@ -105,32 +106,32 @@ def fit_shape(cloud: Floats) -> tuple[Shape, Pose]:
 
 
 def snap_to_box(cloud: Floats) -> Floats:
-    """A convex cloud as its shape has it: the corners of its box where it nearly fills that."""
+    """Return the corners of the bounding box where a convex cloud nearly fills it, else the cloud."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     return box_cloud(low, high) if hull_volume(cloud) >= BOXY * float(np.prod(high - low)) else cloud
 
 
 def box_cloud(low: Floats, high: Floats) -> Floats:
-    """(8, 3) corners of a box."""
+    """Return the (8, 3) corners of a box."""
     found: Floats = low + _CORNERS * (high - low)
     return found
 
 
 def _fills_its_box(cloud: Floats, triangles: Ints) -> bool:
-    """Whether something flat is no frame: its largest side, seen from before it, has no hole to speak of."""
+    """Return whether a flat surface has no large hole in its largest side, so that a box fits it."""
     extent = np.ptp(cloud, axis=0)
     return _face_on(cloud, triangles) >= FULL * float(np.prod(np.delete(extent, int(np.argmin(extent)))))
 
 
 def _largest_hole(cloud: Floats, triangles: Ints) -> float:
-    """Of the rectangle of something flat, seen from before its largest side, the largest part that is free."""
+    """Return the largest connected free part of the rectangle of a flat surface, as a share."""
     axes = np.roll(np.eye(3), 2 - int(np.argmin(np.ptp(cloud, axis=0))), axis=0)
     free, _ = ndimage.label(render_depth(cloud, triangles, axes, HOLE_PX).face < 0)
     return float(np.bincount(free.reshape(-1))[1:].max(initial=0) / free.size)
 
 
 def _fills_its_outline(cloud: Floats, triangles: Ints) -> bool:
-    """Whether something flat is a convex plate, such as a disc."""
+    """Return whether a flat surface is a convex plate, such as a disc."""
     try:
         outline = float(ConvexHull(np.delete(cloud, int(np.argmin(np.ptp(cloud, axis=0))), axis=1)).volume)
     except QhullError:
@@ -139,14 +140,14 @@ def _fills_its_outline(cloud: Floats, triangles: Ints) -> bool:
 
 
 def _face_on(cloud: Floats, triangles: Ints) -> float:
-    """Area of something flat, seen from before its largest side: of a sheet, or of a plate with two sides."""
+    """Return the area of a flat surface as seen face-on: of a sheet, or of one side of a plate."""
     a, b, c = (cloud[triangles[:, k]] for k in range(3))
     facing = np.cross(b - a, c - a)[:, int(np.argmin(np.ptp(cloud, axis=0)))] / 2
     return max(float(facing[facing > 0].sum()), float(-facing[facing < 0].sum()))
 
 
 def _plate(cloud: Floats) -> Floats:
-    """The outline of something flat, at least as thick as contacts hold."""
+    """Return the outline of a flat surface, at least as thick as contacts need."""
     axis = int(np.argmin(np.ptp(cloud, axis=0)))
     low, high = _thick(cloud)
     out = np.concatenate([cloud, cloud])
@@ -155,14 +156,14 @@ def _plate(cloud: Floats) -> Floats:
 
 
 def _thick(cloud: Floats) -> tuple[Floats, Floats]:
-    """The box round something flat, at least as thick as contacts hold."""
+    """Return the box around a flat surface, at least as thick as contacts need."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     middle, half = (low + high) / 2, np.maximum(high - low, THINNEST_M) / 2
     return middle - half, middle + half
 
 
 def _convex(cloud: Floats) -> Floats:
-    """Outermost points of a cloud, a box round it where it has no volume."""
+    """Return the outermost points of a cloud, or a box around it where it has no volume."""
     try:
         return small_hull(cloud)[0]
     except DegenerateShape:
@@ -170,7 +171,7 @@ def _convex(cloud: Floats) -> Floats:
 
 
 def _cellwise(grid: Grid, samples: Floats, most: int) -> tuple[list[Floats], bool]:
-    """Cells gathered into boxes, the largest first, each drawn in to what lies in it; and whether any are left."""
+    """Gather voxels into boxes, the largest first, each shrunk to its contents; also return whether voxels are left."""
     left = grid.skin | grid.solid
     inner = grid.solid & ~grid.skin
     at = np.round((samples - grid.origin) / grid.cell).astype(np.int64)
@@ -191,7 +192,7 @@ def _cellwise(grid: Grid, samples: Floats, most: int) -> tuple[list[Floats], boo
 
 
 def _drawn_in(own: Floats) -> Floats:
-    """A box where what lies in it nearly fills it, else its hull."""
+    """Return the box around points where they nearly fill it, else their hull."""
     low, high = _thick(own)
     if hull_volume(own) >= 0.85 * float(np.prod(high - low)) or np.ptp(own, axis=0).min() < THINNEST_M:
         return box_cloud(low, high)
@@ -199,7 +200,7 @@ def _drawn_in(own: Floats) -> Floats:
 
 
 def _largest(solid: Bools) -> tuple[Ints, Ints]:
-    """A large box of full cells: grown from a full cell along the axes in each order, the best of some seeds."""
+    """Return a large box of full cells: grown from seed cells along the axes in several orders, the best of them."""
     cells = np.argwhere(solid)
     best: tuple[int, Ints, Ints] = (0, cells[0], cells[0] + 1)
     for seed in cells[np.linspace(0, len(cells) - 1, 12).astype(int)]:
@@ -231,14 +232,17 @@ def _grow(solid: Bools, a: Ints, b: Ints, axis: int) -> None:
 
 
 def _box(size: Floats) -> Box:
+    """Return a box shape with rounded sizes."""
     x, y, z = (_seven(v) for v in size)
     return Box(size=(x, y, z))
 
 
 def _vec(values: Floats) -> tuple[float, float, float]:
+    """Return three numbers rounded to seven digits."""
     x, y, z = (_seven(v) for v in values)
     return (x, y, z)
 
 
 def _seven(value: float) -> float:
+    """Round a number to seven significant digits."""
     return significant(float(value), 7)

@@ -1,4 +1,4 @@
-"""Burners of a hob or a range: round things on its top, each with the name of its place."""
+"""Find the burners of a hob or range: round discs on its top, each named by its place."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PLACES = frozenset(
 
 @dataclass(frozen=True)
 class Burner:
-    """A burner: its place, the middle of its top and its radius, metres, asset frame."""
+    """A burner: its place, the middle of its top and its radius; metres, asset frame."""
 
     loc: str
     middle: tuple[float, float, float]
@@ -42,7 +42,7 @@ class Burner:
 
 
 def find_burners(asset: Asset) -> tuple[Burner, ...]:
-    """Burners on the top of the body; none where their places cannot be told apart."""
+    """Return the burners on the top of the body; none where their places cannot be told apart."""
     found = _largest_of_heaps([d for v in asset.root.visuals for d in _discs(v.mesh)])
     if not found:
         return ()
@@ -68,7 +68,7 @@ def find_burners(asset: Asset) -> tuple[Burner, ...]:
 
 
 def burner_faces(mesh: Mesh, burner: Burner, below: float = 0.03) -> Bools:
-    """(F,) faces of a mesh of the body that are of a burner: those within its circle near its top."""
+    """Mark the (F,) faces of a mesh of the body that belong to a burner: those within its circle near its top."""
     corners = mesh.vertices[mesh.faces]
     away = np.linalg.norm(corners[..., :2] - np.array(burner.middle[:2]), axis=2)
     near = (away <= 1.06 * burner.radius).all(axis=1)
@@ -77,7 +77,7 @@ def burner_faces(mesh: Mesh, burner: Burner, below: float = 0.03) -> Bools:
 
 
 def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
-    """Middle, top and radius of pieces of a mesh whose outline from above is a circle."""
+    """Return the middle, top and radius of connected pieces of a mesh whose outline from above is a circle."""
     vertices = np.asarray(mesh.vertices)
     grid = np.round(vertices / 1e-5).astype(np.int64)
     _, same = np.unique(grid, axis=0, return_inverse=True)
@@ -107,7 +107,7 @@ def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
 
 
 def _is_round(flat: Floats, wide: Floats) -> bool:
-    """Whether the outline of points is a circle, or a polygon with six corners or more."""
+    """Return whether the outline of points is a circle, or a polygon with six corners or more."""
     try:
         hull = float(ConvexHull(flat).volume)
     except QhullError:
@@ -116,7 +116,7 @@ def _is_round(flat: Floats, wide: Floats) -> bool:
 
 
 def _largest_of_heaps(discs: Sequence[tuple[float, float, float, float]]) -> list[tuple[float, float, float, float]]:
-    """Of discs one over the other the widest; none is in another."""
+    """Keep the widest of discs that lie above each other, so that none is within another."""
     out: list[tuple[float, float, float, float]] = []
     for disc in sorted(discs, key=lambda d: (-round(d[3], 5), d[0], d[1])):
         if all(np.hypot(disc[0] - o[0], disc[1] - o[1]) > 0.8 * (o[3] + 0.5 * disc[3]) for o in out):
@@ -125,7 +125,7 @@ def _largest_of_heaps(discs: Sequence[tuple[float, float, float, float]]) -> lis
 
 
 def _thirds(values: Sequence[float]) -> list[int]:
-    """0, 1 or 2: low, in the middle, high; all in the middle where they do not differ."""
+    """Sort values into 0, 1 or 2: low, middle, high; all in the middle where they do not differ."""
     low, high = min(values), max(values)
     if high - low < LEAST_M:
         return [1] * len(values)
@@ -134,5 +134,5 @@ def _thirds(values: Sequence[float]) -> list[int]:
 
 
 def _mm(value: float) -> float:
-    """To a tenth of a millimetre."""
+    """Round metres to a tenth of a millimetre."""
     return round(value, 4)

@@ -1,4 +1,4 @@
-"""Fragments -> controls: compact things that stand out from a side, such as knobs, buttons and the pulls of fronts."""
+"""Find controls among the fragments: compact things that protrude from a side, such as knobs, buttons and pulls."""
 
 from __future__ import annotations
 
@@ -55,29 +55,29 @@ class Control:
 
     @property
     def across(self) -> Floats:
-        """(2,) width and height."""
+        """Return the (2,) width and height."""
         found: Floats = (self.high - self.low)[:2]
         return found
 
     @property
     def middle(self) -> Floats:
-        """(2,) of its rectangle."""
+        """Return the (2,) middle of its rectangle."""
         found: Floats = (self.high + self.low)[:2] / 2
         return found
 
     @property
     def is_pin(self) -> bool:
-        """Of one piece, and longer than wide: what is pushed, not turned."""
+        """Return whether it is one fragment, longer than wide: something pushed, not turned."""
         return len(self.fragments) == 1 and float((self.high - self.low)[2]) > PIN * float(self.across.max())
 
     @property
     def long(self) -> float:
-        """Longer by shorter side."""
+        """Return the ratio of the longer to the shorter side."""
         return float(self.across.max() / max(float(self.across.min()), 1e-9))
 
 
 def find_controls(pieces: MeasuredFragments, side: int, taken: Sequence[int]) -> list[Control]:
-    """Compact things on a side, those of fragments in `taken` left out; by place, top down and left to right."""
+    """Return compact things on a side, without fragments in `taken`; top down and left to right."""
     low, high = corners_from_side(pieces, side)
     size = high - low
     most = size[:, :2].max(axis=1)
@@ -104,7 +104,7 @@ def find_controls(pieces: MeasuredFragments, side: int, taken: Sequence[int]) ->
 
 
 def control_normal(pieces: MeasuredFragments, side: int, control: Control) -> Floats:
-    """(3,) unit direction that a control faces, in the frame: that of a flat cap along its ground, else of the side."""
+    """Return the (3,) unit direction that a control faces, in the frame: of its flat cap, else of the side."""
     outward: Floats = -SIDES[side][2]
     rows = pieces.faces_of(control.fragments)
     normals, areas = pieces.soup.normals[rows], pieces.soup.areas[rows]
@@ -122,7 +122,7 @@ def control_normal(pieces: MeasuredFragments, side: int, control: Control) -> Fl
 
 
 def _ground(pieces: MeasuredFragments, side: int, control: Control) -> Floats:
-    """(3,) unit direction that most of what is round a control faces, zero where there is nothing."""
+    """Return the (3,) unit direction that most of the surface around a control faces, zero where there is none."""
     picture = pieces.depth_images[side]
     face = picture.face[_ring(picture, control.low, control.high)]
     face = face[face >= 0]
@@ -133,7 +133,7 @@ def _ground(pieces: MeasuredFragments, side: int, control: Control) -> Floats:
 
 
 def classify_control(control: Control, others: Sequence[Control]) -> tuple[PartKind | None, float, str]:
-    """Knob, button, or neither, of a control among those of its side; how sure, and why."""
+    """Classify a control among those of its side as knob, button or neither; with confidence and reason."""
     across = float(control.across.max())
     alike = sum(
         bool(np.abs(c.across - control.across).max() < 0.12 * across)
@@ -153,7 +153,7 @@ def classify_control(control: Control, others: Sequence[Control]) -> tuple[PartK
 
 
 def _is_round(control: Control, others: Sequence[Control]) -> bool:
-    """Whether a control is round, or a good part of the row that it stands in is."""
+    """Return whether a control is round, or a good part of the row that it stands in is."""
     across = float(control.across.max())
     row = [
         c
@@ -165,7 +165,7 @@ def _is_round(control: Control, others: Sequence[Control]) -> bool:
 
 
 def has_finger_room(pieces: MeasuredFragments, side: int, control: Control) -> bool:
-    """Whether fingers get round a control: little of what is near it stands as far out."""
+    """Return whether fingers get around a control: little near it stands as far out."""
     picture = pieces.depth_images[side]
     near = float(corners_from_side(pieces, side)[0][:, 2].min())
     reach = ROUND_IT * control.across
@@ -179,7 +179,7 @@ def has_finger_room(pieces: MeasuredFragments, side: int, control: Control) -> b
 
 
 def _nested(low: Floats, high: Floats, rows: list[int], foot: Floats) -> list[list[int]]:
-    """Groups of pieces whose middles lie within the rectangle of the group's largest, at nearly the same depth."""
+    """Group fragments whose middles lie within the rectangle of the group's largest, at nearly the same depth."""
     groups: list[list[int]] = []
     hosts = np.empty((0, 6))
     for i in sorted(rows, key=lambda r: (-foot[r], r)):
@@ -195,14 +195,14 @@ def _nested(low: Floats, high: Floats, rows: list[int], foot: Floats) -> list[li
 
 
 def depth_around(picture: DepthImage, low: Floats, high: Floats) -> tuple[float, float]:
-    """Depth of what is seen round a rectangle, from the nearest corner of the thing, and on how much of the way."""
+    """Return the median depth around a rectangle, and the share of the surroundings that is surface."""
     depth = picture.depth[_ring(picture, low, high)]
     seen = depth[np.isfinite(depth)]
     return (float(np.median(seen)), len(seen) / len(depth)) if len(seen) else (0.0, 0.0)
 
 
 def _ring(picture: DepthImage, low: Floats, high: Floats) -> Bools:
-    """(H, W) pixels right round a rectangle."""
+    """Mark the (H, W) pixels right around a rectangle."""
     margin = np.maximum(0.25 * (high - low)[:2], 2.5 * picture.pixel)
     corners = np.array([low[:2] - margin, high[:2] + margin, low[:2] - picture.pixel, high[:2] + picture.pixel])
     row, column = picture.rows_columns(corners)
@@ -213,7 +213,7 @@ def _ring(picture: DepthImage, low: Floats, high: Floats) -> Bools:
 
 
 def has_round_outline(pieces: MeasuredFragments, side: int, group: Sequence[int], across: Floats) -> bool:
-    """Whether the outline is a circle, with a pointer or not."""
+    """Return whether the outline of fragments is a circle, with a pointer or without."""
     if across.max() > 1.2 * across.min():
         return False
     flat = pieces.points_of(group) @ SIDES[side][:2].T

@@ -1,4 +1,4 @@
-"""Sticks that turn what they are rooted in, as those of faucets do, and the spout beside them."""
+"""Find the turning handles of faucets, and the spout beside them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STICK_WAY, SPOUT_WAY = np.pi / 2, np.pi / 2
 
 @dataclass(frozen=True)
 class FaucetHandle:
-    """A stick that turns about what it is rooted in.
+    """A stick that turns about the piece that it is rooted in.
 
     Attributes:
         fragments: it. axis: (3,) unit direction about which it turns. anchor: (3,) a point of that.
@@ -48,7 +48,7 @@ class Spout:
 
 
 def find_faucet_parts(pieces: MeasuredFragments, taken: set[int]) -> list[tuple[PartKind, list[int], JointPlan]]:
-    """Sticks on top that turn, and the spout beside them: what each is, its fragments, and how it turns.
+    """Return turning handles on top and the spout beside them: kind, fragments and joint of each.
 
     Args:
         taken: fragments of other parts.
@@ -60,7 +60,7 @@ def find_faucet_parts(pieces: MeasuredFragments, taken: set[int]) -> list[tuple[
 
 
 def find_faucet_handles(pieces: MeasuredFragments, taken: set[int]) -> list[FaucetHandle]:
-    """Long upright sticks across what they are rooted in; none where they are many."""
+    """Return long upright sticks that stand across what they are rooted in; none where there are many."""
     size = pieces.high - pieces.low
     wide, least = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
     slim = (size[:, 2] >= STICK * wide) & (wide <= ROUNDISH * least) & (wide >= SLIMMEST) & (wide <= STOUTEST)
@@ -77,7 +77,7 @@ def find_faucet_handles(pieces: MeasuredFragments, taken: set[int]) -> list[Fauc
 
 
 def _root(pieces: MeasuredFragments, stick: int) -> int | None:
-    """The piece that a stick is rooted in and lies across; the smallest, None where there is none."""
+    """Return the smallest fragment that a stick is rooted in and stands across; None where there is none."""
     low, high = pieces.low[stick], pieces.high[stick]
     length, wide = float(high[2] - low[2]), float((high - low)[:2].max())
     root = (low + high) / 2
@@ -97,7 +97,7 @@ def _root(pieces: MeasuredFragments, stick: int) -> int | None:
 
 
 def find_spout(pieces: MeasuredFragments, taken: set[int]) -> Spout | None:
-    """The longest level arm over a round column, on a thing that has sticks."""
+    """Return the longest level arm over a round column, on an object that has faucet handles."""
     size = pieces.high - pieces.low
     arms = [i for i in range(pieces.count) if i not in taken and _is_arm(size[i])]
     for arm in sorted(arms, key=lambda i: (-round(float(size[i, :2].max()), 9), i)):
@@ -123,12 +123,12 @@ def find_spout(pieces: MeasuredFragments, taken: set[int]) -> Spout | None:
 
 
 def _is_arm(size: Floats) -> bool:
-    """Whether a piece is a level bar, by its size."""
+    """Return whether the size of a fragment is that of a level bar."""
     return float(size[:2].max()) >= max(LEAST_ARM, ARM * float(size[:2].min()))
 
 
 def faucet_joint(tap: FaucetHandle | Spout) -> JointPlan:
-    """How a stick turns, or a spout swivels."""
+    """Return the hinge of a faucet handle or a spout."""
     if isinstance(tap, FaucetHandle):
         axis, span = tap.axis, (0.0, STICK_WAY)
         reason = "a stick across what it is rooted in"

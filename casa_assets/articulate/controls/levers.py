@@ -1,4 +1,4 @@
-"""Controls -> levers that run in a slot: which way the slot leads, and how long it is."""
+"""Find levers that run in a slot among the controls, with the direction and length of the slot."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ BESIDE = 0.75
 
 @dataclass(frozen=True)
 class Lever:
-    """A thing that slides in a slot.
+    """A control that slides in a slot.
 
     Attributes:
         control: the thing. way: (3,) unit direction in (u, v, w) along which it goes. length: of the slot on that side.
@@ -38,7 +38,7 @@ class Lever:
 
 
 def find_levers(pieces: MeasuredFragments, side: int, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
-    """Controls that run in a slot, and the other ones."""
+    """Separate controls that run in a slot from the others."""
     near = float(corners_from_side(pieces, side)[0][:, 2].min())
     levers: list[Lever] = []
     rest: list[Control] = []
@@ -53,7 +53,7 @@ def find_levers(pieces: MeasuredFragments, side: int, controls: Sequence[Control
 
 
 def _longest(pieces: MeasuredFragments, side: int, control: Control, near: float) -> Lever | None:
-    """The lever with the longest slot of the four ways from a control, or None."""
+    """Return the lever with the longest slot of the four directions from a control, or None."""
     best: Lever | None = None
     for along, sign in ((1, -1.0), (1, 1.0), (0, -1.0), (0, 1.0)):
         found = _slot(pieces, side, control, along, sign, near)
@@ -63,7 +63,7 @@ def _longest(pieces: MeasuredFragments, side: int, control: Control, near: float
 
 
 def _slot(pieces: MeasuredFragments, side: int, control: Control, along: int, sign: float, near: float) -> Lever | None:
-    """The slot that leads away from a control, or None.
+    """Return the slot that leads away from a control in one direction, or None.
 
     Args:
         along: 0 for right, 1 for up. sign: of the way. near: depth of what is nearest in the picture.
@@ -99,7 +99,7 @@ def _slot(pieces: MeasuredFragments, side: int, control: Control, along: int, si
 
 
 def _slope(depth: Floats) -> float:
-    """How much a surface falls back from one step to the next.
+    """Return how much a surface falls back from one step to the next.
 
     Measured between its first and its last third, for a shell of cubes goes down in stairs.
     """
@@ -109,7 +109,7 @@ def _slope(depth: Floats) -> float:
 
 
 def _marked(marks: list[Ints]) -> Bools:
-    """Where a strip of its own runs in the middle and one piece at both sides: a slot that is drawn, not cut."""
+    """Mark where a strip of its own runs between one fragment on both sides: a slot that is painted on."""
     middle, left, right = marks
     found: Bools = (middle >= 0) & (left == right) & (middle != left)
     strip = middle[found][0] if found.any() else -1
@@ -118,7 +118,7 @@ def _marked(marks: list[Ints]) -> Bools:
 
 
 def _run(deep: Bools, pixel: float) -> int:
-    """How many steps a slot goes on from its start, which may lie a little way off."""
+    """Return the number of steps that a slot goes on from its start, which may lie a little way off."""
     rows = np.flatnonzero(deep)
     if not len(rows) or rows[0] * pixel > LONGEST_GAP:
         return 0
@@ -127,6 +127,6 @@ def _run(deep: Bools, pixel: float) -> int:
 
 
 def _ends(deep: Bools, inside: Bools, last: int) -> bool:
-    """Whether the surface goes on beyond the end of a slot: a gap between fronts runs to the border."""
+    """Return whether the surface goes on beyond the end of a slot: a gap between fronts runs to the border."""
     beyond = slice(last + 2, last + 6)
     return bool(inside[beyond].all() and len(inside[beyond]) == 4 and not deep[beyond].any())

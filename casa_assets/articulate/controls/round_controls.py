@@ -1,4 +1,4 @@
-"""Round things that are keys, or are not: the one on the front of an appliance, and the caps of burners on its top."""
+"""Tell round buttons from other round things: the single button on a front, and burner caps on a top."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ARMS, SLIM, RIM, KNOBS, ALIKE = 3, 4.0, 0.5, 2, 0.25
 
 
 def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
-    """Round things on the top without the caps of burners.
+    """Return the round controls on the top without the caps of burners.
 
     Args:
         over: round things that may be knobs. top, front: all controls of those sides.
@@ -34,7 +34,7 @@ def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Seq
 
 
 def _is_arm(cap: Control, bar: Control) -> bool:
-    """Whether something slim begins at the rim of a cap, or nearly."""
+    """Return whether something slim begins at the rim of a cap, or nearly."""
     if bar.long < SLIM:
         return False
     middle = cap.middle
@@ -50,7 +50,7 @@ def _way(cap: Control, bar: Control) -> int:
 
 
 def find_single_button(pieces: MeasuredFragments) -> Control | None:
-    """What is round on a front, where there is one such thing and no more."""
+    """Return what is round on a front, where there is one such thing and no more."""
     found = [c for c in find_controls(pieces, FRONT, []) if c.is_round]
     taken = {f for c in found for f in c.fragments}
     for panel in find_panels(pieces, FRONT):
@@ -63,7 +63,7 @@ def find_single_button(pieces: MeasuredFragments) -> Control | None:
 
 
 def button_joint(key: Control, way: float) -> JointPlan:
-    """How it is pressed, `way` diagonals at most."""
+    """Return the joint of a push button, with a travel of `way` diagonals at most."""
     x, y, z = (float(v) for v in (key.low + key.high) / 2 @ SIDES[FRONT])
     into_x, into_y, into_z = (float(v) for v in SIDES[FRONT][2])
     return JointPlan(

@@ -1,4 +1,4 @@
-"""Which way is up, and where the front is: the walls laid along axes, then twenty-four candidates weighed."""
+"""Find the up and front axes of a mesh: align its walls with the axes, then score the twenty-four candidates."""
 
 from __future__ import annotations
 
@@ -83,14 +83,14 @@ GUESSED_REASON = "detail, handles, proportions and symmetry of the six sides, an
 
 
 def given_frame(soup: TriangleSoup, up: Sequence[float], front: Sequence[float]) -> Frame:
-    """The frame of a thing whose up and front directions are known, file axes; they are at right angles."""
+    """Return the frame for known up and front directions, file axes, at right angles to each other."""
     z = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
     y = -np.asarray(front, dtype=np.float64) / np.linalg.norm(front)
     return _framed(soup, np.stack([np.cross(y, z), y, z]))
 
 
 def _framed(soup: TriangleSoup, rotation: Floats) -> Frame:
-    """The frame with these axes, in the middle of the box that they make round the thing."""
+    """Return the frame with these axes, centred in the box that they make around the object."""
     turned = soup.points @ rotation.T
     low, high = turned.min(axis=0), turned.max(axis=0)
     a, b, c = (float(v) for v in (low + high) / 2 @ rotation)
@@ -104,7 +104,7 @@ def guess_frame(
     front: Sequence[float] | None = None,
     stated: int | None = None,
 ) -> Frame:
-    """The likeliest frame of a thing, which may stand askew in its file.
+    """Return the likeliest frame of an object, which may be rotated freely in its file.
 
     Args:
         soup: file axes and units.
@@ -131,7 +131,7 @@ def guess_frame(
 
 
 def candidate_shares(pieces: MeasuredFragments, known: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
-    """Share of each candidate (front, top): by its looks; the likeliest are then tried out.
+    """Return the probability of each candidate (front, top), by appearance and by the parts that it would move.
 
     Args:
         known: log of what is known of each before.
@@ -155,7 +155,7 @@ def candidate_shares(pieces: MeasuredFragments, known: Mapping[tuple[int, int], 
 
 
 def _shares(scores: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
-    """Odds that sum to 1, of logarithms."""
+    """Normalise log odds to probabilities that sum to 1."""
     best = max(scores.values())
     odds = {c: float(np.exp(s - best)) for c, s in scores.items()}
     total = sum(odds.values())
@@ -163,14 +163,14 @@ def _shares(scores: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], fl
 
 
 def _fits(wanted: Sequence[float] | None, direction: Floats) -> bool:
-    """Whether a direction is the wanted one of those along the walls, or none is wanted."""
+    """Return whether a direction is nearest to the wanted one, or none is wanted."""
     if wanted is None:
         return True
     return float(direction @ np.asarray(wanted, dtype=np.float64)) > 0.7 * float(np.linalg.norm(wanted))
 
 
 def _prior(up: Floats, stated: int | None) -> float:
-    """Prior of a direction of the file pointing up."""
+    """Return the prior probability that a direction of the file points up."""
     near = -SIDES[:, 2] @ up
     side = int(np.argmax(near))
     if float(near[side]) < 0.99:
@@ -181,11 +181,12 @@ def _prior(up: Floats, stated: int | None) -> float:
 
 
 def _words(candidate: tuple[int, int], straight: Floats) -> str:
+    """Describe a candidate, such as `front -y, up +z`."""
     face, top = candidate
     return f"front {axis_name(-SIDES[face][2] @ straight)}, up {axis_name(-SIDES[top][2] @ straight)}"
 
 
 def axis_name(direction: Floats) -> str:
-    """Such as `+x` for a direction nearest to that axis."""
+    """Return the name of the axis nearest to a direction, such as `+x`."""
     axis = int(np.argmax(np.abs(direction)))
     return f"{'+' if direction[axis] > 0 else '-'}{'xyz'[axis]}"

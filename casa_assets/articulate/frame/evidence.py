@@ -1,4 +1,4 @@
-"""The six sides of a thing -> evidence that one of them is its front and another its top."""
+"""Compute the features that tell how likely one side of an object is its front and another its top."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ ASIDE, ASIDE_MORE = 0.2, 0.05
 
 
 def side_facing(direction: Floats) -> int:
-    """The side that faces a direction."""
+    """Return the index of the side that faces a direction."""
     return int(np.argmax(-SIDES[:, 2] @ direction))
 
 
 def frame_features(
     pieces: MeasuredFragments, sides: Sequence[SideView], front: int, top: int, inside: Floats
 ) -> Floats:
-    """(len(FEATURES),) numbers that speak for these sides being front and top.
+    """Return the (len(FEATURES),) features of the hypothesis that these sides are the front and the top.
 
     Args:
         sides: of all six, as `look` measures them. inside: as `hidden_area` measures it.
@@ -78,7 +78,7 @@ def frame_features(
 
 
 def hidden_area(pieces: MeasuredFragments) -> Floats:
-    """(3,) share of the surface that no side shows, by the axis that it faces: shelves and racks lie level."""
+    """Return the (3,) share of the surface that no side shows, by the axis it faces: shelves and racks are level."""
     shown = np.zeros(len(pieces.label), dtype=bool)
     for picture in pieces.depth_images:
         shown[picture.face[picture.face >= 0]] = True
@@ -89,31 +89,31 @@ def hidden_area(pieces: MeasuredFragments) -> Floats:
 
 
 def _at(blob: SideFeature, side: int, right: Floats, up: Floats) -> tuple[float, float]:
-    """Place of something on a side as parts of its size from the middle, along two directions in its plane."""
+    """Return the offset of a feature from the middle of its side, in shares of the side, along two directions."""
     place = (blob.middle[0] - 0.5) * SIDES[side][0] + (blob.middle[1] - 0.5) * SIDES[side][1]
     return float(place @ right), float(place @ up)
 
 
 def _lies(blob: SideFeature, side: int, up: Floats) -> bool:
-    """Whether something on a side is wider than high."""
+    """Return whether something on a side is wider than high."""
     along_up = abs(float(SIDES[side][1] @ up)) > 0.5
     wide, high = blob.size if along_up else blob.size[::-1]
     return wide > high
 
 
 def _mean(places: Sequence[tuple[float, float]]) -> float:
-    """Mean of the second coordinate, 0 for none."""
+    """Return the mean of the second coordinates, 0 for none."""
     return float(np.mean([p[1] for p in places])) if places else 0.0
 
 
 def _symmetry(side: SideView, index: int, axis: Floats) -> float:
-    """How much more alike the two ends along one direction are than those along the other."""
+    """Return how much more alike the two ends along one direction are than those along the other."""
     first = abs(float(SIDES[index][0] @ axis)) > 0.5
     return (side.mirror[0] - side.mirror[1]) * (1.0 if first else -1.0)
 
 
 def _controls(knobs: Sequence[tuple[float, float]]) -> ControlPlacement:
-    """Where the knobs and buttons of a front are."""
+    """Return where on a front its knobs and buttons are."""
     if not knobs:
         return ControlPlacement.NONE
     x, z = np.abs(np.mean(np.array(knobs), axis=0))

@@ -1,4 +1,4 @@
-"""What kind of thing it is: by its name, else by its proportions and what moves; and how likely its proportions are."""
+"""Guess the category of an object by its name, else by its proportions and moving parts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from casa_assets.model.registry.vocabulary import Vocabulary, VocabularyMatch
 
 
 class ControlPlacement(StrEnum):
-    """Where the knobs and buttons of a front are."""
+    """Position of the knobs and buttons of a front."""
 
     NONE = "none"
     ASIDE = "aside"
@@ -127,7 +127,7 @@ STRAY, MOST_SURE = 0.28, 0.6
 
 
 def shape_likelihood(extent: Extent, controls: ControlPlacement) -> float:
-    """Log of how usual proportions are for things with controls there.
+    """Return the log likelihood of proportions for an object with controls in that place.
 
     Args:
         extent: width, depth, height, any unit.
@@ -147,12 +147,12 @@ def shape_likelihood(extent: Extent, controls: ControlPlacement) -> float:
 
 
 def kind_named(hints: Sequence[str]) -> VocabularyMatch | None:
-    """The kind that file names or titles speak of, by whole words: the id of its fixture; the best hint first."""
+    """Return the category (id of its fixture) named in file names or titles, by whole words; best hint first."""
     return _VOCABULARY.find(hints)
 
 
 def kind_by_parts(extent: Extent, found: Articulation) -> tuple[str, float]:
-    """The likeliest kind by proportions and what moves, and how sure; a guess, so never very.
+    """Return the likeliest category by proportions and moving parts, and a confidence that is never high.
 
     Args:
         extent: width, depth, height, any unit.
@@ -176,7 +176,7 @@ def kind_by_parts(extent: Extent, found: Articulation) -> tuple[str, float]:
 
 
 def _traits(found: Articulation) -> dict[str, bool]:
-    """What a thing has, by the names in KIND_TRAITS."""
+    """Return which traits of KIND_TRAITS an object has."""
     parts = found.parts
     doors = [p for p in parts if p.kind is PartKind.DOOR]
     knobs = [p for p in parts if p.kind is PartKind.KNOB]

@@ -1,6 +1,6 @@
-"""What would move if these sides were the front and the top: a candidate for the frame, tried out.
+"""Score a candidate frame by the moving parts that would be found if its two sides were the front and the top.
 
-The pieces are measured once; for each candidate they are turned by quarter turns, pictures and all.
+The fragments are measured once; for each candidate they are rotated by quarter turns, depth images included.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ LITTLE = 0.25
 
 
 def candidate_axes(front: int, top: int) -> Floats:
-    """(3, 3) rows right, back and up of the candidate, in the axes of the pieces."""
+    """Return the (3, 3) rows right, back and up of the candidate, in the axes of the fragments."""
     back, up = SIDES[front][2], -SIDES[top][2]
     return np.stack([np.cross(back, up), back, up])
 
 
 def rotate_fragments(pieces: MeasuredFragments, front: int, top: int) -> MeasuredFragments:
-    """The pieces in the frame of a candidate: one of their sides the front, another the top."""
+    """Return the fragments in the frame of a candidate: one of their sides the front, another the top."""
     rotation = candidate_axes(front, top)
     a, b = pieces.low @ rotation.T, pieces.high @ rotation.T
     found = [_side(pieces, rotation, k) for k in range(len(SIDES))]
@@ -50,7 +50,7 @@ def rotate_fragments(pieces: MeasuredFragments, front: int, top: int) -> Measure
 
 
 def _side(pieces: MeasuredFragments, rotation: Floats, side: int) -> tuple[int, DepthImage]:
-    """The side that becomes this one, and its picture turned."""
+    """Return the side that becomes this one, and its rotated depth image."""
     right, up, into = SIDES[side] @ rotation
     old = int(np.argmax(SIDES[:, 2] @ into))
     picture, axes = pieces.depth_images[old], SIDES[old]
@@ -70,14 +70,14 @@ def _side(pieces: MeasuredFragments, rotation: Floats, side: int) -> tuple[int, 
 
 
 def score_candidate(pieces: MeasuredFragments, front: int, top: int) -> Floats:
-    """(len(SCORE_NAMES),) what a candidate lets find."""
+    """Return the (len(SCORE_NAMES),) scores of what would be found in the frame of a candidate."""
     seen = rotate_fragments(pieces, front, top)
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0)
     return score_articulation(articulate_fragments(seen, frame), seen)
 
 
 def score_articulation(found: Articulation, pieces: MeasuredFragments) -> Floats:
-    """(len(SCORE_NAMES),) numbers of an articulation."""
+    """Return the (len(SCORE_NAMES),) scores of an articulation."""
     fronts = [p for p in found.parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
     doors = [p for p in fronts if p.kind is PartKind.DOOR]
     trays = [p for p in found.parts if p.kind is PartKind.TRAY]
@@ -111,17 +111,18 @@ def score_articulation(found: Articulation, pieces: MeasuredFragments) -> Floats
 
 
 def _log(count: int) -> float:
+    """Return log(1 + count), with the count capped."""
     return float(np.log1p(min(count, MOST)))
 
 
 def _reaches(part: PartPlan, pieces: MeasuredFragments) -> bool:
-    """Whether a drawer has a box: it reaches far back."""
+    """Return whether a drawer reaches far enough back to have a box."""
     deep = np.ptp(pieces.soup.points[pieces.soup.faces[part.faces], 1])
     return float(deep) > max(BOXED * float(np.ptp(pieces.soup.points[:, 1])), BOX_DEEP)
 
 
 def _covered(fronts: list[PartPlan], pieces: MeasuredFragments) -> float:
-    """Share of the picture of the front that doors and drawers take."""
+    """Return the share of the image of the front that doors and drawers cover."""
     face = pieces.depth_images[FRONT].face
     moves = np.zeros(len(pieces.label) + 1, dtype=bool)
     for part in fronts:

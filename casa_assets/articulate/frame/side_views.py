@@ -1,4 +1,4 @@
-"""What one side of a thing looks like, as numbers and as a list of the small things that stand out from it."""
+"""Measure the appearance of one side of an object: edge density, panels, symmetry, small protrusions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MOST_RINGS, MOST_TRIED = 6, 60
 
 @dataclass(frozen=True)
 class SideFeature:
-    """Something small that stands out.
+    """A small thing that protrudes from a side.
 
     Attributes:
         middle: (right, up) in the picture, each 0..1. size: (right, up) in diagonals. protrusion: how far out.
@@ -42,18 +42,18 @@ class SideFeature:
 
     @property
     def is_knob(self) -> bool:
-        """Compact, as knobs, buttons and feet are."""
+        """Return whether it is compact, as knobs, buttons and feet are."""
         return max(self.size) <= 0.14 and max(self.size) < 2.5 * min(self.size)
 
     @property
     def is_bar(self) -> bool:
-        """Long and far out, as handles are."""
+        """Return whether it is long and stands far out, as handles do."""
         return max(self.size) >= 2.5 * min(self.size) and max(self.size) > 0.04 and self.protrusion >= 0.012
 
 
 @dataclass(frozen=True)
 class SideView:
-    """One side, in its own picture.
+    """Measures of one side, in its own depth image.
 
     Attributes:
         detail: share of its pixels that are edges of depth, bend, piece or material.
@@ -79,7 +79,7 @@ class SideView:
 
 
 def measure_side(pieces: MeasuredFragments, side: int) -> SideView:
-    """Measure one side; the thing has a diagonal of 1."""
+    """Measure one side; the object has a diagonal of 1."""
     picture = pieces.depth_images[side]
     seen = np.isfinite(picture.depth)
     low, high = corners_from_side(pieces, side)
@@ -105,7 +105,7 @@ def measure_side(pieces: MeasuredFragments, side: int) -> SideView:
 
 
 def _panels(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> float:
-    """Share of the rectangle that thin pieces near the side cover."""
+    """Return the share of the rectangle that thin fragments near the side cover."""
     size = high - low
     whole = high.max(axis=0) - low.min(axis=0)
     thin = (size[:, 2] < 0.2 * size[:, :2].min(axis=1)) & (low[:, 2] - low[:, 2].min() < 0.15 * whole[2])
@@ -114,7 +114,7 @@ def _panels(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> 
 
 
 def _edges(pieces: MeasuredFragments, picture: DepthImage, seen: Bools, depth: Floats) -> Bools:
-    """(H, W) pixels that differ from the one to the right or below in depth, direction, piece or material."""
+    """Mark (H, W) pixels that differ from the one to the right or below in depth, direction, fragment or material."""
     normals = pieces.soup.normals[np.maximum(picture.face, 0)]
     label = np.where(seen, pieces.label[np.maximum(picture.face, 0)], -1)
     tint = np.where(seen, pieces.soup.material_index[np.maximum(picture.face, 0)], -1)
@@ -135,7 +135,7 @@ def _edges(pieces: MeasuredFragments, picture: DepthImage, seen: Bools, depth: F
 
 
 def _off_slope(depth: Floats, axis: int) -> Floats:
-    """Steps in depth from each pixel to the next, less those of a slope that goes on before or after: no edge."""
+    """Return depth steps from pixel to pixel, less those of a slope that continues before or after: that is no edge."""
     fall = np.diff(depth, axis=axis)
     bends = np.abs(np.diff(fall, axis=axis))
     wide = [(0, 0), (0, 0)]
@@ -146,7 +146,7 @@ def _off_slope(depth: Floats, axis: int) -> Floats:
 
 
 def _alike(depth: Floats, edges: Bools, axis: int) -> float:
-    """How alike a picture is to its mirror image: of depth and of edges, which may be a pixel off."""
+    """Return the similarity 0..1 of an image to its mirror image: of depth, and of edges within a pixel."""
     other = np.flip(depth, axis=axis)
     same = float((np.abs(depth - other) < 0.01).mean())
     thick = edges.copy()
@@ -157,7 +157,7 @@ def _alike(depth: Floats, edges: Bools, axis: int) -> float:
 
 
 def _support(near: Bools) -> float:
-    """Area of the hull of some pixels, as a part of the picture."""
+    """Return the area of the convex hull of some pixels, as a share of the image."""
     rows = np.flatnonzero(near.any(axis=1))
     if not len(rows):
         return 0.0
@@ -168,7 +168,7 @@ def _support(near: Bools) -> float:
 
 
 def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[SideFeature, ...]:
-    """Parts of the picture that are nearer than what is left when all that is narrow is taken away."""
+    """Find narrow regions that are nearer than the surface around them."""
     window = max(3, int(NARROW / pixel) | 1)
     wide = ndimage.maximum_filter(depth, window, mode="nearest")
     wall = ndimage.minimum_filter(wide, window, mode="nearest")
@@ -188,7 +188,7 @@ def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[SideFe
 
 
 def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
-    """Deep narrow grooves that end before the border, as those of a toaster: half their number, at most 2."""
+    """Count deep narrow grooves that end before the border, as in a toaster: half their number, at most 2."""
     window = max(3, int(SLOT_WINDOW / pixel) | 1)
     narrow = ndimage.minimum_filter(depth, window, mode="nearest")
     lid = ndimage.maximum_filter(narrow, window, mode="nearest")
@@ -205,7 +205,7 @@ def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
 
 
 def _rings(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> float:
-    """Log of 1 and the number of flat discs that are too large for knobs: burners."""
+    """Return log(1 + number) of flat discs that are too large for knobs: burners."""
     size = high - low
     across = size[:, :2].max(axis=1)
     fits = (size[:, :2].min(axis=1) > 0.94 * across) & (across > RING_SMALLEST) & (across < RING_LARGEST)

@@ -1,4 +1,4 @@
-"""How long is a unit of a mesh whose file does not say: the unit that makes it a thing of a kitchen."""
+"""Guess the length unit of a mesh whose file does not state one, by the usual size of kitchen objects."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ANY_APPLIANCE_M = SizeRange(low=0.15, typical=0.75, high=2.6)
 
 
 def metres_per_unit(longest: float, stated: float | None, span: SizeRange | None) -> tuple[float, float, str]:
-    """Metres in a unit, confidence 0..1, and why.
+    """Return the metres in a unit, the confidence 0..1, and the reason.
 
     Args:
         longest: longest side, units. stated: by the file. span: of the longest side of its kind, where that is known.

@@ -1,4 +1,4 @@
-"""A thing that stands askew in its file -> the turn that makes its walls run along the axes."""
+"""Rotate an object that is not aligned with its file axes so that its walls run along the axes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEAST_GAIN, LEAST_MENDED = 0.05, 0.25
 
 
 def align_walls(soup: TriangleSoup, floors: Sequence[Sequence[float]] = ()) -> Floats:
-    """(3, 3) proper rotation whose rows are directions of the file that the walls of a thing run along.
+    """Return a (3, 3) proper rotation whose rows are directions of the file that the walls of an object run along.
 
     The axes of the file stay where they serve; then they are turned about one of themselves, then about the normal of
     a large face.
@@ -50,13 +50,13 @@ def align_walls(soup: TriangleSoup, floors: Sequence[Sequence[float]] = ()) -> F
 
 
 def _along(normals: Floats, weight: Floats, rotation: Floats) -> float:
-    """Share of the surface that lies along the axes."""
+    """Return the share of the surface that lies along the axes."""
     found: Floats = np.abs(normals @ rotation.T).max(axis=1)
     return float(weight[found > np.cos(NEAR)].sum())
 
 
 def _turned(normals: Floats, weight: Floats, axis: Floats) -> Floats:
-    """The axes turned about one direction so that most walls along it lie along the other two."""
+    """Return the axes rotated about one direction so that most walls along it lie along the other two."""
     first = np.eye(3)[int(np.argmin(np.abs(axis) + np.array([0.0, 1e-6, 2e-6])))]
     x = first - axis * float(first @ axis)
     x /= np.linalg.norm(x)
@@ -79,7 +79,7 @@ def _turned(normals: Floats, weight: Floats, axis: Floats) -> Floats:
 
 
 def _near_axes(rows: Floats) -> Floats:
-    """The same three directions in the order and sense nearest to the axes of the file, as a proper rotation."""
+    """Order and orient three directions so that they are nearest to the file axes, as a proper rotation."""
     orders = [(a, b, c) for a in range(3) for b in range(3) for c in range(3) if len({a, b, c}) == 3]
     sums = [sum(abs(float(rows[o[i], i])) for i in range(3)) for o in orders]
     order = orders[int(np.argmax(np.round(sums, 9)))]
@@ -91,7 +91,7 @@ def _near_axes(rows: Floats) -> Floats:
 
 
 def _largest(normals: Floats, weight: Floats) -> list[Floats]:
-    """Directions that most surface faces, opposite ones as one, the largest first."""
+    """Return the directions that most surface faces, opposite ones merged, the largest first."""
     sign = np.where(normals[:, 2] < -1e-6, -1.0, 1.0)
     level = np.abs(normals[:, 2]) <= 1e-6
     sign = np.where(level & (normals[:, 1] < -1e-6), -1.0, sign)

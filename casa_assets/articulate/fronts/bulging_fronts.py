@@ -1,4 +1,4 @@
-"""Rectangles that a bulging front fell into -> that front: a shell of cubes goes down towards its edges in stairs."""
+"""Merge the strips of a bulging front in a voxelised shell, whose surface descends to the edges in stairs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STAIRS = 3
 
 
 def merge_stairs(side: SideRelief, leaves: list[FrontRectangle]) -> list[FrontRectangle]:
-    """Rectangles of a side with those made one that lie beside each other like the stairs of a bulging front.
+    """Merge rectangles of a side that lie beside each other like the stairs of a bulging front.
 
     Args:
         leaves: as `find_leaves` gives them; so they come back.
@@ -41,7 +41,7 @@ def merge_stairs(side: SideRelief, leaves: list[FrontRectangle]) -> list[FrontRe
 def _stairs(
     side: SideRelief, leaves: list[FrontRectangle], core: FrontRectangle, end: int
 ) -> list[list[FrontRectangle]]:
-    """Strips beside a rectangle that go down from it, nearest first; each of one rectangle, or of some upon another.
+    """Return strips beside a rectangle that descend from it, nearest first; a strip may be several stacked rectangles.
 
     Args:
         end: 0 for those to its left, 1 to its right.
@@ -60,7 +60,7 @@ def _stairs(
 
 
 def _beside(leaves: list[FrontRectangle], core: FrontRectangle, at: int, end: int) -> list[FrontRectangle]:
-    """Rectangles that end at a column and are as long as another, together; none where there are no such."""
+    """Return rectangles that end at a column and together are as long as another; none where there are no such."""
     long = core.rows[1] - core.rows[0]
     slack = max(2, round(EVEN * long))
     found = [
@@ -73,7 +73,7 @@ def _beside(leaves: list[FrontRectangle], core: FrontRectangle, at: int, end: in
 
 
 def _goes_down(side: SideRelief, core: FrontRectangle, at: int, end: int) -> bool:
-    """Whether a border is a stair: a little deeper beyond it, and no deeper between."""
+    """Return whether a border is a stair: a little deeper beyond it, and no deeper between."""
     first, last = at - BESIDE - 1, at + BESIDE
     if first < 0 or last >= side.depth.shape[1]:
         return False
@@ -85,7 +85,7 @@ def _goes_down(side: SideRelief, core: FrontRectangle, at: int, end: int) -> boo
 
 
 def _one(side: SideRelief, core: FrontRectangle, strips: list[FrontRectangle]) -> FrontRectangle:
-    """The rectangle that some strips make."""
+    """Return the rectangle around some strips."""
     columns = min(m.columns[0] for m in strips), max(m.columns[1] for m in strips)
     window = slice(*core.rows), slice(*columns)
     ground = side.depth[window][side.blob[window] < 0]

@@ -1,4 +1,4 @@
-"""Panels and what belongs to them: handles, trims, boxes behind; and which of them open."""
+"""Attach handles, trims and drawer boxes to panels, and select the panels that open."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ STRIP = 0.13
 def attach_to_panels(
     pieces: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
 ) -> list[Control]:
-    """Give each panel its handles, trims and box; returns the controls that are none of these."""
+    """Give each panel its handles, trims and box; return the controls that are none of these."""
     low, high = corners_from_side(pieces, side)
     taken = {f for p in panels for f in p.members}
     rest = _pulls(panels, [c for c in controls if c.long <= LONGEST or c.protrusion >= HANDLE_STANDS])
@@ -90,7 +90,7 @@ def attach_to_panels(
 def find_handle_spots(
     pieces: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
 ) -> list[Floats]:
-    """(2,) middles in (u, v) of what stands out from some panel like a handle."""
+    """Return the (2,) middles in (u, v) of what protrudes from a panel like a handle."""
     low, high = corners_from_side(pieces, side)
     taken = {f for p in panels for f in p.members}
     spots = []
@@ -108,7 +108,7 @@ def find_handle_spots(
 
 
 def _host(panels: list[Panel], low: Floats, high: Floats) -> Panel | None:
-    """The panel that a piece lies on: the smallest that holds its middle and most of it, and touches its depth."""
+    """Return the smallest panel that holds the middle and most of a fragment, and touches it in depth."""
     middle = (low + high)[:2] / 2
     found = None
     for p in panels:
@@ -123,18 +123,18 @@ def _host(panels: list[Panel], low: Floats, high: Floats) -> Panel | None:
 
 
 def _is_mark(low: Floats, high: Floats) -> bool:
-    """Whether a piece is so small that beside knobs it belongs to them, and is no handle."""
+    """Return whether a fragment is so small that beside knobs it is a mark, and no handle."""
     return float((high - low)[:2].max()) < LEAST_HANDLE
 
 
 def _wraps(panel: Panel, low: Floats, high: Floats) -> bool:
-    """Whether a piece that reaches behind a deep panel sticks out over its rectangle: it is a shell round it."""
+    """Return whether a fragment that reaches behind a deep panel is a shell around it, wider than its rectangle."""
     behind = float(high[2]) > float(panel.low[2]) + 0.35 * float(panel.high[2] - panel.low[2])
     return behind and panel.is_deep and not panel.holds(low, high, TIGHT)
 
 
 def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
-    """Take from the controls those that are pulls of a panel: alone on it, or a pair in mirrored places."""
+    """Attach pulls to their panels (one alone, or a mirrored pair) and return the other controls."""
     for panel in panels:
         own = [c for c in controls if _host([panel], c.low, c.high) is panel]
         bars = [c for c in own if c.long > 2.5 and _is_bar(c, panel)]
@@ -155,24 +155,25 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
 
 
 def _is_bar(control: Control, panel: Panel) -> bool:
-    """Whether something long on a panel is a handle: it stands far out, or is no rail and stands out by its width."""
+    """Return whether something long on a panel is a handle: far out, or no rail and out by its own width."""
     stands = float(panel.low[2] - control.low[2])
     rail = (control.across > SHORT * (panel.high - panel.low)[:2]).any()
     return stands >= HANDLE_STANDS or (not rail and _is_pull(control, stands))
 
 
 def _is_small(control: Control, panel: Panel) -> bool:
+    """Return whether a control is small compared with its panel."""
     return float(control.across.max()) <= 0.3 * min(panel.width, panel.height)
 
 
 def _is_cup(control: Control, panel: Panel) -> bool:
-    """Whether something on a panel is as wide as a hand by its height: no knob, but what a low front is drawn by."""
+    """Return whether something on a panel is wide for its height, as cup pulls of drawers are, and no knob."""
     within = bool((control.across <= SHORT * (panel.high - panel.low)[:2]).all())
     return within and not control.is_round and control.long > CUP_LONG
 
 
 def _is_pull(control: Control, stands: float) -> bool:
-    """Whether a small thing stands out of a panel far enough for fingers: a knob or bar by its own width too."""
+    """Return whether a small thing stands out far enough for fingers; knobs and bars also by their width."""
     shaped = control.is_round or control.long > 2.5
     return stands >= HANDLE_STANDS or (
         shaped and stands >= max(PULL_STANDS, PULL_BY_WIDTH * float(control.across.min()))
@@ -180,12 +181,12 @@ def _is_pull(control: Control, stands: float) -> bool:
 
 
 def _bears(control: Control, bar: Control) -> bool:
-    """Whether a small thing touches a bar: a foot of it."""
+    """Return whether a small thing touches a bar, as its feet do."""
     return bool((control.low <= bar.high + 0.003).all() and (control.high >= bar.low - 0.003).all())
 
 
 def _feet(panels: list[Panel], controls: list[Control], low: Floats, high: Floats) -> list[Control]:
-    """Give handles the small things that they stand on; returns the other controls."""
+    """Give handles the small things that they stand on; return the other controls."""
     rest = []
     for control in controls:
         host = _host(panels, control.low, control.high)
@@ -199,7 +200,7 @@ def _feet(panels: list[Panel], controls: list[Control], low: Floats, high: Float
 
 
 def _touches(control: Control, low: Floats, high: Floats) -> bool:
-    """Whether a small thing meets a handle that is larger than itself."""
+    """Return whether a small thing touches a handle that is larger than itself."""
     meet = bool((control.low <= high + 0.003).all() and (control.high >= low - 0.003).all())
     return meet and float((high - low)[:2].max()) >= 1.5 * float(control.across.max())
 
@@ -244,14 +245,14 @@ def _box(pieces: MeasuredFragments, side: int, panel: Panel, low: Floats, high: 
 
 
 def _boards(low: Floats, high: Floats, inside: Bools, panel: Panel) -> list[int]:
-    """Level plates behind a panel that stand between walls of the body: a drawer has no room there."""
+    """Return level plates behind a panel that stand between walls of the body: a drawer has no room there."""
     size = high - low
     wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
     return [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(low, high, i, ~inside)]
 
 
 def _open_above(pieces: MeasuredFragments, low: Floats, high: Floats) -> Bools:
-    """(N,) pieces at the very top that one looks into: basins, and no drawers."""
+    """Mark (N,) fragments at the very top that are open above: basins, and no drawers."""
     plan = np.maximum((high - low)[:, 0] * (high - low)[:, 2], 1e-12)
     top = high[:, 1] >= float(high[:, 1].max()) - 0.05
     found: Bools = top & (pieces.visible_area[:, TOP] >= 0.5 * plan)
@@ -259,20 +260,20 @@ def _open_above(pieces: MeasuredFragments, low: Floats, high: Floats) -> Bools:
 
 
 def _is_box(pieces: MeasuredFragments, heap: list[int], panel: Panel, low: Floats, high: Floats) -> bool:
-    """Whether a heap behind a panel is a tub that fills most of the panel's width and a good part of its height."""
+    """Return whether a group behind a panel is a tub of most of the panel's width and a good part of its height."""
     wide = float(high[heap, 0].max() - low[heap, 0].min()) >= 0.6 * panel.width
     tall = float(high[heap, 1].max() - low[heap, 1].min()) >= LEAST_TALL * panel.height
     return wide and tall and view_from_above(pieces, heap).is_tub
 
 
 def box_depth(pieces: MeasuredFragments, side: int, panel: Panel) -> float:
-    """How far the box of a panel reaches behind it."""
+    """Return how far the box of a panel reaches behind it, diagonals."""
     _, high = corners_from_side(pieces, side)
     return max((float(high[i, 2] - panel.high[2]) for i in panel.box), default=0.0)
 
 
 def select_opening_panels(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> list[tuple[Panel, float, str]]:
-    """Panels that open, with confidence and reason."""
+    """Return the panels that open, with confidence and reason."""
     low, high = corners_from_side(pieces, side)
     whole = high.max(axis=0) - low.min(axis=0)
     gripped = [p for p in panels if p.grips]
@@ -307,6 +308,6 @@ def select_opening_panels(pieces: MeasuredFragments, side: int, panels: list[Pan
 
 
 def _closes(pieces: MeasuredFragments, side: int, panel: Panel) -> bool:
-    """Whether there is a roofed room behind a panel."""
+    """Return whether there is a roofed cavity behind a panel."""
     room = free_share_behind(pieces, side, panel.everything, panel.low, panel.high)
     return room >= HOLLOW and roofed_share(pieces, side, panel.low, panel.high) >= HOLLOW

@@ -1,4 +1,4 @@
-"""What goes with a panel though one does not see it: the plates that a door is made of, and what hangs on its back."""
+"""Find what moves with a panel though it is hidden: the layers of a door, and bins that hang on its back."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OUTLINE, FILLS, MOST_LAYERS = 0.006, 0.8, 3
 
 
 def find_backing_plates(pieces: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
-    """Plates right behind a panel with its outline: a door is made of layers. The panel grows by them."""
+    """Return plates right behind a panel with its outline, as layers of a door; the panel grows by them."""
     low, high = corners_from_side(pieces, side)
     whole = float(high[:, 2].max() - low[:, 2].min())
     found: list[int] = []
@@ -35,14 +35,14 @@ def find_backing_plates(pieces: MeasuredFragments, side: int, panel: Panel, take
 
 
 def _fills(pieces: MeasuredFragments, side: int, fragment: int) -> float:
-    """Share of its rectangle that a piece covers, looked at alone."""
+    """Return the share of its rectangle that a fragment covers, seen alone."""
     faces = pieces.soup.faces[pieces.faces_of([fragment])]
     used, local = np.unique(faces, return_inverse=True)
     return float((render_depth(pieces.soup.points[used], local.reshape(-1, 3), SIDES[side], 48).face >= 0).mean())
 
 
 def find_door_bins(pieces: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
-    """What hangs on the back of a panel: shallow, hidden, away from its edges, and in touch with it."""
+    """Return fragments that hang on the back of a panel: shallow, hidden, away from its edges, and touching it."""
     low, high = corners_from_side(pieces, side)
     size = high - low
     hidden = pieces.visible_area.sum(axis=1) <= 0.02 * np.maximum(pieces.area, 1e-12)

@@ -1,4 +1,4 @@
-"""Panels that are one leaf: stiles and rails with what they hold, which a file may keep as single boards."""
+"""Merge boards that make up one door leaf: stiles and rails with the panels that they hold."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DEEPER, MEETS = 0.0004, 0.0012
 
 
 def merge_framed_panels(panels: list[Panel], gripped: list[Floats], slats: list[Panel]) -> list[Panel]:
-    """Panels with the boards of one leaf made one panel.
+    """Merge the boards of each framed leaf into one panel.
 
     Args:
         gripped: (2,) middles in (u, v) of things that look like handles.
@@ -46,7 +46,7 @@ def merge_framed_panels(panels: list[Panel], gripped: list[Floats], slats: list[
 
 
 def _merged(found: list[Panel]) -> Panel:
-    """One leaf of some panels."""
+    """Return one panel around some panels."""
     return Panel(
         members=[f for p in found for f in p.members],
         low=np.min([p.low for p in found], axis=0),
@@ -58,7 +58,7 @@ def _merged(found: list[Panel]) -> Panel:
 
 
 def find_slats(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
-    """Flat boards on a side that are too slim to be panels, largest first."""
+    """Return flat boards on a side that are too slim to be panels, largest first."""
     low, high = corners_from_side(pieces, side)
     size = high - low
     foot = size[:, 0] * size[:, 1]
@@ -71,7 +71,7 @@ def find_slats(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> lis
 
 
 def merge_bridged_panels(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
-    """Panels with those made one on which a stile lies that runs over the border between them."""
+    """Merge neighbouring panels where a stile lies across the border between them."""
     low, high = corners_from_side(pieces, side)
     size = high - low
     slim = (
@@ -92,7 +92,7 @@ def merge_bridged_panels(pieces: MeasuredFragments, side: int, panels: list[Pane
 
 
 def _bridges(low: Floats, high: Floats, a: Panel, b: Panel) -> bool:
-    """Whether a strip lies upon two flush panels, along most of both."""
+    """Return whether a strip lies upon two flush panels, along most of both."""
     along = int(np.argmax((high - low)[:2]))
     across = 1 - along
     flush = abs(float(a.low[2] - b.low[2])) < FLUSH and abs(float(a.low[across] - b.low[across])) < TOUCH
@@ -110,7 +110,7 @@ def _bridges(low: Floats, high: Floats, a: Panel, b: Panel) -> bool:
 
 
 def _best(panels: list[Panel], gripped: list[Floats]) -> list[Panel] | None:
-    """The boards of the smallest leaf that two of the panels frame, or None."""
+    """Return the boards of the smallest leaf that two of the panels frame, or None."""
     best: tuple[float, list[Panel]] | None = None
     for a, b in combinations(panels, 2):
         for along in (0, 1):
@@ -127,7 +127,7 @@ def _best(panels: list[Panel], gripped: list[Floats]) -> list[Panel] | None:
 
 
 def _frame(a: Panel, b: Panel, along: int) -> bool:
-    """Whether two panels are parallel boards of equal length at two sides of something; `along` is their long side."""
+    """Return whether two panels are parallel boards of equal length on two sides; `along` is their long axis."""
     across = 1 - along
     long_a, long_b = float(a.high[along] - a.low[along]), float(b.high[along] - b.low[along])
     wide_a, wide_b = float(a.high[across] - a.low[across]), float(b.high[across] - b.low[across])
@@ -138,6 +138,7 @@ def _frame(a: Panel, b: Panel, along: int) -> bool:
 
 
 def _within(panel: Panel, low: Floats, high: Floats) -> bool:
+    """Return whether a panel lies in a rectangle and at about its depth."""
     inside = (panel.low[:2] >= low[:2] - TOUCH).all() and (panel.high[:2] <= high[:2] + TOUCH).all()
     return (
         bool(inside) and float(panel.low[2]) >= float(low[2]) - FLUSH and float(panel.low[2]) <= float(high[2]) + 0.02
@@ -147,7 +148,7 @@ def _within(panel: Panel, low: Floats, high: Floats) -> bool:
 def _is_leaf(
     inner: list[Panel], low: Floats, high: Floats, area: float, gripped: list[Floats], frame: tuple[Panel, Panel]
 ) -> bool:
-    """Whether boards fill a rectangle, and what they frame has no handle of its own."""
+    """Return whether boards fill a rectangle, and what they frame has no handle of its own."""
     covered = sum(p.width * p.height for p in inner)
     if covered < FULL * area or not (_is_narrow(frame, low, high) or _has_rails(inner, frame)):
         return False
@@ -162,14 +163,14 @@ def _is_leaf(
 
 
 def _is_narrow(frame: tuple[Panel, Panel], low: Floats, high: Floats) -> bool:
-    """Whether two stiles are narrow by the leaf that they frame."""
+    """Return whether two stiles are narrow by the leaf that they frame."""
     across = 1 - _along(frame)
     wide = max(float((p.high - p.low)[across]) for p in frame)
     return wide < NARROW * float((high - low)[across])
 
 
 def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:
-    """Whether boards run between two stiles, from one to the other, at both ends of them."""
+    """Return whether boards run between two stiles, from one to the other, at both ends of them."""
     along = _along(frame)
     across = 1 - along
     first, last = sorted(frame, key=lambda p: float(p.low[across]))
@@ -190,12 +191,12 @@ def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:
 
 
 def _along(frame: tuple[Panel, Panel]) -> int:
-    """The axis along which two stiles run: the one on which they lie at the same place."""
+    """Return the axis along which two stiles run: the one on which they begin at the same place."""
     return int(np.argmin(np.abs(frame[0].low - frame[1].low)[:2]))
 
 
 def _is_sunk(panel: Panel, frame: tuple[Panel, Panel]) -> bool:
-    """Whether a panel lies a little deeper than two stiles and meets both."""
+    """Return whether a panel lies a little deeper than two stiles and meets both."""
     across = 1 - _along(frame)
     first, last = sorted(frame, key=lambda p: float(p.low[across]))
     gaps = float(panel.low[across] - first.high[across]), float(last.low[across] - panel.high[across])

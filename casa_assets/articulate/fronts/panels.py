@@ -1,6 +1,6 @@
-"""Fragments -> panels: what lies flat on a side of the thing and may be a door, a drawer or a control panel.
+"""Find panels among the fragments: flat pieces on a side that may be doors, drawers or control panels.
 
-All lengths are in diagonals of the thing; (u, v, w) is right, up, and depth as seen from the side.
+Lengths are in diagonals of the object; (u, v, w) is right, up, and depth as seen from the side.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ SLACK = 0.006
 
 @dataclass
 class Panel:
-    """One front, closed.
+    """One panel of a front, in the closed pose.
 
     Attributes:
         members: fragments that make its leaf, the largest first.
@@ -70,31 +70,31 @@ class Panel:
 
     @property
     def width(self) -> float:
-        """Along u."""
+        """Return its size along u."""
         return float(self.high[0] - self.low[0])
 
     @property
     def height(self) -> float:
-        """Along v."""
+        """Return its size along v."""
         return float(self.high[1] - self.low[1])
 
     @property
     def is_deep(self) -> bool:
-        """It is no plate: it reaches farther back than its shorter side is long."""
+        """Return whether it is no plate: it reaches farther back than its shorter side is long."""
         return float(self.high[2] - self.low[2]) > THICK * min(self.width, self.height)
 
     @property
     def everything(self) -> list[int]:
-        """All fragments that move with it, ascending."""
+        """Return all fragments that move with it, ascending."""
         return sorted({*self.members, *self.trims, *self.box, *(f for g in self.grips for f in g)})
 
     def holds(self, low: Floats, high: Floats, slack: float = SLACK) -> bool:
-        """Whether a box lies within the rectangle of the leaf, at any depth."""
+        """Return whether a box lies within the rectangle of the leaf, at any depth."""
         return bool((low[:2] >= self.low[:2] - slack).all() and (high[:2] <= self.high[:2] + slack).all())
 
 
 def find_panels(pieces: MeasuredFragments, side: int) -> list[Panel]:
-    """Panels on a side, largest first."""
+    """Return the panels on a side, largest first."""
     low, high = corners_from_side(pieces, side)
     size = high - low
     whole = high.max(axis=0) - low.min(axis=0)
@@ -126,9 +126,9 @@ def find_panels(pieces: MeasuredFragments, side: int) -> list[Panel]:
 
 
 def _are_drawers(pieces: MeasuredFragments, side: int, size: Floats, whole: Floats) -> Bools:
-    """(N,) deep pieces that show on one side only, as a drawer and its box in one do.
+    """Mark (N,) deep fragments that are visible on one side only, as a drawer and its box in one piece are.
 
-    What hides their floor or back may be missing: then only a tub that something covers is a drawer.
+    Where the floor or back of the body is missing, only a tub that something covers is a drawer.
     """
     around = pieces.visible_area[:, [s for s in (LEFT, RIGHT) if s != side]].sum(axis=1)
     elsewhere = pieces.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
@@ -144,7 +144,7 @@ def _are_drawers(pieces: MeasuredFragments, side: int, size: Floats, whole: Floa
 
 
 def _inside(low: Floats, high: Floats, inner: int, outer: int) -> bool:
-    """Whether nine tenths of the rectangle of one piece lie in that of another."""
+    """Return whether nine tenths of the rectangle of one piece lie in that of another."""
     a = np.maximum(low[inner, :2], low[outer, :2])
     b = np.minimum(high[inner, :2], high[outer, :2])
     foot = float(np.prod(high[inner, :2] - low[inner, :2]))
@@ -152,7 +152,7 @@ def _inside(low: Floats, high: Floats, inner: int, outer: int) -> bool:
 
 
 def _is_bar(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, i: int, host: int) -> bool:
-    """Whether a piece is a bar that stands off from its host, or far out of it: a handle, and no part of the leaf."""
+    """Return whether a fragment is a handle: a bar that stands off from its host, or far out of it."""
     size = (high - low)[i, :2]
     if size.max() < STOUT * size.min():
         return False
@@ -165,13 +165,13 @@ def _is_bar(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, i: 
 
 
 def _touch(low: Floats, high: Floats, i: int, group: list[int]) -> bool:
-    """Whether a piece is at most a little before or behind the first of a group."""
+    """Return whether a piece is at most a little before or behind the first of a group."""
     host = group[0]
     return bool(low[i, 2] <= high[host, 2] + 0.02 and high[i, 2] >= low[host, 2] - 0.04)
 
 
 def _plates(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, group: list[int]) -> list[list[int]]:
-    """The group, or what lies before its first piece where that is a plate of the body that others cover."""
+    """Split a group whose first fragment is a board of the body that other plates cover; else return it whole."""
     first = group[0]
     foot = np.prod(high[:, :2] - low[:, :2], axis=1)
     before = [i for i in group[1:] if high[i, 2] <= low[first, 2] + 0.35 * (high[first, 2] - low[first, 2]) + 0.002]
@@ -188,5 +188,6 @@ def _plates(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, gro
 
 
 def _panel(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, group: list[int]) -> Panel:
+    """Return the panel of a group of fragments."""
     shown = float(pieces.visible_area[group, side].sum())
     return Panel(list(group), low[group].min(axis=0), high[group].max(axis=0), visible_area=shown)

@@ -1,4 +1,4 @@
-"""A relief -> rectangles that its front is made of: split along gaps and steps, then between handles and controls."""
+"""Split the relief of a front into rectangles along gaps and steps, then between handles and controls."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ FRAME, LEAST_SUNK, DEEPEST, FILLED = 0.15, 0.04, 0.05, 0.85
 
 @dataclass(frozen=True)
 class FrontRectangle:
-    """A rectangle of the front, half-open ranges of pixels.
+    """A rectangle of the front, as half-open pixel ranges.
 
     Attributes:
         plane: median depth of its ground. blobs: numbers of the things whose middle lies in it.
@@ -55,7 +55,7 @@ class FrontRectangle:
 
 
 def find_front_rectangles(side: SideRelief) -> list[FrontRectangle]:
-    """Rectangles of a side, top down and left to right; together they cover it."""
+    """Return the rectangles of a side, top down and left to right; together they cover it."""
     seen = side.depth < FAR / 2
     rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
     if not len(rows):
@@ -70,7 +70,7 @@ def find_front_rectangles(side: SideRelief) -> list[FrontRectangle]:
 def _parted(
     leaf: FrontRectangle, lines: tuple[tuple[Bools, Bools], tuple[Bools, Bools]], least: int
 ) -> list[FrontRectangle]:
-    """A rectangle split along its best line, and the parts likewise, until none is left."""
+    """Split a rectangle along its best line, and the halves likewise, until no line is left."""
     level = _best(lines[0], leaf.rows, leaf.columns, least)
     upright = _best(lines[1], leaf.columns, leaf.rows, least)
     if max(level[0], upright[0]) < ALL:
@@ -80,7 +80,7 @@ def _parted(
 
 
 def _best(line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, int], least: int) -> tuple[float, int]:
-    """How well the best line that crosses a rectangle from end to end is seen, 0..1, and where it lies."""
+    """Return the visibility 0..1 of the best line across a rectangle from end to end, and its place."""
     low, high = across[0] + least, across[1] - least
     if high <= low or along[1] - along[0] < 2 * STRETCHES:
         return 0.0, 0
@@ -103,15 +103,17 @@ def _best(line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, 
 
 
 def _at_row(leaf: FrontRectangle, row: int) -> list[FrontRectangle]:
+    """Split a rectangle at a row."""
     return [replace(leaf, rows=(leaf.rows[0], row)), replace(leaf, rows=(row, leaf.rows[1]))]
 
 
 def _at_column(leaf: FrontRectangle, column: int) -> list[FrontRectangle]:
+    """Split a rectangle at a column."""
     return [replace(leaf, columns=(leaf.columns[0], column)), replace(leaf, columns=(column, leaf.columns[1]))]
 
 
 def _inside(side: SideRelief, leaf: FrontRectangle) -> list[Protrusion]:
-    """What stands out with its middle in a rectangle."""
+    """Return the protrusions whose middle is in a rectangle."""
     return [
         b
         for b in side.blobs
@@ -120,17 +122,17 @@ def _inside(side: SideRelief, leaf: FrontRectangle) -> list[Protrusion]:
 
 
 def is_bar(blob: Protrusion) -> bool:
-    """Whether something is a handle by its shape."""
+    """Return whether a protrusion has the shape of a handle."""
     return blob.long >= BAR_LONG and BAR_STANDS <= blob.protrusion <= FARTHEST
 
 
 def is_handle(side: SideRelief, blob: Protrusion) -> bool:
-    """Whether something is a handle: a bar that is no stretch of the border of the thing, nor a flap near it."""
+    """Return whether a protrusion is a handle: a bar that is no stretch of the object's border, nor a flap near it."""
     return is_bar(blob) and is_surrounded(side, blob, AWAY if blob.protrusion >= SURELY else FAR_AWAY)
 
 
 def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
-    """Whether something stands on a surface that goes on all round it, as far as `away`, diagonals."""
+    """Return whether a protrusion stands on a surface that goes on all around it, as far as `away`, diagonals."""
     (a, b), (c, d) = blob.rows, blob.columns
     near = max(1, round(away / side.picture.pixel))
     ring = np.zeros((b - a + 2 * near, d - c + 2 * near), dtype=bool)
@@ -142,7 +144,7 @@ def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
 
 
 def _held(side: SideRelief, leaf: FrontRectangle, drawn: bool = False) -> list[FrontRectangle]:
-    """A rectangle without seams, split so that a part has one handle, and no handle shares one with controls.
+    """Split a rectangle without seams so that each part has one handle, and none shares a part with controls.
 
     Args:
         drawn: it is part of one that had pulls.
@@ -167,7 +169,7 @@ def _held(side: SideRelief, leaf: FrontRectangle, drawn: bool = False) -> list[F
 
 
 def _are_pulls(side: SideRelief, leaf: FrontRectangle, inside: list[Protrusion]) -> bool:
-    """Whether small things on a wide rectangle are what fronts are drawn by: far out, alike, and no row of controls."""
+    """Return whether small protrusions on a wide rectangle are pulls: far out, alike, and no row of controls."""
     pixel = side.picture.pixel
     wide = (leaf.columns[1] - leaf.columns[0]) >= WIDE * side.depth.shape[1]
     if not wide or len(inside) > MOST_PULLS:
@@ -181,7 +183,7 @@ def _are_pulls(side: SideRelief, leaf: FrontRectangle, inside: list[Protrusion])
 
 
 def _is_drawn(side: SideRelief, leaf: FrontRectangle, leaves: list[FrontRectangle]) -> bool:
-    """Whether a rectangle has its pull at one side, as doors do, or in the middle and is framed, stacked or wide."""
+    """Return whether a rectangle has its pull at one side, or in its middle and is framed, stacked or wide."""
     (pull,) = _inside(side, leaf)[:1]
     place = (sum(pull.columns) / 2 - leaf.columns[0]) / (leaf.columns[1] - leaf.columns[0])
     if min(place, 1 - place) <= AT_SIDE:
@@ -193,7 +195,7 @@ def _is_drawn(side: SideRelief, leaf: FrontRectangle, leaves: list[FrontRectangl
 
 
 def _sunk(side: SideRelief, leaf: FrontRectangle) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """Rows and columns of the rectangles that lie deeper than the frames round them: one is never of two fronts."""
+    """Return rows and columns of rectangles that lie deeper than the frames around them; each belongs to one front."""
     window = slice(*leaf.rows), slice(*leaf.columns)
     depth, free = side.depth[window], side.blob[window] < 0
     if not free.any():
@@ -213,7 +215,7 @@ def _sunk(side: SideRelief, leaf: FrontRectangle) -> list[tuple[tuple[int, int],
 def _apart(
     leaf: FrontRectangle, pulls: list[Protrusion], sunk: list[tuple[tuple[int, int], tuple[int, int]]]
 ) -> list[FrontRectangle]:
-    """A rectangle split between its pulls, in the widest gap from end to end that meets no pull and nothing sunk."""
+    """Split a rectangle between its pulls, in the widest gap from end to end that meets no pull and nothing sunk."""
     best: tuple[int, int, int] | None = None
     for way in (0, 1):
         own = sorted((b.rows, b.columns)[way] for b in pulls)
@@ -230,7 +232,7 @@ def _apart(
 
 
 def _band(leaf: FrontRectangle, bars: list[Protrusion], others: list[Protrusion]) -> list[FrontRectangle]:
-    """The strip along a side that holds the controls, and the rest; controls lie in the middle of their strip."""
+    """Split off the strip along a side that holds the controls, which lie in the middle of their strip."""
     found: list[tuple[float, int, list[FrontRectangle]]] = []
     for order, (name, first, step) in enumerate(
         (("rows", 0, 1), ("rows", 1, -1), ("columns", 1, -1), ("columns", 0, 1))
@@ -249,7 +251,7 @@ def _band(leaf: FrontRectangle, bars: list[Protrusion], others: list[Protrusion]
 
 
 def _between(leaf: FrontRectangle, bars: list[Protrusion], row: int) -> list[FrontRectangle]:
-    """A rectangle with several handles, split between the first and the others.
+    """Split a rectangle with several handles between the first and the others.
 
     Fronts with level handles have them all at one distance from their tops; one above doors is drawn by its middle.
     """
@@ -270,12 +272,12 @@ def _between(leaf: FrontRectangle, bars: list[Protrusion], row: int) -> list[Fro
 
 
 def _lie(bars: list[Protrusion]) -> bool:
-    """Whether at least half of some bars are wider than high."""
+    """Return whether at least half of some bars are wider than high."""
     return 2 * sum(b.columns[1] - b.columns[0] > b.rows[1] - b.rows[0] for b in bars) >= len(bars)
 
 
 def _gap(spans: list[tuple[int, int]], least: int) -> tuple[int, int] | None:
-    """The first stretch between spans that none of them covers, where it is long enough."""
+    """Return the first stretch between spans that none of them covers, where it is long enough."""
     ordered = sorted(spans)
     reach = ordered[0][1]
     for low, high in ordered[1:]:
@@ -286,7 +288,7 @@ def _gap(spans: list[tuple[int, int]], least: int) -> tuple[int, int] | None:
 
 
 def _measured(side: SideRelief, leaf: FrontRectangle) -> FrontRectangle:
-    """A rectangle with its plane and what stands on it."""
+    """Return a rectangle with its median depth and its protrusions."""
     window = slice(*leaf.rows), slice(*leaf.columns)
     ground = side.depth[window][side.blob[window] < 0]
     inside = _inside(side, leaf)
@@ -295,7 +297,7 @@ def _measured(side: SideRelief, leaf: FrontRectangle) -> FrontRectangle:
 
 
 def rectangle_corners(side: SideRelief, leaf: FrontRectangle) -> tuple[Floats, Floats]:
-    """(2,) lower and upper corner of a rectangle in (u, v)."""
+    """Return the (2,) lower and upper corner of a rectangle in (u, v)."""
     height = side.depth.shape[0]
     picture = side.picture
     low = picture.low + picture.pixel * np.array([leaf.columns[0], height - leaf.rows[1]])

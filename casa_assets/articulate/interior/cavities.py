@@ -1,6 +1,6 @@
-"""What the fronts of a thing close: rooms that its mesh has, and rooms that have to be built.
+"""Find the cavities behind the fronts of an object: those that its mesh has, and those that have to be built.
 
-A hollow shell without inner walls, or a solid block, gets a room as large as its front and the depth allow.
+A hollow shell without inner walls, or a solid block, gets a cavity as large as its front and the depth allow.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _KINDS = (
 
 @dataclass(frozen=True)
 class FrontOpening:
-    """The front of a room, in the frame.
+    """The opening that one or two fronts close, in the frame.
 
     Attributes:
         parts: that close it. own: their places in the list of parts. drawer: it holds its room itself.
@@ -72,7 +72,7 @@ class FrontOpening:
 
 
 def find_cavities(soup: TriangleSoup, found: Articulation, category: str) -> tuple[Cavity, ...]:
-    """Rooms behind the doors and drawers that the body carries.
+    """Return the cavities behind the doors and drawers that the body carries.
 
     Args:
         soup: in the frame, cut where the thing was one shell. found: its parts.
@@ -92,7 +92,7 @@ def find_cavities(soup: TriangleSoup, found: Articulation, category: str) -> tup
 
 
 def interior_kind_of(found: Articulation, category: str) -> InteriorKind:
-    """How the rooms of a thing are furnished: by its category, else by what moves."""
+    """Return the kind of interior of an object: by its category, else by its moving parts."""
     for words, filling in _KINDS:
         if any(w in category for w in words):
             return filling
@@ -106,7 +106,7 @@ def interior_kind_of(found: Articulation, category: str) -> InteriorKind:
 
 
 def _openings(view: CavityProbe, found: Articulation, filling: InteriorKind) -> list[FrontOpening]:
-    """Fronts that close something, doors that meet in the middle as one."""
+    """Return the openings that fronts close; a pair of doors that meet in the middle closes one."""
     leaves = []
     for i, part in enumerate(found.parts):
         if part.parent or part.kind not in (PartKind.DOOR, PartKind.DRAWER) or not len(part.faces):
@@ -135,7 +135,7 @@ def _openings(view: CavityProbe, found: Articulation, filling: InteriorKind) -> 
 
 
 def _doors(view: CavityProbe, found: Articulation, but: int) -> list[tuple[float, float, float]]:
-    """Left, right and depth of the leaves of doors."""
+    """Return the left end, right end and depth of the leaves of doors."""
     boxes = [
         view.leaf_box(i) for i, p in enumerate(found.parts) if i != but and p.kind is PartKind.DOOR and not p.parent
     ]
@@ -150,7 +150,7 @@ def _is_pair(
     filling: InteriorKind,
     found: Articulation,
 ) -> bool:
-    """Whether two doors close one room: hinged outside, they meet in the middle."""
+    """Return whether two doors close one cavity: hinged outside, they meet in the middle."""
     if a.kind is not PartKind.DOOR or a.joint.edge is not HingeEdge.LEFT or b.joint.edge is not HingeEdge.RIGHT:
         return False
     # Of a fridge with no drawer the doors side by side are a freezer's and a fridge's.
@@ -162,7 +162,7 @@ def _is_pair(
 
 
 def _room(view: CavityProbe, opening: FrontOpening, filling: InteriorKind, metres: float) -> Cavity | None:
-    """The room behind a door."""
+    """Return the cavity behind a door, or None where there is no depth for one."""
     rect = np.array([opening.low[[0, 2]], opening.high[[0, 2]]])
     lines = view.cast_lines(1, sample_grid(rect[0], rect[1], LINES, INSET), opening.own)
     behind = lines.select(lines.at > float(opening.low[1]) + 0.002)
@@ -197,7 +197,7 @@ def _room(view: CavityProbe, opening: FrontOpening, filling: InteriorKind, metre
 
 
 def _closing(behind: RayCrossings, mouth: float, deep: float) -> float | None:
-    """Depth of what closes the body right behind a front, None where it is open.
+    """Return the depth of the wall that closes the body right behind a front, None where it is open.
 
     A cavity with six walls shows the back of its front one: that may lie deeper.
     """
@@ -209,14 +209,14 @@ def _closing(behind: RayCrossings, mouth: float, deep: float) -> float | None:
 
 
 def _begins(behind: RayCrossings, mouth: float, deep: float) -> float:
-    """Depth at which a closed body begins right behind a front."""
+    """Return the depth at which a closed body begins right behind a front."""
     first = behind.select(behind.at <= mouth + NEAR * deep).first()
     seen = first[np.isfinite(first)]
     return float(np.median(seen)) if len(seen) else mouth
 
 
 def _own(names: tuple[str, ...], filling: InteriorKind, corners: tuple[Floats, Floats], reason: str) -> Cavity:
-    """A room that the mesh has."""
+    """Return a cavity that the mesh has."""
     low, high = (to_vec3(c) for c in corners)
     return Cavity(
         parts=names,
@@ -232,7 +232,7 @@ def _own(names: tuple[str, ...], filling: InteriorKind, corners: tuple[Floats, F
 
 
 def _drawer_room(view: CavityProbe, opening: FrontOpening, metres: float) -> Cavity | None:
-    """The room in a drawer: what its box leaves, or one to be built behind its front."""
+    """Return the cavity of a drawer: the inside of its box, or one to be built behind its front."""
     i = opening.own[0]
     rect = np.array([opening.low[[0, 2]], opening.high[[0, 2]]])
     lines = view.cast_lines(1, sample_grid(rect[0], rect[1], LINES, INSET), opening.own)
@@ -261,6 +261,6 @@ def _drawer_room(view: CavityProbe, opening: FrontOpening, metres: float) -> Cav
 
 
 def to_vec3(values: Floats | Sequence[float]) -> Vec3:
-    """Three numbers."""
+    """Return three numbers."""
     x, y, z = (float(v) for v in values)
     return (x, y, z)

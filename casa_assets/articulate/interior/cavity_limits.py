@@ -1,4 +1,4 @@
-"""How large a room can be that has to be built: within its front, before the back of the thing, inside its skin."""
+"""Fit a cavity that has to be built: within its front, before the back of the object, inside its skin."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def fit_cavity(
     filling: InteriorKind,
     closed: bool,
 ) -> Cavity:
-    """The largest room behind a front.
+    """Return the largest cavity behind a front.
 
     Args:
         own: places of its parts. leaf: their corners without handles.
@@ -80,7 +80,7 @@ def fit_cavity(
 
 
 def _covered(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """The corners of a front, drawn in where it is round until it covers the border of what is left."""
+    """Return the corners of a front, shrunk where it is round until the front covers the border of what is left."""
     low, high = low.copy(), high.copy()
     for _ in range(TRIES):
         spots = border_points(low[[0, 2]], high[[0, 2]], EDGE * float((high - low)[[0, 2]].min()))
@@ -95,14 +95,14 @@ def _covered(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats) -
 
 
 def _corners(covered: Bools, spots: Floats) -> bool:
-    """Whether the places nearest to the corners of all are covered."""
+    """Return whether the points nearest to the four corners are covered."""
     low, high = spots.min(axis=0), spots.max(axis=0)
     away = [np.abs(spots - (x, y)).sum(axis=1) for x in (low[0], high[0]) for y in (low[1], high[1])]
     return all(bool(covered[np.round(d, 9) <= round(float(d.min()), 9)].all()) for d in away)
 
 
 def _fronts(view: CavityProbe, own: Sequence[int], mouth: float) -> tuple[tuple[Vec3, Vec3], ...]:
-    """Boxes of leaves that are rectangles, a little off the body round and behind them."""
+    """Return boxes of leaves that are rectangles, at a small distance from the body around and behind them."""
     out = []
     for part in own:
         low, high = view.leaf_box(part)
@@ -115,14 +115,14 @@ def _fronts(view: CavityProbe, own: Sequence[int], mouth: float) -> tuple[tuple[
 
 
 def _sheet(wall: float) -> Floats:
-    """Least that a wall needs, each way."""
+    """Return the least thickness of a wall, each way."""
     return np.full(3, 0.3 * wall)
 
 
 def _within_frame(
     view: CavityProbe, own: Sequence[int], leaf: tuple[Floats, Floats], mouth: float, low: Floats, high: Floats
 ) -> tuple[Floats, Floats]:
-    """The room drawn in to the frame that a hollow thing has round its opening."""
+    """Shrink a cavity to the frame that a hollow object has around its opening."""
     a, b = leaf[0][[0, 2]], leaf[1][[0, 2]]
     lines = view.cast_lines(1, sample_grid(a, b, FINE), own)
     depth = lines.select(lines.at > float(leaf[0][1])).first().reshape(FINE, FINE)
@@ -143,7 +143,7 @@ def _within_frame(
 
 
 def _kept_inside(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """A box drawn in until the skin of the thing lies round all of it that one meets from its middle."""
+    """Shrink a box until the skin of the object lies around all of it, as seen from its middle."""
     body = view.points[view.faces[view.owner == -1]].reshape(-1, 3)
     if len(body):
         low = np.maximum(low, body.min(axis=0) + SKIN)
@@ -163,7 +163,7 @@ def _kept_inside(view: CavityProbe, own: Sequence[int], low: Floats, high: Float
 
 
 def _reach(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats, axis: int, sign: float) -> float:
-    """How far a box may go to a side before it comes out of the skin at one of its edges there."""
+    """Return how far a box may go to a side before it pierces the skin at one of its edges there."""
     a, b = (k for k in range(3) if k != axis)
     share = np.linspace(0.004, 0.996, AROUND)
     x, y = (low[k] + share * (high[k] - low[k]) for k in (a, b))
@@ -179,7 +179,7 @@ def _reach(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats, axi
 
 
 def _has_contents(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats) -> bool:
-    """Whether something lies in a hollow room already: shelves, racks, pipes."""
+    """Return whether something lies in a hollow cavity already: shelves, racks, pipes."""
     inset = 0.1 * (high - low)
     a, b = low + inset, high - inset
     for axis in (2, 0):
@@ -192,5 +192,6 @@ def _has_contents(view: CavityProbe, own: Sequence[int], low: Floats, high: Floa
 
 
 def _vec(values: Floats | Sequence[float]) -> Vec3:
+    """Return three numbers."""
     x, y, z = (float(v) for v in values)
     return (x, y, z)

@@ -1,4 +1,4 @@
-"""What lies behind a front, measured with lines along the axes: where it begins and ends, and which walls it has."""
+"""Probe the space behind a front with axis-parallel lines: its depth, its walls and its contents."""
 
 from __future__ import annotations
 
@@ -37,24 +37,24 @@ FLOOR = 0.4
 
 
 class FrontBounds(Protocol):
-    """What is asked of an opening."""
+    """The corners and parts of an opening that a probe needs."""
 
     @property
     def own(self) -> tuple[int, ...]:
-        """Places of its parts."""
+        """Return the indices of its parts."""
 
     @property
     def low(self) -> Floats:
-        """(3,) lower corner."""
+        """Return its (3,) lower corner."""
 
     @property
     def high(self) -> Floats:
-        """(3,) upper corner."""
+        """Return its (3,) upper corner."""
 
 
 @dataclass(frozen=True)
 class CavityProbe:
-    """Triangles and whose they are.
+    """Triangles with the part of each, to be probed with lines.
 
     Attributes:
         points: (P, 3) in the frame. faces: (F, 3) those that have an area. owner: (F,) part of each, -1 the body.
@@ -70,22 +70,23 @@ class CavityProbe:
     normal_sign: float
 
     def leaf_box(self, part: int) -> tuple[Floats, Floats]:
-        """(3,) corners of a part without its handle."""
+        """Return the (3,) corners of a part without its handle."""
         rows = (self.owner == part) & (self.grip == 0)
         rows = rows if rows.any() else self.owner == part
         own = self.points[self.faces[rows]].reshape(-1, 3)
         return own.min(axis=0), own.max(axis=0)
 
     def cast_lines(self, axis: int, spots: Floats, but: Sequence[int]) -> RayCrossings:
-        """Lines through everything but some parts and what they carry."""
+        """Intersect lines with everything but some parts and what they carry."""
         gone = [k for i in but for k in self.carried[i]]
         return self._cross(np.flatnonzero(~np.isin(self.owner, gone)), axis, spots)
 
     def cast_through_leaves(self, axis: int, spots: Floats, parts: Sequence[int]) -> RayCrossings:
-        """Lines through the leaves of some parts alone."""
+        """Intersect lines with the leaves of some parts only."""
         return self._cross(np.flatnonzero(np.isin(self.owner, list(parts)) & (self.grip == 0)), axis, spots)
 
     def _cross(self, rows: Ints, axis: int, spots: Floats) -> RayCrossings:
+        """Intersect lines with some faces."""
         a, b = (k for k in range(3) if k != axis)
         flat = self.points[self.faces[rows]][:, :, [a, b]]
         low, high = spots.min(axis=0), spots.max(axis=0)
@@ -94,7 +95,7 @@ class CavityProbe:
         return RayCrossings(found.line, found.at, found.towards * self.normal_sign, rows[found.face], found.count)
 
     def leaf_back(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
-        """Depth of the back of a front near its border, where nothing hangs on it."""
+        """Return the depth of the back of a front near its border, where nothing hangs on it."""
         narrow = float(min(high[0] - low[0], high[2] - low[2]))
         backs = []
         # A leaf that is open behind, like a pan, is as thick as its rim.
@@ -106,7 +107,7 @@ class CavityProbe:
         return max([*backs[:1], *(b for b in backs[1:] if b <= float(low[1]) + THICKEST)], default=float(high[1]))
 
     def mouth_depth(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
-        """Depth at which the body begins round a front, at the back of that or behind it."""
+        """Return the depth at which the body begins around a front, at the back of the front or behind it."""
         slab = self.leaf_back(parts, low, high)
         spots = border_points(low[[0, 2]], high[[0, 2]], -ASIDE)
         body = self._cross(np.flatnonzero(self.owner == -1), 1, spots)
@@ -115,7 +116,7 @@ class CavityProbe:
         return max(slab, float(np.median(seen))) if len(seen) >= SHOWS * len(spots) else slab
 
     def has_stile(self, pair: Sequence[int], left: tuple[Floats, Floats], right: tuple[Floats, Floats]) -> bool:
-        """Whether the body comes forward between two leaves, given by their corners, or a wall stands behind there."""
+        """Return whether the body comes forward between two leaves (given by corners), or a wall stands behind."""
         x = float(left[1][0] + right[0][0]) / 2
         z = np.linspace(float(left[0][2]), float(left[1][2]), COUNT + 2)[1:-1]
         first = self.cast_lines(1, np.stack([np.full(COUNT, x), z], axis=1), pair).first()
@@ -129,7 +130,7 @@ class CavityProbe:
         return float(np.isfinite(wall).mean()) >= WALL_SHOWS
 
     def back_depth(self, behind: RayCrossings, start: float) -> float:
-        """Depth of the rearmost surface behind a front."""
+        """Return the depth of the rearmost surface behind a front."""
         body = self.points[self.faces[self.owner == -1]].reshape(-1, 3)
         end = float(body[:, 1].max()) if len(body) else start
         last = behind.last()
@@ -137,7 +138,7 @@ class CavityProbe:
         return float(np.percentile(seen, 25)) if len(seen) >= MEETS * behind.count else end
 
     def visible_walls(self, front: FrontBounds, start: float, free: float) -> tuple[int, tuple[Floats, Floats]]:
-        """How many of left, right, floor, roof and back one sees from the middle, and the corners of that room."""
+        """Count the walls of left, right, floor, roof and back that are visible; return also the free box."""
         low = np.array([front.low[0], start, front.low[2]])
         high = np.array([front.high[0], max(free, start + 1e-3), front.high[2]])
         middle, size = (low + high) / 2, high - low
@@ -165,7 +166,7 @@ class CavityProbe:
         return count, (out[0], out[1])
 
     def drawer_space(self, part: int, front: float) -> tuple[Floats, Floats] | None:
-        """(3,) corners of what a drawer holds behind its front, None where one does not look into it from above."""
+        """Return the (3,) corners of the space in a drawer behind its front, None where it is closed from above."""
         low, high = self.leaf_box(part)
         low = np.array([low[0], front, low[2]])
         down = self.cast_through_leaves(2, sample_grid(low[:2], high[:2], LINES_DOWN, 0.12), (part,))
@@ -182,7 +183,7 @@ class CavityProbe:
 
 
 def make_probe(soup: TriangleSoup, parts: Sequence[PartPlan]) -> CavityProbe:
-    """A soup with its parts, to be measured."""
+    """Return the probe of a soup with its parts."""
     owner = np.full(len(soup.faces), -1, dtype=np.int64)
     grip = np.zeros(len(soup.faces), dtype=np.int64)
     for i, part in enumerate(parts):
@@ -197,6 +198,7 @@ def make_probe(soup: TriangleSoup, parts: Sequence[PartPlan]) -> CavityProbe:
 
 
 def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
+    """Return whether a part is another part, or is carried by it."""
     while part >= 0:
         if part == host:
             return True
@@ -205,7 +207,7 @@ def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
 
 
 def _turned(view: CavityProbe) -> float:
-    """-1 where most of what one meets from outside looks away."""
+    """Return -1 where most of the surface met from outside faces away, so that the mesh is inside out; else 1."""
     low, high = view.points.min(axis=0), view.points.max(axis=0)
     away: list[Bools] = []
     for axis in range(3):
@@ -219,7 +221,7 @@ def _turned(view: CavityProbe) -> float:
 
 
 def border_points(low: Floats, high: Floats, inset: float) -> Floats:
-    """(N, 2) places along the border of a rectangle, moved inwards."""
+    """Return (N, 2) points along the border of a rectangle, moved inwards."""
     a, b = low + inset, high - inset
     # The ends lie a little inside the corners, so that no line runs along an edge.
     share = np.linspace(0.003, 0.9961, COUNT)

@@ -1,4 +1,4 @@
-"""Rooms as somebody wants them: what is built where, and what stays as the mesh has it."""
+"""Apply user decisions on interiors: which cavities are built, and which stay as the mesh has them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LINER_SHARE = 0.04
 def apply_cavity_decisions(
     rooms: Sequence[Cavity], found: Articulation, soup: TriangleSoup, said: Decisions, build: bool
 ) -> tuple[Cavity, ...]:
-    """The rooms with what is wanted otherwise than found.
+    """Return the cavities with the user's decisions applied.
 
     Args:
         soup: in the frame. build: whether what is missing is built where nothing is said.
@@ -43,7 +43,7 @@ def apply_cavity_decisions(
 
 
 def _changed(room: Cavity, wanted: CavityDecision, found: Articulation, soup: TriangleSoup) -> Cavity:
-    """One room with what is wanted otherwise."""
+    """Return one cavity with the user's changes."""
     changed = room
     if wanted.build and not room.built:
         changed = _lined(room)
@@ -57,7 +57,7 @@ def _changed(room: Cavity, wanted: CavityDecision, found: Articulation, soup: Tr
 
 
 def _lined(room: Cavity) -> Cavity:
-    """A room that a mesh has, to be lined all the same: with walls inside what it has."""
+    """Return a cavity of the mesh with walls to be built inside its own."""
     low, high = np.array(room.low), np.array(room.high)
     wall = LINER_SHARE * float((high - low).min())
     inner = np.array([low[0] + wall, low[1], low[2] + wall]), high - wall
@@ -73,7 +73,7 @@ def _lined(room: Cavity) -> Cavity:
 
 
 def _boxed(room: Cavity, box: tuple[Vec3, Vec3], found: Articulation, soup: TriangleSoup) -> Cavity:
-    """A room between other corners, with walls as thick as before."""
+    """Return a cavity between other corners, with walls as thick as before."""
     metres = found.frame.metres or 1.0
     corners = np.array(box) / metres + asset_origin(soup)
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -92,11 +92,12 @@ def _boxed(room: Cavity, box: tuple[Vec3, Vec3], found: Articulation, soup: Tria
 
 
 def asset_origin(soup: TriangleSoup) -> Floats:
-    """(3,) where the origin of the asset lies in the frame: under the middle, on the ground."""
+    """Return the (3,) origin of the asset in the frame: under the middle, on the ground."""
     low, high = soup.points.min(axis=0), soup.points.max(axis=0)
     return np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
 
 
 def _vec(values: Floats) -> Vec3:
+    """Return three numbers."""
     x, y, z = (float(v) for v in values)
     return (x, y, z)

@@ -1,4 +1,4 @@
-"""Bodies that are solid where a room has to be -> the same with holes: cut, and what lies in the room taken out."""
+"""Cut holes into a solid body where cavities have to be, and remove what lies in them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FAR = 10.0
 def hollow_out(
     model: RawModel, placed: TriangleSoup, found: Articulation, holes: Sequence[Box]
 ) -> tuple[RawModel, TriangleSoup, Articulation]:
-    """Take all of the body away that lies in some boxes of the frame.
+    """Remove all of the body that lies in some boxes of the frame.
 
     Args:
         model: its faces, part by part, are those of `placed`.
@@ -49,7 +49,7 @@ def hollow_out(
 
 
 def soup_in_frame(model: RawModel, frame: Frame) -> TriangleSoup:
-    """All triangles of a model as one soup in the frame."""
+    """Return all triangles of a model as one soup in the frame."""
     starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
     faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
     soup = weld_triangles(np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces))
@@ -57,7 +57,7 @@ def soup_in_frame(model: RawModel, frame: Frame) -> TriangleSoup:
 
 
 def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple[Mesh, Ints]:
-    """A mesh without what lies in the boxes, and the face that each of its faces was part of.
+    """Return a mesh without what lies in the boxes, and the face that each of its faces was part of.
 
     Args:
         rows: faces that may be cut.
@@ -91,19 +91,20 @@ def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple
 
 
 def _blades(low: Floats, high: Floats) -> list[CutPlane]:
-    """Planes through the sides of a box."""
+    """Return cut planes through the sides of a box."""
     a, b = np.full(3, -FAR), np.full(3, FAR)
     # A blade on the front counts right, up and depth: x, z and y.
     return [CutPlane(FRONT, k, float(end[axis]), a, b) for k, axis in ((0, 0), (1, 2), (2, 1)) for end in (low, high)]
 
 
 def _unit(vectors: Floats) -> Floats:
+    """Return vectors scaled to length 1."""
     found: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
     return found
 
 
 def _renumbered(found: Articulation, kept: Ints, count: int) -> Articulation:
-    """The parts over the faces that are left, of which `kept` says which each was."""
+    """Return the parts over the remaining faces; `kept` is the old index of each."""
     place = np.full(count, -1, dtype=np.int64)
     place[kept] = np.arange(len(kept))
     parts = tuple(p.replace(faces=place[p.faces], grip=place[p.grip]) for p in found.parts)

@@ -1,4 +1,4 @@
-"""Is it a drawer's box, a cavity, a rack? What one sees looking down on some pieces alone."""
+"""Tell drawer boxes, cavities and racks apart by looking down on some fragments alone."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BORDER, RISE = 0.12, 0.15
 
 @dataclass(frozen=True)
 class PlanView:
-    """Shares of the plan of some pieces, looked at from above.
+    """Shares of the plan of some fragments, seen from above.
 
     Attributes:
         covered: where anything is. low: where the first thing is in the lower half of their height, of all.
@@ -35,17 +35,17 @@ class PlanView:
 
     @property
     def is_box(self) -> bool:
-        """Open at the top, with a floor: a drawer."""
+        """Return whether it is open at the top, with a floor: a drawer."""
         return self.low >= 0.45 and self.lid <= 0.5
 
     @property
     def is_tub(self) -> bool:
-        """A box that has walls on three sides: nothing but a drawer or a bin looks like this."""
+        """Return whether it is a box with walls on three sides: only a drawer or a bin looks like this."""
         return self.is_box and self.low >= 0.5 and min(self.walls) >= 0.6
 
 
 def view_from_above(pieces: MeasuredFragments, fragments: Sequence[int]) -> PlanView:
-    """Look down on fragments alone."""
+    """Look down on some fragments alone."""
     faces = pieces.soup.faces[pieces.faces_of(fragments)]
     low, high = pieces.box(fragments)
     used, local = np.unique(faces, return_inverse=True)
@@ -61,7 +61,7 @@ def view_from_above(pieces: MeasuredFragments, fragments: Sequence[int]) -> Plan
 def free_share_behind(
     pieces: MeasuredFragments, side: int, fragments: Sequence[int], low: Floats, high: Floats
 ) -> float:
-    """Share of a rectangle behind which there is room, once some fragments are gone.
+    """Return the share of a rectangle behind which there is free space, once some fragments are removed.
 
     Args:
         low, high: (3,) corners in (u, v, w) of what those fragments are; room is what lies deeper than `high`.
@@ -79,7 +79,7 @@ def free_share_behind(
 
 
 def roofed_share(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> float:
-    """Share of the strip right behind a front that something covers at the height of its top or above.
+    """Return the share of the strip right behind a front that something covers at the height of its top or above.
 
     Args:
         low, high: (3,) corners of the front in (u, v, w) of an upright side.
@@ -94,7 +94,7 @@ def roofed_share(pieces: MeasuredFragments, side: int, low: Floats, high: Floats
 
 
 def _walls(share: Floats) -> tuple[float, float, float]:
-    """How much of the left, the right and the far border of a plan has a wall: a lesser depth than the floor's."""
+    """Return the shares of the left, right and far border of a plan that have a wall rising above the floor."""
     rows, columns = (max(1, round(BORDER * n)) for n in share.shape)
     seen = np.isfinite(share)
     floor = float(np.median(share[seen])) if seen.any() else 0.0

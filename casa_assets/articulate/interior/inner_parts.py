@@ -1,4 +1,4 @@
-"""What slides or turns behind a front: inner drawers, racks and turntables."""
+"""Find what slides or turns behind a front: inner drawers, racks and turntables."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ TOUCH = 0.001
 
 @dataclass(frozen=True)
 class InnerPart:
-    """Something behind a door that moves: `round` ones turn, `tub` ones are drawers, the others are racks."""
+    """Something behind a door that moves: a turntable (`turns`), a drawer (`is_drawer`), or else a rack."""
 
     fragments: tuple[int, ...]
     turns: bool
@@ -49,7 +49,7 @@ class InnerPart:
 def find_inner_parts(
     pieces: MeasuredFragments, side: int, door: Panel, edge: HingeEdge | None, taken: Sequence[int]
 ) -> list[InnerPart]:
-    """Drawers and turntables behind a front, and racks behind one that folds down."""
+    """Return the drawers and turntables behind a front, and the racks behind one that folds down."""
     low, high = corners_from_side(pieces, side)
     free = np.ones(pieces.count, dtype=bool)
     free[list(taken)] = False
@@ -85,20 +85,20 @@ def find_inner_parts(
 
 
 def _with_what_it_holds(low: Floats, high: Floats, group: list[int], free: Bools) -> list[int]:
-    """A heap with all that lies whole within its box: tines of a basket need not touch its wires."""
+    """Return a group with all that lies within its box: tines of a basket need not touch its wires."""
     a, b = low[group].min(axis=0) - TOUCH, high[group].max(axis=0) + TOUCH
     within = free & (low >= a).all(axis=1) & (high <= b).all(axis=1)
     return sorted({*group, *np.flatnonzero(within).tolist()})
 
 
 def _fills(low: Floats, high: Floats, group: list[int], door: Panel, share: float) -> bool:
-    """Whether a heap is wide (by a share of its door) and deep enough to be what a door is there for."""
+    """Return whether a group is wide enough, by a share of its door, and deep enough to be its content."""
     across = high[group].max(axis=0) - low[group].min(axis=0)
     return bool(across[0] >= share * door.width and across[2] >= min(0.25, share) * door.width)
 
 
 def _is_tub(pieces: MeasuredFragments, low: Floats, high: Floats, group: list[int], door: Panel) -> bool:
-    """Whether a heap is a drawer: of solid walls, and starting not far behind the front."""
+    """Return whether a group is a drawer: of solid walls, and starting not far behind the front."""
     across = high[group].max(axis=0) - low[group].min(axis=0)
     near = float(low[group, 2].min() - door.high[2]) <= 0.35 * float(across[2])
     tall = 0.08 * min(across[0], across[2]) <= across[1] <= MOST_HEIGHT * door.height
@@ -108,7 +108,7 @@ def _is_tub(pieces: MeasuredFragments, low: Floats, high: Floats, group: list[in
 def _rack(
     pieces: MeasuredFragments, side: int, group: list[int], edge: HingeEdge | None, door: Panel
 ) -> InnerPart | None:
-    """A rack or a turntable, or None for what is neither: boards between the walls do not move."""
+    """Return a rack or a turntable, or None for neither: boards between the walls do not move."""
     low, high = corners_from_side(pieces, side)
     across = high[group].max(axis=0) - low[group].min(axis=0)
     if across[1] > 0.6 * min(across[0], across[2]):
@@ -126,7 +126,7 @@ def _rack(
 
 
 def _is_board(low: Floats, high: Floats, group: list[int], count: int) -> bool:
-    """Whether a heap is one plate that stands between two walls."""
+    """Return whether a group is one plate that stands between two walls."""
     a, b = low[group].min(axis=0), high[group].max(axis=0)
     plates = [i for i in group if np.prod((high[i] - low[i])[[0, 2]]) >= 0.9 * np.prod((b - a)[[0, 2]])]
     others = np.ones(count, dtype=bool)
@@ -135,7 +135,7 @@ def _is_board(low: Floats, high: Floats, group: list[int], count: int) -> bool:
 
 
 def is_shelf(low: Floats, high: Floats, plate: int, others: Bools) -> bool:
-    """Whether a level plate stands between two walls, which are among `others`: a shelf, a floor or a top."""
+    """Return whether a level plate stands between two walls among `others`, as shelves, floors and tops do."""
     thick = float((high - low)[plate, 1])
     near = others & (low <= high[plate] + TOUCH).all(axis=1) & (high >= low[plate] - TOUCH).all(axis=1)
     walls = near & (high[:, 1] - low[:, 1] > 3 * thick)
@@ -145,7 +145,7 @@ def is_shelf(low: Floats, high: Floats, plate: int, others: Bools) -> bool:
 
 
 def group_touching(low: Floats, high: Floats, rows: list[int], gap: float = 0.004) -> list[list[int]]:
-    """Groups of pieces whose boxes touch, each ascending; `gap` in diagonals."""
+    """Group fragments whose boxes touch, each group ascending; `gap` in diagonals."""
     if not rows:
         return []
     a, b = low[rows], high[rows]
@@ -155,7 +155,7 @@ def group_touching(low: Floats, high: Floats, rows: list[int], gap: float = 0.00
 
 
 def _is_disc(pieces: MeasuredFragments, side: int, group: Sequence[int]) -> bool:
-    """Whether the outline seen from above is a circle: its corners are empty."""
+    """Return whether the outline seen from above is a circle, because its corners are empty."""
     points = pieces.points_of(group) @ SIDES[side][[0, 2]].T
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     radius = float(np.ptp(points, axis=0).max()) / 2

@@ -1,4 +1,4 @@
-"""Where a cup stands in a coffee machine, and the slots of a toaster: hollows that are open to one side."""
+"""Find open niches: the place for a cup in a coffee machine, and the slots of a toaster."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ DEEP, NARROW_M, LONGER = 0.2, (0.015, 0.06), 2.0
 
 @dataclass(frozen=True)
 class Niche:
-    """A box, metres, asset frame."""
+    """A free box that is open to one side; metres, asset frame."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
 
     @property
     def middle(self) -> Floats:
-        """(3,) metres."""
+        """Return its (3,) middle, metres."""
         found: Floats = (np.array(self.low) + np.array(self.high)) / 2
         return found
 
     @property
     def size(self) -> Floats:
-        """(3,) metres."""
+        """Return its (3,) size, metres."""
         found: Floats = np.array(self.high) - np.array(self.low)
         return found
 
 
 def find_cup_niche(asset: Asset) -> Niche | None:
-    """The room under the spout of a machine, open to its front; its floor is what a cup stands on.
+    """Return the niche under the spout of a coffee machine, open to its front; a cup stands on its floor.
 
-    A machine without a tray pours onto what it stands on itself.
+    A machine without a drip tray pours onto the surface that it stands on.
     """
     points, faces = _body(asset)
     picture = render_depth(points, faces, SIDES[FRONT], PIXELS)
@@ -62,7 +62,7 @@ def find_cup_niche(asset: Asset) -> Niche | None:
 
 
 def _largest(places: Bools, picture: DepthImage) -> tuple[int, int, int, int] | None:
-    """Rows and columns of the largest place that a cup fits into."""
+    """Return the rows and columns of the largest region that a cup fits into."""
     best: tuple[float, int, int, int, int] | None = None
     label, _ = ndimage.label(places)
     for number, place in enumerate(ndimage.find_objects(label), start=1):
@@ -79,7 +79,7 @@ def _largest(places: Bools, picture: DepthImage) -> tuple[int, int, int, int] | 
 
 
 def find_toaster_slots(asset: Asset) -> list[Niche]:
-    """Long narrow hollows that are open above, from the left, or from the front where they lie across."""
+    """Return long narrow niches that are open above, sorted from the left, or from the front where they lie across."""
     points, faces = _body(asset)
     picture = render_depth(points, faces, SIDES[TOP], PIXELS)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -106,19 +106,20 @@ def find_toaster_slots(asset: Asset) -> list[Niche]:
 
 
 def niche_floor(hollow: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
-    """A thin board whose top is the floor of a hollow."""
+    """Return a thin board whose top is the floor of a niche."""
     x, y, _ = (float(v) for v in hollow.size)
     at = hollow.middle
     return Box(size=(_mm(x), _mm(y), thick)), Pose(position=(_mm(at[0]), _mm(at[1]), _mm(hollow.low[2] - thick / 2)))
 
 
 def _above(solid: Bools) -> Bools:
-    """Where something solid is anywhere above in the same column."""
+    """Mark pixels with something solid anywhere above in the same column."""
     found: Bools = np.maximum.accumulate(solid, axis=0)
     return found
 
 
 def _box(picture: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:
+    """Return the niche at a range of pixels."""
     a, b, c, d = span
     rows = back.shape[0]
     front = float(points[:, 1].min())
@@ -131,7 +132,7 @@ def _box(picture: DepthImage, points: Floats, back: Floats, span: tuple[int, int
 
 
 def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """(P, 3) points and (F, 3) faces of what is seen of the body, metres."""
+    """Return (P, 3) points and (F, 3) faces of the visible body, metres."""
     meshes = [v.mesh for v in asset.root.visuals]
     starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
     faces = [np.asarray(m.faces, dtype=np.int64) + s for m, s in zip(meshes, starts, strict=True)]
@@ -139,5 +140,5 @@ def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:
 
 
 def _mm(value: float) -> float:
-    """To a tenth of a millimetre."""
+    """Round metres to a tenth of a millimetre."""
     return round(float(value), 4)

@@ -1,4 +1,4 @@
-"""Regions of a taken-apart thing made exact: split by the shelves in them, laid over racks, their floors found."""
+"""Refine the storage regions of an articulated asset: split at shelves, moved above racks, with their floors."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DRAWER_INSET = 0.12
 
 
 def link_bounds(asset: Asset, link: str, held: bool = True) -> Bounds:
-    """Lower and upper corner of what is seen of a link, asset frame, metres; `held`: with its handle."""
+    """Return the lower and upper corner of a link's visuals, asset frame, metres; `held`: with its handle."""
     pose = asset.asset_from_link(link)
     clouds = [pose.apply(v.mesh.vertices) for v in asset.link(link).visuals if held or v.label != "handle"]
     points = np.concatenate(clouds or [np.array([pose.position])])
@@ -37,14 +37,14 @@ def link_bounds(asset: Asset, link: str, held: bool = True) -> Bounds:
 
 
 def region_bounds(asset: Asset, region: Region) -> Bounds:
-    """Lower and upper corner of a region that stands upright, asset frame, metres."""
+    """Return the lower and upper corner of an upright region, asset frame, metres."""
     middle = asset.asset_from_link(region.link).apply(np.array([region.pose.position]))[0]
     half = np.array(region.size) / 2
     return middle - half, middle + half
 
 
 def closing_link(asset: Asset, region: Region) -> str:
-    """Name of the link that closes a room: the smallest front before its middle; empty for none."""
+    """Return the name of the link that closes a region: the smallest front before its middle; empty for none."""
     low, high = region_bounds(asset, region)
     middle = (low + high) / 2
     found = []
@@ -57,9 +57,9 @@ def closing_link(asset: Asset, region: Region) -> str:
 
 
 def split_by_shelves(asset: Asset, region: Region) -> list[Region]:
-    """A room of the body as the levels between the shelves in it, the lowest first; itself where it has none.
+    """Split a region of the body into the levels between its shelves, lowest first; one without shelves stays whole.
 
-    Upright boards part it before. Each goes from what is touched of its floor to what is touched of the shelf above.
+    Upright boards split it first. Each level reaches from the collider of its floor to that of the shelf above.
     """
     if region.link != "object" or region.kind != "box":
         return [region]
@@ -79,7 +79,7 @@ def split_by_shelves(asset: Asset, region: Region) -> list[Region]:
 
 
 def _before(asset: Asset, low: Floats, high: Floats) -> Bounds:
-    """All that lies behind the fronts before a place, as far as the walls: for rooms that boards have cut up."""
+    """Return the space behind the fronts before a place, up to the walls, for regions that boards divide."""
     middle = (low + high) / 2
     fronts = [
         link_bounds(asset, j.child) for j in asset.joints if link_label(asset, j.child) == "door" and j.behind is None
@@ -95,7 +95,7 @@ def _before(asset: Asset, low: Floats, high: Floats) -> Bounds:
 
 
 def _levels(asset: Asset, region: Region, low: Floats, high: Floats) -> list[Region]:
-    """What lies between two corners of a region as levels between shelves."""
+    """Return the levels between shelves of the space between two corners."""
     x, y = _mm(float(low[0] + high[0]) / 2), _mm(float(low[1] + high[1]) / 2)
     spans = _column(asset, asset.root, x, y)
     out = []
@@ -115,12 +115,12 @@ def _levels(asset: Asset, region: Region, low: Floats, high: Floats) -> list[Reg
 
 
 def _filled(asset: Asset, point: Floats) -> bool:
-    """Whether a shape of the body is there."""
+    """Return whether a collider of the body contains a point."""
     return any(b < point[2] < t for b, t, _ in _column(asset, asset.root, float(point[0]), float(point[1])))
 
 
 def _between(asset: Asset, point: Floats, low: float, high: float) -> tuple[float, float]:
-    """How far it is free to the left and to the right of a point, between two ends; asset frame."""
+    """Return how far it is free to the left and right of a point, between two ends; asset frame."""
     turned = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
     y, z = float(point[1]), float(point[2])
     for collider in asset.root.colliders:
@@ -133,7 +133,7 @@ def _between(asset: Asset, point: Floats, low: float, high: float) -> tuple[floa
 
 
 def region_below_racks(asset: Asset, region: Region) -> Region | None:
-    """A room up to the lowest rack that slides in it; itself where there is none; None where none of it is left."""
+    """Return a region up to the lowest rack that slides in it; None where none of it is left."""
     if region.link != "object":
         return region
     low, high = region_bounds(asset, region)
@@ -150,7 +150,7 @@ def region_below_racks(asset: Asset, region: Region) -> Region | None:
 
 
 def is_occupied(asset: Asset, region: Region) -> bool:
-    """Whether drawers or racks stand where a room of the body is: it is theirs."""
+    """Return whether drawers or racks take up a region of the body, which then belongs to them."""
     low, high = region_bounds(asset, region)
     boxes = [link_bounds(asset, j.child) for j in asset.joints if j.behind is not None]
     inside = [np.minimum(b[1], high) - np.maximum(b[0], low) for b in boxes]
@@ -159,7 +159,7 @@ def is_occupied(asset: Asset, region: Region) -> bool:
 
 
 def region_over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | None:
-    """The room over a rack, which moves with it: from its floor up to what is above."""
+    """Return the region over a rack, which moves with it: from its floor up to what is above."""
     link = asset.link(rack)
     low, high = link_bounds(asset, rack)
     middle = (low + high) / 2
@@ -186,7 +186,7 @@ def region_over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | N
 
 
 def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
-    """The room in a drawer's box, which moves with it; None where it has no floor, or is full."""
+    """Return the region in a drawer's box, which moves with it; None where it has no floor, or is full."""
     link = asset.link(drawer)
     low, high = link_bounds(asset, drawer, held=False)
     inset = DRAWER_INSET * (high - low)[:2]
@@ -205,7 +205,7 @@ def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
 
 
 def floor_collider(asset: Asset, region: Region) -> str | None:
-    """Name of the collider of the body that the floor of a room is; None where nothing is under its middle."""
+    """Return the name of the body's collider that is the floor of a region; None where nothing is under its middle."""
     low, high = region_bounds(asset, region)
     middle = (low + high) / 2
     spans = _column(asset, asset.root, float(middle[0]), float(middle[1]))
@@ -214,7 +214,7 @@ def floor_collider(asset: Asset, region: Region) -> str | None:
 
 
 def _boards(asset: Asset, low: Floats, high: Floats, axis: int) -> list[tuple[float, float]]:
-    """Where in a box something of the body lies across an axis: boards, glass, wires; both faces of each, ascending."""
+    """Return both faces of each board across an axis within a box, ascending; boards, glass and wires count."""
     clouds = [surface_samples(v.mesh.vertices, v.mesh.faces.astype(np.int64), SAMPLES) for v in asset.root.visuals]
     points = np.concatenate(clouds)
     inset = np.full(3, APART_M)
@@ -240,7 +240,7 @@ def _boards(asset: Asset, low: Floats, high: Floats, axis: int) -> list[tuple[fl
 
 
 def _faces(at: Floats) -> tuple[float, float]:
-    """The first and the last place along an axis where many points are: what else crosses it has fewer."""
+    """Return the first and last coordinate where many points are; what else crosses a board has fewer."""
     low = float(at.min())
     count = np.bincount(np.floor((at - low) / PEAK_M).astype(np.int64))
     many = np.flatnonzero(count >= 0.25 * count.max())
@@ -248,7 +248,7 @@ def _faces(at: Floats) -> tuple[float, float]:
 
 
 def _column(asset: Asset, link: Link, x: float, y: float) -> list[tuple[float, float, str]]:
-    """Where a line upright through a place of the plan runs in shapes of a link: bottom, top, name; asset frame."""
+    """Return where a vertical line passes through colliders of a link: bottom, top, name; asset frame."""
     pose = asset.asset_from_link(link.name)
     out = []
     for collider in link.colliders:
@@ -259,7 +259,7 @@ def _column(asset: Asset, link: Link, x: float, y: float) -> list[tuple[float, f
 
 
 def _upright(points: Floats, x: float, y: float) -> tuple[float, float] | None:
-    """Bottom and top of the hull of some points on an upright line; None beside it."""
+    """Return the bottom and top of a hull on a vertical line; None beside it."""
     low, high = points.min(axis=0), points.max(axis=0)
     if not (low[0] <= x <= high[0] and low[1] <= y <= high[1]):
         return None
@@ -277,15 +277,16 @@ def _upright(points: Floats, x: float, y: float) -> tuple[float, float] | None:
 
 
 def link_label(asset: Asset, link: str) -> str:
-    """What a link is: the label of what is seen of it besides its handle."""
+    """Return the label of a link's visuals besides its handle."""
     labels = [v.label for v in asset.link(link).visuals if v.label and v.label != "handle"]
     return labels[0] if labels else ""
 
 
 def _holds(box: Bounds, point: Floats) -> bool:
+    """Return whether a point is in the plan of a box and not above it."""
     return bool((point[:2] >= box[0][:2]).all() and (point[:2] <= box[1][:2]).all() and point[2] <= box[1][2])
 
 
 def _mm(value: float) -> float:
-    """To a tenth of a millimetre."""
+    """Round metres to a tenth of a millimetre."""
     return round(value, 4)

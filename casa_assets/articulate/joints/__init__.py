@@ -1,1 +1,1 @@
-"""Joint of each moving part: hinge, slide or lid, its axis and range, friction and damping."""
+"""Joints of moving parts: hinges, slides, lids, their axes and ranges, friction and damping."""

@@ -1,4 +1,4 @@
-"""A panel that opens -> what it is and how it moves: drawer or door, the side of its hinge, its axis and range."""
+"""Decide whether a panel is a drawer or a door, and find the hinge edge, axis and range of a door."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SQUARE = 0.9
 
 @dataclass(frozen=True)
 class HingeChoice:
-    """How a panel opens: the edge of its hinge (None: it slides), the next likely edge, how sure, and why."""
+    """Hinge edge of a panel (None: it slides), the next likely edge, confidence and reason."""
 
     edge: HingeEdge | None
     runner_up: HingeEdge | None
@@ -37,26 +37,26 @@ class HingeChoice:
 
 @dataclass(frozen=True)
 class PanelHandle:
-    """Handle of a panel, of all its grips: middle and size relative to the panel, in (u, v)."""
+    """The handle of a panel, from all its grips: middle relative to the panel 0..1, size in diagonals; (u, v)."""
 
     middle: Floats
     size: Floats
 
     @property
     def is_level(self) -> bool:
-        """It is wider than high."""
+        """Return whether it is wider than high."""
         return bool(self.size[0] > 1.5 * self.size[1])
 
     @property
     def is_upright(self) -> bool:
-        """It is higher than wide."""
+        """Return whether it is higher than wide."""
         return bool(self.size[1] > 1.5 * self.size[0])
 
 
 def is_drawer(
     panel: Panel, box_depth: float, whole: Floats, grip: PanelHandle | None, others: list[Panel]
 ) -> tuple[bool, float, str]:
-    """Whether a panel is the front of a drawer, how sure, and why."""
+    """Return whether a panel is the front of a drawer, with confidence and reason."""
     deep = float(panel.high[2] - panel.low[2])
     if deep > 0.34 * whole[2]:
         return True, 0.95, "it is deep, and seen from its front alone"
@@ -80,7 +80,7 @@ def is_drawer(
 
 
 def panel_handle(panel: Panel, low: Floats, high: Floats) -> PanelHandle | None:
-    """The handle of a panel: of its grips those that stand out at least 0.6 times as far as the one farthest out."""
+    """Return the handle of a panel: those grips that stand out at least 0.6 times as far as the farthest."""
     if not panel.grips:
         return None
     out = [float(panel.low[2] - low[g, 2].min()) for g in panel.grips]
@@ -91,7 +91,7 @@ def panel_handle(panel: Panel, low: Floats, high: Floats) -> PanelHandle | None:
 
 
 def hinge_edge(panel: Panel, grip: PanelHandle | None, others: list[Panel], whole: Floats) -> HingeChoice:
-    """The edge of a door's hinge: opposite its handle, away from its neighbours."""
+    """Find the hinge edge of a door: opposite its handle, away from its neighbours."""
     ratio = panel.width / max(panel.height, 1e-9)
     full = panel.width > 0.8 * whole[0] and panel.height > 0.4 * whole[1]
     flap = ratio >= WIDE_DOOR or (full and ratio > 0.75)
@@ -116,7 +116,7 @@ def hinge_edge(panel: Panel, grip: PanelHandle | None, others: list[Panel], whol
 
 
 def _by_neighbours(panel: Panel, others: list[Panel], ratio: float, full: bool) -> HingeChoice:
-    """Doors side by side open from their outer edges; a very wide one folds down."""
+    """Find the hinge edge of a door by the fronts beside it; very wide doors fold down."""
     beside = [
         o
         for o in others
@@ -138,6 +138,7 @@ def _by_neighbours(panel: Panel, others: list[Panel], ratio: float, full: bool) 
 
 
 def _opposite(edge: HingeEdge) -> HingeEdge:
+    """Return the opposite edge."""
     return {
         HingeEdge.LEFT: HingeEdge.RIGHT,
         HingeEdge.RIGHT: HingeEdge.LEFT,
@@ -147,7 +148,7 @@ def _opposite(edge: HingeEdge) -> HingeEdge:
 
 
 def _stacked(panel: Panel, others: list[Panel], over: bool) -> bool:
-    """Whether a front as wide lies right over a panel, or under it."""
+    """Return whether a front of the same width lies right above a panel, or right below it."""
     for o in others:
         gap = float(o.low[1] - panel.high[1]) if over else float(panel.low[1] - o.high[1])
         flush = abs(float(o.low[0] - panel.low[0])) + abs(float(o.high[0] - panel.high[0])) < 0.03
@@ -157,7 +158,7 @@ def _stacked(panel: Panel, others: list[Panel], over: bool) -> bool:
 
 
 def hinge_line(panel: Panel, edge: HingeEdge) -> tuple[Floats, Floats]:
-    """Axis and a point of it in (u, v, w), with which a positive turn opens the door towards the viewer.
+    """Return the hinge axis and a point of it in (u, v, w); a positive rotation opens the door towards the viewer.
 
     (u, v, w) is left-handed where w is depth; the axis is given for the right-handed frame right, up, towards viewer.
     """

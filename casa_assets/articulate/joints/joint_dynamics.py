@@ -1,4 +1,4 @@
-"""How a part moves: its joint, with the friction, damping and springs that a hand feels, and its named states."""
+"""Build the joint of each moving part with friction, damping and springs for a human hand, and its named states."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LEAST_WAY = 1e-4
 
 
 def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, names: Sequence[str]) -> Joint:
-    """The joint of a part, child frame; friction and damping by what moves it.
+    """Return the joint of a part in the child's frame, with friction and damping that fit the hand that moves it.
 
     Args:
         metres: length of the diagonal, in which the ranges of slides are given. link: that moves.
@@ -65,7 +65,7 @@ def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, n
 
 
 def _balance(link: Link, axis: Floats, far: float) -> hand_dynamics.Spring | None:
-    """The spring of a door that would fall open, None where it does not."""
+    """Return the spring of a door that would fall open, None where it does not."""
     center = np.array(link.inertial.center_of_mass)
     turned = center * math.cos(far) + np.cross(axis, center) * math.sin(far)
     turned = turned + axis * float(axis @ center) * (1 - math.cos(far))
@@ -74,7 +74,7 @@ def _balance(link: Link, axis: Floats, far: float) -> hand_dynamics.Spring | Non
 
 
 def _arm(link: Link, grip: Collider | None, axis: Floats, rim: bool) -> float:
-    """From the axis to the hand, metres: the middle of the handle, or the rim of what is turned between fingers."""
+    """Return the distance from the axis to the hand, metres: to the handle, or to the rim of what fingers turn."""
     if grip is None:
         return 0.01
     points = tessellate(grip.shape, grip.pose)[0] if rim else np.array([grip.pose.position])
@@ -83,14 +83,14 @@ def _arm(link: Link, grip: Collider | None, axis: Floats, rim: bool) -> float:
 
 
 def _about(link: Link, axis: Floats) -> float:
-    """Inertia of a link about an axis through its origin, kg*m^2."""
+    """Return the inertia of a link about an axis through its origin, kg*m^2."""
     center = np.array(link.inertial.center_of_mass)
     off = center - axis * float(center @ axis)
     return float(axis @ link.inertial.tensor @ axis) + link.inertial.mass * float(off @ off)
 
 
 def open_closed_states(part: PartPlan) -> tuple[State, ...]:
-    """Closed and open of a front. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
+    """Return the closed and open states of a front. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
     if part.kind not in (PartKind.DOOR, PartKind.DRAWER, PartKind.LID):
         return ()
     joint = f"{part.name}_joint"
@@ -101,4 +101,5 @@ def open_closed_states(part: PartPlan) -> tuple[State, ...]:
 
 
 def _seven(value: float) -> float:
+    """Round a number to seven significant digits."""
     return significant(float(value), 7)

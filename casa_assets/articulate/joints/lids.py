@@ -1,4 +1,4 @@
-"""What lies on top of a vessel and lifts: a round cover with a knob in its middle, or one over an open vessel."""
+"""Find the hinged lid of a vessel: a round cover with a knob in its middle, or one over an open vessel."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ GAP = 0.015
 
 @dataclass(frozen=True)
 class Lid:
-    """A lid.
+    """A lid with its hinge.
 
     Attributes:
         fragments: all of it. knob: those of its knob. low, high: corners in the frame.
@@ -50,13 +50,13 @@ class Lid:
 
     @property
     def hinge(self) -> tuple[Floats, Floats]:
-        """(3,) axis about which a positive turn lifts it, and a point of it."""
+        """Return the (3,) axis about which a positive rotation lifts it, and a point of it."""
         middle = (self.low + self.high) / 2
         return np.cross([0.0, 0.0, 1.0], self.way), middle + self.way * (self.high - self.low) / 2
 
 
 def find_lids(pieces: MeasuredFragments, taken: set[int]) -> list[Lid]:
-    """The lid of a thing; none where several things look like one, as burners do."""
+    """Return the lid of an object; none where several things look like one, as burners do."""
     low, high = corners_from_side(pieces, TOP)
     size = high - low
     across = size[:, :2].max(axis=1)
@@ -83,7 +83,7 @@ def find_lids(pieces: MeasuredFragments, taken: set[int]) -> list[Lid]:
 
 
 def _handle_side(pieces: MeasuredFragments, host: int, lid: list[int]) -> int:
-    """Number of the way to the handle of a vessel, or away from its spout; the back where nothing tells.
+    """Return the index of the direction to a vessel's handle, or away from its spout; backwards by default.
 
     Of what sticks out at the sides the tallest is the handle; under a bail what sticks out alone is the spout.
     """
@@ -108,7 +108,7 @@ def _handle_side(pieces: MeasuredFragments, host: int, lid: list[int]) -> int:
 
 
 def _opened(pieces: MeasuredFragments, lid: Lid) -> Lid:
-    """A lid with the angle to which it opens before it meets what does not touch it while it is shut."""
+    """Return the lid with the angle to which it opens before it meets what it does not touch when shut."""
     rows = np.zeros(len(pieces.label), dtype=bool)
     rows[pieces.faces_of(lid.fragments)] = True
     others = ~rows & (pieces.label >= 0)
@@ -128,14 +128,14 @@ def _opened(pieces: MeasuredFragments, lid: Lid) -> Lid:
 
 
 def _is_vessel(pieces: MeasuredFragments, host: int) -> bool:
-    """Whether a piece is open at the top and closed all round."""
+    """Return whether a fragment is open at the top and closed all around."""
     size = pieces.high[host] - pieces.low[host]
     closed = all(pieces.visible_area[host, s] >= 0.6 * size[a] * size[2] for s, a in ((FRONT, 0), (LEFT, 1)))
     return closed and view_from_above(pieces, [host]).lid <= MOUTH
 
 
 def _knob(low: Floats, high: Floats, disc: int, across: Floats) -> list[int]:
-    """Small pieces in the middle of a disc that stand up from it."""
+    """Return the small fragments in the middle of a disc that stand up from it."""
     off = np.linalg.norm((low + high)[:, :2] / 2 - (low + high)[disc, :2] / 2, axis=1)
     stands = (
         (low[:, 2] < low[disc, 2] - 0.01) & (high[:, 2] >= low[disc, 2] - GAP) & (high[:, 2] <= high[disc, 2] + GAP)
@@ -146,7 +146,7 @@ def _knob(low: Floats, high: Floats, disc: int, across: Floats) -> list[int]:
 
 
 def _host(low: Floats, high: Floats, disc: int) -> int | None:
-    """The largest piece that a disc lies on."""
+    """Return the largest fragment that a disc lies on."""
     under = (low[:, 2] <= high[disc, 2] + GAP) & (high[:, 2] > high[disc, 2] + GAP)
     middle = (low[disc, :2] + high[disc, :2]) / 2
     under &= (low[:, :2] <= middle).all(axis=1) & (high[:, :2] >= middle).all(axis=1)

@@ -1,4 +1,4 @@
-"""Does a door run sideways? It stands in a niche wider than itself, and not where a hinge would want its handle."""
+"""Detect sliding doors: a door in a niche wider than itself, with its handle where a hinge would not want it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ AWAY = 0.3
 
 
 def sliding_direction(pieces: MeasuredFragments, side: int, panel: Panel, grip: PanelHandle | None) -> float | None:
-    """1 for a door that runs to the right, -1 to the left, None for one that does not run.
+    """Return 1 for a door that slides to the right, -1 to the left, None for one that does not slide.
 
     Args:
         grip: its handle; a door without one is not taken for a sliding one.
@@ -54,7 +54,7 @@ def sliding_direction(pieces: MeasuredFragments, side: int, panel: Panel, grip: 
 
 
 def _depths(picture: DepthImage, low: tuple[Any, Any], high: tuple[Any, Any]) -> npt.NDArray[np.float64]:
-    """Depths of the pixels of a rectangle in (u, v)."""
+    """Return the depths of the pixels of a rectangle in (u, v)."""
     corners: Floats = np.array([low, high], dtype=np.float64)
     row, column = picture.rows_columns(corners)
     return picture.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]

@@ -1,4 +1,4 @@
-"""Parts cut from a shell -> the faces that close what the cut left open, on the part and on what it was cut from."""
+"""Close the holes that cutting a part out of a shell leaves, on the part and on what it was cut from."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class CapFaces:
 
 
 def close_cuts(soup: TriangleSoup, owner: Ints, parts: Sequence[PartPlan], backs: Mapping[int, float]) -> CapFaces:
-    """Close every part against what it was cut from.
+    """Make the faces that close every part against what it was cut from.
 
     Args:
         soup: cut, in the frame. owner: (F,) part of each face, -1 the body.
@@ -73,7 +73,7 @@ def close_cuts(soup: TriangleSoup, owner: Ints, parts: Sequence[PartPlan], backs
 
 
 def _borders(soup: TriangleSoup, owner: Ints) -> tuple[Ints, Ints, Ints]:
-    """Edges between faces of two owners, both ways: (E, 2) as the first owner's face has it, its owner, the other."""
+    """Return edges between faces of two owners, both ways: (E, 2) points, the owner, the other owner."""
     alive = np.flatnonzero((soup.areas > 0) & (soup.duplicate_of == np.arange(len(soup.faces))))
     corners = soup.faces[alive]
     directed = np.concatenate([corners[:, [i, (i + 1) % 3]] for i in range(3)])
@@ -96,21 +96,21 @@ def _borders(soup: TriangleSoup, owner: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 def _inwards(part: PartPlan) -> Floats:
-    """The way in which a small part sits on what carries it: that of the front or of the top."""
+    """Return the direction from a small part into what carries it: that of the front or of the top."""
     axis = np.abs(np.array(part.joint.axis))
     found: Floats = SIDES[TOP if axis[2] > 0.7 else FRONT][2]
     return found
 
 
 def _has_back(soup: TriangleSoup, mine: Bools) -> bool:
-    """Whether a board has a surface that faces back."""
+    """Return whether a board has a surface that faces back."""
     facing = soup.normals @ SIDES[FRONT][2]
     front = float(soup.areas[mine & (facing < -0.8)].sum())
     return float(soup.areas[mine & (facing > 0.8)].sum()) >= HAS_BACK * front
 
 
 def _closed(points: Floats, edges: Ints, normal: Floats, level: float | None) -> tuple[tuple[Floats, Ints], int]:
-    """Points and faces that close a border, walls first, and how many of them are walls.
+    """Return points and faces that close a border, walls first, and the number of wall faces.
 
     Args:
         edges: (E, 2) as the part's faces have them. normal: the way in which the faces look.
@@ -142,7 +142,7 @@ def _closed(points: Floats, edges: Ints, normal: Floats, level: float | None) ->
 
 
 def _loops(edges: Ints) -> list[Ints]:
-    """Borders as closed rings of points, run against the faces that they bound: as faces that close them have them."""
+    """Chain border edges into closed rings of points, wound as the faces that close them need."""
     after: dict[int, list[int]] = {}
     for a, b in edges.tolist():
         after.setdefault(b, []).append(a)
@@ -163,6 +163,6 @@ def _loops(edges: Ints) -> list[Ints]:
 
 
 def _signed(ring: Floats) -> float:
-    """Twice the area of a ring in the plane, negative where it runs clockwise."""
+    """Return twice the signed area of a ring in the plane, negative where it runs clockwise."""
     x, y = ring.T
     return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())

@@ -1,4 +1,4 @@
-"""One side of a shell as a relief: how deep it lies, where it steps or bends, and what small things stand out of it."""
+"""Analyse one side of a one-piece shell: its depth, the steps and bends in it, and small things that protrude."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FAR = 2.0
 
 @dataclass(frozen=True)
 class Protrusion:
-    """A small thing that stands out.
+    """A small thing that stands out of a side, such as a knob, a button or a handle.
 
     Attributes:
         rows, columns: half-open ranges of its pixels. low, high: (2,) corners in (u, v).
@@ -51,20 +51,20 @@ class Protrusion:
 
     @property
     def long(self) -> float:
-        """Longer by shorter side."""
+        """Return the ratio of the longer to the shorter side."""
         size = self.high - self.low
         return float(size.max() / max(float(size.min()), 1e-9))
 
     @property
     def middle(self) -> Floats:
-        """(2,) of its rectangle."""
+        """Return the (2,) middle of its rectangle."""
         found: Floats = (self.low + self.high) / 2
         return found
 
 
 @dataclass(frozen=True)
 class SideRelief:
-    """A side.
+    """Depth image of one side, with protrusions and depth edges.
 
     Attributes:
         picture: what is seen. depth: (H, W) without infinities. base: (H, W) depth with small things taken off.
@@ -82,7 +82,7 @@ class SideRelief:
 
 
 def measure_relief(soup: TriangleSoup, side: int) -> SideRelief:
-    """Look at a side of a soup that is in the frame."""
+    """Analyse a side of a soup that is in the frame."""
     picture = render_depth(soup.points, soup.faces, SIDES[side], PIXELS)
     depth = np.where(picture.face >= 0, picture.depth, FAR)
     base = depth
@@ -96,14 +96,14 @@ def measure_relief(soup: TriangleSoup, side: int) -> SideRelief:
 
 
 def _closed(depth: Floats, size: int) -> Floats:
-    """Depth with everything near that is narrower than `size` pixels pushed back to what is round it."""
+    """Return the depth with everything nearer and narrower than `size` pixels pushed back to its surroundings."""
     padded = np.pad(depth, size, mode="edge")
     closed: Floats = grey_closing(padded, size=(size, size))[size:-size, size:-size]
     return closed
 
 
 def _blobs(picture: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[Protrusion, ...]]:
-    """Connected regions that stand out: of nested ones the widest that is a small thing, not a frame or a board."""
+    """Find connected protruding regions; of nested ones the widest that is a small thing, not a frame or a board."""
     out = base - depth
     found = np.full(depth.shape, -1, dtype=np.int64)
     blobs: list[Protrusion] = []
@@ -128,17 +128,19 @@ def _blobs(picture: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tupl
 
 
 def _sits(mask: Bools, seen: Bools, rows: slice, columns: slice) -> float:
-    """Share of what is right round a region that is part of the thing: a ragged border stands out of nothing."""
+    """Return the share of the immediate surroundings of a region that is surface: a ragged border has little."""
     grown = dilate(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
     window = np.pad(seen, 3)[rows.start : rows.stop + 6, columns.start : columns.stop + 6]
     return float(window[grown].mean())
 
 
 def _around(span: slice) -> slice:
+    """Return a slice grown by one on both ends."""
     return slice(max(0, span.start - 1), span.stop + 1)
 
 
 def _blob(picture: DepthImage, rows: slice, columns: slice, mask: Bools, out: Floats) -> Protrusion:
+    """Measure one protruding region."""
     height = out.shape[0]
     low = picture.low + picture.pixel * np.array([columns.start, height - rows.stop])
     high = picture.low + picture.pixel * np.array([columns.stop, height - rows.start])
@@ -148,7 +150,7 @@ def _blob(picture: DepthImage, rows: slice, columns: slice, mask: Bools, out: Fl
 
 
 def _is_small(blob: Protrusion) -> bool:
-    """Whether a region is a knob, a button or a bar, by its size and by how much of its rectangle it fills."""
+    """Return whether a region is a knob, a button or a bar, by its size and by how much of its rectangle it fills."""
     size = blob.high - blob.low
     fill = blob.area / float(np.prod(size))
     if size.max() <= SMALL:
@@ -157,7 +159,7 @@ def _is_small(blob: Protrusion) -> bool:
 
 
 def _edges(soup: TriangleSoup, side: int, picture: DepthImage, depth: Floats) -> tuple[Bools, Bools]:
-    """Pixels that step, or bend inwards, against the one at their right, and the one below.
+    """Mark pixels that step, or bend inwards, against the one to their right, and the one below.
 
     Outward bends are left out: they are the facets of a bulging front, while a gap always has an inward one.
     """
@@ -173,13 +175,13 @@ def _edges(soup: TriangleSoup, side: int, picture: DepthImage, depth: Floats) ->
 
 
 def dilate(mask: Bools, pixels: int) -> Bools:
-    """A mask grown by some pixels, all ways."""
+    """Return a mask grown by some pixels in all directions."""
     found: Bools = binary_dilation(mask, iterations=pixels) if pixels else mask
     return found
 
 
 def edge_lines(relief_: SideRelief, upright: bool, pixels: int) -> tuple[Bools, Bools]:
-    """Edges along one way, each a few pixels wide, and where nothing hides the ground.
+    """Return edges along one direction, each a few pixels wide, and the mask where no protrusion hides the ground.
 
     Returns:
         (H, W) edges and (H, W) mask; transposed for upright lines, so that a line is always a row.

@@ -1,4 +1,4 @@
-"""Triangles cut along flat blades of limited size; whatever hangs on the points is carried over to the new ones."""
+"""Cut triangles along bounded planes and interpolate vertex attributes at the new points."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ REACH = 1e-6
 
 @dataclass(frozen=True)
 class CutPlane:
-    """A blade: the rectangle in which one of (right, up, depth) of a side has a value.
+    """A bounded cutting plane: the rectangle on which one of (right, up, depth) of a side has a given value.
 
     Attributes:
         side: of SIDES. axis: 0, 1 or 2 of its (right, up, depth). at: the value there.
@@ -47,7 +47,7 @@ class CutTriangles:
     parent: Ints
 
     def interpolate(self, values: Floats) -> Floats:
-        """(P', k) values at the old and the new points, from (P, k) values at the old ones."""
+        """Return (P', k) values at the old and the new points, from (P, k) values at the old ones."""
         out = values
         for a, b, share in self.new_points:
             out = np.concatenate([out, out[a] + share[:, None] * (out[b] - out[a])])
@@ -55,7 +55,7 @@ class CutTriangles:
 
 
 def cut_triangles(points: Floats, faces: Ints, knives: Sequence[CutPlane]) -> CutTriangles:
-    """Cut triangles wherever an edge meets a blade: triangles that share an edge share the new point.
+    """Cut triangles wherever an edge meets a plane; triangles that share an edge share the new point.
 
     Args:
         points: (P, 3) in the frame. faces: (F, 3).
@@ -75,7 +75,7 @@ def cut_triangles(points: Floats, faces: Ints, knives: Sequence[CutPlane]) -> Cu
 
 
 def _cut(points: Floats, faces: Ints, knife: CutPlane) -> tuple[tuple[Ints, Ints, Floats], Ints, Ints] | None:
-    """New points, triangles, and the one that each was part of; None where the blade meets nothing."""
+    """Return new points, triangles, and the parent of each; None where the plane meets nothing."""
     axes = SIDES[knife.side]
     level = points @ axes[knife.axis] - knife.at
     over = level[faces] > 0
@@ -106,7 +106,7 @@ def _cut(points: Floats, faces: Ints, knife: CutPlane) -> tuple[tuple[Ints, Ints
 
 
 def _pieces(faces: Ints, middle: Ints) -> tuple[Ints, Ints]:
-    """Triangles parted at the points on their edges (-1 for none), of which at most two have one; and their owners."""
+    """Split triangles at the points on their edges (-1 for none; at most two have one); also return their parents."""
     count = (middle >= 0).sum(axis=1)
     none = np.flatnonzero(count == 0)
     one = np.flatnonzero(count == 1)
@@ -125,6 +125,6 @@ def _pieces(faces: Ints, middle: Ints) -> tuple[Ints, Ints]:
 
 
 def _turned(faces: Ints, middle: Ints, first: Ints) -> tuple[Ints, Ints]:
-    """Corners and edge points counted from another corner; edge i runs from corner i to the next."""
+    """Renumber corners and edge points from another first corner; edge i runs from corner i to the next."""
     order = (np.asarray(first)[:, None] + np.arange(3)) % 3
     return np.take_along_axis(faces, order, axis=1), np.take_along_axis(middle, order, axis=1)

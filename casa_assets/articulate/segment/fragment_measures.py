@@ -1,4 +1,4 @@
-"""Fragments measured: where each lies, how large it is, and how much of it is seen from each side."""
+"""Measure each fragment of a mesh: bounding box, surface area, and the area that is visible from each of six sides."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PIXELS = 512
 
 @dataclass(frozen=True)
 class MeasuredFragments:
-    """All fragments of a soup, in the frame.
+    """All fragments of a triangle soup with their measures, in the frame of the object (diagonal 1).
 
     Attributes:
         label: (F,) fragment of each face, -1 for none.
@@ -47,28 +47,28 @@ class MeasuredFragments:
 
     @property
     def count(self) -> int:
-        """How many fragments there are."""
+        """Return the number of fragments."""
         return len(self.area)
 
     def faces_of(self, fragments: Sequence[int]) -> Ints:
-        """Faces of some fragments, ascending."""
+        """Return the ascending indices of the faces of some fragments."""
         mask = np.zeros(self.count + 1, dtype=bool)
         mask[list(fragments)] = True
         return np.flatnonzero(mask[self.label] & (self.label >= 0))
 
     def box(self, fragments: Sequence[int]) -> tuple[Floats, Floats]:
-        """(3,) lower and upper corner of some fragments."""
+        """Return the (3,) lower and upper corner of the box around some fragments."""
         rows = list(fragments)
         return self.low[rows].min(axis=0), self.high[rows].max(axis=0)
 
     def points_of(self, fragments: Sequence[int]) -> Floats:
-        """(P, 3) points that some fragments use."""
+        """Return the (P, 3) points that some fragments use."""
         found: Floats = self.soup.points[np.unique(self.soup.faces[self.faces_of(fragments)])]
         return found
 
 
 def measure_fragments(soup: TriangleSoup, label: Ints, pixels: int = PIXELS) -> MeasuredFragments:
-    """Measure the fragments of a soup that is in the frame."""
+    """Measure the fragments of a soup that is in the frame, from rendered depth images of six sides."""
     count = int(label.max()) + 1 if len(label) else 0
     alive = np.flatnonzero(label >= 0)
     corners = soup.points[soup.faces[alive]]
@@ -85,7 +85,7 @@ def measure_fragments(soup: TriangleSoup, label: Ints, pixels: int = PIXELS) -> 
 
 
 def corners_from_side(pieces: MeasuredFragments, side: int) -> tuple[Floats, Floats]:
-    """(N, 3) corners of every fragment as seen from a side: right, up, and depth from the viewer."""
+    """Return the (N, 3) lower and upper corners of fragments in the axes of a side: right, up, depth."""
     axes = SIDES[side]
     a, b = pieces.low @ axes.T, pieces.high @ axes.T
     return np.minimum(a, b), np.maximum(a, b)

@@ -1,8 +1,8 @@
-"""Triangles -> fragments: pieces of surface that no moving part's border runs through.
+"""Split a triangle mesh into fragments: connected pieces of surface that no border of a moving part crosses.
 
-Faces hang together over edges that two of them share, where they have one material: who made the thing gave its door,
-its knobs and handles colours of their own even where he left it in one piece. Where more meet, solids touch each other:
-there the faces are paired so that each pair bounds one wedge of matter, which takes touching boxes apart again after
+Two faces belong together when they share an edge and a material: makers often give a door, its knobs and handles
+materials of their own even where the mesh is one piece. Where more than two faces share an edge, solids touch each
+other: those faces are paired so that each pair bounds one wedge of solid, which separates touching boxes again after
 welding.
 """
 
@@ -26,7 +26,7 @@ SAME_ANGLE = 1e-3
 
 
 def fragment_labels(soup: TriangleSoup) -> Ints:
-    """(F,) fragment of each face, by first face; without area -1, doubled that of the twin."""
+    """Return the (F,) fragment of each face, by first face; -1 without area; duplicates as their original."""
     alive = (soup.duplicate_of == np.arange(len(soup.faces))) & (soup.areas > 0.0)
     index = np.flatnonzero(alive)
     if not len(index):
@@ -43,7 +43,7 @@ def fragment_labels(soup: TriangleSoup) -> Ints:
 
 
 def _joined(soup: TriangleSoup, index: Ints) -> tuple[Ints, Ints]:
-    """Pairs of places in `index` of faces that hang together."""
+    """Return pairs of places in `index` of faces that belong to one fragment."""
     faces = soup.faces[index]
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     owner = np.tile(np.arange(len(faces)), 3)
@@ -67,7 +67,7 @@ def _joined(soup: TriangleSoup, index: Ints) -> tuple[Ints, Ints]:
 
 
 def _wedges(soup: TriangleSoup, index: Ints, ends: Ints, owner: Ints, forward: Bools) -> tuple[Ints, Ints]:
-    """Pairs of faces round an edge that bound one wedge of matter each; none where the windings contradict that."""
+    """Pair the faces around an edge so that each pair bounds one wedge of solid; none where windings contradict."""
     none = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
     a, b = soup.points[ends[0]], soup.points[ends[1]]
     along = (b - a) / max(float(np.linalg.norm(b - a)), 1e-300)

@@ -1,4 +1,4 @@
-"""Orthographic pictures of triangles along an axis: which face is seen at each pixel, and how deep."""
+"""Render orthographic depth and face-index images of triangles in NumPy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STEPS = float(2**30)
 
 @dataclass(frozen=True)
 class DepthImage:
-    """What is seen along a direction.
+    """An orthographic view: the nearest face at each pixel, and its depth.
 
     Attributes:
         face: (H, W) index of the face that is seen, -1 where there is none; row 0 is at the top.
@@ -33,7 +33,7 @@ class DepthImage:
     pixel: float
 
     def rows_columns(self, flat: Floats) -> tuple[Ints, Ints]:
-        """Row and column of (N, 2) points given in (right, up), clipped to the picture."""
+        """Return the row and column of (N, 2) points given in (right, up), clipped to the image."""
         height, width = self.face.shape
         column = np.floor((flat[:, 0] - self.low[0]) / self.pixel).astype(np.int64)
         row = height - 1 - np.floor((flat[:, 1] - self.low[1]) / self.pixel).astype(np.int64)
@@ -41,7 +41,7 @@ class DepthImage:
 
 
 def render_depth(points: Floats, faces: Ints, axes: Floats, size_px: int) -> DepthImage:
-    """Look at triangles from outside, along `axes[2]`.
+    """Render triangles from outside, looking along `axes[2]`.
 
     Args:
         points: (P, 3). faces: (F, 3).
@@ -64,7 +64,7 @@ def render_depth(points: Floats, faces: Ints, axes: Floats, size_px: int) -> Dep
 
 
 def _chunks(rows: Floats, faces: Ints) -> list[tuple[int, int]]:
-    """Ranges of faces whose boxes hold a bounded number of rows."""
+    """Return ranges of faces whose boxes together cover a bounded number of rows."""
     tall = np.ptp(rows[faces], axis=1) + 2
     at = np.floor(np.cumsum(tall) / (CHUNK / 40)).astype(np.int64)
     edges = np.flatnonzero(np.diff(at)) + 1
@@ -73,7 +73,7 @@ def _chunks(rows: Floats, faces: Ints) -> list[tuple[int, int]]:
 
 
 def _write(buffer: Ints, width: int, height: int, grid: Floats, faces: Ints, start: int, stop: int) -> None:
-    """Write a range of faces: the spans of pixel centres that each covers in each row."""
+    """Rasterise a range of faces into the buffer: the pixels that each covers in each row; in place."""
     corners = grid[faces[start:stop]]
     y = corners[:, :, 1]
     first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, height).astype(np.int64)
@@ -96,7 +96,7 @@ def _write(buffer: Ints, width: int, height: int, grid: Floats, faces: Ints, sta
 
 
 def _ranges(first: Ints, count: Ints) -> tuple[Ints, Ints]:
-    """For each range its index and value, one after the other: ((N,), (N,))."""
+    """Expand ranges into the index of each range and its values, one after the other: ((N,), (N,))."""
     count = np.maximum(count, 0)
     owner = np.repeat(np.arange(len(first)), count)
     begin = np.cumsum(count) - count
@@ -104,7 +104,7 @@ def _ranges(first: Ints, count: Ints) -> tuple[Ints, Ints]:
 
 
 def _spans(corners: Floats, y: npt.NDArray[np.floating[Any]]) -> tuple[Floats, Floats]:
-    """Where a horizontal line enters and leaves each triangle: (N,) and (N,)."""
+    """Return the (N,) coordinates at which a horizontal line enters and leaves each triangle."""
     left, right = np.full(len(y), np.inf), np.full(len(y), -np.inf)
     for i in range(3):
         a, b = corners[:, i], corners[:, (i + 1) % 3]
@@ -120,9 +120,9 @@ def _spans(corners: Floats, y: npt.NDArray[np.floating[Any]]) -> tuple[Floats, F
 def _depth(
     corners: Floats, index: Ints, x: npt.NDArray[np.floating[Any]], y: npt.NDArray[np.floating[Any]], count: Ints
 ) -> tuple[Floats, Floats]:
-    """Depth of the plane of each triangle at the first of some pixels, and what each of the next adds, in steps.
+    """Return the depth of each triangle's plane at its first pixel, and the increment per pixel, in depth steps.
 
-    It keeps within that of the corners, and is that of the first one where a triangle stands on edge.
+    Depths are clipped to those of the corners; a triangle seen edge-on has the depth of its first corner.
     """
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]

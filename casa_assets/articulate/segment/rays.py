@@ -1,4 +1,4 @@
-"""Straight lines along an axis -> where they cross triangles, and from which side."""
+"""Intersect axis-parallel lines with triangles and say from which side each face is met."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHEET = 0.002
 
 @dataclass(frozen=True)
 class RayCrossings:
-    """Where lines cross triangles, line by line, each along its axis.
+    """Crossings of lines with triangles, line by line, sorted along their axis.
 
     Attributes:
         line: (N,) which line. at: (N,) coordinate along the axis, ascending for each line.
@@ -32,23 +32,23 @@ class RayCrossings:
     count: int
 
     def select(self, rows: Bools) -> RayCrossings:
-        """Some of them."""
+        """Return some of the crossings."""
         return RayCrossings(self.line[rows], self.at[rows], self.towards[rows], self.face[rows], self.count)
 
     def first(self) -> Floats:
-        """(L,) least coordinate of each line, inf for none."""
+        """Return the (L,) smallest coordinate of each line, inf for none."""
         out = np.full(self.count, np.inf)
         np.minimum.at(out, self.line, self.at)
         return out
 
     def last(self) -> Floats:
-        """(L,) greatest coordinate of each line, -inf for none."""
+        """Return the (L,) largest coordinate of each line, -inf for none."""
         out = np.full(self.count, -np.inf)
         np.maximum.at(out, self.line, self.at)
         return out
 
     def beyond(self, start: float, sign: float) -> tuple[Floats, Bools]:
-        """What one meets who goes from a coordinate along the axis (1) or against it (-1).
+        """Return the distance to the first sheet from a coordinate along the axis (1) or against it (-1).
 
         Returns:
             (L,) way to the first sheet, inf for none, and (L,) whether a face of it looks at who comes.
@@ -64,7 +64,7 @@ class RayCrossings:
 
 
 def cross_rays(points: Floats, faces: Ints, axis: int, spots: Floats) -> RayCrossings:
-    """Cross triangles with lines along an axis.
+    """Intersect triangles with lines along an axis.
 
     Args:
         points: (P, 3). faces: (F, 3). axis: 0, 1 or 2.
@@ -99,12 +99,13 @@ def cross_rays(points: Floats, faces: Ints, axis: int, spots: Floats) -> RayCros
 
 
 def _cross(p: Floats, q: Floats) -> Floats:
+    """Return the (N,) cross products of 2D vectors."""
     found: Floats = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
     return found
 
 
 def sample_grid(low: Floats, high: Floats, count: int, inset: float = 0.0) -> Floats:
-    """(count * count, 2) places that fill a rectangle evenly; `inset` of its size is left free on every side."""
+    """Return (count * count, 2) points that fill a rectangle evenly; `inset` of its size stays free on every side."""
     share = inset + (1 - 2 * inset) * (np.arange(count) + 0.5013) / count
     x, y = (low[k] + share * (high[k] - low[k]) for k in (0, 1))
     found: Floats = np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2)

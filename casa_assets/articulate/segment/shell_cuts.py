@@ -1,4 +1,4 @@
-"""What was found on a shell -> the model itself cut: clean edges, closed cuts, texture coordinates carried over."""
+"""Cut the model of a one-piece shell along the borders of the parts found on it, and close the cuts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
 def cut_shell_parts(
     model: RawModel, placed: TriangleSoup, found: Articulation
 ) -> tuple[RawModel, TriangleSoup, Articulation]:
-    """Cut a model along the borders of what was found on its shell; unchanged where there is no shell.
+    """Cut a model along the borders of the parts found on its shell; unchanged where there is no shell.
 
     Args:
         model: as read; its faces, part by part, are those of `placed`.
@@ -63,7 +63,7 @@ def cut_shell_parts(
 
 
 def _owner(found: Articulation, count: int) -> Ints:
-    """(F,) place of the part that each face belongs to, -1 for the body."""
+    """Return the (F,) index of the part that each face belongs to, -1 for the body."""
     owner = np.full(count, -1, dtype=np.int64)
     for i, part in enumerate(found.parts):
         owner[part.faces] = i
@@ -71,7 +71,7 @@ def _owner(found: Articulation, count: int) -> Ints:
 
 
 def _parts_of_zones(soup: TriangleSoup, zone: Ints, owner: Ints, shell: FusedShell) -> Ints:
-    """(Z,) the part that has most of each zone, -1 for the body."""
+    """Return the (Z,) part that has most of the area of each zone, -1 for the body."""
     count = len(shell.fronts) + len(shell.front.blobs) + len(shell.top.blobs)
     share = np.zeros((count, int(owner.max()) + 2))
     rows = zone >= 0
@@ -81,7 +81,7 @@ def _parts_of_zones(soup: TriangleSoup, zone: Ints, owner: Ints, shell: FusedShe
 
 
 def _cut(model: RawModel, frame: Frame, blades: list[CutPlane]) -> tuple[RawModel, Ints]:
-    """The model with its triangles cut, and the triangle that each was part of."""
+    """Cut the triangles of a model; also return the triangle that each was part of."""
     parts, parents = [], []
     start = 0
     for raw in model.parts:
@@ -106,12 +106,13 @@ def _cut(model: RawModel, frame: Frame, blades: list[CutPlane]) -> tuple[RawMode
 
 
 def _unit(vectors: Floats) -> Floats:
+    """Return vectors scaled to length 1."""
     found: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
     return found
 
 
 def model_soup(model: RawModel) -> TriangleSoup:
-    """All triangles of a model as one soup, file axes."""
+    """Return all triangles of a model as one soup, file axes."""
     starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
     faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
     numbers: dict[str, int] = {}
@@ -123,12 +124,12 @@ def model_soup(model: RawModel) -> TriangleSoup:
 
 
 def _in_frame(model: RawModel, frame: Frame) -> TriangleSoup:
-    """All triangles of a model as one soup in the frame."""
+    """Return all triangles of a model as one soup in the frame."""
     return model_soup(model).transformed(frame.rotation, np.array(frame.origin), frame.scale)
 
 
 def _over(found: Articulation, parent: Ints, owner: Ints, closing: CapFaces) -> Articulation:
-    """The parts over the cut faces, and over those that close them, which are counted on from the last."""
+    """Return the parts over the cut faces and their closing faces, which are numbered after all others."""
     parts = []
     for i, part in enumerate(found.parts):
         own = np.flatnonzero(owner == i)
@@ -139,7 +140,7 @@ def _over(found: Articulation, parent: Ints, owner: Ints, closing: CapFaces) -> 
 
 
 def _cap_part(model: RawModel, frame: Frame, closing: CapFaces) -> RawPart:
-    """The closing faces as a part that looks like the one round it: its material, its nearest texture coordinates."""
+    """Return the closing faces as a part with the material and nearest texture coordinates of its surroundings."""
     largest = max(model.parts, key=lambda p: len(p.mesh.faces))
     points = frame.to_file(closing.points)
     uv = None

@@ -1,4 +1,4 @@
-"""A shell that is one piece -> labels as if it were many: what stands out of it, and the fronts that it closes with."""
+"""Segment a shell that is one connected piece: find the fronts and small protrusions that are parts of it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ RIM = 0.006
 
 @dataclass(frozen=True)
 class FusedShell:
-    """What is to be cut.
+    """A shell with the fronts and protrusions that are to be cut out of it.
 
     Attributes:
         mine: (F,) faces of the shell. shown: (F,) those seen from the front. skin: (F,) those seen from elsewhere.
@@ -71,7 +71,7 @@ class FusedShell:
 
 
 def segment_shell(soup: TriangleSoup, label: Ints) -> Ints:
-    """Take a shell apart on its front and top, along the edges that its triangles have.
+    """Split a shell into fragments on its front and top, along existing triangle edges.
 
     Args:
         soup: in the frame, a diagonal of 1. label: (F,) fragment of each face, -1 for none.
@@ -92,7 +92,7 @@ def segment_shell(soup: TriangleSoup, label: Ints) -> Ints:
 
 
 def find_shell(soup: TriangleSoup, label: Ints) -> FusedShell | None:
-    """What of a soup is one shell that has parts in it, as for `cut`; None where each part is a piece of its own."""
+    """Find the one piece of a soup that holds several fused parts; None where each part is its own piece."""
     mine = _shell(soup, label)
     if not mine.any():
         return None
@@ -119,7 +119,7 @@ def find_shell(soup: TriangleSoup, label: Ints) -> FusedShell | None:
 
 
 def shell_cut_planes(shell: FusedShell, soup: TriangleSoup, chosen: Sequence[int]) -> list[CutPlane]:
-    """Blades that give zones clean edges: round a front and behind it, under what stands out.
+    """Return cut planes around and behind each chosen front, and under each chosen protrusion.
 
     Args:
         chosen: numbers of zones, as `zones` gives them.
@@ -144,7 +144,7 @@ def shell_cut_planes(shell: FusedShell, soup: TriangleSoup, chosen: Sequence[int
 
 
 def shell_zones(shell: FusedShell, soup: TriangleSoup, parent: Ints) -> Ints:
-    """(F',) which front, then which thing that stands out before it, then on the top, each face is of; -1 for none.
+    """Return the (F',) zone of each face: fronts first, then protrusions of the front, then of the top; -1 for none.
 
     Args:
         soup: that of the shell, or cut. parent: (F',) face of the shell's soup that each face is part of.
@@ -165,7 +165,7 @@ def shell_zones(shell: FusedShell, soup: TriangleSoup, parent: Ints) -> Ints:
 
 
 def _behind(shell: FusedShell, soup: TriangleSoup, zone: Ints) -> list[Ints]:
-    """Faces of surfaces behind fronts, each in one piece: boxes of drawers, walls and shelves."""
+    """Return groups of faces behind fronts, each connected: boxes of drawers, walls and shelves."""
     flat, _ = _seen_from(soup, FRONT)
     out = []
     for leaf, _ in shell.fronts:
@@ -177,7 +177,7 @@ def _behind(shell: FusedShell, soup: TriangleSoup, zone: Ints) -> list[Ints]:
 
 
 def _seen_from(soup: TriangleSoup, side: int) -> tuple[Floats, float]:
-    """(F, 3) middle of each face as right, up and depth from the nearest point; and the depth of the whole."""
+    """Return the (F, 3) middles of faces as right, up and depth from the nearest point; and the whole depth."""
     flat = soup.points[soup.faces].mean(axis=1) @ SIDES[side].T
     depth = soup.points @ SIDES[side][2]
     flat[:, 2] -= float(depth.min())
@@ -185,14 +185,14 @@ def _seen_from(soup: TriangleSoup, side: int) -> tuple[Floats, float]:
 
 
 def _in_leaf(front: SideRelief, leaf: FrontRectangle, flat: Floats) -> Bools:
-    """(F,) faces whose middle is in a rectangle, at any depth."""
+    """Mark the (F,) faces whose middle is in a rectangle, at any depth."""
     row, column = front.picture.rows_columns(flat[:, :2])
     found: Bools = (row >= leaf.rows[0]) & (row < leaf.rows[1])
     return found & (column >= leaf.columns[0]) & (column < leaf.columns[1])
 
 
 def _shell(soup: TriangleSoup, label: Ints) -> Bools:
-    """(F,) faces of the piece that is most of the thing, none where there is no such piece."""
+    """Mark the (F,) faces of the piece that makes up most of the object; none where there is no such piece."""
     alive = label >= 0
     none: Bools = np.zeros(len(label), dtype=bool)
     if not alive.any():
@@ -207,7 +207,7 @@ def _shell(soup: TriangleSoup, label: Ints) -> Bools:
 
 
 def _thickness(soup: TriangleSoup, inside: Bools, behind: Floats, deep: float) -> float:
-    """How thick a front is: to its back where that lies open, else what fronts usually are."""
+    """Return the thickness of a front: up to its back where that is visible, else a usual value; diagonals."""
     most = min(THICKEST, THICK_OF_DEPTH * deep)
     facing = soup.normals @ SIDES[FRONT][2] > 0.8
     rows = np.flatnonzero(inside & facing & (behind > 0.004) & (behind < most))
@@ -220,14 +220,14 @@ def _thickness(soup: TriangleSoup, inside: Bools, behind: Floats, deep: float) -
 
 
 def boxiness(soup: TriangleSoup, views: Sequence[DepthImage]) -> float:
-    """Share of what is seen that faces along an axis, all pictures by their area."""
+    """Return the share of the visible area that faces along an axis, over all given views."""
     along = np.abs(soup.normals).max(axis=1) > ALONG
     area = [(float((v.face >= 0).sum()), float(along[v.face[v.face >= 0]].sum()), v.pixel**2) for v in views]
     return sum(a * p for _, a, p in area) / max(sum(n * p for n, _, p in area), 1e-12)
 
 
 def _hanging_together(soup: TriangleSoup, rows: Ints) -> list[Ints]:
-    """Some faces in groups that share points, each ascending."""
+    """Group faces that share points; each group is ascending, and tiny groups are dropped."""
     if not len(rows):
         return []
     used, local = np.unique(soup.faces[rows], return_inverse=True)
@@ -240,7 +240,7 @@ def _hanging_together(soup: TriangleSoup, rows: Ints) -> list[Ints]:
 
 
 def _may_open(soup: TriangleSoup, front: SideRelief, leaf: FrontRectangle, deep: float) -> bool:
-    """Whether a rectangle may be a front: filled, not far back, and facing the viewer."""
+    """Return whether a rectangle may be a front: filled, not far back, and facing the viewer."""
     window = slice(*leaf.rows), slice(*leaf.columns)
     if float((front.depth[window] < FAR / 2).mean()) < COVERS or leaf.plane > DEEPEST * deep:
         return False
@@ -250,7 +250,7 @@ def _may_open(soup: TriangleSoup, front: SideRelief, leaf: FrontRectangle, deep:
 
 
 def _beside(front: SideRelief, leaf: FrontRectangle, other: FrontRectangle) -> bool:
-    """Whether two rectangles lie side by side and nearly flush: the seam between them sets a front off."""
+    """Return whether two rectangles lie side by side and nearly flush: the seam between them sets a front off."""
     apart = abs(leaf.plane - other.plane)
     least, gap = LEAST_LEAF / front.picture.pixel, GAP / front.picture.pixel
     spans = [(leaf.rows, other.rows), (leaf.columns, other.columns)]
@@ -261,11 +261,12 @@ def _beside(front: SideRelief, leaf: FrontRectangle, other: FrontRectangle) -> b
 
 
 def _pixels(leaf: FrontRectangle) -> int:
+    """Return the area of a rectangle in pixels."""
     return (leaf.rows[1] - leaf.rows[0]) * (leaf.columns[1] - leaf.columns[0])
 
 
 def _foot(view: SideRelief, number: int) -> float:
-    """Depth at which a thing that stands out is cut off: a little before the ground that it hides."""
+    """Return the depth at which a protrusion is cut off: a little before the ground that it hides."""
     ground = float(np.median(view.base[view.blob == number]))
     return ground - min(FOOT, 0.3 * view.blobs[number].protrusion)
 

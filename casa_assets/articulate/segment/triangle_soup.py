@@ -1,4 +1,4 @@
-"""Any triangles -> welded points with a face index that leads back to the triangles that came in."""
+"""Weld arbitrary triangles into shared points, keeping an index back to the input faces."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WELD_RELATIVE = 1e-5
 
 @dataclass(frozen=True)
 class TriangleSoup:
-    """Triangles, all parts of a file as one set.
+    """Welded triangles of all parts of a file as one set.
 
     Attributes:
         points: (P, 3) welded, any unit.
@@ -40,11 +40,11 @@ class TriangleSoup:
 
     @property
     def diagonal(self) -> float:
-        """Of the box around all triangles."""
+        """Return the diagonal of the box around all triangles."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0))) if len(self.points) else 0.0
 
     def transformed(self, rotation: Floats, origin: Floats, scale: float) -> TriangleSoup:
-        """The triangles as seen in another frame: `scale * rotation @ (point - origin)`; rotation is proper."""
+        """Return the triangles in another frame: `scale * rotation @ (point - origin)`; the rotation is proper."""
         points = (self.points - origin) @ rotation.T * scale
         return TriangleSoup(
             points, self.faces, self.normals @ rotation.T, self.areas * scale**2, self.duplicate_of, self.material_index
@@ -52,7 +52,7 @@ class TriangleSoup:
 
 
 def weld_triangles(vertices: Floats, faces: Ints, tint: Ints | None = None) -> TriangleSoup:
-    """Weld triangles.
+    """Weld triangles whose vertices nearly coincide.
 
     Args:
         vertices: (V, 3) finite. faces: (F, 3) within range. tint: (F,) materials, None where all have one.
@@ -69,7 +69,7 @@ def weld_triangles(vertices: Floats, faces: Ints, tint: Ints | None = None) -> T
 
 
 def _twins(faces: Ints, count: int) -> Ints:
-    """(F,) index of the first face that has the same points in the same sense of turning."""
+    """Return the (F,) index of the first face that has the same points in the same winding."""
     if not len(faces):
         return np.empty(0, dtype=np.int64)
     start = np.argmin(faces, axis=1)

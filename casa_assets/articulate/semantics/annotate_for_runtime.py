@@ -1,6 +1,6 @@
-"""What a thing of a known kind has besides parts: regions and sites by their names, named poses, states, a contract.
+"""Add to an asset of a known category what runtimes need: named regions, sites, poses, state machine and contract.
 
-Only what is there is named. Whether it is enough for the contract is for the checks to say.
+Only what exists is named. Whether it meets the contract is decided by the checks.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ COLD = "refrigerator"
 
 
 def annotate_for_runtime(asset: Asset, category: str, burners: Sequence[Burner] = ()) -> Asset:
-    """A thing under the names of its kind, with regions, sites, poses and states of that kind, and its contract.
+    """Return an asset with the regions, sites, poses, states and contract of its category.
 
     Args:
         asset: its joints under the names of its kind, `main` among its regions. burners: on its top.
@@ -78,7 +78,7 @@ def annotate_for_runtime(asset: Asset, category: str, burners: Sequence[Burner] 
 
 
 def contract_for(asset: Asset, category: str) -> str | None:
-    """Id of what a runtime expects of such a thing; None where no class reads it."""
+    """Return the id of the contract that a runtime expects of such an asset; None where no fixture class reads it."""
     names = [j.name for j in asset.joints]
     if category == COLD:
         return _fridge(asset, names)
@@ -92,6 +92,7 @@ def contract_for(asset: Asset, category: str) -> str | None:
 
 
 def _fridge(asset: Asset, names: Sequence[str]) -> str | None:
+    """Return the contract of a refrigerator by the layout of its doors."""
     if "fridge_left_door_joint" in names:
         return "fridge_french_door"
     if "fridge_door_joint" not in names:
@@ -105,7 +106,7 @@ def _fridge(asset: Asset, names: Sequence[str]) -> str | None:
 
 
 def _regions(asset: Asset, category: str) -> Iterator[Region]:
-    """Regions under the names of the kind, the lower ones first; those of racks where they have none."""
+    """Yield regions under the names of the category, lower ones first; then those of drawers and racks without any."""
     inner = [r for r in asset.regions if r.name != OUTER]
     inner.sort(key=lambda r: (round(_middle(asset, r)[2], 3), round(_middle(asset, r)[0], 3)))
     count: dict[str, int] = {}
@@ -140,7 +141,7 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
 
 
 def _word(asset: Asset, region: Region, category: str) -> str:
-    """What a region is called, without its number."""
+    """Return the name of a region without its number."""
     if region.link != "object":
         if category == COLD:
             return ("freezer" if region.link.startswith("freezer") else "fridge") + "_drawer"
@@ -152,16 +153,18 @@ def _word(asset: Asset, region: Region, category: str) -> str:
 
 
 def _is_cabinet(category: str) -> bool:
+    """Return whether a category is a cabinet."""
     return any(word in category for word in (*CABINETS, "island_base"))
 
 
 def _middle(asset: Asset, region: Region) -> Floats:
+    """Return the (3,) middle of a region, asset frame."""
     found: Floats = asset.asset_from_link(region.link).apply(np.array([region.pose.position]))[0]
     return found
 
 
 def _with_burners(asset: Asset, burners: Sequence[Burner]) -> Asset:
-    """Flames and places over the burners that a knob belongs to; what is seen of a burner is called so."""
+    """Add flames and places over the burners that have a knob, and give their visuals the names of burners."""
     knobs = {j.name for j in asset.joints}
     used = [b for b in burners if f"knob_{b.loc}_joint" in knobs]
     sites: list[Site] = []
@@ -189,7 +192,7 @@ def _with_burners(asset: Asset, burners: Sequence[Burner]) -> Asset:
 
 
 def _rows(mesh: Mesh, own: npt.NDArray[np.bool_]) -> Mesh:
-    """Some faces of a mesh."""
+    """Return some faces of a mesh as a mesh."""
     faces = mesh.faces[own]
     used, local = np.unique(faces, return_inverse=True)
     return Mesh(
@@ -201,7 +204,7 @@ def _rows(mesh: Mesh, own: npt.NDArray[np.bool_]) -> Mesh:
 
 
 def _with_cup(asset: Asset) -> Asset:
-    """Where a cup stands, and the stream that falls into it."""
+    """Add the place for a cup, and the stream of coffee that falls into it."""
     place = find_cup_niche(asset)
     if place is None:
         return asset
@@ -217,7 +220,7 @@ def _with_cup(asset: Asset) -> Asset:
 
 
 def _with_slots(asset: Asset) -> Asset:
-    """The slots of a toaster with their floors; a toaster of two or four."""
+    """Add the slots of a toaster with their floors, where there are two or four."""
     found = find_toaster_slots(asset)
     words = {2: ("slot_l", "slot_r"), 4: tuple(f"side_{a}_slot_{b}" for a in "lr" for b in "lr")}.get(len(found), ())
     regions, floors = [], []
@@ -231,13 +234,14 @@ def _with_slots(asset: Asset) -> Asset:
 
 
 def _region(name: str, hollow: Niche) -> Region:
+    """Return a niche as a region."""
     x, y, z = (round(float(v), 4) for v in hollow.middle)
     a, b, c = (round(max(float(v), 1e-3), 4) for v in hollow.size)
     return Region(name=name, pose=Pose(position=(x, y, z)), size=(a, b, c))
 
 
 def _with_tray(asset: Asset) -> Asset:
-    """The floor that things stand on in a microwave is its tray, where it has no turntable."""
+    """Name the floor of a microwave without turntable its tray."""
     room = next((r for r in asset.regions if r.name == "int"), None)
     shapes = {c.name for k in asset.links for c in k.colliders}
     regions = {r.name for r in asset.regions}
@@ -251,7 +255,7 @@ def _with_tray(asset: Asset) -> Asset:
 
 
 def _with_lamp(asset: Asset) -> Asset:
-    """A lamp under the roof of the highest room of the fridge."""
+    """Add a lamp under the roof of the highest region of a fridge."""
     rooms = [r for r in asset.regions if r.name.startswith("fridge_shelf")]
     if not rooms:
         return asset
@@ -262,7 +266,7 @@ def _with_lamp(asset: Asset) -> Asset:
 
 
 def _poses(asset: Asset) -> Iterator[Keyframe]:
-    """Closed, with every front open, and on."""
+    """Yield the poses closed, open (every front) and on."""
     joints = asset.joints
     yield Keyframe(name="closed")
     fronts = [j for j in joints if j.behind is None and link_label(asset, j.child) in ("door", "drawer", "lid")]
@@ -278,5 +282,6 @@ def _poses(asset: Asset) -> Iterator[Keyframe]:
 
 
 def _pose(name: str, stands: Sequence[tuple[Joint, float]]) -> Keyframe:
+    """Return a pose with joints at shares of their ranges."""
     values = tuple(JointValue(joint=j.name, value=max(j.range, key=abs) * share) for j, share in stands)
     return Keyframe(name=name, joints=values)

@@ -1,4 +1,4 @@
-"""Which part is which, of a thing whose kind is known: the names that runtimes look for, by where parts are.
+"""Assign the parts of an object of known category the names that runtimes look for, by where the parts are.
 
 Ref: registry/contracts, and the fixture classes of RoboCasa that they were read from.
 """
@@ -22,7 +22,7 @@ ROW = 0.6
 
 @dataclass(frozen=True)
 class RuntimeName:
-    """Of a part: its link, its joint, and the first of its shapes where that has a name of its own."""
+    """Names of a part: of its link, its joint, and of its first collider where that has one of its own."""
 
     link: str
     joint: str
@@ -31,7 +31,7 @@ class RuntimeName:
 
 @dataclass(frozen=True)
 class PlacedPart:
-    """A part, and the middle and size of what it is made of: right, back, up, metres."""
+    """A part with the middle and size of its visuals: right, back, up; metres."""
 
     part: PartPlan
     middle: Floats
@@ -42,7 +42,7 @@ NamesByPart = dict[str, RuntimeName]
 
 
 def runtime_names(places: Sequence[PlacedPart], category: str, burners: Sequence[Burner] = ()) -> NamesByPart:
-    """NamesByPart of those parts that a category has names for, by the names that they have; burners of its top."""
+    """Return the runtime names of the parts that a category names, by part name; burners are those on its top."""
     if category == "microwave":
         return _microwave(places)
     if category in ("refrigerator", "fridge"):
@@ -69,11 +69,12 @@ def runtime_names(places: Sequence[PlacedPart], category: str, burners: Sequence
 
 
 def _named(place: PlacedPart, link: str, joint: str = "", shape: str = "") -> NamesByPart:
+    """Return the names of one part."""
     return {place.part.name: RuntimeName(link, joint or f"{link}_joint", shape)}
 
 
 def _microwave(places: Sequence[PlacedPart]) -> NamesByPart:
-    """One door, a turntable, and the keys that start and stop it: the lowest ones, stop to the left of start."""
+    """Name the door, the turntable, and the start and stop keys: the lowest ones, stop to the left of start."""
     names: dict[str, RuntimeName] = {}
     doors = _of(places, PartKind.DOOR)
     if len(doors) == 1:
@@ -90,7 +91,7 @@ def _microwave(places: Sequence[PlacedPart]) -> NamesByPart:
 
 
 def _folding(places: Sequence[PlacedPart]) -> NamesByPart:
-    """Doors from above, and racks from below: the rack1 of a dishwasher is the upper one."""
+    """Name doors from above, and racks from below, so that rack1 of a dishwasher is the upper one."""
     doors = sorted(_of(places, PartKind.DOOR), key=lambda p: -_mm(p, 2))
     names: dict[str, RuntimeName] = {}
     words = [""] if len(doors) == 1 else ["upper_", "lower_"] if len(doors) == 2 else []
@@ -103,7 +104,7 @@ def _folding(places: Sequence[PlacedPart]) -> NamesByPart:
 
 
 def _settings(places: Sequence[PlacedPart], category: str) -> NamesByPart:
-    """Knobs of an oven, from the left or from above: temperature, function, time."""
+    """Name the knobs of an oven, from the left or from above: temperature, function, time."""
     knobs = _in_line(_of(places, PartKind.KNOB))
     words = {2: ("temp", "time"), 3: ("temp", "function", "time"), 4: ("temp", "function", "doneness", "time")}
     if category == "wall_oven":
@@ -115,10 +116,10 @@ def _settings(places: Sequence[PlacedPart], category: str) -> NamesByPart:
 
 
 def _hob(places: Sequence[PlacedPart], burners: Sequence[Burner], oven: bool = True) -> NamesByPart:
-    """A knob for each burner: of a row in the order from left to right, of a column from the far end.
+    """Name a knob for each burner: of a row from left to right, of a column from the far end.
 
-    Of the two burners of a side the knob farther out is that of the front one. Knobs more than burners in the middle
-    of the row are those of the oven; where there is none, something was not found, and no knob has a name.
+    Of the two burners of a side the outer knob belongs to the front one. Surplus knobs in the middle of the row belong
+    to the oven; where there is no oven, some burner was not found, and no knob is named.
     """
     knobs = _in_line(_of(places, PartKind.KNOB))
     spare = len(knobs) - len(burners)
@@ -141,13 +142,13 @@ def _hob(places: Sequence[PlacedPart], burners: Sequence[Burner], oven: bool = T
 
 
 def _side(burner: Burner, middle: float) -> int:
-    """-1, 0, 1: left of the middle, in it, right of it."""
+    """Return -1, 0 or 1 for a burner left of the middle, in it, or right of it."""
     off = burner.middle[0] - middle
     return 0 if abs(off) < burner.radius / 2 else 1 if off > 0 else -1
 
 
 def _toaster(places: Sequence[PlacedPart]) -> NamesByPart:
-    """A lever to each pair of slots, with the knob and the key that are nearest to it: the lowest key cancels."""
+    """Name the lever of each pair of slots, with the knob and the keys nearest to it: the lowest key cancels."""
     names: dict[str, RuntimeName] = {}
     levers = _in_line(_of(places, PartKind.LEVER))
     for word, lever in zip({1: ("",), 2: ("side_l_", "side_r_")}.get(len(levers), ()), levers, strict=False):
@@ -160,7 +161,7 @@ def _toaster(places: Sequence[PlacedPart]) -> NamesByPart:
 
 
 def _nearest(one: PlacedPart, all_: Sequence[PlacedPart], others: Sequence[PlacedPart]) -> list[PlacedPart]:
-    """Of others those that are nearer to one thing than to all that are like it; of two as near it is the first's."""
+    """Return the parts that are nearer to one part than to the others like it; ties go to the first."""
 
     def away(place: PlacedPart, other: PlacedPart) -> float:
         return round(float(np.linalg.norm(place.middle - other.middle)), 4)
@@ -169,7 +170,7 @@ def _nearest(one: PlacedPart, all_: Sequence[PlacedPart], others: Sequence[Place
 
 
 def _starts(places: Sequence[PlacedPart]) -> NamesByPart:
-    """The largest key starts a coffee machine."""
+    """Name the largest key of a coffee machine its start button."""
     keys = sorted(
         _of(places, PartKind.BUTTON), key=lambda p: (-round(float(np.prod(np.sort(p.size)[1:])), 6), _mm(p, 0))
     )
@@ -177,7 +178,7 @@ def _starts(places: Sequence[PlacedPart]) -> NamesByPart:
 
 
 def _kettle(places: Sequence[PlacedPart]) -> NamesByPart:
-    """Its lid, the switch that is lowest, and the key above it that opens the lid."""
+    """Name the lid, the lowest key as the switch, and the highest as the key that opens the lid."""
     names: dict[str, RuntimeName] = {}
     lids = _of(places, PartKind.LID)
     if len(lids) == 1:
@@ -191,7 +192,7 @@ def _kettle(places: Sequence[PlacedPart]) -> NamesByPart:
 
 
 def _faucet(places: Sequence[PlacedPart]) -> NamesByPart:
-    """The spout, the handle of the flow, and that of the temperature: the left one, where there are two."""
+    """Name the spout, the flow handle, and the temperature handle, which is the left one of two."""
     names: dict[str, RuntimeName] = {}
     spouts = _of(places, PartKind.SPOUT)
     if len(spouts) == 1:
@@ -204,7 +205,7 @@ def _faucet(places: Sequence[PlacedPart]) -> NamesByPart:
 
 
 def _fridge(places: Sequence[PlacedPart]) -> NamesByPart:
-    """Doors and drawers by where they are: beside each other, or one above the other."""
+    """Name doors and drawers by their layout: beside each other, or one above the other."""
     doors = sorted(_of(places, PartKind.DOOR), key=lambda p: _mm(p, 0))
     drawers = sorted(_of(places, PartKind.DRAWER), key=lambda p: -_mm(p, 2))
     parts: list[tuple[PlacedPart, str]] = []
@@ -235,7 +236,7 @@ def _fridge(places: Sequence[PlacedPart]) -> NamesByPart:
 
 
 def _cabinet(places: Sequence[PlacedPart]) -> NamesByPart:
-    """Doors that hinge at the side, from the left and from above, and drawers."""
+    """Name side-hinged doors, from the left and from above, and drawers."""
     doors = [p for p in _of(places, PartKind.DOOR) if p.part.joint.edge in (HingeEdge.LEFT, HingeEdge.RIGHT)]
     doors.sort(key=lambda p: (-round(float(p.middle[2]), 2), _mm(p, 0)))
     drawers = sorted(_of(places, PartKind.DRAWER), key=lambda p: (-round(float(p.middle[2]), 3), _mm(p, 0)))
@@ -255,7 +256,7 @@ def _cabinet(places: Sequence[PlacedPart]) -> NamesByPart:
 
 
 def _in_line(places: Sequence[PlacedPart]) -> list[PlacedPart]:
-    """Things in a row from the left, in a column from above, on a top from the far end."""
+    """Sort parts in a row from the left, in a column from above, on a top from the far end."""
     if len(places) < 2:
         return list(places)
     axis = int(np.argmax(np.ptp([p.middle for p in places], axis=0)))
@@ -263,10 +264,10 @@ def _in_line(places: Sequence[PlacedPart]) -> list[PlacedPart]:
 
 
 def _of(places: Sequence[PlacedPart], kind: PartKind) -> list[PlacedPart]:
-    """Parts of a kind that the body carries."""
+    """Return the parts of a kind that the body carries."""
     return [p for p in places if p.part.kind is kind and not p.part.parent]
 
 
 def _mm(place: PlacedPart, axis: int) -> float:
-    """Where a part is along an axis, to a tenth of a millimetre: order must not hang on the last digit."""
+    """Return where a part is along an axis, rounded to 0.1 mm so that the order does not depend on the last digit."""
     return round(float(place.middle[axis]), 4)

@@ -1,4 +1,4 @@
-"""A thing under the names that runtimes look for, in place of `door_0`: links, joints, shapes, regions and states."""
+"""Rename links, joints, colliders, regions and states of an asset to the names that runtimes look for."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ NEARLY = math.cos(math.radians(3))
 
 
 def rename_for_runtime(asset: Asset, found: Articulation, category: str) -> tuple[Asset, dict[str, str]]:
-    """The asset under the names that its category has, with what else the category has; part -> name of its joint.
+    """Rename an asset for its category and annotate it; return it with part name -> joint name.
 
-    What a category has no names for keeps its own, as does all of a thing without a category. The contract is the one
-    that is aimed at: whether it is met is for the checks to say.
+    Parts that the category has no names for keep their own, as do all parts of an object without a category. The
+    contract is the intended one: the checks decide whether it is met.
     """
     boxes = {p.name: link_bounds(asset, p.name) for p in found.parts}
     places = [
@@ -63,7 +63,7 @@ def rename_for_runtime(asset: Asset, found: Articulation, category: str) -> tupl
 
 
 def main_region(asset: Asset) -> Region:
-    """The box by which it is placed: all of it but its handles and controls."""
+    """Return the box by which an asset is placed: all of it but its handles and controls."""
     clouds = []
     for link in asset.links:
         pose = asset.asset_from_link(link.name)
@@ -74,6 +74,7 @@ def main_region(asset: Asset) -> Region:
 
 
 def _link(link: Link, called: Mapping[str, RuntimeName]) -> Link:
+    """Return a link with its colliders and visuals renamed."""
     name = called[link.name].link if link.name in called else link.name
     parent = called[link.parent].link if link.parent is not None and link.parent in called else link.parent
     first = called[link.name].shape if link.name in called else ""
@@ -89,7 +90,7 @@ def _link(link: Link, called: Mapping[str, RuntimeName]) -> Link:
 
 
 def _joint(joint: Joint, called: Mapping[str, RuntimeName], spelled: Mapping[str, str], plain: bool) -> Joint:
-    """The joint under its name, on an axis that loaders know; of a front, about +x, +y or +z."""
+    """Return a joint renamed and with its axis snapped to x, y or z; that of a front points along +x, +y or +z."""
     name = called[joint.child]
     grip = None
     if joint.grip is not None:
@@ -110,14 +111,14 @@ def _joint(joint: Joint, called: Mapping[str, RuntimeName], spelled: Mapping[str
 
 
 def _setting(joint: Joint, known: bool) -> Joint:
-    """A knob that sets something does not turn round and round."""
+    """Limit the range of a knob that sets something: it does not turn endlessly."""
     if known and joint.name.startswith("knob_") and joint.range[1] > SETTING:
         return joint.replace(range=(joint.range[0], SETTING))
     return joint
 
 
 def _straight(axis: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Along x, y or z where it nearly is."""
+    """Snap an axis to x, y or z where it is nearly that."""
     k = max(range(3), key=lambda i: abs(axis[i]))
     if abs(axis[k]) < NEARLY:
         return axis
@@ -126,5 +127,6 @@ def _straight(axis: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def _vec(values: Floats) -> tuple[float, float, float]:
+    """Return three numbers rounded to seven digits."""
     x, y, z = (significant(float(v), 7) if abs(v) > 1e-9 else 0.0 for v in values)
     return (x, y, z)

@@ -1,6 +1,6 @@
-"""What a thing does when its doors, knobs and keys are moved: the state machines of kinds, on the names they have.
+"""Build the state machine of an appliance: what happens when its doors, knobs and keys are moved.
 
-The same machines as those of the families of these kinds; thresholds are those of registry/contracts.
+These are the state machines of the families of the same categories; thresholds are those of registry/contracts.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ OFF_ON = ("off", "on")
 
 
 def behavior_for(asset: Asset, category: str) -> Behavior | None:
-    """The state machine of a thing of a kind, of what of it is there; None where it has no states.
+    """Return the state machine of an asset of a category, as far as its parts exist; None where it has no states.
 
     Args:
         asset: under the names of its kind, with its regions and sites.
@@ -63,7 +63,7 @@ def behavior_for(asset: Asset, category: str) -> Behavior | None:
 
 
 def _microwave(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -> Behavior | None:
-    """Start heats while the door is shut; stop and the door end it."""
+    """Start heats while the door is shut; the stop key or opening the door ends it."""
     if not {"start_button", "stop_button"} <= set(shapes):
         return None
     start, stop = (Condition(contact=c, begins=True) for c in ("start_button", "stop_button"))
@@ -98,7 +98,7 @@ def _burners(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
 
 
 def _fridge(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
-    """The lamp burns while a door of the fridge is not shut."""
+    """The lamp is on while a door of the fridge is open."""
     shut = [_shut(j) for n, j in joints.items() if n.startswith("fridge") and "door" in n]
     if not shut:
         return None
@@ -109,7 +109,7 @@ def _fridge(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
 
 
 def _timer(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
-    """It heats while its timer, and its other knobs where they are there, stand away from zero."""
+    """A toaster oven heats while its timer, and its other knobs where they exist, are away from zero."""
     knobs = [joints[n] for n in ("knob_time_joint", "knob_temp_joint", "knob_function_joint") if n in joints]
     if not knobs or knobs[0].name != "knob_time_joint":
         return None
@@ -122,7 +122,7 @@ def _timer(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
 
 
 def _toaster(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -> Behavior | None:
-    """A lever that comes down switches its slots on; its key, or the lever that comes up, switches them off."""
+    """A lever that goes down switches its slots on; its cancel key, or the lever going up, switches them off."""
     variables, rules, effects = [], [], []
     for stem, power in (("", "power"), ("side_l_", "power_l"), ("side_r_", "power_r")):
         lever = joints.get(f"{stem}lever_joint")
@@ -141,7 +141,7 @@ def _toaster(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -
 
 
 def _pours(asset: Asset, shapes: Sequence[str]) -> Behavior | None:
-    """The key starts a brew, which ends by itself."""
+    """The start key starts a brew, which ends by itself."""
     if "start_button" not in shapes:
         return None
     press, on = Condition(contact="start_button", begins=True), Condition(variable="power", equals="on")
@@ -158,7 +158,7 @@ def _pours(asset: Asset, shapes: Sequence[str]) -> Behavior | None:
 
 
 def _kettle(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
-    """It heats while its switch is down; its lid counts as open or shut at the ends of its way."""
+    """A kettle heats while its switch is down; its lid is open or closed at the ends of its range."""
     variables, rules = [], []
     if "switch_joint" in joints:
         down = _share(joints["switch_joint"], SWITCHED, 1.0)
@@ -176,7 +176,7 @@ def _kettle(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
 
 
 def _faucet(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
-    """Water by the flow handle; hot or cold by the other, where there is one."""
+    """The flow handle runs the water; the other handle, where there is one, sets hot or cold."""
     handle, other = joints.get("handle_joint"), joints.get("handle_temp_joint")
     if handle is None or handle.range[1] <= FLOWS:
         return None
@@ -200,16 +200,17 @@ def _faucet(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
 
 
 def _switch(name: str) -> Variable:
+    """Return a variable that is off or on."""
     return Variable(name=name, values=OFF_ON, initial="off")
 
 
 def _shut(joint: Joint) -> Condition:
-    """It stands no farther open than counts as shut, or a little beyond its stop."""
+    """Return the condition that a joint is no farther open than counts as shut."""
     return _share(joint, 0.0, SHUT)
 
 
 def _share(joint: Joint, first: float, last: float, begins: bool = False) -> Condition:
-    """It stands between two shares of its way from zero to the end that is farther."""
+    """Return the condition that a joint is between two shares of its range, from zero to its farther end."""
     far = max(joint.range, key=abs)
     ends = [first * far, last * far]
     if first <= 0.0:
@@ -227,7 +228,7 @@ def _effects(
     targets: Sequence[str],
     color: Vec4 = (1.0, 1.0, 1.0, 1.0),
 ) -> list[Effect]:
-    """What is seen of a value, on those targets that are there."""
+    """Return the effects of a variable's value on those targets that exist."""
     there = {s.name for s in asset.sites} | {r.name for r in asset.regions}
     there |= {v.name for k in asset.links for v in k.visuals}
     return [Effect(variable=variable, value=value, kind=kind, target=t, color=color) for t in targets if t in there]

@@ -1,4 +1,4 @@
-"""casa-assets articulate: static meshes of appliances or cabinets into ones that open."""
+"""The verb `casa-assets articulate`: turn static meshes of appliances or cabinets into ones that open."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def articulate(
 
 
 def _axis(word: str, option: str) -> Vec3 | None:
-    """A direction from such words as `+z`, `-y`, `x`. Raises typer.BadParameter."""
+    """Return a direction from words such as `+z`, `-y`, `x`. Raises typer.BadParameter."""
     from casa_assets.articulate.decisions import parse_direction
 
     try:
@@ -95,7 +95,7 @@ def _axis(word: str, option: str) -> Vec3 | None:
 
 
 def _tell(done: ArticulateOutcome, console: Console) -> None:
-    """One line for what became of a mesh, one for each warning."""
+    """Print one line for the outcome of a mesh, and one for each warning."""
     name = escape(terminal_safe(done.mesh.name))
     if done.found is None:
         console.print(f"[red]{done.code}[/] {escape(terminal_safe(done.message))}", highlight=False)
@@ -126,6 +126,7 @@ def _tell(done: ArticulateOutcome, console: Console) -> None:
 
 
 def _table(done: ArticulateOutcome) -> Table:
+    """Return the table of all parts with confidence and runner-up, for --report."""
     assert done.found is not None
     frame = done.found.frame
     title = f"{done.category}; size: {done.size}; frame: {frame.confidence:.0%} sure ({frame.reason})" + (

@@ -1,4 +1,4 @@
-"""One static mesh -> the asset that opens, with every decision on the way."""
+"""Build the articulated asset of one static mesh, with every decision on the way."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ SAME_SIZE = 5e-4
 
 @dataclass(frozen=True)
 class ArticulateRequest:
-    """What the user asks for.
+    """A user's request to articulate one mesh.
 
     Attributes:
         mesh: file. out: folder, made where it is missing. category: id, or empty to go by names.
@@ -68,7 +68,7 @@ class ArticulateRequest:
 
 @dataclass(frozen=True)
 class ArticulateResult:
-    """What became of a mesh, before anything is written.
+    """The articulated asset of a mesh, before anything is written, and how it was made.
 
     Attributes:
         found: the parts and joints as decided. placed: the mesh in the frame, a diagonal of 1. model: as read.
@@ -89,23 +89,23 @@ class ArticulateResult:
     joints: Mapping[str, str] = field(default_factory=dict)
     unmet_checks: tuple[str, ...] = ()
 
-    def again(self, joints: Mapping[str, JointPlan]) -> ArticulateResult:
-        """The same with other joints for some parts."""
+    def with_joints(self, joints: Mapping[str, JointPlan]) -> ArticulateResult:
+        """Return the result with other joints for some parts."""
         parts = tuple(p.replace(joint=joints[p.name]) if p.name in joints else p for p in self.found.parts)
         found = self.found.replace(parts=parts)
         return (
             replace(self, found=found, asset=assemble(self.model, self.placed, found, self.brief)) if joints else self
         )
 
-    def named(self) -> ArticulateResult:
-        """The same under the names that runtimes look for, where the category has any."""
+    def with_runtime_names(self) -> ArticulateResult:
+        """Return the result under the names that runtimes look for, where the category has any."""
         known = self.category.id if self.confidence[0] >= NAMED else ""
         asset, joints = rename_for_runtime(self.asset, self.found, known)
         return replace(self, asset=asset, joints=joints)
 
 
 def build(wish: ArticulateRequest) -> ArticulateResult:
-    """The asset of a mesh, and the decisions.
+    """Build the asset of a mesh, and record the decisions.
 
     Raises:
         Rejected: the file cannot be read, or nothing of it moves (ART001).
@@ -149,7 +149,7 @@ def build(wish: ArticulateRequest) -> ArticulateResult:
 def _kind(
     one: Found, wish: ArticulateRequest, model: RawModel, placed: TriangleSoup, found: Articulation
 ) -> CategoryGuess:
-    """What it is; where CLIP is to be asked, it is shown the closed thing."""
+    """Return the category; where CLIP is used, it sees the closed object."""
 
     def seen() -> tuple[str, float, str]:
         assert wish.clip is not None
@@ -174,7 +174,7 @@ def _kind(
 def _unit(
     longest: float, model: RawModel, wish: ArticulateRequest, category: Category | None
 ) -> tuple[float, float, str]:
-    """Metres to a unit of which the longest side has so many, how sure, and why."""
+    """Return the metres in a unit for a longest side in units, the confidence, and the reason."""
     unit, certain, why = metres_per_unit(longest, model.metres_per_unit, category.longest_m if category else None)
     wanted = wish.size_m or wish.decisions.size_m
     if wanted and abs(wanted / (longest * unit) - 1) > SAME_SIZE:
@@ -183,7 +183,7 @@ def _unit(
 
 
 def _frame(soup: TriangleSoup, model: RawModel, wish: ArticulateRequest) -> Frame:
-    """The guess, or what is given; a sidecar that repeats the guess leaves it a guess."""
+    """Return the frame that is given, or the guess; decisions that repeat the guess leave it a guess."""
     said = wish.decisions
     up = wish.up or (parse_direction(said.up) if said.up is not None else None)
     front = wish.front or (parse_direction(said.front) if said.front is not None else None)
@@ -199,7 +199,7 @@ def _frame(soup: TriangleSoup, model: RawModel, wish: ArticulateRequest) -> Fram
 
 
 def find_input(mesh: Path) -> Found:
-    """The input that a file is. Raises Rejected where it holds none, or cannot be read."""
+    """Return the input that a file is. Raises Rejected where it holds none, or cannot be read."""
     for one in discover([mesh]):
         if isinstance(one, Refused):
             raise Rejected(one.code, one.message)

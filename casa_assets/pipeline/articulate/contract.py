@@ -1,7 +1,7 @@
-"""Whether a taken-apart mesh is what the runtime of its kind expects: it names a contract where it holds it.
+"""Decide whether an articulated mesh meets the runtime contract of its category.
 
 An asset names a contract only where every check of it passes: names and paths, poses and states as MuJoCo operates
-them, and what a hand has to be able to move. Else what is missing is said.
+them, and what a hand has to be able to move. Otherwise the failed checks are reported.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ KEPT = 6
 def unmet_checks(
     asset: Asset, category: Category, root: Path, contract: Contract | None, limits: Mapping[str, float]
 ) -> tuple[str, ...]:
-    """What keeps an asset from holding the contract that it names; empty where it holds it.
+    """Return the failed checks of the contract that an asset names; empty where it meets it.
 
     Args:
         root: where its MJCF is written.
@@ -44,7 +44,7 @@ def unmet_checks(
 
 
 def without_contract(asset: Asset, faults: tuple[str, ...]) -> Asset:
-    """The asset with no contract, and in its provenance why."""
+    """Return the asset without a contract, with the reason in its provenance."""
     first = "; ".join(faults[:KEPT]) + (f"; and {len(faults) - KEPT} more" if len(faults) > KEPT else "")
     guess = Guess(subject="contract", value=f"not {asset.contract}", confidence=1.0, reason=first)
     provenance = asset.provenance.replace(guesses=(*asset.provenance.guesses, guess))
@@ -52,5 +52,6 @@ def without_contract(asset: Asset, faults: tuple[str, ...]) -> Asset:
 
 
 def _faults(asset: Asset, package: Package, limits: Mapping[str, float], rows: list[Check]) -> tuple[str, ...]:
+    """Run some checks on the asset and its package; return their errors as lines."""
     issues = [i for subject in (asset, package) for i in run(subject, asset.id, limits, table=rows).errors]
     return tuple(f"{i.code} {i.pointer}: {i.message}" if i.pointer else f"{i.code} {i.message}" for i in issues)

@@ -1,4 +1,4 @@
-"""Rooms that a mesh lacks behind its fronts -> built of the kit's parts, as triangles and parts of the same model."""
+"""Build the interiors that a mesh lacks behind its fronts, from parts of the kit, as triangles of the same model."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ AIR_M = 0.012
 
 @dataclass
 class _Work:
-    """The builder, and which room each of its links belongs to; its lengths are those of the frame in metres."""
+    """The builder of interior parts, and the kind of interior of each link; lengths in metres of the frame."""
 
     builder: AssetBuilder
     metres: float
@@ -99,7 +99,7 @@ def add_interiors(
 
 
 def _space_of(room: Cavity) -> StorageSpace:
-    """All of a room; the box that is built for a drawer has its own."""
+    """Return a cavity as a storage space; a box that is built for a drawer brings its own."""
     part = room.parts[0]
     return StorageSpace(
         name=f"{part}_int", part=part if room.filling is InteriorKind.DRAWER else "", low=room.low, high=room.high
@@ -107,7 +107,7 @@ def _space_of(room: Cavity) -> StorageSpace:
 
 
 def _built(work: _Work, room: Cavity, found: Articulation, placed: TriangleSoup) -> Articulation:
-    """Build a room; return the articulation with what that changes of its joints."""
+    """Build one interior; return the articulation with the joints that this changes."""
     m, builder = work.metres, work.builder
     first = next(p for p in found.parts if p.name == room.parts[0])
     outer = _metres(room.outer[0], m), _metres(room.outer[1], m)
@@ -142,6 +142,7 @@ def _built(work: _Work, room: Cavity, found: Articulation, placed: TriangleSoup)
 
 
 def _furnish(builder: AssetBuilder, inside: Interior, filling: InteriorKind) -> None:
+    """Add the shelves, racks or turntable of a kind of interior."""
     match filling:
         case InteriorKind.OVEN:
             interiors.furnish_oven(builder, inside)
@@ -158,12 +159,12 @@ def _furnish(builder: AssetBuilder, inside: Interior, filling: InteriorKind) -> 
 
 
 def _kind_of_box(found: Articulation) -> InteriorKind:
-    """What drawers are made of follows the rooms beside them."""
+    """Return the kind of interior that drawer boxes are made like: that of the cavities beside them."""
     return next((r.filling for r in found.rooms if r.filling is not InteriorKind.DRAWER), InteriorKind.DRAWER)
 
 
 def _clear(room: Cavity, found: Articulation, placed: TriangleSoup) -> tuple[float, float]:
-    """What open doors take of the mouth at the left and at the right, metres."""
+    """Return how much of the mouth open doors take at the left and at the right, metres."""
     left = right = 0.0
     for part in (p for p in found.parts if p.name in room.parts and p.joint.kind is JointKind.HINGE):
         points = placed.points[placed.faces[part.faces].reshape(-1)]
@@ -178,7 +179,7 @@ def _clear(room: Cavity, found: Articulation, placed: TriangleSoup) -> tuple[flo
 
 
 def _pulled(found: Articulation, drawer: PartPlan, deep: float) -> Articulation:
-    """A drawer comes out no farther than its box allows, unless somebody said how far."""
+    """Limit a drawer's travel to what its box allows, unless the user gave it."""
     joint = drawer.joint
     way = hinges.DRAWER_TRAVEL_SHARE * deep
     if joint.reason == GIVEN_REASON or joint.range[1] <= way:
@@ -188,7 +189,7 @@ def _pulled(found: Articulation, drawer: PartPlan, deep: float) -> Articulation:
 
 
 def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel, TriangleSoup, Articulation]:
-    """The model with everything that was built."""
+    """Return the model with everything that was built, as parts and faces."""
     parts, faces = list(model.parts), sum(len(p.mesh.faces) for p in model.parts)
     known = {p.name: p for p in found.parts}
     added: list[AddedGeometry] = []
@@ -216,7 +217,7 @@ def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel,
 
 
 def _raw_parts(work: _Work, piece: LinkBuilder, found: Articulation, filling: InteriorKind) -> list[RawPart]:
-    """What is seen of a piece, one part for each finish, in the file."""
+    """Return the visible surface of a built link, one part per finish, in file axes and units."""
     finishes: dict[str, list[Mesh]] = {}
     for i, part in enumerate(piece.parts):
         tile = work.builder.supplies.finish(part.finish).tile_m
@@ -233,11 +234,12 @@ def _raw_parts(work: _Work, piece: LinkBuilder, found: Articulation, filling: In
 
 
 def _shapes(piece: LinkBuilder) -> list[Floats]:
-    """Points of every shape of a piece, its frame, metres."""
+    """Return the points of every collider of a built link, its frame, metres."""
     return [tessellate(c.shape, c.pose, 16)[0] for c in piece.colliders]
 
 
 def _cloud(points: Floats, piece: LinkBuilder, metres: float) -> Floats:
+    """Convert points of a built link to the frame of the analysis."""
     found: Floats = (points + np.array(piece.pose.position)) / metres
     return found
 
@@ -245,7 +247,7 @@ def _cloud(points: Floats, piece: LinkBuilder, metres: float) -> Floats:
 def _tray(
     name: str, rows: Ints, moved: JointBuilder, piece: LinkBuilder, metres: float, filling: InteriorKind
 ) -> PartPlan:
-    """A part that came with a room: a rack or a basket that slides out."""
+    """Return the plan of a part that came with an interior: a rack or a basket that slides out."""
     joint = JointPlan(
         kind=JointKind.SLIDE,
         axis=(0.0, -1.0, 0.0),
@@ -267,6 +269,7 @@ def _tray(
 
 
 def _space(name: str, link: str, middle: Vec3, size: Vec3, work: _Work) -> StorageSpace:
+    """Return a region of a built link as a storage space."""
     at = np.array(middle) + np.array(work.builder.links[link].pose.position)
     half = np.array(size) / 2
     low, high = (at - half) / work.metres, (at + half) / work.metres
@@ -274,6 +277,6 @@ def _space(name: str, link: str, middle: Vec3, size: Vec3, work: _Work) -> Stora
 
 
 def _metres(point: Vec3, metres: float) -> Vec3:
-    """A point of the frame in metres, on a grid of 0.1 mm so that nothing hangs on the last digit."""
+    """Convert a point of the frame to metres, rounded to 0.1 mm so that the last digit does not matter."""
     x, y, z = (math.floor(v * metres * 1e4 + 0.5) / 1e4 for v in point)
     return (x, y, z)

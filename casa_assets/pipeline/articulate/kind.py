@@ -1,4 +1,4 @@
-"""What kind a mesh is: by the user's word, its look where CLIP is there, its name, else its shape and parts."""
+"""Guess the category of a mesh: by the user's word, by CLIP, by its name, else by its shape and parts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ImageClassifier = Callable[[], tuple[str, float, str]]
 
 @dataclass(frozen=True)
 class CategoryGuess:
-    """A category, how sure, and who says so."""
+    """A category with confidence and reason."""
 
     category: Category
     confidence: float
@@ -32,20 +32,21 @@ class CategoryGuess:
 
     @property
     def id(self) -> str:
-        """Id of the category; empty where nothing names it."""
+        """Return the id of the category; empty where the guess is too uncertain."""
         return self.category.id if self.confidence > LEAST else ""
 
 
 def guess_category(
     one: Found, extent: Vec3, found: Articulation, ordered: str = "", seen: ImageClassifier | None = None
 ) -> CategoryGuess:
-    """The kind of an input.
+    """Return the category of an input.
 
-    A word of the user that repeats a guess that is sure leaves it one: the same decisions make the same asset.
+    A category given by the user that repeats a confident guess leaves it a guess: the same decisions make the same
+    asset.
 
     Args:
-        extent: width, depth, height, any unit. found: what moves of it.
-        ordered: by the user, or empty. seen: what it looks like, where there is somebody to ask.
+        extent: width, depth, height, any unit. found: its moving parts.
+        ordered: category given by the user, or empty. seen: classifier by appearance, where there is one.
     Raises:
         UnknownId: there is no such category.
     """
@@ -57,7 +58,7 @@ def guess_category(
 
 
 def stated_category(one: Found, ordered: str = "") -> str:
-    """The kind that somebody names: the user, or the name of the file; empty where nobody does."""
+    """Return the category that the user or the file name states; empty where neither does."""
     if ordered:
         return ordered
     named = kind_named([h for h in (one.source.category, *one.source.hints) if h])
@@ -65,6 +66,7 @@ def stated_category(one: Found, ordered: str = "") -> str:
 
 
 def _guessed(one: Found, extent: Vec3, found: Articulation, seen: ImageClassifier | None) -> CategoryGuess:
+    """Guess the category without the user's word."""
     known = registry.load()
     look = NO_WEIGHTS
     if seen is not None:

@@ -1,4 +1,4 @@
-"""A page of pictures to look through a batch of articulated meshes: the doubtful ones first."""
+"""Write review.html: a page with pictures of all articulated meshes of a run, the least certain first."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LOW = 0.6
 
 
 def write(out: Path, done: Sequence[ArticulateOutcome]) -> Path:
-    """Write the page into the folder of the library; returns its path."""
+    """Write the page into the folder of the library; return its path."""
     ranked = sorted(done, key=lambda d: (d.accepted, _least(d), str(d.mesh)))
     page = render_template(
         "articulate_review.html",
@@ -36,14 +36,14 @@ def write(out: Path, done: Sequence[ArticulateOutcome]) -> Path:
 
 
 def _least(done: ArticulateOutcome) -> float:
-    """How sure the least certain decision is."""
+    """Return the confidence of the least certain decision."""
     if done.found is None:
         return 0.0
     return min([done.found.frame.confidence, *(min(p.confidence, p.joint.confidence) for p in done.found.parts)])
 
 
 def _row(done: ArticulateOutcome, out: Path) -> dict[str, Any]:
-    """Values that the template shows of a mesh; the folder is None where nothing was written."""
+    """Return the section of one mesh."""
     row: dict[str, Any] = {"name": done.mesh.name, "folder": None, "code": done.code, "message": done.message}
     if done.found is None or done.folder is None:
         return row

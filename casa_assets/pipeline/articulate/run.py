@@ -1,4 +1,4 @@
-"""Static meshes -> a library of appliances that open; each is read and worked on in a child process of its own."""
+"""Articulate static meshes into a library; each is processed in a child process of its own."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ STEPS: Mapping[str, CodeRef] = {
 
 @dataclass(frozen=True)
 class ArticulateOutcome:
-    """What became of one mesh.
+    """The outcome for one mesh.
 
     Attributes:
         mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
@@ -88,12 +88,12 @@ class ArticulateOutcome:
 
     @property
     def accepted(self) -> bool:
-        """Whether it is in the library."""
+        """Return whether it is in the library."""
         return self.folder is not None and not self.code
 
 
 def articulate(wishes: Sequence[ArticulateRequest], jobs: int = 1) -> Iterator[ArticulateOutcome]:
-    """Take meshes apart, each in a child process with limits, in the order in which they are done.
+    """Articulate meshes, each in a child process with limits; yield outcomes in the order in which they finish.
 
     Args:
         wishes: all with one `out`. jobs: children at once.
@@ -122,7 +122,10 @@ def articulate(wishes: Sequence[ArticulateRequest], jobs: int = 1) -> Iterator[A
 
 
 def articulate_one(wish: ArticulateRequest) -> ArticulateOutcome | RunAborted:
-    """Read, take apart, write, look and check; runs in the child. RunAborted: the user has to change the command."""
+    """Read, articulate, write, render and check one mesh; runs in the child process.
+
+    Returns RunAborted where the user has to change the command.
+    """
     try:
         with writing(wish.out):
             asked = _asked(wish)
@@ -136,14 +139,14 @@ def articulate_one(wish: ArticulateRequest) -> ArticulateOutcome | RunAborted:
 
 @dataclass(frozen=True)
 class _Asked:
-    """What an entry is kept under: who makes it of which input, and the key of everything else that decides it."""
+    """Identity of an entry, and the cache key of everything else that decides it."""
 
     identity: Identity
     cache_key: str
 
 
 def _asked(wish: ArticulateRequest) -> _Asked:
-    """Raises Rejected where the file cannot be read."""
+    """Return identity and cache key of a request. Raises Rejected where the file cannot be read."""
     one = find_input(wish.mesh)
     sha256 = collect(one, registry.load().limits).sha256
     options = {
@@ -161,7 +164,7 @@ def _asked(wish: ArticulateRequest) -> _Asked:
 
 
 def _kept(wish: ArticulateRequest, asked: _Asked) -> ArticulateOutcome | None:
-    """What an earlier run made with the same key, where its entry and what it told are both there; else None."""
+    """Return the outcome of an earlier run with the same key, where its entry and record both exist; else None."""
     library = disk.Library(wish.out)
     found = [(folder, key) for folder in library.entries_of(asked.identity) if (key := _key_in(folder))]
     current = next((folder for folder, key in found if key == asked.cache_key), None)
@@ -178,7 +181,7 @@ def _kept(wish: ArticulateRequest, asked: _Asked) -> ArticulateOutcome | None:
 
 
 def _key_in(folder: Path) -> str:
-    """The cache key of an entry; empty where it is damaged."""
+    """Return the cache key of an entry; empty where it is damaged."""
     try:
         if folder.parent.name == disk.REJECTED:
             return disk.read_refusal(folder).cache_key
@@ -188,11 +191,12 @@ def _key_in(folder: Path) -> str:
 
 
 def _told_key(asked: _Asked) -> str:
+    """Return the cache key of the record of an outcome."""
     return digest_of("articulate/told", asked.identity.sha256, asked.cache_key, key_of(to_json, from_json))
 
 
 def to_json(done: ArticulateOutcome) -> bytes:
-    """What is told of an entry besides its place, for the next run."""
+    """Serialise an outcome without its folder, for the next run."""
     told = {
         "found": None if done.found is None else done.found.to_json(),
         "report": None if done.report is None else done.report.to_json(),
@@ -204,7 +208,7 @@ def to_json(done: ArticulateOutcome) -> bytes:
 
 
 def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
-    """The same read back."""
+    """Read an outcome that `to_json` wrote."""
     told = json.loads(data)
     return ArticulateOutcome(
         mesh=mesh,
@@ -217,7 +221,7 @@ def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
 
 
 def _entry(wish: ArticulateRequest, built: ArticulateResult, asked: _Asked) -> ArticulateOutcome:
-    """Write an entry of the library; where a check finds an error, it stands under `rejected`, with all its files."""
+    """Write an entry of the library; where a check finds an error, it goes to `rejected`, with all its files."""
     library = disk.Library(wish.out)
     if built.asset.provenance.sha256 != asked.identity.sha256:
         raise Rejected("RUN005", "the file changed while it was being read; run again")
@@ -259,19 +263,20 @@ def _entry(wish: ArticulateRequest, built: ArticulateResult, asked: _Asked) -> A
 
 
 def _remembered(done: ArticulateOutcome, library: disk.Library, asked: _Asked) -> ArticulateOutcome:
-    """The same, once the next run can tell it too."""
+    """Store the record of an outcome for the next run; return the outcome."""
     Store(library.cache).put(_told_key(asked), to_json(done))
     return done
 
 
 def _at(done: ArticulateOutcome, folder: Path, code: str = "", message: str = "") -> ArticulateOutcome:
+    """Return the outcome with its folder, and with a rejection if any."""
     return ArticulateOutcome(**{**vars(done), "folder": folder, "code": code, "message": message})
 
 
 def settle_joints(built: ArticulateResult, staged: Path) -> tuple[ArticulateResult, dict[str, JointTravel]]:
-    """The asset with joints as they can go, under the names of its category, and how far each part goes.
+    """Limit joints to the range that the parts can move, rename for the category, and measure each part's travel.
 
-    A door that sticks in its frame gets its axis at its face, where that frees it; what runs into something
+    A door that is stuck in its frame gets its axis at its face, where that frees it; a part that runs into something
     stops there.
 
     Args:
@@ -282,9 +287,9 @@ def settle_joints(built: ArticulateResult, staged: Path) -> tuple[ArticulateResu
         n: hinge_at_face(p, built.placed) for n, p in _parts(built, went) if went[n].free < LEAST_WAY and p.joint.edge
     }
     if stuck:
-        other = built.again(stuck)
+        other = built.with_joints(stuck)
         freed = {n: t for n, t in _tried(other, staged).items() if n in stuck and t.free > went[n].free + 0.05}
-        built = built.again({n: j for n, j in stuck.items() if n in freed})
+        built = built.with_joints({n: j for n, j in stuck.items() if n in freed})
         went = _tried(built, staged)
     short = {}
     for name, part in _parts(built, went):
@@ -292,13 +297,13 @@ def settle_joints(built: ArticulateResult, staged: Path) -> tuple[ArticulateResu
             far = _tidy(part.joint.range[1] * went[name].free, part.joint, built.found.frame.metres or 1.0)
             reason = f"{part.joint.reason}; then it runs into {went[name].against}"
             short[name] = part.joint.replace(range=(0.0, far), reason=reason)
-    built = _contracted(built.again(short).named(), staged)
+    built = _contracted(built.with_joints(short).with_runtime_names(), staged)
     went = {t.joint: t for t in travels(built.asset, staged / "model.xml")}
     return built, {part: went[joint] for part, joint in built.joints.items()}
 
 
 def _contracted(built: ArticulateResult, staged: Path) -> ArticulateResult:
-    """Written; with the contract of its kind where it holds that, else with what is missing."""
+    """Write the model; keep the contract of its category where it meets it, else record what is missing."""
     known, asset = registry.load(), built.asset
     disk.write_files(staged, mjcf.write(asset))
     if asset.contract is None:
@@ -314,25 +319,26 @@ def _contracted(built: ArticulateResult, staged: Path) -> ArticulateResult:
 
 
 def _tried(built: ArticulateResult, staged: Path) -> dict[str, JointTravel]:
-    """How far each part goes before it runs into something, by name."""
+    """Return how far each part moves before it runs into something, by name."""
     disk.write_files(staged, mjcf.write(built.asset))
     found = travels(built.asset, staged / "model.xml", pushed=False)
     return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
 
 
 def _parts(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[tuple[str, PartPlan]]:
+    """Return the parts that have a measured travel, by name."""
     return [(p.name, p) for p in built.found.parts if p.name in went]
 
 
 def _tidy(far: float, joint: JointPlan, metres: float) -> float:
-    """A range that the sidecar can say: whole tenths of a degree, or of a millimetre."""
+    """Round a range down to what decisions.yaml can express: tenths of a degree, or of a millimetre."""
     if joint.kind is JointKind.HINGE:
         return math.radians(math.floor(math.degrees(far) * 10) / 10)
     return math.floor(far * metres * 1e4) / 1e4 / metres
 
 
 def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path, went: Mapping[str, JointTravel]) -> Report:
-    """Both formats, pictures, decisions, and every check that applies."""
+    """Write both formats, pictures and decisions, and run every check that applies."""
     known, asset = registry.load(), built.asset
     picture = render(staged / "model.xml", View(size_px=PREVIEW_PX))
     (staged / "preview.png").write_bytes(picture)
@@ -349,6 +355,7 @@ def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path, wen
 
 
 def _moving(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[MovingJoint]:
+    """Return the moving parts with their captions for the strip of pictures."""
     out = []
     for part in built.found.parts:
         joint, way = part.joint, went[part.name]
@@ -362,6 +369,7 @@ def _moving(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[Mo
 
 
 def _heading(built: ArticulateResult, asset: Asset) -> str:
+    """Return the heading of the strip of pictures."""
     frame = built.found.frame
     x, y, z = (asset.bounds[1] - asset.bounds[0]).tolist()
     return f"{built.source.path}: {asset.id}, {x:.2f} x {y:.2f} x {z:.2f} m; frame {frame.confidence:.0%} sure"

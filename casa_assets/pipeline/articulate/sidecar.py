@@ -1,4 +1,4 @@
-"""The decisions on a mesh as a YAML file that a person reads, mends in a line, and gives back."""
+"""Read and write decisions.yaml: the decisions on a mesh, for a person to read, edit and give back."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _HEAD = """\
 
 
 def read(path: Path) -> Decisions:
-    """A sidecar. Raises RegistryError with file and line where it is none."""
+    """Read a decisions.yaml. Raises RegistryError with file and line where it is invalid."""
     document = registry.read_document(path)
     return registry.read_record(Decisions, document.value, document, ())
 
 
 def text(built: ArticulateResult) -> str:
-    """The sidecar of a mesh, with how sure each decision is and the next likely one as comments."""
+    """Return the decisions.yaml of a mesh, with confidence and next likely choice as comments."""
     frame = built.found.frame
     up, front = (frame.direction_to_file(v) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
     kinds = ", ".join(PartKind)
@@ -58,6 +58,7 @@ def text(built: ArticulateResult) -> str:
 
 
 def _part(part: PartPlan, metres: float) -> list[str]:
+    """Return the lines of a part."""
     joint = part.joint
     lines = [_row(f"  {part.name}", "", (part.confidence, part.reason)), f"    kind: {part.kind.value}"]
     if part.parent:
@@ -74,7 +75,7 @@ def _part(part: PartPlan, metres: float) -> list[str]:
 
 
 def _room(room: Cavity, metres: float, foot: Floats) -> list[str]:
-    """What is behind a front: built or the mesh's own."""
+    """Return the lines of the interior behind a front, built or the mesh's own."""
     box = [(np.array(c) - foot) * metres for c in (room.low, room.high)]
     words = ", ".join("[" + ", ".join(f"{v:.4f}" for v in c) + "]" for c in box)
     return [
@@ -87,11 +88,12 @@ def _room(room: Cavity, metres: float, foot: Floats) -> list[str]:
 
 
 def _axis(word: Direction) -> str:
-    """Quoted: YAML takes a bare `+y` for text, but some editors do not."""
+    """Return a quoted axis: YAML reads a bare `+y` as text, but some editors do not."""
     return f'"{word}"' if isinstance(word, str) else "[" + ", ".join(f"{c:.9g}" for c in word) + "]"
 
 
 def _row(key: str, value: str, confidence: tuple[float, str], other: str = "") -> str:
+    """Return one line with its confidence as a comment."""
     message = (
         f"{confidence[0]:.0%} sure"
         + (f": {confidence[1]}" if confidence[1] else "")
