@@ -6,20 +6,18 @@ cache, and deleting it costs time and nothing else. In a library that may only b
 
 from __future__ import annotations
 
-import hashlib
-import importlib
 import os
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
 from casa_assets.checks.library.duplicates import ShapePair
 from casa_assets.errors import OutputError
+from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import AssetRow, read_row
 from casa_assets.pipeline.dedup.pairs import ShapeIndex, measure_pair, nearby_pairs
@@ -27,21 +25,6 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry, entry_at, row_entries
 
 NAME = "entries.sqlite"
-# What is kept depends on these modules: where one of them changes, the table is made anew.
-_MADE_BY = (
-    "casa_assets.checks.library.duplicates",
-    "casa_assets.geometry.mesh.shape_descriptor",
-    "casa_assets.geometry.mesh.registration",
-    "casa_assets.model.issue",
-    "casa_assets.model.asset.provenance",
-    "casa_assets.model.asset.signature",
-    "casa_assets.pipeline.dedup.pairs",
-    "casa_assets.pipeline.dedup.entries",
-    "casa_assets.pipeline.reports.entry",
-    "casa_assets.pipeline.library.entry_table",
-    "casa_assets.pipeline.library.library",
-    "casa_assets.preview.color_statistics",
-)
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS made_by (key TEXT PRIMARY KEY);
 CREATE TABLE IF NOT EXISTS entries (folder TEXT PRIMARY KEY, state TEXT, entry TEXT, row TEXT);
@@ -173,14 +156,9 @@ def _ready(base: sqlite3.Connection) -> sqlite3.Connection:
     return base
 
 
-@cache
 def _made_by() -> str:
-    """Digest of the code that decides what is kept."""
-    digest = hashlib.sha256()
-    for name in _MADE_BY:
-        file = importlib.import_module(name).__file__
-        digest.update(Path(file).read_bytes() if file else name.encode())
-    return digest.hexdigest()
+    """Key of the code that decides what is kept."""
+    return key_of(__name__)
 
 
 def _folders(library: disk.Library) -> Iterator[tuple[Path, str, str]]:

@@ -16,7 +16,7 @@ from casa_assets.cli.text import pluralize
 from casa_assets.cli.verbs import ingest as ingesting
 from casa_assets.errors import UnknownId
 from casa_assets.pipeline.library.library import Summary
-from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.entry import NO_CHECKS, Entry
 from tests.libraries import casa
 
 # Paths below a file that is no folder are refused for root as well.
@@ -79,7 +79,7 @@ def entry(name: str, source: str) -> Entry:
     known = {field.name: "" for field in fields(Entry)}
     summary = Summary(extents=(0.122, 0.0827, 0.0968), mass=0.2922, colliders=21, hull_vertices=54, faces=3068)
     told = {"id": name, "source_path": source, "accepted": True, "summary": summary}
-    return Entry(**{**known, "warnings": (), "results": (), "guesses": (), **told})  # type: ignore[arg-type]
+    return Entry(**{**known, "warnings": (), "results": (), "guesses": (), "checks": NO_CHECKS, **told})  # type: ignore[arg-type]
 
 
 def test_eighty_columns_keep_every_number_and_name() -> None:

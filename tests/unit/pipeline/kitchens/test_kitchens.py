@@ -122,9 +122,9 @@ class TestScene:
 
     def test_another_process_writes_the_same_bytes(self, out: Path, tmp_path: Path) -> None:
         code = (
-            "import sys, pathlib; from casa_assets.pipeline.kitchens.resolve import Recipe; "
+            "import sys, pathlib; from casa_assets.pipeline.kitchens.resolve import SceneRecipe; "
             "from casa_assets.pipeline.kitchens.scene_folders import build_one; out = pathlib.Path(sys.argv[1]); "
-            f"assert build_one(Recipe({PLAN!r}, {STYLE!r}), out, drawn=False).passed"
+            f"assert build_one(SceneRecipe({PLAN!r}, {STYLE!r}), out, drawn=False).passed"
         )
         subprocess.run(
             [sys.executable, "-c", code, str(tmp_path)], check=True, env={"PYTHONHASHSEED": "7", "PATH": "/usr/bin"}

@@ -102,7 +102,7 @@ def test_a_list_without_rows_is_taken_away(tmp_path: Path) -> None:
     library = Library(tmp_path)
     library.staging.mkdir(parents=True)
     (tmp_path / NAME).write_text("sha256,set_up\nabc,\n", encoding="utf-8")
-    assert write(library) == 0
+    assert write(library, entries(library)) == 0
     assert not (tmp_path / NAME).exists()
 
 
@@ -110,7 +110,7 @@ def test_a_ruling_on_what_is_not_there_any_more_is_kept(tmp_path: Path) -> None:
     library = Library(tmp_path)
     library.staging.mkdir(parents=True)
     (tmp_path / NAME).write_text("sha256,set_up\nabc,minus_y\n", encoding="utf-8")
-    assert write(library) == 1
+    assert write(library, entries(library)) == 1
     assert read_overrides(library) == {"abc": UserOverride(up=UpAxis.MINUS_Y)}
 
 
