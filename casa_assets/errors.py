@@ -3,9 +3,9 @@
 CasaError
 +-- RegistryError      a file under registry/ is wrong: file, line, pointer, expected, got
 +-- UnknownId          a name that does not exist: kind, wanted, nearest names that do
-+-- Rejected           an input that a stage cannot accept: code, says
++-- Rejected           an input that a stage cannot accept: code, message
 |   +-- DegenerateShape   points that span no volume (code GEO001)
-+-- OutputError        the output folder cannot be used: path, says
++-- OutputError        the output folder cannot be used: path, message
 +-- PlanConflict       a plan and a style cannot be made into a kitchen: plan, pointer, expected, got
 
 BatchFault stands beside the tree: some items of a batch met a fault of the program, the others are done.

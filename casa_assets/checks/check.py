@@ -1,4 +1,4 @@
-"""The type of a row of the table of checks."""
+"""The row type of the table of checks, and the result of a check function."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from casa_assets.model.issue import Severity, Status
 
 @dataclass(frozen=True)
 class Measured:
-    """What a check found: a number with its problems, or why there is none. See `not_applicable` and `not_run`.
+    """Result of a check function: a number with its problems, or the reason why there is none.
 
     Attributes:
         number: the measured value, the worst where there are several.
@@ -35,7 +35,7 @@ class Measured:
 
 
 def no_fault() -> Measured:
-    """The subject was looked at, nothing is wrong with it, and there is no number to tell."""
+    """Result of a subject that was looked at and has no fault, where there is no number to tell."""
     return Measured(status=Status.PASSED)
 
 

@@ -49,7 +49,7 @@ class Files(Record):
         return Files(entries={**self.entries, **other.entries})
 
     def under(self, folder: str) -> Files:
-        """The same files with `folder/` in front of each path."""
+        """Copy with `folder/` in front of each path."""
         return Files(entries={f"{folder}/{path}": data for path, data in self.entries.items()})
 
     def sums(self) -> dict[str, str]:

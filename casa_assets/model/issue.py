@@ -1,4 +1,4 @@
-"""What checks find: issues, results with their numbers, and the report of one subject."""
+"""Results of checks: issues, results with their numbers, and the report of one subject."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Issue(Record):
 
 
 class Status(StrEnum):
-    """What became of a check on one subject.
+    """Outcome of a check on one subject: passed, failed, not applicable or not run.
 
     NOT_APPLICABLE: the subject has nothing of the kind that the check is about, such as a joint.
     NOT_RUN: the check applies, but nothing was measured: a file cannot be read, a tool is missing, or it is waived.
@@ -95,7 +95,7 @@ class CheckResult(Record):
 
 @dataclass(frozen=True)
 class Tally:
-    """How many checks there were.
+    """Counts of checks by status.
 
     Attributes:
         passed, failed, not_run, not_applicable: by status. advice: of the failed ones, those of severity warning.
@@ -150,7 +150,7 @@ class Report(Record):
 
     @property
     def errors(self) -> tuple[Issue, ...]:
-        """What keeps the subject out: errors that were found, or, where none was, checks of that severity not run.
+        """Errors that keep the subject out of the library; where none failed, errors that were not run.
 
         A check that cannot look because another one found the cause (a file that does not compile) adds nothing to
         that. Where nothing was found, a check that should have run and did not is an error itself, unless it is waived.

@@ -1,4 +1,4 @@
-"""Where a picture is taken from: a view, and the camera fitted to what it must show."""
+"""Fit a camera to the points that a picture has to show."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from casa_assets.core.typing import Floats
 
 @dataclass(frozen=True)
 class View:
-    """Where a picture is taken from, and how large.
+    """Direction, size and quality of a picture.
 
     Attributes:
         azimuth_deg: 0 looks at the front (which faces -y), positive walks round to the thing's right side (+x).

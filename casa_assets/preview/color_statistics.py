@@ -1,4 +1,4 @@
-"""The colours of an asset by area: numbers to compare two things by, and plain words for them."""
+"""Measure the colours of an asset by area: a histogram to compare assets by, and names of colours."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ WHITE = TO_XYZ.sum(axis=1)
 
 
 def color_histogram(asset: Asset) -> ColorHistogram:
-    """The colours of all that is seen of an asset."""
+    """Distribution of the visible colours of an asset."""
     looks = {m.id: m for m in asset.materials}
     seen = [(v, looks[v.material]) for link in asset.links for v in link.visuals]
     areas = np.array([face_normals(v.mesh.vertices, v.mesh.faces.astype(np.int64))[1].sum() for v, _ in seen])
@@ -52,7 +52,7 @@ def color_histogram(asset: Asset) -> ColorHistogram:
 
 
 def color_distance(one: ColorHistogram, other: ColorHistogram) -> float:
-    """How far the colours of two things are apart, by area and wherever they lie, CIELAB units; 2 is hardly seen."""
+    """Distance of two colour distributions, wherever the colours lie, CIELAB units; 2 is hardly seen."""
     return float(np.abs(np.subtract(one.tones, other.tones)).mean())
 
 

@@ -1,4 +1,4 @@
-"""A picture as the mean of many drawings: what moves from one drawing to the next, for assets and for kitchens.
+"""Average many MuJoCo drawings into one picture with soft shadows and smooth edges.
 
 MuJoCo's classic renderer has hard shadows and no light that walls or a floor throw back. Each drawing has the camera
 moved by less than a pixel (smooth edges), the key light moved within its soft box (soft shadows) and other directions
@@ -59,7 +59,7 @@ class LightRig:
 
     @property
     def count(self) -> int:
-        """How many lights a drawing has."""
+        """Number of lights in a drawing."""
         return 1 + self.domes + self.bounces
 
     def light(self, scene: Any, i: int, passes: int, viewer: float = 0.0, around_viewer: bool = True) -> None:
@@ -100,7 +100,7 @@ def set_light(light: Any, azimuth: float, elevation: float, diffuse: float, spec
 
 @dataclass(frozen=True)
 class Lens:
-    """Where a camera stands and what it sees.
+    """Pose and frustum of a camera.
 
     Attributes:
         position, forward, up: (3,) metres and unit vectors, world frame.

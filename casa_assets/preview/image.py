@@ -1,4 +1,4 @@
-"""Materials of raw models as a screen shows them: sRGB colours and images in a handy size."""
+"""Convert materials of raw models to display colours (sRGB) and images of bounded size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A kitchen's `scene.xml` into pictures of it, through its own cameras, in soft daylight.
+"""Render a kitchen's `scene.xml` through its own cameras, in soft daylight.
 
 Each picture is the mean of many drawings; `exposure.py` says why.
 """
@@ -80,7 +80,7 @@ _STANDARD = PictureSettings()
 
 @dataclass(frozen=True)
 class LoadedScene:
-    """A compiled scene and its state, ready to be photographed from several sides."""
+    """A compiled scene and its state, ready to be rendered from several cameras."""
 
     model: Any
     data: Any
@@ -92,7 +92,7 @@ class LoadedScene:
 
 
 def open_scene(scene_xml: Path, pose: str = "start", frame: PictureSettings = _STANDARD) -> LoadedScene:
-    """Reads a scene and puts it into a keyframe.
+    """Compile a scene and put it into a keyframe.
 
     Raises:
         CannotDraw: MuJoCo cannot read it, or it has no such keyframe.
@@ -105,7 +105,7 @@ def open_scene(scene_xml: Path, pose: str = "start", frame: PictureSettings = _S
 
 
 def scene_from_model(model: Any, name: str, pose: str = "start", frame: PictureSettings = _STANDARD) -> LoadedScene:
-    """A scene that MuJoCo has read, put into a keyframe; the MjModel is changed.
+    """Prepare a compiled scene for rendering and put it into a keyframe; the MjModel is changed.
 
     Raises:
         CannotDraw: it has no such keyframe; it is called `name` then.
@@ -123,7 +123,7 @@ def scene_from_model(model: Any, name: str, pose: str = "start", frame: PictureS
 def render_cameras(
     made: LoadedScene, cameras: Sequence[str], frame: PictureSettings = _STANDARD
 ) -> Iterator[tuple[str, Pixels]]:
-    """Name of each camera and its picture, (height, width, 3) uint8. The ceiling is left out.
+    """Render each camera: its name and (height, width, 3) uint8 pixels. The ceiling is left out.
 
     Raises:
         CannotDraw: there is no such camera. NoRenderer: there is no OpenGL.
@@ -217,7 +217,7 @@ def _lens(data: Any, model: Any, camera: int, frame: PictureSettings, radius: fl
 
 
 def _set_lights(scene: Any) -> None:
-    """Lamps of our own in place of the scene's, which the rig turns on."""
+    """Replace the lights of an MjvScene by those of the rig, all off."""
     scene.nlight = _RIG.count
     for light in scene.lights[: scene.nlight]:
         light.type, light.headlight, light.texid = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, 0, -1
@@ -232,7 +232,7 @@ def _beyond(canvas: renderer.Canvas) -> Floats:
 
 
 def _tone_map(exposure: Floats, beyond: Floats) -> Pixels:
-    """Exposure so that the brightest surfaces are near white; what lies beyond the room becomes paper."""
+    """Scale an exposure so that the brightest surfaces are near white; pixels beyond the room become background."""
     inside = exposure[beyond[..., 0] < 0.5]
     lit = float(np.percentile(inside, 97)) if len(inside) else 1.0
     tone = np.clip(exposure * (_WHITEST / max(lit, 0.2)), 0.0, None)

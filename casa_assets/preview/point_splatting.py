@@ -1,4 +1,4 @@
-"""Triangles into a picture without OpenGL: points strewn over them, the nearest one in each pixel wins.
+"""Render triangles without OpenGL: points are scattered over them, and the nearest wins each pixel.
 
 Slower to look good than a rasteriser, but it draws anything: flat meshes, millions of faces, machines without Mesa.
 """

@@ -1,4 +1,4 @@
-"""A raw model, of which no MJCF exists, into a picture: what a rejected input looked like."""
+"""Render a raw model, of which no MJCF exists: the appearance of a rejected input."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An OpenGL context without a screen, and MuJoCo models into arrays of pixels."""
+"""Open an OpenGL context without a screen, and render MuJoCo models to pixel arrays."""
 
 from __future__ import annotations
 

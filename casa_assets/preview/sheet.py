@@ -1,4 +1,4 @@
-"""Many pictures with captions into contact sheets."""
+"""Arrange pictures with captions on contact sheets."""
 
 from __future__ import annotations
 

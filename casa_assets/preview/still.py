@@ -1,4 +1,4 @@
-"""One asset's `model.xml` into a picture of it."""
+"""Render one asset's `model.xml` to a still picture."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def render(model_xml: Path, view: View = _STANDARD, collision: bool = False, pos
 def load_into_studio(
     model_xml: Path, size_px: int, paint: tuple[float, ...] | None = None, group: int = _VISUAL, pose: str = ""
 ) -> tuple[Any, Any, Floats]:
-    """(MjModel, MjData, (N, 3) points in metres) of an asset set up in the studio.
+    """Compile an asset in the studio: (MjModel, MjData, (N, 3) visible points in metres).
 
     Args:
         model_xml: as for `render`.
@@ -94,7 +94,7 @@ def poses(model_xml: Path) -> tuple[str, ...]:
 
 
 def add_highlights(spec: Any) -> None:
-    """Gives materials the highlights that MuJoCo's classic renderer lacks for metallic and roughness."""
+    """Set specular and shininess of an MjSpec's materials from metallic and roughness."""
     for material in spec.materials:
         color = list(material.rgba)
         gleam = _gleam(material.metallic, material.roughness, color, material.textures)
@@ -104,7 +104,7 @@ def add_highlights(spec: Any) -> None:
 
 
 def add_highlights_to_model(model: Any) -> None:
-    """The same of a compiled model."""
+    """Set specular and shininess of a compiled model's materials from metallic and roughness."""
     for i in range(model.nmat):
         metallic, roughness = float(model.mat_metallic[i]), float(model.mat_roughness[i])
         gleam = _gleam(metallic, roughness, model.mat_rgba[i], model.mat_texid[i] >= 0)

@@ -1,4 +1,4 @@
-"""A thing with joints into one strip of pictures: closed, coloured part by part, taken apart, and each part open."""
+"""Render an articulated asset as a strip: closed, coloured by part, exploded, and each joint open."""
 
 from __future__ import annotations
 

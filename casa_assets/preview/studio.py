@@ -1,4 +1,4 @@
-"""The studio every picture is taken in: light floor, soft light from a dome, a camera that fits what it sees.
+"""Studio for stills of assets: light floor, soft dome light, and a camera that fits what it shows.
 
 Each picture is the mean of many drawings; `exposure.py` says why.
 """
@@ -57,7 +57,7 @@ _RIG = LightRig(
 
 
 def add_studio(spec: Any, size_px: int) -> None:
-    """Clears an MjSpec of lights and cameras and adds the studio: floor, lights, a frame that is large enough."""
+    """Add the studio (floor, lights, frame buffer size) to an MjSpec, in place of its own lights and cameras."""
     for thing in [*spec.lights, *spec.cameras]:
         spec.delete(thing)
     spec.visual.headlight.active = 0
@@ -80,7 +80,7 @@ def add_studio(spec: Any, size_px: int) -> None:
 
 
 def place_floor(model: Any, data: Any) -> Floats:
-    """(N, 3) vertices of all that is to be seen, metres, world frame; puts the floor under them.
+    """Put the floor under the visible vertices and return those: (N, 3), metres, world frame.
 
     Args:
         model, data: a furnished model after `mj_forward`.
@@ -96,7 +96,7 @@ def place_floor(model: Any, data: Any) -> Floats:
 
 
 def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, both_sides: bool = False) -> Pixels:
-    """The picture of a furnished model on its floor.
+    """Render a model that stands on the studio's floor.
 
     Args:
         model, data: as `stand` left them.

@@ -1,4 +1,4 @@
-"""Exposures (fractions of white) into finished pictures: smooth paper, tone curve, PNG."""
+"""Tone-map exposures (fractions of white) to 8-bit pictures, and encode them as PNG."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BLUR = 0.010
 
 
 def blur_background(exposure: Floats, paper: Mask) -> Floats:
-    """The same exposure with the paper blurred within its own outline, which hides the steps between single shadows.
+    """Blur the background within its own outline, which hides the steps between single shadows.
 
     Args:
         exposure: (H, W, 3) fractions of white.
@@ -33,7 +33,7 @@ def blur_background(exposure: Floats, paper: Mask) -> Floats:
 
 
 def tone_map(exposure: Floats, paper: Mask) -> Pixels:
-    """(H, W, 3) fractions of white into 8 bit: unshadowed paper becomes near white, corners a little darker."""
+    """(H, W, 3) fractions of white to 8 bit: unshadowed background near white, corners a little darker."""
     lit = float(np.percentile(exposure[paper], 98)) if paper.any() else 1.0
     tone = np.clip(exposure * (_WHITE / max(lit, 0.05)), 0.0, 1.0)
     # Black keeps some form: it starts a little above zero.

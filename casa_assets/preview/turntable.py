@@ -1,4 +1,4 @@
-"""One asset's `model.xml` into a short animation that shows it from all sides."""
+"""Render one asset's `model.xml` as a short animation from all sides."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which assets the stricter rows are for."""
+"""Select the assets that the stricter rows apply to: built by a family, or standing for a fixture."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _MESHES = frozenset(kind.value for kind in SourceKind)
 
 
 def is_from_family(asset: Asset) -> bool:
-    """Whether a family built it: it knows its own shape to the millimetre, and its seams are its own."""
+    """True if a family built it, so that its shape is known exactly."""
     return asset.provenance.source == "family"
 
 
 def is_fixture_like(asset: Asset) -> bool:
-    """Whether it was built from numbers, or stands for a fixture that a runtime operates.
+    """True if a family built it, or if it stands for a fixture that a runtime operates.
 
     What came as a mesh has the joints, seams and faces that it came with; the rows for those have wider limits.
     """
@@ -29,5 +29,5 @@ def is_fixture_like(asset: Asset) -> bool:
 
 
 def is_loose_mesh(asset: Asset) -> bool:
-    """Whether it came as one rigid mesh from somebody else: what may be wrong with those is filtered out."""
+    """True if it was ingested as one rigid mesh; the filters (FLT) apply to those."""
     return asset.provenance.source in _MESHES and len(asset.links) == 1

@@ -1,4 +1,4 @@
-"""Faces of different materials in one place: a renderer shows now the one and now the other."""
+"""Find coplanar faces of different materials in one place, which would flicker (VIS010)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BIN, SHIFTS = 4, (0.137, 0.637)
 
 
 def shows_one_face(asset: Asset, limit: float | None) -> Measured:
-    """No two meshes that differ in looks face the same way in the same place; m^2 of the largest overlap."""
+    """VIS010: m^2 of the largest coplanar overlap of two meshes with different looks."""
     assert limit is not None
     if not is_from_family(asset):
         return not_applicable(NOT_BUILT)

@@ -1,4 +1,4 @@
-"""Check of how much of what is seen can be touched."""
+"""Find visible surfaces that no collision shape covers (AST016)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REACH_RATIO = 0.04
 
 
 def is_covered(asset: Asset, limit: float | None) -> Measured:
-    """The number is the largest share of the surface of a link that is bare of collision shapes, 0..1."""
+    """AST016: largest share of a link's visible surface that is away from every collision shape, 0..1."""
     assert limit is not None, "the row names a limit"
     found = {k.name: _bare(k) for k in asset.links if k.visuals and k.colliders}
     message = "{:.0%} of what is seen lies outside every collision shape; add shapes, or close the holes of the mesh"

@@ -1,4 +1,4 @@
-"""What a hand takes hold of: named, labelled, of a size that fits a gripper; and whether joints and masses are sane."""
+"""Find grips that do not fit a gripper, joints off the axes, and inertia unlike that of the shapes."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ DIRECTIONS = _spread(256)
 
 
 def has_a_handle(asset: Asset, limit: float | None) -> Measured:
-    """What the hand takes is a labelled handle, free to be reached, that fits a gripper; metres of the widest."""
+    """KIN007: each joint has a labelled grip that is free and fits a gripper; metres of the widest."""
     assert limit is not None
     if not is_fixture_like(asset) or not asset.joints:
         return not_applicable(NO_JOINTS if is_fixture_like(asset) else NOT_BUILT)
@@ -73,7 +73,7 @@ def has_a_handle(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_upright(asset: Asset, limit: float | None) -> Measured:
-    """Joints of built-in things turn or slide along x, y or z, as loaders that scale them expect; worst off, rad."""
+    """KIN008: joint axes of built things lie along x, y or z; largest deviation, rad."""
     assert limit is not None
     if not is_fixture_like(asset) or not asset.joints:
         return not_applicable(NO_JOINTS if is_fixture_like(asset) else NOT_BUILT)
@@ -90,7 +90,7 @@ def is_upright(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_spread_like_matter(asset: Asset, limit: float | None) -> Measured:
-    """Mass lies and is spread as the shapes of its link; radius of gyration over half their diagonal, the largest."""
+    """AST017: largest radius of gyration of a link over half the diagonal of its shapes."""
     assert limit is not None
     if not is_fixture_like(asset):
         return not_applicable(NOT_BUILT)

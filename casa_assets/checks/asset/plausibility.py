@@ -1,4 +1,4 @@
-"""Checks of the asset record: its size, what it weighs, what it is touched by, how its joints move."""
+"""Find implausible sizes, masses, densities, collision shapes and joint ranges in the asset record."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ WATER = 1000.0  # kg/m^3. Ref: CRC Handbook of Chemistry and Physics, water at 4
 
 
 def fits_in_a_kitchen(asset: Asset, limit: float | None) -> Measured:
-    """The number is the longest side of the box around all that is seen, metres; a room's own parts may be longer."""
+    """AST001: longest side of the box around all that is seen, metres; parts of a room may be longer."""
     if asset.contract == "room":
         return not_applicable("it is a part of a room, which may be longer than a thing in it")
     if not any(k.visuals for k in asset.links):
@@ -38,7 +38,7 @@ def fits_in_a_kitchen(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_thick_enough(asset: Asset, limit: float | None) -> Measured:
-    """The number is the least thickness of the collision shapes of a link, metres."""
+    """AST002: least thickness of the collision shapes of a link, metres."""
     found = {k.name: _thickness(np.concatenate(_clouds(k))) for k in _touchable(asset)}
     message = "has collision shapes of {:.2g} m thickness; thicken the sheet or mend the scale"
     problems = tuple((f"links/{k}/colliders", message.format(t)) for k, t in found.items() if t < required_limit(limit))
@@ -46,7 +46,7 @@ def is_thick_enough(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_not_too_dense(asset: Asset, limit: float | None) -> Measured:
-    """The number is the highest density of a link over that of water, mass over the union of its collision shapes."""
+    """AST003: highest density of a link over that of water, mass over the union of its shapes."""
     found = _densities(asset)
     if not found:
         return not_run(FLAT) if _touchable(asset) else not_applicable(NO_COLLIDERS)
@@ -56,7 +56,7 @@ def is_not_too_dense(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_not_too_light(asset: Asset, limit: float | None) -> Measured:
-    """The number is the lowest density of a link over that of water, mass over the union of its collision shapes."""
+    """AST004: lowest density of a link over that of water, mass over the union of its shapes."""
     found = _densities(asset)
     if not found:
         return not_run(FLAT) if _touchable(asset) else not_applicable(NO_COLLIDERS)
@@ -66,7 +66,7 @@ def is_not_too_light(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_few_shapes(asset: Asset, limit: float | None) -> Measured:
-    """The number is the most collision shapes that a link has."""
+    """AST005: largest number of collision shapes of a link."""
     counts = {k.name: len(k.colliders) for k in asset.links}
     message = "has {} collision shapes; merge some"
     problems = tuple(
@@ -76,7 +76,7 @@ def has_few_shapes(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_small_hulls(asset: Asset, limit: float | None) -> Measured:
-    """The number is the most vertices that a hull has."""
+    """AST006: largest number of vertices of a convex hull."""
     counts = {pointer: len(hull.mesh.vertices) for pointer, hull in _hulls(asset)}
     message = "has {} vertices; take a hull of fewer"
     problems = tuple((pointer, message.format(n)) for pointer, n in counts.items() if n > required_limit(limit))
@@ -84,7 +84,7 @@ def has_small_hulls(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_convex_hulls(asset: Asset, limit: float | None) -> Measured:
-    """The number is how far a vertex of a hull lies outside one of its faces, metres."""
+    """AST007: farthest that a vertex of a hull lies outside one of its faces, metres."""
     dents, problems = [], []
     for pointer, hull in _hulls(asset):
         dent = _dent(hull)
@@ -97,7 +97,7 @@ def has_convex_hulls(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_mass_inside(asset: Asset, limit: float | None) -> Measured:
-    """The number is how far mass lies outside the collision shapes: its centre, or its spread along an axis, metres."""
+    """AST008: farthest that the centre or spread of mass lies outside the collision shapes, metres."""
     found, problems = [], []
     for link in _touchable(asset):
         out, wide = _outside(link)
@@ -111,7 +111,7 @@ def has_mass_inside(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_touched_as_seen(asset: Asset, limit: float | None, ratio: float, built_m: float) -> Measured:
-    """The number is the widest gap between the boxes around what is seen and what is touched of a link, metres.
+    """AST009: widest gap between the boxes around what is seen and what collides of a link, metres.
 
     Args:
         limit: metres that any link is granted.
@@ -135,7 +135,7 @@ def is_touched_as_seen(asset: Asset, limit: float | None, ratio: float, built_m:
 
 
 def stands_on_its_origin(asset: Asset, limit: float | None) -> Measured:
-    """The number is how far the middle of the footprint of a free asset is from its origin, metres."""
+    """AST010: distance of a free asset's footprint centre from its origin, metres."""
     if asset.base is not Base.FREE:
         return not_applicable(FIXED)
     if not any(k.visuals for k in asset.links):
@@ -149,14 +149,14 @@ def stands_on_its_origin(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_a_licence(asset: Asset, limit: float | None) -> Measured:
-    """The source says under which licence it may be used."""
+    """AST011: the source states a licence."""
     known = asset.provenance.licence not in ("", "unknown")
     message = "is unknown; ask the author before the asset is passed on"
     return no_fault() if known else Measured(None, (("provenance/licence", message),))
 
 
 def can_be_touched(asset: Asset, limit: float | None) -> Measured:
-    """The number is how many links are seen, but have no collision shape."""
+    """AST012: number of visible links without a collision shape."""
     if not any(k.visuals for k in asset.links):
         return not_applicable(UNSEEN)
     ghosts = [k.name for k in asset.links if k.visuals and not k.colliders]
@@ -165,7 +165,7 @@ def can_be_touched(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_usual_mass(package: Package, limit: float | None) -> Measured:
-    """The number is the factor between the mass and the nearer end of its category's range, below 1 inside."""
+    """AST013: factor between the mass and the nearer end of its category's range, below 1 inside."""
     span, mass = package.category.mass_kg, package.asset.mass
     factor = max(span.low / mass, mass / span.high)
     message = f"is {mass:.3g} kg; a {package.category.id} weighs {span.low:g} to {span.high:g} kg"
@@ -173,7 +173,7 @@ def has_usual_mass(package: Package, limit: float | None) -> Measured:
 
 
 def has_usual_size(package: Package, limit: float | None) -> Measured:
-    """The number is the factor between the longest side and the nearer end of its category's range, below 1 inside."""
+    """AST014: factor between the longest side and the nearer end of its category's range, below 1 inside."""
     span, longest = package.category.longest_m, float(_seen(package.asset).max())
     if longest <= 0:
         return not_applicable(UNSEEN)
@@ -183,7 +183,7 @@ def has_usual_size(package: Package, limit: float | None) -> Measured:
 
 
 def closes_at_zero(asset: Asset, limit: float | None) -> Measured:
-    """The number is how far zero is from the range of a joint, or from its ends where states name it, rad or m."""
+    """AST015: distance of zero from the range of a joint, or from its ends where states name it, rad or m."""
     stated = {s.joint for s in asset.states}
     found, problems = [], []
     for joint in asset.joints:

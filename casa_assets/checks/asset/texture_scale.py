@@ -1,4 +1,4 @@
-"""Whether pictures that repeat are shown at their true size."""
+"""Find repeating textures that are not shown at their true size (VIS009)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TORN, TORN_AREA_M2 = 0.5, 1e-6
 
 
 def is_true_to_size(asset: Asset, limit: float | None) -> Measured:
-    """A metre of surface shows a metre of picture; the number is the worst stretch off 1, at 99 % of the area."""
+    """VIS009: worst deviation of the texture's scale from 1, over 99 % of a mesh's area."""
     assert limit is not None
     tiles = {m.id: m.tile_m for m in asset.materials}
     problems, worst = [], None

@@ -1,4 +1,4 @@
-"""Checks of what is seen of an asset: triangles, normals, texture coordinates and pictures."""
+"""Find degenerate triangles, wrong normals, bad texture coordinates and oversized pictures (VIS)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SAME_M = 1e-6  # what float32 storage may move a vertex by
 
 
 def has_whole_triangles(asset: Asset, limit: float | None) -> Measured:
-    """The number is how many triangles have no area."""
+    """VIS001: number of triangles without area."""
     counts = {p: int((_sides(v)[1] <= 0).sum()) for p, v in _visuals(asset)}
     if not counts:
         return not_applicable(UNSEEN)
@@ -31,7 +31,7 @@ def has_whole_triangles(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_lit_from_outside(asset: Asset, limit: float | None) -> Measured:
-    """The number is the share of the area of a mesh at whose corners the normal looks away from the front."""
+    """VIS002: share of a mesh's area whose normals point against its front."""
     shares, problems = [], []
     for pointer, visual in _visuals(asset):
         normals = visual.mesh.normals
@@ -51,7 +51,7 @@ def is_lit_from_outside(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_not_inside_out(asset: Asset, limit: float | None) -> Measured:
-    """The number is the share of the surface of a link on closed pieces that wind inwards and line no other piece."""
+    """VIS003: share of a link's surface on closed parts that wind inwards."""
     shares, problems = [], []
     for link in asset.links:
         if not link.visuals:
@@ -65,7 +65,7 @@ def is_not_inside_out(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_few_faces(asset: Asset, limit: float | None) -> Measured:
-    """The number is how many triangles are seen."""
+    """VIS004: number of visible triangles."""
     count = sum(len(v.mesh.faces) for _, v in _visuals(asset))
     if not count:
         return not_applicable(UNSEEN)
@@ -74,7 +74,7 @@ def has_few_faces(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_room_for_textures(asset: Asset, limit: float | None) -> Measured:
-    """The number is how many meshes show a picture, but have no usable texture coordinates."""
+    """VIS005: number of meshes with a picture but without usable texture coordinates."""
     textured = {m.id for m in asset.materials if m.textures}
     shown = [(p, v) for p, v in _visuals(asset) if v.material in textured]
     if not shown:
@@ -85,7 +85,7 @@ def has_room_for_textures(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_small_textures(asset: Asset, limit: float | None) -> Measured:
-    """The number is the longest side of a picture, as its file says it, pixels."""
+    """VIS006: longest side of a picture according to its file, pixels."""
     sides, problems = [], []
     for material in asset.materials:
         for texture in material.textures:
@@ -100,7 +100,7 @@ def has_small_textures(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_enough_vertices(asset: Asset, limit: float | None) -> Measured:
-    """The number is the fewest vertices that a mesh has."""
+    """VIS007: least number of vertices of a mesh."""
     counts = {p: len(v.mesh.vertices) for p, v in _visuals(asset)}
     message = "has {} vertices, MuJoCo asks for 4; join it to another mesh"
     problems = tuple((p, message.format(n)) for p, n in counts.items() if n < LEAST_VERTICES)
@@ -108,7 +108,7 @@ def has_enough_vertices(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_seen_once(asset: Asset, limit: float | None) -> Measured:
-    """The number is how many meshes lie exactly on another one."""
+    """VIS008: number of meshes that lie exactly on another one."""
     if not any(link.visuals for link in asset.links):
         return not_applicable(UNSEEN)
     first: dict[bytes, str] = {}
@@ -195,7 +195,7 @@ def _closed(ids: Ints, label: Ints, count: int) -> Mask:
 
 
 def _lines_another(low: Floats, high: Floats, piece: int) -> bool:
-    """Whether a piece lies within the bounds of a larger one: the inner wall of a hollow thing winds inwards."""
+    """True if a piece lies within the bounds of a larger one: the inner wall of a hollow thing winds inwards."""
     within = (low <= low[piece]).all(axis=1) & (high >= high[piece]).all(axis=1)
     larger = (high - low).prod(axis=1) > (high - low)[piece].prod()
     return bool((within & larger).any())

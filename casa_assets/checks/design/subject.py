@@ -31,10 +31,10 @@ class DesignSubject:
 
     @cached_property
     def lots(self) -> ParkingPlaces:
-        """Where a robot parks."""
+        """Parking places of a robot's base."""
         return find_parking(self.facts, self.floor)
 
     @cached_property
     def tasks(self) -> tuple[Afforded, ...]:
-        """What it has for each task."""
+        """What is afforded for each task."""
         return afforded(self.facts, self.floor, self.lots, self.seed)

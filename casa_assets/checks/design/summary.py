@@ -1,4 +1,4 @@
-"""What is known of a kitchen's floor, for scene files: where a robot parks, and which tasks it can do with what."""
+"""Summarize a kitchen's floor for scene files: parking places, and tasks with their fixtures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Filters of looks: too dark, plain all over, pictures that are tiny or blurred."""
+"""Find meshes that are too dark, of one plain grey, or with tiny or blurred pictures (FLT)."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class ColorSamples:
 
 
 def is_lit(asset: Asset, limit: float | None) -> Measured:
-    """The number is the mean luminance of what is seen in white light, 0..1; coal has 0.04."""
+    """Mean luminance of what is seen in white light, 0..1; coal has 0.04."""
     look = _look(asset)
     if look is None or _is_metal(asset):
         return why_no_surface(asset) if look is None else not_applicable(METAL)
@@ -63,7 +63,7 @@ def is_lit(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_coloured(asset: Asset, limit: float | None) -> Measured:
-    """The number is how far what is seen is from one plain grey at most, as displayed, 0..1."""
+    """Largest distance of what is seen from one plain grey, as displayed, 0..1."""
     look = _look(asset)
     if look is None or _is_metal(asset):
         return why_no_surface(asset) if look is None else not_applicable(METAL)
@@ -74,7 +74,7 @@ def is_coloured(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
-    """The number is how many points of its pictures can be told apart along its longest side; half of it has more."""
+    """Resolvable points of the pictures along the longest side; half of the surface has more."""
     look, found = _look(asset), welded_surface(asset)
     if look is None or found is None:
         return why_no_surface(asset)
@@ -91,7 +91,7 @@ def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
 
 
 def _is_metal(asset: Asset) -> bool:
-    """Whether one of its looks is that of bare metal."""
+    """True if one of its looks is that of bare metal."""
     return any(m.metallic >= METALLIC for m in asset.materials)
 
 

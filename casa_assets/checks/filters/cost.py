@@ -1,4 +1,4 @@
-"""Filters of what weighs on a simulator: inertia that no such body has, meshes and pictures that are slow to load."""
+"""Find inertia that no such body has, and meshes or pictures that are slow to load (FLT)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SLIGHT = 0.05
 
 
 def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
-    """The number is the factor between its inertia and that of its shapes filled evenly, on the worst axis."""
+    """Factor between the inertia and that of the evenly filled shapes, on the worst axis."""
     if not is_loose_mesh(asset) or not asset.root.colliders:
         return not_applicable(NO_COLLIDERS if is_loose_mesh(asset) else NOT_LOOSE)
     link = asset.root
@@ -42,7 +42,7 @@ def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
 
 
 def loads_fast(asset: Asset, limit: float | None) -> Measured:
-    """The number is how long a simulator takes to load it, reckoned from its triangles and pixels, milliseconds."""
+    """Estimated loading time in a simulator, from triangles and pixels, milliseconds."""
     if not is_loose_mesh(asset):
         return not_applicable(NOT_LOOSE)
     faces = sum(len(v.mesh.faces) for v in asset.root.visuals)

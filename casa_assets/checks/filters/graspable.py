@@ -1,4 +1,4 @@
-"""Filter of what a hand can take: too wide for a gripper, and without a rim or handle."""
+"""Find graspable objects that are too wide for a gripper and have no rim or handle (FLT)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GRASP = "grasp_"
 
 
 def can_be_taken(package: Package, limit: float | None) -> Measured:
-    """The number is the narrowest grasp of what is said to be graspable, metres; its least side where it has none."""
+    """Width of the narrowest grasp of a graspable object, metres; its least side where it has none."""
     assert limit is not None, "the row of this check names a limit"
     asset, category = package.asset, package.category
     if not is_loose_mesh(asset):

@@ -1,4 +1,4 @@
-"""Filters of what a thing is said to be: its kind is known, its proportions and opening are those of its kind."""
+"""Find objects of unknown category, or with proportions or an opening unlike their category (FLT)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def is_of_known_kind(package: Package, limit: float | None) -> Measured:
 
 
 def has_usual_proportions(package: Package, limit: float | None) -> Measured:
-    """The number is the least factor by which some side leaves the range of its category, whatever its scale."""
+    """Least factor by which a side leaves the range of its category, at the best scale."""
     found = welded_surface(package.asset)
     if found is None:
         return why_no_surface(package.asset)
@@ -45,7 +45,7 @@ def has_usual_proportions(package: Package, limit: float | None) -> Measured:
 
 
 def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
-    """The number is the share of its hull in which a vessel, as it stands, holds water."""
+    """Share of its hull in which a vessel, as it stands, holds water."""
     found, category = welded_surface(package.asset), package.category
     if found is None:
         return why_no_surface(package.asset)

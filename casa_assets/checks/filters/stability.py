@@ -1,4 +1,4 @@
-"""Filters of how a thing behaves when left alone: it stays, it stands, and another of its kind stands on it."""
+"""Find objects that slide, tip over or cannot be stacked when left alone (FLT)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ UPPER, LOWER = "upper_", "lower_"
 
 @dataclass(frozen=True)
 class RestResult:
-    """What came of putting a thing down as it stands.
+    """Motion of an object that was put down as it stands.
 
     Attributes:
         tilt_deg: angle between its up axis as it was put and at the end.
@@ -52,7 +52,7 @@ class RestResult:
 
 
 def stays_put(package: Package, limit: float | None) -> Measured:
-    """Put down and left alone for a while, it goes nowhere; the number is how far a corner of it still goes, metres."""
+    """Farthest that a corner still moves after the object was put down and has settled, metres."""
     rest = _rest_of(package)
     if rest is None:
         return _unrested(package)
@@ -62,7 +62,7 @@ def stays_put(package: Package, limit: float | None) -> Measured:
 
 
 def stands(package: Package, limit: float | None) -> Measured:
-    """Put down as it stands, it does not fall over; the number is how far it has tilted at the end, degrees."""
+    """Tilt of the object after it was put down as it stands, degrees."""
     if package.category.upright is not RestingPose.STANDS:
         return not_applicable(f"a {package.category.id} does not stand by itself")
     rest = _rest_of(package)
@@ -74,7 +74,7 @@ def stands(package: Package, limit: float | None) -> Measured:
 
 
 def stacks(package: Package, limit: float | None) -> Measured:
-    """Another of its kind let down on it stays there; the number is how far off its middle, in parts of its width."""
+    """Offset of a second object let down on the first, in parts of its width."""
     asset = package.asset
     if not is_loose_mesh(asset) or asset.base is not Base.FREE:
         return not_applicable(FIXED if is_loose_mesh(asset) else NOT_LOOSE)

@@ -1,4 +1,4 @@
-"""Filters of surfaces: see-through, a side missing, wound both ways, flat cards, parts that stand apart, a ground."""
+"""Find open, inconsistently wound, flat or scattered surfaces, and models with a ground (FLT)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ BROADER = 1.5
 
 
 def is_opaque(asset: Asset, limit: float | None) -> Measured:
-    """The number is the share of what is seen from all around that shows backs of faces, which viewers leave out."""
+    """Share of what is seen from all around that shows backs of faces."""
     found = welded_surface(asset)
     if found is None:
         return why_no_surface(asset)
@@ -38,7 +38,7 @@ def is_opaque(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_all_sides(package: Package, limit: float | None) -> Measured:
-    """The number is the share of the outline of a full thing that shows backs of faces from where it shows most."""
+    """Share of the outline of a solid object that shows backs of faces, from the worst side."""
     found = welded_surface(package.asset)
     if found is None:
         return why_no_surface(package.asset)
@@ -52,7 +52,7 @@ def has_all_sides(package: Package, limit: float | None) -> Measured:
 
 
 def winds_one_way(asset: Asset, limit: float | None) -> Measured:
-    """The number is the share of the length of inner edges whose two faces wind against each other."""
+    """Share of the length of inner edges whose two faces wind against each other."""
     found = welded_surface(asset)
     if found is None:
         return why_no_surface(asset)
@@ -67,7 +67,7 @@ def winds_one_way(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_no_card(asset: Asset, limit: float | None) -> Measured:
-    """The number is the share of what is seen that lies on flat cards: sheets that are seen from both sides."""
+    """Share of what is seen that lies on flat sheets seen from both sides."""
     found = welded_surface(asset)
     if found is None:
         return why_no_surface(asset)
@@ -80,7 +80,7 @@ def is_no_card(asset: Asset, limit: float | None) -> Measured:
 
 
 def hangs_together(asset: Asset, limit: float | None) -> Measured:
-    """The number is how many large parts stand apart from each other; a rigid thing is one."""
+    """Number of large parts that stand apart from each other; a rigid object is one."""
     found = welded_surface(asset)
     if found is None:
         return why_no_surface(asset)
@@ -92,7 +92,7 @@ def hangs_together(asset: Asset, limit: float | None) -> Measured:
 
 
 def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
-    """The number is how many times wider its lowest layer is than all above it, both ways, where that is unusual."""
+    """Factor by which the lowest layer is wider than all above it, where that is unusual."""
     found = welded_surface(package.asset)
     if found is None:
         return why_no_surface(package.asset)
@@ -133,7 +133,7 @@ def _flat(found: WeldedSurface) -> Mask:
 
 
 def _is_card(found: WeldedSurface, rows: Mask) -> bool:
-    """Whether a flat piece is seen from both sides, by its back or because it has faces to both."""
+    """True if a flat piece is seen from both sides, by its back or because it has faces to both."""
     front, back = found.seen.front[rows], found.seen.back[rows]
     if not (front | back).any():
         return False
@@ -157,7 +157,7 @@ def _parts(found: WeldedSurface) -> int:
 
 
 def _is_usually_so_wide(points: Floats, category: Category) -> bool:
-    """Whether a usual thing of the category is nearly as broad for its height as this one."""
+    """True if a usual thing of the category is nearly as broad for its height as this one."""
     size = np.ptp(points, axis=0)
     x, y, z = (side.typical for side in category.extents)
     return category.id != "object" and float(size[:2].max()) / float(size[2]) <= BROADER * max(x, y) / z

@@ -1,4 +1,4 @@
-"""What is seen of a loose mesh as one welded surface, and pictures of it from all around; worked out once."""
+"""Weld the visible mesh of an ingested asset into one surface, and view it from all around."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def welded_surface(asset: Asset) -> WeldedSurface | None:
 
 
 def why_no_surface(asset: Asset) -> Measured:
-    """Why an asset has no skin to look at."""
+    """Reason why an asset has no welded surface."""
     return not_applicable("nothing of it is seen" if is_loose_mesh(asset) else NOT_LOOSE)
 
 

@@ -1,4 +1,4 @@
-"""Checks of a library as a whole: what is in it twice by form or by look, and what does not look like its kind."""
+"""Find duplicates in a library by shape or by look, and assets that do not look like their category."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ALONE = "there are no two assets to compare"
 
 @dataclass(frozen=True)
 class ShapePair:
-    """Two assets of nearly one form.
+    """Two assets of nearly one shape.
 
     Attributes:
         one, other: their ids, in the order of the library.
@@ -50,7 +50,7 @@ class ShapePair:
 
 @dataclass(frozen=True)
 class CategoryRank:
-    """What pictures of an asset look like to a model.
+    """Categories that a vision-language model sees in the pictures of an asset.
 
     Attributes:
         asset: its id. category: that it has.
@@ -67,7 +67,7 @@ class CategoryRank:
 
 @dataclass(frozen=True)
 class LibraryView:
-    """The accepted assets of a library.
+    """The accepted assets of a library, as its checks see them.
 
     Attributes:
         count: of them. alike: pairs of nearly one form.
@@ -84,7 +84,7 @@ class LibraryView:
 
 
 def has_no_form_twice(shelf: LibraryView, limit: float | None) -> Measured:
-    """The number is how near the two most alike surfaces lie to each other, as a part of their radius."""
+    """LIB001: distance of the two most alike surfaces, as a part of their radius."""
     bound = required_limit(limit)
     problems = []
     for pair in shelf.alike:
@@ -98,7 +98,7 @@ def has_no_form_twice(shelf: LibraryView, limit: float | None) -> Measured:
 
 
 def has_no_look_twice(shelf: LibraryView, limit: float | None) -> Measured:
-    """The number is the cosine between the pictures of the two assets that look most alike to a model."""
+    """LIB002: largest cosine between the picture embeddings of two assets."""
     if shelf.unseen:
         return not_run(shelf.unseen)
     bound = required_limit(limit)
@@ -113,7 +113,7 @@ def has_no_look_twice(shelf: LibraryView, limit: float | None) -> Measured:
 
 
 def looks_like_its_kind(shelf: LibraryView, limit: float | None) -> Measured:
-    """The number is the place of its category among all names that a model finds for an asset, of the worst one."""
+    """LIB003: rank of an asset's own category among all that CLIP sees in it; the worst."""
     if shelf.unseen:
         return not_run(shelf.unseen)
     compared = [one for one in shelf.seen if one.rank]
@@ -126,7 +126,7 @@ def looks_like_its_kind(shelf: LibraryView, limit: float | None) -> Measured:
 
 
 def in_words(one: CategoryRank) -> str:
-    """What a thing looks like, in a sentence without its end."""
+    """The look of an asset as a clause for messages."""
     named = ", ".join(f"{name} ({share:.0%})" for name, share in one.others[:NAMED])
     if not one.rank:
         return f"looks like {named}; it has no category to compare with"

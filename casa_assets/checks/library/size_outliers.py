@@ -1,4 +1,4 @@
-"""Filter of a library: what is far larger or smaller than the others of its category."""
+"""Find assets that are far larger or smaller than others of their category."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NORMAL = 1.4826
 
 @dataclass(frozen=True)
 class LibrarySizes:
-    """How large the assets of a library are.
+    """Sizes of the assets of a library, by category.
 
     Attributes:
         rows: (id, category, longest side in metres) of each.
@@ -28,7 +28,7 @@ class LibrarySizes:
 
 
 def are_like_the_others(sizes: LibrarySizes, limit: float | None) -> Measured:
-    """The number is how many robust deviations the longest side of the oddest one is from the median of its category.
+    """Robust deviations of the oddest longest side from the median of its category.
 
     Ref: Iglewicz and Hoaglin 1993, the modified z score, here of logarithms; they call outliers what is beyond 3.5.
     """

@@ -1,4 +1,4 @@
-"""Whether moving parts keep clear of everything else of the asset, over their whole range."""
+"""Find moving parts that run into other parts of the asset over their range (KIN005)."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _others(asset: Asset, joint: Joint, base: dict[str, float]) -> Iterator[tupl
 
 
 def _apart(model: mujoco.MjModel, data: mujoco.MjData, alone: SweepResult, theirs: Mask) -> bool:
-    """Whether what stands open lies outside all that the joint's part passes."""
+    """True if what stands open lies outside all that the joint's part passes."""
     mujoco.mj_kinematics(model, data)
     low, high = bounds_of(model, data, np.flatnonzero(theirs[model.geom_bodyid]))
     return bool((low > alone.bounds[1]).any() or (high < alone.bounds[0]).any())

@@ -1,4 +1,4 @@
-"""A model without what is only seen: pictures and visuals take time to load and touch nothing."""
+"""Remove visuals and pictures from an MjSpec; they take time to load and touch nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drops an asset on the floor of its own scene and watches how it comes to rest.
+"""Drop an asset on the floor of its own scene and record how it comes to rest.
 
 Ref: SimReady Foundation, FET003 base neutral simulation: from twice its height, at rest within 2 cm for 2 s inside 8 s.
 """
@@ -26,7 +26,7 @@ KEPT = 4
 
 @dataclass(frozen=True)
 class DropProtocol:
-    """How the drop is done, from registry/limits.yaml.
+    """Parameters of the drop test, from registry/limits.yaml.
 
     Attributes:
         height_factor: height of the drop over that of the thing. least_height_m: the least height, metres.
@@ -44,7 +44,7 @@ class DropProtocol:
 
 @dataclass(frozen=True)
 class DropResult:
-    """What a drop looked like.
+    """Result of one drop test.
 
     Attributes:
         rest_s: when its rest began, seconds after the release; None where it did not rest in time.
@@ -95,7 +95,7 @@ def _drop(shared: mujoco.MjModel, joint: int, protocol: DropProtocol) -> DropRes
 
 
 def _quiet(path: list[npt.NDArray[np.float64]], width: float) -> bool:
-    """Whether all points lie in a ball of that width, metres."""
+    """True if all points lie in a ball of that width, metres."""
     points = np.array(path)
     return bool(np.linalg.norm(points - points.mean(axis=0), axis=1).max() <= width / 2)
 

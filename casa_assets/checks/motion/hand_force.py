@@ -1,4 +1,4 @@
-"""Whether a hand can move what ought to move: force, reach, return and rest, as MuJoCo simulates them."""
+"""Find joints that a hand of 20 N cannot move, that do not return, or that drift (KIN001 to KIN006)."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def stays_put(package: Package, limit: float | None) -> Measured:
 
 
 def hand_effort(asset: Asset, joint: Joint) -> float:
-    """What 20 N of a hand do at a joint: N along a slide; at a hinge N*m, 20 N at right angles to the lever.
+    """Generalized force of a 20 N hand at a joint: N along a slide; N*m at a hinge, at right angles to the lever.
 
     A knob is turned by two fingers that share the 20 N, each at the rim: 20 N at its radius.
     """
@@ -162,7 +162,7 @@ def _reached(package: Package, limit: float | None, contact: bool) -> Measured:
 
 
 def _is_stiff(ready: MotionModel, asset: Asset, joint: Joint, opening: bool, limit: float) -> bool:
-    """Whether a joint stops short even when nothing touches."""
+    """True if a joint stops short even when nothing touches."""
     data = mujoco.MjData(ready.free)
     return _push(ready, ready.free, data, asset, joint, opening, limit) < limit
 

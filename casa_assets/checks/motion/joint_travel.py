@@ -1,4 +1,4 @@
-"""How far each joint of a written asset really goes: under a hand, and before its part runs into something."""
+"""Find joints of articulated meshes that do not reach all of their range (KIN009)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ POSES = 48
 
 @dataclass(frozen=True)
 class JointTravel:
-    """What became of one joint.
+    """Travel of one joint under a hand, and up to the first contact.
 
     Attributes:
         joint: its name.
@@ -46,7 +46,7 @@ class JointTravel:
 
     @property
     def whole(self) -> bool:
-        """Whether it goes all of its range, touching nothing."""
+        """True if it goes all of its range, touching nothing."""
         return self.free >= 1.0 and self.reached >= ALL
 
 

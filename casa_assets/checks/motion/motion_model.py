@@ -1,4 +1,4 @@
-"""A written asset as MuJoCo moves it: one model with every pair of its parts able to touch, and what its joints are."""
+"""Compile a written asset for motion checks, with every pair of its parts able to touch."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def motion_model_of(package: Package) -> MotionModel | None:
 
 
 def why_no_motion_model(package: Package) -> Measured:
-    """Why `movable` is None for a package: its joints are none of the checks' business, or cannot be simulated."""
+    """Reason why a package has no motion model: no joints to check, or it does not compile."""
     if not is_fixture_like(package.asset):
         return not_applicable(NOT_BUILT)
     return not_run(NO_COMPILE) if package.asset.joints else not_applicable(NO_JOINTS)

@@ -1,4 +1,4 @@
-"""A written asset in MuJoCo under a fingertip: joints are set, keys are touched, what a runtime measures is read."""
+"""Operate a written asset in MuJoCo with a fingertip: set joints, press keys, read what a runtime measures."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ class FingertipModel:
     ranges: Mapping[str, Vec2]
 
     def measure(self, stands: Mapping[str, float]) -> Stimulus:
-        """What is measured where joints stand so (rad or m, others at zero) and nothing is touched."""
+        """Stimulus of the asset with joints at these values (rad or m, others at zero) and nothing touched."""
         return Stimulus(self._joints(self._posed(stands)))
 
     def press(self, stands: Mapping[str, float], collider: str) -> Stimulus | None:
-        """The same while a fingertip touches this collider and no other; None where it cannot get at it."""
+        """Stimulus while a fingertip touches this collider and no other; None where it cannot get at it."""
         data = self._posed(stands)
         for direction in _directions(self.model, data, collider):
             touched = self._touched(data, collider, direction)

@@ -1,4 +1,4 @@
-"""Moves a joint of a compiled asset through its range and looks for parts that run into each other."""
+"""Sweep a joint of a compiled asset through its range and find parts that run into each other."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PEAKS = 2
 
 @dataclass(frozen=True)
 class Penetration:
-    """How deep two geoms were in each other at the worst moment, metres (negative: how near), and their names."""
+    """Deepest contact of two geoms, metres (negative: their distance), and their names."""
 
     depth: float = -NEAR_M
     one: str = ""
@@ -36,7 +36,7 @@ class Penetration:
 
 @dataclass(frozen=True)
 class SweepResult:
-    """What a sweep found: the worst meeting, and (2, 3) corners of the box that the moved geoms passed, metres."""
+    """Result of a sweep: the worst contact, and (2, 3) corners of the box that the moved geoms passed, metres."""
 
     worst: Penetration
     bounds: Floats

@@ -1,4 +1,4 @@
-"""Two fact tables -> where they differ, and by how much."""
+"""Compare two fact tables cell by cell."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def _pose(ours: PoseFacts, theirs: PoseFacts) -> Iterator[Difference]:
 
 
 def words(ours: ProgramTexts, theirs: ProgramTexts) -> Iterator[Difference]:
-    """What differs of what is said to programs."""
+    """Differences of the texts that programs read."""
     for name in TOLD:
         yield from word(name, getattr(ours, name), getattr(theirs, name))
     a, b = ([(s.name, s.joint, s.value) for s in words.states] for words in (ours, theirs))

@@ -1,4 +1,4 @@
-"""The table of facts that MJCF and USD are both reduced to. Equal tables are what parity means."""
+"""Fact table that MJCF and USD are both reduced to; equal tables mean parity."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ CLOSED = "closed"
 
 
 class JointFacts(Record):
-    """How a body moves against its parent; axis and anchor in the body frame, range in rad or m.
+    """Joint of a body to its parent; axis and anchor in the body frame, range in rad or m.
 
     Attributes:
         resistance: stiffness (N*m/rad or N/m), where that spring rests (rad or m), damping, frictionloss, armature.
@@ -76,7 +76,7 @@ class PlaceFacts(Record):
 
 
 class VisualFacts(Record):
-    """What a visual looks like, as far as both formats hold it alike.
+    """Appearance of a visual, as far as both formats hold it alike.
 
     Attributes:
         color: linear RGBA, by which its picture is multiplied where it has one.
@@ -91,7 +91,7 @@ class VisualFacts(Record):
 
 
 class PoseFacts(Record):
-    """Where bodies stand in a named pose: root_from_body of each, bodies sorted by name."""
+    """Poses of the bodies in a named pose: root_from_body of each, sorted by name."""
 
     name: str
     bodies: tuple[str, ...]
@@ -109,7 +109,7 @@ class StateFacts(Record):
 
 
 class ProgramTexts(Record):
-    """What a file says to programs that read names.
+    """Texts of a file for programs that read names.
 
     Attributes:
         classes: semantic labels from the category upwards.
@@ -130,7 +130,7 @@ class ProgramTexts(Record):
 
 
 class AssetFacts(Record):
-    """What one format says about an asset.
+    """Facts that one format states about an asset.
 
     Attributes:
         base: free or fixed to the world.

@@ -1,4 +1,4 @@
-"""Checks of the MJCF package: it compiles, says what the asset says, and stands where it is put."""
+"""Find MJCF packages that do not compile, break conventions, contradict the asset or do not come to rest."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def keeps_the_rules(package: Package, limit: float | None) -> Measured:
 
 
 def visuals_weigh_nothing(package: Package, limit: float | None) -> Measured:
-    """What is seen has no mass and touches nothing; the number counts the faults."""
+    """Number of visuals that have mass or collide."""
     if not _compiled(package):
         return not_run(NEITHER)
     problems = tuple(fault for path in _compiled(package) for fault in robosuite_conventions.visual_faults(path))

@@ -1,4 +1,4 @@
-"""MJCF and USD of one asset say the same.
+"""Find differences between the MJCF and the USD of one asset.
 
 What one of the two files does not load is said by the checks of that format; parity then has nothing to add.
 """
@@ -56,7 +56,7 @@ def agrees_in_mujoco(package: Package, limit: float | None) -> Measured:
 
 
 def agrees_in_usd(package: Package, limit: float | None) -> Measured:
-    """What UsdPhysics reads is what MuJoCo reads from the MJCF; the number is the largest difference but lengths."""
+    """Largest difference, other than of lengths, between UsdPhysics' reading of the USD and MuJoCo's of the MJCF."""
     rows = _between(package, usd_facts.pxr_facts)
     return not_run(UNREAD) if rows is None else _measured([r for r in rows if not r.length], limit)
 

@@ -1,4 +1,4 @@
-"""What robosuite and robocasa expect of a model.xml beyond what MuJoCo itself demands.
+"""Find violations of robosuite's and robocasa's conventions in a model.xml.
 
 Ref: robosuite 1.5 models/objects/objects.py and robocasa 1.0 models/objects and models/fixtures, read and tried.
 """

@@ -1,4 +1,4 @@
-"""Checks of the USD package, each by a judge that we did not write.
+"""Find faults of the USD package by independent validators: OpenUSD, SimReady, MuJoCo's importer.
 
 What does not open at all is reported once, by `opens`; the other checks have nothing to add to that and stay silent.
 """

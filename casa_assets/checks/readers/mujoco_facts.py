@@ -93,7 +93,7 @@ def places(model: mujoco.MjModel) -> tuple[PlaceFacts, ...]:
 
 
 def poses(model: mujoco.MjModel, scene: bool = False) -> tuple[PoseFacts, ...]:
-    """Where the bodies stand at each keyframe, and at zero as `closed`; none where there are no keyframes."""
+    """Poses of the bodies at each keyframe, and at zero as `closed`; none where there are no keyframes."""
     if not model.nkey:
         return ()
     links = sorted((short_name(model.body(b).name), b) for b in range(model.nbody) if _is_link(model, b))
@@ -120,7 +120,7 @@ def poses(model: mujoco.MjModel, scene: bool = False) -> tuple[PoseFacts, ...]:
 
 
 def has_free_joint(model: mujoco.MjModel) -> bool:
-    """Whether any body floats."""
+    """True if any body floats."""
     return bool((model.jnt_type == FREE_JOINT).any())
 
 
@@ -175,7 +175,7 @@ def _poses(model: mujoco.MjModel) -> list[Pose]:
 
 
 def _is_link(model: mujoco.MjModel, body: int) -> bool:
-    """Whether a body is a link, not the world and not a nameless frame."""
+    """True if a body is a link, not the world and not a nameless frame."""
     return body != 0 and bool(model.body(body).name)
 
 
@@ -260,7 +260,7 @@ def _place(model: mujoco.MjModel, name: str, item: Any, color: Vec4 | None) -> P
 
 
 def collides(model: mujoco.MjModel, geom: int) -> bool:
-    """Whether a geom can touch anything."""
+    """True if a geom can touch anything."""
     return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
 
 

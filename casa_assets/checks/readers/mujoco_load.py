@@ -47,7 +47,7 @@ def load_asset_file(path: Path) -> Loaded:
 
 @contextmanager
 def native_warnings() -> Iterator[list[str]]:
-    """What MuJoCo warns of inside, through its own callback, as it comes.
+    """Collect MuJoCo's own warnings within the block, through its callback.
 
     Without a listener it prints its warnings, and writes a log into the working folder.
     """
@@ -62,7 +62,7 @@ def native_warnings() -> Iterator[list[str]]:
 
 @contextmanager
 def all_warnings() -> Iterator[list[str]]:
-    """The same and what it warns of through Python's warnings, a line each, gathered once the block has ended."""
+    """Collect MuJoCo's own warnings and Python's, a line each, once the block has ended."""
     with native_warnings() as said, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:

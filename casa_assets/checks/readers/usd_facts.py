@@ -70,7 +70,7 @@ def mujoco_facts(path: Path) -> AssetFacts:
 
 
 def facts_of_import(model: mujoco.MjModel, stage: Usd.Stage) -> AssetFacts:
-    """What MuJoCo made of the bodies, places and looks of a stage, without poses and words."""
+    """Fact table of a stage as MuJoCo imported it, without poses and words."""
     table = facts_of_model(model, base=Base.FIXED, words=ProgramTexts(classes=()))
     # MuJoCo leaves the colours of sites, most of what a surface is, and the variants of USD out; OpenUSD reads them.
     colors = {place.name: place.color for place in usd_words.places(stage)}
@@ -92,7 +92,7 @@ def pxr_facts(path: Path) -> AssetFacts:
 
 
 def facts_of_stage(stage: Usd.Stage) -> tuple[AssetFacts, dict[str, Pose]]:
-    """What UsdPhysics says of bodies, places and looks, without poses and words.
+    """Fact table of a stage as UsdPhysics parses it, without poses and words.
 
     Returns:
         The table, and the bodies that are fixed to the world: name -> world_from_body as their joint demands.

@@ -23,7 +23,7 @@ def words(stage: Usd.Stage) -> ProgramTexts:
 
 
 def words_below(root: Usd.Prim) -> ProgramTexts:
-    """The same of one asset of many."""
+    """Classes and labels, states, grips, contract and behaviour of one asset of many."""
     prims = list(Usd.PrimRange(root))
     joints = [prim for prim in prims if prim.IsA(UsdPhysics.Joint)]
     names = {prim.GetName() for prim in prims}
@@ -53,7 +53,7 @@ def places(stage: Usd.Stage) -> tuple[PlaceFacts, ...]:
 
 
 def poses(stage: Usd.Stage, scene: bool = False) -> tuple[PoseFacts, ...]:
-    """Where the bodies stand in each variant of `pose`, sorted by name. The stage is left as it was.
+    """Poses of the bodies in each variant of `pose`, sorted by name. The stage is left as it was.
 
     Args:
         stage: with the variants on its default prim.

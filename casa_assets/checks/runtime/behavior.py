@@ -1,4 +1,4 @@
-"""Checks of behaviours: every value can be got, every effect can be seen, and the thing does what its contract says."""
+"""Find behaviours with unreachable values, invisible effects, or that break their contract (BEH)."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, tria
 
 
 def position(span: tuple[float, float], way: float) -> float:
-    """Where a joint of this range stands at a share of its way from zero, rad or m; negative: to the nearer end."""
+    """Joint position at a share of the range from zero, rad or m; negative: towards the nearer end."""
     near, far = sorted(span, key=abs)
     return way * far if way >= 0 else -way * near
 

@@ -1,4 +1,4 @@
-"""A small interpreter of behaviours: what values its variables take while joints move and colliders are touched."""
+"""Interpreter of behaviours: steps their variables as joints move and colliders are touched."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TIME_SLACK_S = 1e-9
 
 @dataclass(frozen=True)
 class Stimulus:
-    """What a runtime measures in one step.
+    """Measurements of a runtime in one step.
 
     Attributes:
         joints: name -> position, rad or m.
@@ -26,7 +26,7 @@ class Stimulus:
 
 @dataclass(frozen=True)
 class BehaviorState:
-    """Where a behaviour stands; `step` gives the next one.
+    """State of a behaviour; `step` gives the next one.
 
     Attributes:
         behavior: its rules.
@@ -42,7 +42,7 @@ class BehaviorState:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """What is seen now."""
+        """Effects that act now."""
         return tuple(e for e in self.behavior.effects if self.values[e.variable] == e.value)
 
 

@@ -1,4 +1,4 @@
-"""Checks of the contract: what runtimes look for by name, path, range and threshold is there and as they take it."""
+"""Find names, paths, ranges and thresholds of a runtime's contract that an asset lacks (CON)."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def has_regions(package: Package, limit: float | None) -> Measured:
 
 
 def is_found_in_the_file(package: Package, limit: float | None) -> Measured:
-    """What the runtime finds by literal paths in model.xml is found there; the number counts the faults."""
+    """CON005: number of elements that are not at the literal paths of model.xml where the runtime looks."""
     contract = _contract(package)
     if contract is None:
         return _without(package)
@@ -182,7 +182,7 @@ def _box(asset: Asset, region: Region) -> Bounds:
 
 
 def _is_inside(contract: Contract, region: Region) -> bool:
-    """Whether a rule names this region and wants it inside `main`; extra regions may lie anywhere."""
+    """True if a rule names this region and wants it inside `main`; extra regions may lie anywhere."""
     rules = [*contract.regions, *(r for c in contract.one_of for needs in c.any_of for r in needs.regions)]
     named = [rule for rule in rules if rule.matches(region.name)]
     return bool(named) and all(rule.inside for rule in named)

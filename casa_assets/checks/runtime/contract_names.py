@@ -1,4 +1,4 @@
-"""The needs of a contract held against an asset: which rules apply, and what of them is missing or wrong."""
+"""Compare the requirements of a contract with an asset: what is missing or wrong."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def variables(asset: Asset, needs: Requirements) -> list[Fault]:
 
 
 def depth_of(asset: Asset, link: str) -> int:
-    """How many links carry this one; 0 for `object`."""
+    """Number of links that carry this one; 0 for `object`."""
     parent = asset.link(link).parent
     return 0 if parent is None else 1 + depth_of(asset, parent)
 
@@ -136,7 +136,7 @@ def axis_of(asset: Asset, joint: Joint) -> str:
 
 
 def opening(joint: Joint) -> OpeningSide | None:
-    """Where its range lies about zero; None where zero is no end of it and not within."""
+    """Side of zero that the range lies on; None where zero is no end of it and not within."""
     low, high = joint.range
     if abs(low) <= TINY:
         return OpeningSide.POSITIVE

@@ -1,4 +1,4 @@
-"""A written model.xml as the reference runtime walks it: literal paths, fixed depths, explicit attributes.
+"""Find elements of a model.xml that the reference runtime would miss: literal paths, fixed depths.
 
 Ref: RoboCasa v0.2 and v1.0, models/fixtures: Stove.knob_joints and burner_sites, Sink.handle_joint and water_site,
 CoffeeMachine; Fixture reads `ext_*` sites (v0.2) or `reg_*` geoms (v1.0); ranges are read from the element.

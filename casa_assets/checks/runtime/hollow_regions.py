@@ -1,4 +1,4 @@
-"""Whether there is room where a region says so: a ball is laid into each and has to come to rest there."""
+"""Find interior regions without room: a ball laid into each has to come to rest there (HOL001)."""
 
 from __future__ import annotations
 

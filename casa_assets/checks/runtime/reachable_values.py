@@ -1,4 +1,4 @@
-"""Which values of a behaviour can be got at all: a search over where joints stand and what is touched."""
+"""Find values of a behaviour that no sequence of moves, touches and waits can reach."""
 
 from __future__ import annotations
 

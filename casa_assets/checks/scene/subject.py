@@ -74,7 +74,7 @@ class SceneSubject:
 
     @cached_property
     def model(self) -> mujoco.MjModel:
-        """What is touched alone: no visuals, images and materials. Whoever changes it puts it back.
+        """Collision model: no visuals, images and materials. Whoever changes it puts it back.
 
         It leaves out the pairs that the file does; who asks whether things are in each other enters `AllPairs`.
         Raises ValueError where the file does not compile.
@@ -161,7 +161,7 @@ class SceneSubject:
         return str(self.model.geom(geom).name)
 
     def category(self, place: str) -> str:
-        """What a placement is: `counter`, `sink`, `base_cabinet` ..."""
+        """Category of a placement: `counter`, `sink`, `base_cabinet` ..."""
         return self.assets[place].labels.classes[0]
 
 
@@ -243,7 +243,7 @@ def around(corners: Floats) -> Floats:
 
 
 def meet(one: Floats, other: Floats, gap: float = 0.0) -> Mask:
-    """Whether boxes (..., 2, 3) come within `gap` metres of each other."""
+    """True where boxes (..., 2, 3) come within `gap` metres of each other."""
     apart = (one[..., 0, :] > other[..., 1, :] + gap) | (other[..., 0, :] > one[..., 1, :] + gap)
     mask: Mask = np.logical_not(np.any(apart, axis=-1))
     return mask

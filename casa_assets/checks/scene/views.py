@@ -1,4 +1,4 @@
-"""What the cameras of a scene show: light, and every wall that is drawn."""
+"""Find previews that are black or burnt out, and walls that no camera sees."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def are_not_burnt_out(pictures: PreviewImages, limit: float | None) -> Measured:
 
 
 def show_every_wall(subject: SceneSubject, limit: float | None) -> Measured:
-    """Of each wall one camera sees so much, as a share of its picture; the least that is seen of any wall.
+    """Least share of a picture that any wall fills in the camera that sees it best.
 
     Walls between a camera and the room are looked through, as previews do.
     """

@@ -18,7 +18,7 @@ PLATE_MARGIN = 1e-8
 
 @dataclass(frozen=True)
 class BodyContext:
-    """What every body of a document needs to know.
+    """Names, meshes and groups that every body of a document shares.
 
     Attributes:
         asset: whose links are written.
@@ -40,7 +40,7 @@ class BodyContext:
 
     @property
     def prefix(self) -> str:
-        """What names begin with."""
+        """Prefix of all names."""
         return "" if self.placement is None else f"{self.placement}__"
 
     def body_name(self, link: str) -> str:

@@ -18,7 +18,7 @@ FOLDER = "meshes"
 
 
 class MeshUse(StrEnum):
-    """What a mesh is for; the value is MuJoCo's word for how its volume is meant."""
+    """Purpose of a mesh; the value is MuJoCo's word for how its volume is meant."""
 
     HULL = "convex"  # exact for a closed convex mesh
     SURFACE = "shell"  # asks for no volume: open, flat and inside-out meshes load too

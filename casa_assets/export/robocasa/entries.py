@@ -1,4 +1,4 @@
-"""What RoboCasa keeps of its object categories, for those of ours: entries of OBJ_CATEGORIES, one table per generation.
+"""RoboCasa's entries for our object categories (OBJ_CATEGORIES), one table per release.
 
 An entry holds the types and attributes of a category and, per object registry, where its models are. Ours are three
 registries: all instances, those to train with and those to test with. RoboCasa's own splits follow the order of file

@@ -18,7 +18,7 @@ DEPTH_SHARE, DEPTH_M = 0.1, 0.0005
 
 
 def has_volume(mesh: Mesh) -> bool:
-    """Whether MuJoCo's oldest way of measuring finds a volume in a mesh, metres, closed or not.
+    """True if MuJoCo's oldest way of measuring finds a volume in a mesh (metres), closed or not.
 
     Ref: MuJoCo XML reference, asset/mesh/inertia, `legacy`: tetrahedra to the middle of all faces, without their signs.
     """

@@ -15,7 +15,7 @@ def filter_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
 
 
 def filter_pair(layer: Sdf.Layer, first: Sdf.Path, second: Sdf.Path) -> None:
-    """What a scene says of two bodies of assets that it refers to: besides what these say themselves."""
+    """Filter the contacts of two bodies of referenced assets, in addition to the assets' own filters."""
     spec = Sdf.CreatePrimInLayer(layer, first)
     if not spec.HasInfo("apiSchemas"):
         spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["PhysicsFilteredPairsAPI"]))

@@ -63,7 +63,7 @@ def _stand(prim: Usd.Prim, joint: Joint, value: float) -> None:
 
 
 def state_axis(joint: Joint) -> str:
-    """What UsdPhysics calls the way in which a joint moves."""
+    """Name in UsdPhysics of the axis that a joint moves along or about."""
     return "angular" if joint.kind is JointKind.HINGE else "linear"
 
 
@@ -94,7 +94,7 @@ def joint_motion(joint: Joint, value: float) -> Pose:
 
 
 def is_moved(asset: Asset, name: str) -> bool:
-    """Whether a link is moved by any joint, its own or one that carries it."""
+    """True if a link is moved by any joint, its own or one that carries it."""
     link = asset.link(name)
     if asset.joint_of(name) is not None:
         return True

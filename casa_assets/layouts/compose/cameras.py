@@ -74,7 +74,7 @@ def _box(slot: UnitSlot) -> Box:
 
 
 def _outlook(kitchen: KitchenRequest, boxes: Sequence[tuple[Box, bool]], at: Vec2, target: Vec2) -> tuple[bool, float]:
-    """Whether one stands free there, and how many metres one sees on the average, to half metres."""
+    """True if one stands free there, and how many metres one sees on the average, to half metres."""
     free = kitchen.room.holds(*at) and all(_away(box, at) > ROBOT_CLEARANCE_M for box, _ in boxes)
     ahead = math.atan2(target[1] - at[1], target[0] - at[0])
     tall = [box for box, high in boxes if high]
@@ -116,7 +116,7 @@ def _overview(kitchen: KitchenRequest, x0: float, y0: float, x1: float, y1: floa
 
 
 def _fits(points: np.ndarray, eye: np.ndarray, target: np.ndarray) -> bool:
-    """Whether the overview shows all points, with a little air round them."""
+    """True if the overview shows all points, with a little air round them."""
     pose = look_at(_vec(eye), _vec(target))
     seen = pose.inverse().apply(points)
     reach = FRAME_FILL * math.tan(math.radians(FOV_DEG / 2)) * -seen[:, 2]

@@ -1,4 +1,4 @@
-"""What was wanted and what was built -> a Scene."""
+"""Place the built assets of a kitchen in a Scene."""
 
 from __future__ import annotations
 

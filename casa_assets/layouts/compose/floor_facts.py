@@ -1,4 +1,4 @@
-"""A kitchen and its scene as facts about its floor: what checks of design, of a robot's ways and of tasks look at."""
+"""Derive the floor plan (KitchenFacts) of a composed kitchen, for checks of design, reach and tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Small things scattered on worktops and shelves: along the wall, clear of what stands there, out of the way."""
+"""Scatter small objects on worktops and shelves: along the wall, clear of what stands there."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class SupportSurface:
 def scatter_props(
     kitchen: KitchenRequest, assets: Mapping[str, Asset], props: Sequence[tuple[PresetChoice, Asset]], seed: int = 0
 ) -> tuple[tuple[OrderItem, Asset], ...]:
-    """Things to add.
+    """Choose props and free places for them on the worktops and shelves of a kitchen.
 
     Args:
         assets: of all that is wanted, by name. props: members that the style scatters, the likeliest first.
@@ -157,6 +157,6 @@ def _bounds(asset: Asset, pose: Pose) -> Box:
 
 
 def _meet(a: Box, b: Box) -> bool:
-    """Whether two boxes come nearer than things should; one may stand on the other."""
+    """True if two boxes come nearer than things should; one may stand on the other."""
     apart = np.array([MIN_GAP_M, MIN_GAP_M, -0.002])
     return bool((a[0] < b[1] + apart).all() and (b[0] < a[1] + apart).all())

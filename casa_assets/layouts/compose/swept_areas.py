@@ -1,4 +1,4 @@
-"""Where doors, flaps and drawers of a placed asset go, seen from above."""
+"""Compute the areas that doors, flaps and drawers of a placed asset sweep, seen from above."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
 
 
 class AssetOutlines:
-    """Points around the parts of an asset, computed once however often it is placed."""
+    """Points around the parts of an asset, computed once for all its placements."""
 
     def __init__(self, asset: Asset) -> None:
         self.asset = asset
@@ -59,7 +59,7 @@ class AssetOutlines:
         return np.stack([(shut - anchor) @ about_axis(axis, a).T + anchor for a in np.linspace(0.0, far, HINGE_POSES)])
 
     def leaf(self, joint: Joint, world: Pose, foot: Footprint) -> SweptArea | None:
-        """Where a joint's parts go, or None where they do not reach out of the fixture's foot."""
+        """Area that a joint's parts sweep, or None where they stay within the fixture's footprint."""
         passed = self.passed(joint)
         if not passed.shape[1] or np.abs(passed[-1] - passed[0])[:, :2].max() < MIN_REACH_M:
             return None
@@ -78,7 +78,7 @@ class AssetOutlines:
 
 
 def door_leaf_widths(asset: Asset, joint: Joint) -> tuple[float, float]:
-    """Width of a door's leaf, and how much of it stands in the way once it is open; metres. Levers do not count."""
+    """Width of a door's leaf, and of the part that obstructs the open doorway; metres. Levers do not count."""
     link = asset.link(joint.child)
     slabs = [c for c in link.colliders if c.label not in ("handle", "lever", "knob")]
     points = asset.asset_from_link(link.name).apply(_points(link.replace(colliders=tuple(slabs))))

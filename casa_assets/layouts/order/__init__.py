@@ -1,1 +1,1 @@
-"""What a kitchen needs built: cabinets, worktops, trim, room shell and props, each with its place."""
+"""List what a kitchen needs built: cabinets, worktops, trim, room shell and furnishings, each with its place."""

@@ -1,4 +1,4 @@
-"""What guests see of islands and peninsulas that are made of ordinary units: panels behind them."""
+"""Order panels for the backs of islands and peninsulas that are made of ordinary units."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PLAY_M = 0.0005
 
 
 def has_back(line: RunLine) -> bool:
-    """Whether a run needs panels behind it: it stands at no wall, and its units are not finished on all sides."""
+    """True if a run needs panels behind it: it stands at no wall, and its units have no finished back."""
     return not line.at_wall and all(u.kind is not BaseKind.ISLAND for u in line.run.base)
 
 

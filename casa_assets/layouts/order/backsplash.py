@@ -1,4 +1,4 @@
-"""What covers the walls between worktops and wall units."""
+"""Order backsplash panels for the walls between worktops and wall units."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def order_backsplash(
 
 
 def window_reach(models: StyleModels) -> float:
-    """How far a window's casing and sill reach beside and below its hole, metres."""
+    """Distance that a window's casing and sill reach beside and below its hole, metres."""
     casing = float(models.of("window").numbers.get("casing", 0.0)) if models.has("window") else 0.0
     return round(max(casing + SILL_HORN, 0.03) + 0.002, 4)
 

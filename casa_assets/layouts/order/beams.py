@@ -1,4 +1,4 @@
-"""Beams under a ceiling, and lamps between them."""
+"""Order ceiling beams, and find places for lamps between them."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class BeamGrid:
         return (x, snapped) if self.along_x else (snapped, y)
 
     def crosses(self, low: float, high: float) -> bool:
-        """Whether a beam comes between two places across the beams, or nearly."""
+        """True if a beam comes between two places across the beams, or nearly."""
         pitch = (self.high - self.low) / self.count
         middles = [self.low + (k + 0.5) * pitch for k in range(self.count)]
         return any(low - BEAM_HALF_WIDTH_M < m < high + BEAM_HALF_WIDTH_M for m in middles)

@@ -1,4 +1,4 @@
-"""Units of a run -> the cabinets and appliances that stand in their slots."""
+"""Order the cabinets and appliances that stand in the slots of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plan puts in besides its units: on worktops, at walls, under the ceiling, before the island, on the floor."""
+"""Order furnishings: worktop items, wall items, lamps, seats and floor items."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def order_worktop_items(order: BuildOrder, plan: Plan, slots: Mapping[str, UnitS
 
 
 def worktop_width(models: StyleModels, role: str) -> float:
-    """About how much of a worktop a thing takes up, metres: members of some families tell their width, others vary."""
+    """Approximate width that an item takes up on a worktop, metres."""
     width = models.of(role).numbers.get("width")
     return 0.05 + float(width) if width is not None else WORKTOP_WIDTHS_M.get(role, 0.25)
 
@@ -199,7 +199,7 @@ def _hung_at(
 
 
 def _is_near(line: RunLine, x: float, y: float) -> bool:
-    """Whether a point is so near an island or peninsula that a lamp there would hang among its own."""
+    """True if a point is so near an island or peninsula that a lamp there would hang among its own."""
     u, v = line.frame.of(x, y)
     return (
         -LAMP_FROM_ISLAND_M < u < line.length + LAMP_FROM_ISLAND_M

@@ -1,4 +1,4 @@
-"""Which member of which family a style has for a role, and the numbers that it brings along."""
+"""Look up the family member that a style uses for a role, with its parameters."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class StyleModels:
         return self.made(self.style.models[role])
 
     def has(self, role: str) -> bool:
-        """Whether the style has a member for the role."""
+        """True if the style has a member for the role."""
         return role in self.style.models
 
     def made(self, choice: PresetChoice) -> StyleModel:

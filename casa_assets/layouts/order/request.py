@@ -1,4 +1,4 @@
-"""Plan and style -> everything that has to be built, and where it goes."""
+"""Resolve a plan and a style into the list of things to build, each with its place."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from casa_assets.model.kitchen.style import Style
 
 @dataclass(frozen=True)
 class KitchenRequest:
-    """A plan in metres, dressed in a style, before anything is built.
+    """A plan in metres with a style applied, before anything is built.
 
     Attributes:
         plan, style, given: what it comes from.
@@ -51,7 +51,7 @@ class KitchenRequest:
 def request_kitchen(
     plan: Plan, style: Style, offers: FamilyOffers, given: Mapping[str, float] | None = None, closed: bool = False
 ) -> KitchenRequest:
-    """Resolve a plan.
+    """Resolve a plan and a style.
 
     Args:
         offers: numbers of all presets of all families.

@@ -1,4 +1,4 @@
-"""The room itself: floor, walls with their openings, what fills those, skirting and ceiling."""
+"""Order the room itself: floor, walls with openings, windows, doors, skirting and ceiling."""
 
 from __future__ import annotations
 

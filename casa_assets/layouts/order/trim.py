@@ -1,4 +1,4 @@
-"""What finishes a kitchen: cornices over rows of cabinets, and cloth at windows."""
+"""Order trim: cornices over rows of cabinets, and curtains at windows."""
 
 from __future__ import annotations
 
@@ -116,14 +116,14 @@ def _topped(
 
 
 def _is_seen(row: CabinetRow, at: float, rows: Sequence[CabinetRow], line: RunLine) -> bool:
-    """Whether an end of a row is free: no wall, no deeper or equal row beside it."""
+    """True if an end of a row is free: no wall, no deeper or equal row beside it."""
     if at < CORNICE_DEPTH_M + SAME_ROW_M or at > line.length - CORNICE_DEPTH_M - SAME_ROW_M or _is_at_corner(at, line):
         return False
     return all(r.depth < row.depth - 1e-3 for r in _beside(row, at, rows))
 
 
 def _is_at_corner(at: float, line: RunLine) -> bool:
-    """Whether an end of a row of wall units lies before those of the run round the corner."""
+    """True if an end of a row of wall units lies before those of the run round the corner."""
     near_left = line.left.kind is EndKind.CORNER and abs(at - standard_sizes.UPPER_DEPTH) < SAME_ROW_M
     return near_left or (
         line.right.kind is EndKind.CORNER and abs(line.length - at - standard_sizes.UPPER_DEPTH) < SAME_ROW_M
@@ -131,7 +131,7 @@ def _is_at_corner(at: float, line: RunLine) -> bool:
 
 
 def _is_butted(row: CabinetRow, at: float, rows: Sequence[CabinetRow]) -> bool:
-    """Whether a deeper row stands at an end of a row."""
+    """True if a deeper row stands at an end of a row."""
     return any(r.depth > row.depth + 1e-3 for r in _beside(row, at, rows))
 
 

@@ -1,4 +1,4 @@
-"""Units on the wall of a run: over what stands below, between what is fixed, and round corners."""
+"""Lay out the wall units of a run: over units below, between fixed ones, and round corners."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def upper_slots(plan: Plan, line: RunLine, base: Mapping[str, UnitSlot], models:
 
 
 def _stands_alone(slot: UnitSlot, row: list[UnitSlot]) -> bool:
-    """Whether a strip in a corner closes no gap, since nothing hangs beside it."""
+    """True if a strip in a corner closes no gap, since nothing hangs beside it."""
     if slot.kind is not CornerPart.FILLER:
         return False
     beside = [s for s in row if s is not slot and s.kind is not UpperKind.GAP]

@@ -1,4 +1,4 @@
-"""What a kitchen needs built: a member of a family, and where it will stand."""
+"""Items of a kitchen's order: a member of a family, and where it will stand."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from casa_assets.model.kitchen.style import PresetChoice
 
 
 class DepthReference(StrEnum):
-    """Which side of a thing is at a distance from the line."""
+    """Side of an item that its distance from the line is measured to."""
 
     BACK = "back"
     MIDDLE = "middle"
@@ -20,7 +20,7 @@ class DepthReference(StrEnum):
 
 
 class HeightReference(StrEnum):
-    """Which end of a thing is at a height."""
+    """End of an item that its height is measured to."""
 
     FOOT = "foot"
     MIDDLE = "middle"
@@ -29,7 +29,7 @@ class HeightReference(StrEnum):
 
 @dataclass(frozen=True)
 class Spot:
-    """A place on a line.
+    """Place of an item relative to a line on the floor.
 
     Attributes:
         frame: of the line. u: of the thing's middle along it. v: of the side that `depth` names, away from the line.
@@ -49,7 +49,7 @@ class Spot:
 
 @dataclass(frozen=True)
 class OrderItem:
-    """A thing to build and to put in a place.
+    """One thing to build, and the place to put it.
 
     Attributes:
         name: of the placement. role: what it is for (`base`, `upper`, `fridge`, `wall`, `prop` ...).
@@ -75,7 +75,7 @@ def preset_with(preset: str, params: Mapping[str, Any] | None = None) -> PresetC
 
 @dataclass
 class BuildOrder:
-    """The list of what is wanted while it grows; names are made distinct."""
+    """List of items to build, with distinct names."""
 
     items: list[OrderItem] = field(default_factory=list)
 

@@ -1,4 +1,4 @@
-"""Worktops over the units of all runs, with holes for sinks and hobs, and what covers the wall behind them."""
+"""Order worktops over the units of all runs, with cutouts for sinks and hobs."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ class WorktopStretch:
         return WorktopStretch(self.line, left, right, lets)
 
     def to(self, left: float, right: float) -> WorktopStretch:
-        """The same with other ends."""
+        """Copy with other ends."""
         return replace(self, left=round(left, 4), right=round(right, 4))
 
 
 def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopStretch]:
-    """What worktops cover: the units on the floor except tall ones, ranges and gaps; up to the corners' walls."""
+    """Parts of a run under worktop: all floor units except tall ones, ranges and gaps; up to the corners' walls."""
     floor = [s for s in slots if not s.is_upper]
     out: list[WorktopStretch] = []
     begin: float | None = 0.0 if line.left.kind is EndKind.CORNER else None
@@ -222,7 +222,7 @@ def _straight(order: BuildOrder, name: str, line: RunLine, piece: WorktopStretch
 
 
 def _is_free(line: RunLine, at: float, left: bool) -> bool:
-    """Whether the end of a piece is seen."""
+    """True if the end of a piece is seen."""
     end = line.left if left else line.right
     edge = 0.0 if left else line.length
     return abs(at - edge) < 0.01 if end.kind is EndKind.FREE else not -0.001 < at < line.length + 0.001

@@ -1,4 +1,4 @@
-"""How wide it is between what stands in a kitchen, and whether people work there or pass."""
+"""Measure the aisles of a kitchen: their narrowest width, and whether people work there or only pass."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PASSAGE_BEYOND_M = 0.3  # metres past the end of a strip at which it has to go o
 
 
 class FaceKind(StrEnum):
-    """Which side of a run a face is."""
+    """Side of a run that a face belongs to."""
 
     FRONT = "front"
     BACK = "back"
@@ -132,7 +132,7 @@ def _passes(
     bodies: Sequence[tuple[PlacedRun, float, float, float]],
     outline: Corners,
 ) -> bool:
-    """Whether the strip before a face goes on at both ends."""
+    """True if the strip before a face goes on at both ends."""
     for u in (hits[0][0] - PASSAGE_BEYOND_M, hits[-1][0] + PASSAGE_BEYOND_M):
         x, y = np.array(face.start) + u * face.along + width / 2 * face.away
         if not contains_point(outline, (float(x), float(y))):

@@ -1,4 +1,4 @@
-"""Where the runs of a plan stand: at walls, before others, or across their ends."""
+"""Place the runs of a plan: at walls, in front of other runs, or across their ends."""
 
 from __future__ import annotations
 

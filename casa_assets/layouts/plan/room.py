@@ -1,4 +1,4 @@
-"""The walls of a plan, in metres."""
+"""Resolve the walls and openings of a plan to metres."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Room:
         return (min(xs), min(ys)), (max(xs), max(ys))
 
     def holds(self, x: float, y: float) -> bool:
-        """Whether a point of the floor lies inside."""
+        """True if a point of the floor lies inside."""
         inside = False
         for (ax, ay), (bx, by) in zip(self.outline, (*self.outline[1:], self.outline[0]), strict=True):
             if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
@@ -79,7 +79,7 @@ class WallHole:
 
     @property
     def is_window(self) -> bool:
-        """Whether it is a window."""
+        """True if it is a window."""
         return self.opening.kind is OpeningKind.WINDOW
 
 

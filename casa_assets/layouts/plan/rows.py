@@ -1,4 +1,4 @@
-"""How the units of a row share its length."""
+"""Divide the length of a row among its units."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class WidthRange:
 
     @property
     def usual(self) -> float:
-        """What it has where nothing presses it."""
+        """Width where the row leaves a choice."""
         return round((self.low + self.high) / 2, 3)
 
 

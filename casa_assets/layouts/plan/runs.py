@@ -1,4 +1,4 @@
-"""Runs of a plan: what corners take of each, and how its units on the floor share the rest."""
+"""Lay out the floor units of a run between its corners."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WIDEST_FILLER = 0.12
 
 
 class EndKind(StrEnum):
-    """What is at an end of a run."""
+    """Neighbour at an end of a run."""
 
     FREE = "free"
     WALL = "wall"
@@ -49,17 +49,17 @@ class RunLine:
 
     @property
     def id(self) -> str:
-        """Of the run."""
+        """Id of the run."""
         return self.run.id
 
     @property
     def at_wall(self) -> bool:
-        """Whether it stands at a wall."""
+        """True if it stands at a wall."""
         return self.run.on is not None
 
     @property
     def is_island(self) -> bool:
-        """Whether it stands free on all sides."""
+        """True if it stands free on all sides."""
         return self.run.faces is not None
 
 
@@ -105,7 +105,7 @@ class UnitSlot:
 
     @property
     def is_upper(self) -> bool:
-        """Whether it hangs on the wall."""
+        """True if it hangs on the wall."""
         return self.low > 1.0
 
 
@@ -163,7 +163,7 @@ def _spread(plan: Plan, line: RunLine, rest: float) -> tuple[float, float]:
 
 
 def _bare(units: tuple[BaseUnit, ...]) -> bool:
-    """Whether a unit needs air beside it instead of a strip: a refrigerator that stands free."""
+    """True if a unit needs air beside it instead of a strip: a refrigerator that stands free."""
     return any(u.kind is BaseKind.FRIDGE and not u.housing for u in units)
 
 
@@ -215,7 +215,7 @@ def other_side(side: RunSide) -> RunSide:
 
 
 def _is_tall(units: tuple[BaseUnit, ...], k: int) -> bool:
-    """Whether a unit reaches up to the wall units: tall ones do, and so do strips and panels beside nothing else."""
+    """True if a unit reaches up to the wall units: tall ones do, and so do strips and panels beside nothing else."""
     if units[k].kind in (BaseKind.FILLER, BaseKind.PANEL):
         return all(u.kind in TALL for u in (*units[max(0, k - 1) : k], *units[k + 1 : k + 2]))
     return units[k].kind in TALL

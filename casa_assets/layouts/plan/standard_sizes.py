@@ -1,4 +1,4 @@
-"""Sizes that kitchens share, metres."""
+"""Standard dimensions of kitchens, metres."""
 
 from __future__ import annotations
 

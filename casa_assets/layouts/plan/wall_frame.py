@@ -1,4 +1,4 @@
-"""Where something stands along a wall: distances along it, away from it and up, into the frame of the room."""
+"""Frame along a wall: converts distances along, away from and up the wall to the frame of the room."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ __all__ = [
 
 
 class Base(StrEnum):
-    """How the root link meets the world: free to move, or welded where it is placed."""
+    """Attachment of the root link to the world: free to move, or welded where it is placed."""
 
     FREE = "free"
     FIXED = "fixed"

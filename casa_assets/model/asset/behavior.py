@@ -1,4 +1,4 @@
-"""What a stateful thing does, as data: joint or contact -> state -> effect. A runtime reads it without our code.
+"""State machine of a fixture as data: joint or contact -> state -> effect. A runtime reads it without our code.
 
 Once per control step a runtime goes through `rules` in order. The first rule of a variable whose `from_values` hold its
 value and whose conditions all hold, for `after_s` on end, sets the variable to `to`; its other rules wait for the next
@@ -61,7 +61,7 @@ class Variable(Record):
 
 
 class Rule(Record):
-    """How a variable changes.
+    """One transition of a variable: its source values, its conditions and its new value.
 
     Attributes:
         from_values: values that it may have before; any where empty.
@@ -78,7 +78,7 @@ class Rule(Record):
 
 
 class EffectKind(StrEnum):
-    """What a runtime does to the target while an effect acts."""
+    """Kind of change that a runtime makes to the target while an effect acts."""
 
     SHOW = "show"  # a site (flame, water, coffee) or visual gets the effect's colour
     LIGHT = "light"  # a visual glows, and a lamp at it shines, in the effect's colour
@@ -89,7 +89,7 @@ class EffectKind(StrEnum):
 
 
 class Effect(Record):
-    """What is seen of a value: `target` is a site, visual or region; `strength` 0..1."""
+    """Visible consequence of a value: `target` is a site, visual or region; `strength` 0..1."""
 
     variable: Id
     value: Id

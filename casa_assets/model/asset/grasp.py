@@ -1,4 +1,4 @@
-"""Where a hand with two fingers can take a thing as it rests."""
+"""Grasps of a parallel-jaw gripper on an object as it rests."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from casa_assets.model.record import Record, Vec3
 
 
 class GraspFeature(StrEnum):
-    """What the fingers close on."""
+    """Part of the object that the fingers close on."""
 
     BODY = "body"  # the thing itself, near its middle
     RIM = "rim"  # the wall of a vessel, from above
@@ -19,7 +19,7 @@ class GraspFeature(StrEnum):
 
 
 class Grasp(Record):
-    """One way of holding a thing.
+    """One grasp of an object: its centre, directions and opening width.
 
     Attributes:
         hold: what the fingers close on.

@@ -1,4 +1,4 @@
-"""How links move against each other, and the poses that have names."""
+"""Joints between links, and named poses of a whole asset."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Drive(Record):
 
 
 class Joint(Record):
-    """How a link moves against its parent. Zero is closed.
+    """Joint between a link and its parent: kind, axis, range, friction. Zero is closed.
 
     Attributes:
         name: unique.
@@ -89,7 +89,7 @@ class State(Record):
 
 
 class JointValue(Record):
-    """Where a joint stands, rad or m."""
+    """Position of one joint, rad or m."""
 
     joint: Id
     value: float

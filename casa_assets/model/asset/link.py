@@ -1,4 +1,4 @@
-"""A rigid body: what is seen of it, what is touched of it, and its mass."""
+"""Rigid body of an asset: its visuals, its collision shapes and its mass."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a surface looks like (Material, Texture) and what it is made of (Substance)."""
+"""Materials (appearance: Material, Texture) and substances (physics: density, friction)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Positive = Annotated[float, Field(gt=0.0)]
 
 
 class ColorSpace(StrEnum):
-    """How the numbers in an image are meant."""
+    """Encoding of the numbers in an image: colour (sRGB) or data (linear)."""
 
     SRGB = "sRGB"
     RAW = "raw"
@@ -118,7 +118,7 @@ class Density(Record):
 
 
 class Substance(Record):
-    """What a thing is made of, as physics sees it.
+    """Physical material: density and friction.
 
     Attributes:
         id: such as `ceramic`.

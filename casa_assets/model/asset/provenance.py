@@ -1,4 +1,4 @@
-"""What an asset is and where it comes from: labels, provenance, and every guess with its confidence."""
+"""Labels and origin of an asset: classes, source, licence, and every guess with its confidence."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TEST_SHARE = 5
 
 
 class Split(StrEnum):
-    """What an instance is kept for."""
+    """Dataset split of an instance: training or test."""
 
     TRAIN = "train"
     TEST = "test"
@@ -33,7 +33,7 @@ def split_of(sha256: str) -> Split:
 
 
 class Labels(Record):
-    """What it is, for segmentation and language.
+    """Class labels of an asset, for segmentation and language.
 
     Attributes:
         category: id in registry/categories.yaml.
@@ -65,7 +65,7 @@ class Guess(Record):
 
 
 class Provenance(Record):
-    """Where an asset comes from, for credit and for doubt.
+    """Origin of an asset: source, author, licence, digest, and the guesses that were made.
 
     Attributes:
         source: kind of source: folder, objaverse, objaverse_xl, text_to_3d, generated.

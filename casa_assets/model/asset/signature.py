@@ -1,4 +1,4 @@
-"""What two things are compared by, as numbers that are kept with them: the form of a surface, and its colours."""
+"""Signatures for finding duplicates: a shape descriptor and a colour histogram per asset."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TONES = 5
 
 
 class ShapeDescriptor(Record):
-    """A surface in numbers that no turn, no move and no triangulation changes; lengths are parts of `radius`.
+    """Shape of a surface as numbers that do not change with rotation, translation or triangulation.
 
     Attributes:
         radius: root mean square distance of the surface from its centre, metres.
@@ -31,7 +31,7 @@ class ShapeDescriptor(Record):
 
 
 class ColorHistogram(Record):
-    """The colours of a surface, by area.
+    """Distribution of the colours of a surface, by area.
 
     Attributes:
         tones: means of equal shares of each tone in turn, CIELAB units.

@@ -1,4 +1,4 @@
-"""What comes in: the source's own words about a mesh, its bytes, and the parts read from them."""
+"""Inputs of ingest: the description that the source gives of a mesh, its bytes, and the parts read from them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from casa_assets.model.record import Id, Record
 
 
 class SourceKind(StrEnum):
-    """Where a mesh was found."""
+    """Kind of place that a mesh was found in."""
 
     FOLDER = "folder"
     OBJAVERSE = "objaverse"
@@ -51,7 +51,7 @@ class Source(Record):
     hints: tuple[str, ...] = ()
 
     def provenance(self, sha256: str, guesses: tuple[Guess, ...]) -> Provenance:
-        """What an asset made of this says of its origin: the source's words, a digest of its bytes, and guesses."""
+        """Provenance of an asset made of this input: the source's own words, a digest of its bytes, and guesses."""
         return Provenance(
             source=self.kind.value,
             path=self.path,

@@ -1,4 +1,4 @@
-"""Something in a kitchen as seen from above: where it stands, where its doors go, what can be put in it.
+"""Fixtures of a kitchen seen from above: position, swept areas of their doors, regions for things.
 
 All of it is in the frame of the world (z up, metres). A fixture has its own x axis to the right of somebody who stands
 before it, and faces -y; `yaw` is the turn to the left that takes the world's axes to it, radians.
@@ -16,7 +16,7 @@ Corners = tuple[Vec2, ...]
 
 
 class Role(StrEnum):
-    """What a fixture is there for."""
+    """Purpose of a fixture: sink, range, worktop, seat ..."""
 
     SINK = "sink"
     RANGE = "range"
@@ -58,7 +58,7 @@ APPLIANCES = (
 
 
 class Footprint(Record):
-    """A rectangle on the floor: its middle, its full size (along its own x, along its own y) and its turn."""
+    """Rectangle on the floor: centre, full size along its own x and y, and yaw."""
 
     middle: Vec2
     size: Vec2
@@ -81,7 +81,7 @@ class Footprint(Record):
         return (self.middle[0] + across * a + v * c, self.middle[1] + across * b + v * d)
 
     def of(self, point: Vec2) -> Vec2:
-        """How far a point is to the right of its middle, and before its front; metres."""
+        """Coordinates of a point: distance to the right of the centre, and before the front; metres."""
         (a, b), (c, d) = self.right, self.front
         x, y = point[0] - self.middle[0], point[1] - self.middle[1]
         return (x * a + y * b, x * c + y * d - self.size[1] / 2)
@@ -94,7 +94,7 @@ class Footprint(Record):
 
 
 class SweptArea(Record):
-    """Where a door, flap or drawer goes, seen from above.
+    """Area that a door, flap or drawer passes through, seen from above.
 
     Attributes:
         swept: convex outline of all that it passes. open: of it alone where it stands open. Counter-clockwise.
@@ -110,7 +110,7 @@ class SweptArea(Record):
 
 
 class FixtureJoint(Record):
-    """A joint of a fixture.
+    """A joint of a placed fixture, with the area that it sweeps.
 
     Attributes:
         name: in its asset. range: rad or m. behind: joint that has to be open before.
@@ -127,7 +127,7 @@ class FixtureJoint(Record):
 
 
 class FixtureRegion(Record):
-    """A box or cylinder of a fixture where things can be put, all joints at zero: foot, and heights of its ends."""
+    """Box or cylinder of a fixture where things can be put, joints at zero: footprint, lower and upper end."""
 
     name: Id
     foot: Footprint
@@ -138,7 +138,7 @@ class FixtureRegion(Record):
 
 
 class FixtureSite(Record):
-    """A named point of a fixture: where a pan or a mug goes, a flame, a button."""
+    """Named point of a placed fixture: where a pan or a mug goes, a flame, a button."""
 
     name: Id
     at: Vec3

@@ -1,4 +1,4 @@
-"""A kitchen as a designer and a robot look at it: what stands where on the floor, what swings, where one can walk.
+"""Floor plan of a finished kitchen: walls, runs, fixtures, aisles, and where a robot parks.
 
 All of it is in the frame of the world (z up, metres); fixtures are those of model/fixture.py.
 """
@@ -47,7 +47,7 @@ __all__ = [
 
 
 class RoomWall(Record):
-    """A wall: its inner face from its left end to its right end, the room to the right of that way."""
+    """Inner face of a wall from its left end to its right end, the room to the right of that direction."""
 
     id: Id
     start: Vec2
@@ -56,7 +56,7 @@ class RoomWall(Record):
 
 
 class WallOpening(Record):
-    """A window, door or passage.
+    """A window, door or passage in a wall of the room.
 
     Attributes:
         start, end: of the hole on the inner face of the wall, from left to right. low, high: of it.
@@ -77,7 +77,7 @@ class WallOpening(Record):
 
 
 class PlacedUnit(Record):
-    """A unit of a run on the floor: where it begins and ends along it, and its front and height; metres.
+    """A unit of a run on the floor: left and right end along the run, front and height; metres.
 
     Attributes:
         kind: as the plan has it. worktop: whether it carries one. front: distance from the line of the run.
@@ -93,7 +93,7 @@ class PlacedUnit(Record):
 
 
 class RunEnd(StrEnum):
-    """What is at an end of a run."""
+    """Neighbour at an end of a run: nothing, a wall, or another run round a corner."""
 
     FREE = "free"
     WALL = "wall"
@@ -101,7 +101,7 @@ class RunEnd(StrEnum):
 
 
 class PlacedRun(Record):
-    """A run of units.
+    """A run of units in the frame of the room.
 
     Attributes:
         origin: left end of its line. yaw: as of a fixture in it. length: of it.
@@ -135,14 +135,14 @@ class PlacedRun(Record):
         return (self.origin[0] + along * c + before * s, self.origin[1] + along * s - before * c)
 
     def of(self, point: Vec2) -> Vec2:
-        """How far along the line a point is, and how far before it; metres."""
+        """Coordinates of a point: distance along the line, and before it; metres."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         x, y = point[0] - self.origin[0], point[1] - self.origin[1]
         return (x * c + y * s, x * s - y * c)
 
     @property
     def span(self) -> Vec2:
-        """Where it begins and ends along its line, corners included, metres."""
+        """First and last position along the line that units take up, corners included; metres."""
         first = 0.0 if self.left is not RunEnd.FREE or not self.units else self.units[0].left
         last = self.length if self.right is not RunEnd.FREE or not self.units else self.units[-1].right
         return first, last
@@ -179,7 +179,7 @@ class Aisle(Record):
 
 
 class ParkingSide(StrEnum):
-    """Where a robot stands as seen by who looks at the fixture's front."""
+    """Side of a fixture that a robot stands at, as seen by who looks at the fixture's front."""
 
     FRONT = "front"
     LEFT = "left"
@@ -188,7 +188,7 @@ class ParkingSide(StrEnum):
 
 
 class ParkingPlace(Record):
-    """Where a robot's base stands to work at a fixture.
+    """Position of a robot's base that works at a fixture.
 
     Attributes:
         fixture: its name. open: joint whose leaf stands open meanwhile, empty where all is shut.
@@ -205,7 +205,7 @@ class ParkingPlace(Record):
 
 
 class KitchenFacts(Record):
-    """A kitchen. See the module.
+    """Floor plan of one finished kitchen.
 
     Attributes:
         id: of the scene. plan: of the plan. compact: whether the plan says that it is a small one.

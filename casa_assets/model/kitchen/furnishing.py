@@ -1,4 +1,4 @@
-"""What a plan puts in besides its units: on worktops, at walls, under the ceiling, on the floor."""
+"""Furnishings of a plan besides its units: on worktops, at walls, under the ceiling, on the floor."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from casa_assets.model.record import Id, Record
 
 
 class Heading(StrEnum):
-    """Which way a wall runs, seen from above."""
+    """Direction of a wall from its left end to its right end, seen from above."""
 
     RIGHT = "right"
     FRONT = "front"
@@ -62,7 +62,7 @@ class Wall(Record):
 
 
 class OpeningKind(StrEnum):
-    """What fills a hole in a wall."""
+    """Kind of an opening in a wall: window, door or passage."""
 
     WINDOW = "window"
     DOOR = "door"
@@ -101,7 +101,7 @@ class PlanOpening(Record):
 
 
 class IslandPosition(Record):
-    """Where an island stands: in front of a run, and turned to it.
+    """Position of an island: in front of a run, and turned to it.
 
     Attributes:
         run: the run that it faces. aisle: from worktop to worktop, metres.
@@ -116,7 +116,7 @@ class IslandPosition(Record):
 
 
 class PeninsulaPosition(Record):
-    """Where a peninsula begins: at the free end of a run, across it, so that the two form a corner."""
+    """Position of a peninsula: at the free end of a run and across it, so that the two form a corner."""
 
     run: Id
     end: RunSide
@@ -165,7 +165,7 @@ class Run(Record):
 
 
 class CornerKind(StrEnum):
-    """How two rows meet."""
+    """Kind of corner between two runs."""
 
     BLIND = "blind"
     DIAGONAL = "diagonal"
@@ -173,7 +173,7 @@ class CornerKind(StrEnum):
 
 
 class RunCorner(Record):
-    """Where the right end of one run meets the left end of the next.
+    """Corner between the right end of one run and the left end of the next.
 
     Attributes:
         runs: the first, and the one that is met clockwise of it.

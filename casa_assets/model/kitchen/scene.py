@@ -20,7 +20,7 @@ FREE_JOINT, WORLD = "free", "world"
 
 
 class Layer(StrEnum):
-    """What a placement belongs to. The room and its ceiling can be hidden, to look in from outside."""
+    """Group that a placement belongs to. Room and ceiling can be hidden, to look in from outside."""
 
     THINGS = "things"
     ROOM = "room"
@@ -97,7 +97,7 @@ class Light(Record):
 
 
 class Sky(Record):
-    """What is seen through windows and beyond open walls: linear RGB, 0..1, from overhead down to the horizon."""
+    """Background seen through windows and beyond open walls: linear RGB, 0..1, from overhead to the horizon."""
 
     zenith: Vec3 = (0.36, 0.55, 0.8)
     horizon: Vec3 = (0.85, 0.88, 0.9)

@@ -17,7 +17,7 @@ PresetName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*/[a-z][a
 
 
 class PresetChoice(Record):
-    """A member of a family.
+    """A chosen preset of a family, with the parameters that differ from it.
 
     Attributes:
         preset: `family/preset`, such as `range/pro_six`.
@@ -94,7 +94,7 @@ class CabinetStyle(Record):
 
 
 class WorktopStyle(Record):
-    """A worktop: finish, edge profile, thickness in metres, height of the upstand along the wall (0 for none)."""
+    """Style of a worktop: finish, edge profile, thickness in metres, height of the upstand (0 for none)."""
 
     face: Id
     edge: Id = "eased"
@@ -124,13 +124,13 @@ class RoomStyle(Record):
 
 
 class BacksplashStyle(Record):
-    """What covers the wall between worktop and wall units, and up to the hood behind a range or hob."""
+    """Style of the wall covering between worktop and wall units, and up to the hood behind a cooktop."""
 
     face: Id
 
 
 class Style(Record):
-    """A style.
+    """Style of a kitchen: finishes, fronts and fixture presets for a plan of any shape.
 
     Attributes:
         id, title: name, and what a person calls it. description: what makes it recognisable, one line.

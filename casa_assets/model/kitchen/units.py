@@ -23,7 +23,7 @@ class RunSide(StrEnum):
 
 
 class BaseKind(StrEnum):
-    """What stands on the floor in a run."""
+    """Kind of a unit that stands on the floor."""
 
     DOORS = "doors"
     DRAWERS = "drawers"
@@ -43,7 +43,7 @@ class BaseKind(StrEnum):
 
 
 class UpperKind(StrEnum):
-    """What hangs on the wall over a run."""
+    """Kind of a unit that hangs on the wall."""
 
     DOORS = "doors"
     GLASS = "glass"
@@ -60,7 +60,7 @@ TALL = (BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE)
 
 
 class Unit(Record):
-    """What every unit of a row has.
+    """Fields that every unit of a row has.
 
     Attributes:
         id: unique in the plan; where it is not given, the kind and a number.

@@ -1,4 +1,4 @@
-"""What we know of a kind of object before we have seen the mesh: the rows of registry/categories.yaml."""
+"""Categories of kitchen objects: usual size, mass, pose and uses; the rows of registry/categories.yaml."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SAME_SIZE = 0.02
 
 
 class Certainty(StrEnum):
-    """How sure the registry is of a Q-code."""
+    """Confidence of the registry in a Q-code."""
 
     CERTAIN = "certain"
     LIKELY = "likely"
@@ -23,7 +23,7 @@ class Certainty(StrEnum):
 
 
 class MatterFill(StrEnum):
-    """How matter fills the outline of an object; decides volume, mass and whether cavities stay open."""
+    """Distribution of matter within an object's outline; decides volume, mass and whether cavities stay open."""
 
     SOLID = "solid"  # an apple, a cutting board: matter all through
     FILLED = "filled"  # a sealed can or carton: outline full, mixed density
@@ -32,7 +32,7 @@ class MatterFill(StrEnum):
 
 
 class RestingPose(StrEnum):
-    """How an object rests on a worktop."""
+    """Usual pose of an object on a worktop."""
 
     STANDS = "stands"  # tallest or designed axis up: a bottle, a mug
     LIES = "lies"  # shortest axis up: a knife, a plate, a cutting board
@@ -40,7 +40,7 @@ class RestingPose(StrEnum):
 
 
 class FrontRule(StrEnum):
-    """Which way an object is turned about z, so that instances of a category look the same way."""
+    """Rule for the yaw of an object, so that instances of a category face the same way."""
 
     ANY = "any"  # the same from all sides, or nobody minds
     FACE = "face"  # its printed or working face looks to -y
@@ -49,7 +49,7 @@ class FrontRule(StrEnum):
 
 
 class Affordance(StrEnum):
-    """What a robot or an appliance may do with an object; a closed set."""
+    """Action that an object allows a robot or an appliance; a closed set."""
 
     GRASPABLE = "graspable"  # a hand of 0.08 m can take it as it rests
     WASHABLE = "washable"
@@ -63,7 +63,7 @@ class Affordance(StrEnum):
 
 
 class ObjectType(StrEnum):
-    """What tasks ask for when they do not name a category; a closed set, that of the reference runtime (RoboCasa)."""
+    """Group of categories that tasks ask for; the closed set of the reference runtime (RoboCasa)."""
 
     ALCOHOL = "alcohol"
     BREAD_FOOD = "bread_food"
@@ -89,7 +89,7 @@ class ObjectType(StrEnum):
 
 
 class NumberBasis(StrEnum):
-    """Where the numbers of a row come from."""
+    """Source of the numbers of a row."""
 
     USUAL = "usual"  # our estimate of common real ones
     TRADE = "trade"  # sizes and net weights that it is sold in
@@ -98,7 +98,7 @@ class NumberBasis(StrEnum):
 
 
 class CategoryBases(Record):
-    """The basis of the sizes, of the mass, and of `types` and `affords`."""
+    """Source of the sizes, of the mass, and of `types` and `affords` of a category."""
 
     size: NumberBasis = NumberBasis.USUAL
     mass: NumberBasis = NumberBasis.USUAL
@@ -208,7 +208,7 @@ class Category(Record):
         return self.prompts or (f"{'an' if name[0] in 'aeiou' else 'a'} {name}",)
 
     def can(self, use: Affordance) -> bool:
-        """Whether `use` is among what it affords."""
+        """True if `use` is among the affordances."""
         return use in self.affords
 
 
@@ -218,5 +218,5 @@ PICTURE_PROMPTS = ("a photo of {}.", "a 3D render of {} on a plain background.",
 
 
 def clip_prompts(category: Category) -> tuple[str, ...]:
-    """Every phrase of a category in every way of talking of a picture, for a model that compares both."""
+    """Every phrase of a category in every prompt template, for a vision-language model (CLIP)."""
     return tuple(picture.format(phrase) for phrase in category.phrases for picture in PICTURE_PROMPTS)

@@ -1,4 +1,4 @@
-"""What a runtime expects of a fixture: names, joints, places, thresholds. Data in registry/contracts, one file each.
+"""Contracts of runtimes: names, joints, sites and thresholds that a fixture has to have; registry/contracts.
 
 Every `name` is a pattern (a regular expression that has to match the whole name); a plain name matches itself.
 """
@@ -53,7 +53,7 @@ class Axis(StrEnum):
 
 
 class OpeningSide(StrEnum):
-    """Where the range lies about zero, which is closed."""
+    """Position of a joint's range relative to zero, which is closed."""
 
     POSITIVE = "positive"  # 0..a
     NEGATIVE = "negative"  # -a..0
@@ -67,7 +67,7 @@ def _named(row: Any) -> Any:
 
 
 class NamePattern(Record):
-    """Something with a name that matches `name`; `least` to `most` of them (None: any number)."""
+    """Pattern of names of which `least` to `most` have to exist (None: any number)."""
 
     name: Pattern
     least: Count = 1
@@ -85,7 +85,7 @@ class NamePattern(Record):
         return self
 
     def matches(self, name: str) -> bool:
-        """Whether the whole name fits."""
+        """True if the whole name fits."""
         return re.fullmatch(self.name, name) is not None
 
 
@@ -143,7 +143,7 @@ class VariableRule(NamePattern):
 
 
 class Requirements(Record):
-    """A set of things that have to be there."""
+    """Links, joints, shapes, sites and regions that have to exist."""
 
     links: tuple[LinkRule, ...] = ()
     joints: tuple[JointRule, ...] = ()
@@ -167,13 +167,13 @@ def _fill(data: Any, mark: str, value: str) -> Any:
 
 
 class Alternatives(Record):
-    """Sets of which at least one has to be met."""
+    """Sets of requirements of which at least one has to be met."""
 
     any_of: Annotated[tuple[Requirements, ...], Field(min_length=2)]
 
 
 class ForEach(Record):
-    """What is needed for every value that is in use.
+    """Requirements that are repeated for every value in use.
 
     Attributes:
         key: `loc`, written `{loc}` in patterns.
@@ -191,7 +191,7 @@ class ForEach(Record):
 
 
 class Threshold(Record):
-    """Where a joint changes what a runtime thinks of the fixture; exactly one of `at` and `share` is given.
+    """Joint position at which a runtime changes its view of a fixture; exactly one of `at` and `share` is given.
 
     Attributes:
         joint: pattern.
@@ -211,7 +211,7 @@ class Threshold(Record):
         return self
 
     def position(self, span: Vec2) -> float:
-        """Where it lies on a joint of this range, rad or m."""
+        """Position of the threshold on a joint of this range, rad or m."""
         if self.at is not None:
             return self.at
         assert self.share is not None, "one of them is given"
@@ -265,7 +265,7 @@ class Trial(Record):
 
 
 class Contract(Requirements):
-    """What a runtime expects of one class of fixture.
+    """Requirements of a runtime on one class of fixture.
 
     Attributes:
         id: such as `microwave`; the name of its file.

@@ -1,4 +1,4 @@
-"""Which fields a place in nested records may have, for errors that name them."""
+"""Look up which fields nested records may have at a path, for error messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A surface as the parametric families use it: how it looks, what it is made of, how large its picture is in truth."""
+"""Finishes of parametric families: appearance, substance, and true size of the picture."""
 
 from __future__ import annotations
 

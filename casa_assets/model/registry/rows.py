@@ -25,7 +25,7 @@ class Limit(Record):
 
 
 class Rejection(Record):
-    """Why an input is turned away: what it means and how to mend it, for the person who sent it."""
+    """Reason for turning an input away: its meaning and the remedy, for the person who sent it."""
 
     code: Code
     name: Id

@@ -1,4 +1,4 @@
-"""How a picture of a surface is made: a kind, a seed, numbers."""
+"""Recipe of a procedural texture: kind, seed and parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Free words (file names, titles, tags) into what they name, by whole words only: no disk, no guessing by likeness."""
+"""Find names from the registry in free text (file names, titles, tags), by whole words only."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ LONGEST_PHRASE = 5  # words
 
 
 class VocabularyEntry(NamedTuple):
-    """What a phrase names, and whether it yields to any other phrase of a text."""
+    """Meaning of a phrase: the id that it names, and whether it yields to any other phrase of a text."""
 
     id: str
     weak: bool
 
 
 class VocabularyMatch(NamedTuple):
-    """What a text names: the id, confidence 0..1, the words that say so, and whether they are weak."""
+    """Id that a text names, with confidence 0..1, the words that say so, and whether they are weak."""
 
     id: str
     confidence: float

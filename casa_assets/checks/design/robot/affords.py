@@ -1,4 +1,4 @@
-"""Whether a kitchen affords every task."""
+"""Find tasks that a kitchen does not afford (fixtures, reach, room for objects)."""
 
 from __future__ import annotations
 

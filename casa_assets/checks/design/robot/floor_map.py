@@ -1,4 +1,4 @@
-"""The floor as a grid: what stands on it, where a robot's base can be, and where it can get to."""
+"""Occupancy grid of the floor: obstacles, positions of a robot's base, and what it can reach."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class FloorMap:
         return (int(row), int(column)) if inside else None
 
     def holds(self, mask: Mask, point: Vec2) -> bool:
-        """Whether a mask is set at a point."""
+        """True if a mask is set at a point."""
         at = self.cell(point)
         return at is not None and bool(mask[at])
 
@@ -95,7 +95,7 @@ class FloorMap:
         return float((near & self.reached).sum()) * CELL**2
 
     def leads_in(self, start: Vec2, end: Vec2) -> bool:
-        """Whether the base gets from a doorway to the largest piece of free floor."""
+        """True if the base gets from a doorway to the largest piece of free floor."""
         numbers, count = ndimage.label(self.free)
         if not count:
             return False
@@ -135,7 +135,7 @@ def obstacles(facts: KitchenFacts) -> Iterator[Outline]:
 
 
 def stands(fixture: Fixture) -> bool:
-    """Whether a fixture stands on the floor in the way of a base."""
+    """True if a fixture stands on the floor in the way of a base."""
     return fixture.role not in NOT_THERE and fixture.low < STANDS and fixture.high > FLAT
 
 

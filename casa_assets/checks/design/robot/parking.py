@@ -1,4 +1,4 @@
-"""Where a robot's base parks to work at each fixture, with all doors shut and with each of the fixture's own open."""
+"""Find parking places of a robot's base for each fixture, doors shut and each door open."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def find_parking(facts: KitchenFacts, floor: FloorMap) -> ParkingPlaces:
 
 
 def is_tall(facts: KitchenFacts, fixture: Fixture) -> bool:
-    """Whether a fixture stands in a unit that is higher than worktops."""
+    """True if a fixture stands in a unit that is higher than worktops."""
     row = facts.row(fixture.run)
     high = max((u.high for u in row.units if u.name == fixture.unit), default=0.0) if row else 0.0
     on_floor = fixture.low < STANDS and fixture.high > TALL_UNIT

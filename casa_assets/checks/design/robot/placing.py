@@ -1,4 +1,4 @@
-"""Trying out where things can be put: boxes drawn into zones, and how many of them lie well."""
+"""Sample boxes in zones and measure how many of them can be placed."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class BoxSizes:
 
 @dataclass(frozen=True)
 class PlacingZone:
-    """Where boxes are put.
+    """Zone that boxes are placed in.
 
     Attributes:
         fixture, region: what it belongs to. span: of the room that there is.

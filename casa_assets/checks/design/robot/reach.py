@@ -1,4 +1,4 @@
-"""Whether a robot gets to every fixture."""
+"""Find fixtures and doorways that a robot's base cannot reach."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def is_reached(subject: DesignSubject, limit: float | None) -> Measured:
 
 
 def is_reached_open(subject: DesignSubject, limit: float | None) -> Measured:
-    """The same with each door, flap or drawer of it open, one after the other; counts those that it cannot.
+    """Number of fixtures that a base cannot park before while one of their doors or drawers is open.
 
     Fixtures that are not reached with all shut are the business of `is_reached`.
     """

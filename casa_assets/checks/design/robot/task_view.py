@@ -1,4 +1,4 @@
-"""A kitchen as tasks look at it: what a base gets to, what worktop is free beside it, and what a task was found."""
+"""Queries of tasks on a kitchen: reachable fixtures, free worktop beside them, zones to put things."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NEAR = 0.6  # metres beside a fixture within which its worktop begins
 
 
 class Afforded(Record):
-    """What a kitchen has for a task.
+    """Fixtures, joints, sites and regions that a kitchen offers for a task.
 
     Attributes:
         number, task: of the table. fixtures, joints, sites, regions: that it can be done with, `<fixture>__<name>`.
@@ -58,7 +58,7 @@ class Placing:
 
 @dataclass(frozen=True)
 class TaskFinding:
-    """What was found for a task, before boxes are drawn.
+    """Intermediate result for a task, before boxes are sampled.
 
     Attributes:
         fixtures: with which it can be done. joints, sites, regions: names. puts: what is put where.
@@ -75,7 +75,7 @@ class TaskFinding:
 
 
 class TaskView:
-    """A kitchen as tasks look at it."""
+    """A kitchen with the queries that tasks make."""
 
     def __init__(self, facts: KitchenFacts, floor: FloorMap, lots: ParkingPlaces) -> None:
         self.facts, self.floor, self.lots = facts, floor, lots
@@ -113,7 +113,7 @@ class TaskView:
         return PlacingZone(fixture.name, site, span, (), points, middles=True)
 
     def stands_beside(self, fixture: Fixture, joint: FixtureJoint) -> bool:
-        """Whether the base gets to the left or right of a fixture while its drawer is open."""
+        """True if the base gets to the left or right of a fixture while its drawer is open."""
         if joint.leaf is None:
             return False
         reached = self.floor.connected(self.floor.beside(joint.leaf.open))

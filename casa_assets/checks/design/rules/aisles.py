@@ -1,4 +1,4 @@
-"""Rules of room to work and to walk."""
+"""Find aisles that are too narrow to work or to walk in."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rules of where appliances stand."""
+"""Find appliances in unsafe or cramped places: no standing room, under windows, near corners."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rules of doorways, and of doors that swing into each other."""
+"""Find narrow doorways, and doors that swing into appliances or into each other."""
 
 from __future__ import annotations
 
@@ -80,5 +80,5 @@ def _leaves(facts: KitchenFacts) -> Iterator[Solid]:
 
 
 def _level(low: float, high: float, bottom: float, top: float) -> bool:
-    """Whether two ranges of height share more than a centimetre."""
+    """True if two ranges of height share more than a centimetre."""
     return min(high, top) - max(low, bottom) > 0.01

@@ -1,4 +1,4 @@
-"""Worktop beside what is worked at, along the fronts of a row."""
+"""Measure the free worktop beside appliances, along the fronts of a run."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def unit_landings(facts: KitchenFacts, kind: str) -> Iterator[tuple[PlacedRun, V
 
 
 def across(facts: KitchenFacts, row: PlacedRun, most: float) -> bool:
-    """Whether a worktop lies within reach at the other side of the aisle before a row."""
+    """True if a worktop lies within reach at the other side of the aisle before a row."""
     return any(a.width <= most for a in facts.aisles if row.id in (a.one, a.other) and a.kind.value == "work")
 
 

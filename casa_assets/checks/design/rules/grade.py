@@ -39,7 +39,7 @@ class Rule:
 
 
 class Finding(Record):
-    """What a rule found; `passed` is None where it does not apply. `waived`: not counted, since the plan is compact."""
+    """Result of a rule; `passed` is None where it does not apply, `waived` where the plan is compact."""
 
     rule: str
     title: str

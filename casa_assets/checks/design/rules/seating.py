@@ -1,4 +1,4 @@
-"""Rules of those who sit in a kitchen, of heights and of standard sizes."""
+"""Measure seats, heights and standard sizes for the design rules."""
 
 from __future__ import annotations
 

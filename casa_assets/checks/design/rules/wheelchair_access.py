@@ -1,4 +1,4 @@
-"""The access profile: what a kitchen is like for who works in it from a wheelchair. Measured, and held against nothing.
+"""Measure wheelchair access (the access profile); no limits are applied.
 
 Ref: 2010 ADA Standards 804, 305, 306, 308, 309; ICC A117.1 1003.12.
 """
@@ -21,7 +21,7 @@ def pass_aisle(subject: DesignSubject) -> float | None:
 
 
 def u_aisle(subject: DesignSubject) -> float | None:
-    """The same in the middle of three rows that join, or None where no three do."""
+    """Least metres between fronts in the middle of three joined runs, or None where no three join."""
     facts = subject.facts
     ends = {r.id: r.next for r in facts.rows}
     trios = [(a, n) for a, b in ends.items() if b is not None and (n := ends.get(b)) is not None]

@@ -1,4 +1,4 @@
-"""The work triangle of sink, cooktop and refrigerator, and what lies in its way."""
+"""Measure the work triangle of sink, cooktop and refrigerator, and the obstacles on it."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def crossed(facts: KitchenFacts) -> float | None:
 
 
 def between_sink(facts: KitchenFacts) -> float | None:
-    """How many of cooktop and refrigerator are neither next to a sink nor across from it, round corners included."""
+    """Number of cooktop and refrigerator that are neither next to a sink nor across from it."""
     found = centres(facts)
     if len(found) < 3:
         return None
@@ -122,7 +122,7 @@ def _place(facts: KitchenFacts, fixture: Fixture, point: Vec2) -> tuple[str, flo
 
 
 def _across(one: Fixture, other: Fixture) -> bool:
-    """Whether two fixtures look at each other."""
+    """True if two fixtures look at each other."""
     (ax, ay), (bx, by) = one.foot.front, other.foot.front
     aside, before = one.foot.of(other.foot.at(0.0, 0.0))
     return ax * bx + ay * by < -0.9 and before > 0 and abs(aside) < 1.2

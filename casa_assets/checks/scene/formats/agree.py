@@ -1,4 +1,4 @@
-"""Both files of a scene tell of the same kitchen."""
+"""Find cells that differ between the MJCF and the USD of a scene."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from casa_assets.checks.scene.formats.parity import parity_of
 
 
 def formats_agree(files: SceneFiles, limit: float | None) -> Measured:
-    """How many cells of the fact tables differ: bodies, poses, joints, masses, shapes, filters, labels, places.
+    """Number of differing cells: bodies, poses, joints, masses, shapes, filters, labels, places.
 
     A file that nobody can read is the business of the checks of loading.
     """

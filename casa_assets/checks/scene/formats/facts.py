@@ -1,4 +1,4 @@
-"""The table of facts that both formats of a scene are reduced to: what one asset's table holds, for all at once."""
+"""Fact table of a scene, which both formats are reduced to."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class LightFacts(Record):
 
 
 class SceneFacts(Record):
-    """What one format says about a scene.
+    """Facts that one format states about a scene.
 
     Attributes:
         gravity: m/s^2.

@@ -19,7 +19,7 @@ USD_FILE, LIGHT_FILE = "scene.usda", "scene_light.xml"
 
 @dataclass(frozen=True, eq=False)
 class SceneFiles:
-    """What stands beside `scene.xml`; a subject is equal to itself alone.
+    """Files beside `scene.xml`, each read once; a subject is equal to itself alone.
 
     Attributes:
         kitchen: the scene and its `scene.xml`, which the others are held against.

@@ -1,4 +1,4 @@
-"""The light form of a scene: other shapes, the same machine."""
+"""Find differences in motion between the light form of a scene and the full one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""MJCF and USD of one scene say the same."""
+"""Compare the MJCF and the USD of a scene by three readings."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def parity_of(
     relative: float = RELATIVE,
     length: float = LENGTH_M,
 ) -> list[Fault]:
-    """The same of files that MuJoCo has read.
+    """Differences between files that MuJoCo has already read.
 
     Args:
         model: of scene.xml. imported: of scene.usda, which lies at `usd`; None leaves what UsdPhysics reads.

@@ -1,4 +1,4 @@
-"""The USD of a scene, as judges see it that we did not write.
+"""Find faults of a scene's USD by independent validators: OpenUSD, SimReady, MuJoCo's importer.
 
 What does not open at all is said once, by `opens_in_silence`; the others have nothing to add to that.
 """

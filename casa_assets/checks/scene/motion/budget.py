@@ -1,4 +1,4 @@
-"""What a scene asks of a simulator and of a graphics card."""
+"""Find scenes that ask too much of a simulator or graphics card: bodies, shapes, memory, time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MEGABYTE = 1e6
 
 @dataclass(frozen=True)
 class MeasuredSpeed:
-    """What a stopwatch said of a scene, on the machine of the check.
+    """Loading and stepping time of a scene, measured on this machine.
 
     Attributes:
         load_ms: to compile the whole file, milliseconds.
@@ -85,7 +85,7 @@ def keeps_pace(speed: MeasuredSpeed, limit: float | None) -> Measured:
 
 
 def scene_sizes(subject: SceneSubject) -> dict[str, float]:
-    """What a scene holds, by word: counts, and megabytes of decoded pictures. It has to load."""
+    """Sizes of a scene by name: counts, and megabytes of decoded pictures. It has to load."""
     whole, bare = subject.loaded.model, subject.model
     assert whole is not None
     hulls = bare.geom_type == mujoco.mjtGeom.mjGEOM_MESH

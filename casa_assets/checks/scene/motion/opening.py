@@ -1,4 +1,4 @@
-"""Whether everything that opens can: each joint is moved through its range, alone and with each neighbour open."""
+"""Find joints that run into something over their range, alone or with each neighbour open."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True)
 class JointSweep:
-    """The way of a joint's parts while all else is shut.
+    """Path of a joint's parts while all else is shut.
 
     Attributes:
         values: (N,) rad or m, from its start to its far end. boxes: (N, 2, 3) around its parts at each, metres.
@@ -47,7 +47,7 @@ class JointSweep:
 
 @dataclass(frozen=True)
 class Clash:
-    """A joint's parts in something else.
+    """Contact of a joint's parts with something else.
 
     Attributes:
         share: of the joint's range at which it begins. depth: the deepest on the way, metres, beyond that at rest.
@@ -117,7 +117,7 @@ def _ends(part: ScenePart) -> list[float]:
 
 
 class SweepTester:
-    """A model whose filters are set for one question after the other; they are put back after each."""
+    """Sweeps joints of a scene; the model's contact filters are put back after each sweep."""
 
     def __init__(self, subject: SceneSubject, limit: float) -> None:
         self.subject, self.limit = subject, limit
@@ -130,7 +130,7 @@ class SweepTester:
         self.at_rest = dict(self._depths())
 
     def way(self, part: ScenePart) -> JointSweep:
-        """Where a joint's parts go."""
+        """Path of a joint's parts from shut to open."""
         self.stand(part.before)
         low, high = part.joint.range
         start, end = (low, high) if part.far == high else (high, low)
@@ -144,7 +144,7 @@ class SweepTester:
         return JointSweep(values, passed, around(passed), part.before)
 
     def sweep(self, part: ScenePart, way: JointSweep, setting: dict[str, float], against: Mask | None) -> list[Clash]:
-        """What a joint's parts meet on their way.
+        """Contacts of a joint's parts on their path.
 
         Args:
             setting: joints that are not at zero. against: (ngeom,) what counts, all that is not moved where None.
@@ -168,7 +168,7 @@ class SweepTester:
         return list(found.values())
 
     def beside(self, part: ScenePart, way: JointSweep, other: ScenePart, setting: dict[str, float]) -> list[Clash]:
-        """What a joint's parts meet while another joint stands open."""
+        """Contacts of a joint's parts while another joint stands open."""
         carried = bool(
             other.moved[self.model.jnt_bodyid[part.number]] or part.moved[self.model.jnt_bodyid[other.number]]
         )

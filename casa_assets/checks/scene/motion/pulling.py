@@ -1,4 +1,4 @@
-"""Whether a hand can open everything where it stands: 20 N at the grip, in the whole scene."""
+"""Find joints that a hand of 20 N at the grip cannot open in the whole scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a scene loads, begins and stays when nobody touches it."""
+"""Find scenes that do not load cleanly, begin in collision, or move when nobody touches them."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def idle_run(subject: SceneSubject) -> IdleRun:
 
 
 def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Penetration]:
-    """What is in each other where everything is now, one per pair of geoms, the deepest first; `data` is only read."""
+    """Penetrating pairs of geoms in the present state, the deepest first; `data` is only read."""
     seen = mujoco.MjData(subject.model)
     seen.qpos[:] = data.qpos
     with AllPairs(subject.model):

@@ -1,4 +1,4 @@
-"""How fast a scene loads and steps, here and now."""
+"""Measure how fast a scene loads and steps on this machine."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def in_a_fresh_process(scene_xml: Path) -> tuple[float, float, float]:
 
 
 def timed(scene_xml: Path) -> tuple[float, float, float]:
-    """The same in this process; steps are taken from the key `start`, and the first is not timed: it allocates."""
+    """Loading and stepping time in this process, from the key `start`; the first step allocates and is not timed."""
     begin = time.perf_counter()
     model = mujoco.MjModel.from_xml_path(str(scene_xml))
     loaded = time.perf_counter()

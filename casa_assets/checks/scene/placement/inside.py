@@ -1,4 +1,4 @@
-"""Whether everything stays in the room: inside the outer faces of its walls, on its floor, under its ceiling."""
+"""Find things that reach outside the room: beyond walls, below the floor, above the ceiling."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether things that never move stand in each other: MuJoCo makes no contacts between them, so they are measured."""
+"""Find fixed things that overlap; MuJoCo makes no contacts between them, so they are measured."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def nothing_overlaps(subject: SceneSubject, limit: float | None) -> Measured:
 
 
 def allowance(subject: SceneSubject, one: str, other: str) -> float:
-    """How deep two placements may be in each other, metres."""
+    """Depth that two placements may overlap, metres."""
     kinds = (subject.category(one), subject.category(other))
     return max(ALLOWED.get(kinds, (0.0, ""))[0], ALLOWED.get(kinds[::-1], (0.0, ""))[0])
 

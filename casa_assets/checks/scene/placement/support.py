@@ -1,4 +1,4 @@
-"""Whether what is fixed stands, hangs or leans on something, as it would have to in a house."""
+"""Find fixed things that float: nothing below, above or beside holds them."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _says(desk: SupportTester, name: str) -> str:
 
 
 class SupportTester:
-    """Who holds whom."""
+    """Tests whether one placement holds another."""
 
     def __init__(self, subject: SceneSubject) -> None:
         self.subject = subject
@@ -71,7 +71,7 @@ class SupportTester:
         self.lowered.geom_xmat[:] = subject.data.geom_xmat
 
     def holds(self, name: str, other: str) -> bool:
-        """Whether a thing that is itself held holds another."""
+        """True if a thing that is itself held holds another."""
         kind, carrier = self.subject.category(name), self.subject.category(other)
         low = self.bounds[name][0, 2] - self.floor < LOW_M
         if carrier == FLOOR:
@@ -87,11 +87,11 @@ class SupportTester:
         return self._stands_on(name, other, FROM_OTHER_M)
 
     def _near(self, name: str, other: str, gap: float) -> bool:
-        """Whether two things come as near as that, in any direction."""
+        """True if two things come as near as that, in any direction."""
         return self._closest(self.subject.data, name, other, gap) <= gap
 
     def _stands_on(self, name: str, other: str, gap: float) -> bool:
-        """Whether a thing that is lowered by `gap` goes into what it did not go into before.
+        """True if a thing that is lowered by `gap` goes into what it did not go into before.
 
         What is touched of a thing may end a little higher than what is seen of it; it is what is seen that stands.
         """

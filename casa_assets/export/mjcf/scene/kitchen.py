@@ -114,7 +114,7 @@ def _document(scene: Scene, drafts: list[body.BodyContext], parts: SceneResource
 
 
 def world_from_root(place: Placement, asset: Asset) -> Pose:
-    """Where the root link of a placement stands."""
+    """Pose of the root link of a placement in the world."""
     return place.pose @ asset.root.pose
 
 

@@ -21,7 +21,7 @@ FOLDER = "assets"
 
 @dataclass(frozen=True)
 class SceneResources:
-    """What the assets of a scene have in common.
+    """Meshes, images and materials that the assets of a scene share.
 
     Attributes:
         meshes: asset id -> its meshes; their paths are relative to the shared folder.
@@ -46,7 +46,7 @@ class SceneResources:
 
 
 def gather(assets: Sequence[Asset]) -> SceneResources:
-    """What the assets name. Meshes are called by their content, so that equal ones of different assets are one."""
+    """Collect meshes, images and materials of assets; meshes are named by content, so equal ones are one file."""
     seen: dict[str, Texture] = {}
     worn: dict[str, Material] = {}
     for asset in assets:
