@@ -25,7 +25,7 @@ PLANTS = [
     ("layers", "pipeline", "import casa_assets.cli"),
     ("layers", "checks", "from casa_assets import registry"),
     ("layers", "core", "import casa_assets.geometry"),
-    ("writers", "export/mjcf", "from casa_assets.geometry.inertia import felt"),
+    ("writers", "export/mjcf", "from casa_assets.geometry.inertia import drop_unfelt_products"),
     ("writers", "export/usd", "from casa_assets.geometry.lightweight import lighten"),
     ("pxr", "model/pose", "from pxr import Usd"),
     ("pxr", "pipeline", "import pxr"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.orient import UPS, orient
+from casa_assets.ingest.orient import UP_ROTATIONS, orient
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import Up
 from tests.meshes import box_mesh
@@ -20,7 +20,7 @@ THINGS = {
     "knife": knife(),
 }
 # What a file in which this axis is up makes of a thing that stands: file from asset.
-FILES = {axis: turn.T for axis, turn in UPS.items()}
+FILES = {axis: turn.T for axis, turn in UP_ROTATIONS.items()}
 
 
 def points(state: Draft) -> np.ndarray:
@@ -36,7 +36,7 @@ def up_axis(state: Draft) -> str:
 
 
 def test_the_candidates_are_the_six_rotations() -> None:
-    for axis, turn in UPS.items():
+    for axis, turn in UP_ROTATIONS.items():
         assert np.linalg.det(turn) == pytest.approx(1)
         assert turn @ turn.T == pytest.approx(np.eye(3))
         named = np.eye(3)["xyz".index(axis[-1])] * (-1 if "minus" in axis else 1)
@@ -44,8 +44,8 @@ def test_the_candidates_are_the_six_rotations() -> None:
 
 
 def test_the_front_of_gltf_becomes_the_front_of_an_asset() -> None:
-    assert UPS["y"] @ [0, 0, 1] == pytest.approx([0, -1, 0])
-    assert UPS["y"] @ [1, 0, 0] == pytest.approx([1, 0, 0])
+    assert UP_ROTATIONS["y"] @ [0, 0, 1] == pytest.approx([0, -1, 0])
+    assert UP_ROTATIONS["y"] @ [1, 0, 0] == pytest.approx([1, 0, 0])
 
 
 @pytest.mark.parametrize("name", ["mug", "bottle"])
@@ -74,7 +74,7 @@ def test_a_mug_stands_from_any_usual_pose_where_nothing_is_stated(axis: str) -> 
 
 @pytest.mark.parametrize(
     ("name", "axis"),
-    [(name, axis) for name in ("bottle", "plate") for axis in UPS] + [("knife", a) for a in UPS if a[-1] != "x"],
+    [(name, axis) for name in ("bottle", "plate") for axis in UP_ROTATIONS] + [("knife", a) for a in UP_ROTATIONS if a[-1] != "x"],
 )
 def test_the_height_is_right_from_any_pose(name: str, axis: str) -> None:
     out = orient(draft(in_file(THINGS[name], axis), up=None, form="obj"), category(name))

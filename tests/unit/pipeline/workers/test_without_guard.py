@@ -49,7 +49,7 @@ def test_a_script_without_a_guard(started: str, tmp_path: Path) -> None:
         [sys.executable, *words], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "started").read_text(encoding="ascii") == "once."
+    assert (tmp_path / "started").read_text(encoding="ascii") == "once\n"
 
 
 def test_one_thing_starts_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
