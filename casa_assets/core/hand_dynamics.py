@@ -1,4 +1,4 @@
-"""The force of a hand: friction, damping and springs of what it moves, from forces that a spring scale measures.
+"""Friction, damping and springs of joints, from forces of a hand that a spring scale measures.
 
 A real hinge, runner or knob resists by friction, which is what a hand feels when it starts, and by grease or a damper,
 which sets how fast a push of full strength takes it along. Both are chosen here from two numbers that can be measured

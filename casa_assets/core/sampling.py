@@ -1,4 +1,4 @@
-"""Random numbers by name: a seed and a lane give the same draws on every machine."""
+"""Random number generators by seed and name, with the same draws on every machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is built in: which of its inertia can be felt, and what moves beside what is fixed."""
+"""Drop products of inertia that no joint can feel, and list pairs of links that never touch."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ AXIS_ALIGNED_SINE = 1e-9
 
 
 def ready_to_simulate(scene: Scene) -> Scene:
-    """The scene with what a simulator need not work out: products of inertia unfelt, and pairs that never touch."""
+    """Drop unfelt products of inertia from a scene, and exclude pairs of links that never touch."""
     return scene.replace(assets=tuple(map(drop_unfelt_products, scene.assets)), exclusions=adjacent_links(scene))
 
 
 def adjacent_links(scene: Scene) -> tuple[tuple[PlacedLink, PlacedLink], ...]:
-    """What moves on something fixed, and each fixed thing beside it while all is shut, its own frame among them.
+    """Pair every moving link with the fixed links beside it while all is shut, its own frame among them.
 
     A door and the frame, walls and worktops around it are so near each other that a simulator looks at every step
     whether they touch, and they never do: its joint holds it, and that it runs into nothing over its whole range is
@@ -41,7 +41,7 @@ def adjacent_links(scene: Scene) -> tuple[tuple[PlacedLink, PlacedLink], ...]:
 
 
 def drop_unfelt_products(asset: Asset) -> Asset:
-    """The asset with what it has of inertia in its own axes alone, where no motion that it is free for can tell.
+    """Drop the products of inertia of links whose joints cannot feel them.
 
     What never turns has no use for inertia, and what turns about an axis of its own link, on something that does not
     turn, for no more than the moment about it. MuJoCo lays its tree of boxes around shapes along the axes of inertia,
@@ -53,7 +53,7 @@ def drop_unfelt_products(asset: Asset) -> Asset:
 
 
 def _boxes(scene: Scene) -> tuple[dict[PlacedLink, Floats], dict[PlacedLink, Floats]]:
-    """(2, 3) corners around what moves and around what is fixed, everything at zero, world frame, metres."""
+    """Bounding boxes, (2, 3) corners, of moving and of fixed links with every joint at zero, world frame, metres."""
     moving: dict[PlacedLink, Floats] = {}
     fixed: dict[PlacedLink, Floats] = {}
     assets = scene.asset_of

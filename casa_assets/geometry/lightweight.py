@@ -1,4 +1,4 @@
-"""Asset -> the same asset without meshes: every mesh that collides becomes a box or a cylinder inside of it."""
+"""Replace the meshes of an asset by boxes and cylinders that lie inside its colliders."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class InscribedPrimitive(NamedTuple):
 
 
 def lighten(asset: Asset) -> Asset:
-    """The asset without visuals and materials; its colliders are primitives that nowhere stick out of what they were.
+    """Remove visuals and materials from an asset and replace its colliders by primitives inside of them.
 
     So nothing that was apart touches. Mass, joints, sites and regions stay; effects on visuals are left out.
     """
@@ -71,7 +71,7 @@ def light_scene(scene: Scene, form: Callable[[Asset], Asset] = lighten) -> Light
 
 
 def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:
-    """A box, a few boxes or a cylinder inside the convex hull of (N, 3) points, and their poses in its frame.
+    """Fit a box, a few boxes or a cylinder inside the convex hull of (N, 3) points; with their poses in its frame.
 
     Where a box leaves much of the hull empty (the corner of a worktop), a few more follow, which do not overlap it or
     each other; they stand where one cylinder would fill less.

@@ -1,4 +1,4 @@
-"""Outlines on the floor, most of them convex: what lies in what, how deep, and how far away."""
+"""Convex outlines on the floor: hull, penetration depth, distance to points, length of a line inside."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _turn(a: Floats, b: Floats, c: Floats) -> float:
 
 
 def penetration_depth(one: Outline, other: Outline) -> float:
-    """How deep two convex outlines lie in each other: the least way that parts them; negative for a gap. Metres."""
+    """Least translation that parts two convex outlines, metres; negative for a gap between them."""
     a, b = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
     normals = np.concatenate([_normals(a), _normals(b)])
     p, q = normals @ a.T, normals @ b.T
@@ -55,7 +55,7 @@ def distance(outline: Outline, points: Floats) -> Floats:
 
 
 def contains_point(outline: Outline, point: tuple[float, float]) -> bool:
-    """Whether a point lies in an outline, which need not be convex."""
+    """True where a point lies in an outline, which need not be convex."""
     x, y = point
     odd = False
     corners = [(float(a), float(b)) for a, b in outline]

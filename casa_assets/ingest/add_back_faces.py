@@ -1,4 +1,4 @@
-"""Sheets that are seen from both sides get faces on both: simulators draw the fronts alone."""
+"""Add back faces to sheets that are seen from both sides, since simulators draw front faces only."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MIN_BACK_SHARE = 0.05
 
 
 def add_back_faces(draft: Draft, category: Category, missing: float) -> Draft:
-    """Turned copies of the faces of open pieces whose backs are seen; the last stage, for it is about looks alone.
+    """Add turned copies of the faces of open pieces whose backs are seen; the last stage, as it changes looks alone.
 
     Args:
         draft: metres, as it rests.

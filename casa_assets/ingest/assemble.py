@@ -1,4 +1,4 @@
-"""The finished draft as an Asset: origin under its middle, names, labels, provenance."""
+"""Build the Asset from a finished draft: origin under its middle, names, labels, provenance."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def assemble(
     source: Source,
     sha256: str,
 ) -> Asset:
-    """One rigid link out of a draft that went through every stage.
+    """Build a rigid asset of one link from a draft that went through every stage.
 
     The origin goes to the centre of the footprint on the ground. Vertices are rounded to float32, which both
     formats carry exactly.

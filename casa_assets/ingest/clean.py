@@ -1,4 +1,4 @@
-"""Raw parts into sound ones: no broken, doubled, stray or hidden faces, small tears closed, surfaces wound outwards."""
+"""Clean raw parts: drop broken, duplicate, stray and hidden faces, close small tears, wind surfaces outwards."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _measured(draft: Draft, parts: tuple[RawPart, ...], notes: list[Issue], full
 
 
 def _unsound(ids: Ints) -> list[Issue]:
-    """What cannot be mended without inventing surface."""
+    """Remarks on faults that cannot be mended without inventing surface."""
     _, uses, _ = edge_counts(ids)
     notes = []
     if (uses == 1).any():

@@ -1,4 +1,4 @@
-"""Where a hand can take the thing: its body, its rim or its handle, each with the width that fingers open to."""
+"""Choose grasps of an ingested thing: body, rim and handle, each with the opening of the gripper that it needs."""
 
 from __future__ import annotations
 

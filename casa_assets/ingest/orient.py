@@ -1,4 +1,4 @@
-"""Which way is up and where the front is: candidates weighed by the file's word, usual shape, room and balance."""
+"""Orient a mesh: choose up and front by the file's word, the usual shape of the category, capacity and balance."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HOPELESS_NATS, HOPELESS_NATS_VESSEL = 8.0, 16.0
 
 
 def orient(draft: Draft, category: Category, generated: bool = False, ruling: UserOverride = NO_OVERRIDE) -> Draft:
-    """Turn the parts so that z is up and the front is where the category has it.
+    """Turn the parts so that z is up and the front points where the category has it.
 
     Args:
         draft: in file axes.

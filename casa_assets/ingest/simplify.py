@@ -1,4 +1,4 @@
-"""Fewer faces where there are too many to load and render quickly; uv seams and outlines stay."""
+"""Simplify meshes that have too many faces; texture seams and outlines stay."""
 
 from __future__ import annotations
 

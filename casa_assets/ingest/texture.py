@@ -1,4 +1,4 @@
-"""Looks that every engine can show: PNG of bounded size, painted vertex colours, one part per material."""
+"""Make materials portable: PNG of bounded size, vertex colours painted into textures, one part per material."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a solid on a grid would hold if it rained: the room that an open vessel has to keep."""
+"""Find the empty voxels of a solid that would hold water: the inside of an open vessel."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ VoxelMask = npt.NDArray[np.bool_]
 
 
 def fillable_volume(solid: VoxelMask) -> VoxelMask:
-    """VoxelMask of air that the outside reaches and that water, which runs sideways and down, does not leave.
+    """Mark the empty voxels that are reached from outside and that water, which runs sideways and down, does not leave.
 
     Args:
         solid: (X, Y, Z) cubes of matter, z up, with air all around.

@@ -1,4 +1,4 @@
-"""A field that is positive in matter, from a surface that is torn: closed pieces are full, lone sheets get a wall."""
+"""Signed distance field of a torn surface on a grid: closed pieces are filled, lone sheets get a wall."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SHEET_HALF_CELLS = 0.6
 
 
 def signed_distance_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
-    """(X, Y, Z) signed distance at the centres of the cubes, metres, positive within; coarse away from the surface.
+    """(X, Y, Z) signed distances at voxel centres, metres, positive within matter; coarse away from the surface.
 
     Args:
         points: (P, 3). faces: (F, 3), any winding, open or not. grid: of that surface.

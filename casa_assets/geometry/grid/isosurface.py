@@ -1,4 +1,4 @@
-"""Where a field on a grid is zero, as a closed manifold: marching tetrahedra, which leave no case in doubt."""
+"""Extract the zero level of a field on a grid as a closed manifold, by marching tetrahedra."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MIN_EDGE_SHARE = 0.05
 
 
 def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints]:
-    """Surface around all that is positive.
+    """Triangulate the border of all that is positive.
 
     Args:
         field: (X, Y, Z) at the corners of a grid; its border has to be negative, or the surface is cut open there.

@@ -1,4 +1,4 @@
-"""Solids on a grid: what a surface encloses when it is too broken for exact volumes."""
+"""Voxel grid of what a surface encloses, for surfaces that are too broken for exact volumes."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Grid:
 
 
 def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False) -> Grid:
-    """Grid of everything that the surface encloses, flooding from outside.
+    """Voxel grid of everything that the surface encloses, flooding from outside.
 
     Args:
         points: (P, 3). faces: (F, 3), any winding, open or not.

@@ -1,4 +1,4 @@
-"""Where two fingers can close on a surface: opposite points with room for both fingers and for the hand behind them."""
+"""Find antipodal grasps: opposite surface points with room for both fingers and for the hand behind them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MIN_APPROACH_HEIGHT = -0.1
 
 @dataclass(frozen=True)
 class AntipodalGrasp:
-    """Two fingers on a surface.
+    """Two fingers closed on a surface.
 
     Attributes:
         center: (3,) middle between them, metres. closing: (3,) unit vector from one to the other.
@@ -52,7 +52,7 @@ class _Cloud:
 
 
 def antipodal_grasps(points: Floats, faces: Ints, opening: float) -> list[AntipodalGrasp]:
-    """Ways for two fingers to close on a thing that stands on a floor below its lowest point.
+    """Antipodal grasps of a thing that stands on a floor below its lowest point.
 
     Args:
         points: (P, 3) metres, z up. faces: (F, 3) facing outwards.
@@ -73,7 +73,7 @@ def antipodal_grasps(points: Floats, faces: Ints, opening: float) -> list[Antipo
 
 
 def _widths(cloud: _Cloud, start: Floats, normal: Floats, opening: float) -> list[float]:
-    """How far off the surfaces lie that look the other way behind a point: the nearest, and the farthest."""
+    """Distances to the surfaces opposite a point: the nearest and the farthest."""
     rows = np.array(cloud.tree.query_ball_point(start - normal * opening / 2, opening / 2 + cloud.near), dtype=np.int64)
     if not len(rows):
         return []
@@ -94,7 +94,7 @@ def _widths(cloud: _Cloud, start: Floats, normal: Floats, opening: float) -> lis
 
 
 def _free_way(cloud: _Cloud, center: Floats, closing: Floats, width: float) -> AntipodalGrasp | None:
-    """The steepest way from above on which neither fingers nor palm meet anything; None where there is none."""
+    """Steepest approach from above on which neither fingers nor palm collide; None where there is none."""
     reach = float(np.hypot(PALM_DISTANCE_M + PALM_DEPTH_M, max(PALM_HALF_LENGTH_M, width / 2 + FINGER_THICKNESS_M)))
     rows = cloud.tree.query_ball_point(center, reach)
     off = cloud.samples[rows] - center

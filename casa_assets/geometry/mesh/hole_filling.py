@@ -1,4 +1,4 @@
-"""Small holes closed: the few torn edges of scans and generated meshes that keep them from bounding a volume."""
+"""Close the small holes of scans and generated meshes that keep them from bounding a volume."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_TORN_SHARE = 0.02
 def fill_holes(
     points: Floats, faces: Ints, widest: float, most_torn: float = MAX_TORN_SHARE
 ) -> tuple[Floats, Ints] | None:
-    """The surface with its small holes closed, each by a fan about its middle; None where others are left.
+    """Close the small holes of a surface, each by a fan about its middle; None where others are left.
 
     Args:
         points: (P, 3) welded. faces: (F, 3), wound one way.

@@ -22,7 +22,7 @@ def signed_volume(points: Floats, faces: Ints) -> float:
 
 
 def winding_number(points: Floats, faces: Ints, spot: Floats) -> float:
-    """How often a closed surface goes round a (3,) place: 1 within an outward one, -1 within an inward one, else 0.
+    """Winding number of a closed surface about a (3,) point: 1 within an outward one, -1 within an inward one, else 0.
 
     Ref: solid angles of the triangles, Van Oosterom and Strackee 1983.
     """

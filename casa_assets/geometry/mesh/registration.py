@@ -1,4 +1,4 @@
-"""Two surfaces laid over each other as well as turning, moving and scaling allows, and what then still lies apart."""
+"""Align one surface with another by rotation, translation and scale, and measure the distance that remains."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ TRIM_MEDIANS = 3.0
 
 @dataclass(frozen=True)
 class SampledSurface:
-    """A surface made ready: centred, root mean square distance 1.
+    """A surface sampled for registration: centred, root mean square distance from the centre 1.
 
     Attributes:
         places, normals: (SURFACE_SAMPLES, 3). spacing: between two places.
@@ -50,7 +50,7 @@ class SampledSurface:
 
 @dataclass(frozen=True)
 class Alignment:
-    """How two surfaces lie over each other, in parts of their radius.
+    """Best alignment of two surfaces and what it leaves, relative to their radius.
 
     Attributes:
         most: 95 % of either surface lies this near to the other. all: nearly all of it (99.5 %).
@@ -63,7 +63,7 @@ class Alignment:
 
 
 def sampled_surface(points: Floats, faces: Ints) -> SampledSurface:
-    """Make a surface ready; (P, 3) points, (F, 3) faces. Raises DegenerateShape where it has no area."""
+    """Sample and normalise a surface; (P, 3) points, (F, 3) faces. Raises DegenerateShape where it has no area."""
     center, radius, axes, frame = principal_spread(points, faces)
     normals, areas = face_normals(points, faces)
     places, face = samples_with_faces(points, faces, SURFACE_SAMPLES)
@@ -75,7 +75,7 @@ def sampled_surface(points: Floats, faces: Ints) -> SampledSurface:
 
 
 def align(one: SampledSurface, other: SampledSurface) -> Alignment:
-    """The best overlay of the first surface on the second that was found; mirror images are not tried."""
+    """Align the first surface with the second as closely as was found; mirror images are not tried."""
     best: Alignment | None = None
     for turn in _starts(one, other):
         found, shift = _followed(one.some(FIT_SAMPLES), turn, other)
@@ -90,7 +90,7 @@ def align(one: SampledSurface, other: SampledSurface) -> Alignment:
 
 
 def _starts(one: SampledSurface, other: SampledSurface) -> list[Floats]:
-    """The rotations, best first, from which the first surface comes nearest to the second at once."""
+    """Starting rotations, best first, by how near the first surface comes to the second at once."""
     turns = _candidates(one, other)
     coarse = cKDTree(other.some(1000))
     moved = np.einsum("kij,nj->kni", turns, one.some(START_SAMPLES))

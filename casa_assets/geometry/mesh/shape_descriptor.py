@@ -1,4 +1,4 @@
-"""A surface -> numbers that no turn, scale, order of vertices or triangulation changes, and how far two are apart."""
+"""Shape descriptors that pose, scale, vertex order and triangulation do not change, and the distance between two."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SURFACE_SAMPLES = 1500
 
 
 def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
-    """The form of a surface.
+    """Shape descriptor of a surface.
 
     Ref: distances between random pairs of places, the D2 of Osada et al. 2002.
 
@@ -38,7 +38,7 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
 
 
 def principal_spread(points: Floats, faces: Ints) -> tuple[Floats, float, Floats, Floats]:
-    """How a surface is spread about its middle.
+    """Centre, radius and principal axes of a surface, weighted by area.
 
     Returns:
         (3,) centre of area, m; root mean square distance from it, m; (3,) the same along the principal axes, the widest
@@ -62,7 +62,7 @@ def principal_spread(points: Floats, faces: Ints) -> tuple[Floats, float, Floats
 
 
 def quantile_means(values: Floats, count: int) -> list[float]:
-    """The means of `count` equal shares of the values, ascending.
+    """Means of `count` equal shares of the values, ascending.
 
     The distance between two such lists is about that of Wasserstein, which one value more or less hardly moves.
     """
@@ -70,7 +70,7 @@ def quantile_means(values: Floats, count: int) -> list[float]:
 
 
 def descriptor_distance(one: ShapeDescriptor, other: ShapeDescriptor) -> float:
-    """How far two forms are apart whatever their size, as a part of their radius; copies stay below some hundredths."""
+    """Distance between two shape descriptors, relative to the radius; copies stay below some hundredths."""
     pairs = np.abs(np.subtract(one.pairs, other.pairs)).mean()
     reach = np.abs(np.subtract(one.reach, other.reach)).mean()
     axes = np.abs(np.subtract(one.axes, other.axes)).max()

@@ -1,4 +1,4 @@
-"""How triangles hang together: welding, components, closedness, winding."""
+"""Topology of triangle meshes: welding, connected components, closedness, winding."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def face_components(faces: Ints, count: int) -> Ints:
 
 
 def manifold_patches(ids: Ints) -> Ints:
-    """(F,) patch of each face, joined over edges that two faces share and no third.
+    """(F,) patch of each face: patches are joined over edges of exactly two faces.
 
     Args:
         ids: (F, 3) indices of welded points, at least one face.
@@ -103,7 +103,7 @@ def edge_counts(faces: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 def is_closed(faces: Ints) -> bool:
-    """Every edge is used by exactly two faces, once each way: the surface bounds a volume."""
+    """True where every edge is used by exactly two faces, once each way: the surface bounds a volume."""
     if not len(faces):
         return False
     _, uses, balance = edge_counts(faces)

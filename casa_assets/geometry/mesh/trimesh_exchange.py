@@ -32,12 +32,12 @@ UP_KEY = "up_axis"
 
 
 def to_trimesh(asset: Asset, what: Literal["visual", "collision"] = "visual") -> trimesh.Scene:
-    """An asset as a trimesh scene, metres, z up, every joint at zero: what is seen of it, or what is touched of it."""
+    """Convert an asset to a trimesh scene, metres, z up, joints at zero: its visual meshes or its collision shapes."""
     return visual_scene(asset) if what == "visual" else collision_scene(asset)
 
 
 def visual_scene(asset: Asset) -> trimesh.Scene:
-    """What is seen of an asset, every joint at zero.
+    """Convert the visual meshes of an asset to a trimesh scene, every joint at zero.
 
     Returns:
         Metres, z up. A node per link, placed as in the asset; below it a geometry per visual, named like it, with
@@ -62,7 +62,7 @@ def visual_scene(asset: Asset) -> trimesh.Scene:
 
 
 def collision_scene(asset: Asset) -> trimesh.Scene:
-    """What is touched of an asset, every joint at zero.
+    """Convert the collision shapes of an asset to a trimesh scene, every joint at zero.
 
     Returns:
         Metres, z up. A node per link; below it a geometry per collider, named like it. Round shapes are polyhedra of 32
@@ -124,7 +124,7 @@ def _image(texture: Texture) -> Image.Image:
 
 @dataclass(frozen=True)
 class TrimeshMaterial:
-    """How a trimesh material looks.
+    """Appearance of a trimesh material, simple or PBR.
 
     Attributes:
         name: as trimesh has it, may be empty.
@@ -149,7 +149,7 @@ class TrimeshMaterial:
 
 @dataclass(frozen=True)
 class PlacedMesh:
-    """One mesh with one material, where its scene places it.
+    """One mesh with one material, in the frame of its scene.
 
     Attributes:
         name: of its node. vertices: (V, 3) units of the scene. faces: (F, 3), turned where its node mirrors.

@@ -1,4 +1,4 @@
-"""What of a surface is seen from outside, and from which side: depth pictures of points strewn over it."""
+"""Find the faces of a surface that are visible from outside, and from which side, by depth images of sampled points."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DEPTH_TOLERANCE_PX = 1.0
 
 @dataclass(frozen=True)
 class Visibility:
-    """What pictures from all around show.
+    """Result of rendering a surface from all around.
 
     Attributes:
         samples: (N, 3) points evenly over the area. face: (N,) the face of each.
@@ -41,7 +41,7 @@ class Visibility:
 
 
 def measure_visibility(points: Floats, faces: Ints, count: int = SAMPLES) -> Visibility:
-    """What of a surface is seen from outside.
+    """Measure what of a surface is visible from outside.
 
     Args:
         points: (P, 3), any unit. faces: (F, 3), with some area; those that wind counterclockwise face the viewer.

@@ -1,4 +1,4 @@
-"""How well convex shapes cover a surface: sampled distances from it to them."""
+"""Sample a surface, and measure how far the samples lie outside convex shapes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def samples_with_faces(points: Floats, faces: Ints, count: int) -> tuple[Floats,
 
 
 def distances_outside_hulls(samples: Floats, clouds: Sequence[Floats]) -> Floats:
-    """(N,) how far each sample lies outside the nearest hull, 0 within one; metres.
+    """(N,) distance of each sample from the nearest hull, 0 within one; metres.
 
     Measured to the planes of the faces: exact over faces, a little short over edges and corners.
 

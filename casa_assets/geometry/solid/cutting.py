@@ -1,4 +1,4 @@
-"""Solids that are cut: planes through them, their parts, contours at a height, hulls of few vertices."""
+"""Cut and simplify solids: planes, connected parts, contours at a height, hulls of few vertices."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def surface_of(solid: Solid) -> Surface:
 
 
 def without_voids(solid: Solid) -> Solid:
-    """The solid with what is sealed in filled: no contact ever gets there."""
+    """Fill the sealed voids of a solid: no contact ever gets there."""
     pieces = [p for p in solid.decompose() if p.volume() != 0]
     outer = [p if p.volume() > 0 else _turned(p) for p in pieces]  # one that is inside out may lie beside the others
     return outer[0] if len(outer) == 1 else manifold3d.Manifold.batch_boolean(outer, manifold3d.OpType.Add)
@@ -59,7 +59,7 @@ def _turned(solid: Solid) -> Solid:
 
 
 def simplify_solid(solid: Solid, tolerance: float, faces: int = 0, most: float = 0.0) -> Solid:
-    """The solid with fewer faces, its surface nowhere farther off than about a tolerance.
+    """Simplify a solid; its surface moves by no more than about a tolerance.
 
     Args:
         tolerance: metres. faces, most: with more faces than these it is doubled, as long as it is no more than `most`.
@@ -78,7 +78,7 @@ def connected_parts(solid: Solid, least: float) -> list[Solid]:
 
 
 def split_by_plane(solid: Solid, normal: Floats, offset: float) -> tuple[Solid, Solid]:
-    """What lies beyond the plane `normal . x = offset`, and what lies before it."""
+    """Split a solid by the plane `normal . x = offset`: what lies beyond it, and what lies before it."""
     beyond, before = solid.split_by_plane(tuple(float(v) for v in normal), float(offset))
     return beyond, before
 
@@ -89,7 +89,7 @@ def section_contours(solid: Solid, height: float) -> list[Floats]:
 
 
 def revolve_profile(profile: Floats, steps: int) -> Solid:
-    """What the (N, 2) polygon of radius and height sweeps on its way about z, in `steps` flat sides."""
+    """Solid of revolution about z of the (N, 2) polygon of radius and height, in `steps` flat sides."""
     return manifold3d.CrossSection([profile]).revolve(steps)
 
 

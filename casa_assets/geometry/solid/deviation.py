@@ -1,4 +1,4 @@
-"""How far convex shapes reach beyond the solid that they stand in for, and how far it reaches beyond them."""
+"""Measure the error of convex shapes against a solid: volume that they add, surface that they leave bare or bury."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ VOTERS = 9
 
 @dataclass(frozen=True)
 class ReferenceSurface:
-    """A closed surface that distances are taken to.
+    """A closed surface, sampled, that distances are measured to.
 
     Attributes:
         samples, normals: (N, 3) points spread over it and where they face. spacing: between two of them, metres.
@@ -43,7 +43,7 @@ class ReferenceSurface:
 
 
 def reference_surface(points: Floats, faces: Ints, count: int = SURFACE_SAMPLES) -> ReferenceSurface:
-    """Prepare a closed outward surface, (P, 3) points and (F, 3) faces, for distances to it."""
+    """Sample a closed outward surface, (P, 3) points and (F, 3) faces, for distances to it."""
     normals, areas = face_normals(points, faces)
     samples, face = samples_with_faces(points, faces, count)
     spacing = float(np.sqrt(areas.sum() / count))
@@ -54,7 +54,7 @@ def reference_surface(points: Floats, faces: Ints, count: int = SURFACE_SAMPLES)
 
 
 def signed_distances(queries: Floats, of: ReferenceSurface) -> Floats:
-    """(N,) how far each query lies outside the surface, below 0 within it; rounded to a micrometre."""
+    """(N,) signed distance of each query from the surface, below 0 within it; rounded to a micrometre."""
     far, nearest = of.tree.query(queries)
     level = np.einsum("ij,ij->i", queries - of.samples[nearest], of.normals[nearest])
     aside = np.sqrt(np.maximum(far**2 - level**2, 0.0))
@@ -69,12 +69,12 @@ def signed_distances(queries: Floats, of: ReferenceSurface) -> Floats:
 
 
 def distances_outside(queries: Floats, of: ReferenceSurface) -> Floats:
-    """(N,) how far each query lies outside the surface, 0 within it; rounded to a micrometre."""
+    """(N,) distance of each query outside the surface, 0 within it; rounded to a micrometre."""
     return np.maximum(signed_distances(queries, of), 0.0)
 
 
 def depths_within(queries: Floats, planes: Floats) -> Floats:
-    """(N,) how deep each query lies within a convex shape, below 0 outside; rounded to a micrometre."""
+    """(N,) depth of each query within a convex shape, below 0 outside; rounded to a micrometre."""
     out = np.full(len(queries), -1.0)
     for start in range(0, len(queries), 4096):
         rows = slice(start, start + 4096)
@@ -83,7 +83,7 @@ def depths_within(queries: Floats, planes: Floats) -> Floats:
 
 
 def burial_depths(cloud: Floats, of: ReferenceSurface) -> Floats:
-    """(N,) how deep the probes that one shape touches lie within it, metres.
+    """(N,) depth at which one shape buries the probes that it touches, metres.
 
     Raises:
         DegenerateShape: the cloud spans no volume.
@@ -137,7 +137,7 @@ class Deviation:
 
 
 def deviation(clouds: Sequence[Floats], of: ReferenceSurface, bare: Floats) -> Deviation:
-    """How shapes differ from a solid.
+    """Measure how shapes differ from a solid.
 
     Args:
         clouds: vertices of each shape. of: the solid. bare: (N,) how far samples of the mesh lie outside the shapes.

@@ -1,4 +1,4 @@
-"""Solids about an upright axis: where the axis is, and where walls begin and end around it at each height."""
+"""Find the upright axis of a vessel, and the inner and outer radius of its walls by height and angle."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RAYS = 96
 
 @dataclass(frozen=True)
 class WallProfile:
-    """A solid seen from an upright axis, at ROWS heights and RAYS angles.
+    """Walls of a solid around an upright axis, at ROWS heights and RAYS angles.
 
     Attributes:
         center: (2,) x and y of the axis, metres.
@@ -74,7 +74,7 @@ def upright_axis(points: Floats, faces: Ints) -> tuple[Floats, float]:
 
 
 def wall_profile(solid: Solid, center: Floats) -> WallProfile:
-    """Radii where matter begins and first ends around an axis.
+    """Measure the radii at which matter begins and first ends around an axis.
 
     Args:
         solid: metres. center: (2,) x and y of the axis.
@@ -113,7 +113,7 @@ def _row(polygons: list[Floats], center: Floats) -> tuple[Floats, Floats]:
 
 
 def radius_spread(radii: Floats) -> float:
-    """How far the radii of a row are from one: their quartiles apart, over the median; 1 where there are few."""
+    """Spread of the radii of a row: distance of their quartiles over the median; 1 where there are few."""
     known = radii[np.isfinite(radii)]
     if len(known) < RAYS // 2:
         return 1.0

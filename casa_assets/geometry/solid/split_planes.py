@@ -1,4 +1,4 @@
-"""What planes would make of a solid, without cutting it: the hulls of all that would lie on either side."""
+"""Score cutting planes of a solid without cutting it, by the hulls of what would lie on either side."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MIN_PIECE_SHARE = 1e-5
 
 @dataclass(frozen=True)
 class EdgeGraph:
-    """A closed surface as planes meet it: (P, 3) points and (E, 2) edges, each once."""
+    """Vertices and edges of a closed surface: (P, 3) points and (E, 2) edges, each once."""
 
     points: Floats
     edges: Ints
@@ -47,7 +47,7 @@ def edge_graph(points: Floats, faces: Ints) -> EdgeGraph:
 
 
 def split_hull_volume(of: EdgeGraph, plane: Plane) -> tuple[float, int]:
-    """Volume of all hulls, m^3, and their number, were the solid cut and every piece on either side given one."""
+    """Volume of the hulls, m^3, and their number, if a plane cut the solid and every piece got one hull."""
     above = of.points @ plane.normal - plane.offset
     side = above > 0
     if side.all() or not side.any():
@@ -96,7 +96,7 @@ def _pieces(
 
 
 def concave_edge_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
-    """Planes of the faces along hollow edges, those with the longest edges first: steps of built things part there.
+    """Planes of the faces along concave edges, those with the longest edges first: built things part there.
 
     Args:
         points: (P, 3). faces: (F, 3) of a closed outward surface. most: planes at most.

@@ -1,4 +1,4 @@
-"""Collision shapes: the ways to them are tried in turn and judged, and the first that lies close enough is taken."""
+"""Choose collision shapes: try strategies in turn and take the first whose error is within the bound."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ BARE_BAD = 0.04
 
 @dataclass(frozen=True)
 class Candidate:
-    """Shapes, how they were made, and how they do; strain 1 is the bound."""
+    """Collision shapes of one strategy, with its name and their error; a normalized error of 1 is the bound."""
 
     shapes: tuple[PlacedShape, ...]
     how: str
@@ -39,7 +39,7 @@ class Candidate:
 
 
 def collide(draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose) -> Draft:
-    """Shapes that stand in for the surface in contacts.
+    """Choose collision shapes that stand for the surface in contacts.
 
     The cheap and exact ways come first; the first that lies close enough all over is taken, else the closest.
 

@@ -1,4 +1,4 @@
-"""Solids of surfaces that hang together from pieces: each closed where it is open, lone sheets given a wall."""
+"""Build a solid from a surface made of pieces: open pieces are closed, lone sheets get a thickness."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FAR = 0.012
 
 @dataclass(frozen=True)
 class AssembledSolid:
-    """A solid that a surface was made into.
+    """Solid that a surface was made into.
 
     Attributes:
         done: what was done for that, in words. lone: share of the surface that was sheets with nothing behind.
@@ -49,7 +49,7 @@ class AssembledSolid:
 
 
 def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
-    """The solid of a surface made of pieces; None where one of them can be made nothing of.
+    """Build the solid of a surface made of pieces; None where one of them cannot be made solid.
 
     Args:
         points: (P, 3) welded, metres. faces: (F, 3), any winding.
@@ -90,7 +90,7 @@ def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | 
 
 
 def covers_surface(solid: Solid, points: Floats, faces: Ints, grid: Grid | None) -> bool:
-    """All of a surface lies on or in a solid, and so does what a grid, if one is given, knows it to enclose."""
+    """True where the surface lies on or in a solid, and so does what a given grid knows it to enclose."""
     of = reference_surface(*surface_of(solid))
     samples = surface_samples(points, faces, SAMPLES)
     if float((distances_outside(samples, of) > FAR * of.longest).mean()) > LACKING:

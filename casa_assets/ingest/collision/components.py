@@ -1,4 +1,4 @@
-"""The connected parts of a mesh, measured: how much of its hull each fills."""
+"""Split a mesh into connected parts, and measure how much of its hull each fills."""
 
 from __future__ import annotations
 

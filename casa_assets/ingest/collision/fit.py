@@ -1,4 +1,4 @@
-"""What shapes are held against: the surface of the mesh, the solid that it stands for, the room in an opening."""
+"""Measure how well collision shapes fit a mesh, the solid that it stands for, and the room in its opening."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ MAX_FILLED_SHARE = 0.15
 
 @dataclass(frozen=True)
 class FitReference:
-    """What the shapes of a mesh are measured by.
+    """Reference that the collision shapes of a mesh are measured against.
 
     Attributes:
         solid: that the mesh stands for. of: its surface. samples: (N, 3) points on the mesh itself, metres.
@@ -56,7 +56,7 @@ class FitReference:
 
 @dataclass(frozen=True)
 class FitErrors:
-    """How shapes do: deviations, share of the opening that they leave open, and how many times the bound is used up.
+    """Errors of collision shapes: deviations, share of the opening left open, and the errors over their bounds.
 
     Attributes:
         bare: share of the mesh that lies farther outside than a grasp forgives, 0..1.
@@ -70,7 +70,7 @@ class FitErrors:
 
 
 def fit_reference(points: Floats, faces: Ints, solid: Solid, is_open: bool) -> FitReference:
-    """Measure a mesh.
+    """Measure a mesh once, for all shapes that are held against it.
 
     Args:
         points: (P, 3) welded, metres, z up. faces: (F, 3). solid: that it stands for.
@@ -104,7 +104,7 @@ def _room(points: Floats, faces: Ints) -> Floats:
 
 
 def measure_fit(clouds: Sequence[Floats], by: FitReference, reach: float) -> FitErrors:
-    """How convex shapes stand in for a mesh.
+    """Measure how well convex shapes stand for a mesh.
 
     Args:
         clouds: vertices of each. reach: how far outside a grasp forgives, metres.

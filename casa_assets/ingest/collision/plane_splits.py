@@ -1,4 +1,4 @@
-"""Solids cut by planes until the hulls of the parts lie close to it, and parts that may be one again joined."""
+"""Split a solid by planes until the hulls of the parts fit, and merge neighbours that can share one hull."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Part:
 
 
 def split_to_bound(solids: Sequence[Solid], of: ReferenceSurface, bound: ErrorBound, most: int) -> list[Solid]:
-    """Parts of solids whose hulls lie within a bound, or `most` of them (or as many as there are solids).
+    """Split solids until the hulls of the parts lie within a bound, or there are `most` of them.
 
     The part that fits worst is cut next: into what does not hang together, or else along the plane that leaves the
     least room between the hulls and the solid.
@@ -88,7 +88,7 @@ def _part(solid: Solid, of: ReferenceSurface, bound: ErrorBound) -> Part:
 
 
 def normalized_error(cloud: Floats, of: ReferenceSurface, bound: ErrorBound) -> float:
-    """How many times the bound the hull of a cloud reaches beyond a solid, or buries its surface."""
+    """Error of the hull of a cloud over its bound: how far it reaches beyond a solid, or buries its surface."""
     try:
         errors = [e for e in (protrusion(cloud, of), burial_depths(cloud, of)) if len(e)]
     except DegenerateShape:
@@ -165,7 +165,7 @@ def _planes(points: Floats) -> list[tuple[Plane, float]]:
 def merge_within_bound(
     groups: Sequence[Solid], of: ReferenceSurface, bound: ErrorBound, room: Floats
 ) -> list[list[Solid]]:
-    """Solids in groups that get one hull each, neighbours together where that keeps within the bound.
+    """Group solids that get one hull each: neighbours together where that keeps within the bound.
 
     Args:
         room: (N, 3) places that no joining may fill, those of the opening of a vessel.

@@ -1,4 +1,4 @@
-"""Open vessels as a floor and rings of sectors around an upright axis: the fewest that keep the opening open."""
+"""Cut an open vessel into a floor and rings of wall sectors around its axis, as few as keep the opening open."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def cut_vessel(solid: Solid, finest: float, fair: float, foot: float, most: int)
 
 @dataclass(frozen=True)
 class RingPlan:
-    """Slabs, and the rays at which walls that are not round are cut."""
+    """Plan of a cut: slabs, and the rays at which walls that are not round are cut."""
 
     slabs: tuple[Slab, ...]
     turns: tuple[int, ...] | None

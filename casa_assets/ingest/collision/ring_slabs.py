@@ -1,4 +1,4 @@
-"""Which rows of a vessel are cut alike: slabs from floor to rim with as few sectors as an error allows."""
+"""Choose the horizontal slabs of a vessel, floor to rim, with as few wall sectors as an error allows."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Slab:
 
 @dataclass(frozen=True)
 class SlabCosts:
-    """What decides how the rows from i to before j may be cut, by (i, j); metres.
+    """Errors of merging the rows from i to before j into one slab, by (i, j); metres.
 
     Attributes:
         bend: how far the walls recede from chords. filled: of the opening, in height.
@@ -42,7 +42,7 @@ class SlabCosts:
 
 
 def slab_costs(seen: WallProfile, is_round: bool) -> SlabCosts:
-    """What each stretch of rows asks for; of round walls the middle radius decides, of others every eighth ray."""
+    """Measure the error of every stretch of rows; the middle radius decides for round walls, else every eighth ray."""
     count = len(seen.heights)
     hollow = (seen.inner > 0).mean(axis=1) >= OPEN_RAY_SHARE
     full = (seen.inner == 0).mean(axis=1) >= OPEN_RAY_SHARE
@@ -101,7 +101,7 @@ def median_radius(row: Floats) -> float:
 
 
 def choose_slabs(of: SlabCosts, chord: float, bend: float, turns: int | None, foot: float) -> list[Slab] | None:
-    """Rows in slabs, bottom to top, with as few parts as keep the walls within the errors; None where none do.
+    """Choose slabs, bottom to top, with as few parts as keep the walls within the errors; None where none do.
 
     Args:
         chord: error around the axis, metres. bend: error along it, metres.

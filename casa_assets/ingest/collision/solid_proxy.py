@@ -1,4 +1,4 @@
-"""What a surface is: matter all through, walls around a room, a lone sheet; and the solid that it stands for."""
+"""Classify a surface (solid, walled, double walled, sheet) and build the solid that stands for it."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ SEALED = 0.25
 
 
 class SurfaceKind(StrEnum):
-    """What kind of surface it was."""
+    """Kind of surface that a solid stands for."""
 
     SOLID = "solid"
     WALLED = "walled"
@@ -55,7 +55,7 @@ class SurfaceKind(StrEnum):
 
 @dataclass(frozen=True)
 class SolidProxy:
-    """A solid that stands for a surface.
+    """Solid that stands for a surface.
 
     Attributes:
         solid: closed, outward, metres, nothing sealed in it.
@@ -72,7 +72,7 @@ class SolidProxy:
 
 
 def solid_proxy(points: Floats, faces: Ints, full: bool) -> SolidProxy | None:
-    """The solid that a surface stands for; None where there is none.
+    """Build the solid that a surface stands for; None where there is none.
 
     Args:
         points: (P, 3) welded, metres. faces: (F, 3).

@@ -1,4 +1,4 @@
-"""The ways to collision shapes, the cheap and exact ones first: one shape, one per piece, rings, cuts, decomposers."""
+"""Strategies for collision shapes, cheap and exact first: one shape, one per part, rings, cuts, decomposers."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class CollideParams(Record):
 
 @dataclass(frozen=True)
 class CollisionTask:
-    """What a way of making shapes works on.
+    """Input of a strategy.
 
     Attributes:
         points, faces: (P, 3) welded, metres, and (F, 3).

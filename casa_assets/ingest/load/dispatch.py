@@ -1,4 +1,4 @@
-"""One bundle -> RawModel, by the reader of its format."""
+"""Read a bundle into a RawModel by the reader of its format."""
 
 from __future__ import annotations
 

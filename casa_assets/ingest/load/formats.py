@@ -1,4 +1,4 @@
-"""Which format a file is in, told by its content; the name only breaks ties."""
+"""Detect the format of a file from its content; the name only breaks ties."""
 
 from __future__ import annotations
 

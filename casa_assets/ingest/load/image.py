@@ -1,4 +1,4 @@
-"""Image bytes of any common kind -> Texture: 8-bit PNG, the same bytes every time."""
+"""Decode image bytes of any common format into a Texture: 8-bit PNG, the same bytes every time."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ Pixels = npt.NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class ImageUse:
-    """How the pixels of an image are to be kept.
+    """Colour space and treatment of alpha in which the pixels of an image are kept.
 
     Attributes:
         space: sRGB or raw.

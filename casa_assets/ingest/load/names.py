@@ -1,4 +1,4 @@
-"""Any text -> an Id: legal at once in MJCF, in USD and as a file name."""
+"""Turn any text into an Id, which is legal in MJCF, in USD and as a file name."""
 
 from __future__ import annotations
 

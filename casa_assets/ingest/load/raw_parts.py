@@ -1,4 +1,4 @@
-"""Arrays as a reader found them -> clean RawParts: finite, within bounds, without unused vertices."""
+"""Clean the arrays of a reader into RawParts: finite, within bounds, without unused vertices."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def raw_model(
     metres_per_unit: float | None = None,
     up: Up | None = None,
 ) -> RawModel:
-    """RawModel of all roughs that hold a usable triangle.
+    """Build the RawModel of all read parts that hold a usable triangle.
 
     Raises:
         Rejected: NO_GEOMETRY, NO_FACES, or NON_FINITE where most faces use NaN, infinite or absurd vertices.

@@ -1,4 +1,4 @@
-"""Polygons -> triangles; concave ones too, as far as that is cheap."""
+"""Triangulate polygons, concave ones too as far as that is cheap."""
 
 from __future__ import annotations
 

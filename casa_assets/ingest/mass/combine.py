@@ -1,4 +1,4 @@
-"""What it weighs and how that is spread: what was measured where other estimates bear it out, else all of them."""
+"""Combine estimates of mass into one mass, centre and inertia."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ DOUBTFUL_CONFIDENCE = 0.5
 
 
 def mass(draft: Draft, category: Category, substance: Substance, agree: float, decided_kg: float = 0.0) -> Draft:
-    """Mass, centre and inertia of the whole, asset frame.
+    """Compute mass, centre of mass and inertia of the whole, asset frame.
 
     Args:
         draft: metres, with colliders.

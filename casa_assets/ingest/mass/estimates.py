@@ -1,4 +1,4 @@
-"""What a thing may weigh, four ways: its matter, its hull, a wall of usual thickness, the usual one at this size."""
+"""Estimate mass in four ways: volume, skin of the hull, walls of usual thickness, the usual mass at this size."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ CONVEX, CONVEX_SPREAD, BENT_SPREAD = 0.9, 0.25, 0.6
 
 
 class EstimateMethod(StrEnum):
-    """How an estimate was made."""
+    """Method of an estimate."""
 
     MATTER = "matter"
     HULL = "hull"
@@ -73,7 +73,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class CombinedMass:
-    """What it is taken to weigh, kg; confidence 0..1; the largest ratio between two estimates; all in words."""
+    """Mass after combining estimates, kg; confidence 0..1; the largest ratio between two; all in words."""
 
     kg: float
     confidence: float
@@ -164,7 +164,7 @@ def _usual(extents: Floats, category: Category) -> Estimate:
 
 
 def combine_estimates(found: Sequence[Estimate], category: Category, agree: float) -> CombinedMass:
-    """One mass out of the estimates, within the range of the category.
+    """Combine estimates into one mass within the range of the category.
 
     What was measured counts as it is where it is usual and the others bear it out; else all are weighed by how far
     each can be trusted.

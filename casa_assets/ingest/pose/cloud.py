@@ -1,4 +1,4 @@
-"""A mesh as evidence needs it: points spread over its surface, and its hull."""
+"""Sample points on a mesh and wrap it in its hull, as input of the pose estimate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What speaks for a way of resting: its outline, the room it would hold, its foot, its balance."""
+"""Score resting poses by outline, capacity, area of the foot and balance."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FOOT, LEAST_FOOT = 0.025, 0.01
 
 @dataclass(frozen=True)
 class Stance:
-    """How a thing would rest one way up; lengths relative to its longest side.
+    """Measures of a resting pose; lengths relative to the longest side.
 
     Attributes:
         extents: sides of the smallest rectangle around its plan, and height.
@@ -41,7 +41,7 @@ class Stance:
 
 
 def stance(cloud: SurfaceSample, turn: Floats, rain: bool) -> Stance:
-    """Measure one way up.
+    """Measure one resting pose.
 
     Args:
         turn: asset_from_file rotation. rain: `holds` and `hides` are wanted, which take the longest.
@@ -95,7 +95,7 @@ def _area(points: Floats, ground: float, height: float) -> tuple[float, bool]:
 
 
 def rain_volume(points: Floats) -> float:
-    """Volume that rain falling on (N, 3) points of a surface would leave standing, z up; sees no overhangs.
+    """Volume that rain falling on (N, 3) points of a surface would leave standing, z up; ignores overhangs.
 
     Ref: filling of pits in maps of heights, Planchon and Darboux 2001.
     """

@@ -1,4 +1,4 @@
-"""Which way a thing looks: handle to +x, length along x, face to -y; and what is known of that."""
+"""Find the front of a thing: its handle goes to +x, its length along x, its face to -y."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Facing:
 
 
 def facing(samples: Floats, category: Category, stated: bool) -> Facing:
-    """The turn that brings the front of a thing where its category has it.
+    """Find the turn that brings the front of a thing where its category has it.
 
     Args:
         samples: (N, 3) points spread evenly over the surface, z up. stated: the format says where the front is.

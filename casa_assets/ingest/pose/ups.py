@@ -1,4 +1,4 @@
-"""Which directions may be up: the six axes, what the hull can rest on, and the directions that matter runs along."""
+"""List candidate up directions: six axes, stable poses of the hull, directions that edges and faces run along."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The connected pieces of a surface: their boxes, and which face is whose."""
+"""Split a surface into connected pieces, with the bounding box of each."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from casa_assets.geometry.mesh.topology import face_components
 
 @dataclass(frozen=True)
 class Pieces:
-    """Pieces joined over shared points, numbered by their first face.
+    """Pieces of a surface joined over shared points, numbered by their first face.
 
     Attributes:
         points: (P, 3) welded. ids: (F, 3) faces that count. label: (F,) piece of each.

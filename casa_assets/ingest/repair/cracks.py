@@ -1,4 +1,4 @@
-"""Cracks: open edges that run along each other a hair apart, joined by moving their ends together."""
+"""Close cracks: open edges that run a hair apart are joined by moving their ends together."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_PAIRS = 40_000_000
 
 
 def close_cracks(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Floats, Ints, list[Issue]]:
-    """Close cracks where that makes open edges meet; everything else stays where it is.
+    """Close cracks where that makes open edges meet; everything else stays in place.
 
     Args:
         vertices: (V, 3). faces: (F, 3). place: (V,) welded point of each vertex. keep: (F,) faces that count.

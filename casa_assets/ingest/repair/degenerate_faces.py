@@ -1,4 +1,4 @@
-"""Faces that are faces: with an area, three corners, and each only once."""
+"""Find degenerate and duplicate faces."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOSTLY = 0.98
 
 
 def valid_faces(vertices: Floats, faces: Ints, place: Ints) -> Mask:
-    """(F,) faces with an area, each set of three points once; reversed twins go only where that leaves it closed.
+    """(F,) True for faces with an area, each set of three points once; reversed twins go where that closes it.
 
     Args:
         vertices: (V, 3). faces: (F, 3). place: (V,) the welded point of each vertex.

@@ -1,4 +1,4 @@
-"""Pieces sealed up in others, which nobody ever sees or touches: the inner structures of generated meshes."""
+"""Find pieces sealed up in others, which nobody sees or touches: the inner structures of generated meshes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ WITH_ALPHA = (4, 6)
 
 
 def enclosed_parts(found: Pieces, clear: Mask) -> tuple[Mask, list[Issue]]:
-    """Which pieces are sealed up in others that cannot be seen through, and notes where there are some.
+    """(N,) True for pieces sealed up in others that cannot be seen through, and notes where there are some.
 
     The inner wall of a room stays, with a note: it says how thick the outer one is. So does all that is glass.
 
@@ -60,7 +60,7 @@ def enclosed_parts(found: Pieces, clear: Mask) -> tuple[Mask, list[Issue]]:
 
 
 def clear_parts(parts: tuple[RawPart, ...]) -> list[bool]:
-    """Whether each part can be seen through somewhere."""
+    """For each part, True where it can be seen through somewhere."""
     return [_is_clear(part) for part in parts]
 
 

@@ -1,4 +1,4 @@
-"""What is no part of the thing: ground planes, backdrops, stands, skies, and specks that float in the air."""
+"""Find pieces that are no part of the thing: ground planes, backdrops, stands, skies, floating specks."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ MOST_APART = 64
 
 
 def foreign_parts(found: Pieces, category: Category | None) -> tuple[Mask, list[Issue]]:
-    """Which pieces are no part of the thing, and what is said of it.
+    """(N,) True for pieces that are no part of the thing, and notes on them.
 
     Args:
         category: whose usual proportions tell a stand from a foot; without one no stand is taken away.

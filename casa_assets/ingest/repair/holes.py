@@ -1,4 +1,4 @@
-"""Small holes: the missing faces of torn meshes, closed by a fan that looks like its surroundings."""
+"""Close small holes of torn meshes by a fan of faces that takes its look from the rim."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LEAST_LEVEL = 0.2
 
 
 def close_holes(parts: tuple[RawPart, ...], cut: Floats | None = None) -> tuple[tuple[RawPart, ...], list[Issue]]:
-    """The parts with small holes closed, and a note where there were some.
+    """Close the small holes of parts, with a note where there were some.
 
     A fan takes texture coordinates, normals and colours from the vertices at the rim. Larger openings stay, and round
     ones, which are meant.
@@ -60,7 +60,7 @@ def close_holes(parts: tuple[RawPart, ...], cut: Floats | None = None) -> tuple[
 
 
 def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:
-    """Closed ways along the edges that have a face on one side, against that face; ways that branch are left out.
+    """Boundary loops of a surface, against the direction of its faces; loops that branch are left out.
 
     Args:
         faces: (F, 3) vertices. place: (V,) welded point of each vertex.

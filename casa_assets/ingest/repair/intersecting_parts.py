@@ -1,4 +1,4 @@
-"""Pieces of like size that run through each other: two things in one file, or matter that is counted twice."""
+"""Find pieces of like size that run through each other: two things in one file, or matter counted twice."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LEAST_INSIDE = 2
 
 
 def intersecting_parts(points: Floats, ids: Ints) -> list[Issue]:
-    """A note where pieces of like size run through each other.
+    """Remark on pieces of like size that run through each other.
 
     Args:
         points: (V, 3), welded. ids: (F, 3).

@@ -1,4 +1,4 @@
-"""Tangles: a few faces of scans and generated meshes where more than two meet at an edge, cut out and closed anew."""
+"""Cut out the few faces at edges where more than two meet, and close the holes that this leaves."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ROUNDS = 3
 
 
 def cut_nonmanifold_faces(parts: tuple[RawPart, ...]) -> tuple[tuple[RawPart, ...], list[Issue]]:
-    """The parts without tangles, small holes closed; as they were where that leaves more unsound edges than before.
+    """Cut out nonmanifold faces and close the holes; unchanged where that leaves more unsound edges than before.
 
     Returns:
         The parts, and notes of tangles that were cut out and of holes that were closed.

@@ -1,4 +1,4 @@
-"""Fins: a few faces without a thickness that hang by an edge on a surface which bounds a volume without them."""
+"""Find sheet fins: a few faces that hang by an edge on a surface which bounds a volume without them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_FACES = 2
 
 
 def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
-    """Which faces are fins, and a note where there are some.
+    """(F,) True for faces that are fins, and a note where there are some.
 
     Nothing is one where the rest would stay open: there a lone face may be all that is left of a wall.
 

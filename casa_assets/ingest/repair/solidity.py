@@ -1,4 +1,4 @@
-"""Solid or shell: what a surface is by its numbers, for the report; `collide` makes it solid by the same limits."""
+"""Measure how solid a surface is (filled, walled, sheet), for the report; `collide` uses the same limits."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STREWN = 30_000
 
 @dataclass(frozen=True)
 class Solidity:
-    """What a surface is.
+    """Measured kind of a surface.
 
     Attributes:
         kind: as `collide` calls it.

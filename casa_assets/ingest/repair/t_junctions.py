@@ -1,4 +1,4 @@
-"""Corners that end on the middle of an edge: that edge gets them too, so that the surface hangs together."""
+"""Split edges at T-junctions, so that the faces on both sides share their vertices."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class _Cut:
 
 
 def split_t_junctions(parts: tuple[RawPart, ...]) -> tuple[tuple[RawPart, ...], list[Issue]]:
-    """Cut faces whose open edge is met by shorter open edges, where all of it is met.
+    """Split faces whose open edge is met by shorter open edges, where all of it is met.
 
     Texture coordinates, normals and colours of a new vertex are those of its place on the edge.
 

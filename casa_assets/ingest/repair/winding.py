@@ -1,4 +1,4 @@
-"""Every surface wound one way, and outwards unless it is the inner wall of another."""
+"""Wind faces one way, and outwards unless a surface is the inner wall of another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long is a unit: the file's word where it is plausible, else the unit that is, else the usual size per axis."""
+"""Choose metres per unit: as the file states where plausible, else a usual unit, else by the usual size per axis."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ CAPACITY_SHARE = {MatterFill.VESSEL: 0.7, MatterFill.HOLLOW: 0.6, MatterFill.FIL
 
 @dataclass(frozen=True)
 class SizePrior:
-    """A size before the file's units are looked at: metres per unit as a log normal, and where it comes from."""
+    """Metres per unit as a log normal before the file's units are looked at, and where it comes from."""
 
     middle: float
     spread: float

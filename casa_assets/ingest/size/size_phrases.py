@@ -1,4 +1,4 @@
-"""What titles and prompts say of a size: lengths, volumes, and words such as `mini` or `family`."""
+"""Parse sizes from titles and prompts: lengths, volumes, and words such as `mini` or `family`."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _SHIFTS = {
 
 @dataclass(frozen=True)
 class StatedSize:
-    """What was said of the size.
+    """Size that titles and prompts state.
 
     Attributes:
         lengths: metres, of one side or another. volumes: m^3, of what it holds.
@@ -59,7 +59,7 @@ class StatedSize:
 
 
 def parse_size_phrases(texts: Sequence[str]) -> StatedSize:
-    """Read titles and prompts, such as `Frypan 8"` or `a large 1.5 l pitcher`."""
+    """Parse titles and prompts, such as `Frypan 8"` or `a large 1.5 l pitcher`."""
     lengths: list[float] = []
     volumes: list[float] = []
     words: list[str] = []

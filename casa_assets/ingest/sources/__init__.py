@@ -1,4 +1,4 @@
-"""Where raw meshes come from: folders, Objaverse packages, text-to-3D deliveries, plain manifests."""
+"""Sources of raw meshes: folders, Objaverse packages, text-to-3D deliveries, plain manifests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading from a folder that is not trusted: regular files only, inside the root only, no more bytes than allowed."""
+"""Read files of an untrusted folder: regular ones inside its root only, and no more bytes than allowed."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from casa_assets.ingest.load.notes import clean
 
 
 def escaped_path(path: str) -> str:
-    """A path for messages and records: names that are not UTF-8 are escaped, so that it always is text."""
+    """Escape a path for messages and records: names that are not UTF-8 become text."""
     return path.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def is_inside(path: str, root: Path) -> bool:
-    """Whether the real place of `path`, links followed, lies under the real place of `root`."""
+    """True where the real place of `path`, links followed, lies under the real place of `root`."""
     real, base = os.path.realpath(path), os.path.realpath(root)
     return real == base or real.startswith(base.rstrip(os.sep) + os.sep)
 

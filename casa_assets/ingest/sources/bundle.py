@@ -1,4 +1,4 @@
-"""A found input -> Bundle: the bytes of its main file and of all files that it refers to, from its package only."""
+"""Collect an input into a Bundle: the bytes of its main file and of the files it refers to, from its package only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folders and files that the user names -> inputs, in an order that no machine changes."""
+"""Discover inputs under folders and files that the user names, in the same order on every machine."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
 
 
 def _is_unread(name: str, names: Set[str]) -> bool:
-    """Whether a file holds a mesh in a format that is not read, and no twin in one that is lies beside it.
+    """True where a file holds a mesh in a format that is not read, and no twin in one that is lies beside it.
 
     Args:
         name: of the file. names: of all files of the folder, in lower case.

@@ -1,4 +1,4 @@
-"""What discovery yields: an input that was found, or one that was refused."""
+"""Results of discovery: an input that was found, or one that was refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A source's word for a licence -> SPDX id."""
+"""Map a source's word for a licence to its SPDX id."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Manifests (JSON lines or a JSON list, one row per mesh) -> inputs."""
+"""Read manifests (JSON lines or a JSON list, one row per mesh) into inputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Objaverse 1.0 folders (as the `objaverse` package caches them) and Objaverse-XL lists -> inputs."""
+"""Read Objaverse 1.0 folders (as the `objaverse` package caches them) and Objaverse-XL lists into inputs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ INDEX_FILES = frozenset(
 
 
 def is_package(names: Sequence[str]) -> bool:
-    """Whether a folder with these entries is an Objaverse 1.0 package."""
+    """True where a folder with these entries is an Objaverse 1.0 package."""
     return "glbs" in names or "object-paths.json" in names or "object-paths.json.gz" in names
 
 

@@ -1,4 +1,4 @@
-"""What all kinds of packages share: where one lies, and how a file that it names becomes a Found."""
+"""Package folders: where one lies, and how a file that it names becomes a Found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Words that a package says about an input, read without trust: types checked, lengths capped, JSON kept shallow."""
+"""Read the text fields of a package without trust: types checked, lengths capped, JSON kept shallow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much a 3MF package would become: triangles and copies, counted before anything is built from them."""
+"""Count the triangles and copies of a 3MF package before anything is built from them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class _Object:
 
 @dataclass(frozen=True)
 class PackageSize:
-    """What a package becomes: triangles over all copies, copies, and whether it states colours."""
+    """Size of a 3MF package once built: triangles over all copies, copies, and whether it states colours."""
 
     faces: int
     copies: int

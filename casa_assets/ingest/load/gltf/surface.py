@@ -24,7 +24,7 @@ _BLACK = 0.02
 
 @dataclass(frozen=True)
 class Mapping2D:
-    """Which texture coordinates a picture uses, and how they are moved (KHR_texture_transform).
+    """Texture coordinate set of a picture and its transform (KHR_texture_transform).
 
     Attributes:
         uv_set: n of TEXCOORD_n.
