@@ -1,4 +1,4 @@
-"""The error tree. Everything that the package raises on purpose descends from CasaError.
+"""Error classes. Everything that the package raises on purpose descends from CasaError.
 
 CasaError
 +-- RegistryError      a file under registry/ is wrong: file, line, pointer, expected, got

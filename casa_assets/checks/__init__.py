@@ -1,1 +1,1 @@
-"""Judges: small pure functions over finished things, one literal table, limits from registry/limits.yaml."""
+"""Checks of assets, scenes and libraries: pure functions, one table of rows, limits from registry/limits.yaml."""

@@ -1,1 +1,1 @@
-"""The spine: frozen records that every stage speaks. Arrays and records, no disk, no clock."""
+"""Frozen records that every stage reads and writes; no disk, no clock."""

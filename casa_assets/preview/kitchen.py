@@ -1,6 +1,6 @@
 """Render a kitchen's `scene.xml` through its own cameras, in soft daylight.
 
-Each picture is the mean of many drawings; `exposure.py` says why.
+Each picture is the mean of many drawings; see `exposure.py` for the reason.
 """
 
 from __future__ import annotations

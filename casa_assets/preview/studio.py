@@ -1,6 +1,6 @@
 """Studio for stills of assets: light floor, soft dome light, and a camera that fits what it shows.
 
-Each picture is the mean of many drawings; `exposure.py` says why.
+Each picture is the mean of many drawings; see `exposure.py` for the reason.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def _panel(around: float) -> float:
 
 
 # Chosen by eye: a white mug keeps its shading, a black one its form. Highlights exceed 1 because each direction is lit
-# in one drawing only and then shared by all. The key light stands over the photographer's left shoulder, within a soft
+# in one drawing only and then shared by all. The key light stands over the left shoulder of the viewer, within a soft
 # box of about 12 degrees; the sky begins 8 degrees above the floor.
 _RIG = LightRig(
     ambient=0.22,
@@ -83,7 +83,7 @@ def place_floor(model: Any, data: Any) -> Floats:
     """Put the floor under the visible vertices and return those: (N, 3), metres, world frame.
 
     Args:
-        model, data: a furnished model after `mj_forward`.
+        model, data: a model in the studio after `mj_forward`.
     """
     floor = int(model.geom(_FLOOR).id)
     points = np.concatenate([_vertices(model, data, g) for g in range(model.ngeom) if g != floor])
@@ -99,8 +99,8 @@ def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, bo
     """Render a model that stands on the studio's floor.
 
     Args:
-        model, data: as `stand` left them.
-        points: (N, 3) metres, world frame, from `stand`.
+        model, data: as `place_floor` left them.
+        points: (N, 3) metres, world frame, from `place_floor`.
         camera: fitted to the points.
         view: size and number of drawings.
         both_sides: shows faces from behind too.

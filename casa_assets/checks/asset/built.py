@@ -1,4 +1,4 @@
-"""Select the assets that the stricter rows apply to: built by a family, or standing for a fixture."""
+"""Select the assets that the stricter checks apply to: built by a family, or standing for a fixture."""
 
 from __future__ import annotations
 

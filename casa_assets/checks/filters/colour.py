@@ -53,7 +53,7 @@ class ColorSamples:
 
 
 def is_lit(asset: Asset, limit: float | None) -> Measured:
-    """Mean luminance of what is seen in white light, 0..1; coal has 0.04."""
+    """FLT010: mean luminance of what is seen in white light, 0..1; coal has 0.04."""
     look = _look(asset)
     if look is None or _is_metal(asset):
         return why_no_surface(asset) if look is None else not_applicable(METAL)
@@ -63,7 +63,7 @@ def is_lit(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_coloured(asset: Asset, limit: float | None) -> Measured:
-    """Largest distance of what is seen from one plain grey, as displayed, 0..1."""
+    """FLT011: largest distance of what is seen from one plain grey, as displayed, 0..1."""
     look = _look(asset)
     if look is None or _is_metal(asset):
         return why_no_surface(asset) if look is None else not_applicable(METAL)
@@ -74,7 +74,7 @@ def is_coloured(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
-    """Resolvable points of the pictures along the longest side; half of the surface has more."""
+    """FLT012: points of the pictures that can be told apart along the longest side; the median."""
     look, found = _look(asset), welded_surface(asset)
     if look is None or found is None:
         return why_no_surface(asset)

@@ -21,7 +21,7 @@ SLIGHT = 0.05
 
 
 def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
-    """Factor between the inertia and that of the evenly filled shapes, on the worst axis."""
+    """FLT014: factor between the inertia and that of the evenly filled shapes, on the worst axis."""
     if not is_loose_mesh(asset) or not asset.root.colliders:
         return not_applicable(NO_COLLIDERS if is_loose_mesh(asset) else NOT_LOOSE)
     link = asset.root
@@ -42,7 +42,7 @@ def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
 
 
 def loads_fast(asset: Asset, limit: float | None) -> Measured:
-    """Estimated loading time in a simulator, from triangles and pixels, milliseconds."""
+    """FLT013: estimated loading time in a simulator, from triangles and pixels, milliseconds."""
     if not is_loose_mesh(asset):
         return not_applicable(NOT_LOOSE)
     faces = sum(len(v.mesh.faces) for v in asset.root.visuals)

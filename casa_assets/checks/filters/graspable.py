@@ -16,7 +16,7 @@ GRASP = "grasp_"
 
 
 def can_be_taken(package: Package, limit: float | None) -> Measured:
-    """Width of the narrowest grasp of a graspable object, metres; its least side where it has none."""
+    """FLT018: width of the narrowest grasp of a graspable object, metres; its least side where it has none."""
     assert limit is not None, "the row of this check names a limit"
     asset, category = package.asset, package.category
     if not is_loose_mesh(asset):

@@ -21,7 +21,7 @@ CELLS = 64
 
 
 def is_of_known_kind(package: Package, limit: float | None) -> Measured:
-    """Somebody or something has said what it is, so that a size and a mass can be expected of it."""
+    """FLT007: the category is known, so that a size and a mass can be expected."""
     if not is_loose_mesh(package.asset):
         return not_applicable(NOT_LOOSE)
     if package.category.id != UNKNOWN:
@@ -31,7 +31,7 @@ def is_of_known_kind(package: Package, limit: float | None) -> Measured:
 
 
 def has_usual_proportions(package: Package, limit: float | None) -> Measured:
-    """Least factor by which a side leaves the range of its category, at the best scale."""
+    """FLT008: least factor by which a side leaves the range of its category, at the best scale."""
     found = welded_surface(package.asset)
     if found is None:
         return why_no_surface(package.asset)
@@ -45,7 +45,7 @@ def has_usual_proportions(package: Package, limit: float | None) -> Measured:
 
 
 def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
-    """Share of its hull in which a vessel, as it stands, holds water."""
+    """FLT009: share of its hull in which a vessel, as it stands, holds water."""
     found, category = welded_surface(package.asset), package.category
     if found is None:
         return why_no_surface(package.asset)

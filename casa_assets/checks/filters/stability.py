@@ -52,7 +52,7 @@ class RestResult:
 
 
 def stays_put(package: Package, limit: float | None) -> Measured:
-    """Farthest that a corner still moves after the object was put down and has settled, metres."""
+    """FLT015: farthest that a corner still moves after the object was put down and has settled, metres."""
     rest = _rest_of(package)
     if rest is None:
         return _unrested(package)
@@ -62,7 +62,7 @@ def stays_put(package: Package, limit: float | None) -> Measured:
 
 
 def stands(package: Package, limit: float | None) -> Measured:
-    """Tilt of the object after it was put down as it stands, degrees."""
+    """FLT016: tilt of the object after it was put down as it stands, degrees."""
     if package.category.upright is not RestingPose.STANDS:
         return not_applicable(f"a {package.category.id} does not stand by itself")
     rest = _rest_of(package)
@@ -74,7 +74,7 @@ def stands(package: Package, limit: float | None) -> Measured:
 
 
 def stacks(package: Package, limit: float | None) -> Measured:
-    """Offset of a second object let down on the first, in parts of its width."""
+    """FLT017: offset of a second object let down on the first, in parts of its width."""
     asset = package.asset
     if not is_loose_mesh(asset) or asset.base is not Base.FREE:
         return not_applicable(FIXED if is_loose_mesh(asset) else NOT_LOOSE)

@@ -28,7 +28,7 @@ BROADER = 1.5
 
 
 def is_opaque(asset: Asset, limit: float | None) -> Measured:
-    """Share of what is seen from all around that shows backs of faces."""
+    """FLT001: share of what is seen from all around that shows backs of faces."""
     found = welded_surface(asset)
     if found is None:
         return why_no_surface(asset)
@@ -38,7 +38,7 @@ def is_opaque(asset: Asset, limit: float | None) -> Measured:
 
 
 def has_all_sides(package: Package, limit: float | None) -> Measured:
-    """Share of the outline of a solid object that shows backs of faces, from the worst side."""
+    """FLT002: share of the outline of a solid object that shows backs of faces, from the worst side."""
     found = welded_surface(package.asset)
     if found is None:
         return why_no_surface(package.asset)
@@ -52,7 +52,7 @@ def has_all_sides(package: Package, limit: float | None) -> Measured:
 
 
 def winds_one_way(asset: Asset, limit: float | None) -> Measured:
-    """Share of the length of inner edges whose two faces wind against each other."""
+    """FLT003: share of the length of inner edges whose two faces wind against each other."""
     found = welded_surface(asset)
     if found is None:
         return why_no_surface(asset)
@@ -67,7 +67,7 @@ def winds_one_way(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_no_card(asset: Asset, limit: float | None) -> Measured:
-    """Share of what is seen that lies on flat sheets seen from both sides."""
+    """FLT004: share of what is seen that lies on flat sheets seen from both sides."""
     found = welded_surface(asset)
     if found is None:
         return why_no_surface(asset)
@@ -80,7 +80,7 @@ def is_no_card(asset: Asset, limit: float | None) -> Measured:
 
 
 def hangs_together(asset: Asset, limit: float | None) -> Measured:
-    """Number of large parts that stand apart from each other; a rigid object is one."""
+    """FLT005: number of large parts that stand apart from each other; a rigid object is one."""
     found = welded_surface(asset)
     if found is None:
         return why_no_surface(asset)
@@ -92,7 +92,7 @@ def hangs_together(asset: Asset, limit: float | None) -> Measured:
 
 
 def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
-    """Factor by which the lowest layer is wider than all above it, where that is unusual."""
+    """FLT006: factor by which the lowest layer is wider than all above it, where that is unusual."""
     found = welded_surface(package.asset)
     if found is None:
         return why_no_surface(package.asset)

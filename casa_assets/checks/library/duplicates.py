@@ -83,40 +83,40 @@ class LibraryView:
     unseen: str = ""
 
 
-def has_no_form_twice(shelf: LibraryView, limit: float | None) -> Measured:
+def has_no_form_twice(view: LibraryView, limit: float | None) -> Measured:
     """LIB001: distance of the two most alike surfaces, as a part of their radius."""
     bound = required_limit(limit)
     problems = []
-    for pair in shelf.alike:
+    for pair in view.alike:
         if pair.same_form(bound):
             message = f"has the form of {pair.one}, {_differs(pair)}; keep one of them, or both if that is meant"
             problems.append((pair.other, message))
-    if shelf.count < 2:
+    if view.count < 2:
         return not_applicable(ALONE)
     # Pairs whose forms are far apart are not compared point by point: where all are, there is no number to tell.
-    return Measured(min(pair.most for pair in shelf.alike), tuple(problems)) if shelf.alike else no_fault()
+    return Measured(min(pair.most for pair in view.alike), tuple(problems)) if view.alike else no_fault()
 
 
-def has_no_look_twice(shelf: LibraryView, limit: float | None) -> Measured:
+def has_no_look_twice(view: LibraryView, limit: float | None) -> Measured:
     """LIB002: largest cosine between the picture embeddings of two assets."""
-    if shelf.unseen:
-        return not_run(shelf.unseen)
+    if view.unseen:
+        return not_run(view.unseen)
     bound = required_limit(limit)
     problems = [
         (other, f"looks like {one} to a model (cosine {near:.3f}); keep one of them, or both if that is meant")
-        for one, other, near in shelf.looks
+        for one, other, near in view.looks
         if near >= bound
     ]
-    if shelf.count < 2:
+    if view.count < 2:
         return not_applicable(ALONE)
-    return Measured(max(near for _, _, near in shelf.looks), tuple(problems)) if shelf.looks else no_fault()
+    return Measured(max(near for _, _, near in view.looks), tuple(problems)) if view.looks else no_fault()
 
 
-def looks_like_its_kind(shelf: LibraryView, limit: float | None) -> Measured:
+def looks_like_its_kind(view: LibraryView, limit: float | None) -> Measured:
     """LIB003: rank of an asset's own category among all that CLIP sees in it; the worst."""
-    if shelf.unseen:
-        return not_run(shelf.unseen)
-    compared = [one for one in shelf.seen if one.rank]
+    if view.unseen:
+        return not_run(view.unseen)
+    compared = [one for one in view.seen if one.rank]
     wrong = [one for one in compared if one.rank > required_limit(limit)]
     problems = [
         (one.asset, f"{in_words(one)}; look at the picture, and mend the category or leave it out") for one in wrong

@@ -25,7 +25,7 @@ PAIR_STEP_M = 0.025
 
 
 def keeps_clear(package: Package, limit: float | None) -> Measured:
-    """No part runs into another over any joint's range, alone and with each other joint open; metres of the worst."""
+    """KIN005: deepest contact of a part over any joint's range, alone and beside each open joint; metres."""
     assert limit is not None
     ready, asset = motion_model_of(package), package.asset
     if ready is None:

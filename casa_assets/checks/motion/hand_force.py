@@ -35,7 +35,7 @@ SPRUNG = frozenset({"button", "lever", "key", "knob"})
 
 
 def opens_under_a_hand(package: Package, limit: float | None) -> Measured:
-    """Each joint goes `limit` of its range under 20 N in 2 s, both ways, touching what it touches; the least share.
+    """KIN001: least share of a joint's range covered under 20 N in 2 s, both ways, with contacts.
 
     A joint that does not go so far when nothing touches is the business of `opens_by_itself_alone`.
     """
@@ -43,12 +43,12 @@ def opens_under_a_hand(package: Package, limit: float | None) -> Measured:
 
 
 def opens_by_itself_alone(package: Package, limit: float | None) -> Measured:
-    """Each joint goes `limit` of its range under 20 N in 2 s, both ways, while nothing touches; the least share."""
+    """KIN002: least share of a joint's range covered under 20 N in 2 s, both ways, without contacts."""
     return _reached(package, limit, contact=False)
 
 
 def starts_gently(package: Package, limit: float | None, least_n: float) -> Measured:
-    """The force at the grip that just starts each joint, opening, is `least_n` to `limit`; N, the largest.
+    """KIN003: force at the grip that starts each closed joint, `least_n` to `limit`; the largest, N.
 
     Doors and drawers are meant to take 5 N and more, so that they stay shut; a key or a roll may be lighter.
     """
@@ -71,7 +71,7 @@ def starts_gently(package: Package, limit: float | None, least_n: float) -> Meas
 
 
 def springs_back(package: Package, limit: float | None) -> Measured:
-    """A sprung key, pressed to its end and let go, is back within `limit` of its range in 2 s; the worst share."""
+    """KIN004: worst share of its stroke that a pressed key is away from rest 2 s after release."""
     assert limit is not None
     ready, asset = motion_model_of(package), package.asset
     if ready is None:
@@ -94,7 +94,7 @@ def springs_back(package: Package, limit: float | None) -> Measured:
 
 
 def stays_put(package: Package, limit: float | None) -> Measured:
-    """Left alone for 5 s, closed and in each named pose, no joint moves by `limit` of its range; the worst share.
+    """KIN006: worst share of its range that a joint drifts in 5 s, closed and in each named pose.
 
     A short range counts as one of which `limit` is 1 mm or half a degree: stops are soft, and a light key yields.
     """

@@ -51,7 +51,7 @@ class JointTravel:
 
 
 def goes_all_its_way(package: Package, limit: float | None) -> Measured:
-    """Share of the joints that go all their range under 20 N, nothing over 1 mm deeper than at rest.
+    """KIN009: share of the joints that go all their range under 20 N without collision.
 
     For what came as a mesh. What families build is held to more, by the rows for reach and clearance.
     """

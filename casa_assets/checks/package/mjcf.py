@@ -19,14 +19,14 @@ NEITHER = "neither file compiles"
 
 
 def compiles(package: Package, limit: float | None) -> Measured:
-    """Both files compile; the number is how many do not."""
+    """MJC001: number of files that do not compile."""
     errors = [(path.name, mujoco_load.load_mjcf(path).error) for path in _files(package)]
     problems = tuple((name, f"does not compile: {error}") for name, error in errors if error)
     return Measured(float(len(problems)), problems)
 
 
 def loads_in_silence(package: Package, limit: float | None) -> Measured:
-    """MuJoCo warns of nothing; the number is how many warnings there were."""
+    """MJC002: number of warnings of MuJoCo."""
     if not _compiled(package):
         return not_run(NEITHER)
     problems = tuple((path.name, said) for path in _compiled(package) for said in mujoco_load.load_mjcf(path).warnings)
@@ -34,7 +34,7 @@ def loads_in_silence(package: Package, limit: float | None) -> Measured:
 
 
 def keeps_the_rules(package: Package, limit: float | None) -> Measured:
-    """Names, groups, sizes and files are as robosuite and robocasa read them; the number counts the faults."""
+    """MJC003: number of names, groups, sizes and files against robosuite's and robocasa's conventions."""
     if package.mjcf not in _compiled(package):
         return not_run(NO_COMPILE)
     problems = tuple(robosuite_conventions.faults(package.mjcf))
@@ -42,7 +42,7 @@ def keeps_the_rules(package: Package, limit: float | None) -> Measured:
 
 
 def visuals_weigh_nothing(package: Package, limit: float | None) -> Measured:
-    """Number of visuals that have mass or collide."""
+    """MJC004: number of visuals that have mass or collide."""
     if not _compiled(package):
         return not_run(NEITHER)
     problems = tuple(fault for path in _compiled(package) for fault in robosuite_conventions.visual_faults(path))
@@ -50,7 +50,7 @@ def visuals_weigh_nothing(package: Package, limit: float | None) -> Measured:
 
 
 def agrees_with_asset(package: Package, limit: float | None) -> Measured:
-    """Both files, as compiled, have the facts of the asset; the number is the largest difference."""
+    """MJC005: largest difference between the compiled files and the facts of the asset."""
     if not _compiled(package):
         return not_run(NEITHER)
     expected = asset_facts.facts(package.asset)
@@ -68,7 +68,7 @@ def agrees_with_asset(package: Package, limit: float | None) -> Measured:
 
 
 def comes_to_rest(package: Package, limit: float | None, *how: float) -> Measured:
-    """Dropped from twice its height it rests in time and falls through nothing; the number is when, in seconds."""
+    """MJC006: seconds until rest after a drop from twice the height, without falling through the floor."""
     protocol = drop.DropProtocol(*how)
     fall = _fall(package, protocol)
     if fall is None:
@@ -82,7 +82,7 @@ def comes_to_rest(package: Package, limit: float | None, *how: float) -> Measure
 
 
 def stays_upright(package: Package, limit: float | None, *how: float) -> Measured:
-    """After the drop it stands as it was released; the number is the tilt in degrees."""
+    """MJC007: tilt after the drop, degrees."""
     protocol = drop.DropProtocol(*how)
     fall = _fall(package, protocol)
     if package.category.upright is RestingPose.ANY:
@@ -96,7 +96,7 @@ def stays_upright(package: Package, limit: float | None, *how: float) -> Measure
 
 
 def rests_on_the_floor(package: Package, limit: float | None, *how: float) -> Measured:
-    """At rest it is not sunk into the floor; the number is the deepest penetration in metres."""
+    """MJC008: deepest penetration of the floor at rest, metres."""
     protocol = drop.DropProtocol(*how)
     fall = _fall(package, protocol)
     if fall is None or fall.rest_s is None:
@@ -108,7 +108,7 @@ def rests_on_the_floor(package: Package, limit: float | None, *how: float) -> Me
 
 
 def joints_move_freely(package: Package, limit: float | None) -> Measured:
-    """Each joint moves through its range without its parts meeting; the number is the deepest meeting in metres."""
+    """MJC009: deepest contact between parts while each joint moves through its range, metres."""
     if not package.asset.joints:
         return not_applicable(NO_JOINTS)
     depths = sweep.deepest(package.scene)

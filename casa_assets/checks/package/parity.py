@@ -50,19 +50,19 @@ def compare(left: AssetFacts, right: AssetFacts, relative: float, length: float)
 
 
 def agrees_in_mujoco(package: Package, limit: float | None) -> Measured:
-    """MuJoCo reads the same from both; the number is the largest difference that is no length."""
+    """PAR001: largest difference, other than of lengths, between MuJoCo's readings of MJCF and USD."""
     rows = _between(package, usd_facts.mujoco_facts)
     return not_run(UNREAD) if rows is None else _measured([r for r in rows if not r.length], limit)
 
 
 def agrees_in_usd(package: Package, limit: float | None) -> Measured:
-    """Largest difference, other than of lengths, between UsdPhysics' reading of the USD and MuJoCo's of the MJCF."""
+    """PAR002: largest difference, other than of lengths, between UsdPhysics' reading of the USD and the MJCF."""
     rows = _between(package, usd_facts.pxr_facts)
     return not_run(UNREAD) if rows is None else _measured([r for r in rows if not r.length], limit)
 
 
 def lengths_agree(package: Package, limit: float | None) -> Measured:
-    """Positions, sizes and travels are the same for both readers; the number is the largest difference in metres."""
+    """PAR004: largest difference of positions, sizes and travels between both readers, metres."""
     one, other = _between(package, usd_facts.mujoco_facts), _between(package, usd_facts.pxr_facts)
     if one is None or other is None:
         return not_run(UNREAD)
@@ -70,7 +70,7 @@ def lengths_agree(package: Package, limit: float | None) -> Measured:
 
 
 def contacts_and_joints_agree(package: Package, limit: float | None) -> Measured:
-    """Contact and joint parameters that no fact table holds; the number is the largest relative difference."""
+    """PAR003: largest relative difference of contact and joint parameters."""
     mjcf = mujoco_load.load_mjcf(package.mjcf).model if package.mjcf.is_file() else None
     usd = _quietly(lambda path: usd_facts.imported(path).model, package.usd)
     if mjcf is None or usd is None:

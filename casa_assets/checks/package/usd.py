@@ -29,7 +29,7 @@ UNAVAILABLE = frozenset({"usdShadeValidators:ShaderSdrCompliance"})
 
 
 def opens(package: Package, _: float | None) -> Measured:
-    """The layer parses and composes, without a word of complaint, to a stage with a default prim."""
+    """USD001: the layer parses and composes, without complaint, to a stage with a default prim."""
     if not package.usd.is_file():
         return _measured([("usd", f"{package.usd.name} does not exist")])
     with quiet():
@@ -45,7 +45,7 @@ def opens(package: Package, _: float | None) -> Measured:
 
 
 def is_simready(package: Package, _: float | None) -> Measured:
-    """SimReady Robotics-Prop 4.0.0, with the verdict of its command line; one problem for each failed requirement."""
+    """USD002: failed requirements of SimReady Robotics-Prop 4.0.0, as its command line finds them."""
     with quiet():
         if _stage(package.usd) is None:
             return not_run(CLOSED)
@@ -67,7 +67,7 @@ def is_simready(package: Package, _: float | None) -> Measured:
 
 
 def is_valid(package: Package, _: float | None) -> Measured:
-    """OpenUSD's own validators find nothing."""
+    """USD003: findings of OpenUSD's own validators."""
     with quiet():
         stage = _stage(package.usd)
         if stage is None:
@@ -78,7 +78,7 @@ def is_valid(package: Package, _: float | None) -> Measured:
 
 
 def imports_into_mujoco(package: Package, _: float | None) -> Measured:
-    """MuJoCo's USD reader loads the file and warns of nothing."""
+    """USD004: errors and warnings of MuJoCo's USD reader."""
     with quiet():
         if _stage(package.usd) is None:
             return not_run(CLOSED)
@@ -89,7 +89,7 @@ def imports_into_mujoco(package: Package, _: float | None) -> Measured:
 
 
 def pictures_are_png(package: Package, _: float | None) -> Measured:
-    """Every picture that a material names lies in the package and is a PNG; the thumbnail is one of 256 x 256."""
+    """USD005: every picture of a material lies in the package and is a PNG; the thumbnail is one of 256 x 256."""
     with quiet():
         stage = _stage(package.usd)
         if stage is None:

@@ -36,7 +36,7 @@ ACTS_ON = {
 
 
 def can_take_every_value(asset: Asset, limit: float | None) -> Measured:
-    """Every value of every variable is got by moving joints and touching colliders; counts those that are not."""
+    """BEH001: number of values that moving joints and touching colliders cannot bring about."""
     if asset.behavior is None:
         return not_applicable(INERT)
     missing = reachable_values.unreached(asset.behavior, {j.name: j.range for j in asset.joints})
@@ -45,7 +45,7 @@ def can_take_every_value(asset: Asset, limit: float | None) -> Measured:
 
 
 def is_seen_to_change(asset: Asset, limit: float | None) -> Measured:
-    """Every effect acts on something that can show it; the number counts those that do not."""
+    """BEH002: number of effects without a target that can show them."""
     if asset.behavior is None:
         return not_applicable(INERT)
     faults = [
@@ -55,7 +55,7 @@ def is_seen_to_change(asset: Asset, limit: float | None) -> Measured:
 
 
 def does_as_asked(package: Package, limit: float | None) -> Measured:
-    """Operated in MuJoCo it takes the values that its contract names, at its thresholds; counts what it does not."""
+    """BEH003: number of contract values and thresholds that the asset misses when operated in MuJoCo."""
     asset, contract = package.asset, package.contract
     if asset.contract is None:
         return not_applicable("it names no contract that says how it behaves")

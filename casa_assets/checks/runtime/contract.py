@@ -24,7 +24,7 @@ MARGIN = 1e-3
 
 
 def has_links_and_joints(package: Package, limit: float | None) -> Measured:
-    """Links and joints that a runtime looks for, with kind, axis, sign, range, depth; counts the faults."""
+    """CON001: number of links and joints that are missing or of wrong kind, axis, sign, range or depth."""
     if package.asset.contract is None:
         return not_applicable(UNNAMED)
     contract = package.contract
@@ -45,13 +45,13 @@ def has_links_and_joints(package: Package, limit: float | None) -> Measured:
 
 
 def has_sites(package: Package, limit: float | None) -> Measured:
-    """Sites that a runtime looks for, on the link where it looks; the number counts the faults."""
+    """CON002: number of sites that are missing or on another link than the runtime expects."""
     contract = _contract(package)
     return _counted(names.missing_requirements(package.asset, contract, names.sites)) if contract else _without(package)
 
 
 def has_shapes(package: Package, limit: float | None) -> Measured:
-    """Colliders and visuals that a runtime looks for, and labels; the number counts the faults."""
+    """CON003: number of colliders, visuals and labels that are missing or would be mistaken."""
     contract, asset = _contract(package), package.asset
     if contract is None:
         return _without(package)
@@ -69,7 +69,7 @@ def has_shapes(package: Package, limit: float | None) -> Measured:
 
 
 def has_regions(package: Package, limit: float | None) -> Measured:
-    """Regions that a runtime looks for; `main` fits the thing, interiors lie in it; the most one is off, m."""
+    """CON004: largest distance that a region is off: `main` encloses what is seen, interiors lie in it; metres."""
     contract, asset = _contract(package), package.asset
     if contract is None:
         return _without(package)
@@ -112,7 +112,7 @@ def is_found_in_the_file(package: Package, limit: float | None) -> Measured:
 
 
 def reaches_thresholds(package: Package, limit: float | None) -> Measured:
-    """Each threshold lies within the range of its joints, named poses stand as asked; the number counts the faults."""
+    """CON006: number of thresholds outside their joints' ranges, and of named poses that stand wrong."""
     contract, asset = _contract(package), package.asset
     if contract is None:
         return _without(package)
@@ -133,7 +133,7 @@ def reaches_thresholds(package: Package, limit: float | None) -> Measured:
 
 
 def is_spelled_as_read(package: Package, limit: float | None) -> Measured:
-    """Names are written as the runtime spells them, capitals too; the number counts those that are not."""
+    """CON007: number of names that are not spelled as the runtime spells them, capitals included."""
     contract = _contract(package)
     if contract is None:
         return _without(package)

@@ -23,7 +23,7 @@ SUNK_M = 1e-3
 
 
 def holds_a_ball(package: Package, limit: float | None) -> Measured:
-    """A 6 cm ball (a smaller one in narrower regions) rests on the floor of each region; metres of the worst."""
+    """HOL001: farthest that a ball laid into a region comes to rest outside of it, metres."""
     assert limit is not None
     asset = package.asset
     regions = [r for r in asset.regions if r.name not in OUTER]

@@ -39,19 +39,19 @@ class PreviewImages:
 
 
 def are_lit(pictures: PreviewImages, limit: float | None) -> Measured:
-    """No preview has more than that share of black pixels; the largest share. There is at least one preview."""
+    """SCN024: largest share of black pixels of a preview. There is at least one preview."""
     shares = {name: float((shot.max(axis=2) < BLACK).mean()) for name, shot in pictures.shots.items()}
     return _held(shares, limit, "is black: put a light there, or move the camera out of what it stands in")
 
 
 def are_not_burnt_out(pictures: PreviewImages, limit: float | None) -> Measured:
-    """No preview has more than that share of wholly white pixels; the largest share."""
+    """SCN025: largest share of wholly white pixels of a preview."""
     shares = {name: float((shot.min(axis=2) >= WHITE).mean()) for name, shot in pictures.shots.items()}
     return _held(shares, limit, "is wholly white: less light, or a darker finish")
 
 
 def show_every_wall(subject: SceneSubject, limit: float | None) -> Measured:
-    """Least share of a picture that any wall fills in the camera that sees it best.
+    """SCN023: least share of a picture that any wall fills in the camera that sees it best.
 
     Walls between a camera and the room are looked through, as previews do.
     """

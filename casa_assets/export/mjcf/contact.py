@@ -23,7 +23,7 @@ def exclude(contact: etree._Element, first: str, second: str) -> None:
 
 
 def exclude_from_world(body: etree._Element, moved: bool = False) -> None:
-    """Lets what is fixed to the world and what moves on it never meet, below a body that is fixed itself.
+    """Exclude contacts between what is fixed to the world and what moves on it, below a fixed body.
 
     A door and the frames, walls and worktops around it are near each other all the time, so that looking whether they
     touch is half of all work, and they never do: that nothing runs into anything over the whole range of its joint is

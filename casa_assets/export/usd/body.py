@@ -65,7 +65,7 @@ def principal(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
 
 
 def float32_moments(moments: Vec3) -> Vec3:
-    """Moments as float32 numbers that still belong to a body: none exceeds the sum of the other two.
+    """Moments rounded to float32 that still belong to a body: none exceeds the sum of the other two.
 
     Rounding the moments of a flat plate, where the largest is that sum, may break it by one unit in the last place.
     """

@@ -1,4 +1,4 @@
-"""One simulation-ready thing: links, joints, sites, regions, states, labels, provenance.
+"""Asset record: links, joints, sites, regions, named poses, labels and provenance of one thing.
 
 A rigid apple is an Asset with one link; a microwave is an Asset with joints. There is no subclass.
 Frame of an asset: z up, x right, y back (a fixture faces -y), origin at the centre of its footprint on the ground.

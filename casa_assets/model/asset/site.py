@@ -1,4 +1,4 @@
-"""Named points and volumes in a link, which touch nothing and weigh nothing."""
+"""Named points (sites) and volumes (regions) of a link; they touch nothing and weigh nothing."""
 
 from __future__ import annotations
 

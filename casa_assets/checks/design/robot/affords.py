@@ -7,7 +7,7 @@ from casa_assets.checks.design.subject import DesignSubject
 
 
 def affords_every_task(subject: DesignSubject, limit: float | None) -> Measured:
-    """Each of the 25 tasks has fixtures, joints and sites that a base gets to; counts the tasks that lack something."""
+    """TSK001: number of the 25 tasks that lack fixtures, joints or sites that a base gets to."""
     assert limit is not None
     lacking = [t for t in subject.tasks if t.wants]
     problems = tuple((f"tasks/{t.task}", f"it wants {t.wants}") for t in lacking)
@@ -15,7 +15,7 @@ def affords_every_task(subject: DesignSubject, limit: float | None) -> Measured:
 
 
 def has_room_for_things(subject: DesignSubject, limit: float | None) -> Measured:
-    """At least that share of drawn things can be put for each task; the least share.
+    """TSK002: least share, over the tasks, of sampled objects that can be placed.
 
     Tasks that lack something else are the business of `affords_every_task`.
     """

@@ -10,7 +10,7 @@ BARE = "it has no fixture to park before"
 
 
 def is_reached(subject: DesignSubject, limit: float | None) -> Measured:
-    """A base can park before every fixture, coming from a doorway or an open side; counts those that it cannot."""
+    """NAV001: number of fixtures that a base cannot park before, coming from a doorway or an open side."""
     assert limit is not None
     if not subject.lots.shut:
         return not_applicable(BARE)
@@ -20,7 +20,7 @@ def is_reached(subject: DesignSubject, limit: float | None) -> Measured:
 
 
 def is_reached_open(subject: DesignSubject, limit: float | None) -> Measured:
-    """Number of fixtures that a base cannot park before while one of their doors or drawers is open.
+    """NAV002: number of fixtures that a base cannot park before while one of their doors or drawers is open.
 
     Fixtures that are not reached with all shut are the business of `is_reached`.
     """
@@ -35,7 +35,7 @@ def is_reached_open(subject: DesignSubject, limit: float | None) -> Measured:
 
 
 def is_entered_by_base(subject: DesignSubject, limit: float | None) -> Measured:
-    """From every door and passage a base gets on to the floor of the kitchen; counts those that are blocked."""
+    """NAV003: number of doors and passages from which a base does not get on to the kitchen's floor."""
     assert limit is not None
     ways = [w for w in subject.facts.ways if w.kind is not OpeningKind.WINDOW]
     if not ways:

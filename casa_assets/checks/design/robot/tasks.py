@@ -43,15 +43,15 @@ ONCE = (
 )
 
 
-def _uppers(desk: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
-    found = desk.reached(Role.UPPER)
+def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
+    found = view.reached(Role.UPPER)
     return tuple(f for f in found if UPPER_FROM <= f.low <= UPPER_TO and len(doors(f)) in count)
 
 
-def _cabinet(desk: TaskView) -> TaskFinding:
-    cabinets = _uppers(desk, (1, 2))
-    zones = tuple(z for f in cabinets for z in desk.inside(f, r"level\d+|int"))
-    counter = desk.counter(cabinets, 0.1)
+def _cabinet(view: TaskView) -> TaskFinding:
+    cabinets = _uppers(view, (1, 2))
+    zones = tuple(z for f in cabinets for z in view.inside(f, r"level\d+|int"))
+    counter = view.counter(cabinets, 0.1)
     return TaskFinding(
         cabinets,
         joints=tuple(n for f in cabinets for n in names(f, [j.name for j in doors(f)])),
@@ -62,10 +62,10 @@ def _cabinet(desk: TaskView) -> TaskFinding:
     )
 
 
-def _sink(desk: TaskView, size: BoxSizes) -> TaskFinding:
-    sinks = desk.reached(Role.SINK)
-    zones = tuple(z for f in sinks for z in desk.inside(f, r"basin.*|int"))
-    counter = desk.counter(sinks)
+def _sink(view: TaskView, size: BoxSizes) -> TaskFinding:
+    sinks = view.reached(Role.SINK)
+    zones = tuple(z for f in sinks for z in view.inside(f, r"basin.*|int"))
+    counter = view.counter(sinks)
     return TaskFinding(
         sinks,
         regions=tuple(f"{z.fixture}__{z.region}" for z in zones),
@@ -75,10 +75,10 @@ def _sink(desk: TaskView, size: BoxSizes) -> TaskFinding:
     )
 
 
-def _microwaves(desk: TaskView) -> TaskFinding:
-    ovens = tuple(f for f in desk.reached(Role.MICROWAVE) if f.joint("microjoint"))
-    zones = tuple(z for f in ovens for z in desk.inside(f, r"tray|int"))
-    counter = desk.counter(ovens)
+def _microwaves(view: TaskView) -> TaskFinding:
+    ovens = tuple(f for f in view.reached(Role.MICROWAVE) if f.joint("microjoint"))
+    zones = tuple(z for f in ovens for z in view.inside(f, r"tray|int"))
+    counter = view.counter(ovens)
     return TaskFinding(
         ovens,
         joints=tuple(f"{f.name}__microjoint" for f in ovens),
@@ -100,10 +100,10 @@ def _burners(fixture: Fixture) -> list[tuple[str, str, str]]:
     return found
 
 
-def _stove(desk: TaskView, counter_wanted: bool) -> TaskFinding:
-    stoves = tuple(f for f in desk.reached(Role.RANGE, Role.HOB) if _burners(f))
-    pans = tuple(desk.at(f, place, 0.10) for f in stoves for _, _, place in _burners(f))
-    counter = desk.counter(stoves) if counter_wanted else ()
+def _stove(view: TaskView, counter_wanted: bool) -> TaskFinding:
+    stoves = tuple(f for f in view.reached(Role.RANGE, Role.HOB) if _burners(f))
+    pans = tuple(view.at(f, place, 0.10) for f in stoves for _, _, place in _burners(f))
+    counter = view.counter(stoves) if counter_wanted else ()
     return TaskFinding(
         stoves,
         joints=tuple(n for f in stoves for n in names(f, [b[0] for b in _burners(f)])),
@@ -114,12 +114,12 @@ def _stove(desk: TaskView, counter_wanted: bool) -> TaskFinding:
     )
 
 
-def _doors(desk: TaskView, count: int) -> TaskFinding:
-    cabinets = _uppers(desk, (count,))
-    ovens = tuple(f for f in desk.reached(Role.MICROWAVE) if f.joint("microjoint")) if count == 1 else ()
+def _doors(view: TaskView, count: int) -> TaskFinding:
+    cabinets = _uppers(view, (count,))
+    ovens = tuple(f for f in view.reached(Role.MICROWAVE) if f.joint("microjoint")) if count == 1 else ()
     every = (*cabinets, *ovens)
-    zones = tuple(z for f in cabinets for z in desk.inside(f, r"level\d+|int"))
-    zones += tuple(z for f in ovens for z in desk.inside(f, r"tray|int"))
+    zones = tuple(z for f in cabinets for z in view.inside(f, r"level\d+|int"))
+    zones += tuple(z for f in ovens for z in view.inside(f, r"tray|int"))
     return TaskFinding(
         every,
         joints=tuple(n for f in every for n in names(f, [j.name for j in doors(f)])),
@@ -129,18 +129,18 @@ def _doors(desk: TaskView, count: int) -> TaskFinding:
     )
 
 
-def _drawers(desk: TaskView) -> TaskFinding:
+def _drawers(view: TaskView) -> TaskFinding:
     found: list[Fixture] = []
     joints: list[str] = []
     zones: list[PlacingZone] = []
-    for fixture in desk.reached(Role.DRAWERS, Role.CABINET, Role.ISLAND):
+    for fixture in view.reached(Role.DRAWERS, Role.CABINET, Role.ISLAND):
         for joint in fixture.joints:
             height = None if joint.grip is None else joint.grip[2]
             if joint.kind is not JointKind.SLIDE or height is None or not TOP_DRAWER[0] <= height <= TOP_DRAWER[1]:
                 continue
-            if not desk.stands_beside(fixture, joint):
+            if not view.stands_beside(fixture, joint):
                 continue
-            inner = desk.inside(fixture, re.sub(r"_?slidejoint$|_joint$", "", joint.name) + r"(_int)?|int")
+            inner = view.inside(fixture, re.sub(r"_?slidejoint$|_joint$", "", joint.name) + r"(_int)?|int")
             if inner:
                 found.append(fixture)
                 joints += names(fixture, [joint.name])
@@ -154,13 +154,13 @@ def _drawers(desk: TaskView) -> TaskFinding:
     )
 
 
-def _faucet(desk: TaskView, joint: str) -> TaskFinding:
+def _faucet(view: TaskView, joint: str) -> TaskFinding:
     sinks = tuple(
-        f for f in desk.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.marks}
+        f for f in view.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.marks}
     )
     if joint == "spout_joint":
         sinks = tuple(f for f in sinks if all(abs(end) >= SPOUT for end in _range(f, joint)))
-    counter = desk.counter(sinks)
+    counter = view.counter(sinks)
     return TaskFinding(
         sinks,
         joints=tuple(f"{f.name}__{joint}" for f in sinks),
@@ -176,18 +176,18 @@ def _range(fixture: Fixture, name: str) -> tuple[float, float]:
     return (0.0, 0.0) if joint is None else joint.range
 
 
-def _pressed(desk: TaskView, role: Role, button: str) -> TaskFinding:
-    found = tuple(f for f in desk.reached(role) if any(button in b.name for b in f.buttons))
+def _pressed(view: TaskView, role: Role, button: str) -> TaskFinding:
+    found = tuple(f for f in view.reached(role) if any(button in b.name for b in f.buttons))
     joints = tuple(n for f in found for n in names(f, [j.name for j in f.joints if button in j.name]))
     return TaskFinding(found, joints=joints, wants="" if found else f"a {role.value.replace('_', ' ')} with a {button}")
 
 
-def _coffee(desk: TaskView, put_down: bool) -> TaskFinding:
+def _coffee(view: TaskView, put_down: bool) -> TaskFinding:
     place = "receptacle_place_site"
-    pressed = _pressed(desk, Role.COFFEE_MACHINE, "start_button")
+    pressed = _pressed(view, Role.COFFEE_MACHINE, "start_button")
     found = tuple(f for f in pressed.fixtures if place in {m.name for m in f.marks})
-    counter = desk.counter(found, 0.35)
-    zones = tuple(desk.at(f, place, 0.02) for f in found)
+    counter = view.counter(found, 0.35)
+    zones = tuple(view.at(f, place, 0.02) for f in found)
     return TaskFinding(
         found,
         joints=pressed.joints,
@@ -198,19 +198,19 @@ def _coffee(desk: TaskView, put_down: bool) -> TaskFinding:
     )
 
 
-def _heated(desk: TaskView, button: str) -> TaskFinding:
-    pressed, ovens = _pressed(desk, Role.MICROWAVE, button), _microwaves(desk)
+def _heated(view: TaskView, button: str) -> TaskFinding:
+    pressed, ovens = _pressed(view, Role.MICROWAVE, button), _microwaves(view)
     return TaskFinding(
         pressed.fixtures, pressed.joints, regions=ovens.regions, puts=ovens.puts[1:], wants=pressed.wants or ovens.wants
     )
 
 
-def _drive(desk: TaskView) -> TaskFinding:
-    once = [f for role in ONCE if len(found := desk.facts.of(role)) == 1 for f in found]
-    places = [p for p in desk.lots.shut.values() if p is not None]
+def _drive(view: TaskView) -> TaskFinding:
+    once = [f for role in ONCE if len(found := view.facts.of(role)) == 1 for f in found]
+    places = [p for p in view.lots.shut.values() if p is not None]
     aims = []
     for f in once:
-        aim = desk.lots.shut.get(f.name)
+        aim = view.lots.shut.get(f.name)
         far = [p for p in places if aim and abs(complex(*p.at) - complex(*aim.at)) > APART]
         if far:
             aims.append(f)
@@ -248,18 +248,18 @@ TASKS: tuple[tuple[str, Callable[[TaskView], TaskFinding]], ...] = (
 
 def afforded(facts: KitchenFacts, floor: FloorMap, lots: ParkingPlaces, seed: int) -> tuple[Afforded, ...]:
     """What a kitchen has for each of the tasks, in order."""
-    desk = TaskView(facts, floor, lots)
-    return tuple(_afforded(desk, k + 1, name, find(desk), seed) for k, (name, find) in enumerate(TASKS))
+    view = TaskView(facts, floor, lots)
+    return tuple(_afforded(view, k + 1, name, find(view), seed) for k, (name, find) in enumerate(TASKS))
 
 
-def _afforded(desk: TaskView, number: int, name: str, found: TaskFinding, seed: int) -> Afforded:
+def _afforded(view: TaskView, number: int, name: str, found: TaskFinding, seed: int) -> Afforded:
     rates = [
-        acceptance(put.zones, put.size, SAMPLES, rng_for(seed, f"tasks/{desk.facts.id}/{name}/{k}"))
+        acceptance(put.zones, put.size, SAMPLES, rng_for(seed, f"tasks/{view.facts.id}/{name}/{k}"))
         for k, put in enumerate(found.puts)
     ]
     tightest = min(range(len(rates)), key=rates.__getitem__, default=None)
     zones = () if tightest is None else found.puts[tightest].zones
-    places = [p for f in found.fixtures if (p := desk.lots.shut.get(f.name)) is not None]
+    places = [p for f in found.fixtures if (p := view.lots.shut.get(f.name)) is not None]
     return Afforded(
         number=number,
         task=name,
@@ -268,7 +268,7 @@ def _afforded(desk: TaskView, number: int, name: str, found: TaskFinding, seed: 
         sites=found.sites,
         regions=found.regions,
         counter_m2=round(free_area(found.counter), 3),
-        floor_m2=round(max((desk.floor.area(p.at, AROUND) for p in places), default=0.0), 3),
+        floor_m2=round(max((view.floor.area(p.at, AROUND) for p in places), default=0.0), 3),
         rate=None if found.wants or not rates else round(min(rates), 4),
         tightest=", ".join(dict.fromkeys(f"{z.fixture}__{z.region}" for z in zones)),
         wants=found.wants,

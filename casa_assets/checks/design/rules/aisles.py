@@ -13,7 +13,7 @@ NO_AISLE = {
 
 
 def is_roomy(subject: DesignSubject, limit: float | None) -> Measured:
-    """Fronts that face each other leave `limit` metres, in kitchens that are not declared compact; the narrowest."""
+    """NKB004: narrowest work aisle of a kitchen that is not declared compact, metres."""
     # Ref: NKBA planning guideline 6: 42 inches for one cook.
     if subject.facts.compact:
         return not_applicable("its plan says that it is compact (NKB005)")
@@ -21,14 +21,14 @@ def is_roomy(subject: DesignSubject, limit: float | None) -> Measured:
 
 
 def is_roomy_enough(subject: DesignSubject, limit: float | None) -> Measured:
-    """The same in kitchens that are declared compact; metres of the narrowest."""
+    """NKB005: narrowest work aisle of a kitchen that is declared compact, metres."""
     if not subject.facts.compact:
         return not_applicable("its plan does not say that it is compact (NKB004)")
     return _narrowest(subject, limit, AisleKind.WORK)
 
 
 def lets_pass(subject: DesignSubject, limit: float | None) -> Measured:
-    """Ways between what stands in a kitchen, and along walls, are `limit` metres wide; metres of the narrowest."""
+    """NKB006: narrowest walkway between what stands in a kitchen and along walls, metres."""
     # Ref: NKBA planning guideline 7: 36 inches.
     return _narrowest(subject, limit, AisleKind.WALK)
 

@@ -21,7 +21,7 @@ OVER = 0.02  # metres by which something has to reach over a cooktop to be above
 
 
 def has_standing_room(subject: DesignSubject, limit: float | None) -> Measured:
-    """A dishwasher keeps `limit` metres from what stands at a right angle to it; metres of the narrowest."""
+    """NKB007: least distance of a dishwasher from what stands at a right angle to it, metres."""
     # Ref: NKBA planning guideline 13: 21 inches.
     assert limit is not None
     facts, found = subject.facts, []
@@ -58,13 +58,13 @@ def _box_in(row: PlacedRun, other: PlacedRun) -> tuple[Vec2, Vec2]:
 
 
 def is_below_a_hood(subject: DesignSubject, limit: float | None) -> Measured:
-    """A hood hangs `limit` metres over the cooktop or higher; metres of the lowest."""
+    """NKB008: height of the lowest hood over its cooktop, metres."""
     # Ref: NKBA planning guideline 18: 24 inches to a protected surface.
     return _clearance(subject, limit, hoods=True)
 
 
 def is_below_nothing_else(subject: DesignSubject, limit: float | None) -> Measured:
-    """Cabinets and shelves hang `limit` metres over a cooktop or higher where no hood is between; the lowest."""
+    """NKB009: height of the lowest cabinet or shelf over a cooktop without a hood between, metres."""
     # Ref: NKBA planning guideline 18: 30 inches to a surface that can burn.
     return _clearance(subject, limit, hoods=False)
 
@@ -103,7 +103,7 @@ def over(facts: KitchenFacts, below: Fixture) -> list[Fixture]:
 
 
 def is_not_below_a_window(subject: DesignSubject, limit: float | None) -> Measured:
-    """No cooktop stands under a window that opens; metres of window over it."""
+    """NKB010: width of openable window over a cooktop, metres."""
     # Ref: NKBA planning guideline 20.
     assert limit is not None
     windows = [w for w in subject.facts.ways if w.kind is OpeningKind.WINDOW and w.movable]
@@ -140,7 +140,7 @@ def _before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
 
 
 def keeps_off_corners(subject: DesignSubject, limit: float | None) -> Measured:
-    """Appliances stand `limit` metres from an inside corner of the worktops or farther; metres of the nearest."""
+    """NKB011: least distance of an appliance from an inside corner of the worktops, metres."""
     # Ref: Louisiana State University AgCenter, kitchen guidelines: 15 inches, so that handles clear drawers.
     assert limit is not None
     found = [gap for row in subject.facts.rows for gap in _from_corners(subject.facts, row)]

@@ -12,7 +12,7 @@ from casa_assets.model.kitchen.plan import OpeningKind
 
 
 def is_entered(subject: DesignSubject, limit: float | None) -> Measured:
-    """Doors and passages are at least `limit` metres wide for who walks through them; metres of the narrowest."""
+    """NKB001: clear width of the narrowest door or passage, metres."""
     # Ref: NKBA planning guideline 1: 32 inches clear.
     assert limit is not None
     ways = [w for w in subject.facts.ways if w.kind is not OpeningKind.WINDOW]
@@ -25,7 +25,7 @@ def is_entered(subject: DesignSubject, limit: float | None) -> Measured:
 
 
 def enters_freely(subject: DesignSubject, limit: float | None) -> Measured:
-    """No leaf of an entry door passes an appliance or its door; metres of the deepest overlap."""
+    """NKB002: deepest overlap of an entry door's swing with an appliance or its door, metres."""
     # Ref: NKBA planning guideline 2.
     assert limit is not None
     worst, problems = 0.0, []
@@ -44,7 +44,7 @@ def enters_freely(subject: DesignSubject, limit: float | None) -> Measured:
 
 
 def opens_apart(subject: DesignSubject, limit: float | None) -> Measured:
-    """No door of an appliance passes where that of another one does; metres of the deepest overlap, seen from above."""
+    """NKB003: deepest overlap of the swings of two appliances' doors, seen from above; metres."""
     # Ref: NKBA planning guideline 2.
     assert limit is not None
     worst, problems = 0.0, []

@@ -147,7 +147,7 @@ def _score(findings: tuple[Finding, ...]) -> float:
 
 
 def is_well_designed(subject: DesignSubject, limit: float | None) -> Measured:
-    """At least `limit` of 100 advisory rules of design that apply are kept; the score."""
+    """NKB012: share of applicable advisory design rules that are kept, of 100."""
     assert limit is not None
     found = grade(subject)
     if all(f.passed is None or f.waived for f in found.design):

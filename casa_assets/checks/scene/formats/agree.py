@@ -8,7 +8,7 @@ from casa_assets.checks.scene.formats.parity import parity_of
 
 
 def formats_agree(files: SceneFiles, limit: float | None) -> Measured:
-    """Number of differing cells: bodies, poses, joints, masses, shapes, filters, labels, places.
+    """SCN017: number of differing cells: bodies, poses, joints, masses, shapes, filters, labels, places.
 
     A file that nobody can read is the business of the checks of loading.
     """

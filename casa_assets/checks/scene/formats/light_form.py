@@ -25,7 +25,7 @@ UNLOADED = "MuJoCo cannot read scene_light.xml"
 
 
 def is_the_same_machine(files: SceneFiles, limit: float | None) -> Measured:
-    """The light form loads in silence, has no mesh and no picture, and moves as the full one; counts differences."""
+    """SCN021: differences in joints, bodies and poses between the light form and the full one."""
     assert limit is None
     full, light = files.kitchen.loaded.model, files.lightened
     name = files.light.name
@@ -44,7 +44,7 @@ def is_the_same_machine(files: SceneFiles, limit: float | None) -> Measured:
 
 
 def settles_apart(files: SceneFiles, limit: float | None) -> Measured:
-    """Nothing in the light form is deeper than `limit` in anything as it begins and after 1 s; metres of the worst."""
+    """SCN022: deepest penetration in the light form at the start and after 1 s, metres."""
     assert limit is not None
     stood = settled_scene(files)
     if stood is None:
@@ -59,7 +59,7 @@ def settles_apart(files: SceneFiles, limit: float | None) -> Measured:
 
 
 def keeps_things(files: SceneFiles, limit: float | None) -> Measured:
-    """Nothing that stands by its weight moves by `limit` in 5 s in the light form; metres of the farthest."""
+    """SCN028: farthest that something that stands by its weight moves in 5 s in the light form, metres."""
     assert limit is not None
     stood = settled_scene(files)
     if stood is None:
@@ -75,7 +75,7 @@ def keeps_things(files: SceneFiles, limit: float | None) -> Measured:
 
 @dataclass(frozen=True)
 class SettledScene:
-    """A light form that was left alone.
+    """State of a light form after it was left alone.
 
     Attributes:
         depths: names of two geoms -> how deep they are in each other at the start or after 1 s, metres.
@@ -88,7 +88,7 @@ class SettledScene:
 
 @lru_cache(maxsize=1)
 def settled_scene(files: SceneFiles) -> SettledScene | None:
-    """The light form after 5 s, done once; None where it does not load."""
+    """Simulate the light form for 5 s, once; None where it does not load."""
     model = files.lightened.model
     if model is None:
         return None

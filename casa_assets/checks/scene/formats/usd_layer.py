@@ -25,7 +25,7 @@ CLOSED = "scene.usda does not open"
 
 
 def opens_in_silence(files: SceneFiles, limit: float | None) -> Measured:
-    """The layer composes to a stage with a default prim, and MuJoCo reads it; counts errors, warnings, complaints."""
+    """SCN018: errors, warnings and complaints while the layer composes and MuJoCo reads it."""
     assert limit is None
     stage, said = files.composed
     name = files.usd.name
@@ -41,7 +41,7 @@ def opens_in_silence(files: SceneFiles, limit: float | None) -> Measured:
 
 
 def is_valid(files: SceneFiles, limit: float | None) -> Measured:
-    """OpenUSD's own validators find nothing; counts what they find."""
+    """SCN019: findings of OpenUSD's own validators."""
     assert limit is None
     stage = files.composed[0]
     if stage is None:
@@ -53,7 +53,7 @@ def is_valid(files: SceneFiles, limit: float | None) -> Measured:
 
 
 def keeps_simready_rules(files: SceneFiles, limit: float | None) -> Measured:
-    """SimReady Robotics-Prop 4.0.0 but for what it asks of a prop's package; counts requirements that fail."""
+    """SCN020: failed requirements of SimReady Robotics-Prop 4.0.0, without those on a prop's package."""
     assert limit is None
     if files.composed[0] is None:
         return not_run(CLOSED)

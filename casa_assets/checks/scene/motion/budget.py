@@ -35,29 +35,29 @@ class MeasuredSpeed:
 
 
 def has_few_bodies(subject: SceneSubject, limit: float | None) -> Measured:
-    """Bodies of the model."""
+    """SCN010: number of bodies of the model."""
     return _held(subject.model.nbody, limit, "bodies; merge links that never move against each other")
 
 
 def has_few_shapes(subject: SceneSubject, limit: float | None) -> Measured:
-    """Shapes that are touched."""
+    """SCN012: number of collision shapes."""
     return _held(subject.model.ngeom, limit, "shapes that are touched; merge some, or leave a thing out")
 
 
 def has_few_freedoms(subject: SceneSubject, limit: float | None) -> Measured:
-    """Degrees of freedom: a step costs more than their number."""
+    """SCN013: degrees of freedom."""
     return _held(subject.model.nv, limit, "degrees of freedom; fix what nobody has to move")
 
 
 def has_few_vertices(subject: SceneSubject, limit: float | None) -> Measured:
-    """Vertices of all hulls that are touched, each as often as it stands in the scene."""
+    """SCN014: vertices of all collision hulls, each as often as it stands in the scene."""
     model = subject.model
     hulls = model.geom_dataid[model.geom_type == mujoco.mjtGeom.mjGEOM_MESH]
     return _held(int(np.sum(model.mesh_vertnum[hulls])), limit, "vertices of hulls; use boxes and cylinders")
 
 
 def has_small_pictures(subject: SceneSubject, limit: float | None) -> Measured:
-    """Megabytes of all pictures as they lie in memory, decoded, without mipmaps."""
+    """SCN015: megabytes of all pictures, decoded, without mipmaps."""
     model = subject.loaded.model
     if model is None:
         return not_run("MuJoCo cannot read scene.xml")
@@ -65,7 +65,7 @@ def has_small_pictures(subject: SceneSubject, limit: float | None) -> Measured:
 
 
 def touches_little(subject: SceneSubject, limit: float | None) -> Measured:
-    """Pairs of shapes that touch as the scene begins and after 1 s, the larger number."""
+    """SCN016: pairs of shapes in contact at the start and after 1 s, the larger number."""
     stood = idle_run(subject)
     return _held(
         max(len(stood.begins), len(stood.settled)), limit, "pairs in contact at rest; set things down on fewer feet"
@@ -73,12 +73,12 @@ def touches_little(subject: SceneSubject, limit: float | None) -> Measured:
 
 
 def loads_soon(speed: MeasuredSpeed, limit: float | None) -> Measured:
-    """Milliseconds to compile the whole scene with its pictures."""
+    """SCN026: milliseconds to compile the whole scene with its pictures."""
     return _held(speed.load_ms, limit, "ms to load; fewer vertices and smaller pictures load faster")
 
 
 def keeps_pace(speed: MeasuredSpeed, limit: float | None) -> Measured:
-    """Seconds that are simulated in a second on one core, at rest."""
+    """SCN027: simulated seconds per second on one core, at rest."""
     assert limit is not None
     message = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
     return Measured(speed.pace, () if speed.pace >= limit else (("scene", message),))

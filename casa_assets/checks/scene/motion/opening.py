@@ -69,11 +69,11 @@ def opens_wide(subject: SceneSubject, limit: float | None) -> Measured:
     assert limit is not None
     if not subject.parts:
         return not_applicable("nothing in it has a joint")
-    desk = SweepTester(subject, limit)
-    ways = {part.name: desk.way(part) for part in subject.parts}
+    tester = SweepTester(subject, limit)
+    ways = {part.name: tester.way(part) for part in subject.parts}
     worst, problems = 0.0, []
     for part in subject.parts:
-        for clash in _clashes(desk, part, ways):
+        for clash in _clashes(tester, part, ways):
             worst = max(worst, clash.depth)
             if clash.depth > limit:
                 problems.append((f"joints/{part.name}", _says(subject, clash)))
@@ -86,20 +86,20 @@ def _says(subject: SceneSubject, clash: Clash) -> str:
     return f"from {clash.share:.0%} of its way {one} runs up to {clash.depth * MM:.1f} mm into {other}{beside}"
 
 
-def _clashes(desk: SweepTester, part: ScenePart, ways: Mapping[str, JointSweep]) -> Iterator[Clash]:
+def _clashes(tester: SweepTester, part: ScenePart, ways: Mapping[str, JointSweep]) -> Iterator[Clash]:
     """The worst clash with each thing that is met, alone, and then of each neighbour that is open."""
     way = ways[part.name]
-    met = desk.sweep(part, way, dict(way.home), None)
+    met = tester.sweep(part, way, dict(way.home), None)
     yield from met
-    known = {subject_pair(clash) for clash in met if clash.depth > desk.limit}
-    for other in desk.subject.parts:
+    known = {subject_pair(clash) for clash in met if clash.depth > tester.limit}
+    for other in tester.subject.parts:
         if other.name == part.name or other.name in way.home or part.name in ways[other.name].home:
             continue
         if not meet(way.bounds, ways[other.name].bounds):
             continue
         for end in _ends(other):
             setting = {**ways[other.name].home, **way.home, other.name: end}
-            for clash in desk.beside(part, way, other, setting):
+            for clash in tester.beside(part, way, other, setting):
                 # What is met with everything shut is said once.
                 if subject_pair(clash) not in known:
                     yield clash

@@ -32,7 +32,7 @@ class Pull:
 
 
 def opens_in_place(subject: SceneSubject, limit: float | None) -> Measured:
-    """Each joint goes `limit` of its range within 2 s under 20 N at its grip; the least share.
+    """SCN006: least share of its range that a joint covers within 2 s under 20 N at its grip.
 
     Parts whose ways lie apart are pulled at the same time.
     """
@@ -53,10 +53,10 @@ def opens_in_place(subject: SceneSubject, limit: float | None) -> Measured:
 
 def pull_all(subject: SceneSubject, enough: float) -> dict[str, tuple[float, str]]:
     """Name of a joint -> share of its range that it covers (no more than just over `enough`), and what stopped it."""
-    desk = SweepTester(subject, 0.0)
+    tester = SweepTester(subject, 0.0)
     rounds: list[list[Pull]] = []
     for part in subject.parts:
-        pull = _pull(desk, part)
+        pull = _pull(tester, part)
         home = next((r for r in rounds if all(_independent(subject, pull, other) for other in r)), None)
         if home is None:
             rounds.append([pull])
@@ -83,13 +83,13 @@ def _dozing(model: mujoco.MjModel) -> Iterator[None]:
         model.opt.enableflags = kept
 
 
-def _pull(desk: SweepTester, part: ScenePart) -> Pull:
-    way: JointSweep = desk.way(part)
+def _pull(tester: SweepTester, part: ScenePart) -> Pull:
+    way: JointSweep = tester.way(part)
     taken = [way.bounds]
     # What has to stand open for it takes room as well.
-    desk.stand(part.before)
+    tester.stand(part.before)
     for name in part.before:
-        taken.append(around(boxes(desk.model, desk.data, desk.subject.part_of[name].geoms)))
+        taken.append(around(boxes(tester.model, tester.data, tester.subject.part_of[name].geoms)))
     return Pull(part, float(way.values[0]), float(way.values[-1]), around(np.array(taken)))
 
 

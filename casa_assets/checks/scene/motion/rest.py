@@ -35,7 +35,7 @@ class Penetration:
 
 @dataclass(frozen=True)
 class IdleRun:
-    """A scene that was left alone as its file is, so without contacts of the pairs that this excludes.
+    """State of a scene after 5 s in which nobody touched it.
 
     Attributes:
         begins, settled: contacts at the start and after 1 s, those of such pairs among them, the deepest first.
@@ -53,7 +53,7 @@ class IdleRun:
 
 
 def loads_in_silence(subject: SceneSubject, limit: float | None) -> Measured:
-    """MuJoCo reads the file without an error or a warning, and simulates 5 s of it without one; counts what it says."""
+    """SCN001: number of errors and warnings while MuJoCo reads the file and simulates 5 s."""
     assert limit is None
     said = [subject.loaded.error] if subject.loaded.error else list(subject.loaded.warnings)
     if not subject.loaded.error:
@@ -62,17 +62,17 @@ def loads_in_silence(subject: SceneSubject, limit: float | None) -> Measured:
 
 
 def begins_apart(subject: SceneSubject, limit: float | None) -> Measured:
-    """Nothing is deeper than `limit` in anything as the scene begins; metres of the worst."""
+    """SCN002: deepest penetration as the scene begins, metres."""
     return _deep(idle_run(subject).begins, limit, "as the scene begins; move one of them, or shrink its shape")
 
 
 def settles_apart(subject: SceneSubject, limit: float | None) -> Measured:
-    """Nothing is deeper than `limit` in anything after 1 s; metres of the worst."""
+    """SCN003: deepest penetration after 1 s, metres."""
     return _deep(idle_run(subject).settled, limit, f"after {SETTLED_S:g} s; it is pressed there by weight or a spring")
 
 
 def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
-    """No joint moves by `limit` of its range in 5 s; the worst share."""
+    """SCN004: largest share of its range that a joint moves in 5 s."""
     assert limit is not None
     if not subject.parts:
         return not_applicable(STIFF)
@@ -90,7 +90,7 @@ def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
 
 
 def keeps_things(subject: SceneSubject, limit: float | None) -> Measured:
-    """Nothing that stands by its weight moves by `limit` in 5 s; metres of the farthest."""
+    """SCN011: farthest that something that stands by its weight moves in 5 s, metres."""
     assert limit is not None
     moved = idle_run(subject).moved
     if not moved:
@@ -105,7 +105,7 @@ def keeps_things(subject: SceneSubject, limit: float | None) -> Measured:
 
 @lru_cache(maxsize=1)
 def idle_run(subject: SceneSubject) -> IdleRun:
-    """The scene left alone for 5 s, done once."""
+    """Simulate the scene untouched for 5 s, once."""
     model, data = subject.model, mujoco.MjData(subject.model)
     reset(model, data)
     mujoco.mj_forward(model, data)

@@ -17,7 +17,7 @@ HANDLES_M = 0.08  # how far handles and sills stand out of the outer face
 
 
 def stays_inside(subject: SceneSubject, limit: float | None) -> Measured:
-    """No shape of a thing is farther than `limit` outside floor, walls and ceiling; metres of the farthest.
+    """SCN009: farthest that a shape lies outside floor, walls and ceiling, metres.
 
     A scene without a floor has no room to leave. What fills a hole in a wall is handled from both sides.
     """

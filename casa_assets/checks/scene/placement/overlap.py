@@ -16,7 +16,7 @@ ALLOWED: dict[tuple[str, str], tuple[float, str]] = {}
 
 
 def nothing_overlaps(subject: SceneSubject, limit: float | None) -> Measured:
-    """No fixed shape of one thing is deeper than `limit` in one of another; metres of the worst, allowed ones left out.
+    """SCN007: deepest overlap of fixed shapes of two things, metres; allowed ones are left out.
 
     What moves is the business of the contacts at the start.
     """

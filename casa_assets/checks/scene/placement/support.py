@@ -28,26 +28,26 @@ MM = 1000.0
 
 
 def nothing_floats(subject: SceneSubject, limit: float | None) -> Measured:
-    """Every fixed thing is held by the room, or by what the room holds; counts those that float.
+    """SCN008: number of fixed things that nothing holds.
 
     What stands by its weight is let go in the checks of rest.
     """
     assert limit is not None
-    desk = SupportTester(subject)
+    tester = SupportTester(subject)
     held = [p.name for p in subject.scene.placements if subject.category(p.name) in ROOM]
     waiting = [p.name for p in subject.fixed if p.name not in held]
     # From thing to thing: the wall holds the shelf, the shelf holds the jar.
     fresh = list(held)
     while fresh:
-        caught = [name for name in waiting if any(desk.holds(name, other) for other in fresh)]
+        caught = [name for name in waiting if any(tester.holds(name, other) for other in fresh)]
         waiting = [name for name in waiting if name not in caught]
         fresh = caught
-    problems = [(f"placements/{name}", _says(desk, name)) for name in waiting]
+    problems = [(f"placements/{name}", _says(tester, name)) for name in waiting]
     return Measured(float(len(waiting)), tuple(problems) if len(waiting) > limit else ())
 
 
-def _says(desk: SupportTester, name: str) -> str:
-    below = desk.bounds[name][0, 2] - desk.floor
+def _says(tester: SupportTester, name: str) -> str:
+    below = tester.bounds[name][0, 2] - tester.floor
     return f"is held by nothing: its foot is {below * MM:.0f} mm over the floor; set it on, or against, what carries it"
 
 
