@@ -123,14 +123,14 @@ def _built(work: _Work, room: Cavity, found: Articulation, placed: TriangleSoup)
     before = list(builder.links)
     if first.kind is PartKind.DRAWER:
         if room.cut is not None:
-            interiors.walls(builder, inside, LINERS[InteriorKind.PLAIN])
+            interiors.add_walls(builder, inside, LINERS[InteriorKind.PLAIN])
         builder.link(first.name)
         finish = BOXES.get(_kind_of_box(found), LINERS[InteriorKind.DRAWER])
-        deep = interiors.drawer_box(builder, first.name, inside, finish) / m
+        deep = interiors.add_drawer_box(builder, first.name, inside, finish) / m
         found = _pulled(found, first, deep)
     else:
         if room.wall:
-            interiors.walls(builder, inside, LINERS[room.filling])
+            interiors.add_walls(builder, inside, LINERS[room.filling])
         if room.furnish:
             _furnish(builder, inside, room.filling)
     work.filling.setdefault(ROOT, room.filling)

@@ -159,25 +159,25 @@ def test_parts_clear_each_other_when_all_stand_open(family: str, name: str, tmp_
 @pytest.mark.parametrize("groove", [None, *FrontEdge])
 def test_fronts_fill_their_size_and_are_closed(kind: FrontKind, groove: FrontEdge | None) -> None:
     for drawer, height in ((False, 0.72), (True, 0.14), (False, 2.1)):
-        parts = fronts.front(kind, 0.4, height, drawer=drawer, groove=groove)
+        parts = fronts.front_parts(kind, 0.4, height, drawer=drawer, groove=groove)
         assert all(p.solid.volume > 0 for p in parts)
         cloud = np.concatenate([p.solid.points for p in parts])
         np.testing.assert_allclose(
             cloud.max(axis=0) - cloud.min(axis=0), (0.4, fronts.FRONT_THICKNESS, height), atol=1e-6
         )
-        assert fronts.is_glazed(kind) == any(p.pane for p in fronts.front(kind, 0.4, 0.72))
+        assert fronts.is_glazed(kind) == any(p.pane for p in fronts.front_parts(kind, 0.4, 0.72))
 
 
 def test_a_groove_leaves_a_lip() -> None:
-    (part,) = fronts.front(FrontKind.SLAB, 0.5, 0.3, groove=FrontEdge.TOP)
+    (part,) = fronts.front_parts(FrontKind.SLAB, 0.5, 0.3, groove=FrontEdge.TOP)
     top = part.solid.points[part.solid.points[:, 2] > 0.3 - fronts.GROOVE_DEPTH + 0.006]
     assert top[:, 1].max() == pytest.approx(fronts.GROOVE_LIP, abs=1e-6)
 
 
 def test_depth_at_finds_the_panel_behind_the_face() -> None:
-    parts = fronts.front(FrontKind.SHAKER, 0.5, 0.7)
-    assert fronts.depth_at(parts, [(0.25, 0.35)]) == pytest.approx(0.008)
-    assert fronts.depth_at(parts, [(0.03, 0.35)]) == pytest.approx(0.0)
+    parts = fronts.front_parts(FrontKind.SHAKER, 0.5, 0.7)
+    assert fronts.face_depth(parts, [(0.25, 0.35)]) == pytest.approx(0.008)
+    assert fronts.face_depth(parts, [(0.03, 0.35)]) == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize("kind", [k for k in HandleKind if k is not HandleKind.FINGER_GROOVE])

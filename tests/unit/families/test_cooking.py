@@ -19,8 +19,8 @@ from casa_assets.families.fixtures.cooking.microwave import (
 from casa_assets.families.fixtures.cooking.range import DOUBLE_OVEN_WIDTH, Range
 from casa_assets.families.fixtures.cooking.toaster_oven import PanelPlace, ToasterOven
 from casa_assets.families.kit.solids.boolean import intersect
-from casa_assets.families.parts.cooktop.burners import DRIP_BOWL_RATIO, spots
-from casa_assets.families.parts.cooktop.grates import cells
+from casa_assets.families.parts.cooktop.burners import DRIP_BOWL_RATIO, burner_positions
+from casa_assets.families.parts.cooktop.grates import burner_cells
 from casa_assets.families.parts.hardware import knobs
 from casa_assets.families.parts.hardware.knobs import KnobStyle
 from casa_assets.families.parts.hardware.readout import SEGMENTS, KeySign, figures, sign
@@ -145,12 +145,12 @@ def test_a_small_pan_stands_level_on_every_burner(name: str, tmp_path: Path) -> 
 @pytest.mark.parametrize("depth", [0.34, 0.4, 0.5])
 def test_burners_keep_apart_and_each_has_a_cell(count: int, depth: float) -> None:
     field, middle = (0.15 * (count - 1), depth), (0.3, -0.1)
-    places = spots(count, *field, middle)
+    places = burner_positions(count, *field, middle)
     assert len({s.loc for s in places}) == count
     for a, b in combinations(places, 2):
         if a.x == b.x:
             assert abs(a.y - b.y) > DRIP_BOWL_RATIO * (a.radius + b.radius)
-    found = cells(places, field, middle)
+    found = burner_cells(places, field, middle)
     assert len(found) == count
     assert sum((c.x[1] - c.x[0]) * (c.y[1] - c.y[0]) for c in found) == pytest.approx(field[0] * field[1])
     for cell in found:

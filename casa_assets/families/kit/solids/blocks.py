@@ -19,7 +19,7 @@ EDGE_RADIUS = 0.0015  # metres; the edge of a board that does not cut the hand
 
 
 def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), ease: float = EDGE_RADIUS, steps: int = 1) -> Solid:
-    """A box about `at` whose edges are rounded with radius `ease` in `steps` facets (0: sharp); touched as a box.
+    """A box about `at` whose edges are rounded with radius `ease` in `steps` facets (0: sharp); its collider is a box.
 
     One facet is shaded like a round edge; take 3 or more where the radius is over about 6 mm.
     """
@@ -138,7 +138,7 @@ def _stitch(rings: Sequence[Ints], line: Sequence[Vec2], count: int) -> tuple[In
 
 
 def rod(radius: float, length: float, ease: float = 0.001, axis: str = "z") -> Solid:
-    """A cylinder about the origin along an axis, its rims rounded; touched as a cylinder."""
+    """A cylinder about the origin along an axis, its rims rounded; its collider is a cylinder."""
     e = min(ease, 0.9 * radius, 0.45 * length)
     h = length / 2
     profile = [(radius - e, -h), (radius, -h + e), (radius, h - e), (radius - e, h)]
@@ -153,7 +153,7 @@ def axis_rotation(axis: str) -> Pose:
 
 
 def ball(radius: float, steps: int = 12) -> Solid:
-    """A sphere about the origin; touched as a sphere."""
+    """A sphere about the origin; its collider is a sphere."""
     tilt = np.linspace(-np.pi / 2, np.pi / 2, steps + 1)
     profile = [(float(radius * np.cos(t)), float(radius * np.sin(t))) for t in tilt]
     profile[0], profile[-1] = (0.0, -radius), (0.0, radius)

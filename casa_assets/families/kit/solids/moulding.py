@@ -17,7 +17,7 @@ def room_moulding(loop: Floats, profile: Floats) -> Solid:
         loop: (N, 2) corners of the room, counter-clockwise, metres.
         profile: (M, 2) closed outline, counter-clockwise: distance from the wall, and z.
     Returns:
-        A closed ring, touched as the hulls of its N sides; its picture's height runs along each side.
+        A closed ring whose colliders are the hulls of its N sides; its picture's height runs along each side.
     """
     n, m = len(loop), len(profile)
     rings = np.stack([np.column_stack([offset_sides(loop, [d] * n), np.full(n, z)]) for d, z in profile])
@@ -52,7 +52,7 @@ def straight_moulding(profile: Floats, length: float, left: float, right: float)
         left, right: how much further than at the wall an end reaches out, per metre of distance from it: 0 for a square
             cut, 1 for a mitre round an outer corner, -1 for one in an inner corner.
     Returns:
-        A solid; touched as its hull unless told otherwise. Its picture's height runs along x.
+        A solid whose collider is its hull unless told otherwise. Its picture's height runs along x.
     """
     m = len(profile)
     d, z = profile[:, 0], profile[:, 1]

@@ -58,7 +58,7 @@ def prism(outline: Floats, height: float, ease: float = 0.001, holes: Sequence[F
         ease: chamfer of the rims of the outer outline and of the holes (0: sharp).
         holes: (M, 2) outlines inside it, counter-clockwise.
     Returns:
-        A solid; touched as its hull unless told otherwise.
+        A solid whose collider is its hull unless told otherwise.
     """
     e = min(ease, 0.45 * height)
     levels = [(0.0, 0.0), (height, 0.0)] if e <= 0 else [(0.0, e), (e, 0.0), (height - e, 0.0), (height, e)]
@@ -121,7 +121,7 @@ def tube(path: Sequence[Vec3], section: float | Floats, bend: float = 0.0, up: V
         bend: radius with which corners are rounded; 0 mitres them.
         up: direction that the section's y points to as far as it can.
     Returns:
-        A solid, touched as a capsule (round) or box (outline) for each straight piece of `path`.
+        A solid with a capsule (round) or box (outline) as collider for each straight piece of `path`.
     """
     line = round_corners(path, bend) if bend > 0 else np.array(path, dtype=np.float64)
     outline = circle(section, _sides(section)) if isinstance(section, float) else np.asarray(section)

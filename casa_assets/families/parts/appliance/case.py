@@ -102,5 +102,5 @@ def corners(width: float, front: float, back: float, inset: float) -> list[Vec2]
 
 
 def plate(low: Vec3, high: Vec3, ease: float = 0.0012, steps: int = 2) -> Solid:
-    """A panel between two corners that nothing touches."""
+    """A panel between two corners without collider."""
     return board(low, high, ease, steps).without_colliders()

@@ -14,11 +14,11 @@ TINE_PITCH = 0.095  # metres; closer rows hold no plates
 
 
 def wire(a: Vec3, b: Vec3, radius: float = WIRE_RADIUS) -> Solid:
-    """A thin straight wire that nothing touches; six sides."""
+    """A thin straight wire without collider; six sides."""
     return tube([a, b], circle(radius, 6)).without_colliders()
 
 
-def rack(
+def add_dish_rack(
     builder: AssetBuilder,
     name: str,
     behind: str,

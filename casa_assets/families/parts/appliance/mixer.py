@@ -69,7 +69,7 @@ class MixerHead:
         return section(y, self.wide * k + 2 * more, self.tall * k + 2 * more, self.middle, self.power, count)
 
 
-def head(form: MixerHead) -> Solid:
+def head_solid(form: MixerHead) -> Solid:
     """The skin of a head."""
     shares = 0.5 - 0.5 * np.cos(np.linspace(0.04, math.pi - 0.04, 17))
     return _outward(loft([form.ring(float(t)) for t in shares], 50.0))
@@ -85,7 +85,7 @@ def _outward(solid: Solid) -> Solid:
     return solid if solid.volume > 0 else Solid(solid.points, solid.faces[:, ::-1], crease_deg=50.0)
 
 
-def tool(kind: MixerTool, length: float) -> Solid:
+def tool_solid(kind: MixerTool, length: float) -> Solid:
     """Solid of a tool that hangs from z = 0 to -length on the axis x = y = 0, with a hull collider."""
     shaft = rod(0.0055, 0.034, 0.001).translated(z=-0.017)
     collar = lathe([(0.011, -0.036), (0.013, -0.033), (0.013, -0.027), (0.008, -0.024)], 20)

@@ -53,7 +53,7 @@ class OvenLook:
     border: str | None = None
 
 
-def cavity(
+def add_cavity(
     builder: AssetBuilder,
     low: Vec3,
     high: Vec3,
@@ -68,7 +68,7 @@ def cavity(
     Args:
         low, high: corners of the outside; the front plane is low[1].
         racks: how many; they are named rack<first>, rack<first + 1> from below.
-        door: joint that has to be open before a rack can move. touched: False where the caller adds shapes for walls.
+        door: joint that has to be open before a rack can move. touched: False: no colliders for walls.
     """
     (x0, y0, z0), (x1, y1, z1) = low, high
     t, e = INSULATION_THICKNESS, 0.0006
@@ -97,15 +97,15 @@ def cavity(
         board((a0 - 0.004, y0 - 0.01, c0 - 0.004), (a1 + 0.004, y0 + 0.01, c1 + 0.004), 0.0),
     )
     builder.add(ROOT, seal, "gasket_grey", label="gasket", collider=False, density="soft_gasket")
-    furnish(builder, (a0, b0, c0), (a1, b1, c1), f"lamp{first}")
+    furnish_cavity(builder, (a0, b0, c0), (a1, b1, c1), f"lamp{first}")
     height = c1 - c0
     for k in range(racks):
         z = c0 + height * (0.22 + 0.56 * k / max(1, racks - 1) if racks > 1 else 0.4)
         room = height * (0.56 / max(1, racks - 1)) - 0.03 if k < racks - 1 else c1 - z - 0.05
-        rack(builder, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, room)), looks, door)
+        add_oven_rack(builder, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, room)), looks, door)
 
 
-def furnish(builder: AssetBuilder, low: Vec3, high: Vec3, lamp: str) -> None:
+def furnish_cavity(builder: AssetBuilder, low: Vec3, high: Vec3, lamp: str) -> None:
     """The grill's element under the roof; a fan behind a cover and a lamp on the back wall.
 
     Args:
@@ -136,7 +136,7 @@ def furnish(builder: AssetBuilder, low: Vec3, high: Vec3, lamp: str) -> None:
     builder.add(ROOT, bulb.translated(*at), "glass_opal", label="lamp", name=lamp, collider=False, density="oven_lamp")
 
 
-def rack(builder: AssetBuilder, name: str, low: Vec3, high: Vec3, looks: OvenLook, door: str) -> None:
+def add_oven_rack(builder: AssetBuilder, name: str, low: Vec3, high: Vec3, looks: OvenLook, door: str) -> None:
     """A wire rack on ledges; its region rides on it."""
     (x0, y0, z), (x1, y1, top) = low, high
     for x in (x0 + 0.0008, x1 - 0.0088):
@@ -162,7 +162,7 @@ def rack(builder: AssetBuilder, name: str, low: Vec3, high: Vec3, looks: OvenLoo
     builder.region(name, (-half + 0.01, front + 0.01, 0.005), (half - 0.01, deep - 0.01, top - z), link=name)
 
 
-def door(
+def add_oven_door(
     builder: AssetBuilder, link: str, low: tuple[float, float], high: tuple[float, float], front: float, looks: OvenLook
 ) -> str:
     """A door in front of the plane y = front, hinged along its lower front edge; returns its joint.
@@ -199,7 +199,7 @@ def door(
     )
     builder.add(link, inner, looks.liner, label="door", collider=False, density="oven_door_liner")
     _handle(builder, link, w, h, looks)
-    return fold(builder, link)
+    return oven_door_hinge(builder, link)
 
 
 def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLook) -> None:
@@ -242,7 +242,7 @@ def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLoo
         builder.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
 
 
-def fold(builder: AssetBuilder, link: str) -> str:
+def oven_door_hinge(builder: AssetBuilder, link: str) -> str:
     """The hinge: a spring that carries the door, and friction that holds it where it is left."""
     piece = builder.links[link]
     mass = sum(q.mass for q in piece.masses)

@@ -9,7 +9,7 @@ from casa_assets.families.kit.solids.blocks import lathe, rod
 from casa_assets.model.record import Vec3
 
 
-def turntable(builder: AssetBuilder, low: Vec3, high: Vec3) -> None:
+def add_turntable(builder: AssetBuilder, low: Vec3, high: Vec3) -> None:
     """Add a glass tray on a hub and a ring of rollers; its collider and region are `tray`.
 
     Args:

@@ -20,7 +20,7 @@ from casa_assets.families.parts.carcass.carcass import (
     shelves_for,
 )
 from casa_assets.families.parts.fronts import drawers, fronts
-from casa_assets.families.parts.fronts.doors import CabinetDoor, HandleHeight, HingeSide, hang
+from casa_assets.families.parts.fronts.doors import CabinetDoor, HandleHeight, HingeSide, hang_door
 from casa_assets.families.parts.fronts.drawers import CabinetDrawer
 from casa_assets.families.parts.fronts.fronts import FRONT_THICKNESS
 from casa_assets.families.parts.hardware.handles import HandleKind
@@ -91,7 +91,7 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
     return level
 
 
-def finish(builder: AssetBuilder, width: float, depth: float, height: float) -> None:
+def finish_cabinet(builder: AssetBuilder, width: float, depth: float, height: float) -> None:
     """States, keyframes and the `main` region of a cabinet whose left front corner is the origin, metres."""
     joints = [m.name for m in builder.joints]
     if joints:
@@ -167,7 +167,7 @@ def _doors(builder: AssetBuilder, c: Carcass, cell: CabinetCell, z: float, top: 
             CabinetDoor(f"{n}rightdoor", f"{n}rightdoorhinge", HingeSide.RIGHT, right - w, low, w, high - low, r),
         ]
     for leaf in leaves:
-        hang(builder, c.look, leaf)
+        hang_door(builder, c.look, leaf)
 
 
 def _drawer(
@@ -191,16 +191,18 @@ def _drawer(
         front=c.front,
         back=c.back,
     )
-    drawers.fit(builder, c.look, drawer)
+    drawers.add_drawer(builder, c.look, drawer)
 
 
 def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, z: float, top: float) -> None:
     """A front that does not move, as before a sink; blocks carry it."""
     low, high = _gaps(c, cell, z, top, top >= c.height - 1e-6)
     w, h = c.width - FRONT_GAP, high - low
-    parts = fronts.front(c.look.front, w, h, FRONT_THICKNESS, drawer=True)
+    parts = fronts.front_parts(c.look.front, w, h, FRONT_THICKNESS, drawer=True)
     at: Vec3 = (c.x + FRONT_GAP / 2, 0.0, low)
-    fronts.lay(builder, ROOT, parts, (w, FRONT_THICKNESS, h), c.look.face, "", label="panel", name="false_front", at=at)
+    fronts.add_front(
+        builder, ROOT, parts, (w, FRONT_THICKNESS, h), c.look.face, "", label="panel", name="false_front", at=at
+    )
     upper = top - CHANNEL_HEIGHT - 0.004 if _grooved(c, cell) else high - 0.01
     for x in (c.left, c.right - 0.03):
         block = board((x, FRONT_THICKNESS, low + 0.01), (x + 0.03, c.front + 0.03, upper), 0.0)

@@ -12,7 +12,7 @@ from casa_assets.families.kit.assemble import assemble
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
 from casa_assets.families.parts.carcass.carcass import Carcass
-from casa_assets.families.parts.carcass.cells import CabinetCell, CabinetCellKind, build_column, finish
+from casa_assets.families.parts.carcass.cells import CabinetCell, CabinetCellKind, build_column, finish_cabinet
 from casa_assets.families.parts.fronts.doors import HandleHeight, HingeSide
 from casa_assets.families.parts.fronts.drawers import min_front_height
 from casa_assets.families.parts.fronts.look import CabinetLook
@@ -92,7 +92,7 @@ def build_housing(family: str, p: Housing, supplies: Supplies, panelled: bool = 
     cells.append(CabinetCell(CabinetCellKind.NICHE, p.niche, name="int"))
     cells += _cells(p.over, p.height - top, p.hinge, HandleHeight.LOW, "upper_", look)
     build_column(builder, body, tuple(cells))
-    finish(builder, p.width, p.depth, p.height)
+    finish_cabinet(builder, p.width, p.depth, p.height)
     return assemble(builder, family, p)
 
 

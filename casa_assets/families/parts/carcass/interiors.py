@@ -11,7 +11,7 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
 from casa_assets.families.parts.appliance import dish_racks, oven
 from casa_assets.families.parts.appliance.look import ApplianceLook
-from casa_assets.families.parts.appliance.turntable import turntable
+from casa_assets.families.parts.appliance.turntable import add_turntable
 from casa_assets.families.parts.refrigerator import case
 from casa_assets.model.record import Vec3
 
@@ -59,7 +59,7 @@ class Interior:
         return (x - a, y - b, z - c)
 
 
-def walls(builder: AssetBuilder, room: Interior, finish: str) -> None:
+def add_walls(builder: AssetBuilder, room: Interior, finish: str) -> None:
     """Left, right, floor, roof and back; their front edges lie round the mouth."""
     (x0, _, z0), (x1, y1, z1) = room.low, room.high
     (a0, mouth, c0), (a1, b1, c1) = room.outer
@@ -81,21 +81,21 @@ def furnish_oven(builder: AssetBuilder, room: Interior) -> None:
     if min(wide, deep) < 0.2 or tall < OVEN_MIN_HEIGHT:
         return
     if tall >= 0.22:
-        oven.furnish(builder, (x0, y0, z0), room.high, f"{room.name}_lamp")
+        oven.furnish_cavity(builder, (x0, y0, z0), room.high, f"{room.name}_lamp")
     count = 1 if tall < 2 * OVEN_PITCH - 0.02 else 2
     head = room.high[2] - (0.045 if tall >= 0.22 else 0.01)
     for k in range(count):
         z = z0 + (0.04 + 0.28 * (tall - 0.08) * (k + 1) if count == 2 else max(0.03, 0.3 * tall))
         above = z0 + 0.04 + 0.56 * (tall - 0.08) - 0.03 if k < count - 1 else head
         inner = ((x0 + room.clear[0], y0 + 0.004, z), (x1 - room.clear[1], y1, max(above, z + 0.03)))
-        oven.rack(builder, f"tray_{room.first + k}", *inner, OVEN_LOOK, room.door)
+        oven.add_oven_rack(builder, f"tray_{room.first + k}", *inner, OVEN_LOOK, room.door)
 
 
 def furnish_microwave(builder: AssetBuilder, room: Interior) -> None:
     """A turntable, where there is room for one."""
     wide, deep, tall = room.size
     if min(wide, deep) >= 0.16 and tall >= 0.09:
-        turntable(builder, room.low, room.high)
+        add_turntable(builder, room.low, room.high)
 
 
 def furnish_cold(builder: AssetBuilder, room: Interior) -> None:
@@ -106,7 +106,7 @@ def furnish_cold(builder: AssetBuilder, room: Interior) -> None:
     inside = case.Compartment(room.name, room.low, room.high)
     for k in range(1, count + 1):
         z = room.low[2] + tall * k / (count + 1)
-        case.shelf(builder, f"{room.name}_shelf{k}", inside, z, front, FRIDGE_LOOK)
+        case.add_shelf(builder, f"{room.name}_shelf{k}", inside, z, front, FRIDGE_LOOK)
 
 
 def furnish_dishwasher(builder: AssetBuilder, room: Interior) -> None:
@@ -122,7 +122,7 @@ def furnish_dishwasher(builder: AssetBuilder, room: Interior) -> None:
         low, high = (x0 + 0.02 + room.clear[0], front, z), (x1 - 0.02 - room.clear[1], back, top)
         coat, metal = "plastic_grey_light", "stainless_brushed"
         way = round(0.85 * (back - front), 3)
-        dish_racks.rack(
+        dish_racks.add_dish_rack(
             builder, f"tray_{room.first + k}", room.door, low, high, coat, metal, tines=3 if k == 0 else 2, way=way
         )
 
@@ -139,7 +139,7 @@ def furnish_cabinet(builder: AssetBuilder, room: Interior) -> None:
         builder.add(ROOT, shelf, "melamine_white", label="shelf", density=0.0)
 
 
-def drawer_box(builder: AssetBuilder, link: str, room: Interior, finish: str) -> float:
+def add_drawer_box(builder: AssetBuilder, link: str, room: Interior, finish: str) -> float:
     """A box behind a front, on its link; returns how deep it is, metres.
 
     Args:

@@ -11,7 +11,7 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import tube
-from casa_assets.families.parts.cooktop.grates import BurnerSpot, GrateStyle, cells, grates
+from casa_assets.families.parts.cooktop.grates import BurnerSpot, GrateStyle, add_grates, burner_cells
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 
 # Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
@@ -30,7 +30,9 @@ class Fuel(StrEnum):
     INDUCTION = "induction"
 
 
-def spots(count: int, width: float, depth: float, middle: tuple[float, float] = (0.0, 0.0)) -> list[BurnerSpot]:
+def burner_positions(
+    count: int, width: float, depth: float, middle: tuple[float, float] = (0.0, 0.0)
+) -> list[BurnerSpot]:
     """Positions of four, five or six burners on a field about `middle`, metres."""
     # Pans of 145 and 180 mm, and a wide one in the middle; two in a column keep clear of each other, dishes and all.
     fit = min(1.0, (depth / 2 - 0.006) / (DRIP_BOWL_RATIO * (SMALL_RADIUS + LARGE_RADIUS)))
@@ -49,7 +51,7 @@ def spots(count: int, width: float, depth: float, middle: tuple[float, float] = 
     return [BurnerSpot(s.loc, s.x + middle[0], s.y + middle[1], s.radius) for s in out]
 
 
-def light(
+def add_burners(
     builder: AssetBuilder,
     fuel: Fuel,
     places: list[BurnerSpot],
@@ -71,7 +73,7 @@ def light(
         high = top + 0.045
         for s in places:
             _gas(builder, s, top)
-        grates(builder, cells(places, field, middle), top, high, grate, style)
+        add_grates(builder, burner_cells(places, field, middle), top, high, grate, style)
     elif fuel is Fuel.COIL:
         high = top + 0.018
         for s in places:
@@ -171,7 +173,7 @@ def _ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, ink: str
             )
 
 
-def behavior(places: list[BurnerSpot], fuel: Fuel, turn: float) -> Behavior:
+def burner_behavior(places: list[BurnerSpot], fuel: Fuel, turn: float) -> Behavior:
     """Each knob sets its burner to off, low or high."""
     variables, rules, effects = [], [], []
     color = (*(FLAME_COLOR if fuel is Fuel.GAS else GLOW_COLOR)[:3], 0.6)

@@ -52,7 +52,9 @@ class _Span:
     y: tuple[float, float]
 
 
-def cells(places: Sequence[BurnerSpot], field: tuple[float, float], middle: tuple[float, float]) -> list[BurnerCell]:
+def burner_cells(
+    places: Sequence[BurnerSpot], field: tuple[float, float], middle: tuple[float, float]
+) -> list[BurnerCell]:
     """The field (width, depth) about `middle` shared out among columns of burners."""
     (w, d), (mx, my) = field, middle
     columns = sorted({round(s.x, 4) for s in places})
@@ -67,7 +69,7 @@ def cells(places: Sequence[BurnerSpot], field: tuple[float, float], middle: tupl
     return out
 
 
-def grates(
+def add_grates(
     builder: AssetBuilder,
     places: Sequence[BurnerCell],
     top: float,
@@ -92,11 +94,11 @@ def grates(
     for cell in places:
         for finger in _fingers(cell, inset, rows):
             builder.add(ROOT, _bar(finger, high, BAR_HEIGHT - 0.001), finish, label="grate", collider=False)
-    for span in _touched(places, inset, rows):
+    for span in _collider_bars(places, inset, rows):
         builder.add(ROOT, _bar(span, high, BAR_HEIGHT), finish, label="grate", density=0.0, visible=False)
 
 
-def _touched(places: Sequence[BurnerCell], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
+def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
     """Few bars that stand for the grate as colliders: neighbours as one, and fingers across the hole between them."""
     columns = _columns(places)
     edges = sorted({round(v, 6) for c in columns for v in c[0].x})
@@ -200,7 +202,7 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, high: float, fini
     builder.add(ROOT, skirt, finish, label="grate", density=0.0, visible=False)
 
 
-def griddle(builder: AssetBuilder, low: tuple[float, float], high: tuple[float, float], top: float) -> None:
+def add_griddle(builder: AssetBuilder, low: tuple[float, float], high: tuple[float, float], top: float) -> None:
     """A thick steel plate with a rim and a trough in front, between two corners seen from above, on z = top, metres."""
     (x0, y0), (x1, y1), z = low, high, top + 2e-4
     tray = board((x0, y0, z), (x1, y1, z + 0.03), 0.003, 2)

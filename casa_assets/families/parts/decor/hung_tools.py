@@ -51,7 +51,7 @@ class ToolSolids:
 
 
 def hung_tool(kind: HungTool, grip: ToolHandle, size: float) -> ToolSolids:
-    """A tool of a length in metres, not touched."""
+    """A tool of a length in metres, without collider."""
     end = 0.42 * size
     held, metal = _handle(grip, end)
     metal += [_eye()] if grip is not ToolHandle.FLAT else []

@@ -22,7 +22,7 @@ def leaf(
     thick: float = LEAF_THICKNESS,
     steps: int = 7,
 ) -> Solid:
-    """A leaf that starts at the origin along +y and bends down towards its end; not touched.
+    """A leaf that starts at the origin along +y and bends down towards its end; without collider.
 
     Args:
         length, width: metres. droop: rad that it bends over its length. fold: rise of its sides over half the width.

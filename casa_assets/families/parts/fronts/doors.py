@@ -66,7 +66,7 @@ class CabinetDoor:
     y: float = 0.0
 
 
-def hang(builder: AssetBuilder, look: CabinetLook, leaf: CabinetDoor) -> None:
+def hang_door(builder: AssetBuilder, look: CabinetLook, leaf: CabinetDoor) -> None:
     """Put a door on the cabinet. Its face lies in y = 0 where it is not turned."""
     kind = look.handle
     if kind is HandleKind.FINGER_GROOVE and leaf.reach is HandleHeight.MIDDLE:
@@ -84,12 +84,12 @@ def hang(builder: AssetBuilder, look: CabinetLook, leaf: CabinetDoor) -> None:
     at = Pose(position=(leaf.x + float(axis[0]), leaf.y + float(axis[1]), leaf.z)) @ along
     builder.link(leaf.link, at=at)
     groove = edge if kind is HandleKind.FINGER_GROOVE else None
-    parts = fronts.front(look.front, w, h, FRONT_THICKNESS, groove=groove)
+    parts = fronts.front_parts(look.front, w, h, FRONT_THICKNESS, groove=groove)
     grip = f"{leaf.link}_handle"
     glass = fronts.glass_of(look.front)
     main = f"{leaf.link}_main"
     corner = (start, 0.0, z)
-    fronts.lay(
+    fronts.add_front(
         builder,
         leaf.link,
         parts,
@@ -106,14 +106,14 @@ def hang(builder: AssetBuilder, look: CabinetLook, leaf: CabinetDoor) -> None:
     else:
         pull = None if groove else _handle(look, leaf, kind, parts, corner)
     if pull is not None:
-        handles.fix(builder, leaf.link, pull, look.metal, grip)
+        handles.add_handle(builder, leaf.link, pull, look.metal, grip)
     _cups(builder, leaf, corner, w, h)
-    wide = swing(pull) if pull is not None else DOOR_TRAVEL
+    wide = max_swing(pull) if pull is not None else DOOR_TRAVEL
     span = (-wide, 0.0) if leaf.hinge is HingeSide.LEFT else (0.0, wide)
     builder.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, grip)
 
 
-def swing(pull: handles.Handle) -> float:
+def max_swing(pull: handles.Handle) -> float:
     """Largest angle of a door about the axis x = y = 0 with its handle within the door's own width, radians."""
     points = np.concatenate([s.points for s in (*pull.metal, *pull.hide)])
     out = points[points[:, 1] < 0.0]
@@ -155,7 +155,7 @@ def _handle(
 ) -> handles.Handle:
     """A handle on the stile of the free side."""
     w, h = leaf.width, leaf.height
-    stile, rail = fronts.members(look.front, w, h)
+    stile, rail = fronts.frame_widths(look.front, w, h)
     inset = stile / 2 if fronts.has_frame(look.front) else min(0.045, 0.3 * w)
     upright = kind not in handles.LEVEL_HANDLES
     length = handles.length_of(kind, min(look.length, 0.6 * h))
@@ -167,7 +167,7 @@ def _handle(
     )
     x = w - inset if leaf.hinge is HingeSide.LEFT else inset
     half = max(0.0, length / 2 - 0.03) if upright else 0.0
-    y = fronts.depth_at(parts, [(x, z - half), (x, z + half)])
+    y = fronts.face_depth(parts, [(x, z - half), (x, z + half)])
     made = handles.handle(kind, length)
     angle = math.pi / 2 if upright else 0.0
     there = (corner[0] + x, corner[1] + y, corner[2] + z)

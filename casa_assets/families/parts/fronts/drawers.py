@@ -55,7 +55,7 @@ class CabinetDrawer:
     back: float
 
 
-def fit(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> None:
+def add_drawer(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> None:
     """Put a drawer into a cabinet; its region moves with it. The front's face lies in y = 0."""
     builder.link(d.link, at=(d.x, 0.0, d.z))
     grip = f"{d.link}_handle"
@@ -69,23 +69,23 @@ def _front(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer, grip: str
     if kind is HandleKind.EDGE_PULL:
         h -= EDGE_PULL_ROOM
     groove = FrontEdge.TOP if kind is HandleKind.FINGER_GROOVE else None
-    parts = fronts.front(look.front, w, h, FRONT_THICKNESS, drawer=True, groove=groove)
+    parts = fronts.front_parts(look.front, w, h, FRONT_THICKNESS, drawer=True, groove=groove)
     size = (w, FRONT_THICKNESS, h)
     main = f"{d.link}_main"
-    fronts.lay(builder, d.link, parts, size, look.face, "", label="drawer", name=main, groove=groove, grip=grip)
+    fronts.add_front(builder, d.link, parts, size, look.face, "", label="drawer", name=main, groove=groove, grip=grip)
     if kind is HandleKind.EDGE_PULL:
         made = edge_pull(FrontEdge.TOP, w, h, max(look.length, 0.3 * w), (0.0, 0.0, 0.0))
-        handles.fix(builder, d.link, made, look.metal, grip)
+        handles.add_handle(builder, d.link, made, look.metal, grip)
     elif groove is None:
         kind = HandleKind.BAR if kind is HandleKind.TEE and w > 0.5 else kind
         length = handles.length_of(kind, min(max(look.length, 0.22 * w), 0.6 * w))
         # Pulls sit in the middle of a front, but no lower than a hand likes to reach on a deep one.
         z = h / 2 if h < 0.3 else 0.68 * h
         half = max(0.0, length / 2 - 0.03)
-        y = fronts.depth_at(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
+        y = fronts.face_depth(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
         lift = 0.02 if kind is HandleKind.RING else 0.0
         made = handles.rotate_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
-        handles.fix(builder, d.link, made, look.metal, grip)
+        handles.add_handle(builder, d.link, made, look.metal, grip)
 
 
 def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:

@@ -85,7 +85,7 @@ class FrontPart:
     grain: Vec3 = UPRIGHT
 
 
-def front(
+def front_parts(
     kind: FrontKind,
     width: float,
     height: float,
@@ -93,7 +93,7 @@ def front(
     drawer: bool = False,
     groove: FrontEdge | None = None,
 ) -> tuple[FrontPart, ...]:
-    """The parts of a front, none of which says how it is touched: touch it as one box.
+    """The parts of a front, without colliders: give it one box.
 
     Args:
         kind: how it is made; small fronts that leave no room for a panel are slabs.
@@ -104,7 +104,7 @@ def front(
         Boards and panes; x from 0 to width, y from 0 (face) to thick, z from 0 to height.
     """
     kind = DRAWER_KINDS.get(kind, kind) if drawer else kind
-    stile, rail = members(kind, width, height, drawer)
+    stile, rail = frame_widths(kind, width, height, drawer)
     least = min(width - 2 * stile, height - 2 * rail)
     if kind in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED) or least < 0.03:
         parts = _plain(kind, width, height, thick, drawer)
@@ -113,7 +113,7 @@ def front(
     return parts if groove is None else tuple(_grooved(part, width, height, thick, groove) for part in parts)
 
 
-def members(kind: FrontKind, width: float, height: float, drawer: bool = False) -> tuple[float, float]:
+def frame_widths(kind: FrontKind, width: float, height: float, drawer: bool = False) -> tuple[float, float]:
     """Width of the stiles and of the rails of a front, metres, where it has a frame."""
     kind = DRAWER_KINDS.get(kind, kind) if drawer else kind
     usual = STILE_WIDTHS.get(kind, STILE_WIDTH)
@@ -125,7 +125,7 @@ def has_frame(kind: FrontKind) -> bool:
     return kind not in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED, FrontKind.SLIM_SHAKER)
 
 
-def lay(
+def add_front(
     builder: AssetBuilder,
     link: str,
     parts: tuple[FrontPart, ...],
@@ -139,7 +139,7 @@ def lay(
     groove: FrontEdge | None = None,
     grip: str | None = None,
 ) -> None:
-    """Put a front on a link, touched as one box; one with a groove as a box and the lip before the groove.
+    """Put a front on a link, with one box as collider; one with a groove as a box and the lip before the groove.
 
     Args:
         parts: of `front`. size: its width, thickness, height, metres.
@@ -171,7 +171,7 @@ def glass_of(kind: FrontKind) -> str:
     return "glass_frosted" if kind is FrontKind.GLASS_FROSTED else "glass_clear"
 
 
-def depth_at(parts: tuple[FrontPart, ...], spots: Sequence[tuple[float, float]]) -> float:
+def face_depth(parts: tuple[FrontPart, ...], spots: Sequence[tuple[float, float]]) -> float:
     """Largest depth of the wood behind the face at points x, z of a front, metres."""
     corners = np.concatenate([p.solid.points[p.solid.faces] for p in parts if not p.pane])
     found = [_hit(corners, x, z) for x, z in spots]

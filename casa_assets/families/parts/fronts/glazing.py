@@ -10,7 +10,7 @@ GLASS_THICKNESS = 0.004  # metres
 GLAZING_BAR_WIDTH = 0.02
 
 
-def sash(
+def add_sash(
     builder: AssetBuilder,
     link: str,
     size: tuple[float, float, float],
@@ -23,7 +23,7 @@ def sash(
     label: str = "window",
     at: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> None:
-    """Put a sash on a link: its lower left front corner at `at`, touched as one box.
+    """Put a sash on a link: its lower left front corner at `at`, with one box as collider.
 
     Args:
         size: width, depth (towards +y), height, metres. stile: width of the frame's boards.

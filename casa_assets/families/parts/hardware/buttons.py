@@ -23,7 +23,7 @@ def flat_key(wide: float, tall: float, height: float = 0.005) -> Solid:
     return box((wide, tall, height), (0.0, 0.0, height / 2), 0.0015, 2)
 
 
-def key(
+def add_key(
     builder: AssetBuilder,
     name: str,
     joint: str,
@@ -68,7 +68,7 @@ def _turned(solid: Solid, turn: tuple[str, float] | None) -> Solid:
     return solid if turn is None else solid.rotated(*turn)
 
 
-def toggle(variable: str, collider: str) -> tuple[tuple[Variable, ...], tuple[Rule, ...]]:
+def toggle_variable(variable: str, collider: str) -> tuple[tuple[Variable, ...], tuple[Rule, ...]]:
     """A variable that one key switches on and off: on a press, once for each press.
 
     A second variable, `<variable>_latch`, follows when the key is let go, so that one press counts once.

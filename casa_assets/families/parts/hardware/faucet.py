@@ -62,7 +62,7 @@ class Spout:
     mouth: Vec3
 
 
-def fit(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
+def add_faucet(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
     """Add a faucet with its links, joints, `water` site and behaviour.
 
     Args:
@@ -88,7 +88,7 @@ def fit(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
     stream = z + swivel + mz - fall
     builder.column("water", (mx, my, mz - stream / 2), (0.016, 0.016, stream), WATER, link="spout")
     _levers(builder, p, at, wide)
-    builder.behavior = behavior()
+    builder.behavior = faucet_behavior()
 
 
 def _body(p: Faucet, wide: bool) -> tuple[list[Solid], float]:
@@ -180,7 +180,7 @@ def _spout(p: Faucet, rise: float) -> Spout:
 
 
 def _pipe(path: list[Vec3], radius: float, bend: float) -> Solid:
-    """A bent round pipe, touched as boxes round its straight runs: capsules would stick out of the bends."""
+    """A bent round pipe, with boxes round its straight runs as colliders: capsules would stick out of the bends."""
     solid = tube([_vec(q) for q in round_corners(path, bend, 8)], radius)
     line = round_corners(path, bend, 3)
     shapes = []
@@ -264,7 +264,7 @@ def _lever(builder: AssetBuilder, link: str, p: Faucet, name: str) -> None:
         builder.add(link, blade, p.finish, "handle", name, density="tap_body")
 
 
-def behavior() -> Behavior:
+def faucet_behavior() -> Behavior:
     """Water by the flow lever, hot or cold by the other."""
     half = FLOW_RANGE / 2
     levels = {"off": (0.0, FLOW_START), "low": (FLOW_START, half), "high": (half, FLOW_RANGE + 0.01)}

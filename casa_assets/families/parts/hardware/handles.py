@@ -56,7 +56,7 @@ class Handle:
     Attributes:
         metal, hide: what is of metal and of leather, lying along x on the plane y = 0 and standing out to -y. The first
             collision shape is the one that a hand takes.
-        shapes: how it is touched.
+        shapes: its colliders.
     """
 
     metal: tuple[Solid, ...]
@@ -93,7 +93,7 @@ def handle(kind: HandleKind, length: float) -> Handle:
     return _MAKERS[kind](length)
 
 
-def fix(builder: AssetBuilder, link: str, made: Handle, metal: str, name: str, label: str = "handle") -> None:
+def add_handle(builder: AssetBuilder, link: str, made: Handle, metal: str, name: str, label: str = "handle") -> None:
     """Put a handle on a link; its grip's collider is called `name`, its mesh `<name>_visual`."""
     for solid in made.metal:
         builder.add(link, solid, metal, label=label, name=name, collider=False, density="handle_casting")

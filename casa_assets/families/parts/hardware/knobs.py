@@ -29,7 +29,7 @@ class KnobStyle(StrEnum):
     CHICKEN_HEAD = "chicken_head"
 
 
-def knob(
+def add_knob(
     builder: AssetBuilder,
     link: str,
     joint: str,

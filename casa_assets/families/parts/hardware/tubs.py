@@ -14,7 +14,7 @@ WIRE_SIDES = 6  # of a wire
 
 
 def tub(width: float, depth: float, height: float, wall: float, radius: float, floor: float = 0.0) -> Solid:
-    """An open box about x = 0, y = 0 from z = 0 up, its corners rounded; touched as a floor and four walls.
+    """An open box about x = 0, y = 0 from z = 0 up, its corners rounded; its colliders are a floor and four walls.
 
     Args:
         width, depth, height: outside, metres. wall: its thickness. radius: of the upright corners.
@@ -37,14 +37,14 @@ def tub(width: float, depth: float, height: float, wall: float, radius: float, f
 
 
 def loop(width: float, depth: float, z: float, radius: float, corner: float) -> Solid:
-    """A level ring of wire about x = 0, y = 0: `width` by `depth` over the middle of the wire; not touched."""
+    """A level ring of wire about x = 0, y = 0: `width` by `depth` over the middle of the wire; without collider."""
     w, d = width / 2, depth / 2
     path = [(0.0, -d, z), (w, -d, z), (w, d, z), (-w, d, z), (-w, -d, z), (0.0, -d, z)]
     return tube(path, circle(radius, 8), corner).without_colliders()
 
 
 def wire(path: list[Vec3], radius: float, bend: float = 0.0) -> Solid:
-    """A wire along corner points, bent round with a radius, metres; not touched."""
+    """A wire along corner points, bent round with a radius, metres; without collider."""
     return tube(path, circle(radius, WIRE_SIDES), bend).without_colliders()
 
 

@@ -17,7 +17,7 @@ def upright_on_wall(solid: Solid) -> Solid:
 
 
 def plate(builder: AssetBuilder, width: float, height: float, radius: float, finish: str, screws: bool = True) -> None:
-    """A plate with eased edges about x = 0, z = 0, its back on the wall y = 0; touched as a box."""
+    """A plate with eased edges about x = 0, z = 0, its back on the wall y = 0; its collider is a box."""
     body = upright_on_wall(prism(rectangle(width, height, radius, 5), PLATE_THICKNESS, 0.0025))
     body = Solid(
         body.points,

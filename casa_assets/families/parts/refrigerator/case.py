@@ -40,12 +40,12 @@ def compartment(name: str, left: float, right: float, bottom: float, top: float,
     return Compartment(name, (left, 0.0, bottom), (right, depth - BACK_THICKNESS, top))
 
 
-def roof(height: float, look: ApplianceLook) -> float:
+def case_top(height: float, look: ApplianceLook) -> float:
     """Height of the case where covers of hinges stand on it and the whole is so high, metres."""
     return height if look.form is ApplianceFront.PANEL else height - HINGE_COVER_HEIGHT
 
 
-def shell(
+def add_case(
     builder: AssetBuilder,
     width: float,
     depth: float,
@@ -116,7 +116,7 @@ def _line(builder: AssetBuilder, r: Compartment) -> None:
     builder.add(ROOT, lamp, "glass_opal", label="lamp", name=f"{r.name}_light", collider=False)
 
 
-def stand(builder: AssetBuilder, width: float, depth: float, foot: float, look: ApplianceLook) -> None:
+def add_base(builder: AssetBuilder, width: float, depth: float, foot: float, look: ApplianceLook) -> None:
     """Add the base of the case: a grille or a plinth before feet, or four turned feet; z from 0 to foot."""
     if look.kick is ApplianceKick.FEET:
         for x in (0.075, width - 0.075):
@@ -143,7 +143,7 @@ def stand(builder: AssetBuilder, width: float, depth: float, foot: float, look: 
             builder.add(ROOT, slot, "rubber_black", label="vent", collider=False, density=0.0)
 
 
-def cover(builder: AssetBuilder, x: float, top: float, thick: float, look: ApplianceLook) -> None:
+def hinge_cover(builder: AssetBuilder, x: float, top: float, thick: float, look: ApplianceLook) -> None:
     """The cover of a hinge on top of the case, reaching over the door; x is its middle."""
     if look.form is ApplianceFront.PANEL:
         return
@@ -158,7 +158,7 @@ def cover(builder: AssetBuilder, x: float, top: float, thick: float, look: Appli
     builder.add(ROOT, lid, finish, label="hinge", density="hinge_cover")
 
 
-def shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front: float, look: ApplianceLook) -> None:
+def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front: float, look: ApplianceLook) -> None:
     """A pane with a moulded edge on ledges; its upper side is z, its front edge y = front. Metres."""
     x0, x1, y1 = r.low[0] + LINER_THICKNESS + 0.002, r.high[0] - LINER_THICKNESS - 0.002, r.high[1] - 0.012
     pane = board((x0 + 0.006, front + 0.01, z - 0.005), (x1 - 0.006, y1 - 0.008, z - 0.001), 0.0005)
@@ -174,7 +174,9 @@ def shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front: flo
     builder.add(ROOT, touch, "glass_clear", label="shelf", collider=f"{name}_pane", density=0.0, visible=False)
 
 
-def over(builder: AssetBuilder, name: str, r: Compartment, z: float, front: float, ceiling: float) -> None:
+def region_above_shelf(
+    builder: AssetBuilder, name: str, r: Compartment, z: float, front: float, ceiling: float
+) -> None:
     """The region above a shelf: from z to the ceiling, from its front edge to the back, metres."""
     low = (r.low[0] + 0.006, front + 0.004, z)
     builder.region(name, low, (r.high[0] - 0.006, r.high[1] - 0.016, ceiling))

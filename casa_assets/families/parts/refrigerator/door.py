@@ -15,7 +15,7 @@ from casa_assets.families.parts.fronts import fronts
 from casa_assets.families.parts.fronts.fronts import FrontKind
 from casa_assets.families.parts.hardware import handles
 from casa_assets.families.parts.refrigerator.case import DOOR_GAP, LINER_FINISH, Compartment
-from casa_assets.families.parts.refrigerator.gasket import gasket
+from casa_assets.families.parts.refrigerator.gasket import gasket_frame
 from casa_assets.model.record import Vec2, Vec3
 
 DOOR_TRAVEL = math.pi / 2
@@ -89,7 +89,7 @@ class FridgeDoor:
         builder.add(self.link, made, finish, label, name, grain, collider=collider, density=density, visible=visible)
 
 
-def hang(
+def hang_fridge_door(
     builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, rows: int, above: float, niche: bool = False
 ) -> None:
     """A leaf with everything on it, and its hinge.
@@ -102,12 +102,12 @@ def hang(
     builder.link(leaf.link, at=(x, -DOOR_GAP - look.thick, leaf.low[1]))
     t, w, h = look.thick, leaf.width, leaf.height
     hole = _niche_hole(leaf, look) if niche else None
-    face(builder, leaf, look, hole)
+    add_face(builder, leaf, look, hole)
     if hole is not None:
         _dispenser(builder, leaf, hole)
     leaf.put(
         builder,
-        gasket((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4),
+        gasket_frame((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4),
         "gasket_grey",
         "gasket",
         density="magnetic_gasket",
@@ -120,17 +120,19 @@ def hang(
     leaf.put(builder, plug, LINER_FINISH, "liner", collider=f"{leaf.link}_liner", density="liner_plug")
     if rows:
         _bins(builder, leaf, look, rows, max(above - leaf.low[1], c + 0.02), d - 0.015)
-    grip(builder, leaf, look)
+    add_pull(builder, leaf, look)
     span = (0.0, DOOR_TRAVEL) if leaf.right else (-DOOR_TRAVEL, 0.0)
     builder.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, f"{leaf.link}_handle_main", start_n=10.0)
 
 
-def face(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, hole: tuple[Vec2, Vec2] | None = None) -> None:
+def add_face(
+    builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, hole: tuple[Vec2, Vec2] | None = None
+) -> None:
     """The slab of a leaf in its form; `<name>_door_main` is its collider."""
     t, w, h = look.thick, leaf.width, leaf.height
     name = f"{leaf.link}_main"
     if look.form is ApplianceFront.PANEL:
-        parts = fronts.front(look.front, w, h)
+        parts = fronts.front_parts(look.front, w, h)
         for k, part in enumerate(parts):
             finish = "glass_clear" if part.pane else leaf.face
             leaf.put(builder, part.solid, finish, "door", None if k else name, density="board", grain=part.grain)
@@ -226,7 +228,7 @@ def _dispenser(builder: AssetBuilder, leaf: FridgeDoor, hole: tuple[Vec2, Vec2])
         leaf.put(builder, slat, "stainless_brushed", "dispenser")
 
 
-def grip(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook) -> None:
+def add_pull(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook) -> None:
     """The pull of a leaf, near its free side at the height of a hand, or across its top where it says so."""
     w, h = leaf.width, leaf.height
     name = f"{leaf.link}_handle_main"
@@ -250,14 +252,14 @@ def grip(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook) -> None:
         mirrored = Solid(first.points, first.faces, made.shapes, first.uv_m, first.crease_deg).mirrored_x()
         metal = (mirrored, *(s.mirrored_x() for s in rest))
         made = handles.Handle(metal, mirrored.shapes)
-    handles.fix(builder, leaf.link, made, look.metal, name)
+    handles.add_handle(builder, leaf.link, made, look.metal, name)
 
 
 def _depth(leaf: FridgeDoor, look: ApplianceLook, *points: Vec2) -> float:
     """Distance of the feet of a pull behind the front plane, metres."""
     if look.form is not ApplianceFront.PANEL:
         return 0.0
-    return fronts.depth_at(fronts.front(look.front, leaf.width, leaf.height), points)
+    return fronts.face_depth(fronts.front_parts(look.front, leaf.width, leaf.height), points)
 
 
 def _bins(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, rows: int, low: float, high: float) -> None:

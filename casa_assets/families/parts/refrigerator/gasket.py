@@ -7,13 +7,13 @@ from casa_assets.families.kit.solids.sweep import prism, rectangle
 from casa_assets.model.record import Vec2
 
 
-def gasket(low: Vec2, high: Vec2, y0: float, y1: float, wide: float = 0.014) -> Solid:
+def gasket_frame(low: Vec2, high: Vec2, y0: float, y1: float, wide: float = 0.014) -> Solid:
     """A frame of rubber between two planes.
 
     Args:
         low, high: outer corners in x and z, metres. y0, y1: planes between which it lies. wide: of its strip.
     Returns:
-        A solid that nothing touches.
+        A solid without collider.
     """
     w, h = high[0] - low[0], high[1] - low[1]
     outer, inner = rectangle(w, h, 0.01, 2), rectangle(w - 2 * wide, h - 2 * wide, 0.004, 2)

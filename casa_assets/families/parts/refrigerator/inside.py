@@ -6,8 +6,8 @@ from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box
 from casa_assets.families.parts.appliance.look import ApplianceLook
 from casa_assets.families.parts.refrigerator.case import DOOR_GAP, LINER_THICKNESS
-from casa_assets.families.parts.refrigerator.door import FridgeDoor, face, grip
-from casa_assets.families.parts.refrigerator.gasket import gasket
+from casa_assets.families.parts.refrigerator.door import FridgeDoor, add_face, add_pull
+from casa_assets.families.parts.refrigerator.gasket import gasket_frame
 from casa_assets.model.record import Vec3
 
 WALL_THICKNESS = 0.0035  # metres; injection moulded
@@ -15,7 +15,7 @@ LIP_DEPTH = 0.024  # how far the lip of a crisper stands out before its front
 SIDE_CLEARANCE = 0.006  # metres at each side of what slides
 
 
-def crisper(
+def add_crisper(
     builder: AssetBuilder,
     name: str,
     behind: str,
@@ -63,14 +63,14 @@ def crisper(
     builder.region(name, (-half + e, e + 0.002, e), (half - e, d - e, h - 0.004), link=name)
 
 
-def pull_out(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, region: str) -> None:
+def add_pull_out(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, region: str) -> None:
     """A front with a deep basket that is pulled out as one; its link and joint are the leaf's."""
     t, w, h, r = look.thick, leaf.width, leaf.height, leaf.room
     builder.link(leaf.link, at=(leaf.low[0], -DOOR_GAP - t, leaf.low[1]))
-    face(builder, leaf, look)
-    seal = gasket((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4)
+    add_face(builder, leaf, look)
+    seal = gasket_frame((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4)
     builder.add(leaf.link, seal, "gasket_grey", "gasket", collider=False, density="magnetic_gasket")
-    grip(builder, leaf, look)
+    add_pull(builder, leaf, look)
     x0, x1 = (
         r.low[0] + LINER_THICKNESS + SIDE_CLEARANCE + 0.012 - leaf.low[0],
         r.high[0] - LINER_THICKNESS - SIDE_CLEARANCE - 0.012 - leaf.low[0],

@@ -8,9 +8,9 @@ from itertools import pairwise
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.parts.appliance.look import ApplianceLook
 from casa_assets.families.parts.refrigerator.case import DIVIDER_THICKNESS, Compartment, compartment
-from casa_assets.families.parts.refrigerator.door import FridgeDoor, hang
-from casa_assets.families.parts.refrigerator.inside import pull_out
-from casa_assets.families.parts.refrigerator.rooms import fill, gap_beside
+from casa_assets.families.parts.refrigerator.door import FridgeDoor, hang_fridge_door
+from casa_assets.families.parts.refrigerator.inside import add_pull_out
+from casa_assets.families.parts.refrigerator.rooms import fill_with_baskets, gap_beside
 
 
 class FreezerFront(StrEnum):
@@ -60,20 +60,20 @@ def lower_fronts(
             FridgeDoor("freezer_right", (middle + half, low), (width, high), True, rooms[1], rooms[1].low[0], face),
         ]
         for leaf in leaves:
-            hang(builder, leaf, look, 0, 0.0)
-            fill(builder, leaf.room, look, leaf, 2)
+            hang_fridge_door(builder, leaf, look, 0, 0.0)
+            fill_with_baskets(builder, leaf.room, look, leaf, 2)
         return [leaf.joint for leaf in leaves]
     if kind is FreezerFront.DOOR:
         r = rooms[0]
         leaf = FridgeDoor("freezer", (0.0, low), (width, high), right, r, r.low[0] if right else r.high[0], face)
-        hang(builder, leaf, look, 0, 0.0)
-        fill(builder, r, look, leaf, 3 if high - low > 0.6 else 2)
+        hang_fridge_door(builder, leaf, look, 0, 0.0)
+        fill_with_baskets(builder, r, look, leaf, 3 if high - low > 0.6 else 2)
         return [leaf.joint]
     joints = []
     planes = [low, *((a.high[2] + b.low[2]) / 2 for a, b in pairwise(rooms)), high]
     for k, r in enumerate(rooms):
         under, over = planes[k] + (0.003 if k else 0.0), planes[k + 1] - (0.003 if k + 1 < len(rooms) else 0.0)
         leaf = FridgeDoor(r.name, (0.0, under), (width, over), False, r, 0.0, face, across=True)
-        pull_out(builder, leaf, look, f"freezer_drawer{k}")
+        add_pull_out(builder, leaf, look, f"freezer_drawer{k}")
         joints.append(leaf.joint)
     return joints

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.parts.appliance.look import ApplianceLook
-from casa_assets.families.parts.refrigerator.case import LINER_THICKNESS, Compartment, over, shelf
+from casa_assets.families.parts.refrigerator.case import LINER_THICKNESS, Compartment, add_shelf, region_above_shelf
 from casa_assets.families.parts.refrigerator.door import BIN_DEPTH, FridgeDoor
-from casa_assets.families.parts.refrigerator.inside import SIDE_CLEARANCE, crisper
+from casa_assets.families.parts.refrigerator.inside import SIDE_CLEARANCE, add_crisper
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 
 # Ref: RoboCasa v1.0, Fridge: things are put where there are 0.20 m and more.
@@ -25,7 +25,7 @@ def gap_beside(width: float, thick: float) -> float:
     return math.hypot(width, thick) - width + 0.0014
 
 
-def furnish(
+def furnish_compartment(
     builder: AssetBuilder,
     r: Compartment,
     look: ApplianceLook,
@@ -45,14 +45,14 @@ def furnish(
     level, first = r.low[2] + LINER_THICKNESS, BIN_DEPTH + 0.012
     if drawers:
         level = _crispers(builder, r, look, leaves, drawers, tall, stacked, floor)
-        shelf(builder, f"{r.name}_shelf0", r, level, 0.022, look)
+        add_shelf(builder, f"{r.name}_shelf0", r, level, 0.022, look)
     count = max(0, min(shelves, int((roof - level) / SHELF_PITCH) - 1))
     levels = [level + (roof - level) * k / (count + 1) for k in range(count + 1)]
     for k, z in enumerate(levels):
         if k:
-            shelf(builder, f"{r.name}_shelf{k}", r, z, first, look)
+            add_shelf(builder, f"{r.name}_shelf{k}", r, z, first, look)
         ceiling = levels[k + 1] - 0.018 if k < count else roof
-        over(builder, f"{r.name}_shelf{k}", r, z, first, ceiling)
+        region_above_shelf(builder, f"{r.name}_shelf{k}", r, z, first, ceiling)
     return level + 0.012
 
 
@@ -78,7 +78,7 @@ def _crispers(
         name = f"{r.name}_drawer{k}"
         if stacked:
             z = floor + k * (tall + 0.012)
-            crisper(
+            add_crisper(
                 builder, name, leaves[0].joint, (x0, CRISPER_SETBACK, z), (x1, back, z + tall), look, "plastic_white"
             )
         else:
@@ -86,18 +86,18 @@ def _crispers(
             a = x0 + k * pitch + (0.0 if k == 0 else 0.004)
             b = x0 + (k + 1) * pitch - (0.0 if k == drawers - 1 else 0.004)
             behind = leaves[min(k * len(leaves) // drawers, len(leaves) - 1)].joint
-            crisper(builder, name, behind, (a, CRISPER_SETBACK, floor), (b, back, floor + tall), look)
+            add_crisper(builder, name, behind, (a, CRISPER_SETBACK, floor), (b, back, floor + tall), look)
     rows = drawers if stacked else 1
     return floor + rows * (tall + 0.012) + 0.02
 
 
-def fill(builder: AssetBuilder, r: Compartment, look: ApplianceLook, leaf: FridgeDoor, count: int) -> None:
+def fill_with_baskets(builder: AssetBuilder, r: Compartment, look: ApplianceLook, leaf: FridgeDoor, count: int) -> None:
     """A room that is nothing but baskets above each other."""
     floor, roof = r.low[2] + LINER_THICKNESS + 0.004, r.high[2] - 0.014
     _crispers(builder, r, look, (leaf,), count, (roof - floor) / count - 0.012, True, floor)
 
 
-def finish(builder: AssetBuilder, doors: Sequence[str], fridge: Sequence[str]) -> None:
+def finish_refrigerator(builder: AssetBuilder, doors: Sequence[str], fridge: Sequence[str]) -> None:
     """States, poses and the behaviour of a refrigerator.
 
     Args:
@@ -106,10 +106,10 @@ def finish(builder: AssetBuilder, doors: Sequence[str], fridge: Sequence[str]) -
     builder.door_states(*doors)
     builder.keyframe("closed")
     builder.keyframe("open", **{m.name: builder.joint_position(m.name) for m in builder.joints})
-    builder.behavior = behavior(builder, fridge)
+    builder.behavior = lamp_behavior(builder, fridge)
 
 
-def behavior(builder: AssetBuilder, fridge: Sequence[str]) -> Behavior:
+def lamp_behavior(builder: AssetBuilder, fridge: Sequence[str]) -> Behavior:
     """The lamp burns while a door of the fridge is not shut."""
     shut = []
     for joint in fridge:

@@ -24,7 +24,7 @@ from casa_assets.families.parts.refrigerator.case import (
     Compartment,
 )
 from casa_assets.families.parts.refrigerator.door import FridgeDoor
-from casa_assets.families.parts.refrigerator.rooms import finish
+from casa_assets.families.parts.refrigerator.rooms import finish_refrigerator
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.record import Vec2
 
@@ -98,7 +98,7 @@ class FridgeCase:
     @property
     def top(self) -> float:
         """Height of the case without covers of hinges, metres."""
-        return parts.roof(self.p.height, self.p.look)
+        return parts.case_top(self.p.height, self.p.look)
 
     @property
     def inside(self) -> tuple[float, float, float, float]:
@@ -118,8 +118,8 @@ class FridgeCase:
     def enclose(self, *rooms: Compartment) -> None:
         """Walls round the rooms, and what they stand on."""
         p = self.p
-        parts.shell(self.builder, p.width, self.deep, self.top, p.foot, rooms, p.look)
-        parts.stand(self.builder, p.width, self.deep, p.foot, p.look)
+        parts.add_case(self.builder, p.width, self.deep, self.top, p.foot, rooms, p.look)
+        parts.add_base(self.builder, p.width, self.deep, p.foot, p.look)
 
     def finished(
         self, leaves: Sequence[FridgeDoor], others: Sequence[str], badge: FridgeDoor, fridge: Sequence[FridgeDoor]
@@ -133,9 +133,9 @@ class FridgeCase:
         p = self.p
         for right in sorted({leaf.right for leaf in leaves}):
             at = p.width - HINGE_INSET if right else HINGE_INSET
-            parts.cover(self.builder, at, self.top, p.look.thick, p.look)
+            parts.hinge_cover(self.builder, at, self.top, p.look.thick, p.look)
         add_badge(self.builder, badge, p.look)
         joints = [leaf.joint for leaf in leaves]
-        finish(self.builder, (*joints, *others), [leaf.joint for leaf in fridge])
+        finish_refrigerator(self.builder, (*joints, *others), [leaf.joint for leaf in fridge])
         self.builder.region("main", (0.0, -DOOR_GAP - p.look.thick, 0.0), (p.width, self.deep, p.height))
         return assemble(self.builder, self.family, p)
