@@ -52,7 +52,7 @@ class PressedFront(Record):
 
 
 def paint(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One sheet of board; ribs run along v."""
+    """Paint one sheet of board; ribs run along v."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     share, height, gloss, shade = _FACES[params.face](params, sheet, rng)
     color, second = wood.rgb(params.color), wood.rgb(params.second)

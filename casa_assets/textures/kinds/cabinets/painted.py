@@ -51,7 +51,7 @@ class PaintedFront(Record):
 
 
 def paint(params: PaintedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One sheet of paint, brush strokes and grain along v."""
+    """Paint one sheet of paint, brush strokes and grain along v."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     color, under = wood.rgb(params.color), wood.rgb(params.under)
     tone, height, gloss = _coat(params.coat, sheet, rng)
@@ -101,7 +101,7 @@ def _coat(coat: PaintCoat, sheet: Sheet, rng: np.random.Generator) -> tuple[Map,
 
 
 def _rubbed(worn: float, sheet: Sheet, rng: np.random.Generator) -> Map:
-    """0..1, where the paint is gone: in streaks along the grain, in patches."""
+    """Mask 0..1: where the paint is gone: in streaks along the grain, in patches."""
     streaks = sheet.noise(0.07, 0.004, rng) + 0.8 * sheet.noise(0.02, 0.0022, rng)
     patch = sheet.noise(0.3, 0.12, rng, 3)
     edge = 3.0 - 2.2 * worn
@@ -109,7 +109,7 @@ def _rubbed(worn: float, sheet: Sheet, rng: np.random.Generator) -> Map:
 
 
 def _grooves(distance_m: float, sheet: Sheet) -> Map:
-    """0..1, depth of a rounded groove at every board edge; the boards are fitted to the width of the picture."""
+    """Mask 0..1: depth of a rounded groove at every board edge; the boards are fitted to the width of the picture."""
     x, _ = sheet.axes()
     count = max(1, round(sheet.tile_m[0] / distance_m))
     pitch = sheet.tile_m[0] / count

@@ -39,7 +39,7 @@ class Veneer(Record):
 
 
 def paint(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One sheet of fronts, grain along v."""
+    """Paint one sheet of fronts, grain along v."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     grain = wood.grain_of(sheet, params.species, params.cut, params.leaves, rng)
     face = wood.dress(grain, params.species, params.palette, sheet, rng)
@@ -72,7 +72,7 @@ def paint(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> Layers:
 
 
 def _nodes(distance_m: float, sheet: Sheet, tone: Map) -> Map:
-    """0..1, a dark line across each strip, at another height in each."""
+    """Mask 0..1: a dark line across each strip, at another height in each."""
     _, y = sheet.axes()
     pitch = sheet.tile_m[1] / max(1, round(sheet.tile_m[1] / distance_m))
     off = (np.mod(y / pitch + 7.3 * tone, 1.0) - 0.5) * pitch

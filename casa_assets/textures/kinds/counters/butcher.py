@@ -54,7 +54,7 @@ class EndGrain(Record):
 
 
 def paint_staves(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One worktop, grain along u."""
+    """Paint one worktop, grain along u."""
     upright = Sheet(canvas.size_px[::-1], canvas.tile_m[::-1])
     face = _glued(params, upright, rng)
     return Layers(
@@ -114,7 +114,7 @@ def _pieces(sheet: Sheet, stave_m: float, length_m: float, rng: np.random.Genera
 
 
 def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One block worktop: years as arcs around piths that lie outside the blocks, pores as dots, rays between."""
+    """Paint one block worktop: years as arcs around piths that lie outside the blocks, pores as dots, rays between."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     x, y = sheet.axes()
     rows = 2 * max(1, round(sheet.tile_m[1] / params.block_m / 2.0))

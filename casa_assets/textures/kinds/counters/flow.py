@@ -49,7 +49,7 @@ class BandedStone(Record):
 
 
 def paint(params: BandedStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One slab, layers along u."""
+    """Paint one slab, layers along u."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     x, y = sheet.axes()
     size = params.fold_size_m
@@ -94,7 +94,7 @@ def _ramp(colors: tuple[str, ...], part: Map) -> Map:
 
 
 def _pits(params: BandedStone, fold: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
-    """0..1, holes longer than high that lie in rows."""
+    """Mask 0..1: holes longer than high that lie in rows."""
     x, _ = sheet.axes()
     holes = sheet.noise(0.006, 0.018, rng) + 0.5 * sheet.noise(0.003, 0.006, rng)
     rows = sheet.noise(0.05, 0.9, rng)

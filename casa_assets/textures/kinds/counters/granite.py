@@ -80,7 +80,7 @@ class Granite(Record):
 
 
 def paint(params: Granite, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One slab."""
+    """Paint one slab."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     swarm = streams(sheet, params.cloud_m, params.flow, params.shear, rng)
     albedo = _mosaic(params, sheet, swarm, rng)
@@ -140,7 +140,7 @@ def _orbs(params: Granite, color: str, albedo: Map, sheet: Sheet, rng: np.random
 
 
 def _scatter(speck: Speck, sheet: Sheet, swarm: Map, rng: np.random.Generator) -> Map:
-    """0..1, crystals of one speck; the share is kept, whatever the swarms do."""
+    """Mask 0..1: crystals of one speck; the share is kept, whatever the swarms do."""
     grains = crystal_cells(sheet, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
     odds = speck.share * np.exp(1.2 * speck.flock * swarm)
     chosen = grains.draw(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)

@@ -87,7 +87,7 @@ class PrintedLaminate(Record):
 
 
 def paint_tiles(params: TiledCounter, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of tiles."""
+    """Paint one field of tiles."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     x, y = sheet.axes()
     rows = max(1, round(sheet.tile_m[1] / params.height_m))
@@ -123,7 +123,7 @@ def paint_tiles(params: TiledCounter, canvas: Canvas, rng: np.random.Generator) 
 
 
 def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One glazed slab."""
+    """Paint one glazed slab."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     pool = smoothstep(-1.5, 2.0, sheet.noise(0.3, 0.3, rng, 5))
     color, deep = wood.rgb(params.color), wood.rgb(params.deep)
@@ -143,7 +143,7 @@ def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) ->
 
 
 def paint_print(params: PrintedLaminate, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One sheet of laminate."""
+    """Paint one sheet of laminate."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     albedo: Map = np.broadcast_to(wood.rgb(params.ground), (*sheet.size_px, 3))
     for n, ink in enumerate(params.inks):
@@ -159,7 +159,7 @@ def paint_print(params: PrintedLaminate, canvas: Canvas, rng: np.random.Generato
 
 
 def _figures(params: PrintedLaminate, ink: int, sheet: Sheet, rng: np.random.Generator) -> Map:
-    """0..1, what is printed in one ink."""
+    """Mask 0..1: what is printed in one ink."""
     size = params.size_m
     if params.pattern is LaminatePattern.CRACKED_ICE:
         shards = crystal_cells(sheet, size * (1.0 + 0.5 * ink), rng, stretch=1.4)

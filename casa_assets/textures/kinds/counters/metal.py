@@ -53,7 +53,7 @@ class SheetMetal(Record):
 
 
 def paint(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One sheet."""
+    """Paint one sheet."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     tone, height, gloss = _marks(params, sheet, rng)
     cloud = sheet.noise(0.5, 0.6, rng, 3)
@@ -145,7 +145,7 @@ def _quilted(sheet: Sheet, size_m: float) -> tuple[Map, Map, Map]:
 
 
 def _spots(share: float, sheet: Sheet, rng: np.random.Generator) -> Map:
-    """0..1, rings of glasses and dried drops."""
+    """Mask 0..1: rings of glasses and dried drops."""
     drops = crystal_cells(sheet, 0.11, rng, bend_m=0.004)
     radius = 0.008 + 0.03 * drops.draw(rng)
     ring = np.exp(-(((drops.near_m - radius) / 0.0018) ** 2)) + 0.3 * (drops.near_m < radius)

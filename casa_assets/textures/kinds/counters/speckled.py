@@ -59,7 +59,7 @@ class MadeStone(Record):
 
 
 def paint(params: MadeStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One slab."""
+    """Paint one slab."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     cloud = 0.7 * sheet.noise(params.cloud_m, params.cloud_m, rng, 6) + 0.5 * sheet.noise(0.06, 0.09, rng, 5)
     fine = sheet.noise(0.003, 0.003, rng)
@@ -106,7 +106,7 @@ def _chips(chips: ChipSize, sheet: Sheet, rng: np.random.Generator) -> tuple[Map
 
 
 def _pinholes(share: float, sheet: Sheet, rng: np.random.Generator) -> Map:
-    """0..1, round holes of one to three millimetres, far apart."""
+    """Mask 0..1: round holes of one to three millimetres, far apart."""
     places = crystal_cells(sheet, 0.012, rng)
     radius = 0.0004 + 0.0013 * places.draw(rng) ** 3
     return np.asarray((places.draw(rng) < 0.5 * share) * np.clip(1.5 - places.near_m / radius, 0.0, 1.0))

@@ -76,7 +76,7 @@ class VeinedStone(Record):
 
 
 def paint(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One slab."""
+    """Paint one slab."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     clouds = _clouds(params, sheet, rng)
     ground, cloud = wood.rgb(params.ground), wood.rgb(params.cloud)
@@ -157,7 +157,7 @@ def _off(field: Map, size_m: float, sheet: Sheet) -> Map:
 
 
 def _clouds(params: VeinedStone, sheet: Sheet, rng: np.random.Generator) -> Map:
-    """0..1, banks of cloud drawn out along the slant."""
+    """Mask 0..1: banks of cloud drawn out along the slant."""
     size = params.cloud_m
     field = sheet.noise(0.6 * size, 1.5 * size, rng, 5)
     bend = 0.25 * size * sheet.noise(size, size, rng, 2)

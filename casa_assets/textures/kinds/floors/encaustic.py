@@ -43,7 +43,7 @@ class Encaustic(Record):
 
 
 def paint(params: Encaustic, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of tiles."""
+    """Paint one field of tiles."""
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=params.side_m, length_m=params.side_m, upright=True)
     pieces = lay(laying, canvas, rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)

@@ -55,7 +55,7 @@ class ResilientFloor(Record):
 
 
 def paint(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One floor."""
+    """Paint one floor."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     albedo, height, gloss = _SORTS[params.sort](params, sheet, rng)
     face = Layers.of(albedo, height, params.gloss + gloss)

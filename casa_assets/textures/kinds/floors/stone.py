@@ -68,28 +68,28 @@ class ChipTile(StoneTile):
 
 
 def paint_marble(params: MarbleTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of marble tiles."""
+    """Paint one field of marble tiles."""
     stones = [s for s in (params.stone, params.accent) if s is not None]
     small = slab_canvas(canvas, (params.slab_m, params.slab_m))
     return _laid(params, [veined.paint(s, small, rng) for s in stones], canvas, rng)
 
 
 def paint_layered(params: LayeredTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of layered stone tiles."""
+    """Paint one field of layered stone tiles."""
     stones = [s for s in (params.stone, params.accent) if s is not None]
     small = slab_canvas(canvas, (params.slab_m, params.slab_m))
     return _laid(params, [flow.paint(s, small, rng) for s in stones], canvas, rng, along=True)
 
 
 def paint_granite(params: GraniteTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of granite tiles."""
+    """Paint one field of granite tiles."""
     stones = [s for s in (params.stone, params.accent) if s is not None]
     small = slab_canvas(canvas, (params.slab_m, params.slab_m))
     return _laid(params, [granite.paint(s, small, rng) for s in stones], canvas, rng)
 
 
 def paint_chips(params: ChipTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of terrazzo tiles."""
+    """Paint one field of terrazzo tiles."""
     stones = [s for s in (params.stone, params.accent) if s is not None]
     small = slab_canvas(canvas, (params.slab_m, params.slab_m))
     return _laid(params, [speckled.paint(s, small, rng) for s in stones], canvas, rng)

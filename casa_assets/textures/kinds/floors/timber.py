@@ -50,7 +50,7 @@ class TimberFloor(Record):
 
 
 def paint(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of boards."""
+    """Paint one field of boards."""
     pieces = lay(params.laying, canvas, rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     face = _boards(params, pieces, canvas, rng)
@@ -118,7 +118,7 @@ class EndGrainFloor(Record):
 
 
 def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of blocks: arcs of rings, each about a pith of its own."""
+    """Paint one field of blocks: arcs of rings, each about a pith of its own."""
     pieces = lay(params.laying, canvas, rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     wide = float(pieces.half_m.max())
@@ -145,7 +145,7 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
 
 
 def _checks(pieces: PieceMap, pu: Map, pv: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
-    """0..1, cracks that run out from the pith of some blocks."""
+    """Mask 0..1: cracks that run out from the pith of some blocks."""
     bearing = np.arctan2(pieces.v_m - pv[pieces.owner], pieces.u_m - pu[pieces.owner])
     crack = rng.uniform(-np.pi, np.pi, pieces.count).astype(np.float32)[pieces.owner]
     has = (rng.random(pieces.count) < 0.35).astype(np.float32)[pieces.owner]

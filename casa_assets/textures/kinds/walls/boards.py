@@ -60,7 +60,7 @@ class PaintedBoards(Record):
 
 
 def paint(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One wall. Boards are painted upright and turned over where they are level."""
+    """Paint one wall. Boards are painted upright and turned over where they are level."""
     size, tile = canvas.size_px, canvas.tile_m
     if params.level:
         size, tile = (size[1], size[0]), (tile[1], tile[0])

@@ -48,7 +48,7 @@ class Concrete(Record):
 
 
 def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One wall or floor."""
+    """Paint one wall or floor."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     cloud = 0.7 * sheet.noise(0.5, 0.45, rng, 6) + 0.5 * sheet.noise(0.08, 0.10, rng, 5)
     fine = sheet.noise(0.006, 0.006, rng, 2)
@@ -73,7 +73,7 @@ def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -
 
 
 def _bubbles(share: float, sheet: Sheet, rng: np.random.Generator) -> Map:
-    """0..1, round holes of a few millimetres that come in swarms."""
+    """Mask 0..1: round holes of a few millimetres that come in swarms."""
     dots = sheet.noise(0.009, 0.009, rng) + 0.45 * sheet.noise(0.2, 0.3, rng, 2)
     edge = 3.4 - 1.3 * share
     return np.asarray(smoothstep(edge, edge + 0.25, dots) * (share > 0), dtype=np.float32)
@@ -134,7 +134,7 @@ class PressedTin(Record):
 
 
 def paint_tin(params: PressedTin, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of plates."""
+    """Paint one field of plates."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     x, y = sheet.axes()
     _, wide = whole(sheet.tile_m[0], params.plate_m)

@@ -62,7 +62,7 @@ class CeramicTile(Record):
 
 
 def paint(params: CeramicTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of tiles."""
+    """Paint one field of tiles."""
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
@@ -114,7 +114,7 @@ def _relief(params: CeramicTile, pieces: PieceMap, glaze: Map, rng: np.random.Ge
 
 
 def _cracks(sheet: Sheet, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """0..1, a net of hair lines."""
+    """Mask 0..1: a net of hair lines."""
     lines = np.minimum(np.abs(sheet.noise(0.02, 0.02, rng, 2)), np.abs(sheet.noise(0.035, 0.035, rng, 2)))
     wide = 0.05 * max(1.0, canvas.pixel_m / 0.001)
     return np.asarray(np.clip(1.3 - lines / wide, 0.0, 1.0) / max(1.0, canvas.pixel_m / 0.001), dtype=np.float32)

@@ -51,7 +51,7 @@ class FiredClay(Record):
 
 
 def paint(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One field of bricks."""
+    """Paint one field of bricks."""
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
@@ -73,7 +73,7 @@ def paint(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> Layers
 
 
 def _burnt(pieces: PieceMap, cloud: Map, rng: np.random.Generator) -> Map:
-    """0..1, dark toward one end of some bricks, as they lay in the kiln."""
+    """Mask 0..1: dark toward one end of some bricks, as they lay in the kiln."""
     lean = rng.normal(0.0, 1.0, pieces.count).astype(np.float32)[pieces.owner]
     share = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
     along = pieces.v_m / pieces.half_m[:, 1].astype(np.float32)[pieces.owner]

@@ -84,7 +84,7 @@ class WovenPaper(Record):
 
 
 def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One stretch of paper."""
+    """Paint one stretch of paper."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     x, y = sheet.axes()
     _, wide = whole(canvas.tile_m[0], params.width_m)
@@ -108,7 +108,7 @@ def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator
 
 
 def paint_foliage(params: FoliagePaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One stretch of paper."""
+    """Paint one stretch of paper."""
     inks = np.stack([wood.rgb(c) for c in params.inks])
     albedo = scatter(canvas, params.growth, params.size_m, inks, wood.rgb(params.ground), rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
@@ -125,7 +125,7 @@ def _paper(albedo: Map, height: Map, gloss: Map, sheet: Sheet, rng: np.random.Ge
 
 
 def paint_woven(params: WovenPaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One stretch of cloth."""
+    """Paint one stretch of cloth."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     size = params.thread_m
     if params.weave is PaperWeave.RAFFIA:

@@ -54,7 +54,7 @@ _Parts = tuple[Map, Map, Map]
 
 
 def paint(params: Plaster, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One wall."""
+    """Paint one wall."""
     sheet = Sheet(canvas.size_px, canvas.tile_m)
     share, depth, gloss = _HANDS[params.hand](sheet, rng)
     color, second = wood.rgb(params.color), wood.rgb(params.second)

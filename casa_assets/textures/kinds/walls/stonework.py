@@ -47,7 +47,7 @@ class Stonework(Record):
 
 
 def paint(params: Stonework, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """One wall."""
+    """Paint one wall."""
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
     sheet = Sheet(canvas.size_px, canvas.tile_m)
