@@ -12,7 +12,7 @@ from PIL import Image
 
 from casa_assets.model.ingest.source import RawModel, RawPart, Up
 from casa_assets.preview.camera import View
-from casa_assets.preview.raw_model import render_mesh
+from casa_assets.preview.raw.raw_model import render_mesh
 from casa_assets.preview.still import render
 from tests.mesh_files import QUARTERS, Gltf, load_bytes, png
 from tests.packages import written

@@ -33,7 +33,7 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.review import doubtful_guesses
 from casa_assets.preview.camera import View
-from casa_assets.preview.raw_model import render_model
+from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer, backend
 from casa_assets.preview.still import render
 

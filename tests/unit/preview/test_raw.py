@@ -12,8 +12,9 @@ from casa_assets.errors import CasaError
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel, RawPart, Up
-from casa_assets.preview import point_splatting, raw_model, tonemap
+from casa_assets.preview import tonemap
 from casa_assets.preview.camera import View
+from casa_assets.preview.raw import point_splatting, raw_model
 from tests.meshes import box_mesh, texture
 
 QUICK = View(size_px=128, passes=6)

@@ -13,8 +13,8 @@ from scipy.ndimage import gaussian_filter
 
 from casa_assets.core.typing import Floats
 from casa_assets.model.ingest.source import RawPart
-from casa_assets.preview import image
 from casa_assets.preview.camera import View, fit
+from casa_assets.preview.raw import raw_materials
 from casa_assets.preview.tonemap import Pixels
 
 # Pixels are drawn this many times finer and then averaged; points per fine pixel of the frame.
@@ -93,11 +93,11 @@ def _colors(parts: Sequence[RawPart], face: np.ndarray, weights: Floats) -> Floa
     for part in parts:
         mine = (face >= first) & (face < first + len(part.mesh.faces))
         corner = part.mesh.faces[face[mine] - first]
-        color = np.broadcast_to(image.srgb(part.material)[:3], (len(corner), 3)).copy()
+        color = np.broadcast_to(raw_materials.srgb(part.material)[:3], (len(corner), 3)).copy()
         if part.mesh.colors is not None:
             color *= np.einsum("nk,nkd->nd", weights[mine], part.mesh.colors[corner][..., :3] / 255.0)
         if part.material.base_color_texture is not None and part.mesh.uv is not None:
-            pixels = image.opened(part.material.base_color_texture)
+            pixels = raw_materials.opened(part.material.base_color_texture)
             uv = np.einsum("nk,nkd->nd", weights[mine], part.mesh.uv[corner]) % 1.0
             height, width = pixels.shape[:2]
             row = np.minimum(((1.0 - uv[:, 1]) * height).astype(np.int64), height - 1)

@@ -11,8 +11,9 @@ import numpy as np
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.material import Texture
 from casa_assets.model.ingest.source import RawModel, RawPart, Up
-from casa_assets.preview import image, point_splatting, studio, tonemap
+from casa_assets.preview import studio, tonemap
 from casa_assets.preview.camera import View, fit
+from casa_assets.preview.raw import point_splatting, raw_materials
 from casa_assets.preview.still import add_highlights
 
 # Above this MuJoCo takes longer to read a mesh than the picture is worth.
@@ -97,7 +98,7 @@ def _add(spec: Any, part: RawPart, i: int) -> None:
         mesh.userfacetexcoord = faces.astype(np.int32).ravel()
     material = spec.add_material()
     material.name = f"look{i}"
-    material.rgba = list(image.srgb(part.material))
+    material.rgba = list(raw_materials.srgb(part.material))
     material.metallic, material.roughness = part.material.metallic, part.material.roughness
     if part.material.base_color_texture is not None and part.mesh.uv is not None:
         texture = spec.add_texture()
@@ -111,7 +112,7 @@ def _add(spec: Any, part: RawPart, i: int) -> None:
 
 def _fill(texture: Any, picture: Texture) -> None:
     """The image as data of an MjsTexture, made smaller where it is large."""
-    pixels = image.opened(picture)
+    pixels = raw_materials.opened(picture)
     texture.type = mujoco.mjtTexture.mjTEXTURE_2D
     texture.width, texture.height, texture.nchannel = pixels.shape[1], pixels.shape[0], 3
     texture.data = pixels.tobytes()
