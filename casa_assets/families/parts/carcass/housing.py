@@ -32,7 +32,7 @@ class NicheNeighbour(StrEnum):
 
 
 class Housing(Params):
-    """A cabinet with a niche. Metres.
+    """Parameters of a cabinet with a niche; lengths in metres.
 
     Attributes:
         width, depth, height: outside, with fronts and plinth. plinth: its height; 0 where it hangs.

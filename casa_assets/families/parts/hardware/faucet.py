@@ -41,7 +41,7 @@ class SpoutForm(StrEnum):
 
 
 class Faucet(Params):
-    """A faucet. Metres.
+    """Parameters of a faucet; lengths in metres.
 
     Attributes:
         form: of the spout. reach: from the swivel to where the water falls. height: of the highest point.
