@@ -1,4 +1,4 @@
-"""Runs the rows of the table that fit a subject and gathers a report."""
+"""Run the rows of the table that fit a subject, and gather a report."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def report_not_run(
     waived: Mapping[str, str] = NOTHING,
     table: Iterable[Check] = TABLE,
 ) -> Report:
-    """Report of checks none of which could be run, for one reason: those of subjects that there are not.
+    """Report of checks that could not be run, all for one reason.
 
     Args:
         kinds: types of subjects. reason: a part of a sentence. The others are as for `run`.

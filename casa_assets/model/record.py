@@ -1,4 +1,4 @@
-"""Base of all spine records: frozen, validated, JSON round trip, canonical digest."""
+"""Base class of all records: frozen, validated, JSON round trip, canonical digest."""
 
 from __future__ import annotations
 

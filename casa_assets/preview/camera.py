@@ -77,7 +77,7 @@ def fit(points: Floats, view: View) -> Camera:
 
 
 def _middle(across: Floats, depth: Floats) -> float:
-    """Where the camera stands across its view for the outermost points to be equally far from the frame, metres."""
+    """Camera position across its view that puts the outermost points equally far from the frame, metres."""
     center = 0.0
     for _ in range(12):
         seen = (across - center) / depth

@@ -200,7 +200,7 @@ def _bounds(model: Any, data: Any) -> tuple[Floats, Floats]:
 
 
 def _lens(data: Any, model: Any, camera: int, frame: PictureSettings, radius: float) -> Lens:
-    """What a camera of the scene sees."""
+    """Lens of a camera of the scene."""
     near = 0.02
     half = near * math.tan(math.radians(float(model.cam_fovy[camera])) / 2)
     turn = data.cam_xmat[camera].reshape(3, 3)

@@ -146,7 +146,7 @@ def _png_size(texture: Texture) -> tuple[int, int]:
 
 
 def _triangles(visual: Visual, pose: Pose) -> bytes:
-    """The same for meshes that show the same triangles, however their vertices are shared or ordered."""
+    """Key that is equal for meshes with the same triangles, however their vertices are shared or ordered."""
     cells = np.round(pose.apply(visual.mesh.vertices) / SAME_M).astype(np.int64)
     corners = cells[visual.mesh.faces]
     # Each triangle starts at its least corner, which keeps its winding; then they are sorted.

@@ -98,7 +98,7 @@ def _rest_of(package: Package) -> RestResult | None:
 
 
 def _unrested(package: Package) -> Measured:
-    """Why there is no rest to look at."""
+    """Result where there is no rest to look at, with the reason."""
     if not is_loose_mesh(package.asset) or package.asset.base is not Base.FREE:
         return not_applicable(FIXED if is_loose_mesh(package.asset) else NOT_LOOSE)
     return not_run("scene.xml does not compile")
@@ -142,7 +142,7 @@ def _tilt_deg(turn: Floats) -> float:
 
 
 def _stacked(mjcf: Path, size: tuple[float, ...]) -> tuple[float, float]:
-    """How far off the middle of the lower one, in parts of its width, the upper one ends, and its tilt, degrees."""
+    """Offset of the upper object from the lower one, in parts of its width, and its tilt, degrees."""
     spec = mujoco.MjSpec()
     spec.option.timestep = 1.0 / RATE_HZ
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], friction=[0.6, 0.005, 0.0001])

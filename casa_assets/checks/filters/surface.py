@@ -113,7 +113,7 @@ def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
 
 
 def _side(toward: Floats) -> str:
-    """Where one stands who sees it from there."""
+    """Name of the side that a direction looks from."""
     names = ("the right", "behind", "above"), ("the left", "the front", "below")
     axis = int(np.abs(toward).argmax())
     return names[0 if toward[axis] > 0 else 1][axis]
@@ -145,7 +145,7 @@ def _is_card(found: WeldedSurface, rows: Mask) -> bool:
 
 
 def _parts(found: WeldedSurface) -> int:
-    """How many groups of cubes that the surface passes through reach far."""
+    """Number of connected groups of occupied cells that reach far."""
     samples = found.seen.samples
     cell = APART * found.longest
     at = np.floor((samples - samples.min(axis=0)) / cell).astype(np.int64)

@@ -62,7 +62,7 @@ class DropResult:
 
 
 def drop_on_floor(scene: Path, protocol: DropProtocol) -> DropResult | None:
-    """The fall of the free body of a scene; None where the scene does not compile or has no free body."""
+    """Drop the free body of a scene; None where the scene does not compile or has no free body."""
     model = mujoco_load.load_mjcf(scene).model
     joint = None if model is None else _free_joint(model)
     return None if joint is None else _drop(model, joint, protocol)

@@ -226,7 +226,7 @@ def _is_sprung(asset: Asset, joint: Joint) -> bool:
 
 
 def _radius(asset: Asset, joint: Joint) -> float:
-    """How far a knob's shapes reach from its axis, metres."""
+    """Distance that a knob's shapes reach from its axis, metres."""
     axis, reach = np.array(joint.axis), 0.0
     for collider in asset.link(joint.child).colliders:
         shape = collider.shape

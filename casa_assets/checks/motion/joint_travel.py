@@ -116,7 +116,7 @@ def _free(model: mujoco.MjModel, asset: Asset, joint: Joint) -> tuple[float, str
 
 
 def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: npt.NDArray[np.bool_]) -> dict[tuple[int, int], float]:
-    """How deep each pair of a moved and another geom is in each other, metres, > 0."""
+    """Depth of each penetrating pair of a moved and another geom, metres, > 0."""
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_collision(model, data)

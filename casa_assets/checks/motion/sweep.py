@@ -165,7 +165,7 @@ def _meet(
 
 
 def _peaks(depths: Floats) -> list[int]:
-    """Where parts come near and part again, the nearest first; a gap that stays as it is has none."""
+    """Indices of the poses at which parts come nearest, the nearest first; a constant gap has none."""
     beside = np.concatenate([[-NEAR_M], depths, [-NEAR_M]])
     rises, falls = depths - beside[:-2], depths - beside[2:]
     found = np.flatnonzero((depths > -NEAR_M) & (rises >= 0) & (falls >= 0) & (np.maximum(rises, falls) > 1e-6))

@@ -133,7 +133,7 @@ def _fall(package: Package, protocol: drop.DropProtocol) -> drop.DropResult | No
 
 
 def _unfallen(package: Package, fall: drop.DropResult | None) -> Measured:
-    """Why there is no rest after a fall to look at."""
+    """Result where there is no rest after a fall to look at, with the reason."""
     if package.asset.base is not Base.FREE:
         return not_applicable(FIXED)
     return not_run("it never came to rest" if fall else "scene.xml does not compile or holds nothing free")

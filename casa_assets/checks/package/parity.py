@@ -92,7 +92,7 @@ def _between(package: Package, read: Callable[[Path], AssetFacts]) -> list[FactD
 
 
 def _quietly(read: Callable[[Path], T], path: Path) -> T | None:
-    """What a reader makes of a file, or None where it cannot."""
+    """Result of a reader on a file, or None where it fails."""
     if not path.is_file():
         return None
     with quiet():

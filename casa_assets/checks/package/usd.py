@@ -152,7 +152,7 @@ def _pictures(stage: Usd.Stage) -> Iterator[tuple[str, str]]:
 
 
 def _not_png(folder: Path, path: str) -> str:
-    """What is wrong with a picture, or nothing."""
+    """Fault of a picture, or nothing."""
     file = folder / path
     if not path or not file.is_file():
         return f"{path or 'the picture'} does not exist"

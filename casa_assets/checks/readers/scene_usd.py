@@ -87,7 +87,7 @@ def _placements(stage: Usd.Stage, stand: dict[str, Pose], welded: dict[str, Pose
 
 
 def _gravity(stage: Usd.Stage) -> Vec3:
-    """Of the one physics scene. Raises ValueError where there is not one."""
+    """Gravity of the one physics scene. Raises ValueError where there is not one."""
     scenes = [UsdPhysics.Scene(p) for p in stage.Traverse() if p.IsA(UsdPhysics.Scene)]
     if len(scenes) != 1:
         raise ValueError(f"there are {len(scenes)} physics scenes, not one")

@@ -45,7 +45,7 @@ def _node(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
 
 
 def _value(shader: UsdShade.Shader, name: str) -> Vec4:
-    """What a colour or a number is, or what its picture is multiplied with; a number is the alpha of white."""
+    """Colour or number of an input, or the factor on its picture; a number is the alpha of white."""
     node = _node(shader, name)
     if node is not None:
         scale = node.GetInput("scale")

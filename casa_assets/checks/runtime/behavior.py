@@ -129,7 +129,7 @@ def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule:
 
 
 def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[Fault]:
-    """What goes otherwise than the trial says; it ends with the first step that does."""
+    """Differences from the trial; it ends with the first step that has some."""
     stands: dict[str, float] = {}
     machine = _settled(start(behavior), model.measure(stands))
     for number, act in enumerate(trial.steps):

@@ -165,7 +165,7 @@ def _contract(package: Package) -> Contract | None:
 
 
 def _without(package: Package) -> Measured:
-    """Why there is no contract to look at."""
+    """Result where there is no contract to look at, with the reason."""
     named = package.asset.contract
     return not_applicable(UNNAMED) if named is None else not_run(f"registry/contracts has no {named!r}")
 

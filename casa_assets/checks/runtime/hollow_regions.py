@@ -119,14 +119,14 @@ def _column(region: Region) -> list[float]:
 
 
 def _sunk(model: mujoco.MjModel, data: mujoco.MjData, ball: str) -> float:
-    """How deep a ball sits in something, metres."""
+    """Depth that a ball sits in something, metres."""
     body = model.body(ball).id
     depths = [-c.dist for c in data.contact[: data.ncon] if body in (model.geom_bodyid[g] for g in c.geom)]
     return max([0.0, *(float(depth) for depth in depths)])
 
 
 def _outside(model: mujoco.MjModel, data: mujoco.MjData, region: Region) -> float:
-    """How far a ball at rest is off the region: below or above its floor, or beyond its sides, metres."""
+    """Distance of a ball at rest from the region: below or above its floor, or beyond its sides, metres."""
     link = data.body(region.link)
     center = data.body(f"ball__{region.name}").xpos
     local = link.xmat.reshape(3, 3).T @ (center - link.xpos)

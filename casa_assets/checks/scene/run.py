@@ -1,4 +1,4 @@
-"""Runs the checks of whole scenes."""
+"""Run the checks of whole scenes."""
 
 from __future__ import annotations
 

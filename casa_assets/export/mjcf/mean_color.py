@@ -29,7 +29,7 @@ PLAIN: Vec4 = (0.6, 0.6, 0.6, 1.0)
 
 
 def collider_colors(asset: Asset) -> dict[str, str]:
-    """Collider name -> `rgba`, three digits: the mean of what is seen of its link within its bounds."""
+    """Collider name -> `rgba`, three digits: mean colour of what is seen of its link within its bounds."""
     colors = {item.id: mean_color(item) for item in asset.materials}
     found = {}
     for link in asset.links:

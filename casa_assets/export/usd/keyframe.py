@@ -55,7 +55,7 @@ def _make_room(stage: Usd.Stage, root: Usd.Prim, asset: Asset, moving: list[str]
 
 
 def _stand(prim: Usd.Prim, joint: Joint, value: float) -> None:
-    """Where PhysX finds the joint: degrees or metres. Ref: PhysxSchema, PhysicsJointStateAPI."""
+    """Set the joint state that PhysX reads: degrees or metres. Ref: PhysxSchema, PhysicsJointStateAPI."""
     position = number.degrees(value) if joint.kind is JointKind.HINGE else value
     number.author(
         prim, f"state:{state_axis(joint)}:physics:position", Sdf.ValueTypeNames.Float, position, uniform=False

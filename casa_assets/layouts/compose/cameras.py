@@ -74,7 +74,7 @@ def _box(slot: UnitSlot) -> Box:
 
 
 def _outlook(kitchen: KitchenRequest, boxes: Sequence[tuple[Box, bool]], at: Vec2, target: Vec2) -> tuple[bool, float]:
-    """True if one stands free there, and how many metres one sees on the average, to half metres."""
+    """True if a robot has room at a point, and its mean free sight from there in half metres."""
     free = kitchen.room.holds(*at) and all(_away(box, at) > ROBOT_CLEARANCE_M for box, _ in boxes)
     ahead = math.atan2(target[1] - at[1], target[0] - at[0])
     tall = [box for box, high in boxes if high]

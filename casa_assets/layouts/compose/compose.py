@@ -64,7 +64,7 @@ def box_of(asset: Asset) -> tuple[Vec3, Vec3]:
 
 
 def pose_at_spot(asset: Asset, spot: Spot) -> Pose:
-    """room_from_asset of an asset in a spot."""
+    """room_from_asset of an asset placed at a spot."""
     (x, y, z), (_, depth, height) = box_of(asset)
     own = {DepthReference.BACK: depth / 2, DepthReference.MIDDLE: 0.0, DepthReference.FRONT: -depth / 2}[spot.depth]
     end = {HeightReference.FOOT: -height / 2, HeightReference.MIDDLE: 0.0, HeightReference.HEAD: height / 2}[

@@ -55,7 +55,7 @@ ON_FLOOR = 0.1
 
 
 def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
-    """The facts of a kitchen and the scene that was composed of it."""
+    """Floor plan of a kitchen and of the scene that was composed of it."""
     wanted = {w.name: w for w in kitchen.wanted}
     assets = scene.asset_of
     outlines = {a.id: AssetOutlines(a) for a in scene.assets}

@@ -24,7 +24,7 @@ def order_backsplash(
     holes: Sequence[WallHole],
     models: StyleModels,
 ) -> None:
-    """Panels between worktops and wall units, lower under windows."""
+    """Order panels between worktops and wall units, lower under windows."""
     splash = models.style.splash
     if splash is None:
         return
@@ -81,7 +81,7 @@ def _fields(
 def _up_to_hoods(
     fields: Iterator[tuple[float, float, float]], slots: Sequence[UnitSlot]
 ) -> Iterator[tuple[float, float, float]]:
-    """The same panels, higher behind a hob or range; whole where what is left beside it would be too narrow."""
+    """Panels raised behind a hob or range; one whole panel where the rest beside it would be too narrow."""
     hoods = sorted((s.left, s.right) for s in slots if s.kind is UpperKind.HOOD)
     for a, b, high in fields:
         at = a

@@ -34,7 +34,7 @@ SET_DOWN_GAP_M = 0.0008  # metres over a worktop at which things are set down
 
 
 def order_worktop_items(order: BuildOrder, plan: Plan, slots: Mapping[str, UnitSlot], models: StyleModels) -> None:
-    """Things on worktops."""
+    """Order the items that stand on worktops."""
     for stand in plan.stands:
         if stand.on not in slots:
             raise PlanConflict(plan.id, ("stands", stand.id, "on"), "a unit of the plan", repr(stand.on))
@@ -70,7 +70,7 @@ def _side_by_side(slot: UnitSlot, shares: Sequence[float], breadths: Sequence[fl
 
 
 def order_seats(order: BuildOrder, plan: Plan, lines: Mapping[str, RunLine], models: StyleModels) -> None:
-    """Stools at the guests' side of islands and peninsulas, turned to it."""
+    """Order stools at the seating side of islands and peninsulas, turned to it."""
     for seats in plan.seats:
         if seats.run not in lines:
             raise PlanConflict(plan.id, ("seats",), "a run of the plan", repr(seats.run))
@@ -89,7 +89,7 @@ def order_seats(order: BuildOrder, plan: Plan, lines: Mapping[str, RunLine], mod
 
 
 def _free_part(line: RunLine) -> tuple[float, float]:
-    """Where people sit along an island or peninsula, metres: nobody sits against the wall that it begins at."""
+    """Part of an island or peninsula to sit at, metres: nobody sits against the wall that it begins at."""
     if line.run.joins is None:
         return 0.0, line.length
     return (
@@ -107,7 +107,7 @@ def order_wall_items(
     slots: Mapping[str, UnitSlot],
     models: StyleModels,
 ) -> None:
-    """Things on walls."""
+    """Order the items that hang on walls."""
     for hung in plan.hangings:
         at = ("hangings", hung.id)
         if not models.has(hung.item):
@@ -138,7 +138,7 @@ def order_wall_items(
 def order_lamps(
     order: BuildOrder, plan: Plan, room: Room, lines: Mapping[str, RunLine], models: StyleModels, beams: BeamGrid | None
 ) -> None:
-    """Lamps under the ceiling, between its beams; none of the room's where one over an island hangs already."""
+    """Order lamps under the ceiling, between its beams; none near those that hang over an island."""
     (x0, y0), (x1, y1) = room.bounds()
     hung: list[Vec2] = []
     for n, lamps in enumerate(plan.lamps):
@@ -163,7 +163,7 @@ def order_lamps(
 
 
 def _fitting(count: int, line: RunLine, breadth: float) -> int:
-    """How many of the lamps find room side by side over a run."""
+    """Number of lamps that find room side by side over a run."""
     low, high = _free_part(line)
     return max(1, min(count, int((high - low - 0.4) / (breadth + MIN_LAMP_GAP_M))))
 
@@ -210,7 +210,7 @@ def _is_near(line: RunLine, x: float, y: float) -> bool:
 def order_floor_items(
     order: BuildOrder, plan: Plan, room: Room, given: Mapping[str, float], models: StyleModels
 ) -> None:
-    """Things on the floor."""
+    """Order the items that stand on the floor."""
     for thing in plan.floor:
         at = ("floor", thing.id)
         if not models.has(thing.item):

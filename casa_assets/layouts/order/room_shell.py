@@ -181,7 +181,7 @@ def order_skirting(
 
 
 def _lining(length: float, shell: RoomStyle) -> PresetChoice:
-    """What runs along the foot of a wall."""
+    """Skirting or panelling along the foot of a wall, by the style."""
     if shell.wainscot:
         panels = {"length": length, "height": WAINSCOT_HEIGHT_M, "panels": shell.wainscot, "face": shell.trim}
         return preset_with("wall_panelling/white_flat", panels)
@@ -190,7 +190,7 @@ def _lining(length: float, shell: RoomStyle) -> PresetChoice:
 
 
 def _door_casing(models: StyleModels) -> float:
-    """How far a door's casing stands out beside its hole, metres."""
+    """Distance that a door's casing stands out beside its hole, metres."""
     return float(models.of("door").numbers.get("casing", CASING_WIDTH_M)) if models.has("door") else CASING_WIDTH_M
 
 
@@ -220,7 +220,7 @@ def _stood_at(
 
 
 def _stretch(wall: WallLine, line: RunLine, us: Vec2, vs: Vec2) -> list[tuple[float, float]]:
-    """What a rectangle on a line takes of a wall, where it touches it."""
+    """Part of a wall that a rectangle on a line touches."""
     found = [wall.frame.of(*line.frame.at(u, v)[:2]) for u in us for v in vs]
     along, before = zip(*found, strict=True)
     return [(min(along), max(along))] if min(before) < 0.05 and max(before) > -0.05 else []

@@ -66,7 +66,7 @@ def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopS
 def order_worktops(
     order: BuildOrder, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]], models: StyleModels
 ) -> None:
-    """Add all worktops, then sinks and hobs."""
+    """Order all worktops, then sinks and hobs."""
     left = {name: worktop_stretches(line, slots[name]) for name, line in lines.items()}
     corners = {e.corner.runs: e.corner for line in lines.values() for e in (line.left, line.right) if e.corner}
     for corner in corners.values():
@@ -167,7 +167,7 @@ def worktop_of(models: StyleModels, line: RunLine) -> WorktopStyle:
 
 
 def _behind(line: RunLine) -> float:
-    """How far the worktop reaches beyond the line of a run: over the panel behind it, and to where people sit."""
+    """Distance that the worktop reaches behind the line of a run: over its back panel, and to the seats."""
     if line.at_wall:
         return 0.0
     panel = standard_sizes.END_PANEL if has_back(line) else 0.0

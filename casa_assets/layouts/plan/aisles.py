@@ -50,7 +50,7 @@ class RunFace:
 
 
 def find_aisles(rows: Sequence[PlacedRun], walls: Sequence[RoomWall], outline: Corners) -> tuple[Aisle, ...]:
-    """The narrowest place between each two faces that look at each other."""
+    """Narrowest place between each two faces that look at each other."""
     faces = [f for row in rows for f in _faces(row)]
     faces += [RunFace(FaceKind.WALL, w.id, w.start, w.end) for w in walls if not w.open]
     bodies = [_body(row) for row in rows]
@@ -91,7 +91,7 @@ def _body(row: PlacedRun) -> tuple[PlacedRun, float, float, float]:
 def _seen(
     face: RunFace, faces: Sequence[RunFace], bodies: Sequence[tuple[PlacedRun, float, float, float]], outline: Corners
 ) -> Iterator[Aisle]:
-    """What rays from a face meet first."""
+    """Aisles that rays from a face find: the first other face that they meet."""
     length = float(np.linalg.norm(np.subtract(face.end, face.start)))
     facing = [f for f in faces if float(f.away @ face.away) < -0.9 and f is not face]
     found: dict[int, list[tuple[float, float]]] = {}

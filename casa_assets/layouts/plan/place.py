@@ -14,7 +14,7 @@ from casa_assets.model.kitchen.units import BaseKind, RunSide
 
 
 def place_runs(plan: Plan, room: Room, given: Mapping[str, float], models: StyleModels) -> dict[str, RunLine]:
-    """All runs by id. Raises PlanConflict."""
+    """Place all runs, by id. Raises PlanConflict."""
     _check_names(plan)
     lines: dict[str, RunLine] = {}
     claims = {}
@@ -32,7 +32,7 @@ def place_runs(plan: Plan, room: Room, given: Mapping[str, float], models: Style
 
 
 def _claim(corner: RunCorner, which: int) -> LineEnd:
-    """What a corner takes of the first (0) or second (1) of its runs."""
+    """Length that a corner takes of the first (0) or second (1) of its runs."""
     owner = corner.by or corner.runs[0]
     owns = corner.runs[which] == owner
     base = {

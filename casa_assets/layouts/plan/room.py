@@ -118,7 +118,7 @@ def build_room(plan: Plan, given: Mapping[str, float]) -> Room:
 
 
 def _lengths(plan: Plan, given: Mapping[str, float]) -> list[float]:
-    """Of all walls; those that are not given are what the others leave."""
+    """Lengths of all walls; those that are not given follow from the others."""
     known = {
         w.id: resolve_length(plan, w.length, given, "walls", w.id, "length") for w in plan.walls if w.length is not None
     }

@@ -149,7 +149,7 @@ def describe_units(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: l
 
 
 def _spread(plan: Plan, line: RunLine, rest: float) -> tuple[float, float]:
-    """Where what is left over goes: free ends just stop earlier; at walls and corners strips close the gap."""
+    """Distribute the rest of a run: free ends stop earlier; at walls and corners strips close the gap."""
     if line.right.kind is EndKind.FREE:
         return 0.0, 0.0
     if line.left.kind is EndKind.FREE:

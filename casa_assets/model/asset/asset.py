@@ -49,7 +49,7 @@ class Base(StrEnum):
 
 
 class Asset(Record):
-    """A thing that both writers can write without deciding anything.
+    """One simulation-ready thing. Holds everything that the MJCF and USD writers need; they choose nothing.
 
     Attributes:
         id: `<category>_<10 hex digits>`; the same id is the same bytes.

@@ -64,7 +64,7 @@ class FloorMap:
         return np.stack([grid[0].ravel(), grid[1].ravel()], axis=1)
 
     def beside(self, outline: Outline) -> Mask:
-        """Where the base could be while something more stands on the floor."""
+        """Free cells for the base while one more obstacle stands on the floor."""
         free = self.free.copy()
         rows, columns = self._window(outline, RADIUS)
         near = distance(outline, self._points(rows, columns)) <= RADIUS
@@ -72,7 +72,7 @@ class FloorMap:
         return free
 
     def connected(self, free: Mask) -> Mask:
-        """What of some free floor can be got to from where the base enters."""
+        """Part of the free floor that the base reaches from where it enters."""
         numbers, _ = ndimage.label(free)
         begins = np.unique(numbers[self.entries & free])
         found: Mask = np.isin(numbers, begins[begins > 0])
@@ -176,7 +176,7 @@ def row_parts(row: PlacedRun) -> Iterator[Corners]:
 
 
 def _inside(outline: Corners, xs: Floats, ys: Floats) -> Mask:
-    """Which cells lie in an outline, which need not be convex."""
+    """Cells that lie in an outline, which need not be convex."""
     x, y = xs[None, :], ys[:, None]
     odd = np.zeros((len(ys), len(xs)), dtype=bool)
     for (ax, ay), (bx, by) in zip(outline, (*outline[1:], outline[0]), strict=True):

@@ -89,7 +89,7 @@ def is_tall(facts: KitchenFacts, fixture: Fixture) -> bool:
 
 
 def front_of(facts: KitchenFacts, fixture: Fixture) -> float:
-    """How far before a fixture's own front the edge is at which the base has to stop: that of a worktop, say."""
+    """Distance before a fixture's own front at which the base has to stop: the edge of a worktop, say."""
     row = facts.row(fixture.run)
     if row is None:
         return 0.0

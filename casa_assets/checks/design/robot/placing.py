@@ -36,7 +36,7 @@ class WorldBox:
         return max(0.0, self.x1 - self.x0) * max(0.0, self.y1 - self.y0)
 
     def meets(self, other: WorldBox) -> WorldBox:
-        """What two boxes share; empty where nothing."""
+        """Intersection of two boxes; empty where they are apart."""
         return WorldBox(
             max(self.x0, other.x0),
             max(self.y0, other.y0),
@@ -93,7 +93,7 @@ def worktop_regions(facts: KitchenFacts) -> list[tuple[Fixture, FixtureRegion]]:
 
 
 def on_worktops(facts: KitchenFacts) -> list[WorldBox]:
-    """What stands on worktops or is let into them."""
+    """Boxes of what stands on worktops or is let into them."""
     standing = facts.of(Role.THING, Role.COFFEE_MACHINE, Role.TOASTER, Role.MICROWAVE)
     heights = [row.height for row in facts.rows]
     return [box_around(f.foot, f.low, f.high) for f in standing if any(h - SUNK < f.low < h + ON_TOP for h in heights)]

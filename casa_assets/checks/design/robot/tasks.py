@@ -247,7 +247,7 @@ TASKS: tuple[tuple[str, Callable[[TaskView], TaskFinding]], ...] = (
 
 
 def afforded(facts: KitchenFacts, floor: FloorMap, lots: ParkingPlaces, seed: int) -> tuple[Afforded, ...]:
-    """What a kitchen has for each of the tasks, in order."""
+    """Result for each of the tasks, in order."""
     view = TaskView(facts, floor, lots)
     return tuple(_afforded(view, k + 1, name, find(view), seed) for k, (name, find) in enumerate(TASKS))
 

@@ -97,7 +97,7 @@ def _cooks_at(cooktop: Fixture) -> float:
 
 
 def over(facts: KitchenFacts, below: Fixture) -> list[Fixture]:
-    """What hangs on the wall or under the ceiling above a fixture, except lamps and what lies on worktops."""
+    """Fixtures on the wall or under the ceiling above a fixture, without lamps and worktop items."""
     hung = facts.of(Role.HOOD, Role.UPPER, Role.SHELF, Role.HOUSING)
     return [f for f in hung if f.low >= below.high and penetration_depth(f.foot.corners, below.foot.corners) > OVER]
 

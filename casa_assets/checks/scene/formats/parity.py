@@ -140,7 +140,7 @@ def _model(load: Callable[[Path], Loaded], path: Path) -> tuple[mujoco.MjModel |
 
 
 def _read(reader: Callable[[], Read]) -> tuple[Read | None, str]:
-    """What was read, or why nothing was."""
+    """Result of a reader, or the reason why there is none."""
     with quiet():
         try:
             return reader(), ""

@@ -111,7 +111,7 @@ def subject_pair(clash: Clash) -> Pair:
 
 
 def _ends(part: ScenePart) -> list[float]:
-    """Where a joint stands open: both ends where it goes both ways."""
+    """Open positions of a joint: both ends where it goes both ways."""
     low, high = part.joint.range
     return [low, high] if low < -0.05 * (high - low) and high > 0.05 * (high - low) else [part.far]
 
@@ -216,7 +216,7 @@ class SweepTester:
         mujoco.mj_kinematics(self.model, self.data)
 
     def _reach(self, part: ScenePart) -> float:
-        """How far a hinge's parts reach from its axis, metres; 1 for a slide."""
+        """Distance of a hinge's parts from its axis, metres; 1 for a slide."""
         if part.joint.kind is JointKind.SLIDE or not len(part.geoms):
             return 1.0
         points = corners(boxes(self.model, self.data, part.geoms))

@@ -130,7 +130,7 @@ def _run(subject: SceneSubject, pulls: list[Pull], enough: float) -> Mapping[str
 
 
 def _met(subject: SceneSubject, data: mujoco.MjData, part: ScenePart) -> str:
-    """What of other things a part touches, the deepest contact first; nothing where it touches none."""
+    """Other thing that a part touches deepest; empty where it touches none."""
     moved = part.moved[subject.model.geom_bodyid]
     for i in np.argsort(data.contact.dist):
         one, other = (int(g) for g in data.contact.geom[i])

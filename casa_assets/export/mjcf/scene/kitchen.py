@@ -129,7 +129,7 @@ def _add_placement(world: etree._Element, place: Placement, draft: body.BodyCont
 def _add_exclusions(
     root: etree._Element, drafts: list[body.BodyContext], more: Sequence[tuple[PlacedLink, PlacedLink]]
 ) -> None:
-    """What an asset excludes by itself, and the pairs that the scene excludes besides."""
+    """Add the contact exclusions of each asset, and those of the scene."""
     pairs = etree.SubElement(root, "contact")
     for draft in drafts:
         for exclusion in draft.asset.exclusions:

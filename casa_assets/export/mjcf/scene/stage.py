@@ -89,5 +89,5 @@ def _seen(asset: Asset) -> tuple[npt.NDArray[np.float64], float]:
 
 
 def _lift(asset: Asset) -> float:
-    """How far up the asset has to go for its lowest collider to touch z = 0, metres."""
+    """Height to raise the asset by for its lowest collider to touch z = 0, metres."""
     return -float(site.touched_bounds(asset)[0, 2])

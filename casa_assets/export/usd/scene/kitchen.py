@@ -102,7 +102,7 @@ def _poses(layer: Sdf.Layer, scene: Scene) -> None:
 
 
 def _start(layer: Sdf.Layer, variants: str, place: Placement, asset: Asset) -> None:
-    """What is said of the start, where it is not the closed pose: a variant here is stronger than one of the asset."""
+    """Write the start pose where it differs from the closed pose, stronger than a variant of the asset."""
     values = {at.joint: at.value for at in place.joints}
     closed = placement.values(asset, placement.CLOSED)
     if all(values.get(joint.name, 0.0) == closed.get(joint.name, 0.0) for joint in asset.joints):
@@ -134,5 +134,5 @@ def _variants(layer: Sdf.Layer, name: str, options: tuple[str, ...], chosen: str
 
 
 def _over(layer: Sdf.Layer, variants: str, option: str, place: Placement) -> Sdf.PrimSpec:
-    """What a variant of the world says of a placement."""
+    """Override of a placement in a variant of the world."""
     return Sdf.CreatePrimInLayer(layer, WORLD.AppendVariantSelection(variants, option).AppendChild(place.name))
