@@ -36,7 +36,7 @@ from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.ingest.stages import STAGES, read_raw_model
-from casa_assets.pipeline.ingest.worker import PREVIEW_PX, thumbnail
+from casa_assets.pipeline.library.asset_package import PREVIEW_PX, thumbnail
 from casa_assets.pipeline.library.library import Library, write_files
 from casa_assets.pipeline.reports.entry import entries
 from casa_assets.preview.camera import View

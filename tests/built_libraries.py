@@ -16,8 +16,8 @@ from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.asset.shape import Box
 from casa_assets.model.issue import Report
 from casa_assets.model.pose import Pose
-from casa_assets.pipeline.ingest.worker import certificate
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.asset_package import certificate
 from casa_assets.pipeline.library.identity import Producer
 from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.assets import ball, microwave, rigid_mug, textured_box

@@ -62,6 +62,7 @@ class _Export:
 
     staged: Path
     registry: str
+    categories: Mapping[str, Category]
     instances: list[entries.Instance] = field(default_factory=list)
     rows: list[dict[str, Any]] = field(default_factory=list)
 
@@ -85,7 +86,7 @@ def export(library: Path, out: Path, name: str = REGISTRY) -> Generator[ExportRe
     _is_free(out, library)
     out = out.absolute()
     with writing(out.parent), _staging(out) as staged:
-        run = _Export(staged, name)
+        run = _Export(staged, name, registry.load().categories)
         for folder in folders:
             yield replace(_one(folder, run), total=len(folders))
         if not run.instances:
@@ -148,14 +149,13 @@ def _put(staged: Path, out: Path) -> None:
 
 
 def _one(folder: Path, run: _Export) -> ExportResult:
-    known = registry.load()
     asset = _read(folder)
     name = asset.labels.category
     if asset.base is Base.FIXED or asset.contract is not None:
         return ExportResult(asset.id, name, message="is a fixture, which stands where a kitchen has it")
-    if name not in known.categories:
+    if name not in run.categories:
         return ExportResult(asset.id, name, message="is of a category that the registry of objects does not have")
-    category = known.categories[name]
+    category = run.categories[name]
     split = asset.labels.split or split_of(asset.provenance.sha256)
     instance = entries.Instance(id=asset.id, category=name, split=split)
     place = entries.place(instance, run.registry)
@@ -206,9 +206,8 @@ def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str,
 
 
 def _write_manifests(run: _Export, library: disk.Library) -> None:
-    """What tells of the instances: entries, splits, manifest, credits, and how to add them to a runtime."""
-    known = registry.load()
-    tables = entries.tables(run.instances, known.categories, run.registry)
+    """Write the tables of the instances, their splits, the manifest, the credits, and how to add them to a runtime."""
+    tables = entries.tables(run.instances, run.categories, run.registry)
     ours = {i.id for i in run.instances}
     credit = attribution.text([e for e in entries_of(library) if e.accepted and e.id in ours])
     files: dict[str, bytes] = {entries.file_name(g): entries.text(table) for g, table in tables.items()}

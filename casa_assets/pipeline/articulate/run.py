@@ -15,11 +15,8 @@ from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, JointPlan, PartKind, PartPlan
 from casa_assets.checks.motion.joint_travel import JointTravel, travels
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.run import run as run_checks
 from casa_assets.errors import CasaError, OutputError, Rejected
 from casa_assets.export import mjcf
-from casa_assets.export.usd.document import write as write_usd
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.model.asset.asset import Asset
@@ -34,14 +31,12 @@ from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import weights_digest
 from casa_assets.pipeline.ingest.job import RunAborted, writing
 from casa_assets.pipeline.ingest.run import FAILURE_CODES
-from casa_assets.pipeline.ingest.worker import PREVIEW_PX, WRITING, certificate, thumbnail
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.pool import Pool
-from casa_assets.preview.camera import View
 from casa_assets.preview.renderer import NoRenderer
-from casa_assets.preview.still import render
 from casa_assets.preview.strip import MovingJoint, joint_strip
 
 STRIP = "strip.png"
@@ -159,7 +154,7 @@ def _asked(wish: ArticulateRequest) -> _Asked:
         "clip": "" if wish.clip is None else weights_digest(str(wish.clip)),
         "complete": wish.complete,
     }
-    code = key_of(build, settle_joints, _written, certificate)
+    code = key_of(build, settle_joints, _written, certify)
     return _Asked(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", code, options, one.source.digest))
 
 
@@ -236,9 +231,7 @@ def _entry(wish: ArticulateRequest, built: ArticulateResult, asked: _Asked) -> A
     accepted, refused = library.folder(category, asset.id), library.refusal_folder(asset.id)
     if report.passed:
         made_by = disk.MadeBy(Producer.ARTICULATE, asked.cache_key, versions_of({**STEPS, **WRITING}))
-        disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
-        if disk.read_asset(staged) != asset:
-            raise ValueError("the asset read back from its folder differs from the one written")
+        certify(asset, report, staged, made_by)
         library.publish(staged, accepted)
         return _remembered(_at(done, accepted), library, asked)
     worst = report.errors[0]
@@ -339,19 +332,12 @@ def _tidy(far: float, joint: JointPlan, metres: float) -> float:
 
 def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path, went: Mapping[str, JointTravel]) -> Report:
     """Write both formats, pictures and decisions, and run every check that applies."""
-    known, asset = registry.load(), built.asset
-    picture = render(staged / "model.xml", View(size_px=PREVIEW_PX))
-    (staged / "preview.png").write_bytes(picture)
-    disk.write_files(staged, write_usd(asset, thumbnail(picture)))
+    asset = built.asset
+    write_package(asset, staged)
     (staged / sidecar.NAME).write_text(sidecar.text(built), encoding="utf-8")
     if wish.preview:
         (staged / STRIP).write_bytes(joint_strip(staged / "model.xml", _moving(built, went), _heading(built, asset)))
-    waived = known.waived(asset.id)
-    contract = known.contracts.get(asset.contract or "")
-    report = Report(subject=asset.id)
-    for subject in (asset, Package(asset, built.category, staged, contract)):
-        report = report + run_checks(subject, asset.id, known.limits, waived)
-    return report
+    return check_package(asset, staged, built.category)
 
 
 def _moving(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[MovingJoint]:

@@ -67,7 +67,7 @@ def search_by_words(query: str, library: disk.Library, most: int) -> list[Search
         OutputError: an entry is damaged.
     """
     asked = [COLOR_SYNONYMS.get(word, word) for word in tokens(query) if word not in STOP_WORDS]
-    table = EntryTable(library)
+    known, table = registry.load(), EntryTable(library)
     signatures = {row.id: row.signature for row in table.rows}
     hits = []
     for entry in table.entries:
@@ -75,7 +75,7 @@ def search_by_words(query: str, library: disk.Library, most: int) -> list[Search
             continue
         own = signatures[entry.id]
         colors = dict(own.tint.names) if own is not None and own.tint.stated else {}
-        found = [_word(word, entry, colors) for word in asked]
+        found = [_word(word, entry, colors, known) for word in asked]
         score = sum(value for value, _ in found)
         if score > 0:
             reason = ", ".join(why for value, why in found if value > 0)
@@ -91,11 +91,10 @@ def tokens(text: str) -> list[str]:
     return [word[:-1] if len(word) > 3 and word.endswith("s") and not word.endswith("ss") else word for word in found]
 
 
-def _word(word: str, entry: Entry, colors: dict[str, float]) -> tuple[float, str]:
-    """What a word counts for with an asset, and why."""
+def _word(word: str, entry: Entry, colors: dict[str, float], known: registry.Registry) -> tuple[float, str]:
+    """Score of a word for an asset, and the reason."""
     if word in colors:
         return colors[word], f"{colors[word]:.0%} {word}"
-    known = registry.load()
     kind = known.categories.get(entry.category)
     if kind is not None and word in _all((kind.id, *kind.aliases, *kind.lvis)):
         return BY_CATEGORY, f"{word!r} is its category"

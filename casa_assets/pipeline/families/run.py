@@ -12,12 +12,8 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.checks.package import usd
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.run import run as run_checks
 from casa_assets.core.sampling import rng_for
 from casa_assets.errors import UnknownId
-from casa_assets.export import mjcf
-from casa_assets.export.usd.document import write as write_usd
 from casa_assets.families.catalog import MODELS
 from casa_assets.families.family import Family, Params, Supplies
 from casa_assets.model.asset.asset import Asset
@@ -26,13 +22,19 @@ from casa_assets.model.issue import Issue, Report
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.pipeline.families.finishes import finishes, finishes_key, stock
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.ingest.worker import PREVIEW_PX, THUMBNAIL_PX, WRITING, certificate, thumbnail
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.asset_package import (
+    PREVIEW,
+    THUMBNAIL_PX,
+    WRITING,
+    certificate,
+    check_package,
+    write_package,
+)
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview.camera import View
-from casa_assets.preview.still import render
 from casa_assets.registry.families import family, family_names
 
 # The package that the code of all families is below.
@@ -162,27 +164,18 @@ def build_one(wish: FamilyRequest, library: Path, checked: bool = True, drawn: b
 
 
 def _build_one(wish: FamilyRequest, library: disk.Library, checked: bool, drawn: bool) -> FamilyResult:
-    found, known = family(wish.family), registry.load()
+    found = family(wish.family)
     params = params_of(wish)
     begin = time.perf_counter()
     asset = build_asset(found, params, library.cache)
     built = time.perf_counter()
     staged = library.stage(asset.id)
-    disk.write_files(staged, mjcf.write(asset))
-    wrote = time.perf_counter()
-    picture = render(staged / "model.xml", View(size_px=PREVIEW_PX) if drawn else PREVIEW_VIEW)
-    (staged / "preview.png").write_bytes(picture)
-    drew = time.perf_counter()
-    disk.write_files(staged, write_usd(asset, thumbnail(picture)))
+    drawn_s = write_package(asset, staged, PREVIEW if drawn else PREVIEW_VIEW)
     (staged / "params.json").write_text(params.to_json() + "\n", encoding="utf-8")
     written = time.perf_counter()
     report = Report(subject=asset.id)
     if checked:
-        waived = known.waived(asset.id)
-        category = known.fixtures[found.category]
-        contract = known.contracts.get(asset.contract or "")
-        for subject in (asset, Package(asset, category, staged, contract)):
-            report = report + run_checks(subject, asset.id, known.limits, waived)
+        report = check_package(asset, staged, registry.load().fixtures[found.category])
     checked_at = time.perf_counter()
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
     target = library.folder(found.name, asset.id)
@@ -195,8 +188,8 @@ def _build_one(wish: FamilyRequest, library: disk.Library, checked: bool, drawn:
         str(target if report.passed else staged),
         report,
         build_s=built - begin,
-        write_s=written - built - (drew - wrote),
-        draw_s=drew - wrote,
+        write_s=written - built - drawn_s,
+        draw_s=drawn_s,
         check_s=checked_at - written,
         size_bytes=size,
     )
@@ -206,7 +199,7 @@ def _made_by(found: Family[Any], params: Params) -> disk.MadeBy:
     """What is said in the certificate of a member of what made it."""
     modules = modules_holding(MODELS[found.name], FAMILIES_PACKAGE)
     versions = versions_of({"family": modules, **WRITING})
-    written = key_of(*WRITING.values(), certificate)
+    written = key_of(write_package, check_package, certificate)
     return disk.MadeBy(Producer.FAMILY, digest_of("family", asset_key(found, params), written), versions)
 
 

@@ -135,22 +135,23 @@ def _read(library: disk.Library) -> dict[str, ReviewRow]:
     except csv.Error as error:
         raise OutputError(str(path), f"is no CSV: {error}") from error
     rows: dict[str, ReviewRow] = {}
+    known = registry.load()
     for number, line in enumerate(lines, 2):
         cells = {name: (value or "").strip() for name, value in line.items() if isinstance(name, str)}
         digest = cells.get("sha256", "")
         if not digest:
             raise OutputError(str(path), f"row {number}: there is no sha256; keep that column")
-        rows[digest] = ReviewRow(cells, _override_of(cells, f"{path} row {number}"))
+        rows[digest] = ReviewRow(cells, _override_of(cells, f"{path} row {number}", known))
     return rows
 
 
-def _override_of(cells: Mapping[str, str], place: str) -> UserOverride:
+def _override_of(cells: Mapping[str, str], place: str, known: registry.Registry) -> UserOverride:
     stated: dict[str, Any] = {
         name: cells[f"set_{name}"] for name in UserOverride.model_fields if cells.get(f"set_{name}")
     }
     try:
         if "category" in stated:
-            registry.load().category(stated["category"])
+            known.category(stated["category"])
         for name in ("turn_deg", "size_m", "mass_kg"):
             if name in stated:
                 stated[name] = float(stated[name].replace(",", "."))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.checks.library.duplicates import in_words
 from casa_assets.checks.table import explained
+from casa_assets.model.registry.rows import Rejection
 from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
@@ -29,8 +31,9 @@ def write(root: Path, target: Path) -> Path:
     rows = list(entries(disk.Library(root)))
     told = library_report.read_library_report(root)
     accepted = [_accepted(e, root, target.parent, told) for e in rows if e.accepted]
-    refused = [_refused(e, root) for e in rows if not e.accepted]
-    why = explained(registry.load().limits)
+    known = registry.load()
+    why = explained(known.limits)
+    refused = [_refused(e, root, known.rejections, why) for e in rows if not e.accepted]
     on_all = library_section.section(told.report, why, told.weights) if told else html_report.NO_SECTION
     page = html_report.render_page(accepted, refused, root.resolve().name, why, on_all)
     fresh = target.with_name(f".{target.name}.{os.getpid()}")
@@ -80,16 +83,18 @@ def _accepted(entry: Entry, root: Path, page: Path, told: library_report.Library
     )
 
 
-def _refused(entry: Entry, root: Path) -> html_report.RejectedRow:
-    known = registry.load().rejections.get(entry.code)
-    why = explained(registry.load().limits).get(entry.code, "")
-    # What a check says ends with what to do.
+def _refused(
+    entry: Entry, root: Path, rejections: Mapping[str, Rejection], why: Mapping[str, str]
+) -> html_report.RejectedRow:
+    """The row of a rejected input; `rejections` and `why` are meanings by code, of reasons and of checks."""
+    known = rejections.get(entry.code)
+    # The message of a check ends with what to do.
     fault, _, mend = entry.message.partition("; ")
     return html_report.RejectedRow(
         path=entry.source_path,
         source=entry.source,
         code=entry.code,
-        meaning=known.meaning if known else why,
+        meaning=known.meaning if known else why.get(entry.code, ""),
         reason=entry.message if known or not mend else f"{fault}.",
         mend=known.mend if known else f"{mend[:1].upper()}{mend[1:]}." if mend else DEFAULT_ADVICE,
         category=entry.category,

@@ -74,7 +74,8 @@ def test_a_mug_stands_from_any_usual_pose_where_nothing_is_stated(axis: str) -> 
 
 @pytest.mark.parametrize(
     ("name", "axis"),
-    [(name, axis) for name in ("bottle", "plate") for axis in UP_ROTATIONS] + [("knife", a) for a in UP_ROTATIONS if a[-1] != "x"],
+    [(name, axis) for name in ("bottle", "plate") for axis in UP_ROTATIONS]
+    + [("knife", a) for a in UP_ROTATIONS if a[-1] != "x"],
 )
 def test_the_height_is_right_from_any_pose(name: str, axis: str) -> None:
     out = orient(draft(in_file(THINGS[name], axis), up=None, form="obj"), category(name))
