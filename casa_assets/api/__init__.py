@@ -1,1 +1,1 @@
-"""What `import casa_assets` offers: the functions of the pipeline for one thing at a time, in the caller's process."""
+"""The functions of `import casa_assets`: the pipeline for one thing at a time, in the caller's process."""

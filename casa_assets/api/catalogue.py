@@ -1,4 +1,4 @@
-"""What exists to choose from: floor plans, styles, families and textures."""
+"""List the floor plans, styles, families and textures to choose from."""
 
 from __future__ import annotations
 

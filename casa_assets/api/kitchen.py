@@ -63,7 +63,7 @@ class Kitchen:
         self.surfaces: Mapping[str, str] = {surface.value: name for surface, name in recipe.surfaces}
 
     def __repr__(self) -> str:
-        """Such as `<Kitchen galley__rustic__s7>`."""
+        """Text such as `<Kitchen galley__rustic__s7>`."""
         return f"<Kitchen {self.id}>"
 
     @cached_property
@@ -82,7 +82,7 @@ class Kitchen:
 
     @property
     def placements(self) -> tuple[Placement, ...]:
-        """What stands where: a name, the id of an asset, world_from_asset, and the starting positions of its joints."""
+        """Placed assets: a name, the id of the asset, world_from_asset, and the starting positions of its joints."""
         return self.scene.placements
 
     @property
@@ -107,7 +107,7 @@ class Kitchen:
         return model_of(self._mjcf(weight), sleep)
 
     def to_mjspec(self, weight: Weight = "full", sleep: bool = False) -> mujoco.MjSpec:
-        """The same as an MjSpec, to attach a robot and objects to before it is compiled."""
+        """An MjSpec of the kitchen, to attach a robot and objects to before it is compiled."""
         return spec_of(self._mjcf(weight), sleep)
 
     def write(self, folder: str | Path, picture: bool = False) -> Path:
@@ -271,7 +271,7 @@ def _is_path(scene: str | Path) -> bool:
 
 
 def _covers(folder: Path) -> Mapping[str, list[str]]:
-    """What covers the surfaces of a scene on disk; empty where it does not say."""
+    """Finishes that cover the surfaces of a scene on disk; empty where it does not say."""
     try:
         told = json.loads((folder / FACTS).read_text(encoding="utf-8"))["covers"]
         return {str(surface): [str(name) for name in names] for surface, names in told.items()}

@@ -30,7 +30,7 @@ from casa_assets.pipeline.reports.entry import Entry, entries
 
 @dataclass(frozen=True)
 class Rejection:
-    """Why an input was turned away: a code (see docs/checks.md) and one sentence."""
+    """Reason of a rejection: a code (see docs/checks.md) and one sentence."""
 
     code: str
     message: str
@@ -38,7 +38,7 @@ class Rejection:
 
 @dataclass(frozen=True)
 class Ingested:
-    """What became of one mesh.
+    """Outcome of ingesting one mesh.
 
     Attributes:
         source: path of the input. asset: None where it was rejected.
@@ -56,13 +56,13 @@ class Ingested:
 
     @property
     def accepted(self) -> bool:
-        """Whether there is an asset."""
+        """True if there is an asset."""
         return self.asset is not None
 
 
 @dataclass(frozen=True)
 class Articulated:
-    """What became of one mesh that was looked through for doors, drawers and controls.
+    """Outcome of searching one mesh for doors, drawers and controls.
 
     Attributes:
         source: path of the input. asset: None where it was rejected.
@@ -84,7 +84,7 @@ class Articulated:
 
     @property
     def accepted(self) -> bool:
-        """Whether there is an asset."""
+        """True if there is an asset."""
         return self.asset is not None
 
 
@@ -100,7 +100,7 @@ class Library:
         self._disk = disk.Library(self.path)
 
     def __repr__(self) -> str:
-        """Such as `<Library out/library>`."""
+        """Text such as `<Library out/library>`."""
         return f"<Library {self.path}>"
 
     def __iter__(self) -> Iterator[Entry]:
@@ -108,11 +108,11 @@ class Library:
         return (entry for entry in entries(self._disk) if entry.accepted)
 
     def __len__(self) -> int:
-        """How many assets were accepted."""
+        """Number of accepted assets."""
         return sum(1 for _ in self._disk.accepted())
 
     def __contains__(self, asset_id: object) -> bool:
-        """Whether there is an accepted asset of this id."""
+        """True if there is an accepted asset of this id."""
         return any(folder.name == asset_id for folder in self._disk.accepted())
 
     def rejected(self) -> Iterator[Entry]:

@@ -1,1 +1,1 @@
-"""The door: Typer verbs, one file each, thin."""
+"""The command line: Typer verbs, one thin file each."""

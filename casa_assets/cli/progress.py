@@ -7,7 +7,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn
 
 
 def bar(console: Console) -> Progress:
-    """What is done, how many of how many, and for how long; gone when it is over. Nothing where no person watches."""
+    """A progress bar with count and time, removed at the end; nothing where the output is no terminal."""
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),

@@ -1,4 +1,4 @@
-"""What the verbs on scenes print: each scene as it is done, a table of numbers, counts at the end."""
+"""Print the output of the verbs on scenes: each scene as it is done, a table of numbers, counts at the end."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NARROW_COLUMNS = 5  # columns of numbers where there is less room
 def print_progress(
     done_ones: Iterator[SceneBuilt], count: int, word: str, console: Console, json_: bool
 ) -> list[SceneBuilt]:
-    """Tell of each scene as it is done; returns all of them.
+    """Print a line for each scene as it is done; returns all of them.
 
     Args:
         word: what is done with them, for the bar. console: for people. json_: one JSON object per scene on standard

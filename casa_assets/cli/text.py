@@ -1,4 +1,4 @@
-"""Words for a terminal: those of strangers made fit for it, and numbers of things."""
+"""Text for a terminal: untrusted words with control characters escaped, and counts with their nouns."""
 
 from __future__ import annotations
 

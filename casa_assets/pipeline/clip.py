@@ -1,4 +1,4 @@
-"""Pictures and words -> numbers that can be compared, by CLIP; no other module knows such models."""
+"""Compare pictures with words by CLIP; no other module imports such models."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class ClipModel:
 
 
 def require_weights(weights: str) -> None:
-    """Say early that weights cannot be had. Raises CasaError: nothing of that name, or open_clip is not installed."""
+    """Check that weights can be loaded. Raises CasaError: nothing of that name, or open_clip is not installed."""
     place = Path(weights)
     if place.is_dir() and not (place / CONFIG_FILE).is_file():
         raise CasaError(f"{place}: holds no weights of CLIP: a folder of them has {CONFIG_FILE} beside them")
@@ -220,5 +220,5 @@ def render_asset_views(asset: Asset) -> list[bytes]:
 
 
 def render_model_views(model: Path) -> list[bytes]:
-    """The same of a thing that stands on disk as a model.xml."""
+    """PNGs of an asset that stands on disk as a model.xml, from the sides of VIEWS."""
     return [render(model, View(azimuth_deg=a, elevation_deg=e, size_px=PICTURE_PX, passes=4)) for a, e in VIEWS]

@@ -1,4 +1,4 @@
-"""This machine -> findings: what is installed, what draws, what is missing and the command that mends it."""
+"""Check this machine: installed packages, renderers, disk and memory, and the command that mends what is missing."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def _mend_packages() -> str:
 
 
 def _child(code: str, *arguments: str, **environment: str) -> tuple[bool, str]:
-    """Whether `python -c code` succeeded, with the last line that it printed. A crash there is not a crash here."""
+    """Run `python -c code` in a child; returns its success and its last line of output. A crash stays there."""
     try:
         done = subprocess.run(
             [sys.executable, "-c", code, *arguments],
@@ -145,7 +145,7 @@ def _packages() -> tuple[Finding, ...]:
 
 
 def _package(name: str, pinned: str | None, extra: str | None = None) -> Finding:
-    """Whether a distribution is installed, in the pinned version; with an extra it is an optional one."""
+    """True if a distribution is installed, in the pinned version; with an extra it is an optional one."""
     subject, needed = f"package {name}", extra is None
     try:
         version = importlib.metadata.version(name)
@@ -180,7 +180,7 @@ def _name(requirement: str) -> str:
 
 
 def _native_modules() -> dict[str, str]:
-    """Those of NATIVE_MODULES that ought to load here: all but optional ones that are not installed."""
+    """Entries of NATIVE_MODULES that should load here: all but optional ones that are not installed."""
     optional = {_name(line) for lines in extras().values() for line in lines}
     return {module: name for module, name in NATIVE_MODULES.items() if name not in optional or _is_installed(name)}
 
@@ -220,7 +220,7 @@ def _renderers(drawn: tuple[tuple[str, bool, str], ...]) -> tuple[Finding, ...]:
 
 
 def _why_not(name: str, message: str, works: str | None) -> str:
-    """In plain words why a renderer does not draw, and whether it matters."""
+    """Explain in plain words why a renderer does not draw, and if it matters."""
     # What PyOpenGL raises where it does not find the library is an attribute of None.
     why = f"its library is not installed ({LIBRARIES[name]})" if "NoneType" in message else message
     return f"{why}; not needed, for {works} draws" if works else why

@@ -1,4 +1,4 @@
-"""A library into a folder of objects for RoboCasa, whole or not at all."""
+"""Export a library as a folder of objects for RoboCasa, whole or not at all."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ SPLIT_RULE = (
 
 @dataclass(frozen=True)
 class ExportResult:
-    """What became of one asset of the library.
+    """Outcome of the export of one asset.
 
     Attributes:
         id, category: of the asset. model: path of its model.xml below the export, empty where it was left out.
@@ -58,7 +58,7 @@ class ExportResult:
 
 @dataclass
 class _Export:
-    """What one run gathers."""
+    """State of one export: its staging folder and the instances written so far."""
 
     staged: Path
     registry: str

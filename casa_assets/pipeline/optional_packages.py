@@ -20,7 +20,7 @@ _EXTRA = re.compile(r""";.*\bextra\s*==\s*["']([\w.-]+)["']""")  # as metadata n
 
 
 def requirements() -> tuple[str, ...]:
-    """What this package needs in any case, such as "numpy>=2.1"."""
+    """Requirements of this package without extras, such as "numpy>=2.1"."""
     project = _project()
     if project is not None:
         return tuple(project["dependencies"])

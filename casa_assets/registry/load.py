@@ -43,7 +43,7 @@ R = TypeVar("R", bound=Record)
 
 @dataclass(frozen=True, eq=False)
 class Registry:
-    """What we decided, read from registry/.
+    """The decisions of this project, read from registry/.
 
     Attributes:
         categories, fixtures, materials, substances, classes, rejections: by id (rejections by code). Fixtures are the
@@ -261,7 +261,7 @@ def read_contracts(pages: Sequence[Path]) -> dict[str, Contract]:
 
 
 def read_vocabulary(document: Document, categories: Mapping[str, Category], words: MisleadingWords) -> Vocabulary:
-    """What each id and alias names. Raises RegistryError where two categories claim a name."""
+    """Map each id and alias to its category. Raises RegistryError where two categories claim a name."""
     names = [(c.id, c.id) for c in categories.values() if c.id != FALLBACK]
     names += [(alias, c.id) for c in categories.values() for alias in (*c.aliases, *c.lvis)]
     try:
@@ -278,7 +278,7 @@ def read_vocabulary(document: Document, categories: Mapping[str, Category], word
 
 
 def data_root() -> Path:
-    """Where the files are: `registry_data` inside an installed package, `registry` beside it in a checkout."""
+    """Folder of the files: `registry_data` inside an installed package, `registry` beside it in a checkout."""
     package = Path(__file__).parents[1]
     inside = package / "registry_data"
     return inside if inside.is_dir() else package.parent / "registry"

@@ -108,7 +108,7 @@ def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) ->
 
 
 def _follow(running: Iterable[Event], console: Console, as_json: bool) -> list[Event]:
-    """Tell of each input as it is done with; returns all of them."""
+    """Print a line for each input as it is done; returns all of them."""
     events: list[Event] = []
     done = bad = 0
     with bar(console) as progress:
@@ -186,7 +186,7 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
 
 
 def _on_all(library: Path, console: Console, most: int = 6) -> None:
-    """What was found on all assets of the library together."""
+    """Lines about the checks of all assets of the library together."""
     from casa_assets.model.issue import Status
     from casa_assets.pipeline.dedup.library_report import read_library_report
 

@@ -1,4 +1,4 @@
-"""What a person ruled about one input, in place of what would be guessed."""
+"""Override of the guesses about one input, given by a person."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class UpAxis(StrEnum):
 
 
 class UserOverride(Record):
-    """Decisions about one input; what is left empty is guessed.
+    """Values that a person sets for one input; a field that is left empty is guessed.
 
     Attributes:
         category: id, or empty.
@@ -39,7 +39,7 @@ class UserOverride(Record):
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing was ruled."""
+        """True if every field is empty."""
         return self == NO_OVERRIDE
 
 

@@ -1,1 +1,1 @@
-"""Results kept by content key, and the keys themselves."""
+"""Cache of results by content key, and the keys themselves."""

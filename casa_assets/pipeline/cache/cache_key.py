@@ -1,4 +1,4 @@
-"""When something kept is made anew: the key of a function is a digest of all code and data that it can reach.
+"""Compute cache keys: the key of a function is a digest of all code and data that it can reach.
 
 A kept result (a texture, a built asset, a scene, a picture, a report, an entry of a library) stands under a key. The
 key of the function that made it is a sha256 over
@@ -58,7 +58,7 @@ _READS_REGISTRY = re.compile(r"\bdata_root\b")
 
 @dataclass(frozen=True)
 class Reach:
-    """What a piece of code can reach.
+    """Modules, packages and data files that a piece of code can reach.
 
     Attributes:
         modules: names of modules of this package. packages: top-level names of third-party packages.
@@ -96,7 +96,7 @@ def digest_of(*parts: Any) -> str:
 
 
 def reach(*made_by: CodeRef) -> Reach:
-    """All that the key of functions, classes or modules is made from."""
+    """Collect everything that the key of functions, classes or modules is made from."""
     return _reach(tuple(dict.fromkeys(_address(one) for one in made_by)))
 
 
@@ -178,7 +178,7 @@ def _address(made: CodeRef) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class _Imports:
-    """What one module imports: modules of this package, and others."""
+    """Imports of one module: modules of this package, and others."""
 
     modules: frozenset[str]
     outside: frozenset[str]
@@ -210,7 +210,7 @@ def _ancestors(module: str) -> Iterator[str]:
 
 @cache
 def _scan(module: str) -> _Imports:
-    """What a module imports, told from its text line by line: parsing all of the package takes seconds."""
+    """Find the imports of a module in its text line by line: parsing all of the package takes seconds."""
     text = _TYPES_ONLY.sub("", _source(module))
     found: list[str] = []
     for origin, names, plain in _IMPORT.findall(text):
@@ -369,7 +369,7 @@ def _data_files(named: Iterable[_Named]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class _Package:
-    """What is in the folder of the package: sources by the name of their module, and paths of other files by name."""
+    """Files in the folder of the package: sources by the name of their module, and paths of other files by name."""
 
     sources: dict[str, Path]
     data: dict[str, list[str]]

@@ -1,4 +1,4 @@
-"""Results by content key on disk. Deleting the folder loses nothing but time."""
+"""Store results by content key on disk; deleting the folder costs time and nothing else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the assets of a library look like to CLIP: numbers of their pictures, kept by content, and what they say."""
+"""CLIP embeddings of a library's pictures, kept by content, and the categories and pairs that follow from them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def text_embedding(phrases: Sequence[str], eye: ClipModel, store: Store) -> Floa
 def likenesses(
     seen: Mapping[str, Floats], rows: Sequence[AssetRow], eye: ClipModel, store: Store
 ) -> Iterator[CategoryRank]:
-    """What each asset looks like among all categories of the registry.
+    """Rank the categories of the registry by how well they fit the pictures of each asset.
 
     Args:
         seen: id -> (V, D) numbers of its pictures. rows: the assets.

@@ -1,4 +1,4 @@
-"""Copies of one thing among the inputs of a run and in its library: the first stays, the others are turned away.
+"""Reject near-duplicates among the inputs of a run and in its library: the first stays.
 
 Which one is first must not hang on which worker is faster: what the library had from other inputs comes first, then the
 inputs in the order in which they were found. So an accepted asset is held back, unpublished, until all inputs before it
@@ -24,7 +24,7 @@ NEAR_DUPLICATE_CODE = "RUN007"
 
 @dataclass
 class Deduplicator:
-    """What is known of copies while a run goes on.
+    """Finds copies among the inputs of a run and in its library.
 
     Attributes:
         library: of the run. limit: how near the surfaces of copies lie to each other, as a part of their radius.
@@ -95,7 +95,7 @@ class Deduplicator:
         return None
 
     def _others(self) -> list[AssetRow]:
-        """What later inputs may be copies of: at first all that the library has from inputs not of this run."""
+        """Assets that later inputs may be copies of: at first those of the library from inputs outside this run."""
         if self._known is None:
             found = [one for one in EntryTable(self.library, skip_damaged=True).rows if one.sha256 not in self.own]
             signed = [(one, one.signature.form) for one in found if one.signature is not None]

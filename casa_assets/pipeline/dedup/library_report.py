@@ -1,4 +1,4 @@
-"""library.json: what is said of a library as a whole, made from its entries and, with weights, from their pictures."""
+"""Write library.json: the checks on all entries of a library together and, with CLIP weights, on their pictures."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ NAME = "library.json"
 
 
 class LookRecord(Record):
-    """What the pictures of one asset look like, see checks.alike.Likeness.
+    """Result of comparing the pictures of one asset with all categories, see checks.library.duplicates.Likeness.
 
     Attributes:
         content: digest of the asset that was looked at.
@@ -42,7 +42,7 @@ class LookRecord(Record):
 
 
 class LibraryReport(Record):
-    """All that library.json holds.
+    """Content of library.json.
 
     Attributes:
         report: the checks on all assets together. weights: name of those that looked, empty where none did.
@@ -95,7 +95,7 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
 
 
 def read_library_report(root: Path) -> LibraryReport | None:
-    """What library.json of a library says; None where there is none, or a damaged one, which is made anew."""
+    """Read library.json of a library; None where there is none, or a damaged one, which is made anew."""
     try:
         return LibraryReport.model_validate_json((root / NAME).read_text(encoding="utf-8"))
     except (OSError, ValidationError, ValueError):

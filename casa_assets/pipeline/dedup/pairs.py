@@ -1,4 +1,4 @@
-"""Assets of a library whose surfaces have one form: found by their signatures, proven by laying one over the other."""
+"""Find pairs of assets with the same surface: candidates by signature, confirmed by registering one onto the other."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def nearby_pairs(forms: Sequence[ShapeDescriptor]) -> list[tuple[int, int]]:
 
 
 def measure_pair(one: AssetRow, other: AssetRow, store: Store) -> ShapePair:
-    """How alike two assets with signatures are. Raises OutputError where a file of theirs is damaged."""
+    """Measure the similarity of two assets with signatures. Raises OutputError where a file of theirs is damaged."""
     assert one.signature is not None
     assert other.signature is not None
     most, every = _registration_error(one, other, store)

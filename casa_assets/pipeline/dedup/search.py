@@ -1,4 +1,4 @@
-"""Assets of a library that words describe: by their pictures with CLIP, or by words alone where that is asked for."""
+"""Search a library for assets that words describe: by their pictures with CLIP, or by their metadata alone."""
 
 from __future__ import annotations
 

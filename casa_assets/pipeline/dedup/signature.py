@@ -1,4 +1,4 @@
-"""An asset -> the signature that it is compared by, and its surface made ready to be laid over another."""
+"""Compute the signature that an asset is compared by, and its surface for registration with another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Families into assets on disk: draw, build, write, look, check; each member a folder of the library."""
+"""Build members of families into a library: sample, build, write, render and check each."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ class FamilyRequest:
 
     @property
     def title(self) -> str:
-        """Such as `microwave/steel` or `microwave/#3`."""
+        """Name for people, such as `microwave/steel` or `microwave/#3`."""
         return f"{self.family}/{self.preset or f'#{self.index}'}"
 
 
 @dataclass(frozen=True)
 class FamilyResult:
-    """What became of a wish.
+    """Outcome of building one member of a family.
 
     Attributes:
         asset_id, folder: empty where building failed.
@@ -84,7 +84,7 @@ class FamilyResult:
 
     @property
     def passed(self) -> bool:
-        """Whether it was built and no check found an error."""
+        """True if it was built and no check found an error."""
         return self.report is not None and self.report.passed
 
     @property
@@ -142,7 +142,7 @@ def _code_key(name: str) -> str:
 
 
 def labels_of(found: Family[Any]) -> Labels:
-    """What the registry says of a family's category."""
+    """Category, classes and Wikidata item of a family's assets, from the registry."""
     known = registry.load()
     category = known.fixtures[found.category]
     return Labels(category=category.id, classes=known.classes_of(category), qcode=category.qcode)
@@ -196,7 +196,7 @@ def _build_one(wish: FamilyRequest, library: disk.Library, checked: bool, drawn:
 
 
 def _made_by(found: Family[Any], params: Params) -> disk.MadeBy:
-    """What is said in the certificate of a member of what made it."""
+    """Producer, cache key and versions for the certificate of a member."""
     modules = modules_holding(MODELS[found.name], FAMILIES_PACKAGE)
     versions = versions_of({"family": modules, **WRITING})
     written = key_of(write_package, check_package, certificate)

@@ -1,4 +1,4 @@
-"""What the user named -> inputs, without libraries that lie among them and without names that no file could hold."""
+"""Find the inputs under paths that the user names; libraries among them are left out, and names are made valid text."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _as_text(source: Source) -> Source:
 
 
 def _is_output(place: Path, tops: Set[Path], own: Path, seen: dict[Path, bool]) -> bool:
-    """Whether a file lies in our library, or in any library that lies below a root (a root may be one)."""
+    """True if a file lies in our library, or in any library that lies below a root (a root may be one)."""
     for folder in Path(os.path.realpath(place)).parents:
         if folder == own:
             return True

@@ -40,7 +40,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of an input.
+    """Outcome of the work on one input.
 
     Attributes:
         accepted: or rejected, and then code and says. warnings: of an accepted one.
@@ -87,7 +87,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Result:
-    """What is known of one input before its entry is published.
+    """State of one input before its entry is published.
 
     Attributes:
         number: its place among the inputs of the run that could be read.

@@ -1,4 +1,4 @@
-"""What was refused before there was a mesh to look at: rows of manifests, pipes, links. One file for all of a library.
+"""Record inputs that were refused without a mesh (rows of manifests, pipes, links) in one file of the library.
 
 A manifest may have a million bad rows, and a folder for each would be a million folders. So `rejected/rows.jsonl` has
 one line for each file: how many rows were refused for which reason, and the first of them word for word.
@@ -32,7 +32,7 @@ OTHER_FILES = "(other files)"
 
 
 class RefusedFile(Record):
-    """What was refused of one file.
+    """Refused rows of one file.
 
     Attributes:
         path: of the file, as its source calls it. counts: code -> how many rows.
@@ -74,12 +74,12 @@ class RefusedRows:
         return row_id(path, len(rows))
 
     def was_known(self, one: Refused) -> bool:
-        """Whether an earlier run refused the same for the same reason."""
+        """True if an earlier run refused the same for the same reason."""
         before = self._before.get(one.path)
         return before is not None and (one.code, one.message) in before.rows
 
     def was_counted(self, path: str, code: str, count: int) -> bool:
-        """Whether an earlier run counted as many more rows of a file for a reason."""
+        """True if an earlier run counted as many more rows of a file for a reason."""
         before = self._before.get(path)
         return before is not None and before.rest.get(code) == count
 
@@ -117,7 +117,7 @@ class RefusedRows:
 
 
 def read(library: Library) -> list[RefusedFile]:
-    """What the library remembers, by path. Raises OutputError where the file is damaged."""
+    """Read the refused rows of a library, by path. Raises OutputError where the file is damaged."""
     path = library.root / REJECTED / NAME
     if not os.path.lexists(path):
         return []
@@ -143,7 +143,7 @@ def listed(library: Library) -> Iterator[dict[str, str]]:
 
 
 def remainder_message(count: int) -> str:
-    """What is said of rows that are only counted."""
+    """Message for rows that are only counted."""
     return f"{count} more for this reason; mend the first ones and run again"
 
 
@@ -165,5 +165,5 @@ def place_of(path: str) -> dict[str, str]:
 
 
 def _is_below(roots: Sequence[Path], path: str) -> bool:
-    """Whether a run over these roots looks at the file that a source calls so."""
+    """True if a run over these roots looks at the file that a source calls so."""
     return any((root / path).is_file() if root.is_dir() else root.name == path for root in roots)

@@ -1,4 +1,4 @@
-"""Sources into a library: discover, survey, leave out copies, work on what is missing, write the reports."""
+"""Ingest sources into a library: discover, survey, leave out copies, work on what is missing, write the reports."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ DUPLICATE_CODE = "RUN006"
 
 @dataclass(frozen=True)
 class Options:
-    """How to run.
+    """Options of an ingest run.
 
     Attributes:
         library: output folder. category: id for all inputs, or empty.
@@ -75,7 +75,7 @@ class Options:
 
 @dataclass
 class _Run:
-    """What one run knows: its inputs, what is to be done, and the refusals that have no bytes.
+    """State of one run: its inputs, the work to be done, and the refusals that have no bytes.
 
     Attributes:
         steps: inputs that could be read, in their order: what is to be done, or an accepted asset that is there.
@@ -91,7 +91,7 @@ class _Run:
     rulings: dict[str, UserOverride] = field(default_factory=dict)
 
     def override(self, survey: Survey) -> UserOverride:
-        """What a person decided about an input."""
+        """The override that a person gave for an input."""
         return self.rulings.get(survey.sha256, NO_OVERRIDE)
 
     def heard(self, answer: Survey | Rejected | WorkerFailure) -> Survey | Rejected | WorkerFailure:
@@ -250,7 +250,7 @@ def cache_key(limits: Mapping[str, float], category: str = "") -> str:
 
 
 def _results(run: _Run, pool: Pool) -> Iterator[Result]:
-    """What is known of every step: what was kept first, then the others as workers are done with them."""
+    """Yield the result of every step: those of earlier runs first, then the others as workers finish."""
     yield from (step for step in run.steps if isinstance(step, Result))
     due = {number: step for number, step in enumerate(run.steps) if isinstance(step, Job)}
     if not due:
@@ -308,7 +308,7 @@ def _event(run: _Run, result: Result) -> Event:
 
 
 def tally(events: Sequence[Event]) -> Counter[str]:
-    """How many were accepted, rejected and kept; `refused` counts rejections new and old, `all` everything."""
+    """Count accepted, rejected and kept inputs; `refused` counts rejections new and old, `all` everything."""
     counts: Counter[str] = Counter()
     for event in events:
         counts[event.kind] += event.count

@@ -1,4 +1,4 @@
-"""The stages of ingest as a literal list, and the keys that their results are remembered by."""
+"""List the stages of ingest, and compute the cache keys of their results."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of
 
 
 class BuildContext(Record):
-    """All that decides how one bundle becomes an asset, besides its bytes and the stages themselves.
+    """Inputs of the stages besides the bytes of the bundle: ids, category, substance, limits and overrides.
 
     Attributes:
         asset_id: name of the result. sha256: of the bundle.
@@ -49,7 +49,7 @@ class BuildContext(Record):
 
     @property
     def generated(self) -> bool:
-        """Whether a text-to-3D generator made it."""
+        """True if a text-to-3D generator made it."""
         return self.source.kind is SourceKind.TEXT_TO_3D
 
 

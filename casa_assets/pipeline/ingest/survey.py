@@ -1,4 +1,4 @@
-"""What is found out about an input before any work: its digest and its category; light, for it runs on every input."""
+"""Find the digest and the category of an input before any work; light, for it runs on every input."""
 
 from __future__ import annotations
 

@@ -44,11 +44,11 @@ class UnreadableInputs:
         )
 
     def is_readable(self, one: Found) -> None:
-        """Nothing is wrong with reading it now: what was said of its place before no longer holds."""
+        """Note that an input can be read now, so an older refusal of its place no longer holds."""
         self._places.add(_place(one.source))
 
     def is_refused(self, one: Refused) -> None:
-        """It is remembered among the refused rows: what was said of its place before no longer holds."""
+        """Note that an input is kept among the refused rows, so an older refusal of its place no longer holds."""
         self._places.add(f"{one.path}:")
 
     def prune(self, library: disk.Library) -> None:
@@ -78,5 +78,5 @@ def remember(library: disk.Library, refusal: disk.Refusal) -> bool:
 
 
 def _place(source: Source) -> str:
-    """Where an input stands; a file is the same place whether its refusal came from looking or from reading."""
+    """Key of the place where an input stands: the same for a file that was refused while looking or while reading."""
     return f"{source.path}:{source.uid}"

@@ -33,7 +33,7 @@ def warm() -> None:
 
 
 def check_renderer(_: None) -> RunAborted | None:
-    """Whether a worker can draw at all; a process that has drawn cannot be forked, so the pool asks a worker."""
+    """Check in a worker that it can draw; a process that has drawn cannot be forked, so the server never tries."""
     try:
         backend()
     except NoRenderer as error:
@@ -97,7 +97,7 @@ def _asset(job: Job, bundle: Bundle, category: Category, store: Store) -> tuple[
 
 
 def _picture(bundle: Bundle, staged: Path, limits: Mapping[str, float]) -> bytes | None:
-    """Of the rejected asset where it was drawn already, of the raw mesh where that can be read, else None."""
+    """Picture of a rejected asset, or of the raw mesh where there is none yet; None where neither can be drawn."""
     drawn = staged / "preview.png"
     if drawn.exists():
         return drawn.read_bytes()

@@ -1,4 +1,4 @@
-"""Every check of a scene; the verdict beside its files."""
+"""Run every check of a scene and write the report beside its files."""
 
 from __future__ import annotations
 

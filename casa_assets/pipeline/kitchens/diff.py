@@ -1,4 +1,4 @@
-"""How two scenes on disk differ."""
+"""Compare two scenes on disk file by file and fact by fact."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def compare(first: Path, second: Path) -> list[str]:
 
 
 def made_by_same_code(first: Path, second: Path) -> bool:
-    """Whether the same sources, tools and version of this package made both. Raises OutputError as `compare`."""
+    """True if the same sources, tools and version of this package made both. Raises OutputError as `compare`."""
     one, other = (_read(folder) for folder in (first, second))
     return all(one.get(name) == other.get(name) for name in MADE_BY_FIELDS)
 

@@ -38,7 +38,7 @@ def model_of(source: Path | Files, sleep: bool = False) -> mujoco.MjModel:
 
 
 def spec_of(source: Path | Files, sleep: bool = False) -> mujoco.MjSpec:
-    """The same as an MjSpec that is not compiled yet, to add a robot and objects to."""
+    """An MjSpec of the scene that is not compiled yet, to add a robot and objects to."""
     if isinstance(source, Path):
         spec = mujoco.MjSpec.from_file(str(source))
     else:
@@ -79,7 +79,7 @@ def swap_textures(model: Any, covers: Mapping[str, Sequence[str]], textures: Map
 
 
 def _swap(model: Any, old: str, new: str, cache: Path) -> bool:
-    """Whether the model shows the old picture, and so now shows the new one."""
+    """True if the model shows the old picture, and so now shows the new one."""
     materials = [i for i in range(model.nmat) if model.material(i).name.endswith(f"__{old}")]
     pictured = {int(t) for i in materials for t in model.mat_texid[i] if t >= 0}
     if not pictured:

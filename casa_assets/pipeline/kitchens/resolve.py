@@ -1,4 +1,4 @@
-"""Plans and styles into scenes: resolve, build what is wanted, compose."""
+"""Turn a plan and a style into a scene: resolve, build the assets, compose."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def preset_params() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
 
 @dataclass(frozen=True)
 class SceneRecipe:
-    """What a scene is made from.
+    """Inputs of a scene: plan, style, seed and finishes.
 
     Attributes:
         plan, style: names.

@@ -1,4 +1,4 @@
-"""Kitchens drawn by chance: plan, its lengths, style and finishes; what does not pass is rejected with its reason."""
+"""Sample random kitchens: plan, its lengths, style and finishes; those that fail a check are rejected."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SEEDS = 1_000_000
 
 
 def draw_recipes(count: int, seed: int) -> list[SceneRecipe]:
-    """So many recipes; the first of a longer list are those of a shorter one. Two that are the same count once."""
+    """Draw recipes of kitchens at random; a longer list begins with a shorter one, and equal recipes count once."""
     plans, styles = plan_names(), style_names()
     found: dict[str, SceneRecipe] = {}
     for i in range(count):

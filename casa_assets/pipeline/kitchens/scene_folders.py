@@ -1,4 +1,4 @@
-"""Scenes on disk: each a folder, with what they share beside them; built, drawn and checked side by side.
+"""Build, draw and check scenes on disk in parallel: a folder for each, with shared files beside them.
 
 <out>/assets/{meshes,textures,usd}/   shared, named by content
 <out>/<id>/scene.xml scene_light.xml scene.usda scene.json report.json report.html overview.png ...
@@ -50,7 +50,7 @@ Judge = Callable[[SceneRecipe, KitchenRequest, Scene, Path], Report]
 
 @dataclass(frozen=True)
 class SceneBuilt:
-    """What became of a recipe.
+    """Outcome of building one scene.
 
     Attributes:
         recipe: of the scene. folder: where it is; empty where it failed.
@@ -74,7 +74,7 @@ class SceneBuilt:
 
     @property
     def passed(self) -> bool:
-        """Whether it was built, and no check found an error."""
+        """True if it was built, and no check found an error."""
         return bool(self.folder) and (self.report is None or self.report.passed)
 
     @property
@@ -85,7 +85,7 @@ class SceneBuilt:
 
 @dataclass(frozen=True)
 class BuildOptions:
-    """How scenes are made.
+    """Options of building scenes.
 
     Attributes:
         drawn: with a picture. anew: even where nothing has changed since they were made.
@@ -109,7 +109,7 @@ def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, anew: bool = F
 
 
 def build_with_options(recipe: SceneRecipe, out: Path, order: BuildOptions) -> SceneBuilt:
-    """The same to order. Nothing is put in place that could not be composed, written, drawn and judged to the end."""
+    """Build a scene with options; it is published only once it was composed, written, drawn and checked to the end."""
 
     def make() -> SceneBuilt:
         folder = out / recipe.scene_id
@@ -152,7 +152,7 @@ def picture_key(key: str) -> str:
 
 
 def is_current(recipe: SceneRecipe, out: Path) -> bool:
-    """Whether a scene is there, whole, as today's code and data would make it. Raises as `kitchens.resolve` does.
+    """True if a scene is there, whole, as today's code and data would make it. Raises as `kitchens.resolve` does.
 
     Args:
         out: folder of the scenes.
@@ -161,12 +161,12 @@ def is_current(recipe: SceneRecipe, out: Path) -> bool:
 
 
 def is_whole(folder: Path, key: str) -> bool:
-    """Whether the files of a scene are all there, under that key."""
+    """True if the files of a scene are all there, under that key."""
     return all((folder / name).is_file() for name in (mjcf.FILE, usd.FILE, LIGHT_FILE)) and _fact(folder, "key") == key
 
 
 def is_drawn(folder: Path, key: str) -> bool:
-    """Whether the overview of a scene is there as today's code draws it. `key`: of the scene's files."""
+    """True if the overview of a scene is there as today's code draws it. `key`: of the scene's files."""
     return (folder / f"{OVERVIEW}.png").is_file() and _fact(folder, "picture_key") == picture_key(key)
 
 
@@ -323,7 +323,7 @@ def build_all(
 def run_recipes(
     work: Callable[[SceneRecipe], SceneBuilt], recipes: Sequence[SceneRecipe], out: Path, jobs: int
 ) -> Iterator[SceneBuilt]:
-    """What `work` makes of each recipe, in the order in which they are done, by so many processes; 0: one per core.
+    """Run `work` on each recipe in `jobs` processes (0: one per core); yields results as they are done.
 
     Raises:
         OutputError: the folder is held by another run or cannot be written.

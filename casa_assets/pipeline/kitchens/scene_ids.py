@@ -1,4 +1,4 @@
-"""Ids of kitchens, as `SceneRecipe.scene_id` writes them, read back into what a kitchen is made from."""
+"""Parse ids of kitchens, as `SceneRecipe.scene_id` writes them, back into recipes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _REST = re.compile(r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<c
 
 
 def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
-    """What the kitchen of an id is made from.
+    """Parse the id of a kitchen into its recipe.
 
     The finishes are only a digest in the id. They are found where the seed drew them (`--textures random`), or where
     the kitchen stands in one of `places`.

@@ -1,4 +1,4 @@
-"""A scene as data that a task framework reads: what stands where, what moves, what is where in the world frame."""
+"""Write scene.json for task frameworks: placements, joints and regions in the world frame."""
 
 from __future__ import annotations
 

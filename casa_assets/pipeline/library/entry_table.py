@@ -169,7 +169,7 @@ def _folders(library: disk.Library) -> Iterator[tuple[Path, str, str]]:
 
 
 def _state(path: Path) -> str:
-    """What changes whenever a file is written anew."""
+    """State of a file that changes whenever it is written anew."""
     found = os.lstat(path)
     return f"{found.st_mtime_ns} {found.st_ctime_ns} {found.st_size} {found.st_ino}"
 

@@ -1,4 +1,4 @@
-"""Who made an asset from what, and the id that follows from it.
+"""Derive the id of an asset from its producer and its input.
 
 Two producers may be given one file: `ingest` makes a rigid asset of it, `articulate` one that opens. Both stand in one
 library, so the producer is part of the id and of the entry. An id is the category and a word for the input, which is
@@ -21,7 +21,7 @@ DIGITS = 10
 
 
 class Producer(StrEnum):
-    """What makes entries of a library."""
+    """Producers of a library's entries."""
 
     INGEST = "ingest"
     ARTICULATE = "articulate"
@@ -45,7 +45,7 @@ class Identity:
 
     @property
     def suffix(self) -> str:
-        """What follows the category in the id: words of a producer, and digits of the input."""
+        """End of the id after the category: a word for the producer, and digits of the input."""
         return f"{_WORDS.get(self.producer, '')}{self.sha256[:DIGITS]}"
 
     def asset_id(self, category: str) -> str:
@@ -53,7 +53,7 @@ class Identity:
         return f"{category}_{self.suffix}"
 
     def may_own(self, asset_id: str) -> bool:
-        """Whether an id can be that of this producer and input, under any category."""
+        """True if an id can be that of this producer and input, under any category."""
         category, found, end = asset_id.rpartition(f"_{self.suffix}")
         return bool(found) and not end and not any(category.endswith(f"_{w}".rstrip("_")) for w in _WORDS.values())
 

@@ -1,4 +1,4 @@
-"""The library on disk: where things stand, how an asset is written to its folder and read back.
+"""Read and write a library on disk: its folders, entries, certificates and refusals.
 
 library/
   <category>/<id>/      model.xml scene.xml meshes/ textures/ usd/ preview.png asset.json
@@ -57,7 +57,7 @@ class Summary(Record):
 
 @dataclass(frozen=True)
 class MadeBy:
-    """What made an entry: the producer, the key that the entry is kept under, and its stages and tools by version."""
+    """Producer of an entry, the key that it is kept under, and its stages and tools by version."""
 
     producer: Producer
     cache_key: str
@@ -65,7 +65,7 @@ class MadeBy:
 
 
 class Certificate(Record):
-    """What asset.json holds besides the asset itself.
+    """Certificate of an asset: the part of asset.json besides the asset itself.
 
     Attributes:
         schema_version: of this file.
@@ -91,7 +91,7 @@ class Certificate(Record):
 
 
 class Refusal(Record):
-    """What reject.json holds: which input, why, and what was known of it.
+    """Record of a rejected input in reject.json: the input, the reason, and what was known of it.
 
     Attributes:
         twin: folder, relative to the library, of the asset that it is a copy of; empty where it is none.
@@ -144,11 +144,11 @@ class Library:
         self.staging.mkdir(exist_ok=True)
 
     def folder(self, category: str, asset_id: str) -> Path:
-        """Where an accepted asset stands."""
+        """Folder of an accepted asset."""
         return self.root / category / asset_id
 
     def refusal_folder(self, asset_id: str) -> Path:
-        """Where a rejected input is remembered."""
+        """Folder of a rejected input."""
         return self.root / REJECTED / asset_id
 
     def stage(self, asset_id: str) -> Path:
@@ -304,7 +304,7 @@ def read_asset(folder: Path) -> Asset:
 
 
 def read_refusal(folder: Path) -> Refusal:
-    """Why an input was rejected. Raises OutputError where the file is damaged."""
+    """Read the record of a rejected input. Raises OutputError where the file is damaged."""
     return _record(Refusal, folder / REFUSAL, _upgraded(_json(folder / REFUSAL), folder))
 
 
@@ -317,7 +317,7 @@ def read_section(folder: Path, name: str) -> dict[str, Any]:
 
 
 def _upgraded(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """What an entry of schema version 1 says in the words of version 2; it named no producer."""
+    """Convert an entry of schema version 1, which named no producer, to version 2."""
     if data.get("schema_version") != 1:
         return data
     by_file = {"decisions.yaml": Producer.ARTICULATE, "params.json": Producer.FAMILY}

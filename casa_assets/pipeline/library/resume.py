@@ -1,4 +1,4 @@
-"""Resuming: the outcome that a library holds for an input from an earlier run under the same cache key."""
+"""Find the outcome of an earlier run for an input under the same cache key."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _refused(folder: Path, cache_key: str) -> Outcome | None:
 
 
 def _stands(folder: Path, copy_of: str) -> bool:
-    """Whether the asset that an input is a copy of is still in the library."""
+    """True if the asset that an input is a copy of is still in the library."""
     try:
         file_inside(folder.parent.parent, f"{copy_of}/{disk.CERTIFICATE}", folder / disk.REFUSAL, "twin")
     except OutputError:

@@ -59,7 +59,7 @@ def doubtful_guesses(guesses: Sequence[Guess]) -> tuple[Issue, ...]:
 
 
 def read_overrides(library: disk.Library) -> dict[str, UserOverride]:
-    """What a person decided, by the sha256 of the input. Raises OutputError where a cell cannot be understood."""
+    """Read the overrides by the sha256 of their input. Raises OutputError where a cell cannot be understood."""
     return {digest: row.override for digest, row in _read(library).items() if not row.override.is_empty}
 
 

@@ -1,1 +1,1 @@
-"""What is derived from a library's entries: index, attribution, HTML pages, documentation of checks."""
+"""Reports made from a library's entries: index, attribution, HTML pages; and the documentation of checks."""

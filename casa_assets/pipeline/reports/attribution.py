@@ -59,7 +59,7 @@ def escaped(words: str) -> str:
 
 
 def _address(uri: str) -> str:
-    """Where a source says it is from: a link where it is a plain address of the web, else only its words."""
+    """Markdown for the address of a source: a link where it is a plain web address, else only its text."""
     return uri if _WEB_ADDRESS.fullmatch(uri) else escaped(uri)
 
 

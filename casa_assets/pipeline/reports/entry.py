@@ -66,7 +66,7 @@ def entries(library: disk.Library) -> Iterator[Entry]:
 
 
 def row_entries(library: disk.Library) -> Iterator[Entry]:
-    """What was refused before there was a mesh, see `refused_rows`."""
+    """Entries for inputs that were refused without a mesh, see `refused_rows`."""
     blank: dict[str, Any] = {field.name: "" for field in fields(Entry)}
     blank |= {"accepted": False, "summary": None, "warnings": (), "results": (), "guesses": (), "checks": NO_CHECKS}
     for row in refused_rows.listed(library):

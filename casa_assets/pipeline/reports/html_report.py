@@ -151,7 +151,7 @@ def _tiles(entries: Sequence[AssetRow], rejects: Sequence[RejectedRow]) -> list[
 
 
 def _of(told: Tally) -> str:
-    """What stands beside the number of checks that passed."""
+    """Note beside the number of checks that passed."""
     parts = [f"of {told.applying:,} that apply"]
     if told.not_run:
         parts.append(f"{told.not_run:,} not run")
@@ -235,5 +235,5 @@ def _link(folder: str, path: str) -> str:
 
 
 def _short(number: float | None) -> float | None:
-    """Six digits are enough to read and keep the page small."""
+    """Round to six digits, which are enough to read and keep the page small."""
     return None if number is None else significant(number, 6)

@@ -82,7 +82,7 @@ def rebuild(library: disk.Library, found: Iterable[Entry] | None = None) -> int:
 
 
 def require_parquet() -> None:
-    """Say early that Parquet cannot be written here. Raises CasaError, which names the extra to install."""
+    """Check that Parquet can be written. Raises CasaError, which names the extra to install."""
     require("pyarrow", "parquet", "Parquet")
 
 

@@ -1,4 +1,4 @@
-"""What is in a folder of pictures: pack.yaml, the pictures that can be used, and why the others cannot."""
+"""Survey a folder of pictures: pack.yaml, the pictures that can be used, and the reasons why others cannot."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MOST_PROMPT = 4000
 
 @dataclass(frozen=True)
 class PackOptions:
-    """How a folder is taken in.
+    """Options of ingesting a folder of pictures.
 
     Attributes:
         library: output folder. pack: name of the pack; the name of the folder where it is None.
@@ -42,7 +42,7 @@ class PackOptions:
 
 @dataclass(frozen=True)
 class PackDescription:
-    """What pack.yaml says.
+    """Content of pack.yaml.
 
     Attributes:
         pack: name, or None. defaults: for all pictures.
@@ -174,7 +174,7 @@ def _bytes(path: Path, folder: Path) -> bytes:
 
 
 def _picture_fields(source: str, told: PackDescription, flags: PictureDescription) -> PictureDescription:
-    """All that is said of a picture: its row, then the flags, then the defaults of the file."""
+    """Merge the fields stated for a picture: its row, then the flags, then the defaults of the file."""
     if source in told.faults:
         raise refuse(PackFault.BAD_ROW, told.faults[source])
     said = told.rows.get(source, PictureDescription()).over(flags).over(told.defaults)

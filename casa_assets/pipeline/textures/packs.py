@@ -38,7 +38,7 @@ _LOOK_STEP = 4  # pixels are compared at a quarter of the size
 
 @dataclass(frozen=True)
 class PackReport:
-    """What came of it.
+    """Outcome of ingesting a pack.
 
     Attributes:
         folder: where the pack is. pack: its pictures and refusals.

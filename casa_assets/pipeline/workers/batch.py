@@ -1,4 +1,4 @@
-"""Many jobs of our own (families, scenes, textures) in the worker pool, and what is told where one fails.
+"""Run a batch of families, scenes or textures in the worker pool, and report those that fail.
 
 What families, scenes and textures do is no stranger's input: what goes wrong there is a fault of the program, of the
 machine, or of what the user asked for, and each is told apart here.
@@ -67,7 +67,7 @@ def work(task: tuple[Callable[[Any], Any], Any, Path]) -> Any:
 
 
 def attempt(make: Callable[[], T], failed: Callable[[str, bool], T], root: Path) -> T:
-    """What `make` returns; where it fails, what `failed` makes of it, so that the other items of a batch go on.
+    """Call `make`; where it fails, return what `failed` makes of the failure, so that the other items of a batch go on.
 
     Args:
         failed: takes a message, and whether the program is to blame: then the message is the trace.

@@ -1,4 +1,4 @@
-"""What one job in a worker process may use, and how a job without an answer is told."""
+"""Resource limits of one job in a worker process, and the failure of a job that gave no answer."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WALL_FACTOR, WALL_LEAST_S = 20.0, 1800.0
 
 @dataclass(frozen=True)
 class Limits:
-    """What one job may use, with all processes that it starts.
+    """Resources that one job may use, with all processes that it starts.
 
     Attributes:
         cpu_s: processor seconds. The clock decides nothing: on a busy machine a job takes longer and ends the same.

@@ -1,4 +1,4 @@
-"""How much memory this machine has to give, and how many workers fit into it."""
+"""Measure the free memory of this machine and plan how many workers fit into it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LEAST_WORKER_BYTES = 2_000_000_000
 
 @dataclass(frozen=True)
 class WorkerPlan:
-    """What workers get.
+    """Number of workers and the memory of each.
 
     Attributes:
         workers: how many run at once. memory_bytes: limit of each. alone_bytes: limit of one that runs alone.
@@ -33,7 +33,7 @@ class WorkerPlan:
 def plan_workers(
     workers: int, memory_bytes: int, least_bytes: int = LEAST_WORKER_BYTES, free_bytes: int | None = None
 ) -> WorkerPlan:
-    """So many workers, and so much memory for each, that all of them fit into what is free.
+    """Choose the number of workers and the memory of each so that all of them fit into what is free.
 
     First the limit of each is lowered, down to `least_bytes`; then their number.
 
@@ -78,7 +78,7 @@ def _of_machine(proc: Path) -> int | None:
 
 
 def _of_groups(proc: Path, root: Path) -> Iterator[int]:
-    """What is left within each control group that this process is in, and those around it.
+    """Bytes left within each control group that this process is in, and those around it.
 
     Ref: https://docs.kernel.org/admin-guide/cgroup-v2.html#memory and cgroup-v1/memory.html. Within a container the
     path of the group may not exist; then its own limits stand at the root.

@@ -1,4 +1,4 @@
-"""Every job in a child process of its own: time and memory limits, and no job can take another one down."""
+"""Run every job in a child process of its own with limits on time and memory; no job can take another one down."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ class Pool:
             yield number
 
     def _is_to_be_tried_again(self, number: int, failure: WorkerFailure, queue: _Queue) -> bool:
-        """Whether a job may not be to blame for its end; if so it is in the queue again."""
+        """True if a job may not be to blame for its end; if so it is in the queue again."""
         if failure.reason == "unstarted":
             queue.waiting.appendleft(number)
             return True
@@ -276,7 +276,7 @@ def _read(one: _Running) -> None:
 
 
 def _failure(limits: Limits, code: int, reason: str) -> WorkerFailure:
-    """What is told of a process that ended without an answer.
+    """The failure of a process that ended without an answer.
 
     Args:
         code: its exit code, or less than 0: the signal that ended it. reason: why the server ended it, or empty.

@@ -1,4 +1,4 @@
-"""The process that workers are forked from: it has imported the heavy libraries once, so that a worker costs little.
+"""Fork server of the workers: it has imported the heavy libraries once, so that a worker costs little.
 
 `main` is run by isolation.pool in a process of its own. They talk over one socket in whole messages, pickled tuples:
 

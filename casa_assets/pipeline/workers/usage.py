@@ -1,4 +1,4 @@
-"""What processes use: processor seconds and memory of a process with all that it started, as Linux counts them."""
+"""Measure CPU seconds and memory of a process with all that it started, as Linux counts them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Process:
 
 @dataclass(frozen=True)
 class Usage:
-    """What a process and all that it started use.
+    """CPU seconds, processes and memory of a process with all that it started.
 
     Attributes:
         cpu_s: processor seconds so far, of user and system. processes: how many run.
@@ -73,7 +73,7 @@ def trees(roots: Iterable[int]) -> dict[int, list[Process]]:
 
 
 def usage(roots: Iterable[int]) -> dict[int, Usage]:
-    """What each root uses with all that it started; a root that has ended is left out."""
+    """Usage of each root process with all that it started; a root that has ended is left out."""
     found = {}
     for root, members in trees(roots).items():
         if members:
