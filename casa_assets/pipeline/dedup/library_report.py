@@ -28,7 +28,7 @@ NAME = "library.json"
 
 
 class LookRecord(Record):
-    """Result of comparing the pictures of one asset with all categories, see checks.library.duplicates.Likeness.
+    """Result of comparing the pictures of one asset with all categories, see checks.library.duplicates.CategoryRank.
 
     Attributes:
         content: digest of the asset that was looked at.
