@@ -37,7 +37,7 @@ LEAST_DAMPING_S = 0.4
 
 @dataclass(frozen=True)
 class Feel:
-    """What a joint is like: damping N*m*s/rad (N*s/m), friction loss N*m (N), armature kg*m^2 (kg)."""
+    """Feel of a joint: damping N*m*s/rad (N*s/m), friction loss N*m (N), armature kg*m^2 (kg)."""
 
     damping: float
     frictionloss: float

@@ -15,15 +15,15 @@ from casa_assets.model.registry.category import Category, FrontRule, MatterFill
 RIM_THICK, RIM_DEEP = 0.015, 0.035
 FROM_ABOVE = 0.7
 # What fingers close on is a wall where they close no steeper than this.
-LEVEL = 0.5
+LEVEL_SINE = 0.5
 # A handle is no thicker than this, metres.
 HANDLE_THICK = 0.05
 # What is this near to the centre of mass, as a part of the longest level side, is the body.
-NEAR = 0.25
+BODY_REACH_SHARE = 0.25
 # What is thin and this far from the centre of mass of a vessel with a handle is its handle.
-OFF_HANDLE = 0.45
+HANDLE_DISTANCE_SHARE = 0.45
 # Fingers on the body of a vessel reach over this part of its lesser level side at least.
-ACROSS = 0.5
+MIN_BODY_WIDTH_SHARE = 0.5
 
 
 def grasp(draft: Draft, category: Category, opening: float) -> Draft:
@@ -47,7 +47,9 @@ def grasp(draft: Draft, category: Category, opening: float) -> Draft:
         aside = float(np.linalg.norm(off))
         hold = _hold(pinch, aside, top, category)
         is_part = (
-            hold is GraspFeature.BODY and category.build is MatterFill.VESSEL and pinch.width < ACROSS * sides[:2].min()
+            hold is GraspFeature.BODY
+            and category.build is MatterFill.VESSEL
+            and pinch.width < MIN_BODY_WIDTH_SHARE * sides[:2].min()
         )
         if hold is None or is_part:
             continue
@@ -60,17 +62,17 @@ def grasp(draft: Draft, category: Category, opening: float) -> Draft:
 
 
 def _hold(pinch: AntipodalGrasp, aside: float, top: float, category: Category) -> GraspFeature | None:
-    """What a pinch takes; None for the wall of a vessel elsewhere than at its rim."""
+    """Part that a grasp holds (body, rim or handle); None for the wall of a vessel elsewhere than at its rim."""
     if category.build is MatterFill.VESSEL and pinch.width <= RIM_THICK:
         is_at_top = pinch.center[2] >= top - RIM_DEEP and -pinch.approach[2] >= FROM_ABOVE
         if (
             is_at_top
-            and abs(pinch.closing[2]) < LEVEL
-            and (category.front is not FrontRule.HANDLE or aside < OFF_HANDLE)
+            and abs(pinch.closing[2]) < LEVEL_SINE
+            and (category.front is not FrontRule.HANDLE or aside < HANDLE_DISTANCE_SHARE)
         ):
             return GraspFeature.RIM
-        return GraspFeature.HANDLE if category.front is FrontRule.HANDLE and aside >= OFF_HANDLE else None
-    if aside <= NEAR:
+        return GraspFeature.HANDLE if category.front is FrontRule.HANDLE and aside >= HANDLE_DISTANCE_SHARE else None
+    if aside <= BODY_REACH_SHARE:
         return GraspFeature.BODY
     return GraspFeature.HANDLE if pinch.width <= HANDLE_THICK else None
 

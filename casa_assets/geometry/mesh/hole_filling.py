@@ -100,7 +100,7 @@ def _loops(faces: Ints) -> list[Ints] | None:
 
 
 def _around(third: dict[int, int], before: int, spot: int, count: int) -> int:
-    """Where the faces that an open way from `before` to `spot` runs along end, going around that point.
+    """End of the fan of faces that an open way from `before` to `spot` runs along end, going around that point.
 
     Args:
         third: of each directed edge, first * count + second, the corner across from it. count: of the points.

@@ -10,7 +10,7 @@ from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.measure import signed_volume
 
 # What is so much above the lowest point, as a share of the longest side, is as low.
-LEVEL = 1e-6
+LEVEL_SHARE = 1e-6
 
 
 def convex_hull(points: Floats) -> tuple[Floats, Ints]:
@@ -126,7 +126,7 @@ def _outermost(cloud: Floats) -> list[int]:
 
 def _standing(cloud: Floats, reach: float) -> list[int]:
     """Indices of the corners of what is lowest, by the eight directions of a compass; ascending."""
-    lowest = np.flatnonzero(cloud[:, 2] <= cloud[:, 2].min() + LEVEL * reach)
+    lowest = np.flatnonzero(cloud[:, 2] <= cloud[:, 2].min() + LEVEL_SHARE * reach)
     compass = np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if (x, y) != (0, 0)], dtype=np.float64)
     return sorted({int(lowest[(cloud[lowest, :2] @ d).round(9).argmax()]) for d in compass})
 

@@ -25,14 +25,14 @@ SHEET_RATIO = 0.008
 # Lids are put on where the grid has matter at this share of them.
 CLOSED_SHARE = 0.9
 # A solid whose mean wall is thinner than this share of the longest side is a sheet with two faces.
-FLAT = 1e-3
+FLAT_WALL_RATIO = 1e-3
 # Share of what the grid encloses, if it is more than a few cubes, that has to lie in the solid.
-ENCLOSED = 0.8
-FEW = 50
+MIN_ENCLOSED_SHARE = 0.8
+FEW_VOXELS = 50
 # Samples, and how many of them may lie farther from the solid than this share of the longest side.
 SAMPLES = 2000
-LACKING = 0.01
-FAR = 0.012
+MAX_FAR_SHARE = 0.01
+FAR_RATIO = 0.012
 
 
 @dataclass(frozen=True)
@@ -93,13 +93,13 @@ def covers_surface(solid: Solid, points: Floats, faces: Ints, grid: Grid | None)
     """True where the surface lies on or in a solid, and so does what a given grid knows it to enclose."""
     of = reference_surface(*surface_of(solid))
     samples = surface_samples(points, faces, SAMPLES)
-    if float((distances_outside(samples, of) > FAR * of.longest).mean()) > LACKING:
+    if float((distances_outside(samples, of) > FAR_RATIO * of.longest).mean()) > MAX_FAR_SHARE:
         return False
     inner = np.zeros((0, 3)) if grid is None else np.argwhere(grid.solid & ~grid.skin)
-    if grid is None or len(inner) < FEW:
+    if grid is None or len(inner) < FEW_VOXELS:
         return True
     places = grid.origin + inner[:: max(1, len(inner) // SAMPLES)] * grid.cell
-    return float((distances_outside(places, of) < grid.cell).mean()) >= ENCLOSED
+    return float((distances_outside(places, of) < grid.cell).mean()) >= MIN_ENCLOSED_SHARE
 
 
 def _closed(points: Floats, faces: Ints, grid: Grid, longest: float) -> tuple[Solid, bool] | None:
@@ -125,7 +125,7 @@ def _either_way(points: Floats, faces: Ints, longest: float) -> Solid | None:
 
 
 def _is_flat(solid: Solid, longest: float) -> bool:
-    return 2 * float(solid.volume()) < FLAT * longest * float(solid.surface_area())
+    return 2 * float(solid.volume()) < FLAT_WALL_RATIO * longest * float(solid.surface_area())
 
 
 def _new(faces: Ints, old: Ints) -> Ints:

@@ -21,7 +21,7 @@ from casa_assets.core.typing import Floats, Ints
 
 @dataclass(frozen=True)
 class Budget:
-    """What a decomposition may use and make.
+    """Limits of a decomposition.
 
     Attributes:
         hulls: most hulls. hull_vertices: most vertices of each.

@@ -27,20 +27,20 @@ OFFSETS = 7
 # which the best one is moved.
 HOLLOW_PLANES = 8
 TRIED_PLANES = 4
-FINER = (0.5, 0.25)
+OFFSET_REFINEMENTS = (0.5, 0.25)
 # Spreads along two axes that differ by less than this share of the largest are the same.
-DISTINCT = 0.02
+DISTINCT_SPREAD_SHARE = 0.02
 # Parts smaller than this share of the whole are crumbs that cutting left.
-CRUMB = 1e-5
+MIN_PART_SHARE = 1e-5
 # More parts than these that do not hang together are a heap.
-HEAP = 8
+MAX_LOOSE_PARTS = 8
 # Pairs of parts that are tried as one, the most promising first.
 MOST_TRIES = 60
 
 
 @dataclass(frozen=True)
 class ErrorBound:
-    """How far hulls may reach beyond a solid, metres: 95 % of their surface, and all of it."""
+    """Bound on how far hulls reach beyond a solid, metres: for 95 % of their surface, and for all of it."""
 
     p95: float
     worst: float
@@ -56,7 +56,7 @@ class Part:
 
     @property
     def weight(self) -> float:
-        """What makes a part the next to be cut: it has to fit badly, and large ones come first."""
+        """Priority of being cut next: 0 where the hull fits, else larger for worse and larger parts."""
         return self.normalized_error * max(self.hull, 0.0) ** (1 / 3) if self.normalized_error > 1 else 0.0
 
 
@@ -69,7 +69,7 @@ def split_to_bound(solids: Sequence[Solid], of: ReferenceSurface, bound: ErrorBo
     Args:
         of: the surface that the hulls are held against, of these solids or of one that they are parts of.
     """
-    least = CRUMB * sum(float(s.volume()) for s in solids)
+    least = MIN_PART_SHARE * sum(float(s.volume()) for s in solids)
     done = [_part(s, of, bound) for s in solids]
     while len(done) < most:
         worst = max(range(len(done)), key=lambda i: (round(done[i].weight, 9), -i))
@@ -98,14 +98,14 @@ def normalized_error(cloud: Floats, of: ReferenceSurface, bound: ErrorBound) -> 
 
 
 def _cut(solid: Solid, least: float, room: int, thin: float) -> list[Solid]:
-    """What does not hang together, else the parts on both sides of the best plane; at most `room`, or the solid."""
+    """Connected parts of a solid, else the parts on both sides of the best plane; at most `room`, or the solid."""
     loose = connected_parts(solid, least)
     if 2 <= len(loose) <= room:
         return loose
     for plane in _best_planes(solid, room, thin):
         both = [half for half in split_by_plane(solid, plane.normal, plane.offset) if half.volume() > least]
         # Of a heap of pieces the halves stay heaps.
-        found = both if len(loose) > HEAP else [p for half in both for p in connected_parts(half, least)]
+        found = both if len(loose) > MAX_LOOSE_PARTS else [p for half in both for p in connected_parts(half, least)]
         if 2 <= len(found) <= room:
             return found
     return [solid]
@@ -135,7 +135,7 @@ def _best_planes(solid: Solid, room: int, thin: float) -> list[Plane]:
     order = sorted(range(len(planes)), key=lambda k: (-gains[k], k))[:TRIED_PLANES]
     first = planes[order[0]]
     found, best = first, gains[order[0]]
-    for share in FINER:
+    for share in OFFSET_REFINEMENTS:
         for side in (-1, 1):
             near = Plane(found.normal, found.offset + side * share * steps[order[0]])
             if steps[order[0]] > 0 and (value := gain(near)) > best:
@@ -149,7 +149,7 @@ def _planes(points: Floats) -> list[tuple[Plane, float]]:
     normals = [np.eye(3)[k] for k in range(3)]
     for k in range(3):
         # Where two directions are as wide, their axes are an accident of the arithmetic.
-        if min(abs(spread[k] - spread[j]) for j in range(3) if j != k) < DISTINCT * spread[2]:
+        if min(abs(spread[k] - spread[j]) for j in range(3) if j != k) < DISTINCT_SPREAD_SHARE * spread[2]:
             continue
         axis = axes[:, k] * np.sign(axes[np.argmax(np.abs(axes[:, k]).round(6)), k])
         if max(float(np.abs(axis @ n)) for n in normals[:3]) < 0.995:

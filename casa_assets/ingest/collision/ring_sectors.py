@@ -20,20 +20,20 @@ from casa_assets.ingest.collision.ring_slabs import (
 )
 
 # Radii of one height that differ by less than this share are round.
-ROUND = 0.05
+ROUND_SPREAD = 0.05
 # The outline of a body without its handles: so many of a hundred rays leave it before that.
-OUTLINE = 85
+OUTLINE_PERCENTILE = 85
 # Errors that are tried, each so many times the one before.
 GROWTH = 1.2
 STEPS = 14
-CRUMB = 1e-4
+MIN_PART_SHARE = 1e-4
 # Parts that are left for each handle.
 PER_HANDLE = 6
 # How the error is shared between chords around the axis and those along it.
-SHARES = (1.0, 0.6, 1.4)
+CHORD_ERROR_SHARES = (1.0, 0.6, 1.4)
 # By how much of the error an inner wall is set back, and how much of its thickness at most.
-EASE = 0.8
-EASED = 0.6
+SETBACK_SHARE = 0.8
+MAX_SETBACK_SHARE = 0.6
 
 
 @dataclass(frozen=True)
@@ -63,19 +63,21 @@ def cut_vessel(solid: Solid, finest: float, fair: float, foot: float, most: int)
     """
     center, share = upright_axis(*surface_of(solid))
     seen = wall_profile(solid, center)
-    is_round = float(np.median([radius_spread(row) for row in seen.outer])) < ROUND
+    is_round = float(np.median([radius_spread(row) for row in seen.outer])) < ROUND_SPREAD
     asked = slab_costs(seen, is_round)
     for step in range(STEPS):
         error = finest * GROWTH**step
         under = min(error, foot) if error <= fair else foot
-        plans = [_plan(seen, asked, error * share_, error * (2 - share_), is_round, under) for share_ in SHARES]
+        plans = [
+            _plan(seen, asked, error * share_, error * (2 - share_), is_round, under) for share_ in CHORD_ERROR_SHARES
+        ]
         known = [plan for plan in plans if plan is not None and plan.count <= most]
         if not known:
             continue
         plan = min(known, key=lambda p: p.count)
         body, handles = _without_handles(solid, seen, error / 2) if is_round else (solid, [])
         if plan.count <= most - min(PER_HANDLE * len(handles), most // 3):
-            floors, cells = _cells(_eased(body, seen, EASE * error) if is_round else body, seen, plan)
+            floors, cells = _cells(_eased(body, seen, SETBACK_SHARE * error) if is_round else body, seen, plan)
             if not is_round:
                 floors, cells = [], [*floors, *cells]
             message = f"{share:.0%} of the wall turns about one axis" if is_round else "walls that are not round"
@@ -114,8 +116,10 @@ def _plan(
 
 
 def _without_handles(solid: Solid, seen: WallProfile, gap: float) -> tuple[Solid, list[Solid]]:
-    """What lies within the turned outline of the body, and the parts outside of it."""
-    radius = np.array([float(np.nanpercentile(r, OUTLINE)) if np.isfinite(r).any() else np.nan for r in seen.outer])
+    """Body within its revolved outline, and the parts outside of it: handles, knobs, spouts."""
+    radius = np.array(
+        [float(np.nanpercentile(r, OUTLINE_PERCENTILE)) if np.isfinite(r).any() else np.nan for r in seen.outer]
+    )
     known = np.isfinite(radius) & (np.isfinite(seen.outer).mean(axis=1) > OPEN_RAY_SHARE)
     if not known.any():
         return solid, []
@@ -136,7 +140,7 @@ def _without_handles(solid: Solid, seen: WallProfile, gap: float) -> tuple[Solid
         ]
     )
     outline = revolve_profile(profile, RAYS).translate((float(seen.center[0]), float(seen.center[1]), 0.0))
-    least = CRUMB * float(solid.volume())
+    least = MIN_PART_SHARE * float(solid.volume())
     handles = [p for p in connected_parts(solid - outline, 10 * least) if _reach(p) > 4 * gap]
     if not handles:
         return solid, []
@@ -177,7 +181,7 @@ def _turns(seen: WallProfile, error: float) -> list[int]:
 
 
 def _farthest(places: Floats, start: int, error: float) -> int:
-    """How many rays on from `start` a chord may end and no part of the wall lie farther beyond it than `error`."""
+    """Most rays that a chord from `start` may span with no part of the wall farther beyond it than `error`."""
     farthest = 1
     for count in range(2, RAYS // 4 + 1):
         index = (start + np.arange(count + 1)) % RAYS
@@ -206,7 +210,7 @@ def _eased(solid: Solid, seen: WallProfile, gap: float) -> Solid:
     inner, outer, hollow = inner[start:], outer[start:], hollow[start:]
     if len(hollow) < 2 or not np.isfinite(inner).all() or not np.isfinite(outer).all():
         return solid
-    wide = inner + np.minimum(gap, EASED * (outer - inner))
+    wide = inner + np.minimum(gap, MAX_SETBACK_SHARE * (outer - inner))
     heights = seen.heights[hollow]
     # A little into the floor: no film of it may stay in the rings above.
     low, high = heights[0] - 0.6 * seen.step, heights[-1] + seen.step
@@ -238,7 +242,7 @@ def _cells(solid: Solid, seen: WallProfile, plan: RingPlan) -> tuple[list[Solid]
             cells += _wedges(layer, seen.center, np.arange(slab.sectors) * 2 * np.pi / slab.sectors)
         else:
             cells += _wedges(layer, seen.center, (np.array(plan.turns) + 0.5) * 2 * np.pi / RAYS)
-    least = CRUMB / 10 * float(solid.volume())
+    least = MIN_PART_SHARE / 10 * float(solid.volume())
     return [f for f in floors if f.volume() > least], [cell for cell in cells if cell.volume() > least]
 
 

@@ -139,7 +139,7 @@ def _sectors(of: SlabCosts, chord: float, bend: float, turns: int | None, foot: 
 
 
 def _bend(radii: Floats, step: float) -> float:
-    """How far a wall, (H, A) radii, recedes from the chords between its lowest and highest points; metres."""
+    """Distance that a wall, (H, A) radii, recedes from the chords between its lowest and highest points; metres."""
     if len(radii) < 3:
         return 0.0
     share = np.linspace(0, 1, len(radii))[:, None]

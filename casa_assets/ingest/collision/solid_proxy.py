@@ -31,17 +31,17 @@ SMALL_HOLE = 0.05
 # The grid can tell what a full thing fills where the thinnest side of the box around it is so many cubes.
 TELLING_CELLS = 12
 # What is made on a grid is smoothed by this share of a cube: a tenth of the faces is left.
-SMOOTH = 0.3
+SMOOTH_CELLS = 0.3
 # Mean wall over the longest side below which matter is a wall, and the share of its hull that it then fills at most.
 # Ref: generated shells measure .011 to .023, a mug .040, a generated solid shaker .19 (filling .11 to .22, and .87).
-THIN = 0.06
-LOOSE = 0.5
+THIN_WALL_RATIO = 0.06
+MAX_WALLED_FILL = 0.5
 # A grid of cubes bulges over the ends of what it stands for; of what is cut off there this share has to be left.
-LEFT = 0.7
+MIN_KEPT_SHARE = 0.7
 # A surface of which more than this share is lone sheets is one.
-LONE = 0.5
+MIN_SHEET_SHARE = 0.5
 # Matter that grows by more than this share once sealed rooms are filled had two walls.
-SEALED = 0.25
+MIN_SEALED_GROWTH = 0.25
 
 
 class SurfaceKind(StrEnum):
@@ -87,25 +87,25 @@ def solid_proxy(points: Floats, faces: Ints, full: bool) -> SolidProxy | None:
         found = made(points, faces, grid)
         solid = None if found is None else without_voids(found.solid)
         if found is not None and solid is not None and covers_surface(solid, points, faces, grid if told else None):
-            raw = None if found.lone > LONE else found.solid
+            raw = None if found.lone > MIN_SHEET_SHARE else found.solid
             solid = _within(solid, points[np.unique(faces)]) if found.lone > 0 else solid
             return _classified(solid, raw, area, longest, list(found.done), exact=True)
     gridded = solid_of(*isosurface(signed_distance_field(points, faces, grid), grid.origin, grid.cell))
     if gridded is None:
         return None
-    solid = _within(without_voids(simplify_solid(gridded, SMOOTH * grid.cell)), points[np.unique(faces)])
+    solid = _within(without_voids(simplify_solid(gridded, SMOOTH_CELLS * grid.cell)), points[np.unique(faces)])
     exact = _closed(points, faces, grid)
     done = [f"made solid on a grid of {1000 * grid.cell:.2g} mm"]
     return _classified(solid, None if exact is None else exact.solid, area, longest, done, exact=False)
 
 
 def _within(solid: Solid, points: Floats) -> Solid:
-    """What of a solid lies in the box round some points; all of it where that would take most of it, as of a sheet."""
+    """Part of a solid in the box round some points; all of it where that would take most of it, as of a sheet."""
     rest = solid
     for axis in np.eye(3):
         rest = split_by_plane(rest, axis, float((points @ axis).min()))[0]
         rest = split_by_plane(rest, -axis, float((points @ -axis).min()))[0]
-    return rest if rest.volume() > LEFT * solid.volume() else solid
+    return rest if rest.volume() > MIN_KEPT_SHARE * solid.volume() else solid
 
 
 def _closed(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
@@ -130,11 +130,11 @@ def _classified(
     thin = 2 * (before if raw is not None else size) / (area * longest)
     sealed = 1 - before / size if raw is not None and size > 0 else 0.0
     if raw is None:
-        kind = SurfaceKind.SHEET if thin < THIN else SurfaceKind.SOLID
-    elif sealed > SEALED:
+        kind = SurfaceKind.SHEET if thin < THIN_WALL_RATIO else SurfaceKind.SOLID
+    elif sealed > MIN_SEALED_GROWTH:
         kind = SurfaceKind.DOUBLE
         done = [*done, f"{sealed:.0%} of it was sealed off and was filled"]
     else:
-        kind = SurfaceKind.WALLED if fills < LOOSE and thin < THIN else SurfaceKind.SOLID
+        kind = SurfaceKind.WALLED if fills < MAX_WALLED_FILL and thin < THIN_WALL_RATIO else SurfaceKind.SOLID
     message = f"{kind}: fills {fills:.0%} of its hull, walls {thin:.3f} of its length"
     return SolidProxy(solid, kind, "; ".join([message, *done]), wall, exact)

@@ -97,17 +97,17 @@ class CollisionTask:
 
     @property
     def budget(self) -> Budget:
-        """What a decomposition may make of it."""
+        """Limits of a convex decomposition."""
         return Budget(hulls=self.params.hull_count, hull_vertices=self.params.hull_vertices)
 
     @property
     def aim(self) -> ErrorBound:
-        """What cuts are made for."""
+        """Error bound that cuts aim at, somewhat below the one that is judged."""
         return ErrorBound(AIM_SHARE * self.by.bound.p95, AIM_SHARE * self.by.bound.worst)
 
     @property
     def slack(self) -> float:
-        """How far reducing vertices may move a hull, metres."""
+        """Distance that reducing vertices may move a hull, metres."""
         return REDUCE_SHARE * self.by.bound.p95
 
 

@@ -21,13 +21,13 @@ from casa_assets.model.ingest.source import RawModel, RawPart, Up
 Bytes = npt.NDArray[np.uint8]
 
 # Beyond these a coordinate is a fault of the file, not a place: no unit makes a kitchen object 1e12 long.
-FAR = 1e12
-FAR_UV = 1e6
+MAX_COORDINATE = 1e12
+MAX_UV = 1e6
 SHORT_NORMAL = 1e-6
 # Scans have a handful of zero normals at slivers; more than this share says that the column is worthless.
 MOST_BAD_NORMALS = 0.1
 # Steps of single precision, as a part of the size, from which a surface is visibly torn.
-COARSE = 2e-3
+COARSE_STEP_RATIO = 2e-3
 
 
 @dataclass
@@ -108,7 +108,7 @@ def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
     high = np.max([part.mesh.vertices.max(axis=0) for part in parts], axis=0)
     extent, reach = float((high - low).max()), float(max(np.abs(low).max(), np.abs(high).max()))
     step = float(np.spacing(np.float32(reach)))
-    if not step > COARSE * extent > 0.0:
+    if not step > COARSE_STEP_RATIO * extent > 0.0:
         return
     if all(np.array_equal(p.mesh.vertices, p.mesh.vertices.astype(np.float32)) for p in parts):
         message = (
@@ -120,7 +120,7 @@ def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
 def _usable_faces(rough: ReadPart) -> npt.NDArray[np.bool_]:
     """(F,) whether all three vertices of a face are finite and near enough to be meant."""
     with np.errstate(invalid="ignore"):
-        good = np.asarray((np.abs(rough.vertices) < FAR).all(axis=1))
+        good = np.asarray((np.abs(rough.vertices) < MAX_COORDINATE).all(axis=1))
     return np.asarray(good[rough.faces].all(axis=1)) if len(rough.faces) else np.zeros(0, dtype=bool)
 
 
@@ -158,7 +158,7 @@ def used_vertices(faces: Ints, count: int) -> tuple[Ints, Ints]:
 
 def _finite_uv(uv: Floats, name: str, notes: Notes) -> Floats:
     with np.errstate(invalid="ignore"):
-        good = np.asarray((np.abs(uv) < FAR_UV).all(axis=1))
+        good = np.asarray((np.abs(uv) < MAX_UV).all(axis=1))
     if good.all():
         return uv
     notes.add(rejection_codes.BAD_UV, name, f"{int((~good).sum())} texture coordinates are NaN or absurd; set to 0")

@@ -19,7 +19,7 @@ MOST_REFERENCES = 500
 
 
 class Role(StrEnum):
-    """What a file is for: without its buffers a mesh is nothing; pictures and materials may be missing."""
+    """Role of a referenced file: buffers are required, pictures and materials may be missing."""
 
     BUFFER = "buffer"
     MATERIAL = "material"

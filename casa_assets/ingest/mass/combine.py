@@ -19,7 +19,7 @@ from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import Category, MatterFill
 
 # Least over greatest mean square extent of a body whose inertia survives rounding to nine digits.
-THINNEST = 1e-7
+MIN_THICKNESS_RATIO = 1e-7
 # How far apart a mesh and the closed part of it may end, as a part of the longest side, for that part to be the whole.
 SAME_REACH = 0.02
 # A mass less sure than this is remarked on.
@@ -72,7 +72,7 @@ def _moments(draft: Draft, category: Category) -> tuple[float, Floats, Floats, s
 
 
 def _spans(solid: Floats, points: Floats) -> bool:
-    """Whether a solid reaches as far as the mesh: the handle of a knife whose blade is a sheet is not the knife."""
+    """True where a solid reaches as far as the mesh; a knife whose blade is a sheet has a solid of its handle alone."""
     off = np.abs([solid.min(axis=0) - points.min(axis=0), solid.max(axis=0) - points.max(axis=0)])
     return float(off.max()) <= SAME_REACH * float(np.ptp(points, axis=0).max())
 
@@ -80,9 +80,9 @@ def _spans(solid: Floats, points: Floats) -> bool:
 def _possible(inertia: Floats) -> Floats:
     """The tensor, of a body no thinner than the digits that are kept can tell from none at all."""
     spread, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
-    if spread[0] > THINNEST * spread[2]:
+    if spread[0] > MIN_THICKNESS_RATIO * spread[2]:
         return inertia
-    covariance = (axes * np.maximum(spread, THINNEST * spread[2])) @ axes.T
+    covariance = (axes * np.maximum(spread, MIN_THICKNESS_RATIO * spread[2])) @ axes.T
     fixed: Floats = np.trace(covariance) * np.eye(3) - covariance
     return fixed
 

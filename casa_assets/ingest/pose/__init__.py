@@ -1,1 +1,1 @@
-"""How a thing rests and which way it looks: candidates, evidence, front."""
+"""Pose of a mesh: candidates for up, evidence for each, and the front."""

@@ -15,7 +15,7 @@ from casa_assets.model.registry.category import Category, MatterFill, RestingPos
 # Cells along the longest side of the map of heights that rain falls on.
 CELLS = 36
 # What is so close to the ground, as a share of the height, or at least of the longest side, is foot.
-FOOT, LEAST_FOOT = 0.025, 0.01
+FOOT_SHARE, MIN_FOOT_SHARE = 0.025, 0.01
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def _radius(points: Floats) -> float:
 
 def _area(points: Floats, ground: float, height: float) -> tuple[float, bool]:
     """Area of the outline of what is close to the ground, and whether it is below the origin."""
-    near = points[points[:, 2] < ground + max(FOOT * height, LEAST_FOOT)][:, :2]
+    near = points[points[:, 2] < ground + max(FOOT_SHARE * height, MIN_FOOT_SHARE)][:, :2]
     try:
         hull = ConvexHull(near)
     except (QhullError, ValueError):
@@ -160,7 +160,7 @@ def _share(room: float) -> float:
 
 
 def outline_score(extents: Floats, category: Category) -> float:
-    """How well three extents, at any size and heading, fit the usual ones: 0 at best, -6 at worst.
+    """Score of three extents, at any size and heading, against the usual ones: 0 at best, -6 at worst.
 
     What lies may be flatter than usual (a slice of a loaf) and should not be taller than it is wide.
     """

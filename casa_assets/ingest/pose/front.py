@@ -9,20 +9,20 @@ from scipy.spatial import ConvexHull
 
 from casa_assets.core.typing import Floats
 from casa_assets.ingest.pose.cloud import plan_axes
-from casa_assets.ingest.pose.evidence import FOOT
+from casa_assets.ingest.pose.evidence import FOOT_SHARE
 from casa_assets.model.registry.category import Category, FrontRule
 
 # A turn smaller than this is left undone, radians: files that lie along their axes stay as they are.
-STRAIGHT = np.radians(3.0)
+MIN_TURN_RAD = np.radians(3.0)
 # A handle reaches so much farther from the axis than the body does, at least.
 HANDLE_REACH = 1.15
 SECTORS = 36
 # What fills this share of the rectangle around it is square in plan.
 BOXY = 0.87
 # Sides of a box around something round differ by no more than this.
-ROUND = 0.85
+ROUND_SIDE_RATIO = 0.85
 # A handle points along a side of the outline where it is so close to one, radians.
-SQUARE = np.radians(20.0)
+SNAP_ANGLE_RAD = np.radians(20.0)
 # Prior of the side that a face is on, as the file lies: -y, +x, +y, -x. glTF says that the front looks along its +z,
 # which is our -y; other formats say nothing.
 STATED_FACE = (0.80, 0.06, 0.08, 0.06)
@@ -55,9 +55,9 @@ def facing(samples: Floats, category: Category, stated: bool) -> Facing:
 
 
 def _small(angle: float, period: float) -> float:
-    """The same turn, modulo a period, that turns least; none where it is next to none."""
+    """Smallest turn equal to this one modulo a period; 0 where it is next to none."""
     turn = (angle + period / 2) % period - period / 2
-    return 0.0 if abs(turn) < STRAIGHT else turn
+    return 0.0 if abs(turn) < MIN_TURN_RAD else turn
 
 
 def straightened(samples: Floats) -> float:
@@ -79,12 +79,14 @@ def _axis(samples: Floats) -> tuple[Floats, float]:
     """Middle of the body in plan, and its radius: from the foot, and from what lies close around it."""
     height = max(float(np.ptp(samples[:, 2])), 1e-9)
     level = (samples[:, 2] - samples[:, 2].min()) / height
-    foot = samples[level < max(FOOT, 0.06, 0.035 / height)][:, :2]  # scans of flat things tilt a little
+    foot = samples[level < max(FOOT_SHARE, 0.06, 0.035 / height)][:, :2]  # scans of flat things tilt a little
     low, high = foot.min(axis=0), foot.max(axis=0)
     middle = (low + high) / 2
     a, b = sorted(np.maximum(high - low, 1e-9))
     whole = float(np.ptp(samples[:, :2], axis=0).min())
-    rounds = 0 if a > ROUND * b and a > 0.4 * whole else 6  # a round foot that is wide enough is the body's own
+    rounds = (
+        0 if a > ROUND_SIDE_RATIO * b and a > 0.4 * whole else 6
+    )  # a round foot that is wide enough is the body's own
     for _ in range(rounds):  # else the circle that the lower half of what is seen lies on
         lower = samples[level < 0.6][:, :2] - middle
         reach = np.linalg.norm(lower, axis=1)
@@ -131,7 +133,7 @@ def _along(samples: Floats, direction: float) -> float:
     off = (direction - side + np.pi / 4) % (np.pi / 2) - np.pi / 4
     # Corners of what is square stick out of the circle that a body is taken for.
     square = float(ConvexHull(samples[:, :2]).volume) > BOXY * long * wide
-    return direction - off if square or abs(off) < SQUARE else direction
+    return direction - off if square or abs(off) < SNAP_ANGLE_RAD else direction
 
 
 def _face(samples: Floats, category: Category, stated: bool) -> Facing:

@@ -36,19 +36,21 @@ UP_PRIOR: dict[str, dict[str, float]] = {
 }
 
 # Directions closer than this are one, radians.
-SAME = np.radians(6.0)
+SAME_DIRECTION_RAD = np.radians(6.0)
 # So many faces of the hull, the largest, are tried as feet.
 MOST_FEET = 6
 # Prior weight of a direction that is no axis, relative to that of an axis that nobody speaks for: modellers work along
 # axes, scans and simulations that somebody let fall do not.
-ASKEW = 0.4
+OFF_AXIS_PRIOR = 0.4
 
 
 def priors(key: str, names: list[str]) -> Floats:
     """Log prior of each candidate, by its name."""
     stated = UP_PRIOR.get(key, UP_PRIOR["unknown"])
     rest = (1 - sum(stated.values())) / (len(UP_ROTATIONS) - len(stated))
-    odds: Floats = np.log(np.array([stated.get(n, rest if n in UP_ROTATIONS else rest * ASKEW) for n in names]))
+    odds: Floats = np.log(
+        np.array([stated.get(n, rest if n in UP_ROTATIONS else rest * OFF_AXIS_PRIOR) for n in names])
+    )
     return odds
 
 
@@ -60,7 +62,7 @@ def candidates(cloud: SurfaceSample) -> list[tuple[str, Floats]]:
     _, axes = np.linalg.eigh(np.cov(cloud.samples.T))
     ways += [("along", sign * axis) for axis in axes.T for sign in (1.0, -1.0)]
     for kind, up in ways:
-        if all(np.arccos(np.clip(up @ other, -1, 1)) > SAME for other in taken):
+        if all(np.arccos(np.clip(up @ other, -1, 1)) > SAME_DIRECTION_RAD for other in taken):
             taken.append(up)
             found.append((f"{kind}_{sum(n.startswith(kind) for n, _ in found)}", rotation_to_z(up)))
     return found
@@ -81,7 +83,7 @@ def _feet(cloud: SurfaceSample) -> list[Floats]:
     for first in np.argsort(-area, kind="stable"):
         if not open_[first]:
             continue
-        mine = open_ & (normals @ normals[first] > np.cos(SAME / 2))
+        mine = open_ & (normals @ normals[first] > np.cos(SAME_DIRECTION_RAD / 2))
         open_ &= ~mine
         mean = (normals[mine] * area[mine, None]).sum(axis=0)
         sides.append((float(area[mine].sum()), -mean / np.linalg.norm(mean)))

@@ -1,1 +1,1 @@
-"""What `clean` mends: one fault to a module, each with the note that it leaves."""
+"""Repairs of the stage `clean`: one kind of fault to a module, each with the note that it leaves."""

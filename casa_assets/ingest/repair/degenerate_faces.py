@@ -11,7 +11,7 @@ from casa_assets.geometry.mesh.topology import edge_counts
 # A height of a face below this part of the longest side is none.
 NO_HEIGHT = 1e-7
 # Reversed twins go where this share of the edges is used twice without them.
-MOSTLY = 0.98
+MOSTLY_CLOSED_SHARE = 0.98
 
 
 def valid_faces(vertices: Floats, faces: Ints, place: Ints) -> Mask:
@@ -49,4 +49,4 @@ def _first_of_each(keys: Ints, among: Mask) -> Mask:
 
 def _mostly_closed(ids: Ints) -> bool:
     _, uses, _ = edge_counts(ids)
-    return bool((uses == 2).mean() > MOSTLY)
+    return bool((uses == 2).mean() > MOSTLY_CLOSED_SHARE)

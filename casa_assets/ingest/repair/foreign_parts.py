@@ -24,7 +24,7 @@ SPECK_SIZE = 0.05
 SPECK_GAP = 0.03
 SPECK_GAPS = 3.0
 # Specks nearer to each other than this part of their size hang together, as the links of a chain do.
-LINKED = 0.25
+LINK_GAP_SHARE = 0.25
 MOST_LINKED = 1500
 SURFACE_SAMPLES = 40_000
 # A ground plane is this many times wider than what stands on it, and this flat.
@@ -52,8 +52,8 @@ STAND_GAP = 0.05
 # The category of what nobody could name, which has no proportions.
 UNKNOWN = "object"
 # What is left without it has to be so much nearer to the usual proportions of the category, and that near: logarithms.
-BETTER = 0.2
-NEAR = 0.7
+MIN_IMPROVEMENT = 0.2
+MAX_PROPORTION_ERROR = 0.7
 # Pieces this large and this far apart, as parts of the largest one's size, are objects of their own.
 APART_SIZE = 0.3
 APART_GAP = 0.1
@@ -171,7 +171,7 @@ def _stand(found: Pieces, out: Mask, category: Category) -> int | None:
         if not rest.any() or not _is_under(found, int(piece), rest):
             continue
         whole, left = (_unlike(found.spread(some), usual) for some in (~out, rest))
-        if left <= NEAR and left <= whole - BETTER and _is_slab(found, int(piece)):
+        if left <= MAX_PROPORTION_ERROR and left <= whole - MIN_IMPROVEMENT and _is_slab(found, int(piece)):
             return int(piece)
     return None
 
@@ -227,7 +227,9 @@ def _specks(found: Pieces, out: Mask) -> Mask:
     floating = gap[index] > np.maximum(SPECK_GAP * main, SPECK_GAPS * found.size[index])
     if len(index) <= MOST_LINKED and not floating.all() and floating.any():
         sizes = np.minimum(found.size[index][:, None], found.size[index][None])
-        chain = connected_components(box_gaps(found.low[index], found.high[index]) <= LINKED * sizes, directed=False)[1]
+        chain = connected_components(
+            box_gaps(found.low[index], found.high[index]) <= LINK_GAP_SHARE * sizes, directed=False
+        )[1]
         held = np.zeros(int(chain.max()) + 1, dtype=bool)
         held[chain[~floating]] = True
         floating &= ~held[chain]

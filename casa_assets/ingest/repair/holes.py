@@ -24,7 +24,7 @@ CUT_WIDER = 3
 # It is closed however bent its rim is, where that has no more edges than these.
 FEW_EDGES = 8
 # Of the width of a hole, what two places may differ by and be the same.
-SAME = 1e-3
+SAME_PLACE_SHARE = 1e-3
 # Least cosine between a face of the fan and their mean: a fan that folds is no surface.
 LEAST_LEVEL = 0.2
 
@@ -98,7 +98,7 @@ def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:
 
 def _is_torn(rim: Floats, widest: float, cut: cKDTree | None) -> bool:
     """A small hole that nobody made: not round, or cut out by ourselves, and flat enough for a fan."""
-    is_ours = cut is not None and float(cut.query(rim)[0].max()) <= SAME * widest
+    is_ours = cut is not None and float(cut.query(rim)[0].max()) <= SAME_PLACE_SHARE * widest
     if len(rim) > MOST_EDGES or float(np.ptp(rim, axis=0).max()) > (CUT_WIDER if is_ours else 1) * widest:
         return False
     middle = rim.mean(axis=0)

@@ -17,7 +17,7 @@ LIKE_SIZE = 0.8
 MOST_PIECES = 64
 MOST_PAIRS = 6
 MOST_FACES = 40_000
-SPOTS = 200  # of each piece; walls of 4 mm hold 3 % of a mug that was pushed half into another
+SAMPLES_PER_PIECE = 200  # of each piece; walls of 4 mm hold 3 % of a mug that was pushed half into another
 LEAST_INSIDE = 2
 
 
@@ -47,9 +47,9 @@ def intersecting_parts(points: Floats, ids: Ints) -> list[Issue]:
 
 
 def _cross(points: Floats, one: Ints, host: Ints) -> bool:
-    """Whether a part of one piece lies inside the other, and a part outside."""
+    """True where one part of a piece lies inside the other piece, and another part outside."""
     if not is_closed(host):
         return False
-    spots = points[one[:: max(1, len(one) // SPOTS)]].mean(axis=1)
+    spots = points[one[:: max(1, len(one) // SAMPLES_PER_PIECE)]].mean(axis=1)
     inside = sum(abs(winding_number(points, host, spot)) > 0.5 for spot in spots)
     return LEAST_INSIDE <= inside <= len(spots) - LEAST_INSIDE

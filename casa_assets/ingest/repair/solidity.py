@@ -12,12 +12,12 @@ from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import edge_counts, face_components
 from casa_assets.geometry.mesh.visibility import measure_visibility
 from casa_assets.geometry.solid.hull import hull_volume
-from casa_assets.ingest.collision.solid_proxy import LOOSE, SEALED, THIN, SurfaceKind
+from casa_assets.ingest.collision.solid_proxy import MAX_WALLED_FILL, MIN_SEALED_GROWTH, THIN_WALL_RATIO, SurfaceKind
 
 # Share of the area of an open surface, or of a full thing, that must be out of sight for its walls to be double.
-UNSEEN = 0.25
+HIDDEN_AREA_SHARE = 0.25
 # Where that is measured, it is to so many points.
-STREWN = 30_000
+VISIBILITY_SAMPLES = 30_000
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Solidity:
     @property
     def confidence(self) -> float:
         """Confidence, 0..1: less where the surface is open, or a number is near its limit."""
-        near = abs(np.log(max(self.wall, 1e-6) / THIN)) < 0.25 and self.kind is not SurfaceKind.DOUBLE
+        near = abs(np.log(max(self.wall, 1e-6) / THIN_WALL_RATIO)) < 0.25 and self.kind is not SurfaceKind.DOUBLE
         return (0.9 if self.closed else 0.6) - (0.2 if near else 0.0)
 
 
@@ -63,7 +63,7 @@ def solidity(points: Floats, faces: Ints, full: bool = False) -> Solidity:
     points, faces = points[used], local.reshape(-1, 3)
     hull = max(hull_volume(points), 1e-300)
     area, longest = float(face_normals(points, faces)[1].sum()), float(np.ptp(points, axis=0).max())
-    found = measure_visibility(points, faces, STREWN)
+    found = measure_visibility(points, faces, VISIBILITY_SAMPLES)
     seen = float((found.front | found.back).mean())
     outer, rooms = _volumes(points, faces)
     closed = bool((edge_counts(faces)[2] == 0).all()) and outer > rooms
@@ -83,10 +83,10 @@ def _volumes(points: Floats, faces: Ints) -> tuple[float, float]:
 
 
 def _kind(fills: float, wall: float, seen: float, sealed: float, closed: bool, full: bool) -> SurfaceKind:
-    unseen = wall < THIN and seen < 1 - UNSEEN
+    unseen = wall < THIN_WALL_RATIO and seen < 1 - HIDDEN_AREA_SHARE
     # The inner wall of a closed vessel is out of sight, too; that of a thing that is full is a mistake.
-    if sealed > SEALED or (unseen and (full or not closed)):
+    if sealed > MIN_SEALED_GROWTH or (unseen and (full or not closed)):
         return SurfaceKind.DOUBLE
     if not closed:
-        return SurfaceKind.SHEET if wall < THIN else SurfaceKind.SOLID
-    return SurfaceKind.WALLED if fills < LOOSE and wall < THIN else SurfaceKind.SOLID
+        return SurfaceKind.SHEET if wall < THIN_WALL_RATIO else SurfaceKind.SOLID
+    return SurfaceKind.WALLED if fills < MAX_WALLED_FILL and wall < THIN_WALL_RATIO else SurfaceKind.SOLID

@@ -19,10 +19,10 @@ from casa_assets.geometry.mesh.visibility import measure_visibility
 MOST_HOLLOW = 64
 # Volume of the cones to its middle, over area and length, below which an open piece has no outside: leaves of a fruit
 # measure .02 to .03, a single-walled bowl .1.
-CURVED = 0.035
+MIN_CURVATURE = 0.035
 # An open patch is turned where so many times more of it shows its back alone than its front alone, and that is at
 # least this share of it; of fewer points than these nothing can be said.
-PLAINLY = 4.0
+BACK_TO_FRONT_RATIO = 4.0
 LEAST_SHARE = 0.3
 LEAST_SEEN = 8
 
@@ -55,7 +55,7 @@ def orient_outward(vertices: Floats, ids: Ints, faces: Ints, keep: Mask) -> tupl
 
 
 def _inside_out(points: Floats, ids: Ints, label: Ints, turned_so_far: Mask, open_: Mask) -> Mask:
-    """Which pieces have to be turned; what lies within another piece keeps its direction against that one's.
+    """Faces (F,) of pieces to be turned; a piece within another keeps its direction against that one's.
 
     An open piece that is hardly curved (a leaf, a plate) has no outside: it keeps the direction that most of it had.
     """
@@ -74,7 +74,7 @@ def _inside_out(points: Floats, ids: Ints, label: Ints, turned_so_far: Mask, ope
     areas = np.bincount(label, weights=np.linalg.norm(_area_vectors(corners), axis=1) / 2, minlength=count)
     hardly = np.zeros(count, dtype=bool)
     hardly[label[open_]] = True
-    hardly &= np.abs(volume) / 6 < CURVED * areas * (high - low).max(axis=1)
+    hardly &= np.abs(volume) / 6 < MIN_CURVATURE * areas * (high - low).max(axis=1)
     turned[hardly] = (np.bincount(label, weights=turned_so_far) > np.bincount(label) / 2)[hardly]
     if count == 1:
         return turned
@@ -123,7 +123,7 @@ def _back_to_front(points: Floats, ids: Ints, label: Ints, open_: Mask) -> Mask:
     strewn = np.bincount(patch[found.face], minlength=size)
     front = np.bincount(patch[found.face], weights=found.front & ~found.back, minlength=size)
     back = np.bincount(patch[found.face], weights=found.back & ~found.front, minlength=size)
-    turned = (back > PLAINLY * front) & (back >= LEAST_SHARE * strewn) & (back >= LEAST_SEEN)
+    turned = (back > BACK_TO_FRONT_RATIO * front) & (back >= LEAST_SHARE * strewn) & (back >= LEAST_SEEN)
     wrong: Mask = turned[patch] & open_ & ~flat[label]
     return wrong
 

@@ -129,7 +129,7 @@ def _belief(vertices: Floats, extents: Floats, category: Category, words: Stated
 def _stated_size(
     vertices: Floats, extents: Floats, category: Category, words: StatedSize, usual: SizePrior
 ) -> SizePrior | None:
-    """What lengths and volumes in the words make of it, where one of them makes a usual size."""
+    """Prior from lengths and volumes in words; None where none of them makes a usual size."""
     options = [(log(length / float(side)), LENGTH_SPREAD) for length in words.lengths for side in extents if side > 0]
     if words.volumes:
         try:
@@ -187,7 +187,7 @@ def _decide(
 
 
 def _density(value: float, belief: SizePrior) -> float:
-    """Of the log normal, per nat; units are never quite as sharp as a stated length."""
+    """Density of the log normal, per nat; units are never quite as sharp as a stated length."""
     spread = max(belief.spread, 0.12)
     return float(np.exp(-0.5 * ((value - belief.middle) / spread) ** 2)) / (spread * sqrt(2 * pi))
 

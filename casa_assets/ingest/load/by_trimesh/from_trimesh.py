@@ -162,7 +162,7 @@ class _Materials:
         )
 
     def _alpha(self, finish: TrimeshMaterial, name: str) -> tuple[str | float, float]:
-        """What becomes of the picture's alpha (see ImageUse), and the opacity of the material."""
+        """Treatment of the picture's alpha (see ImageUse), and the opacity of the material."""
         opacity = finish.color[3]
         if finish.alpha_mode == "OPAQUE":
             return "drop", 1.0
@@ -199,6 +199,6 @@ def _roughness(finish: TrimeshMaterial) -> float:
 
 
 def _is_bare(finish: TrimeshMaterial) -> bool:
-    """Whether a PBR material states nothing at all of how it shines; it is then matt, as for glTF."""
+    """True where a PBR material states nothing at all of how it shines; it is then matt, as for glTF."""
     stated = finish.metallic, finish.roughness
     return stated == (None, None) and not {"base", "rough"} & finish.images.keys() and finish.color == WHITE

@@ -73,7 +73,7 @@ def vertex_count(document: Document, mesh: Element) -> int:
 
 
 def _triangle_count(primitive: Element) -> int:
-    """How many triangles a primitive comes to at most, from its own numbers."""
+    """Most triangles that a primitive can come to, from its own numbers."""
     kind = tag(primitive)
     if kind == "polylist":
         return int(np.maximum(whole_of(kid(primitive, "vcount")) - 2, 0).sum())

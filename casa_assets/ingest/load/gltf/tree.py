@@ -50,7 +50,7 @@ class JsonObject:
         )
 
     def has(self, key: str) -> bool:
-        """Whether the key is there and not null."""
+        """True where the key is there and not null."""
         return self.value.get(key) is not None
 
     def child(self, key: str) -> JsonObject:
@@ -90,7 +90,7 @@ class JsonObject:
         return value.encode("utf-8", "replace").decode("utf-8")
 
     def flag(self, key: str) -> bool:
-        """Whether `key` is true."""
+        """True where the value at `key` is true."""
         return self.value.get(key) is True
 
     def count(self, key: str, default: int | None = None) -> int:

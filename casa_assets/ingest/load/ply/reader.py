@@ -69,7 +69,7 @@ def _corner_column(face: Table | None) -> str | None:
 
 
 def _triangle_count(face: Table | None) -> int:
-    """How many triangles the faces come to, before any is made."""
+    """Number of triangles of the faces, before any is made."""
     column = _corner_column(face)
     return 0 if face is None or column is None else int(np.maximum(face.lists[column][1] - 2, 0).sum())
 

@@ -43,7 +43,7 @@ class Element:
 
 @dataclass
 class Header:
-    """What the header says.
+    """Header of a PLY file.
 
     Attributes:
         order: `<`, `>` or empty for text.
