@@ -29,7 +29,7 @@ Bools = npt.NDArray[np.bool_]
 
 ROOT = "object"
 # Thinnest sheet, as a part of the longest side of a link, whose inertia survives rounding.
-SHEET = 0.002
+MIN_SHEET_SHARE = 0.002
 
 
 # What stands still carries motors, frames and insulation: its surface weighs so many times that of what moves.
@@ -176,7 +176,9 @@ def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:
     """Return the mass properties of a link as a sheet of even thickness over its surface."""
     area, center, inertia = shell_moments(points, faces)
     tensor = inertia / max(area, 1e-12) * mass
-    tensor = tensor + np.eye(3) * mass * (SHEET * float(np.ptp(points[faces].reshape(-1, 3), axis=0).max())) ** 2
+    tensor = (
+        tensor + np.eye(3) * mass * (MIN_SHEET_SHARE * float(np.ptp(points[faces].reshape(-1, 3), axis=0).max())) ** 2
+    )
     xx, yy, zz, xy, xz, yz = (_seven(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
     return Inertial(mass=_seven(mass), center_of_mass=_vec(center), inertia=(xx, yy, zz, xy, xz, yz))
 

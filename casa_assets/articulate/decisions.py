@@ -26,8 +26,8 @@ Direction = str | Vec3
 BODY = "body"
 GIVEN_REASON = "given in the decisions"
 # Numbers of a sidecar that differ by less are those that were found, rounded for reading.
-SAME_SHARE, SAME_DEG, SAME_M = 2e-4, 0.06, 6e-5
-KNOB_AWAY, BUTTON_WAY, LEVER_RANGE = 2 * math.pi, 0.004, math.pi / 2
+SHARE_TOLERANCE, ANGLE_TOLERANCE_DEG, LENGTH_TOLERANCE_M = 2e-4, 0.06, 6e-5
+KNOB_RANGE_RAD, BUTTON_TRAVEL, LEVER_RANGE = 2 * math.pi, 0.004, math.pi / 2
 _AXES = "xyz"
 
 
@@ -198,7 +198,7 @@ def _changed(part: PartPlan, wanted: PartDecision | None, soup: TriangleSoup, fo
     joint = _turned(joint, wanted, soup, found)
     joint = _ranged(joint, wanted, found.frame.metres or 1.0)
     if wanted.endless is not None and joint.kind is JointKind.HINGE and wanted.endless is not joint.endless:
-        span = (0.0, KNOB_AWAY) if wanted.endless else joint.range
+        span = (0.0, KNOB_RANGE_RAD) if wanted.endless else joint.range
         joint = joint.replace(endless=wanted.endless, range=span, reason=GIVEN_REASON, confidence=1.0)
     parent = part.parent if wanted.on is None else "" if wanted.on == BODY else wanted.on
     if kind is not part.kind or parent != part.parent:
@@ -214,7 +214,7 @@ def _turned(joint: JointPlan, wanted: PartDecision, soup: TriangleSoup, found: A
             joint = joint.replace(axis=axis, edge=None, confidence=1.0, reason=GIVEN_REASON)
     if wanted.anchor_m is not None:
         anchor = _to_frame(np.array(wanted.anchor_m), soup, found)
-        if float(np.linalg.norm(anchor - np.array(joint.anchor))) * (found.frame.metres or 1.0) > SAME_M:
+        if float(np.linalg.norm(anchor - np.array(joint.anchor))) * (found.frame.metres or 1.0) > LENGTH_TOLERANCE_M:
             joint = joint.replace(anchor=_vec(anchor), edge=None, confidence=1.0, reason=GIVEN_REASON)
     return joint
 
@@ -222,10 +222,10 @@ def _turned(joint: JointPlan, wanted: PartDecision, soup: TriangleSoup, found: A
 def _ranged(joint: JointPlan, wanted: PartDecision, metres: float) -> JointPlan:
     """Return the joint with the range that the user gives, where it differs."""
     if joint.kind is JointKind.SLIDE:
-        if wanted.travel_m is None or abs(wanted.travel_m - joint.range[1] * metres) <= SAME_M:
+        if wanted.travel_m is None or abs(wanted.travel_m - joint.range[1] * metres) <= LENGTH_TOLERANCE_M:
             return joint
         return joint.replace(range=(0.0, wanted.travel_m / metres), confidence=1.0, reason=GIVEN_REASON)
-    if wanted.opens_deg is None or abs(wanted.opens_deg - math.degrees(joint.range[1])) <= SAME_DEG:
+    if wanted.opens_deg is None or abs(wanted.opens_deg - math.degrees(joint.range[1])) <= ANGLE_TOLERANCE_DEG:
         return joint
     return joint.replace(range=(0.0, math.radians(wanted.opens_deg)), confidence=1.0, reason=GIVEN_REASON)
 
@@ -243,9 +243,9 @@ def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, soup: Triangl
         way = hinges.DRAWER_TRAVEL_SHARE * float(high[1] - low[1])
         return base.replace(kind=JointKind.SLIDE, range=(0.0, way))
     if kind is PartKind.BUTTON:
-        return base.replace(kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(0.0, BUTTON_WAY))
+        return base.replace(kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(0.0, BUTTON_TRAVEL))
     if kind is PartKind.KNOB:
-        return base.replace(range=(0.0, KNOB_AWAY), endless=True)
+        return base.replace(range=(0.0, KNOB_RANGE_RAD), endless=True)
     axis: Vec3 = (0.0, 0.0, 1.0) if kind is PartKind.SPOUT else (1.0, 0.0, 0.0)
     return base.replace(axis=axis, range=(0.0, LEVER_RANGE))
 
@@ -260,7 +260,7 @@ def _hinge(edge: HingeEdge, kind: PartKind, low: Floats, high: Floats) -> JointP
         kind=JointKind.HINGE,
         axis=_vec(axis[0] * SIDES[side][0] + axis[1] * SIDES[side][1]),
         anchor=_vec(point @ SIDES[side]),
-        range=(0.0, hinges.DOOR_RANGE),
+        range=(0.0, hinges.DOOR_RANGE_RAD),
         edge=edge,
         confidence=1.0,
         reason=GIVEN_REASON,

@@ -41,9 +41,9 @@ from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.record import Vec3
 
 # Travel of a button in diagonals, capped by how far it stands out. Ref: 2 to 5 mm on a thing of 0.8 m.
-BUTTON_WAY = 0.004
+MAX_BUTTON_TRAVEL = 0.004
 # What is so near to the middle of the top, by its size, crowns a thing and does not command it.
-MIDDLE = 0.1
+TOP_CENTRE_SHARE = 0.1
 
 
 @dataclass
@@ -128,7 +128,7 @@ def articulate_fragments(pieces: MeasuredFragments, frame: Frame, category: str 
         _controls(found, TOP, over)
     key = find_single_button(pieces) if category and pieces.count > 1 and not found.parts else None
     if key is not None:
-        joint = button_joint(key, BUTTON_WAY)
+        joint = button_joint(key, MAX_BUTTON_TRAVEL)
         found.add(PartKind.BUTTON, key.fragments, key.fragments, joint, "", (joint.confidence, joint.reason))
     parts = tuple(found.parts) if category or _may_move(pieces, found.parts) else ()
     return Articulation(frame=frame, parts=parts, category=category)
@@ -159,7 +159,7 @@ def _tops_off(pieces: MeasuredFragments, control: Control) -> bool:
     """Return whether a control is in the middle of the top, as the cap of a bottle is."""
     low, high = corners_from_side(pieces, TOP)
     low, high = low.min(axis=0)[:2], high.max(axis=0)[:2]
-    return bool((np.abs(control.middle - (low + high) / 2) < MIDDLE * (high - low)).all())
+    return bool((np.abs(control.middle - (low + high) / 2) < TOP_CENTRE_SHARE * (high - low)).all())
 
 
 def _fronts(found: _Found, panels: list[Panel]) -> None:
@@ -214,7 +214,7 @@ def _hinge(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
         kind=JointKind.HINGE,
         axis=_direction(axis[0] * SIDES[FRONT][0] + axis[1] * SIDES[FRONT][1]),
         anchor=_point(FRONT, point),
-        range=(0.0, hinges.DOOR_RANGE),
+        range=(0.0, hinges.DOOR_RANGE_RAD),
         edge=opening.edge,
         confidence=opening.confidence,
         reason=opening.reason,
@@ -238,7 +238,7 @@ def _controls(found: _Found, side: int, controls: list[Control]) -> None:
             kind=JointKind.HINGE if turns else JointKind.SLIDE,
             axis=_direction(normal if turns else -normal),
             anchor=_point(side, middle),
-            range=(0.0, 2 * math.pi if turns else min(BUTTON_WAY, max(0.5 * control.protrusion, 0.1 * across))),
+            range=(0.0, 2 * math.pi if turns else min(MAX_BUTTON_TRAVEL, max(0.5 * control.protrusion, 0.1 * across))),
             endless=turns,
             confidence=confidence,
             reason=why,

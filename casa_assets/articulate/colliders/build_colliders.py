@@ -26,19 +26,19 @@ from casa_assets.model.asset.link import Collider
 from casa_assets.model.pose import Pose
 
 # Shapes of a link before and after cuts, and of a handle. Ref: registry/limits.yaml, hull_count.
-FIRST, MOST, GRIP = 22, 32, 6
+MAX_SHAPES_BEFORE_CUTS, MAX_SHAPES, MAX_HANDLE_SHAPES = 22, 32, 6
 # Of those at least so many are of what a mesh has itself; faces that were built have shapes of their own.
-LEAST_OWN, BUILT = 14, -2
+MIN_OWN_SHAPES, BUILT_OWNER = 14, -2
 # A fragment of which so little lies outside the shapes so far, metres or part of the link, needs none of its own.
 REACH_M, REACH_SHARE = 0.004, 0.012
 # Points of what is seen of a link by which shapes are judged; shapes of what reaches farthest and is open.
-SKIN, ENDS = 30000, 12
+SURFACE_SAMPLES, MAX_END_SHAPES = 30000, 12
 # Sides of a frame; one that is longer than this part of its link is round something that moves.
-FRAME, LARGE = 4, 0.4
+FRAME_SIDES, LARGE_FRAME_SHARE = 4, 0.4
 # Fragments of a link that are looked at, the largest first.
-MOST_PIECES = 60
+MAX_FRAGMENTS = 60
 # What a finger presses or turns is one shape.
-ONE = frozenset({PartKind.KNOB, PartKind.BUTTON})
+SINGLE_SHAPE_KINDS = frozenset({PartKind.KNOB, PartKind.BUTTON})
 _LABELS = {PartKind.TRAY: "rack"}
 
 
@@ -70,7 +70,7 @@ def build_colliders(
     names = [p.name for p in found.parts]
     behind = [_behind(p, found.parts, soup) for p in found.parts]
     for added in found.added:
-        owner[added.faces] = BUILT
+        owner[added.faces] = BUILT_OWNER
     solids = [_solid(points, soup, label, np.flatnonzero(owner == -1), None)]
     for i, part in enumerate(found.parts):
         solid = _solid(points, soup, label, np.flatnonzero(owner == i), part)
@@ -83,7 +83,7 @@ def build_colliders(
     for i, solid in enumerate(solids):
         solid.clouds = [snap_to_box(c) for c in solid.clouds]
         own = soup.faces[owner == i - 1]
-        solid.skin = surface_samples(points, own, SKIN) if len(own) else None
+        solid.skin = surface_samples(points, own, SURFACE_SAMPLES) if len(own) else None
     clear_moving_parts(solids)
     for solid, part in zip(solids[1:], found.parts, strict=True):
         add_edge_grip(solid, part.kind)
@@ -132,7 +132,7 @@ def _build_in(
             solids[0].clouds = [piece for c in solids[0].clouds for piece in subtract_box(c, box)]
     for added in found.added:
         solid = solids[names.index(added.part) + 1 if added.part else 0]
-        own = _largest(solid.clouds, max(LEAST_OWN, FIRST - len(added.clouds)))
+        own = _largest(solid.clouds, max(MIN_OWN_SHAPES, MAX_SHAPES_BEFORE_CUTS - len(added.clouds)))
         solid.clouds = [*own, *(c * metres + foot for c in added.clouds)]
 
 
@@ -141,14 +141,14 @@ def _solid(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, part: Pa
     rows = rows[label[rows] >= 0]
     if part is not None and part.kind is PartKind.TRAY and len(rows):
         # Wires by themselves would use up the budget: a rack is touched as the floor and the walls that they make.
-        return LinkSolid(None, convex_clouds(points, soup.faces[rows], FIRST), [])
+        return LinkSolid(None, convex_clouds(points, soup.faces[rows], MAX_SHAPES_BEFORE_CUTS), [])
     # What is taken anywhere has no handle of its own: racks, levers.
     apart = part is not None and len(part.grip) < len(part.faces)
     held = np.isin(rows, part.grip) if part is not None and apart else np.zeros(len(rows), dtype=bool)
-    if part is not None and part.kind in ONE and len(rows):
+    if part is not None and part.kind in SINGLE_SHAPE_KINDS and len(rows):
         return LinkSolid(None, convex_clouds(points, soup.faces[rows], 1), [])
-    grips = _covered(points, soup, label, rows[held], GRIP)
-    return LinkSolid(None, _covered(points, soup, label, rows[~held], FIRST), grips)
+    grips = _covered(points, soup, label, rows[held], MAX_HANDLE_SHAPES)
+    return LinkSolid(None, _covered(points, soup, label, rows[~held], MAX_SHAPES_BEFORE_CUTS), grips)
 
 
 def _covered(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, most: int) -> list[Floats]:
@@ -156,7 +156,7 @@ def _covered(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, most: 
     if not len(rows):
         return []
     areas = np.bincount(label[rows], soup.areas[rows])
-    ranked = np.lexsort((np.arange(len(areas)), -areas))[: int((areas > 0.0).sum())][:MOST_PIECES]
+    ranked = np.lexsort((np.arange(len(areas)), -areas))[: int((areas > 0.0).sum())][:MAX_FRAGMENTS]
     extent = np.ptp(points[np.unique(soup.faces[rows])], axis=0)
     reach = max(REACH_M, REACH_SHARE * float(np.linalg.norm(extent)))
     out: list[Floats] = []
@@ -171,12 +171,12 @@ def _covered(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, most: 
             break
         # Those that follow need some of the budget too.
         share = max(1, room - min(len(ranked) - n - 1, room // 2))
-        large = float(np.ptp(points[np.unique(faces)], axis=0).max()) > LARGE * float(extent.max())
-        if share < FRAME and large and hull_closes_opening(points, faces):
+        large = float(np.ptp(points[np.unique(faces)], axis=0).max()) > LARGE_FRAME_SHARE * float(extent.max())
+        if share < FRAME_SIDES and large and hull_closes_opening(points, faces):
             # A hull of it would close what it leaves open: it has as many shapes as a frame has sides, or none.
-            if room < FRAME:
+            if room < FRAME_SIDES:
                 continue
-            share = FRAME
+            share = FRAME_SIDES
         found = convex_clouds(points, faces, share)[:room]
         out += found
         boxes += [np.array([c.min(axis=0), c.max(axis=0)]) for c in found]
@@ -196,7 +196,9 @@ def _ends(
         if seen[..., axis].max() > high[:, axis].max() + reach:
             wanted.append(int(label[rows[np.argmax(seen[..., axis].max(axis=1))]]))
     reached = [soup.faces[rows[label[rows] == one]] for one in sorted(set(wanted))]
-    return [c for faces in reached for c in convex_clouds(points, faces, ENDS if is_frame(points, faces) else 1)]
+    return [
+        c for faces in reached for c in convex_clouds(points, faces, MAX_END_SHAPES if is_frame(points, faces) else 1)
+    ]
 
 
 def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: TriangleSoup) -> int | None:
@@ -220,7 +222,7 @@ def _colliders(
     solid: LinkSolid, middle: Floats, name: str, kind: PartKind | None, substance: str
 ) -> tuple[Collider, ...]:
     """Return the colliders of a link in its frame; those of the handle come first, under its name."""
-    mains = _largest(solid.clouds, MOST - len(solid.grips))
+    mains = _largest(solid.clouds, MAX_SHAPES - len(solid.grips))
     label = None if kind is None else part_label(kind)
     out: list[Collider] = []
     for clouds, stem, mark in ((solid.grips, f"{name}_handle_main", "handle"), (mains, f"{name}_main", label)):

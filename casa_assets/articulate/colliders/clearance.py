@@ -22,20 +22,20 @@ from casa_assets.geometry.solid.hull import hull_volume
 Pair = tuple[int, int, int, int]
 
 # Overlaps up to this deep are left alone; those up to the next (or that part of the whole) are cut; metres.
-SLIGHT_M, DEEP_M, DEEP_SHARE = 0.0001, 0.012, 0.02
+MIN_OVERLAP_M, MAX_CUT_DEPTH_M, MAX_CUT_DEPTH_SHARE = 0.0001, 0.012, 0.02
 # Left between a part and what it passes: where two touch that cannot give way, friction holds them.
-GAP_M = 0.0004
+CLEARANCE_M = 0.0004
 # Shares of the range at which a part is looked at; close to shut it matters most.
-SHARES = (0.02, 0.05, 0.09, 0.14, 0.2, 0.28, 0.38, 0.5, 0.62, 0.75, 0.88, 1.0)
+SAMPLED_SHARES = (0.02, 0.05, 0.09, 0.14, 0.2, 0.28, 0.38, 0.5, 0.62, 0.75, 0.88, 1.0)
 # Shapes that are smaller than this are not worth one.
-LEAST_M3, LEAST_M = 1e-8, 0.001
-MOST_CUTS = 3
-HIDDEN = 2.5
-CROSSING = 0.6
+MIN_SHAPE_M3, MIN_SHAPE_M = 1e-8, 0.001
+MAX_CUTS = 3
+HIDDEN_CUT_FACTOR = 2.5
+CROSSING_SHARE = 0.6
 # A notch takes at most this part of an edge's width, and one way no more than the second.
-NOTCH, SHALLOW = 0.5, 0.2
+MAX_NOTCH_SHARE, SHALLOW_NOTCH_SHARE = 0.5, 0.2
 # A shape that would lose more than the rest of this is what it seems: it is not cut.
-LEAST_LEFT = 0.5
+MIN_VOLUME_LEFT = 0.5
 
 
 @dataclass
@@ -67,7 +67,7 @@ def clear_moving_parts(solids: Sequence[LinkSolid]) -> None:
     """Cut the shapes of every link where another passes; in place."""
     points = np.concatenate([c for s in solids for c in s.clouds])
     whole = float(np.linalg.norm(np.ptp(points, axis=0)))
-    deep = max(DEEP_M, DEEP_SHARE * whole)
+    deep = max(MAX_CUT_DEPTH_M, MAX_CUT_DEPTH_SHARE * whole)
     for i, solid in enumerate(solids):
         if solid.axis is None or not solid.clouds:
             continue
@@ -75,11 +75,11 @@ def clear_moving_parts(solids: Sequence[LinkSolid]) -> None:
         crossed: set[Pair] = set()
         _meet(solids, i, 0.0, pairs, crossed)
         at_rest = frozenset(pairs)
-        for share in SHARES:
+        for share in SAMPLED_SHARES:
             _meet(solids, i, share, pairs, crossed)
         cuts: dict[tuple[int, int], list[Floats]] = {}
         real: set[tuple[int, int]] = set()
-        most = deep * (HIDDEN if solid.hidden else 1.0)
+        most = deep * (HIDDEN_CUT_FACTOR if solid.hidden else 1.0)
         for pair, boxes in sorted(pairs.items()):
             # What is shallow in one pose and deep in the next is a part on its way into another.
             shallow = all(float((b[1] - b[0]).min()) <= most for b in boxes)
@@ -89,7 +89,7 @@ def clear_moving_parts(solids: Sequence[LinkSolid]) -> None:
                 real |= set() if air else {pair[:2]}
                 cuts.setdefault(pair[:2], []).extend(boxes)
         for (link, index), boxes in sorted(cuts.items(), reverse=True):
-            least = LEAST_LEFT if (link, index) in real else 0.0
+            least = MIN_VOLUME_LEFT if (link, index) in real else 0.0
             solids[link].clouds[index : index + 1] = _without(solids[link].clouds[index], boxes, least)
 
 
@@ -121,7 +121,7 @@ def _meet(
                 turn, shift = stand[link]
                 own = (shared - shift) @ turn
                 box = np.array([own.min(axis=0), own.max(axis=0)])
-                if float((box[1] - box[0]).min()) > SLIGHT_M:
+                if float((box[1] - box[0]).min()) > MIN_OVERLAP_M:
                     key = (link, index, *((a, p) if cut_theirs else (b, q)))
                     if not notch and _crosses(box, ours[p], theirs[q], stand[link]):
                         crossed.add(key)
@@ -136,8 +136,11 @@ def _is_notch(ours: Floats, theirs: Floats, mover: LinkSolid) -> bool:
     low, high = theirs.min(axis=0), theirs.max(axis=0)
     share = np.ptp(shared, axis=0) / np.maximum(high - low, 1e-9)
     beside = [k for k in range(3) if k != int(np.argmax(np.abs(mover.axis)))]
-    edge = (shared.min(axis=0) <= low + GAP_M) | (shared.max(axis=0) >= high - GAP_M)
-    return any(share[k] <= NOTCH and edge[k] for k in beside) and min(float(share[k]) for k in beside) <= SHALLOW
+    edge = (shared.min(axis=0) <= low + CLEARANCE_M) | (shared.max(axis=0) >= high - CLEARANCE_M)
+    return (
+        any(share[k] <= MAX_NOTCH_SHARE and edge[k] for k in beside)
+        and min(float(share[k]) for k in beside) <= SHALLOW_NOTCH_SHARE
+    )
 
 
 def _crosses(box: Floats, one: Floats, other: Floats, stand: tuple[Floats, Floats]) -> bool:
@@ -145,13 +148,13 @@ def _crosses(box: Floats, one: Floats, other: Floats, stand: tuple[Floats, Float
     turn, shift = stand
     thin = int(np.argmin(box[1] - box[0]))
     wide = min(float(np.ptp((c - shift) @ turn[:, thin])) for c in (one, other))
-    return float(box[1][thin] - box[0][thin]) >= CROSSING * wide
+    return float(box[1][thin] - box[0][thin]) >= CROSSING_SHARE * wide
 
 
 def _note(boxes: list[Floats], fresh: Floats) -> None:
     """Add a box, or grow one that it overlaps; in place."""
     for box in boxes:
-        if (box[0] <= fresh[1] + GAP_M).all() and (fresh[0] <= box[1] + GAP_M).all():
+        if (box[0] <= fresh[1] + CLEARANCE_M).all() and (fresh[0] <= box[1] + CLEARANCE_M).all():
             box[0], box[1] = np.minimum(box[0], fresh[0]), np.maximum(box[1], fresh[1])
             return
     boxes.append(fresh)
@@ -190,7 +193,7 @@ def _motion(solids: Sequence[LinkSolid], link: int, shares: dict[int, float]) ->
 def _swollen(cloud: Floats) -> Floats:
     """Return a cloud enlarged by the gap on every side."""
     middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
-    found: Floats = np.concatenate([cloud, cloud + np.sign(cloud - middle) * GAP_M])
+    found: Floats = np.concatenate([cloud, cloud + np.sign(cloud - middle) * CLEARANCE_M])
     return found
 
 
@@ -208,7 +211,7 @@ def _at(cloud: Floats, motion: tuple[Floats, Floats]) -> Floats:
 def _near(ours: list[Floats], theirs: list[Floats]) -> list[tuple[int, int]]:
     """Return the pairs whose boxes overlap, or nearly do."""
     a, b = (np.array([[c.min(axis=0), c.max(axis=0)] for c in side]) for side in (ours, theirs))
-    over = (a[:, None, 0] < b[None, :, 1] + GAP_M) & (b[None, :, 0] < a[:, None, 1] + GAP_M)
+    over = (a[:, None, 0] < b[None, :, 1] + CLEARANCE_M) & (b[None, :, 0] < a[:, None, 1] + CLEARANCE_M)
     return [(int(p), int(q)) for p, q in np.argwhere(over.all(axis=2))]
 
 
@@ -239,7 +242,7 @@ def _merged(boxes: list[Floats], cloud: Floats) -> list[Floats]:
             for j in range(i + 1, len(out))
         ]
         least, i, j = min(grown)
-        if len(out) <= MOST_CUTS and least > limit:
+        if len(out) <= MAX_CUTS and least > limit:
             break
         joined = np.array([np.minimum(out[i][0], out[j][0]), np.maximum(out[i][1], out[j][1])])
         out = [b for k, b in enumerate(out) if k not in (i, j)] + [joined]
@@ -269,9 +272,9 @@ def subtract_box(cloud: Floats, box: Floats) -> list[Floats]:
         if (stop <= start).any():
             continue
         slab = manifold3d.Manifold.hull_points(box_cloud(start, stop)) ^ solid
-        if slab.is_empty() or slab.volume() < LEAST_M3:
+        if slab.is_empty() or slab.volume() < MIN_SHAPE_M3:
             continue
         points = np.array(slab.to_mesh64().vert_properties[:, :3], dtype=np.float64)
-        if np.ptp(points, axis=0).min() >= LEAST_M and hull_volume(points) > 0:
+        if np.ptp(points, axis=0).min() >= MIN_SHAPE_M and hull_volume(points) > 0:
             out.append(points)
     return out

@@ -14,11 +14,11 @@ from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.hull import hull_volume
 
 # What opens, and is taken by its edge where it has no handle.
-FRONTS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
+OPENING_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
 # Fingers reach so far over an edge and behind it; shapes that end within this of each other end together; metres.
-WIDE_M, THICK_M, EVEN_M = 0.02, 0.03, 0.01
+GRIP_WIDTH_M, GRIP_THICKNESS_M, EDGE_TOLERANCE_M = 0.02, 0.03, 0.01
 # What is smaller is no hold, m^3.
-LEAST_M3 = 1e-7
+MIN_GRIP_M3 = 1e-7
 
 
 def add_edge_grip(solid: LinkSolid, kind: PartKind) -> None:
@@ -27,23 +27,25 @@ def add_edge_grip(solid: LinkSolid, kind: PartKind) -> None:
     Args:
         solid: with its joint, metres, z up, the front faces -y.
     """
-    if kind not in FRONTS or solid.grips or not solid.clouds or solid.axis is None or solid.anchor is None:
+    if kind not in OPENING_KINDS or solid.grips or not solid.clouds or solid.axis is None or solid.anchor is None:
         return
     low, high = (np.array([f(c, axis=0) for c in solid.clouds]) for f in (np.min, np.max))
     edge, sign = _edge(solid, low.min(axis=0), high.max(axis=0))
     # Of a drawer it is the front that is taken, or a lip of it, not a side of its box.
-    first = np.ones(len(low), dtype=bool) if solid.turns else low[:, 1] <= low[:, 1].min() + EVEN_M
+    first = np.ones(len(low), dtype=bool) if solid.turns else low[:, 1] <= low[:, 1].min() + EDGE_TOLERANCE_M
     reach = sign * (high if sign > 0 else low)[:, edge]
-    rows = np.flatnonzero(first & (reach >= reach[first].max() - EVEN_M))
+    rows = np.flatnonzero(first & (reach >= reach[first].max() - EDGE_TOLERANCE_M))
     chosen = min(rows.tolist(), key=lambda i: (-round(hull_volume(solid.clouds[i]), 9), i))
     end = sign * float(reach[chosen])
     box = np.array([low[chosen], high[chosen]])
-    wide = min(WIDE_M, 0.3 * float(box[1][edge] - box[0][edge]))
+    wide = min(GRIP_WIDTH_M, 0.3 * float(box[1][edge] - box[0][edge]))
     box[0 if sign > 0 else 1][edge] = end - sign * wide
     thin = _across(solid, edge)
     # The side that is seen: of a lid the upper one.
-    if box[1][thin] - box[0][thin] > THICK_M:
-        box[1 if thin != 2 else 0][thin] = box[0][thin] + THICK_M if thin != 2 else box[1][thin] - THICK_M
+    if box[1][thin] - box[0][thin] > GRIP_THICKNESS_M:
+        box[1 if thin != 2 else 0][thin] = (
+            box[0][thin] + GRIP_THICKNESS_M if thin != 2 else box[1][thin] - GRIP_THICKNESS_M
+        )
     strip = _shared(solid.clouds[chosen], box)
     if strip is not None:
         solid.grips = [strip]
@@ -74,6 +76,6 @@ def _across(solid: LinkSolid, edge: int) -> int:
 def _shared(cloud: Floats, box: Sequence[Floats] | Floats) -> Floats | None:
     """Return the (N, 3) corners of the intersection of a convex cloud and a box, None where it is too small to hold."""
     both = manifold3d.Manifold.hull_points(cloud) ^ manifold3d.Manifold.hull_points(box_cloud(box[0], box[1]))
-    if both.is_empty() or both.volume() < LEAST_M3:
+    if both.is_empty() or both.volume() < MIN_GRIP_M3:
         return None
     return np.array(both.to_mesh64().vert_properties[:, :3], dtype=np.float64)

@@ -9,9 +9,9 @@ import numpy as np
 from casa_assets.core.typing import Floats
 
 # What is seen bounds what is empty where it is this near, metres; so much of it on a side counts.
-NEAR_M, ON_A_SIDE = 0.0005, 0.15
+BOUND_TOLERANCE_M, MIN_SIDE_SHARE = 0.0005, 0.15
 # From so far inside a box, by its size, what is seen does not bound it.
-INSIDE = 0.25
+INNER_MARGIN_SHARE = 0.25
 
 
 def is_empty_region(skin: Floats | None, boxes: Sequence[Floats]) -> bool:
@@ -25,11 +25,11 @@ def is_empty_region(skin: Floats | None, boxes: Sequence[Floats]) -> bool:
     if skin is None:
         return False
     for low, high in boxes:
-        near = skin[((skin > low - NEAR_M) & (skin < high + NEAR_M)).all(axis=1)]
+        near = skin[((skin > low - BOUND_TOLERANCE_M) & (skin < high + BOUND_TOLERANCE_M)).all(axis=1)]
         share = (near - low) / np.maximum(high - low, 1e-9)
         side = np.argmin(np.concatenate([share, 1.0 - share], axis=1), axis=1)
-        count = np.bincount(side, minlength=6) >= max(1.0, ON_A_SIDE * len(near))
-        inner = ((share > INSIDE) & (share < 1.0 - INSIDE)).all(axis=1).any()
+        count = np.bincount(side, minlength=6) >= max(1.0, MIN_SIDE_SHARE * len(near))
+        inner = ((share > INNER_MARGIN_SHARE) & (share < 1.0 - INNER_MARGIN_SHARE)).all(axis=1).any()
         if inner or (count[:3] & count[3:]).any():
             return False
     return True

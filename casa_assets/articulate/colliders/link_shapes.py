@@ -21,15 +21,15 @@ from casa_assets.model.pose import Pose
 Bools = npt.NDArray[np.bool_]
 
 # What fills this part of its hull is touched as its hull; what fills this part of its box, as a box.
-FULL, BOXY = 0.8, 0.985
+MIN_HULL_FILL, MIN_BOX_FILL = 0.8, 0.985
 # What fills less than this part of its hull is open. What is so thin by its length is judged as a sheet: by its largest
 # hole, for a grate closes nothing that was open.
-OPEN, FLAT, HOLE, HOLE_PX = 0.5, 0.06, 0.3, 48
+MAX_OPEN_FILL, MAX_FLAT_RATIO, MIN_HOLE_SHARE, HOLE_PX = 0.5, 0.06, 0.3, 48
 # A plate without holes or notches fills its outline by this part.
-CONVEX = 0.95
+MIN_OUTLINE_FILL = 0.95
 # Cells along the longest side, the finest first: the first that needs few enough shapes is taken.
-CELLS = (28, 18, 12, 8)
-THINNEST_M = 0.002
+VOXEL_COUNTS = (28, 18, 12, 8)
+MIN_THICKNESS_M = 0.002
 SAMPLES = 6000
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
 
@@ -45,18 +45,18 @@ def convex_clouds(points: Floats, faces: Ints, most: int) -> list[Floats]:
     used, local = np.unique(faces, return_inverse=True)
     cloud, triangles = points[used], local.reshape(-1, 3)
     extent = np.ptp(cloud, axis=0)
-    thin = bool(extent.min() < THINNEST_M)
+    thin = bool(extent.min() < MIN_THICKNESS_M)
     if thin and (most == 1 or _fills_its_box(cloud, triangles)):
         return [box_cloud(*_thick(cloud))]
     if thin and _fills_its_outline(cloud, triangles):
         return [_plate(cloud)]
-    finest = voxelise(cloud, triangles, cells=CELLS[0])
-    if most == 1 or (not thin and finest.volume >= FULL * hull_volume(cloud)):
+    finest = voxelise(cloud, triangles, cells=VOXEL_COUNTS[0])
+    if most == 1 or (not thin and finest.volume >= MIN_HULL_FILL * hull_volume(cloud)):
         return [_convex(cloud)]
     samples = np.concatenate([cloud, surface_samples(cloud, triangles, SAMPLES)])
     found: list[Floats] = []
-    for cells in CELLS:
-        grid = finest if cells == CELLS[0] else voxelise(cloud, triangles, cells=cells)
+    for cells in VOXEL_COUNTS:
+        grid = finest if cells == VOXEL_COUNTS[0] else voxelise(cloud, triangles, cells=cells)
         found, left = _cellwise(grid, samples, most)
         if not left:
             break
@@ -73,29 +73,29 @@ def hull_closes_opening(points: Floats, faces: Ints) -> bool:
     cloud, triangles = points[used], local.reshape(-1, 3)
     if _is_flat(cloud):
         return is_frame(points, faces)
-    grid = voxelise(cloud, triangles, cells=CELLS[1])
-    return bool((grid.skin | grid.solid).sum() * grid.cell**3 < OPEN * hull_volume(cloud))
+    grid = voxelise(cloud, triangles, cells=VOXEL_COUNTS[1])
+    return bool((grid.skin | grid.solid).sum() * grid.cell**3 < MAX_OPEN_FILL * hull_volume(cloud))
 
 
 def is_frame(points: Floats, faces: Ints) -> bool:
     """Return whether a surface is flat and has a large hole."""
     used, local = np.unique(faces, return_inverse=True)
     cloud = points[used]
-    return _is_flat(cloud) and _largest_hole(cloud, local.reshape(-1, 3)) >= HOLE
+    return _is_flat(cloud) and _largest_hole(cloud, local.reshape(-1, 3)) >= MIN_HOLE_SHARE
 
 
 def _is_flat(cloud: Floats) -> bool:
     """Return whether a cloud is thin for its length."""
     extent = np.ptp(cloud, axis=0)
-    return bool(extent.min() < FLAT * extent.max())
+    return bool(extent.min() < MAX_FLAT_RATIO * extent.max())
 
 
 def fit_shape(cloud: Floats) -> tuple[Shape, Pose]:
     """Return the shape of a convex cloud and its pose: a box where the cloud nearly fills it, else a hull."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
-    size = np.maximum(high - low, THINNEST_M)
+    size = np.maximum(high - low, MIN_THICKNESS_M)
     middle = (low + high) / 2
-    if hull_volume(cloud) >= BOXY * float(np.prod(size)):
+    if hull_volume(cloud) >= MIN_BOX_FILL * float(np.prod(size)):
         return _box(size), Pose(position=_vec(middle))
     center = np.array(_vec(middle))
     try:
@@ -108,7 +108,7 @@ def fit_shape(cloud: Floats) -> tuple[Shape, Pose]:
 def snap_to_box(cloud: Floats) -> Floats:
     """Return the corners of the bounding box where a convex cloud nearly fills it, else the cloud."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
-    return box_cloud(low, high) if hull_volume(cloud) >= BOXY * float(np.prod(high - low)) else cloud
+    return box_cloud(low, high) if hull_volume(cloud) >= MIN_BOX_FILL * float(np.prod(high - low)) else cloud
 
 
 def box_cloud(low: Floats, high: Floats) -> Floats:
@@ -120,7 +120,7 @@ def box_cloud(low: Floats, high: Floats) -> Floats:
 def _fills_its_box(cloud: Floats, triangles: Ints) -> bool:
     """Return whether a flat surface has no large hole in its largest side, so that a box fits it."""
     extent = np.ptp(cloud, axis=0)
-    return _face_on(cloud, triangles) >= FULL * float(np.prod(np.delete(extent, int(np.argmin(extent)))))
+    return _face_on(cloud, triangles) >= MIN_HULL_FILL * float(np.prod(np.delete(extent, int(np.argmin(extent)))))
 
 
 def _largest_hole(cloud: Floats, triangles: Ints) -> float:
@@ -136,7 +136,7 @@ def _fills_its_outline(cloud: Floats, triangles: Ints) -> bool:
         outline = float(ConvexHull(np.delete(cloud, int(np.argmin(np.ptp(cloud, axis=0))), axis=1)).volume)
     except QhullError:
         return False
-    return _face_on(cloud, triangles) >= CONVEX * outline
+    return _face_on(cloud, triangles) >= MIN_OUTLINE_FILL * outline
 
 
 def _face_on(cloud: Floats, triangles: Ints) -> float:
@@ -158,7 +158,7 @@ def _plate(cloud: Floats) -> Floats:
 def _thick(cloud: Floats) -> tuple[Floats, Floats]:
     """Return the box around a flat surface, at least as thick as contacts need."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
-    middle, half = (low + high) / 2, np.maximum(high - low, THINNEST_M) / 2
+    middle, half = (low + high) / 2, np.maximum(high - low, MIN_THICKNESS_M) / 2
     return middle - half, middle + half
 
 
@@ -194,7 +194,7 @@ def _cellwise(grid: Grid, samples: Floats, most: int) -> tuple[list[Floats], boo
 def _drawn_in(own: Floats) -> Floats:
     """Return the box around points where they nearly fill it, else their hull."""
     low, high = _thick(own)
-    if hull_volume(own) >= 0.85 * float(np.prod(high - low)) or np.ptp(own, axis=0).min() < THINNEST_M:
+    if hull_volume(own) >= 0.85 * float(np.prod(high - low)) or np.ptp(own, axis=0).min() < MIN_THICKNESS_M:
         return box_cloud(low, high)
     return _convex(own)
 

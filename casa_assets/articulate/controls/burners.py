@@ -18,15 +18,15 @@ from casa_assets.model.asset.mesh import Mesh
 Bools = npt.NDArray[np.bool_]
 
 # Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
-LEAST_M, MOST_M = 0.035, 0.34
+MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
 # The smallest of a hob is no smaller than this part of its largest.
-ALIKE = 0.3
+MIN_SIZE_OF_LARGEST = 0.3
 # How far from the highest level of the top burners are, metres; what lies higher is a guard at the back.
-BELOW_M = 0.09
+MAX_LEVEL_DIFFERENCE_M = 0.09
 # Outline of a disc: its sides differ by no more than those of a hexagon, it fills its ellipse to so much.
-SQUARE, ROUND = 0.16, 0.09
+MAX_SIDE_DIFFERENCE, ROUNDNESS_TOLERANCE = 0.16, 0.09
 # Rows and columns: a burner nearer to the middle of them than this part of their span is in the middle.
-MIDDLE = 0.2
+MIDDLE_SHARE = 0.2
 PLACES = frozenset(
     {"rear_left", "rear_center", "rear_right", "front_left", "front_center", "front_right", "center", "left", "right"}
 )
@@ -47,18 +47,18 @@ def find_burners(asset: Asset) -> tuple[Burner, ...]:
     if not found:
         return ()
     top = float(np.median([z for _, _, z, _ in found]))
-    found = [f for f in found if abs(f[2] - top) <= BELOW_M]
+    found = [f for f in found if abs(f[2] - top) <= MAX_LEVEL_DIFFERENCE_M]
     if not found:
         return ()
     widest = max(r for _, _, _, r in found)
-    found = sorted(f for f in found if f[3] >= ALIKE * widest)
+    found = sorted(f for f in found if f[3] >= MIN_SIZE_OF_LARGEST * widest)
     points = np.concatenate([v.mesh.vertices for v in asset.root.visuals])
     burners = []
     columns, rows = _thirds([f[0] for f in found]), _thirds([f[1] for f in found])
     for (x, y, z, r), column, row in zip(found, columns, rows, strict=True):
         words = [w for w in (("front", "", "rear")[row], ("left", "center", "right")[column]) if w]
         near = np.linalg.norm(points[:, :2] - (x, y), axis=1) <= 0.9 * r
-        high = points[near & (points[:, 2] <= top + BELOW_M), 2]
+        high = points[near & (points[:, 2] <= top + MAX_LEVEL_DIFFERENCE_M), 2]
         level = float(high.max()) if len(high) else z  # of a mere ring the rim
         burners.append(Burner("_".join(words), (_mm(x), _mm(y), _mm(level)), _mm(r)))
     names = [b.loc for b in burners]
@@ -97,7 +97,10 @@ def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
             continue
         low, high = points.min(axis=0), points.max(axis=0)
         wide = (high - low)[:2]
-        if not LEAST_M <= wide.max() <= MOST_M or wide.max() - wide.min() > SQUARE * wide.max():
+        if (
+            not MIN_DIAMETER_M <= wide.max() <= MAX_DIAMETER_M
+            or wide.max() - wide.min() > MAX_SIDE_DIFFERENCE * wide.max()
+        ):
             continue
         if high[2] - low[2] > 0.6 * wide.max() or not _is_round(points[:, :2], wide):
             continue
@@ -112,7 +115,7 @@ def _is_round(flat: Floats, wide: Floats) -> bool:
         hull = float(ConvexHull(flat).volume)
     except QhullError:
         return False
-    return bool(abs(hull / (np.pi / 4 * float(np.prod(wide))) - 1.0) <= ROUND)
+    return bool(abs(hull / (np.pi / 4 * float(np.prod(wide))) - 1.0) <= ROUNDNESS_TOLERANCE)
 
 
 def _largest_of_heaps(discs: Sequence[tuple[float, float, float, float]]) -> list[tuple[float, float, float, float]]:
@@ -127,10 +130,10 @@ def _largest_of_heaps(discs: Sequence[tuple[float, float, float, float]]) -> lis
 def _thirds(values: Sequence[float]) -> list[int]:
     """Sort values into 0, 1 or 2: low, middle, high; all in the middle where they do not differ."""
     low, high = min(values), max(values)
-    if high - low < LEAST_M:
+    if high - low < MIN_DIAMETER_M:
         return [1] * len(values)
     share = [(v - low) / (high - low) - 0.5 for v in values]
-    return [1 if abs(s) < MIDDLE else 0 if s < 0 else 2 for s in share]
+    return [1 if abs(s) < MIDDLE_SHARE else 0 if s < 0 else 2 for s in share]
 
 
 def _mm(value: float) -> float:

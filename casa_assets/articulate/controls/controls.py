@@ -16,26 +16,26 @@ from casa_assets.core.typing import Floats
 
 # Sizes in diagonals of the thing. Ref: the articulation bench (docs/articulate.md, The sets), which also scores this:
 # the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is 0.258 long.
-SMALLEST, LARGEST = 0.006, 0.14
+MIN_CONTROL_SIZE, MAX_CONTROL_SIZE = 0.006, 0.14
 # A disc fills pi/4 of its square; a hull that fills this much of that, either way, is round.
-ROUND = 0.09
-LONGEST = 5.0
+ROUNDNESS_TOLERANCE = 0.09
+MAX_KEY_RATIO = 5.0
 # So much of what is round a control is a surface that it sits on: a cap on an edge stands against the sky.
-SITS = 0.6
+MIN_GROUND_SHARE = 0.6
 # Fingers need so much room round a control, by its width; at most this part of it may be taken.
-ROUND_IT, HEMMED = 0.3, 0.08
+FINGER_ROOM_BY_WIDTH, MAX_BLOCKED_SHARE = 0.3, 0.08
 # A pin is so many times longer than wide. Ref: knobs of appliances reach 1.1, push pins start at 1.4.
-PIN = 1.3
+MIN_PIN_RATIO = 1.3
 # What stands out by so many times its width is no pin that is pushed: a finger would bend it.
-STICK = 4.0
+MIN_STICK_RATIO = 4.0
 # A cap faces within 45 degrees of the side that shows it; its faces agree within 2 degrees; it is so much of the front.
-TILT, FLAT, CAP = 0.707, 0.9994, 0.4
+CAP_FACING_COS, CAP_FLAT_COS, MIN_CAP_SHARE = 0.707, 0.9994, 0.4
 # It faces within 20 degrees of what it sits on: cones and bumpy shells have caps that do not.
-PARALLEL = 0.94
+CAP_PARALLEL_COS = 0.94
 
 # What stands in a row with others of about its size and height is what they are: on a scan or a shell of cubes not all
 # knobs of a row are round, and some keys are. So many are a row, they differ by so much; of knobs this part is round.
-ROW, LIKE, PART = 3, 0.25, 0.4
+MIN_ROW_LENGTH, ROW_SIZE_TOLERANCE, MIN_ROUND_SHARE_OF_ROW = 3, 0.25, 0.4
 
 
 @dataclass
@@ -68,7 +68,7 @@ class Control:
     @property
     def is_pin(self) -> bool:
         """Return whether it is one fragment, longer than wide: something pushed, not turned."""
-        return len(self.fragments) == 1 and float((self.high - self.low)[2]) > PIN * float(self.across.max())
+        return len(self.fragments) == 1 and float((self.high - self.low)[2]) > MIN_PIN_RATIO * float(self.across.max())
 
     @property
     def long(self) -> float:
@@ -84,7 +84,7 @@ def find_controls(pieces: MeasuredFragments, side: int, taken: Sequence[int]) ->
     foot = size[:, 0] * size[:, 1]
     free = np.ones(pieces.count, dtype=bool)
     free[list(taken)] = False
-    fits = (most <= LARGEST) & (most >= SMALLEST / 3) & (size[:, 2] <= 0.2) & free
+    fits = (most <= MAX_CONTROL_SIZE) & (most >= MIN_CONTROL_SIZE / 3) & (size[:, 2] <= 0.2) & free
     shown = pieces.visible_area[:, side] > 0
     rows = np.flatnonzero(fits & (shown | (foot > 0)))
     found = []
@@ -92,10 +92,10 @@ def find_controls(pieces: MeasuredFragments, side: int, taken: Sequence[int]) ->
         box = low[group].min(axis=0), high[group].max(axis=0)
         seen = float(pieces.visible_area[group, side].sum())
         across = (box[1] - box[0])[:2]
-        if seen < 0.35 * float(np.prod(across)) or across.max() < SMALLEST or across.max() > LARGEST:
+        if seen < 0.35 * float(np.prod(across)) or across.max() < MIN_CONTROL_SIZE or across.max() > MAX_CONTROL_SIZE:
             continue
         ground, sits = depth_around(pieces.depth_images[side], *box)
-        if sits < SITS:
+        if sits < MIN_GROUND_SHARE:
             continue
         stands = ground - float(box[0][2] - low[:, 2].min())
         found.append(Control(sorted(group), *box, stands, has_round_outline(pieces, side, group, across)))
@@ -108,17 +108,17 @@ def control_normal(pieces: MeasuredFragments, side: int, control: Control) -> Fl
     outward: Floats = -SIDES[side][2]
     rows = pieces.faces_of(control.fragments)
     normals, areas = pieces.soup.normals[rows], pieces.soup.areas[rows]
-    ahead = normals @ outward > TILT
+    ahead = normals @ outward > CAP_FACING_COS
     if not ahead.any():
         return outward
     normals, areas = normals[ahead], areas[ahead]
-    share = (normals @ normals.T > FLAT).astype(np.float64) @ areas / max(float(areas.sum()), 1e-18)
+    share = (normals @ normals.T > CAP_FLAT_COS).astype(np.float64) @ areas / max(float(areas.sum()), 1e-18)
     best = int(np.argmax(np.round(share, 9)))
-    if share[best] < CAP or float(normals[best] @ outward) > FLAT:
+    if share[best] < MIN_CAP_SHARE or float(normals[best] @ outward) > CAP_FLAT_COS:
         return outward
-    cap = (areas[:, None] * normals)[normals @ normals[best] > FLAT].sum(axis=0)
+    cap = (areas[:, None] * normals)[normals @ normals[best] > CAP_FLAT_COS].sum(axis=0)
     found: Floats = cap / np.linalg.norm(cap)
-    return found if float(found @ _ground(pieces, side, control)) > PARALLEL else outward
+    return found if float(found @ _ground(pieces, side, control)) > CAP_PARALLEL_COS else outward
 
 
 def _ground(pieces: MeasuredFragments, side: int, control: Control) -> Floats:
@@ -141,7 +141,7 @@ def classify_control(control: Control, others: Sequence[Control]) -> tuple[PartK
         for c in others
     )
     round_ = _is_round(control, others)
-    if control.is_pin and control.protrusion > STICK * across:
+    if control.is_pin and control.protrusion > MIN_STICK_RATIO * across:
         return None, 0.0, ""
     if control.is_pin and control.is_round and across <= 0.09 and control.protrusion >= 0.0005:
         return PartKind.BUTTON, 0.7, "a round pin"
@@ -158,24 +158,28 @@ def _is_round(control: Control, others: Sequence[Control]) -> bool:
     row = [
         c
         for c in others
-        if float(np.abs(c.across - control.across).max()) < LIKE * across
-        and abs(c.protrusion - control.protrusion) < LIKE * max(control.protrusion, c.protrusion)
+        if float(np.abs(c.across - control.across).max()) < ROW_SIZE_TOLERANCE * across
+        and abs(c.protrusion - control.protrusion) < ROW_SIZE_TOLERANCE * max(control.protrusion, c.protrusion)
     ]
-    return control.is_round if len(row) < ROW else sum(c.is_round for c in row) >= PART * len(row)
+    return (
+        control.is_round
+        if len(row) < MIN_ROW_LENGTH
+        else sum(c.is_round for c in row) >= MIN_ROUND_SHARE_OF_ROW * len(row)
+    )
 
 
 def has_finger_room(pieces: MeasuredFragments, side: int, control: Control) -> bool:
     """Return whether fingers get around a control: little near it stands as far out."""
     picture = pieces.depth_images[side]
     near = float(corners_from_side(pieces, side)[0][:, 2].min())
-    reach = ROUND_IT * control.across
+    reach = FINGER_ROOM_BY_WIDTH * control.across
     corners = np.array([control.low[:2] - reach, control.high[:2] + reach, control.low[:2], control.high[:2]])
     row, column = picture.rows_columns(corners)
     ring = np.zeros(picture.face.shape, dtype=bool)
     ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
     ring[row[3] : row[2] + 1, column[2] : column[3] + 1] = False
     level = float(control.low[2]) - near + 0.4 * max(control.protrusion, 0.0)
-    return bool((picture.depth[ring] <= level).mean() < HEMMED) if ring.any() else True
+    return bool((picture.depth[ring] <= level).mean() < MAX_BLOCKED_SHARE) if ring.any() else True
 
 
 def _nested(low: Floats, high: Floats, rows: list[int], foot: Floats) -> list[list[int]]:
@@ -222,4 +226,4 @@ def has_round_outline(pieces: MeasuredFragments, side: int, group: Sequence[int]
     except QhullError:
         return False
     share = hull / (np.pi / 4 * float(np.prod(across)))
-    return bool(abs(share - 1.0) <= ROUND)
+    return bool(abs(share - 1.0) <= ROUNDNESS_TOLERANCE)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.controls.controls import STICK, has_round_outline
+from casa_assets.articulate.controls.controls import MIN_STICK_RATIO, has_round_outline
 from casa_assets.articulate.plan import JointPlan, PartKind
 from casa_assets.articulate.segment.fragment_measures import TOP, MeasuredFragments
 from casa_assets.core.typing import Floats
@@ -14,16 +14,16 @@ from casa_assets.model.asset.joint import JointKind
 
 # What a stick is rooted in lies across it: so much longer than thick, about as thick both ways, no longer than this by
 # the stick, and no thicker by its width; so many sticks are the most: those of racks are many, and stand on long rails.
-ACROSS, ROUNDISH, SHORT, THICK, MOST = 1.3, 1.4, 1.5, 8.0, 2
+MIN_ROOT_RATIO, MAX_ROUND_RATIO, MAX_ROOT_LENGTH, MAX_ROOT_THICKNESS, MAX_HANDLES = 1.3, 1.4, 1.5, 8.0, 2
 # A stick is so wide and so long, diagonals, and stands out of its root with this part of its length.
-SLIMMEST, STOUTEST, LONGEST, OUT = 0.005, 0.04, 0.25, 0.5
+MIN_HANDLE_WIDTH, MAX_HANDLE_WIDTH, MAX_HANDLE_LENGTH, MIN_HANDLE_OUT_SHARE = 0.005, 0.04, 0.25, 0.5
 # Between pieces that hang together there is at most so much air, diagonals.
-MEETS = 0.01
+MAX_GAP = 0.01
 # A spout has an arm so much longer than wide, and so long, diagonals, over a round column that is so much higher than
 # wide, and as wide as the arm within this part.
-ARM, LEAST_ARM, COLUMN, LIKE = 3.0, 0.15, 2.0, 0.5
+MIN_ARM_RATIO, MIN_ARM_LENGTH, MIN_COLUMN_RATIO, WIDTH_TOLERANCE = 3.0, 0.15, 2.0, 0.5
 # How far each goes from where it is, rad: a quarter, zero is shut; a spout so far to both sides.
-STICK_WAY, SPOUT_WAY = np.pi / 2, np.pi / 2
+HANDLE_RANGE_RAD, SPOUT_RANGE_RAD = np.pi / 2, np.pi / 2
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,13 @@ def find_faucet_handles(pieces: MeasuredFragments, taken: set[int]) -> list[Fauc
     """Return long upright sticks that stand across what they are rooted in; none where there are many."""
     size = pieces.high - pieces.low
     wide, least = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
-    slim = (size[:, 2] >= STICK * wide) & (wide <= ROUNDISH * least) & (wide >= SLIMMEST) & (wide <= STOUTEST)
-    slim &= (size[:, 2] <= LONGEST) & (pieces.visible_area[:, TOP] > 0)
+    slim = (
+        (size[:, 2] >= MIN_STICK_RATIO * wide)
+        & (wide <= MAX_ROUND_RATIO * least)
+        & (wide >= MIN_HANDLE_WIDTH)
+        & (wide <= MAX_HANDLE_WIDTH)
+    )
+    slim &= (size[:, 2] <= MAX_HANDLE_LENGTH) & (pieces.visible_area[:, TOP] > 0)
     slim[sorted(taken)] = False
     found, hosts = [], []
     for i in np.flatnonzero(slim).tolist():
@@ -73,7 +78,7 @@ def find_faucet_handles(pieces: MeasuredFragments, taken: set[int]) -> list[Fauc
             axis = np.eye(3)[int(np.argmax(size[host]))]
             found.append(FaucetHandle([i], axis, (pieces.low[host] + pieces.high[host]) / 2))
             hosts.append(host)
-    return found if len(found) <= MOST and len(set(hosts)) == len(hosts) else []
+    return found if len(found) <= MAX_HANDLES and len(set(hosts)) == len(hosts) else []
 
 
 def _root(pieces: MeasuredFragments, stick: int) -> int | None:
@@ -82,16 +87,16 @@ def _root(pieces: MeasuredFragments, stick: int) -> int | None:
     length, wide = float(high[2] - low[2]), float((high - low)[:2].max())
     root = (low + high) / 2
     root[2] = low[2]
-    near = ((pieces.low <= root + MEETS) & (pieces.high >= root - MEETS)).all(axis=1)
-    near &= pieces.high[:, 2] <= high[2] - OUT * length
+    near = ((pieces.low <= root + MAX_GAP) & (pieces.high >= root - MAX_GAP)).all(axis=1)
+    near &= pieces.high[:, 2] <= high[2] - MIN_HANDLE_OUT_SHARE * length
     near[stick] = False
     fits = []
     for i in np.flatnonzero(near).tolist():
         size = pieces.high[i] - pieces.low[i]
         along = int(np.argmax(size))
         others = np.sort(np.delete(size, along))
-        slim = size[along] >= ACROSS * others[1] and others[1] <= ROUNDISH * max(float(others[0]), 1e-9)
-        if along != 2 and slim and size[along] <= SHORT * length and others[1] <= THICK * wide:
+        slim = size[along] >= MIN_ROOT_RATIO * others[1] and others[1] <= MAX_ROUND_RATIO * max(float(others[0]), 1e-9)
+        if along != 2 and slim and size[along] <= MAX_ROOT_LENGTH * length and others[1] <= MAX_ROOT_THICKNESS * wide:
             fits.append(i)
     return min(fits, key=lambda i: (round(float(pieces.area[i]), 9), i)) if fits else None
 
@@ -107,14 +112,14 @@ def find_spout(pieces: MeasuredFragments, taken: set[int]) -> Spout | None:
             if (
                 i in taken
                 or i == arm
-                or size[i, 2] < COLUMN * wide
+                or size[i, 2] < MIN_COLUMN_RATIO * wide
                 or not has_round_outline(pieces, TOP, [i], size[i, :2])
             ):
                 continue
-            like = abs(wide - float(size[arm, 1 - along])) <= LIKE * wide
-            under = pieces.high[i, 2] <= pieces.high[arm, 2] and pieces.high[i, 2] >= pieces.low[arm, 2] - MEETS
+            like = abs(wide - float(size[arm, 1 - along])) <= WIDTH_TOLERANCE * wide
+            under = pieces.high[i, 2] <= pieces.high[arm, 2] and pieces.high[i, 2] >= pieces.low[arm, 2] - MAX_GAP
             ends = (pieces.low[arm, along] - pieces.low[i, along], pieces.high[arm, along] - pieces.high[i, along])
-            at_end = min(abs(float(e)) for e in ends) <= MEETS
+            at_end = min(abs(float(e)) for e in ends) <= MAX_GAP
             middle: Floats = (pieces.low[i] + pieces.high[i]) / 2
             over = bool(((middle >= pieces.low[arm]) & (middle <= pieces.high[arm]))[:2].all())
             if like and under and at_end and over:
@@ -124,16 +129,16 @@ def find_spout(pieces: MeasuredFragments, taken: set[int]) -> Spout | None:
 
 def _is_arm(size: Floats) -> bool:
     """Return whether the size of a fragment is that of a level bar."""
-    return float(size[:2].max()) >= max(LEAST_ARM, ARM * float(size[:2].min()))
+    return float(size[:2].max()) >= max(MIN_ARM_LENGTH, MIN_ARM_RATIO * float(size[:2].min()))
 
 
 def faucet_joint(tap: FaucetHandle | Spout) -> JointPlan:
     """Return the hinge of a faucet handle or a spout."""
     if isinstance(tap, FaucetHandle):
-        axis, span = tap.axis, (0.0, STICK_WAY)
+        axis, span = tap.axis, (0.0, HANDLE_RANGE_RAD)
         reason = "a stick across what it is rooted in"
     else:
-        axis, span = np.array([0.0, 0.0, 1.0]), (-SPOUT_WAY, SPOUT_WAY)
+        axis, span = np.array([0.0, 0.0, 1.0]), (-SPOUT_RANGE_RAD, SPOUT_RANGE_RAD)
         reason = "an arm over a round column, beside sticks"
     x, y, z = (float(v) for v in axis)
     a, b, c = (float(v) for v in tap.anchor)

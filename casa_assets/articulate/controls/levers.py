@@ -13,15 +13,15 @@ from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats, Ints
 
 # A slot is deeper than what is beside it by so much, and so long, diagonals.
-DEEPER, LONGEST_GAP, LEAST_SLOT = 0.008, 0.02, 0.06
+MIN_SLOT_DEPTH, MAX_SLOT_START_GAP, MIN_SLOT_LENGTH = 0.008, 0.02, 0.06
 # A slot that is painted on lies no farther out than what is beside it than this, diagonals.
-FLUSH = 0.001
+PAINTED_SLOT_TOLERANCE = 0.001
 # A hand finds a lever that stands out by so much, diagonals.
-LEAST_STAND = 0.01
+MIN_PROTRUSION = 0.01
 # What sits beside a slot hides so much of its border, diagonals.
-LONGEST_BREAK = 0.06
+MAX_SLOT_BREAK = 0.06
 # Beside the slot one looks so far from its middle, in widths of the lever.
-BESIDE = 0.75
+BESIDE_WIDTHS = 0.75
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def find_levers(pieces: MeasuredFragments, side: int, controls: Sequence[Control
     levers: list[Lever] = []
     rest: list[Control] = []
     for control in controls:
-        flush = control.protrusion < LEAST_STAND
+        flush = control.protrusion < MIN_PROTRUSION
         found = None if control.is_round or flush else _longest(pieces, side, control, near)
         if found is None:
             rest.append(control)
@@ -74,7 +74,7 @@ def _slot(pieces: MeasuredFragments, side: int, control: Control, along: int, si
     start = float((control.high if sign > 0 else control.low)[along])
     steps = np.arange(1, int(0.7 / picture.pixel)) * picture.pixel
     lines, marks = [], []
-    for shift in (0.0, -BESIDE * wide, BESIDE * wide):
+    for shift in (0.0, -BESIDE_WIDTHS * wide, BESIDE_WIDTHS * wide):
         line = np.empty((len(steps), 2))
         line[:, along] = start + sign * steps
         line[:, across] = control.middle[across] + shift
@@ -86,11 +86,11 @@ def _slot(pieces: MeasuredFragments, side: int, control: Control, along: int, si
     beside = np.maximum(left, right)
     deep = (
         inside
-        & (np.abs(left - right) < DEEPER)
-        & ((lines[0] > beside + DEEPER) | (_marked(marks) & (lines[0] > beside - FLUSH)))
+        & (np.abs(left - right) < MIN_SLOT_DEPTH)
+        & ((lines[0] > beside + MIN_SLOT_DEPTH) | (_marked(marks) & (lines[0] > beside - PAINTED_SLOT_TOLERANCE)))
     )
     last = _run(deep, picture.pixel)
-    if last * picture.pixel < max(LEAST_SLOT, 1.2 * float(control.across[along])) or not _ends(deep, inside, last):
+    if last * picture.pixel < max(MIN_SLOT_LENGTH, 1.2 * float(control.across[along])) or not _ends(deep, inside, last):
         return None
     slope = _slope(beside[:last]) / picture.pixel
     way = np.zeros(3)
@@ -120,9 +120,9 @@ def _marked(marks: list[Ints]) -> Bools:
 def _run(deep: Bools, pixel: float) -> int:
     """Return the number of steps that a slot goes on from its start, which may lie a little way off."""
     rows = np.flatnonzero(deep)
-    if not len(rows) or rows[0] * pixel > LONGEST_GAP:
+    if not len(rows) or rows[0] * pixel > MAX_SLOT_START_GAP:
         return 0
-    breaks = np.flatnonzero(np.diff(rows) * pixel > LONGEST_BREAK)
+    breaks = np.flatnonzero(np.diff(rows) * pixel > MAX_SLOT_BREAK)
     return int(rows[breaks[0]] if len(breaks) else rows[-1]) + 1
 
 

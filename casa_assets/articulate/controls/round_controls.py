@@ -14,11 +14,11 @@ from casa_assets.model.asset.joint import JointKind
 
 # It is no wider than this, diagonals: a ring round a key is wider than keys are. It stands out so far at least, and by
 # its width at most.
-WIDEST, LEAST_OUT, MOST_OUT = 0.22, 0.004, 0.6
+MAX_BUTTON_WIDTH, MIN_PROTRUSION, MAX_PROTRUSION_BY_WIDTH = 0.22, 0.004, 0.6
 
 # Round a burner stand arms that bear pans: so many, so slim, and so near to its rim by its width. The knobs of a thing
 # are alike: where so many are on its front, what differs in width by so much is none.
-ARMS, SLIM, RIM, KNOBS, ALIKE = 3, 4.0, 0.5, 2, 0.25
+MIN_PAN_SUPPORT_ARMS, MIN_ARM_RATIO, MAX_ARM_GAP_BY_WIDTH, MIN_FRONT_KNOBS, KNOB_WIDTH_TOLERANCE = 3, 4.0, 0.5, 2, 0.25
 
 
 def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
@@ -27,20 +27,20 @@ def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Seq
     Args:
         over: round things that may be knobs. top, front: all controls of those sides.
     """
-    knobs = [float(c.across.max()) for c in front if c.is_round and c.protrusion >= LEAST_OUT]
-    usual = float(np.median(knobs)) if len(knobs) >= KNOBS else 0.0
-    alike = [c for c in over if not usual or abs(float(c.across.max()) - usual) <= ALIKE * usual]
-    return [c for c in alike if len({_way(c, a) for a in top if _is_arm(c, a)}) < ARMS]
+    knobs = [float(c.across.max()) for c in front if c.is_round and c.protrusion >= MIN_PROTRUSION]
+    usual = float(np.median(knobs)) if len(knobs) >= MIN_FRONT_KNOBS else 0.0
+    alike = [c for c in over if not usual or abs(float(c.across.max()) - usual) <= KNOB_WIDTH_TOLERANCE * usual]
+    return [c for c in alike if len({_way(c, a) for a in top if _is_arm(c, a)}) < MIN_PAN_SUPPORT_ARMS]
 
 
 def _is_arm(cap: Control, bar: Control) -> bool:
     """Return whether something slim begins at the rim of a cap, or nearly."""
-    if bar.long < SLIM:
+    if bar.long < MIN_ARM_RATIO:
         return False
     middle = cap.middle
     nearest = np.clip(middle, bar.low[:2], bar.high[:2])
     away = float(np.linalg.norm(nearest - middle)) / float(cap.across.max())
-    return 0.0 < away <= 0.5 + RIM
+    return 0.0 < away <= 0.5 + MAX_ARM_GAP_BY_WIDTH
 
 
 def _way(cap: Control, bar: Control) -> int:
@@ -56,9 +56,13 @@ def find_single_button(pieces: MeasuredFragments) -> Control | None:
     for panel in find_panels(pieces, FRONT):
         across = (panel.high - panel.low)[:2]
         own = sorted(panel.members)
-        if taken.isdisjoint(own) and float(across.max()) <= WIDEST and has_round_outline(pieces, FRONT, own, across):
+        if (
+            taken.isdisjoint(own)
+            and float(across.max()) <= MAX_BUTTON_WIDTH
+            and has_round_outline(pieces, FRONT, own, across)
+        ):
             found.append(Control(own, panel.low, panel.high, float(panel.high[2] - panel.low[2]), True))
-    standing = [c for c in found if LEAST_OUT <= c.protrusion <= MOST_OUT * float(c.across.max())]
+    standing = [c for c in found if MIN_PROTRUSION <= c.protrusion <= MAX_PROTRUSION_BY_WIDTH * float(c.across.max())]
     return standing[0] if len(standing) == 1 else None
 
 

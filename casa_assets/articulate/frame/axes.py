@@ -55,8 +55,8 @@ PRIOR_UP = (0.02, 0.42, 0.02, 0.02, 0.5, 0.02)
 STATED_UP, ASKEW_UP = 0.95, 0.02
 PIXELS = 256
 # Weight of what a candidate finds when it is tried out, and of the log odds of its looks beside that. Ref: as above.
-SHARPNESS = 0.605
-TRIAL_WEIGHTS: Mapping[str, float] = {
+APPEARANCE_WEIGHT = 0.605
+SCORE_WEIGHTS: Mapping[str, float] = {
     "covered": 1.071,
     "drawers": 0.2748,
     "boxed": 1.119,
@@ -146,9 +146,10 @@ def candidate_shares(pieces: MeasuredFragments, known: Mapping[tuple[int, int], 
     likely = [c for c in ranked[:MAX_SCORED] if scores[c] > scores[ranked[0]] - MAX_LOG_ODDS_BEHIND]
     if len(likely) == 1:
         return shares
-    weights = np.array([TRIAL_WEIGHTS.get(name, 0.0) for name in SCORE_NAMES])
+    weights = np.array([SCORE_WEIGHTS.get(name, 0.0) for name in SCORE_NAMES])
     again = {
-        c: SHARPNESS * (scores[c] - known[c]) + known[c] + float(weights @ score_candidate(pieces, *c)) for c in likely
+        c: APPEARANCE_WEIGHT * (scores[c] - known[c]) + known[c] + float(weights @ score_candidate(pieces, *c))
+        for c in likely
     }
     whole = sum(shares[c] for c in likely)
     return {**shares, **{c: whole * s for c, s in _shares(again).items()}}

@@ -19,7 +19,7 @@ FEATURES = (
     *("bottom_legs", "top_legs"),
 )
 # ControlPlacement this far from the middle of the front, parts of its size, are at its side or its top.
-ASIDE, ASIDE_MORE = 0.2, 0.05
+CONTROLS_OFF_CENTRE, CONTROLS_MARGIN = 0.2, 0.05
 
 
 def side_facing(direction: Floats) -> int:
@@ -117,6 +117,6 @@ def _controls(knobs: Sequence[tuple[float, float]]) -> ControlPlacement:
     if not knobs:
         return ControlPlacement.NONE
     x, z = np.abs(np.mean(np.array(knobs), axis=0))
-    if x > max(ASIDE, z + ASIDE_MORE):
+    if x > max(CONTROLS_OFF_CENTRE, z + CONTROLS_MARGIN):
         return ControlPlacement.ASIDE
-    return ControlPlacement.ABOVE if z > max(ASIDE, x + ASIDE_MORE) else ControlPlacement.NONE
+    return ControlPlacement.ABOVE if z > max(CONTROLS_OFF_CENTRE, x + CONTROLS_MARGIN) else ControlPlacement.NONE

@@ -52,7 +52,7 @@ USUAL_PROPORTIONS: tuple[tuple[Extent, float, ControlPlacement], ...] = (
 )
 # How far proportions stray, in logarithms; what a kind keeps where the controls are elsewhere, or it has none; and
 # what is left for things that are like none of these.
-SPREAD, OTHERWISE, WITHOUT, STRANGE = 0.15, 0.25, 0.5, 3e-3
+PROPORTION_SIGMA, OTHER_PLACEMENT_FACTOR, NO_CONTROLS_FACTOR, UNKNOWN_SHAPE_FLOOR = 0.15, 0.25, 0.5, 3e-3
 
 # Other names of kinds, by the id of their fixture.
 KIND_NAMES: Mapping[str, tuple[str, ...]] = {
@@ -123,7 +123,7 @@ KIND_TRAITS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
     "sink": (((0.3, 0.6, 1), (1, 0.7, 0.75)), {"lever": 0.8, "spout": 0.4}),
 }
 # How far real things stray from the shape of their kind, and the surest that this guess may be.
-STRAY, MOST_SURE = 0.28, 0.6
+KIND_PROPORTION_SIGMA, MAX_CONFIDENCE = 0.28, 0.6
 
 
 def shape_likelihood(extent: Extent, controls: ControlPlacement) -> float:
@@ -138,12 +138,12 @@ def shape_likelihood(extent: Extent, controls: ControlPlacement) -> float:
     often = np.array([w for _, w, _ in USUAL_PROPORTIONS])
     fits = np.array(
         [
-            1.0 if c is controls else WITHOUT if c is ControlPlacement.NONE else OTHERWISE
+            1.0 if c is controls else NO_CONTROLS_FACTOR if c is ControlPlacement.NONE else OTHER_PLACEMENT_FACTOR
             for _, _, c in USUAL_PROPORTIONS
         ]
     )
-    share = often * fits * np.exp(-(away**2).sum(axis=1) / SPREAD**2 / 2)
-    return float(np.log(share.sum() / often.sum() + STRANGE))
+    share = often * fits * np.exp(-(away**2).sum(axis=1) / PROPORTION_SIGMA**2 / 2)
+    return float(np.log(share.sum() / often.sum() + UNKNOWN_SHAPE_FLOOR))
 
 
 def kind_named(hints: Sequence[str]) -> VocabularyMatch | None:
@@ -165,14 +165,16 @@ def kind_by_parts(extent: Extent, found: Articulation) -> tuple[str, float]:
     for shapes, often in KIND_TRAITS.values():
         usual = np.log(np.array(shapes))
         away = (log - log.mean()) - (usual - usual.mean(axis=1, keepdims=True))
-        score = math.log(float(np.exp(-(away**2).sum(axis=1) / STRAY**2 / 2).mean()) + STRANGE)
+        score = math.log(
+            float(np.exp(-(away**2).sum(axis=1) / KIND_PROPORTION_SIGMA**2 / 2).mean()) + UNKNOWN_SHAPE_FLOOR
+        )
         for trait, there in has.items():
             chance = often.get(trait, RARE_TRAIT)
             score += math.log(chance if there else 1.0 - chance)
         scores.append(score)
     best = int(np.argmax(np.round(scores, 9)))
     share = float(1.0 / np.exp(np.array(scores) - scores[best]).sum())
-    return list(KIND_TRAITS)[best], round(MOST_SURE * share, 3)
+    return list(KIND_TRAITS)[best], round(MAX_CONFIDENCE * share, 3)
 
 
 def _traits(found: Articulation) -> dict[str, bool]:

@@ -20,11 +20,11 @@ SCORE_NAMES = (
     *("surely", "joints", "held", "hinged_aside", "hinged_below", "hinged_above", "nothing"),
 )
 # Things that count at most so often.
-MOST = 8
+MAX_COUNT = 8
 # A drawer that reaches back over more than this part of the depth, and so many diagonals, has a box.
-BOXED, BOX_DEEP = 0.3, 0.1
+MIN_BOX_DEPTH_SHARE, MIN_BOX_DEPTH = 0.3, 0.1
 # Fronts that cover less than this part of the side count for less.
-LITTLE = 0.25
+FULL_WEIGHT_COVERAGE = 0.25
 
 
 def candidate_axes(front: int, top: int) -> Floats:
@@ -84,7 +84,7 @@ def score_articulation(found: Articulation, pieces: MeasuredFragments) -> Floats
     hinged = max(len(doors), 1)
     covered = _covered(fronts, pieces)
     # How sure it is of fronts says little where they are a small part of what is seen.
-    much = min(1.0, covered / LITTLE)
+    much = min(1.0, covered / FULL_WEIGHT_COVERAGE)
     boxed = sum(p.kind is PartKind.DRAWER and _reaches(p, pieces) for p in fronts)
     return np.array(
         [
@@ -112,13 +112,13 @@ def score_articulation(found: Articulation, pieces: MeasuredFragments) -> Floats
 
 def _log(count: int) -> float:
     """Return log(1 + count), with the count capped."""
-    return float(np.log1p(min(count, MOST)))
+    return float(np.log1p(min(count, MAX_COUNT)))
 
 
 def _reaches(part: PartPlan, pieces: MeasuredFragments) -> bool:
     """Return whether a drawer reaches far enough back to have a box."""
     deep = np.ptp(pieces.soup.points[pieces.soup.faces[part.faces], 1])
-    return float(deep) > max(BOXED * float(np.ptp(pieces.soup.points[:, 1])), BOX_DEEP)
+    return float(deep) > max(MIN_BOX_DEPTH_SHARE * float(np.ptp(pieces.soup.points[:, 1])), MIN_BOX_DEPTH)
 
 
 def _covered(fronts: list[PartPlan], pieces: MeasuredFragments) -> float:

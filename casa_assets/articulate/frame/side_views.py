@@ -14,18 +14,18 @@ from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 
 # A step in depth between neighbouring pixels that counts as an edge, diagonals; a bend, cosine of 25 degrees.
-STEP, BEND = 0.004, 0.906
+MIN_DEPTH_STEP, MAX_BEND_COS = 0.004, 0.906
 # What is narrower than this one way and stands out so far may be a knob, a button or a handle; diagonals.
-NARROW, OUT, FARTHEST = 0.13, 0.006, 0.3
-SMALLEST, FEWEST_PIXELS = 0.012, 6
-# The plane of a side: so much of what is seen is nearer. Things stand out fully at `JUT` before it.
-PLANE, JUT = 0.3, 0.06
+MAX_FEATURE_WIDTH, MIN_PROTRUSION, MAX_PROTRUSION = 0.13, 0.006, 0.3
+MIN_FEATURE_SIZE, MIN_FEATURE_PIXELS = 0.012, 6
+# The plane of a side: so much of what is seen is nearer. Things stand out fully at `FULL_JUT` before it.
+SIDE_PLANE_QUANTILE, FULL_JUT = 0.3, 0.06
 # What stands on legs stands so far off, diagonals.
-LEG = 0.035
+MIN_LEG_LENGTH = 0.035
 # A slot is so wide and long, and so deep; a burner so large.
-SLOT_WIDE, SLOT_LONG, SLOT_DEEP, SLOT_WINDOW = 0.015, 0.2, 0.05, 0.1
-RING_SMALLEST, RING_LARGEST = 0.09, 0.45
-MOST_RINGS, MOST_TRIED = 6, 60
+MIN_SLOT_WIDTH, MIN_SLOT_LENGTH, MIN_SLOT_DEPTH, SLOT_WINDOW = 0.015, 0.2, 0.05, 0.1
+MIN_RING_SIZE, MAX_RING_SIZE = 0.09, 0.45
+MAX_RINGS, MAX_RING_CANDIDATES = 6, 60
 
 
 @dataclass(frozen=True)
@@ -87,16 +87,16 @@ def measure_side(pieces: MeasuredFragments, side: int) -> SideView:
     depth = np.where(seen, picture.depth, far)
     edges = _edges(pieces, picture, seen, depth)
     values = np.sort(depth[seen]) if seen.any() else np.zeros(1)
-    plane, middle = float(values[int(PLANE * (len(values) - 1))]), float(np.median(values))
+    plane, middle = float(values[int(SIDE_PLANE_QUANTILE * (len(values) - 1))]), float(np.median(values))
     support = _support(seen & (depth < max(0.02 * far, 0.004)))
     shown = max(int(seen.sum()), 1)
     return SideView(
         detail=float(edges.sum() / shown),
         panels=_panels(pieces, side, low, high),
         protruding_share=float((seen & (depth < middle - 0.008)).sum() / shown) if middle > 0.008 else 0.0,
-        juts=min(plane / JUT, 1.0) * (1.0 - support),
+        juts=min(plane / FULL_JUT, 1.0) * (1.0 - support),
         support=support,
-        filled=float((seen & (depth < LEG)).mean()),
+        filled=float((seen & (depth < MIN_LEG_LENGTH)).mean()),
         mirror=(_alike(depth, edges, 1), _alike(depth, edges, 0)),
         blobs=_blobs(depth, seen, picture.pixel, far),
         rings=_rings(pieces, side, low, high),
@@ -124,10 +124,10 @@ def _edges(pieces: MeasuredFragments, picture: DepthImage, seen: Bools, depth: F
         b: list[slice] = [slice(None), slice(None)]
         a[axis], b[axis] = slice(None, -1), slice(1, None)
         here, there = tuple(a), tuple(b)
-        bend = np.abs((normals[here] * normals[there]).sum(axis=2)) < BEND
+        bend = np.abs((normals[here] * normals[there]).sum(axis=2)) < MAX_BEND_COS
         off = np.where(bend, np.abs(np.diff(depth, axis=axis)), _off_slope(depth, axis))
-        step = off > STEP
-        piece = (label[here] != label[there]) & (bend | step | (off > STEP / 8))
+        step = off > MIN_DEPTH_STEP
+        piece = (label[here] != label[there]) & (bend | step | (off > MIN_DEPTH_STEP / 8))
         # A window or a keypad may be no more than another material in the same plane.
         paint = (tint[here] != tint[there]) & seen[here] & seen[there]
         out[here] |= (bend | step | piece | paint) & (seen[here] | seen[there])
@@ -169,19 +169,19 @@ def _support(near: Bools) -> float:
 
 def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[SideFeature, ...]:
     """Find narrow regions that are nearer than the surface around them."""
-    window = max(3, int(NARROW / pixel) | 1)
+    window = max(3, int(MAX_FEATURE_WIDTH / pixel) | 1)
     wide = ndimage.maximum_filter(depth, window, mode="nearest")
     wall = ndimage.minimum_filter(wide, window, mode="nearest")
-    label, _ = ndimage.label(seen & (wall - depth > OUT) & (wall < far - 1e-6), structure=np.ones((3, 3)))
+    label, _ = ndimage.label(seen & (wall - depth > MIN_PROTRUSION) & (wall < far - 1e-6), structure=np.ones((3, 3)))
     height, width = depth.shape
     found = []
     for i, box in enumerate(ndimage.find_objects(label)):
         mask = label[box] == i + 1
         rows, columns = mask.shape
-        if max(rows, columns) * pixel < SMALLEST or int(mask.sum()) < FEWEST_PIXELS:
+        if max(rows, columns) * pixel < MIN_FEATURE_SIZE or int(mask.sum()) < MIN_FEATURE_PIXELS:
             continue
         stands = float(np.percentile((wall - depth)[box][mask], 80))
-        if stands <= FARTHEST:
+        if stands <= MAX_PROTRUSION:
             middle = (box[1].start + columns / 2) / width, 1 - (box[0].start + rows / 2) / height
             found.append(SideFeature(middle, (columns * pixel, rows * pixel), stands))
     return tuple(found)
@@ -192,14 +192,14 @@ def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
     window = max(3, int(SLOT_WINDOW / pixel) | 1)
     narrow = ndimage.minimum_filter(depth, window, mode="nearest")
     lid = ndimage.maximum_filter(narrow, window, mode="nearest")
-    label, _ = ndimage.label(seen & (depth - lid > SLOT_DEEP))
+    label, _ = ndimage.label(seen & (depth - lid > MIN_SLOT_DEPTH))
     count = 0
     for i, box in enumerate(ndimage.find_objects(label)):
         mask = label[box] == i + 1
         short, long = sorted(s * pixel for s in mask.shape)
         # A groove that runs out at the border is the gap between a door and its body.
         closed = all(k.start > 0 and k.stop < n for k, n in zip(box, depth.shape, strict=True))
-        slot = long > max(SLOT_LONG, 3.5 * short) and short > SLOT_WIDE and float(mask.mean()) > 0.6
+        slot = long > max(MIN_SLOT_LENGTH, 3.5 * short) and short > MIN_SLOT_WIDTH and float(mask.mean()) > 0.6
         count += closed and slot
     return min(count, 4) / 2.0
 
@@ -208,13 +208,13 @@ def _rings(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> f
     """Return log(1 + number) of flat discs that are too large for knobs: burners."""
     size = high - low
     across = size[:, :2].max(axis=1)
-    fits = (size[:, :2].min(axis=1) > 0.94 * across) & (across > RING_SMALLEST) & (across < RING_LARGEST)
+    fits = (size[:, :2].min(axis=1) > 0.94 * across) & (across > MIN_RING_SIZE) & (across < MAX_RING_SIZE)
     fits &= (size[:, 2] < 0.3 * across) & (pieces.visible_area[:, side] > 0.15 * size[:, 0] * size[:, 1])
     found: list[Floats] = []
-    for i in np.flatnonzero(fits)[:MOST_TRIED].tolist():
+    for i in np.flatnonzero(fits)[:MAX_RING_CANDIDATES].tolist():
         flat = pieces.points_of([i]) @ SIDES[side][:2].T
         middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
         is_round = float(np.linalg.norm(flat - middle, axis=1).max()) < 0.54 * float(across[i])
         if is_round and all(float(np.abs(middle - o).max()) >= 0.05 for o in found):
             found.append(middle)
-    return float(np.log1p(min(len(found), MOST_RINGS)))
+    return float(np.log1p(min(len(found), MAX_RINGS)))

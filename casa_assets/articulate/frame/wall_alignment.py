@@ -10,13 +10,13 @@ from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats
 
 # Faces within this of an axis lie along it; the bins in which directions of walls are counted, radians.
-NEAR, BIN = np.radians(1.5), np.radians(0.25)
-CLOSER = (NEAR, NEAR / 3, NEAR / 10)
+ALIGNED_RAD, DIRECTION_BIN_RAD = np.radians(1.5), np.radians(0.25)
+REFINEMENT_RAD = (ALIGNED_RAD, ALIGNED_RAD / 3, ALIGNED_RAD / 10)
 # Directions that most surface faces, of which so many are tried as floors.
-MOST_TILTS = 12
+MAX_TILTS = 12
 # Another turn must lay so much more of the surface along the axes, and of what the one before it left askew: what is
 # round all over stays as it is.
-LEAST_GAIN, LEAST_MENDED = 0.05, 0.25
+MIN_GAIN, MIN_GAIN_OF_REST = 0.05, 0.25
 
 
 def align_walls(soup: TriangleSoup, floors: Sequence[Sequence[float]] = ()) -> Floats:
@@ -44,7 +44,7 @@ def align_walls(soup: TriangleSoup, floors: Sequence[Sequence[float]] = ()) -> F
         if not found:
             continue
         k = int(np.argmax(np.round(shares, 9)))
-        if shares[k] > share + max(LEAST_GAIN, LEAST_MENDED * (1.0 - share)):
+        if shares[k] > share + max(MIN_GAIN, MIN_GAIN_OF_REST * (1.0 - share)):
             best, share = found[k], shares[k]
     return best
 
@@ -52,7 +52,7 @@ def align_walls(soup: TriangleSoup, floors: Sequence[Sequence[float]] = ()) -> F
 def _along(normals: Floats, weight: Floats, rotation: Floats) -> float:
     """Return the share of the surface that lies along the axes."""
     found: Floats = np.abs(normals @ rotation.T).max(axis=1)
-    return float(weight[found > np.cos(NEAR)].sum())
+    return float(weight[found > np.cos(ALIGNED_RAD)].sum())
 
 
 def _turned(normals: Floats, weight: Floats, axis: Floats) -> Floats:
@@ -61,15 +61,15 @@ def _turned(normals: Floats, weight: Floats, axis: Floats) -> Floats:
     x = first - axis * float(first @ axis)
     x /= np.linalg.norm(x)
     y = np.cross(axis, x)
-    wall = np.abs(normals @ axis) < np.sin(NEAR)
+    wall = np.abs(normals @ axis) < np.sin(ALIGNED_RAD)
     quarter = np.pi / 2
     angle = np.mod(np.arctan2(normals[wall] @ y, normals[wall] @ x), quarter)
-    bins = round(quarter / BIN)
-    count = np.bincount(np.minimum((angle / BIN).astype(np.int64), bins - 1), weight[wall], bins)
+    bins = round(quarter / DIRECTION_BIN_RAD)
+    count = np.bincount(np.minimum((angle / DIRECTION_BIN_RAD).astype(np.int64), bins - 1), weight[wall], bins)
     wide = sum(np.roll(count, k) for k in (-2, -1, 0, 1, 2))
-    peak = (int(np.argmax(np.round(wide, 12))) + 0.5) * BIN
+    peak = (int(np.argmax(np.round(wide, 12))) + 0.5) * DIRECTION_BIN_RAD
     turn = peak
-    for within in CLOSER:
+    for within in REFINEMENT_RAD:
         off = np.mod(angle - turn + quarter / 2, quarter) - quarter / 2
         share = np.where(np.abs(off) < within, weight[wall], 0.0)
         turn += float(off @ share) / max(float(share.sum()), 1e-300)
@@ -99,12 +99,12 @@ def _largest(normals: Floats, weight: Floats) -> list[Floats]:
     _, place = np.unique(cells, axis=0, return_inverse=True)
     place = place.reshape(-1)
     area = np.bincount(place, weight)
-    ranked = np.lexsort((np.arange(len(area)), -np.round(area, 12)))[:MOST_TILTS]
+    ranked = np.lexsort((np.arange(len(area)), -np.round(area, 12)))[:MAX_TILTS]
     out = []
     for cell in ranked.tolist():
         rows = place == cell
         mean = (normals[rows] * (sign[rows] * weight[rows])[:, None]).sum(axis=0)
-        for within in CLOSER:
+        for within in REFINEMENT_RAD:
             mean /= max(float(np.linalg.norm(mean)), 1e-300)
             along = normals @ mean
             share = np.where(np.abs(along) > np.cos(within), weight, 0.0) * np.sign(along)

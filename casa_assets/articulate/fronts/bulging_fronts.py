@@ -11,13 +11,13 @@ from casa_assets.articulate.segment.creases import SideRelief
 from casa_assets.core.typing import Floats
 
 # A stair is no higher than this, diagonals; what lies deeper between two of them than both is a gap between fronts.
-STAIR, GROOVE = 0.0095, 0.002
+MAX_STAIR_HEIGHT, MAX_GROOVE_DEPTH = 0.0095, 0.002
 # So many pixels beside a border one looks at the two sides of it.
-BESIDE = 4
+BESIDE_PIXELS = 4
 # Strips are as long as the front within this part of it, and fill this part of its length.
-EVEN, FILLED = 0.035, 0.9
+LENGTH_TOLERANCE, MIN_STRIP_FILL = 0.035, 0.9
 # So many stairs make a bulge, down to both sides: a frame round a panel has one on each.
-STAIRS = 3
+MIN_STAIRS = 3
 
 
 def merge_stairs(side: SideRelief, leaves: list[FrontRectangle]) -> list[FrontRectangle]:
@@ -31,7 +31,7 @@ def merge_stairs(side: SideRelief, leaves: list[FrontRectangle]) -> list[FrontRe
         if not any(m is core for m in left):
             continue
         before, after = _stairs(side, left, core, 0), _stairs(side, left, core, 1)
-        if before and after and len(before) + len(after) >= STAIRS:
+        if before and after and len(before) + len(after) >= MIN_STAIRS:
             strips = [core, *(m for stair in (*before, *after) for m in stair)]
             left = [m for m in left if not any(m is s for s in strips)]
             left.append(_one(side, core, strips))
@@ -62,26 +62,26 @@ def _stairs(
 def _beside(leaves: list[FrontRectangle], core: FrontRectangle, at: int, end: int) -> list[FrontRectangle]:
     """Return rectangles that end at a column and together are as long as another; none where there are no such."""
     long = core.rows[1] - core.rows[0]
-    slack = max(2, round(EVEN * long))
+    slack = max(2, round(LENGTH_TOLERANCE * long))
     found = [
         m
         for m in leaves
         if m.columns[1 - end] == at and m.rows[0] >= core.rows[0] - slack and m.rows[1] <= core.rows[1] + slack
     ]
     even = len({m.columns for m in found}) == 1
-    return found if even and sum(m.rows[1] - m.rows[0] for m in found) >= FILLED * long else []
+    return found if even and sum(m.rows[1] - m.rows[0] for m in found) >= MIN_STRIP_FILL * long else []
 
 
 def _goes_down(side: SideRelief, core: FrontRectangle, at: int, end: int) -> bool:
     """Return whether a border is a stair: a little deeper beyond it, and no deeper between."""
-    first, last = at - BESIDE - 1, at + BESIDE
+    first, last = at - BESIDE_PIXELS - 1, at + BESIDE_PIXELS
     if first < 0 or last >= side.depth.shape[1]:
         return False
     band: Floats = side.base[slice(*core.rows), first : last + 1]
     inner, outer = (band[:, 0], band[:, -1]) if end else (band[:, -1], band[:, 0])
     step = float(np.median(outer - inner))
     groove = float(np.median(band.max(axis=1) - np.maximum(inner, outer)))
-    return 0.0 < step <= STAIR and groove <= GROOVE
+    return 0.0 < step <= MAX_STAIR_HEIGHT and groove <= MAX_GROOVE_DEPTH
 
 
 def _one(side: SideRelief, core: FrontRectangle, strips: list[FrontRectangle]) -> FrontRectangle:

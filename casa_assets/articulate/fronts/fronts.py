@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.controls.controls import LONGEST, Control, classify_control
+from casa_assets.articulate.controls.controls import MAX_KEY_RATIO, Control, classify_control
 from casa_assets.articulate.fronts.panel_layers import find_backing_plates, find_door_bins
-from casa_assets.articulate.fronts.panels import SLACK, Panel
+from casa_assets.articulate.fronts.panels import INSIDE_TOLERANCE, Panel
 from casa_assets.articulate.interior.hollow_parts import free_share_behind, roofed_share, view_from_above
 from casa_assets.articulate.interior.inner_parts import group_touching, is_shelf
 from casa_assets.articulate.segment.fragment_measures import (
@@ -23,32 +23,32 @@ from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 
 # A handle stands out at least so far, in diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
-HANDLE_STANDS = 0.013
+MIN_HANDLE_PROTRUSION = 0.013
 # The pull of a large thing is small by it: one that is no rail, shorter than this part of the front, stands out so far,
 # and so far by its own width.
-PULL_STANDS, PULL_BY_WIDTH, SHORT = 0.006, 0.4, 0.5
+MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH, MAX_PULL_LENGTH_SHARE = 0.006, 0.4, 0.5
 # A cup pull is so much longer than high, at least.
-CUP_LONG = 1.4
+MIN_CUP_PULL_RATIO = 1.4
 # Between a handle and the front that it belongs to there is at most so much air.
-HANDLE_GAP = 0.035
+MAX_HANDLE_GAP = 0.035
 # What is smaller is no handle but a mark or screw, diagonals.
-LEAST_HANDLE = 0.03
+MIN_HANDLE_SIZE = 0.03
 # A box behind a front begins at most so far behind it.
-BOX_GAP = 0.02
+MAX_BOX_GAP = 0.02
 # A box is at least this part of its front tall: a lesser one is a drawer of its own behind a door.
-LEAST_TALL = 0.2
+MIN_BOX_HEIGHT_SHARE = 0.2
 # Behind a front that is higher than this by its width, only a tub is a box: shelves and bins of a fridge are many.
-MOST_UPRIGHT = 1.3
+MAX_HEIGHT_RATIO = 1.3
 # A shelf begins at most so far behind a front.
-SHELF_GAP = 0.1
+MAX_SHELF_GAP = 0.1
 # The box keeps within its front by so much: walls between fronts reach a little beyond their edges.
-TIGHT = 0.002
+BOX_TOLERANCE = 0.002
 # A front without a handle has room behind so much of it.
-HOLLOW = 0.4
+MIN_HOLLOW_SHARE = 0.4
 # A small panel with so many knobs or keys on it is one of controls, though a lever stands out of it like a handle.
-PANEL_OF, CONTROL_PANEL = 2, 0.4
+MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
 # A panel narrower than this part of the side, and without a handle, is a strip of the body.
-STRIP = 0.13
+MAX_STRIP_SHARE = 0.13
 
 
 def attach_to_panels(
@@ -57,7 +57,7 @@ def attach_to_panels(
     """Give each panel its handles, trims and box; return the controls that are none of these."""
     low, high = corners_from_side(pieces, side)
     taken = {f for p in panels for f in p.members}
-    rest = _pulls(panels, [c for c in controls if c.long <= LONGEST or c.protrusion >= HANDLE_STANDS])
+    rest = _pulls(panels, [c for c in controls if c.long <= MAX_KEY_RATIO or c.protrusion >= MIN_HANDLE_PROTRUSION])
     # What is neither knob nor key is a label, or a trim, of what it sits on.
     rest = [c for c in rest if classify_control(c, rest)[0] is not None or _host(panels, c.low, c.high) is None]
     taken |= {f for p in panels for g in p.grips for f in g} | {f for c in rest for f in c.fragments}
@@ -67,9 +67,9 @@ def attach_to_panels(
         panel = _host(panels, low[i], high[i])
         if panel is None:
             continue
-        if high[i, 2] <= panel.high[2] + SLACK and not _wraps(panel, low[i], high[i]):
+        if high[i, 2] <= panel.high[2] + INSIDE_TOLERANCE and not _wraps(panel, low[i], high[i]):
             stands = float(panel.low[2] - low[i, 2])
-            held = stands >= HANDLE_STANDS and not (panel.controls and _is_mark(low[i], high[i]))
+            held = stands >= MIN_HANDLE_PROTRUSION and not (panel.controls and _is_mark(low[i], high[i]))
             (panel.grips.append([i]) if held else panel.trims.append(i))
             panel.attachment_depths.append(float(low[i, 2]))
             taken.add(i)
@@ -97,9 +97,13 @@ def find_handle_spots(
     for i in range(pieces.count):
         host = None if i in taken else _host(panels, low[i], high[i])
         size = high[i, :2] - low[i, :2]
-        if host is not None and float(host.low[2] - low[i, 2]) >= HANDLE_STANDS and size.max() > 2.5 * size.min():
+        if (
+            host is not None
+            and float(host.low[2] - low[i, 2]) >= MIN_HANDLE_PROTRUSION
+            and size.max() > 2.5 * size.min()
+        ):
             spots.append((low[i, :2] + high[i, :2]) / 2)
-    spots += [c.middle for c in controls if (c.long > 2.5 or c.is_round) and c.protrusion >= HANDLE_STANDS]
+    spots += [c.middle for c in controls if (c.long > 2.5 or c.is_round) and c.protrusion >= MIN_HANDLE_PROTRUSION]
     out: list[Floats] = []
     for spot in spots:
         if not any(np.abs(spot - o).max() < 0.03 for o in out):
@@ -116,7 +120,7 @@ def _host(panels: list[Panel], low: Floats, high: Floats) -> Panel | None:
         share = float(np.prod(np.maximum(over, 1e-9)) / max(float(np.prod(np.maximum((high - low)[:2], 1e-9))), 1e-18))
         inside = bool((middle >= p.low[:2]).all() and (middle <= p.high[:2]).all()) and share >= 0.7
         reach = min((float(p.low[2]), *p.attachment_depths))
-        near = low[2] >= p.low[2] - 0.12 and low[2] <= p.high[2] and high[2] >= reach - HANDLE_GAP
+        near = low[2] >= p.low[2] - 0.12 and low[2] <= p.high[2] and high[2] >= reach - MAX_HANDLE_GAP
         if inside and near and (found is None or p.width * p.height < found.width * found.height):
             found = p
     return found
@@ -124,13 +128,13 @@ def _host(panels: list[Panel], low: Floats, high: Floats) -> Panel | None:
 
 def _is_mark(low: Floats, high: Floats) -> bool:
     """Return whether a fragment is so small that beside knobs it is a mark, and no handle."""
-    return float((high - low)[:2].max()) < LEAST_HANDLE
+    return float((high - low)[:2].max()) < MIN_HANDLE_SIZE
 
 
 def _wraps(panel: Panel, low: Floats, high: Floats) -> bool:
     """Return whether a fragment that reaches behind a deep panel is a shell around it, wider than its rectangle."""
     behind = float(high[2]) > float(panel.low[2]) + 0.35 * float(panel.high[2] - panel.low[2])
-    return behind and panel.is_deep and not panel.holds(low, high, TIGHT)
+    return behind and panel.is_deep and not panel.holds(low, high, BOX_TOLERANCE)
 
 
 def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
@@ -157,8 +161,8 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
 def _is_bar(control: Control, panel: Panel) -> bool:
     """Return whether something long on a panel is a handle: far out, or no rail and out by its own width."""
     stands = float(panel.low[2] - control.low[2])
-    rail = (control.across > SHORT * (panel.high - panel.low)[:2]).any()
-    return stands >= HANDLE_STANDS or (not rail and _is_pull(control, stands))
+    rail = (control.across > MAX_PULL_LENGTH_SHARE * (panel.high - panel.low)[:2]).any()
+    return stands >= MIN_HANDLE_PROTRUSION or (not rail and _is_pull(control, stands))
 
 
 def _is_small(control: Control, panel: Panel) -> bool:
@@ -168,15 +172,15 @@ def _is_small(control: Control, panel: Panel) -> bool:
 
 def _is_cup(control: Control, panel: Panel) -> bool:
     """Return whether something on a panel is wide for its height, as cup pulls of drawers are, and no knob."""
-    within = bool((control.across <= SHORT * (panel.high - panel.low)[:2]).all())
-    return within and not control.is_round and control.long > CUP_LONG
+    within = bool((control.across <= MAX_PULL_LENGTH_SHARE * (panel.high - panel.low)[:2]).all())
+    return within and not control.is_round and control.long > MIN_CUP_PULL_RATIO
 
 
 def _is_pull(control: Control, stands: float) -> bool:
     """Return whether a small thing stands out far enough for fingers; knobs and bars also by their width."""
     shaped = control.is_round or control.long > 2.5
-    return stands >= HANDLE_STANDS or (
-        shaped and stands >= max(PULL_STANDS, PULL_BY_WIDTH * float(control.across.min()))
+    return stands >= MIN_HANDLE_PROTRUSION or (
+        shaped and stands >= max(MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH * float(control.across.min()))
     )
 
 
@@ -212,25 +216,25 @@ def _box(pieces: MeasuredFragments, side: int, panel: Panel, low: Floats, high: 
     surface = np.maximum(pieces.area, 1e-12)
     inside: Bools = np.ones(pieces.count, dtype=bool)
     for k in (0, 1):
-        inside &= (low[:, k] >= panel.low[k] - TIGHT) & (high[:, k] <= panel.high[k] + TIGHT)
-    back = (low[:, 2] >= panel.low[2] - SLACK) & (high[:, 2] > panel.high[2] + 0.01)
-    close = low[:, 2] <= panel.high[2] + BOX_GAP
+        inside &= (low[:, k] >= panel.low[k] - BOX_TOLERANCE) & (high[:, k] <= panel.high[k] + BOX_TOLERANCE)
+    back = (low[:, 2] >= panel.low[2] - INSIDE_TOLERANCE) & (high[:, 2] > panel.high[2] + 0.01)
+    close = low[:, 2] <= panel.high[2] + MAX_BOX_GAP
     inside[panel.members] = False
     inside &= ~_open_above(pieces, low, high)
     boards = _boards(low, high, inside, panel)
     inside[boards] = False
-    middle = [float(low[i, 1] + high[i, 1]) / 2 for i in boards if low[i, 2] <= panel.high[2] + SHELF_GAP]
+    middle = [float(low[i, 1] + high[i, 1]) / 2 for i in boards if low[i, 2] <= panel.high[2] + MAX_SHELF_GAP]
     panel.has_shelf_behind = any(0.15 * panel.height < v - panel.low[1] < 0.85 * panel.height for v in middle)
     for shown in (hidden, aside):
         free = inside & (shown <= 0.05 * surface)
         first = np.flatnonzero(free & back & close)
         if not len(first):
             continue
-        reach = float(high[first, 2].max()) + SLACK
+        reach = float(high[first, 2].max()) + INSIDE_TOLERANCE
         more = np.flatnonzero(free & (low[:, 2] >= panel.low[2]) & (high[:, 2] <= reach))
         every = sorted({*first.tolist(), *more.tolist()})
-        tall = float(high[every, 1].max() - low[every, 1].min()) >= LEAST_TALL * panel.height
-        wide = panel.height <= MOST_UPRIGHT * panel.width
+        tall = float(high[every, 1].max() - low[every, 1].min()) >= MIN_BOX_HEIGHT_SHARE * panel.height
+        wide = panel.height <= MAX_HEIGHT_RATIO * panel.width
         if shown is hidden and tall and wide and view_from_above(pieces, every).is_box:
             return every
         near = set(first.tolist())
@@ -262,7 +266,7 @@ def _open_above(pieces: MeasuredFragments, low: Floats, high: Floats) -> Bools:
 def _is_box(pieces: MeasuredFragments, heap: list[int], panel: Panel, low: Floats, high: Floats) -> bool:
     """Return whether a group behind a panel is a tub of most of the panel's width and a good part of its height."""
     wide = float(high[heap, 0].max() - low[heap, 0].min()) >= 0.6 * panel.width
-    tall = float(high[heap, 1].max() - low[heap, 1].min()) >= LEAST_TALL * panel.height
+    tall = float(high[heap, 1].max() - low[heap, 1].min()) >= MIN_BOX_HEIGHT_SHARE * panel.height
     return wide and tall and view_from_above(pieces, heap).is_tub
 
 
@@ -286,9 +290,9 @@ def select_opening_panels(pieces: MeasuredFragments, side: int, panels: list[Pan
         foot = p.width * p.height
         if p.is_recessed and not p.grips:
             continue
-        if p.grips and p.controls >= PANEL_OF and foot < CONTROL_PANEL * whole[0] * whole[1]:
+        if p.grips and p.controls >= MIN_CONTROLS and foot < MAX_CONTROL_PANEL_SHARE * whole[0] * whole[1]:
             continue
-        strip = p.height < STRIP * whole[1] or p.width < STRIP * whole[0]
+        strip = p.height < MAX_STRIP_SHARE * whole[1] or p.width < MAX_STRIP_SHARE * whole[0]
         if p.grips and p.controls <= 3:
             out.append((p, 0.95, "has a handle"))
         elif p.grips and foot >= 0.25 * whole[0] * whole[1]:
@@ -310,4 +314,4 @@ def select_opening_panels(pieces: MeasuredFragments, side: int, panels: list[Pan
 def _closes(pieces: MeasuredFragments, side: int, panel: Panel) -> bool:
     """Return whether there is a roofed cavity behind a panel."""
     room = free_share_behind(pieces, side, panel.everything, panel.low, panel.high)
-    return room >= HOLLOW and roofed_share(pieces, side, panel.low, panel.high) >= HOLLOW
+    return room >= MIN_HOLLOW_SHARE and roofed_share(pieces, side, panel.low, panel.high) >= MIN_HOLLOW_SHARE

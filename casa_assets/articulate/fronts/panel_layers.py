@@ -9,11 +9,11 @@ from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFrag
 from casa_assets.articulate.segment.raster import render_depth
 
 # What hangs on the back of a door, or is a layer of it, is so shallow; what hangs keeps so far from its edges.
-SHALLOW, INSET = 0.14, 0.008
+MAX_DEPTH_SHARE, MIN_EDGE_DISTANCE = 0.14, 0.008
 # What begins at least so far inside a leaf, by its thickness, is a bin, and may be so deep by the whole.
-INTO, BIN = 0.25, 0.3
+BIN_START_SHARE, MAX_BIN_DEPTH_SHARE = 0.25, 0.3
 # Layers of a door have one outline, touch, and are no frames that one looks through: so much of the outline is filled.
-OUTLINE, FILLS, MOST_LAYERS = 0.006, 0.8, 3
+OUTLINE_TOLERANCE, MIN_LAYER_FILL, MAX_LAYERS = 0.006, 0.8, 3
 
 
 def find_backing_plates(pieces: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
@@ -21,12 +21,14 @@ def find_backing_plates(pieces: MeasuredFragments, side: int, panel: Panel, take
     low, high = corners_from_side(pieces, side)
     whole = float(high[:, 2].max() - low[:, 2].min())
     found: list[int] = []
-    for _ in range(MOST_LAYERS):
-        flush = (np.abs(low[:, :2] - panel.low[:2]) < OUTLINE).all(axis=1)
-        flush &= (np.abs(high[:, :2] - panel.high[:2]) < OUTLINE).all(axis=1)
-        flush &= (np.abs(low[:, 2] - panel.high[2]) < OUTLINE) & (high[:, 2] - low[:, 2] < SHALLOW * whole)
+    for _ in range(MAX_LAYERS):
+        flush = (np.abs(low[:, :2] - panel.low[:2]) < OUTLINE_TOLERANCE).all(axis=1)
+        flush &= (np.abs(high[:, :2] - panel.high[:2]) < OUTLINE_TOLERANCE).all(axis=1)
+        flush &= (np.abs(low[:, 2] - panel.high[2]) < OUTLINE_TOLERANCE) & (
+            high[:, 2] - low[:, 2] < MAX_DEPTH_SHARE * whole
+        )
         rows = [i for i in np.flatnonzero(flush).tolist() if i not in taken and i not in found]
-        rows = [i for i in rows if _fills(pieces, side, i) >= FILLS]
+        rows = [i for i in rows if _fills(pieces, side, i) >= MIN_LAYER_FILL]
         if not rows:
             break
         found += rows
@@ -46,11 +48,13 @@ def find_door_bins(pieces: MeasuredFragments, side: int, panel: Panel, taken: se
     low, high = corners_from_side(pieces, side)
     size = high - low
     hidden = pieces.visible_area.sum(axis=1) <= 0.02 * np.maximum(pieces.area, 1e-12)
-    inset = (low[:, :2] >= panel.low[:2] + INSET).all(axis=1) & (high[:, :2] <= panel.high[:2] - INSET).all(axis=1)
+    inset = (low[:, :2] >= panel.low[:2] + MIN_EDGE_DISTANCE).all(axis=1) & (
+        high[:, :2] <= panel.high[:2] - MIN_EDGE_DISTANCE
+    ).all(axis=1)
     whole = float(high[:, 2].max() - low[:, 2].min())
     # A bin that reaches into the leaf hangs on it, though it is deep.
-    into = low[:, 2] <= panel.high[2] - INTO * (panel.high[2] - panel.low[2])
-    most = np.where(into, BIN, SHALLOW) * whole
+    into = low[:, 2] <= panel.high[2] - BIN_START_SHARE * (panel.high[2] - panel.low[2])
+    most = np.where(into, MAX_BIN_DEPTH_SHARE, MAX_DEPTH_SHARE) * whole
     fits = inset & hidden & (low[:, 2] >= panel.low[2]) & (size[:, 2] <= most)
     found: list[int] = []
     edge = float(panel.high[2])

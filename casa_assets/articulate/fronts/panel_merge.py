@@ -11,22 +11,22 @@ from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, 
 from casa_assets.core.typing import Floats
 
 # Boards of one leaf begin at the same depth, and touch; diagonals.
-FLUSH, TOUCH = 0.006, 0.006
+FLUSH_TOLERANCE, TOUCH_TOLERANCE = 0.006, 0.006
 # A stile or rail is at most this part of the leaf wide.
-NARROW = 0.26
+MAX_STILE_SHARE = 0.26
 # A strip that lies upon a leaf is no thicker than this, diagonals.
-THIN = 0.05
+MAX_STRIP_THICKNESS = 0.05
 # The boards cover at least this part of the leaf.
-FULL = 0.93
+MIN_LEAF_COVERAGE = 0.93
 # A stile of a narrow leaf is wider by it, where two rails run between the stiles.
-BROAD, RAILS = 0.36, 2
+MAX_BROAD_STILE_SHARE, MIN_RAILS = 0.36, 2
 # Boards that are too slim for panels are at least so wide and long, and seen on this part of their rectangle.
-SLIMMEST, SHORTEST, SEEN = 0.006, 0.025, 0.5
-MOST_SLATS = 80
+MIN_SLAT_WIDTH, MIN_SLAT_LENGTH, MIN_VISIBLE_SHARE = 0.006, 0.025, 0.5
+MAX_SLATS = 80
 # It is flat, or square in section as rails of thin fronts are.
-SQUARE = 1.1
+MAX_THICKNESS_BY_WIDTH = 1.1
 # What a leaf frames lies a little deeper than its stiles, and meets them: the door in a frame of the body does neither.
-DEEPER, MEETS = 0.0004, 0.0012
+MIN_SUNK_DEPTH, MAX_SUNK_GAP = 0.0004, 0.0012
 
 
 def merge_framed_panels(panels: list[Panel], gripped: list[Floats], slats: list[Panel]) -> list[Panel]:
@@ -62,11 +62,17 @@ def find_slats(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> lis
     low, high = corners_from_side(pieces, side)
     size = high - low
     foot = size[:, 0] * size[:, 1]
-    slim = (size[:, :2].min(axis=1) >= SLIMMEST) & (size[:, :2].max(axis=1) >= SHORTEST) & (size[:, 2] < THIN)
-    slim &= (size[:, 2] <= SQUARE * size[:, :2].min(axis=1)) & (pieces.visible_area[:, side] >= SEEN * foot)
+    slim = (
+        (size[:, :2].min(axis=1) >= MIN_SLAT_WIDTH)
+        & (size[:, :2].max(axis=1) >= MIN_SLAT_LENGTH)
+        & (size[:, 2] < MAX_STRIP_THICKNESS)
+    )
+    slim &= (size[:, 2] <= MAX_THICKNESS_BY_WIDTH * size[:, :2].min(axis=1)) & (
+        pieces.visible_area[:, side] >= MIN_VISIBLE_SHARE * foot
+    )
     slim[[f for p in panels for f in p.members]] = False
     rows = np.flatnonzero(slim)
-    order = rows[np.lexsort((rows, -foot[rows]))][:MOST_SLATS].tolist()
+    order = rows[np.lexsort((rows, -foot[rows]))][:MAX_SLATS].tolist()
     return [Panel([i], low[i], high[i], visible_area=float(pieces.visible_area[i, side])) for i in order]
 
 
@@ -76,7 +82,7 @@ def merge_bridged_panels(pieces: MeasuredFragments, side: int, panels: list[Pane
     size = high - low
     slim = (
         (size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1))
-        & (size[:, 2] < THIN)
+        & (size[:, 2] < MAX_STRIP_THICKNESS)
         & (pieces.visible_area[:, side] > 0)
     )
     slim[[f for p in panels for f in p.members]] = False
@@ -95,14 +101,17 @@ def _bridges(low: Floats, high: Floats, a: Panel, b: Panel) -> bool:
     """Return whether a strip lies upon two flush panels, along most of both."""
     along = int(np.argmax((high - low)[:2]))
     across = 1 - along
-    flush = abs(float(a.low[2] - b.low[2])) < FLUSH and abs(float(a.low[across] - b.low[across])) < TOUCH
-    flush &= abs(float(a.high[across] - b.high[across])) < TOUCH
+    flush = (
+        abs(float(a.low[2] - b.low[2])) < FLUSH_TOLERANCE
+        and abs(float(a.low[across] - b.low[across])) < TOUCH_TOLERANCE
+    )
+    flush &= abs(float(a.high[across] - b.high[across])) < TOUCH_TOLERANCE
     apart = max(float(a.low[along]), float(b.low[along])) - min(float(a.high[along]), float(b.high[along]))
-    if not flush or abs(apart) > TOUCH:
+    if not flush or abs(apart) > TOUCH_TOLERANCE:
         return False
     for p in (a, b):
         upon = low[2] < p.low[2] - 0.002 and high[2] >= p.low[2] - 0.001
-        inner = low[across] >= p.low[across] - TOUCH and high[across] <= p.high[across] + TOUCH
+        inner = low[across] >= p.low[across] - TOUCH_TOLERANCE and high[across] <= p.high[across] + TOUCH_TOLERANCE
         length = float(min(high[along], p.high[along]) - max(low[along], p.low[along]))
         if not (upon and inner and length >= 0.6 * float(p.high[along] - p.low[along])):
             return False
@@ -131,17 +140,22 @@ def _frame(a: Panel, b: Panel, along: int) -> bool:
     across = 1 - along
     long_a, long_b = float(a.high[along] - a.low[along]), float(b.high[along] - b.low[along])
     wide_a, wide_b = float(a.high[across] - a.low[across]), float(b.high[across] - b.low[across])
-    flush = abs(float(a.low[along] - b.low[along])) < TOUCH and abs(float(a.high[along] - b.high[along])) < TOUCH
+    flush = (
+        abs(float(a.low[along] - b.low[along])) < TOUCH_TOLERANCE
+        and abs(float(a.high[along] - b.high[along])) < TOUCH_TOLERANCE
+    )
     whole = max(float(a.high[across]), float(b.high[across])) - min(float(a.low[across]), float(b.low[across]))
-    slim = max(wide_a, wide_b) < BROAD * whole and max(wide_a, wide_b) < 0.8 * min(long_a, long_b)
-    return flush and slim and abs(float(a.low[2] - b.low[2])) < FLUSH
+    slim = max(wide_a, wide_b) < MAX_BROAD_STILE_SHARE * whole and max(wide_a, wide_b) < 0.8 * min(long_a, long_b)
+    return flush and slim and abs(float(a.low[2] - b.low[2])) < FLUSH_TOLERANCE
 
 
 def _within(panel: Panel, low: Floats, high: Floats) -> bool:
     """Return whether a panel lies in a rectangle and at about its depth."""
-    inside = (panel.low[:2] >= low[:2] - TOUCH).all() and (panel.high[:2] <= high[:2] + TOUCH).all()
+    inside = (panel.low[:2] >= low[:2] - TOUCH_TOLERANCE).all() and (panel.high[:2] <= high[:2] + TOUCH_TOLERANCE).all()
     return (
-        bool(inside) and float(panel.low[2]) >= float(low[2]) - FLUSH and float(panel.low[2]) <= float(high[2]) + 0.02
+        bool(inside)
+        and float(panel.low[2]) >= float(low[2]) - FLUSH_TOLERANCE
+        and float(panel.low[2]) <= float(high[2]) + 0.02
     )
 
 
@@ -150,10 +164,10 @@ def _is_leaf(
 ) -> bool:
     """Return whether boards fill a rectangle, and what they frame has no handle of its own."""
     covered = sum(p.width * p.height for p in inner)
-    if covered < FULL * area or not (_is_narrow(frame, low, high) or _has_rails(inner, frame)):
+    if covered < MIN_LEAF_COVERAGE * area or not (_is_narrow(frame, low, high) or _has_rails(inner, frame)):
         return False
     for p in inner:
-        slim = min(p.width, p.height) < NARROW * float(min((high - low)[:2]))
+        slim = min(p.width, p.height) < MAX_STILE_SHARE * float(min((high - low)[:2]))
         if p is frame[0] or p is frame[1] or slim or p.boards > 1 or _is_sunk(p, frame):
             continue
         if any(((g >= p.low[:2]) & (g <= p.high[:2])).all() for g in gripped):
@@ -166,7 +180,7 @@ def _is_narrow(frame: tuple[Panel, Panel], low: Floats, high: Floats) -> bool:
     """Return whether two stiles are narrow by the leaf that they frame."""
     across = 1 - _along(frame)
     wide = max(float((p.high - p.low)[across]) for p in frame)
-    return wide < NARROW * float((high - low)[across])
+    return wide < MAX_STILE_SHARE * float((high - low)[across])
 
 
 def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:
@@ -179,15 +193,15 @@ def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:
         for p in inner
         if p is not first
         and p is not last
-        and abs(float(p.low[across] - first.high[across])) < TOUCH
-        and abs(float(last.low[across] - p.high[across])) < TOUCH
-        and abs(float(p.low[2] - first.low[2])) < FLUSH
+        and abs(float(p.low[across] - first.high[across])) < TOUCH_TOLERANCE
+        and abs(float(last.low[across] - p.high[across])) < TOUCH_TOLERANCE
+        and abs(float(p.low[2] - first.low[2])) < FLUSH_TOLERANCE
     ]
     low, high = float(first.low[along]), float(first.high[along])
-    ends = [any(abs(float(p.low[along]) - low) < TOUCH for p in rails)]
-    ends += [any(abs(float(p.high[along]) - high) < TOUCH for p in rails)]
+    ends = [any(abs(float(p.low[along]) - low) < TOUCH_TOLERANCE for p in rails)]
+    ends += [any(abs(float(p.high[along]) - high) < TOUCH_TOLERANCE for p in rails)]
     plain = all(p.boards == 1 for p in frame)
-    return plain and sum(p.boards for p in rails) >= RAILS and all(ends)
+    return plain and sum(p.boards for p in rails) >= MIN_RAILS and all(ends)
 
 
 def _along(frame: tuple[Panel, Panel]) -> int:
@@ -200,4 +214,4 @@ def _is_sunk(panel: Panel, frame: tuple[Panel, Panel]) -> bool:
     across = 1 - _along(frame)
     first, last = sorted(frame, key=lambda p: float(p.low[across]))
     gaps = float(panel.low[across] - first.high[across]), float(last.low[across] - panel.high[across])
-    return max(gaps) <= MEETS and float(panel.low[2]) >= max(float(p.low[2]) for p in frame) + DEEPER
+    return max(gaps) <= MAX_SUNK_GAP and float(panel.low[2]) >= max(float(p.low[2]) for p in frame) + MIN_SUNK_DEPTH

@@ -24,21 +24,21 @@ from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 
 # A panel is at least so wide and high, and covers at least so much of the side.
-LEAST_SIDE, LEAST_SHARE = 0.03, 0.012
+MIN_SIDE, MIN_AREA_SHARE = 0.03, 0.012
 # What is smaller both ways, and covers little, is a knob.
-LEAST_LONG, LARGE_SHARE = 0.12, 0.06
+MIN_LONG_SIDE, MIN_AREA_SHARE_SMALL = 0.12, 0.06
 # It is no thicker than this part of its smaller side and of the depth of the thing, unless hidden from elsewhere.
-THICK, THICK_OF_DEPTH = 0.7, 0.34
+MAX_THICKNESS_BY_SIDE, MAX_THICKNESS_OF_DEPTH = 0.7, 0.34
 # It begins no deeper than this part of the depth; one with a handle, in a niche, no deeper than the second.
-DEEPEST, DEEPEST_HELD = 0.35, 0.75
+MAX_START_DEPTH, MAX_START_DEPTH_WITH_HANDLE = 0.35, 0.75
 # A bar is so many times longer than wide, and stands off by so much, diagonals; one that touches may be as stout as the
 # second: that of a shell of cubes is thickened.
-BAR, STOUT, STANDS_OFF = 4.0, 3.0, 0.008
+MIN_BAR_RATIO, MIN_STOUT_BAR_RATIO, MIN_BAR_GAP = 4.0, 3.0, 0.008
 # A bar that touches its host is so narrow and stands out so far, with this part of its depth: rails of framed doors
 # reach 0.013, and a bulging front falls back beside its middle.
-SLIM, STANDS_OUT, OUTSIDE = 0.075, 0.015, 0.5
+MAX_BAR_WIDTH, MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE = 0.075, 0.015, 0.5
 # MeasuredFragments within this much of a rectangle lie inside it.
-SLACK = 0.006
+INSIDE_TOLERANCE = 0.006
 
 
 @dataclass
@@ -81,14 +81,14 @@ class Panel:
     @property
     def is_deep(self) -> bool:
         """Return whether it is no plate: it reaches farther back than its shorter side is long."""
-        return float(self.high[2] - self.low[2]) > THICK * min(self.width, self.height)
+        return float(self.high[2] - self.low[2]) > MAX_THICKNESS_BY_SIDE * min(self.width, self.height)
 
     @property
     def everything(self) -> list[int]:
         """Return all fragments that move with it, ascending."""
         return sorted({*self.members, *self.trims, *self.box, *(f for g in self.grips for f in g)})
 
-    def holds(self, low: Floats, high: Floats, slack: float = SLACK) -> bool:
+    def holds(self, low: Floats, high: Floats, slack: float = INSIDE_TOLERANCE) -> bool:
         """Return whether a box lies within the rectangle of the leaf, at any depth."""
         return bool((low[:2] >= self.low[:2] - slack).all() and (high[:2] <= self.high[:2] + slack).all())
 
@@ -100,11 +100,13 @@ def find_panels(pieces: MeasuredFragments, side: int) -> list[Panel]:
     whole = high.max(axis=0) - low.min(axis=0)
     foot = size[:, 0] * size[:, 1]
     start = low[:, 2] - low[:, 2].min()
-    wide = (size[:, :2].min(axis=1) >= LEAST_SIDE) & (foot >= LEAST_SHARE * whole[0] * whole[1])
-    wide &= (size[:, :2].max(axis=1) >= LEAST_LONG) | (foot >= LARGE_SHARE * whole[0] * whole[1])
-    slab = (size[:, 2] <= THICK * size[:, :2].min(axis=1)) & (size[:, 2] <= THICK_OF_DEPTH * whole[2])
-    near = start <= DEEPEST * whole[2]
-    niche = slab & (start <= DEEPEST_HELD * whole[2]) & (pieces.visible_area[:, side] >= 0.6 * foot)
+    wide = (size[:, :2].min(axis=1) >= MIN_SIDE) & (foot >= MIN_AREA_SHARE * whole[0] * whole[1])
+    wide &= (size[:, :2].max(axis=1) >= MIN_LONG_SIDE) | (foot >= MIN_AREA_SHARE_SMALL * whole[0] * whole[1])
+    slab = (size[:, 2] <= MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1)) & (
+        size[:, 2] <= MAX_THICKNESS_OF_DEPTH * whole[2]
+    )
+    near = start <= MAX_START_DEPTH * whole[2]
+    niche = slab & (start <= MAX_START_DEPTH_WITH_HANDLE * whole[2]) & (pieces.visible_area[:, side] >= 0.6 * foot)
     flat = wide & (near | niche) & (pieces.visible_area[:, side] >= 0.02 * foot)
     deep = flat & ~slab & _are_drawers(pieces, side, size, whole)
     seeds = np.flatnonzero(flat & (slab | deep))
@@ -121,7 +123,7 @@ def find_panels(pieces: MeasuredFragments, side: int) -> list[Panel]:
     parted = [p for g in groups for p in _plates(pieces, side, low, high, g)]
     panels = [_panel(pieces, side, low, high, g) for g in parted]
     for p in panels:
-        p.is_recessed = float(p.low[2] - low[:, 2].min()) > DEEPEST * whole[2]
+        p.is_recessed = float(p.low[2] - low[:, 2].min()) > MAX_START_DEPTH * whole[2]
     return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height]
 
 
@@ -136,7 +138,9 @@ def _are_drawers(pieces: MeasuredFragments, side: int, size: Floats, whole: Floa
     front = pieces.visible_area[:, side] >= 0.3 * size[:, 0] * size[:, 1]
     narrow = size[:, 0] * size[:, 1] < 0.97 * whole[0] * whole[1]
     covered = pieces.visible_area[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
-    found: Bools = (around <= 0.12 * walls) & front & narrow & (size[:, 2] > THICK * size[:, :2].min(axis=1))
+    found: Bools = (
+        (around <= 0.12 * walls) & front & narrow & (size[:, 2] > MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1))
+    )
     for i in np.flatnonzero(found).tolist():
         above = view_from_above(pieces, [i])
         found[i] = above.is_box if elsewhere[i] <= 0.12 * walls[i] else bool(covered[i]) and above.is_tub
@@ -154,14 +158,17 @@ def _inside(low: Floats, high: Floats, inner: int, outer: int) -> bool:
 def _is_bar(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, i: int, host: int) -> bool:
     """Return whether a fragment is a handle: a bar that stands off from its host, or far out of it."""
     size = (high - low)[i, :2]
-    if size.max() < STOUT * size.min():
+    if size.max() < MIN_STOUT_BAR_RATIO * size.min():
         return False
-    if size.max() >= BAR * size.min() and high[i, 2] <= low[host, 2] - STANDS_OFF:
+    if size.max() >= MIN_BAR_RATIO * size.min() and high[i, 2] <= low[host, 2] - MIN_BAR_GAP:
         return True
     # A bulging host falls back beside its middle.
     ground = depth_around(pieces.depth_images[side], low[i], high[i])[0] + float(low[:, 2].min())
     stands = max(float(low[host, 2]), min(ground, float(high[host, 2]))) - float(low[i, 2])
-    return bool(size.min() <= SLIM and stands >= max(STANDS_OUT, OUTSIDE * float(high[i, 2] - low[i, 2])))
+    return bool(
+        size.min() <= MAX_BAR_WIDTH
+        and stands >= max(MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE * float(high[i, 2] - low[i, 2]))
+    )
 
 
 def _touch(low: Floats, high: Floats, i: int, group: list[int]) -> bool:

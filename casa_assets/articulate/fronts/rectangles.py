@@ -7,37 +7,37 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import find_objects, label
 
-from casa_assets.articulate.segment.creases import FAR, STEP, Protrusion, SideRelief, edge_lines
+from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, MIN_DEPTH_STEP, Protrusion, SideRelief, edge_lines
 from casa_assets.articulate.segment.triangle_soup import Bools
 from casa_assets.core.typing import Floats
 
 # No rectangle is narrower than this, diagonals.
-LEAST = 0.012
+MIN_SIDE = 0.012
 # A line may waver by so much, diagonals.
-WAVER = 0.0022
+LINE_TOLERANCE = 0.0022
 # A line is looked at in so many stretches: each must show it, and all together even more.
-STRETCHES, EACH, ALL = 12, 0.5, 0.75
+LINE_STRETCHES, MIN_STRETCH_VISIBILITY, MIN_LINE_VISIBILITY = 12, 0.5, 0.75
 # It shows so much more than the rest of the rectangle does: a rough surface has edges everywhere.
-CONTRAST = 0.45
+MIN_LINE_CONTRAST = 0.45
 # A stretch of which less lies open says nothing; so many must speak.
-OPEN, SPEAK = 0.3, 5
+MIN_FREE_SHARE, MIN_USABLE_STRETCHES = 0.3, 5
 # What stands out and is so long is a handle, from so far on. Ref: as for whole fragments, fronts.HANDLE_STANDS.
-BAR_LONG, BAR_STANDS = 2.5, 0.012
+MIN_BAR_RATIO, MIN_BAR_PROTRUSION = 2.5, 0.012
 # What stands out farther is the ragged border of the thing, before what lies behind it.
-FARTHEST = 0.13
+MAX_PROTRUSION = 0.13
 # A handle keeps so far from the border of the thing, what stands out less than handles do farther: flaps of cartons end
 # there. So much of what is round something set on a surface is that surface, or itself.
-SURELY, AWAY, FAR_AWAY, ALL_ROUND = 0.024, 0.012, 0.03, 0.97
+SURE_HANDLE_PROTRUSION, HANDLE_MARGIN, FLAT_MARGIN, MIN_SURROUNDED_SHARE = 0.024, 0.012, 0.03, 0.97
 # Handles whose middles differ by less lie in one row or column.
-ROW = 0.04
+SAME_ROW = 0.04
 # Pulls are so many at most, on a rectangle of this part of the width of the side, as large as each other within this
 # part; so many in a row are controls.
-MOST_PULLS, WIDE, ALIKE, CONTROLS = 10, 0.45, 0.3, 3
+MAX_PULLS, MIN_WIDTH_SHARE, SIZE_TOLERANCE, MIN_CONTROLS_IN_ROW = 10, 0.45, 0.3, 3
 # A pull is so near to a side of its front, by its width, or so near to the middle.
-AT_SIDE, CENTRED = 0.25, 0.12
+MAX_SIDE_OFFSET, MAX_CENTRE_OFFSET = 0.25, 0.12
 # The frame round what is sunk is this quantile of the depth of a rectangle; what is sunk is so large and no deeper than
 # this, diagonals, and fills so much of its own rectangle.
-FRAME, LEAST_SUNK, DEEPEST, FILLED = 0.15, 0.04, 0.05, 0.85
+FRAME_DEPTH_QUANTILE, MIN_SUNK_SIDE, MAX_SUNK_DEPTH, MIN_SUNK_FILL = 0.15, 0.04, 0.05, 0.85
 
 
 @dataclass(frozen=True)
@@ -56,14 +56,16 @@ class FrontRectangle:
 
 def find_front_rectangles(side: SideRelief) -> list[FrontRectangle]:
     """Return the rectangles of a side, top down and left to right; together they cover it."""
-    seen = side.depth < FAR / 2
+    seen = side.depth < BACKGROUND_DEPTH / 2
     rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
     if not len(rows):
         return []
     whole = FrontRectangle((int(rows[0]), int(rows[-1]) + 1), (int(columns[0]), int(columns[-1]) + 1))
-    waver = max(1, round(WAVER / side.picture.pixel))
+    waver = max(1, round(LINE_TOLERANCE / side.picture.pixel))
     lines = edge_lines(side, False, waver), edge_lines(side, True, waver)
-    parted = [m for leaf in _parted(whole, lines, max(4, round(LEAST / side.picture.pixel))) for m in _held(side, leaf)]
+    parted = [
+        m for leaf in _parted(whole, lines, max(4, round(MIN_SIDE / side.picture.pixel))) for m in _held(side, leaf)
+    ]
     return sorted((_measured(side, m) for m in parted), key=lambda m: (m.rows, m.columns))
 
 
@@ -73,7 +75,7 @@ def _parted(
     """Split a rectangle along its best line, and the halves likewise, until no line is left."""
     level = _best(lines[0], leaf.rows, leaf.columns, least)
     upright = _best(lines[1], leaf.columns, leaf.rows, least)
-    if max(level[0], upright[0]) < ALL:
+    if max(level[0], upright[0]) < MIN_LINE_VISIBILITY:
         return [leaf]
     halves = _at_row(leaf, level[1]) if level[0] >= upright[0] else _at_column(leaf, upright[1])
     return [m for half in halves for m in _parted(half, lines, least)]
@@ -82,19 +84,19 @@ def _parted(
 def _best(line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, int], least: int) -> tuple[float, int]:
     """Return the visibility 0..1 of the best line across a rectangle from end to end, and its place."""
     low, high = across[0] + least, across[1] - least
-    if high <= low or along[1] - along[0] < 2 * STRETCHES:
+    if high <= low or along[1] - along[0] < 2 * LINE_STRETCHES:
         return 0.0, 0
     window = slice(low, high), slice(*along)
     edges, free = line[0][window], line[1][window]
-    cuts = np.linspace(0, edges.shape[1], STRETCHES + 1).astype(np.int64)[:-1]
+    cuts = np.linspace(0, edges.shape[1], LINE_STRETCHES + 1).astype(np.int64)[:-1]
     hit = np.add.reduceat(edges.astype(np.int64), cuts, axis=1)
     can = np.add.reduceat(free.astype(np.int64), cuts, axis=1)
     width = np.diff(np.append(cuts, edges.shape[1]))
-    speaks = can >= OPEN * width
+    speaks = can >= MIN_FREE_SHARE * width
     share = np.where(speaks, hit / np.maximum(can, 1), 1.0)
     mean = np.where(speaks, hit, 0).sum(axis=1) / np.maximum(np.where(speaks, can, 0).sum(axis=1), 1)
-    good = (share >= EACH).all(axis=1) & (speaks.sum(axis=1) >= SPEAK)
-    mean = np.where(good & (mean - float(edges.mean()) >= CONTRAST), mean, 0.0)
+    good = (share >= MIN_STRETCH_VISIBILITY).all(axis=1) & (speaks.sum(axis=1) >= MIN_USABLE_STRETCHES)
+    mean = np.where(good & (mean - float(edges.mean()) >= MIN_LINE_CONTRAST), mean, 0.0)
     best = float(mean.max())
     # Of equal neighbours the middle one.
     at = np.flatnonzero(mean >= best - 0.02)
@@ -123,12 +125,14 @@ def _inside(side: SideRelief, leaf: FrontRectangle) -> list[Protrusion]:
 
 def is_bar(blob: Protrusion) -> bool:
     """Return whether a protrusion has the shape of a handle."""
-    return blob.long >= BAR_LONG and BAR_STANDS <= blob.protrusion <= FARTHEST
+    return blob.long >= MIN_BAR_RATIO and MIN_BAR_PROTRUSION <= blob.protrusion <= MAX_PROTRUSION
 
 
 def is_handle(side: SideRelief, blob: Protrusion) -> bool:
     """Return whether a protrusion is a handle: a bar that is no stretch of the object's border, nor a flap near it."""
-    return is_bar(blob) and is_surrounded(side, blob, AWAY if blob.protrusion >= SURELY else FAR_AWAY)
+    return is_bar(blob) and is_surrounded(
+        side, blob, HANDLE_MARGIN if blob.protrusion >= SURE_HANDLE_PROTRUSION else FLAT_MARGIN
+    )
 
 
 def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
@@ -138,9 +142,9 @@ def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
     ring = np.zeros((b - a + 2 * near, d - c + 2 * near), dtype=bool)
     height, width = side.depth.shape
     top, left = max(a - near, 0), max(c - near, 0)
-    part = side.depth[top : min(b + near, height), left : min(d + near, width)] < FAR / 2
+    part = side.depth[top : min(b + near, height), left : min(d + near, width)] < BACKGROUND_DEPTH / 2
     ring[top - a + near : top - a + near + part.shape[0], left - c + near : left - c + near + part.shape[1]] = part
-    return float(ring.mean()) >= ALL_ROUND
+    return float(ring.mean()) >= MIN_SURROUNDED_SHARE
 
 
 def _held(side: SideRelief, leaf: FrontRectangle, drawn: bool = False) -> list[FrontRectangle]:
@@ -157,7 +161,7 @@ def _held(side: SideRelief, leaf: FrontRectangle, drawn: bool = False) -> list[F
         if parts:
             return [m for part in parts for m in _held(side, part)]
     if len(bars) >= 2:
-        parts = _between(leaf, bars, max(2, round(ROW / side.picture.pixel)))
+        parts = _between(leaf, bars, max(2, round(SAME_ROW / side.picture.pixel)))
         if parts:
             return [m for part in parts for m in _held(side, part)]
     if not bars and len(inside) >= 2 and (drawn or _are_pulls(side, leaf, inside)):
@@ -171,27 +175,27 @@ def _held(side: SideRelief, leaf: FrontRectangle, drawn: bool = False) -> list[F
 def _are_pulls(side: SideRelief, leaf: FrontRectangle, inside: list[Protrusion]) -> bool:
     """Return whether small protrusions on a wide rectangle are pulls: far out, alike, and no row of controls."""
     pixel = side.picture.pixel
-    wide = (leaf.columns[1] - leaf.columns[0]) >= WIDE * side.depth.shape[1]
-    if not wide or len(inside) > MOST_PULLS:
+    wide = (leaf.columns[1] - leaf.columns[0]) >= MIN_WIDTH_SHARE * side.depth.shape[1]
+    if not wide or len(inside) > MAX_PULLS:
         return False
     size = np.array([b.high - b.low for b in inside])
     middle = np.array([b.middle for b in inside])
-    alike = bool((np.abs(size - np.median(size, axis=0)) <= ALIKE * np.median(size) + 2 * pixel).all())
-    out = all(b.long < BAR_LONG and BAR_STANDS <= b.protrusion <= FARTHEST for b in inside)
-    row = max(int((np.abs(middle[:, 1] - v) < ROW / 2).sum()) for v in middle[:, 1])
-    return alike and out and row < CONTROLS
+    alike = bool((np.abs(size - np.median(size, axis=0)) <= SIZE_TOLERANCE * np.median(size) + 2 * pixel).all())
+    out = all(b.long < MIN_BAR_RATIO and MIN_BAR_PROTRUSION <= b.protrusion <= MAX_PROTRUSION for b in inside)
+    row = max(int((np.abs(middle[:, 1] - v) < SAME_ROW / 2).sum()) for v in middle[:, 1])
+    return alike and out and row < MIN_CONTROLS_IN_ROW
 
 
 def _is_drawn(side: SideRelief, leaf: FrontRectangle, leaves: list[FrontRectangle]) -> bool:
     """Return whether a rectangle has its pull at one side, or in its middle and is framed, stacked or wide."""
     (pull,) = _inside(side, leaf)[:1]
     place = (sum(pull.columns) / 2 - leaf.columns[0]) / (leaf.columns[1] - leaf.columns[0])
-    if min(place, 1 - place) <= AT_SIDE:
+    if min(place, 1 - place) <= MAX_SIDE_OFFSET:
         return True
     # None beside it: what lies above or below it lies within its columns.
     stacked = all(m is leaf or m.rows[1] <= leaf.rows[0] or m.rows[0] >= leaf.rows[1] for m in leaves)
     stacked |= any(m is not leaf and m.columns == leaf.columns for m in leaves)
-    return abs(place - 0.5) <= CENTRED and (stacked or bool(_sunk(side, leaf)))
+    return abs(place - 0.5) <= MAX_CENTRE_OFFSET and (stacked or bool(_sunk(side, leaf)))
 
 
 def _sunk(side: SideRelief, leaf: FrontRectangle) -> list[tuple[tuple[int, int], tuple[int, int]]]:
@@ -200,13 +204,13 @@ def _sunk(side: SideRelief, leaf: FrontRectangle) -> list[tuple[tuple[int, int],
     depth, free = side.depth[window], side.blob[window] < 0
     if not free.any():
         return []
-    frame = float(np.quantile(depth[free], FRAME))
-    number, _ = label((depth > frame + STEP) & (depth < frame + DEEPEST) | ~free)
-    least = LEAST_SUNK / side.picture.pixel
+    frame = float(np.quantile(depth[free], FRAME_DEPTH_QUANTILE))
+    number, _ = label((depth > frame + MIN_DEPTH_STEP) & (depth < frame + MAX_SUNK_DEPTH) | ~free)
+    least = MIN_SUNK_SIDE / side.picture.pixel
     out = []
     for i, (rows, columns) in enumerate(find_objects(number), start=1):
         mask = number[rows, columns] == i
-        if min(mask.shape) >= least and float(mask.mean()) >= FILLED:
+        if min(mask.shape) >= least and float(mask.mean()) >= MIN_SUNK_FILL:
             top, left = leaf.rows[0], leaf.columns[0]
             out.append(((rows.start + top, rows.stop + top), (columns.start + left, columns.stop + left)))
     return out
@@ -293,7 +297,7 @@ def _measured(side: SideRelief, leaf: FrontRectangle) -> FrontRectangle:
     ground = side.depth[window][side.blob[window] < 0]
     inside = _inside(side, leaf)
     numbers = tuple(i for i, b in enumerate(side.blobs) if any(b is o for o in inside))
-    return replace(leaf, plane=float(np.median(ground)) if len(ground) else FAR, blobs=numbers)
+    return replace(leaf, plane=float(np.median(ground)) if len(ground) else BACKGROUND_DEPTH, blobs=numbers)
 
 
 def rectangle_corners(side: SideRelief, leaf: FrontRectangle) -> tuple[Floats, Floats]:

@@ -19,21 +19,21 @@ from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec3
 
 # Lines across a front, each way, and how much of its size they leave free at the border.
-LINES, INSET = 9, 0.12
+LINES_PER_SIDE, LINE_INSET_SHARE = 9, 0.12
 # What has less depth behind its front is no place for a room, diagonals.
-LEAST_DEEP = 0.06
+MIN_CAVITY_DEPTH = 0.06
 # Behind a closed front there is a wall within this part of the depth, over so much of it.
-NEAR, CLOSED = 0.15, 0.6
+NEAR_WALL_SHARE, MIN_CLOSED_SHARE = 0.15, 0.6
 # Where one sees it from behind, it may lie so deep.
-CAP = 0.4
+REAR_WALL_SHARE = 0.4
 # What is cut out of the front wall of a cavity keeps so far from the others, diagonals.
-SLIT = 0.003
+CUT_MARGIN = 0.003
 # An interior has at least so many of its five walls.
-WALLS = 3
+MIN_WALLS = 3
 # A drawer that reaches back by this part of the depth has a box.
-BOX_DEEP = 0.25
+MIN_BOX_DEPTH_SHARE = 0.25
 # Two doors meet where they are this near, diagonals, and are alike in height to this part of it.
-MEET, ALIKE = 0.025, 0.9
+MAX_DOOR_GAP, MIN_HEIGHT_OVERLAP = 0.025, 0.9
 # Thickness of what is built round a room, metres. Ref: insulation and boards as in families/parts.
 WALL_M = {
     InteriorKind.OVEN: 0.036,
@@ -139,7 +139,7 @@ def _doors(view: CavityProbe, found: Articulation, but: int) -> list[tuple[float
     boxes = [
         view.leaf_box(i) for i, p in enumerate(found.parts) if i != but and p.kind is PartKind.DOOR and not p.parent
     ]
-    return [(float(a[0]) - MEET, float(b[0]) + MEET, float(b[1])) for a, b in boxes]
+    return [(float(a[0]) - MAX_DOOR_GAP, float(b[0]) + MAX_DOOR_GAP, float(b[1])) for a, b in boxes]
 
 
 def _is_pair(
@@ -158,17 +158,17 @@ def _is_pair(
         return False
     over = min(first[1][2], second[1][2]) - max(first[0][2], second[0][2])
     tall = max(first[1][2] - first[0][2], second[1][2] - second[0][2])
-    return bool(abs(second[0][0] - first[1][0]) <= MEET and over >= ALIKE * tall)
+    return bool(abs(second[0][0] - first[1][0]) <= MAX_DOOR_GAP and over >= MIN_HEIGHT_OVERLAP * tall)
 
 
 def _room(view: CavityProbe, opening: FrontOpening, filling: InteriorKind, metres: float) -> Cavity | None:
     """Return the cavity behind a door, or None where there is no depth for one."""
     rect = np.array([opening.low[[0, 2]], opening.high[[0, 2]]])
-    lines = view.cast_lines(1, sample_grid(rect[0], rect[1], LINES, INSET), opening.own)
+    lines = view.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.own)
     behind = lines.select(lines.at > float(opening.low[1]) + 0.002)
     back = view.back_depth(behind, opening.mouth)
     deep = back - opening.mouth
-    if deep < LEAST_DEEP:
+    if deep < MIN_CAVITY_DEPTH:
         return None
     closing = _closing(behind, opening.mouth, deep)
     closed = closing is not None
@@ -177,13 +177,13 @@ def _room(view: CavityProbe, opening: FrontOpening, filling: InteriorKind, metre
     free = float(np.median(np.minimum(inner.first(), back)))
     walls, own = view.visible_walls(opening, start, free)
     names = tuple(p.name for p in opening.parts)
-    if walls >= WALLS:
+    if walls >= MIN_WALLS:
         room = _own(names, filling, own, f"{walls} of 5 inner walls are there")
         if not closed:
             return room
         # A cavity that is closed at its front too: that alone is taken away.
-        a, b = own[0] + SLIT, own[1] - SLIT
-        cut = to_vec3([a[0], float(opening.low[1]), a[2]]), to_vec3([b[0], start + SLIT, b[2]])
+        a, b = own[0] + CUT_MARGIN, own[1] - CUT_MARGIN
+        cut = to_vec3([a[0], float(opening.low[1]), a[2]]), to_vec3([b[0], start + CUT_MARGIN, b[2]])
         reason = f"{room.reason}, but the front is closed"
         return room.replace(built=True, cut=cut, furnish=False, reason=reason)
     reason = "the body is closed behind it" if closed else f"{walls} of 5 inner walls are there"
@@ -202,15 +202,17 @@ def _closing(behind: RayCrossings, mouth: float, deep: float) -> float | None:
     A cavity with six walls shows the back of its front one: that may lie deeper.
     """
     rear = np.isin(behind.line, np.flatnonzero(behind.beyond(mouth, 1.0)[1]), invert=True)
-    near = behind.select((behind.at <= mouth + NEAR * deep) | ((behind.at <= mouth + CAP * deep) & rear))
+    near = behind.select(
+        (behind.at <= mouth + NEAR_WALL_SHARE * deep) | ((behind.at <= mouth + REAR_WALL_SHARE * deep) & rear)
+    )
     last = near.last()
     seen = np.isfinite(last)
-    return float(np.median(last[seen])) if float(seen.mean()) >= CLOSED else None
+    return float(np.median(last[seen])) if float(seen.mean()) >= MIN_CLOSED_SHARE else None
 
 
 def _begins(behind: RayCrossings, mouth: float, deep: float) -> float:
     """Return the depth at which a closed body begins right behind a front."""
-    first = behind.select(behind.at <= mouth + NEAR * deep).first()
+    first = behind.select(behind.at <= mouth + NEAR_WALL_SHARE * deep).first()
     seen = first[np.isfinite(first)]
     return float(np.median(seen)) if len(seen) else mouth
 
@@ -235,21 +237,24 @@ def _drawer_room(view: CavityProbe, opening: FrontOpening, metres: float) -> Cav
     """Return the cavity of a drawer: the inside of its box, or one to be built behind its front."""
     i = opening.own[0]
     rect = np.array([opening.low[[0, 2]], opening.high[[0, 2]]])
-    lines = view.cast_lines(1, sample_grid(rect[0], rect[1], LINES, INSET), opening.own)
+    lines = view.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.own)
     front = view.leaf_back(opening.own, opening.low, opening.high)
     behind = lines.select(lines.at > front - 0.002)
     back = view.back_depth(behind, front)
     deep = back - front
-    if deep < LEAST_DEEP:
+    if deep < MIN_CAVITY_DEPTH:
         return None
     own = float(opening.high[1]) - front
     names = tuple(p.name for p in opening.parts)
-    if own >= BOX_DEEP * deep:
+    if own >= MIN_BOX_DEPTH_SHARE * deep:
         box = view.drawer_space(i, front)
         if box is None:
             return None
         return _own(names, InteriorKind.DRAWER, box, "it has a box")
-    closed = float(np.isfinite(behind.select(behind.at <= opening.mouth + NEAR * deep).first()).mean()) >= CLOSED
+    closed = (
+        float(np.isfinite(behind.select(behind.at <= opening.mouth + NEAR_WALL_SHARE * deep).first()).mean())
+        >= MIN_CLOSED_SHARE
+    )
     wall = min(WALL_M[InteriorKind.DRAWER] / metres, 0.08 * float(opening.high[2] - opening.low[2]))
     reason = "the body is closed behind it" if closed else "there is no box behind it"
     leaf = (opening.low, np.array([opening.high[0], front, opening.high[2]]))

@@ -14,22 +14,22 @@ from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec3
 
 # Lines across a front, each way, to see how much of it is open; a border that is open over so much is none.
-FINE, OPEN_BORDER = 24, 0.7
+FINE_LINES_PER_SIDE, OPEN_BORDER_SHARE = 24, 0.7
 # A frame reaches at least so far inwards from the edge of its front, diagonals; else there is none.
-FRAME = 0.006
+MIN_FRAME_WIDTH = 0.006
 # What is built keeps so far from the skin, diagonals, and shrinks by this part of itself while it pierces it.
-SKIN, SHRINK, TRIES = 0.004, 0.06, 8
+SKIN_DISTANCE, SHRINK_SHARE, MAX_SHRINKS = 0.004, 0.06, 8
 # Something lies in a hollow thing where so many lines meet it.
-CONTENTS = 0.25
+MIN_CONTENTS_SHARE = 0.25
 # A front covers so much of a line that runs inside its border, by this part of its size; else it is round, and what
 # can be behind it is smaller by the last part on every side, and again.
-COVERS, EDGE, ROUND = 0.85, 0.02, 0.03
+MIN_BORDER_COVERAGE, BORDER_INSET_SHARE, ROUND_SHRINK_SHARE = 0.85, 0.02, 0.03
 # What lies within a leaf and is not its own keeps so far from its border, diagonals.
-OFF = 0.001
+LEAF_MARGIN = 0.001
 # Lines to each side of what is built, each way; so many of those near its corners have to meet the skin.
-AROUND = 5
+LINES_PER_SIDE = 5
 # A line whose last surface is so much nearer than that of most left through a hole of the skin.
-HOLE = 0.45
+HOLE_DISTANCE_SHARE = 0.45
 
 
 def fit_cavity(
@@ -50,7 +50,7 @@ def fit_cavity(
         closed: the body is solid there, or closed off: it is cut open.
     """
     low, high = _covered(view, own, *leaf)
-    low[1], high[1] = mouth, back - max(wall, SKIN)
+    low[1], high[1] = mouth, back - max(wall, SKIN_DISTANCE)
     low[[0, 2]] += wall
     high[[0, 2]] -= wall
     if not closed:
@@ -82,14 +82,14 @@ def fit_cavity(
 def _covered(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats) -> tuple[Floats, Floats]:
     """Return the corners of a front, shrunk where it is round until the front covers the border of what is left."""
     low, high = low.copy(), high.copy()
-    for _ in range(TRIES):
-        spots = border_points(low[[0, 2]], high[[0, 2]], EDGE * float((high - low)[[0, 2]].min()))
+    for _ in range(MAX_SHRINKS):
+        spots = border_points(low[[0, 2]], high[[0, 2]], BORDER_INSET_SHARE * float((high - low)[[0, 2]].min()))
         covered = np.isfinite(view.cast_through_leaves(1, spots, own).first())
-        if float(covered.mean()) >= COVERS and _corners(covered, spots):
+        if float(covered.mean()) >= MIN_BORDER_COVERAGE and _corners(covered, spots):
             return low, high
         low[[0, 2]], high[[0, 2]] = (
-            low[[0, 2]] + ROUND * (high - low)[[0, 2]],
-            high[[0, 2]] - ROUND * (high - low)[[0, 2]],
+            low[[0, 2]] + ROUND_SHRINK_SHARE * (high - low)[[0, 2]],
+            high[[0, 2]] - ROUND_SHRINK_SHARE * (high - low)[[0, 2]],
         )
     return np.array(low), np.array(high)
 
@@ -107,10 +107,10 @@ def _fronts(view: CavityProbe, own: Sequence[int], mouth: float) -> tuple[tuple[
     for part in own:
         low, high = view.leaf_box(part)
         a, b = _covered(view, (part,), low, high)
-        end = min(mouth, view.leaf_back((part,), low, high)) - OFF
-        if (a == low).all() and (b == high).all() and end > low[1] + OFF:
-            shift = np.array([OFF, -OFF, OFF])
-            out.append((_vec(low + shift), _vec([high[0] - OFF, end, high[2] - OFF])))
+        end = min(mouth, view.leaf_back((part,), low, high)) - LEAF_MARGIN
+        if (a == low).all() and (b == high).all() and end > low[1] + LEAF_MARGIN:
+            shift = np.array([LEAF_MARGIN, -LEAF_MARGIN, LEAF_MARGIN])
+            out.append((_vec(low + shift), _vec([high[0] - LEAF_MARGIN, end, high[2] - LEAF_MARGIN])))
     return tuple(out)
 
 
@@ -124,20 +124,20 @@ def _within_frame(
 ) -> tuple[Floats, Floats]:
     """Shrink a cavity to the frame that a hollow object has around its opening."""
     a, b = leaf[0][[0, 2]], leaf[1][[0, 2]]
-    lines = view.cast_lines(1, sample_grid(a, b, FINE), own)
-    depth = lines.select(lines.at > float(leaf[0][1])).first().reshape(FINE, FINE)
+    lines = view.cast_lines(1, sample_grid(a, b, FINE_LINES_PER_SIDE), own)
+    depth = lines.select(lines.at > float(leaf[0][1])).first().reshape(FINE_LINES_PER_SIDE, FINE_LINES_PER_SIDE)
     clear: Bools = depth > mouth + 0.05
-    step = (b - a) / FINE
+    step = (b - a) / FINE_LINES_PER_SIDE
     low, high = low.copy(), high.copy()
     for axis, k in ((0, 0), (2, 1)):
         share = clear.mean(axis=1 - k)
-        rows = np.flatnonzero(share >= OPEN_BORDER * share.max(initial=0.0))
+        rows = np.flatnonzero(share >= OPEN_BORDER_SHARE * share.max(initial=0.0))
         if not len(rows) or share.max() < 0.3:
             continue
-        start, stop = float(a[k] + rows[0] * step[k]), float(b[k] - (FINE - 1 - rows[-1]) * step[k])
-        if start - float(a[k]) > FRAME:
+        start, stop = float(a[k] + rows[0] * step[k]), float(b[k] - (FINE_LINES_PER_SIDE - 1 - rows[-1]) * step[k])
+        if start - float(a[k]) > MIN_FRAME_WIDTH:
             low[axis] = max(low[axis], start) if start - float(a[k]) > 2 * step[k] else low[axis]
-        if float(b[k]) - stop > FRAME:
+        if float(b[k]) - stop > MIN_FRAME_WIDTH:
             high[axis] = min(high[axis], stop) if float(b[k]) - stop > 2 * step[k] else high[axis]
     return low, high
 
@@ -146,17 +146,17 @@ def _kept_inside(view: CavityProbe, own: Sequence[int], low: Floats, high: Float
     """Shrink a box until the skin of the object lies around all of it, as seen from its middle."""
     body = view.points[view.faces[view.owner == -1]].reshape(-1, 3)
     if len(body):
-        low = np.maximum(low, body.min(axis=0) + SKIN)
-        high = np.minimum(high, body.max(axis=0) - SKIN)
-    for _ in range(TRIES):
+        low = np.maximum(low, body.min(axis=0) + SKIN_DISTANCE)
+        high = np.minimum(high, body.max(axis=0) - SKIN_DISTANCE)
+    for _ in range(MAX_SHRINKS):
         moved = False
         for axis in (0, 1, 2):
             for sign in (-1.0, 1.0) if axis != 1 else (1.0,):
                 end = _reach(view, own, low, high, axis, sign)
                 if sign > 0 and end < high[axis] - 1e-6:
-                    high[axis], moved = max(end, high[axis] - SHRINK * (high[axis] - low[axis])), True
+                    high[axis], moved = max(end, high[axis] - SHRINK_SHARE * (high[axis] - low[axis])), True
                 if sign < 0 and end > low[axis] + 1e-6:
-                    low[axis], moved = min(end, low[axis] + SHRINK * (high[axis] - low[axis])), True
+                    low[axis], moved = min(end, low[axis] + SHRINK_SHARE * (high[axis] - low[axis])), True
         if not moved:
             break
     return low, high
@@ -165,7 +165,7 @@ def _kept_inside(view: CavityProbe, own: Sequence[int], low: Floats, high: Float
 def _reach(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats, axis: int, sign: float) -> float:
     """Return how far a box may go to a side before it pierces the skin at one of its edges there."""
     a, b = (k for k in range(3) if k != axis)
-    share = np.linspace(0.004, 0.996, AROUND)
+    share = np.linspace(0.004, 0.996, LINES_PER_SIDE)
     x, y = (low[k] + share * (high[k] - low[k]) for k in (a, b))
     lines = view.cast_lines(axis, np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2), own)
     # The farthest surface on each line is the skin; a line that leaves through a hole says nothing.
@@ -173,9 +173,9 @@ def _reach(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats, axi
     away = np.where(np.isfinite(far), (far - (low[axis] + high[axis]) / 2) * sign, -1.0)
     if not (away > 0).any():
         return float(high[axis] if sign > 0 else low[axis])
-    seen = away >= HOLE * float(np.median(away[away > 0]))
+    seen = away >= HOLE_DISTANCE_SHARE * float(np.median(away[away > 0]))
     least = float((far[seen] * sign).min()) * sign
-    return least - sign * SKIN
+    return least - sign * SKIN_DISTANCE
 
 
 def _has_contents(view: CavityProbe, own: Sequence[int], low: Floats, high: Floats) -> bool:
@@ -184,9 +184,9 @@ def _has_contents(view: CavityProbe, own: Sequence[int], low: Floats, high: Floa
     a, b = low + inset, high - inset
     for axis in (2, 0):
         p, q = (k for k in range(3) if k != axis)
-        lines = view.cast_lines(axis, sample_grid(a[[p, q]], b[[p, q]], AROUND), own)
+        lines = view.cast_lines(axis, sample_grid(a[[p, q]], b[[p, q]], LINES_PER_SIDE), own)
         inside = lines.select((lines.at > a[axis]) & (lines.at < b[axis]))
-        if float(np.isfinite(inside.first()).mean()) >= CONTENTS:
+        if float(np.isfinite(inside.first()).mean()) >= MIN_CONTENTS_SHARE:
             return True
     return False
 

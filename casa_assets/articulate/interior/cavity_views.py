@@ -14,26 +14,26 @@ from casa_assets.articulate.segment.triangle_soup import Bools, TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 
 # The body round a front is looked for so far beyond its edges, diagonals.
-ASIDE = 0.008
+BORDER_DISTANCE = 0.008
 # So much of the border has to show it; it begins no farther from the back of the front than this.
-SHOWS, STANDS_BACK = 0.3, 0.05
+MIN_BORDER_SHARE, MAX_BODY_DISTANCE = 0.3, 0.05
 # Lines that have to meet the back of a thing; else its box says where it is.
-MEETS = 0.5
+MIN_BACK_SHARE = 0.5
 # What lies nearer than this part of the depth is not the back.
-FAR_BACK = 0.4
+MIN_BACK_DEPTH_SHARE = 0.4
 # Where so many of the first faces that lines meet look away, the faces of a mesh are turned inside out.
-INSIDE_OUT = 0.5
+INSIDE_OUT_SHARE = 0.5
 # A wall shows over at least this much of what one sees from the middle.
-WALL_SHOWS = 0.5
+MIN_WALL_SHARE = 0.5
 # So much of the depth behind the mouth is free of shelves.
-RIM = 0.04
+SHELF_FREE_SHARE = 0.04
 # How far from its border the back of a leaf is looked for, by its narrower side; a rim is no thicker, diagonals.
-RIMS, THICKEST = (0.05, 0.008), 0.06
+LEAF_RIM_INSETS, MAX_RIM_THICKNESS = (0.05, 0.008), 0.06
 # A room is at least this part of its front; what is found to be less is a board.
-SLIVER = 0.25
-COUNT, LINES_DOWN = 7, 9
+MIN_SIZE_SHARE = 0.25
+LINES_PER_SIDE, LINES_DOWN_PER_SIDE = 7, 9
 # A drawer's own floor shows from above over so much of it.
-FLOOR = 0.4
+MIN_FLOOR_SHARE = 0.4
 
 
 class FrontBounds(Protocol):
@@ -99,43 +99,47 @@ class CavityProbe:
         narrow = float(min(high[0] - low[0], high[2] - low[2]))
         backs = []
         # A leaf that is open behind, like a pan, is as thick as its rim.
-        for inset in RIMS:
+        for inset in LEAF_RIM_INSETS:
             last = self.cast_through_leaves(1, border_points(low[[0, 2]], high[[0, 2]], inset * narrow), parts).last()
             seen = last[np.isfinite(last)]
             # A box behind it reaches far back at some places only.
             backs += [float(np.percentile(seen, 30))] if len(seen) else []
-        return max([*backs[:1], *(b for b in backs[1:] if b <= float(low[1]) + THICKEST)], default=float(high[1]))
+        return max(
+            [*backs[:1], *(b for b in backs[1:] if b <= float(low[1]) + MAX_RIM_THICKNESS)], default=float(high[1])
+        )
 
     def mouth_depth(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
         """Return the depth at which the body begins around a front, at the back of the front or behind it."""
         slab = self.leaf_back(parts, low, high)
-        spots = border_points(low[[0, 2]], high[[0, 2]], -ASIDE)
+        spots = border_points(low[[0, 2]], high[[0, 2]], -BORDER_DISTANCE)
         body = self._cross(np.flatnonzero(self.owner == -1), 1, spots)
-        first = body.select((body.at >= float(low[1]) - STANDS_BACK) & (body.at <= slab + STANDS_BACK)).first()
+        first = body.select(
+            (body.at >= float(low[1]) - MAX_BODY_DISTANCE) & (body.at <= slab + MAX_BODY_DISTANCE)
+        ).first()
         seen = first[np.isfinite(first)]
-        return max(slab, float(np.median(seen))) if len(seen) >= SHOWS * len(spots) else slab
+        return max(slab, float(np.median(seen))) if len(seen) >= MIN_BORDER_SHARE * len(spots) else slab
 
     def has_stile(self, pair: Sequence[int], left: tuple[Floats, Floats], right: tuple[Floats, Floats]) -> bool:
         """Return whether the body comes forward between two leaves (given by corners), or a wall stands behind."""
         x = float(left[1][0] + right[0][0]) / 2
-        z = np.linspace(float(left[0][2]), float(left[1][2]), COUNT + 2)[1:-1]
-        first = self.cast_lines(1, np.stack([np.full(COUNT, x), z], axis=1), pair).first()
+        z = np.linspace(float(left[0][2]), float(left[1][2]), LINES_PER_SIDE + 2)[1:-1]
+        first = self.cast_lines(1, np.stack([np.full(LINES_PER_SIDE, x), z], axis=1), pair).first()
         if float(np.median(first)) < float(left[0][1] + left[1][1]) / 2:
             return True
         start, end = float(left[1][1]), float(self.points[:, 1].max())
         behind = np.array([[start + 0.2 * (end - start), left[0][2]], [start + 0.7 * (end - start), left[1][2]]])
-        across = self.cast_lines(0, sample_grid(behind[0], behind[1], COUNT, 0.1), pair)
+        across = self.cast_lines(0, sample_grid(behind[0], behind[1], LINES_PER_SIDE, 0.1), pair)
         inner = [float(a[0] + b[0]) / 2 for a, b in (left, right)]
         wall = across.select((across.at > inner[0]) & (across.at < inner[1])).first()
-        return float(np.isfinite(wall).mean()) >= WALL_SHOWS
+        return float(np.isfinite(wall).mean()) >= MIN_WALL_SHARE
 
     def back_depth(self, behind: RayCrossings, start: float) -> float:
         """Return the depth of the rearmost surface behind a front."""
         body = self.points[self.faces[self.owner == -1]].reshape(-1, 3)
         end = float(body[:, 1].max()) if len(body) else start
         last = behind.last()
-        seen = last[last > start + max(STANDS_BACK, FAR_BACK * (end - start))]
-        return float(np.percentile(seen, 25)) if len(seen) >= MEETS * behind.count else end
+        seen = last[last > start + max(MAX_BODY_DISTANCE, MIN_BACK_DEPTH_SHARE * (end - start))]
+        return float(np.percentile(seen, 25)) if len(seen) >= MIN_BACK_SHARE * behind.count else end
 
     def visible_walls(self, front: FrontBounds, start: float, free: float) -> tuple[int, tuple[Floats, Floats]]:
         """Count the walls of left, right, floor, roof and back that are visible; return also the free box."""
@@ -145,22 +149,22 @@ class CavityProbe:
         count, out = 0, [low.copy(), high.copy()]
         for axis, signs in ((0, (-1.0, 1.0)), (2, (-1.0, 1.0)), (1, (1.0,))):
             a, b = (k for k in range(3) if k != axis)
-            lines = self.cast_lines(axis, sample_grid(low[[a, b]], high[[a, b]], COUNT, 0.2), front.own)
+            lines = self.cast_lines(axis, sample_grid(low[[a, b]], high[[a, b]], LINES_PER_SIDE, 0.2), front.own)
             for sign in signs:
                 way, looks = lines.beyond(float(middle[axis]), sign)
                 near = np.isfinite(way) & (way <= 0.75 * size[axis] if axis != 1 else way < np.inf)
-                count += int(float((near & looks).mean()) >= WALL_SHOWS)
+                count += int(float((near & looks).mean()) >= MIN_WALL_SHARE)
                 if axis == 2:
                     # Shelves stand back: right behind the mouth one sees the floor and the roof.
-                    rim = np.array([high[0], start + RIM * size[1]])
-                    edge = self.cast_lines(2, sample_grid(low[:2], rim, COUNT, 0.2), front.own)
+                    rim = np.array([high[0], start + SHELF_FREE_SHARE * size[1]])
+                    edge = self.cast_lines(2, sample_grid(low[:2], rim, LINES_PER_SIDE, 0.2), front.own)
                     way, _ = edge.beyond(float(middle[2]), sign)
                     near = np.isfinite(way) & (way <= 0.5 * size[2])
                 if near.any():
                     end = float(middle[axis]) + sign * float(np.percentile(way[near], 25))
                     k = int(sign > 0)
                     out[k][axis] = min(out[k][axis], end) if sign > 0 else max(out[k][axis], end)
-            if out[1][axis] - out[0][axis] < SLIVER * size[axis]:
+            if out[1][axis] - out[0][axis] < MIN_SIZE_SHARE * size[axis]:
                 # The middle lies in a shelf.
                 out[0][axis], out[1][axis] = low[axis], high[axis]
         return count, (out[0], out[1])
@@ -169,11 +173,11 @@ class CavityProbe:
         """Return the (3,) corners of the space in a drawer behind its front, None where it is closed from above."""
         low, high = self.leaf_box(part)
         low = np.array([low[0], front, low[2]])
-        down = self.cast_through_leaves(2, sample_grid(low[:2], high[:2], LINES_DOWN, 0.12), (part,))
+        down = self.cast_through_leaves(2, sample_grid(low[:2], high[:2], LINES_DOWN_PER_SIDE, 0.12), (part,))
         top = down.last()
         seen = np.isfinite(top)
         deep = seen & (top <= low[2] + 0.5 * (high[2] - low[2]))
-        if float(deep.mean()) < FLOOR:
+        if float(deep.mean()) < MIN_FLOOR_SHARE:
             return None
         floor = float(np.median(top[deep]))
         inset = 0.06 * (high - low)
@@ -212,25 +216,27 @@ def _turned(view: CavityProbe) -> float:
     away: list[Bools] = []
     for axis in range(3):
         a, b = (k for k in range(3) if k != axis)
-        lines = cross_rays(view.points, view.faces, axis, sample_grid(low[[a, b]], high[[a, b]], 2 * COUNT, 0.05))
+        lines = cross_rays(
+            view.points, view.faces, axis, sample_grid(low[[a, b]], high[[a, b]], 2 * LINES_PER_SIDE, 0.05)
+        )
         for sign, start in ((1.0, float(low[axis]) - 1.0), (-1.0, float(high[axis]) + 1.0)):
             way, looks = lines.beyond(start, sign)
             away.append(~looks[np.isfinite(way)])
     found = np.concatenate(away)
-    return -1.0 if len(found) and float(found.mean()) > INSIDE_OUT else 1.0
+    return -1.0 if len(found) and float(found.mean()) > INSIDE_OUT_SHARE else 1.0
 
 
 def border_points(low: Floats, high: Floats, inset: float) -> Floats:
     """Return (N, 2) points along the border of a rectangle, moved inwards."""
     a, b = low + inset, high - inset
     # The ends lie a little inside the corners, so that no line runs along an edge.
-    share = np.linspace(0.003, 0.9961, COUNT)
+    share = np.linspace(0.003, 0.9961, LINES_PER_SIDE)
     x, z = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
     return np.concatenate(
         [
-            np.stack([x, np.full(COUNT, a[1])], axis=1),
-            np.stack([x, np.full(COUNT, b[1])], axis=1),
-            np.stack([np.full(COUNT, a[0]), z], axis=1),
-            np.stack([np.full(COUNT, b[0]), z], axis=1),
+            np.stack([x, np.full(LINES_PER_SIDE, a[1])], axis=1),
+            np.stack([x, np.full(LINES_PER_SIDE, b[1])], axis=1),
+            np.stack([np.full(LINES_PER_SIDE, a[0]), z], axis=1),
+            np.stack([np.full(LINES_PER_SIDE, b[0]), z], axis=1),
         ]
     )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from casa_assets.articulate.decisions import GIVEN_REASON, SAME_M, CavityDecision, Decisions
+from casa_assets.articulate.decisions import GIVEN_REASON, LENGTH_TOLERANCE_M, CavityDecision, Decisions
 from casa_assets.articulate.plan import Articulation, Cavity, InteriorKind
 from casa_assets.articulate.segment.triangle_soup import TriangleSoup
 from casa_assets.core.typing import Floats
@@ -77,7 +77,7 @@ def _boxed(room: Cavity, box: tuple[Vec3, Vec3], found: Articulation, soup: Tria
     metres = found.frame.metres or 1.0
     corners = np.array(box) / metres + asset_origin(soup)
     low, high = corners.min(axis=0), corners.max(axis=0)
-    if float(np.abs(np.array([low - room.low, high - room.high])).max()) * metres <= SAME_M:
+    if float(np.abs(np.array([low - room.low, high - room.high])).max()) * metres <= LENGTH_TOLERANCE_M:
         return room
     grown = np.array(room.low) - np.array(room.outer[0]), np.array(room.outer[1]) - np.array(room.high)
     a, b = low - np.maximum(grown[0], 0.0), high + np.maximum(grown[1], 0.0)

@@ -18,7 +18,7 @@ from casa_assets.model.record import Vec3
 Box = tuple[Vec3, Vec3]
 
 # Blades reach through whatever crosses a room, diagonals.
-FAR = 10.0
+PLANE_EXTENT = 10.0
 
 
 def hollow_out(
@@ -92,7 +92,7 @@ def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple
 
 def _blades(low: Floats, high: Floats) -> list[CutPlane]:
     """Return cut planes through the sides of a box."""
-    a, b = np.full(3, -FAR), np.full(3, FAR)
+    a, b = np.full(3, -PLANE_EXTENT), np.full(3, PLANE_EXTENT)
     # A blade on the front counts right, up and depth: x, z and y.
     return [CutPlane(FRONT, k, float(end[axis]), a, b) for k, axis in ((0, 0), (1, 2), (2, 1)) for end in (low, high)]
 

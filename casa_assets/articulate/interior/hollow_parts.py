@@ -13,9 +13,9 @@ from casa_assets.core.typing import Floats
 
 PIXELS = 96
 # A cavity is at least so deep, diagonals.
-ROOM = 0.05
+MIN_CAVITY_DEPTH = 0.05
 # Walls of a tub stand within this part of the plan from its border, and rise by this part of its height.
-BORDER, RISE = 0.12, 0.15
+WALL_BORDER_SHARE, MIN_WALL_RISE = 0.12, 0.15
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def free_share_behind(
     nearest = float((pieces.soup.points[faces] @ SIDES[side][2]).min())
     row, column = picture.rows_columns(np.array([low[:2], high[:2]]))
     depth = picture.depth[row[1] : row[0] + 1, column[0] : column[1] + 1] + nearest
-    return float((np.isfinite(depth) & (depth > float(high[2]) + ROOM)).mean())
+    return float((np.isfinite(depth) & (depth > float(high[2]) + MIN_CAVITY_DEPTH)).mean())
 
 
 def roofed_share(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> float:
@@ -84,7 +84,7 @@ def roofed_share(pieces: MeasuredFragments, side: int, low: Floats, high: Floats
     Args:
         low, high: (3,) corners of the front in (u, v, w) of an upright side.
     """
-    strip = np.array([[low[0], low[1], high[2]], [high[0], high[1], high[2] + ROOM]]) @ SIDES[side]
+    strip = np.array([[low[0], low[1], high[2]], [high[0], high[1], high[2] + MIN_CAVITY_DEPTH]]) @ SIDES[side]
     flat = np.sort(strip @ SIDES[TOP].T, axis=0)
     picture = pieces.depth_images[TOP]
     row, column = picture.rows_columns(flat[:, :2])
@@ -95,10 +95,10 @@ def roofed_share(pieces: MeasuredFragments, side: int, low: Floats, high: Floats
 
 def _walls(share: Floats) -> tuple[float, float, float]:
     """Return the shares of the left, right and far border of a plan that have a wall rising above the floor."""
-    rows, columns = (max(1, round(BORDER * n)) for n in share.shape)
+    rows, columns = (max(1, round(WALL_BORDER_SHARE * n)) for n in share.shape)
     seen = np.isfinite(share)
     floor = float(np.median(share[seen])) if seen.any() else 0.0
-    high = share < floor - RISE
+    high = share < floor - MIN_WALL_RISE
     return (
         float(high[:, :columns].any(axis=1).mean()),
         float(high[:, -columns:].any(axis=1).mean()),

@@ -26,13 +26,13 @@ from casa_assets.core.typing import Floats
 
 # A rack takes at least this part of the width of its door, a turntable the second, and is at most this part of its
 # height tall.
-LEAST_WIDTH, LEAST_DISC, MOST_HEIGHT = 0.45, 0.2, 0.5
+MIN_RACK_WIDTH_SHARE, MIN_TURNTABLE_WIDTH_SHARE, MAX_HEIGHT_SHARE = 0.45, 0.2, 0.5
 # Tubs stand side by side: so much of the width does for one, and what hangs together over narrow gaps is one first.
-LEAST_TUB, GAPS = 0.3, (0.0008, 0.004)
+MIN_TUB_WIDTH_SHARE, GROUPING_GAPS = 0.3, (0.0008, 0.004)
 # Less of it than this part of its surface is seen from outside, of a tub than the second.
-SEEN, TUB_SEEN = 0.02, 0.05
+MAX_VISIBLE_SHARE, MAX_TUB_VISIBLE_SHARE = 0.02, 0.05
 # A plate that is so near to a wall rests on it, diagonals.
-TOUCH = 0.001
+TOUCH_TOLERANCE = 0.001
 
 
 @dataclass(frozen=True)
@@ -54,27 +54,27 @@ def find_inner_parts(
     free = np.ones(pieces.count, dtype=bool)
     free[list(taken)] = False
     within = (low[:, :2] >= door.low[:2] - 0.03).all(axis=1) & (high[:, :2] <= door.high[:2] + 0.03).all(axis=1)
-    small = (high - low)[:, 1] <= MOST_HEIGHT * door.height
+    small = (high - low)[:, 1] <= MAX_HEIGHT_SHARE * door.height
     rows = free & within & small & (low[:, 2] >= door.high[2] - 0.12)
-    surface = SEEN * np.maximum(pieces.area, 1e-12)
+    surface = MAX_VISIBLE_SHARE * np.maximum(pieces.area, 1e-12)
     # A thing without a top or back shows what is in it; what shows elsewhere is a wall.
     covered = (
         pieces.visible_area[:, [s for s in (FRONT, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
-        <= TUB_SEEN / SEEN * surface
+        <= MAX_TUB_VISIBLE_SHARE / MAX_VISIBLE_SHARE * surface
     )
     found = []
     gone: set[int] = set()
-    for gap in GAPS:
+    for gap in GROUPING_GAPS:
         for group in group_touching(
             low, high, [i for i in np.flatnonzero(rows & covered).tolist() if i not in gone], gap
         ):
-            if _fills(low, high, group, door, LEAST_TUB) and _is_tub(pieces, low, high, group, door):
+            if _fills(low, high, group, door, MIN_TUB_WIDTH_SHARE) and _is_tub(pieces, low, high, group, door):
                 found.append(InnerPart(tuple(group), False, True, 0.7, "a tub behind a front"))
                 gone |= set(group)
     rows &= pieces.visible_area.sum(axis=1) <= surface
     rows[sorted(gone)] = False
     for heap in group_touching(low, high, np.flatnonzero(rows).tolist()):
-        if not _fills(low, high, heap, door, LEAST_DISC):
+        if not _fills(low, high, heap, door, MIN_TURNTABLE_WIDTH_SHARE):
             continue
         group = _with_what_it_holds(low, high, heap, rows)
         tray = _rack(pieces, side, group, edge, door)
@@ -86,7 +86,7 @@ def find_inner_parts(
 
 def _with_what_it_holds(low: Floats, high: Floats, group: list[int], free: Bools) -> list[int]:
     """Return a group with all that lies within its box: tines of a basket need not touch its wires."""
-    a, b = low[group].min(axis=0) - TOUCH, high[group].max(axis=0) + TOUCH
+    a, b = low[group].min(axis=0) - TOUCH_TOLERANCE, high[group].max(axis=0) + TOUCH_TOLERANCE
     within = free & (low >= a).all(axis=1) & (high <= b).all(axis=1)
     return sorted({*group, *np.flatnonzero(within).tolist()})
 
@@ -101,7 +101,7 @@ def _is_tub(pieces: MeasuredFragments, low: Floats, high: Floats, group: list[in
     """Return whether a group is a drawer: of solid walls, and starting not far behind the front."""
     across = high[group].max(axis=0) - low[group].min(axis=0)
     near = float(low[group, 2].min() - door.high[2]) <= 0.35 * float(across[2])
-    tall = 0.08 * min(across[0], across[2]) <= across[1] <= MOST_HEIGHT * door.height
+    tall = 0.08 * min(across[0], across[2]) <= across[1] <= MAX_HEIGHT_SHARE * door.height
     return bool(near and tall) and view_from_above(pieces, group).is_tub
 
 
@@ -118,7 +118,7 @@ def _rack(
         return InnerPart(tuple(group), True, False, 0.7, "a disc behind a door")
     if (
         edge is not HingeEdge.BOTTOM
-        or not _fills(low, high, group, door, LEAST_WIDTH)
+        or not _fills(low, high, group, door, MIN_RACK_WIDTH_SHARE)
         or _is_board(low, high, group, pieces.count)
     ):
         return None
@@ -137,10 +137,12 @@ def _is_board(low: Floats, high: Floats, group: list[int], count: int) -> bool:
 def is_shelf(low: Floats, high: Floats, plate: int, others: Bools) -> bool:
     """Return whether a level plate stands between two walls among `others`, as shelves, floors and tops do."""
     thick = float((high - low)[plate, 1])
-    near = others & (low <= high[plate] + TOUCH).all(axis=1) & (high >= low[plate] - TOUCH).all(axis=1)
+    near = (
+        others & (low <= high[plate] + TOUCH_TOLERANCE).all(axis=1) & (high >= low[plate] - TOUCH_TOLERANCE).all(axis=1)
+    )
     walls = near & (high[:, 1] - low[:, 1] > 3 * thick)
-    left = walls & (high[:, 0] <= low[plate, 0] + 2 * TOUCH)
-    right = walls & (low[:, 0] >= high[plate, 0] - 2 * TOUCH)
+    left = walls & (high[:, 0] <= low[plate, 0] + 2 * TOUCH_TOLERANCE)
+    right = walls & (low[:, 0] >= high[plate, 0] - 2 * TOUCH_TOLERANCE)
     return bool(left.any() and right.any())
 
 

@@ -19,9 +19,9 @@ Bools = npt.NDArray[np.bool_]
 
 PIXELS = 192
 # A cup needs so much height, and stands so far under what pours; metres and part of the depth of the machine.
-CUP_M, UNDER = 0.055, 0.15
+MIN_CUP_HEIGHT_M, MIN_NICHE_DEPTH_SHARE = 0.055, 0.15
 # A slot goes down by this part of the height, is so wide and so much longer, metres and ratio.
-DEEP, NARROW_M, LONGER = 0.2, (0.015, 0.06), 2.0
+MIN_SLOT_DEPTH_SHARE, SLOT_WIDTH_M, MIN_SLOT_RATIO = 0.2, (0.015, 0.06), 2.0
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def find_cup_niche(asset: Asset) -> Niche | None:
     picture = render_depth(points, faces, SIDES[FRONT], PIXELS)
     deep = float(np.ptp(points[:, 1]))
     back = np.where(np.isfinite(picture.depth), picture.depth, deep)
-    inner = back >= UNDER * deep
+    inner = back >= MIN_NICHE_DEPTH_SHARE * deep
     # What is open above is no place under something.
     under = inner & _above(~inner)
     floored = under & np.flip(_above(np.flip(~inner, 0)), 0)
@@ -70,7 +70,7 @@ def _largest(places: Bools, picture: DepthImage) -> tuple[int, int, int, int] | 
         a, b = place[0].start, place[0].stop
         c, d = place[1].start, place[1].stop
         tall, wide = (b - a) * picture.pixel, (d - c) * picture.pixel
-        if tall < CUP_M or wide < CUP_M or mask.mean() < 0.6:
+        if tall < MIN_CUP_HEIGHT_M or wide < MIN_CUP_HEIGHT_M or mask.mean() < 0.6:
             continue
         size = float(mask.sum())
         if best is None or size > best[0]:
@@ -84,7 +84,7 @@ def find_toaster_slots(asset: Asset) -> list[Niche]:
     picture = render_depth(points, faces, SIDES[TOP], PIXELS)
     low, high = points.min(axis=0), points.max(axis=0)
     tall = float(high[2] - low[2])
-    deep = np.isfinite(picture.depth) & (picture.depth >= DEEP * tall)
+    deep = np.isfinite(picture.depth) & (picture.depth >= MIN_SLOT_DEPTH_SHARE * tall)
     label, _ = ndimage.label(deep)
     out = []
     for number, place in enumerate(ndimage.find_objects(label), start=1):
@@ -93,7 +93,12 @@ def find_toaster_slots(asset: Asset) -> list[Niche]:
         c, d = place[1].start, place[1].stop
         sides = sorted(((b - a) * picture.pixel, (d - c) * picture.pixel))
         edge = c == 0 or a == 0 or d == deep.shape[1] or b == deep.shape[0]
-        if edge or not NARROW_M[0] <= sides[0] <= NARROW_M[1] or sides[1] < LONGER * sides[0] or mask.mean() < 0.8:
+        if (
+            edge
+            or not SLOT_WIDTH_M[0] <= sides[0] <= SLOT_WIDTH_M[1]
+            or sides[1] < MIN_SLOT_RATIO * sides[0]
+            or mask.mean() < 0.8
+        ):
             continue
         floor = float(high[2]) - float(np.median(picture.depth[place][mask]))
         # Row 0 is the far side.

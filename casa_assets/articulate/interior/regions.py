@@ -15,15 +15,15 @@ from casa_assets.model.pose import Pose
 Bounds = tuple[Floats, Floats]
 
 # What is this near to a wall is the wall; a level covers so much of the plan of its room; a room is so high.
-APART_M, COVERS, LEAST_M = 0.03, 0.5, 0.06
+WALL_DISTANCE_M, MIN_SHELF_COVERAGE, MIN_REGION_M = 0.03, 0.5, 0.06
 # Plan of a room in cells each way, how thick what is one shelf may be, points that are looked at of a surface.
-CELLS, THICK_M, SAMPLES = 12, 0.02, 40000
+PLAN_CELLS, MAX_SHELF_THICKNESS_M, SAMPLES = 12, 0.02, 40000
 # Places along an axis that count as one, and how far a region keeps off a board, metres.
-PEAK_M, WALL_M = 0.002, 0.002
+SAME_PLACE_M, BOARD_DISTANCE_M = 0.002, 0.002
 # Over a rack there is this much room at most, and this much is left below what is above it, metres.
-OVER_M, AIR_M = 0.14, 0.01
+MAX_HEIGHT_OVER_RACK_M, CLEARANCE_M = 0.14, 0.01
 # Of a room that is theirs drawers and racks take so much.
-TAKEN = 0.4
+MAX_OCCUPIED_SHARE = 0.4
 # Walls and front of a drawer take no more of its sides than this.
 DRAWER_INSET = 0.12
 
@@ -64,16 +64,16 @@ def split_by_shelves(asset: Asset, region: Region) -> list[Region]:
     if region.link != "object" or region.kind != "box":
         return [region]
     low, high = region_bounds(asset, region)
-    if (high - low).min() < LEAST_M or _filled(asset, (low + high) / 2):
+    if (high - low).min() < MIN_REGION_M or _filled(asset, (low + high) / 2):
         low, high = _before(asset, low, high)
     boards = _boards(asset, low, high, 0)
-    lefts = [float(low[0]), *(far + WALL_M for _, far in boards)]
-    rights = [*(near - WALL_M for near, _ in boards), float(high[0])]
+    lefts = [float(low[0]), *(far + BOARD_DISTANCE_M for _, far in boards)]
+    rights = [*(near - BOARD_DISTANCE_M for near, _ in boards), float(high[0])]
     out = []
     for left, right in zip(lefts, rights, strict=True):
         a, b = low.copy(), high.copy()
         a[0], b[0] = left, right
-        if right - left >= LEAST_M:
+        if right - left >= MIN_REGION_M:
             out += _levels(asset, region, a, b)
     return out or [region]
 
@@ -85,13 +85,15 @@ def _before(asset: Asset, low: Floats, high: Floats) -> Bounds:
         link_bounds(asset, j.child) for j in asset.joints if link_label(asset, j.child) == "door" and j.behind is None
     ]
     fronts = [(a, b) for a, b in fronts if a[2] <= middle[2] <= b[2] and b[1] <= middle[1]]
-    near = [(a, b) for a, b in fronts if a[0] - APART_M <= middle[0] <= b[0] + APART_M]
+    near = [(a, b) for a, b in fronts if a[0] - WALL_DISTANCE_M <= middle[0] <= b[0] + WALL_DISTANCE_M]
     if not near:
         return low, high
     a, b = np.min([f[0] for f in near], axis=0), np.max([f[1] for f in near], axis=0)
     whole = link_bounds(asset, "object")
     a, b = np.maximum(a, whole[0]), np.minimum(b, whole[1])
-    return np.array([a[0], float(low[1]), a[2]]) + WALL_M, np.array([b[0], float(high[1]), b[2]]) - WALL_M
+    return np.array([a[0], float(low[1]), a[2]]) + BOARD_DISTANCE_M, np.array(
+        [b[0], float(high[1]), b[2]]
+    ) - BOARD_DISTANCE_M
 
 
 def _levels(asset: Asset, region: Region, low: Floats, high: Floats) -> list[Region]:
@@ -103,10 +105,10 @@ def _levels(asset: Asset, region: Region, low: Floats, high: Floats) -> list[Reg
     floors = [float(low[2]), *(far for _, far in boards)]
     for floor, roof in zip(floors, [*(near for near, _ in boards), float(high[2])], strict=True):
         middle = (floor + roof) / 2
-        under = [t for _, t, _ in spans if floor - APART_M <= t <= middle]
+        under = [t for _, t, _ in spans if floor - WALL_DISTANCE_M <= t <= middle]
         floor = max(under, default=floor)
-        roof = min([roof, *(b for b, _, _ in spans if b >= middle)]) - WALL_M
-        if roof - floor >= LEAST_M and not _filled(asset, np.array([x, y, (floor + roof) / 2])):
+        roof = min([roof, *(b for b, _, _ in spans if b >= middle)]) - BOARD_DISTANCE_M
+        if roof - floor >= MIN_REGION_M and not _filled(asset, np.array([x, y, (floor + roof) / 2])):
             left, right = _between(asset, np.array([x, y, (floor + roof) / 2]), float(low[0]), float(high[0]))
             pose = Pose(position=(_mm((left + right) / 2), y, _mm((floor + roof) / 2)))
             size = (_mm(right - left), _mm(float(high[1] - low[1])), _mm(roof - floor))
@@ -126,9 +128,9 @@ def _between(asset: Asset, point: Floats, low: float, high: float) -> tuple[floa
     for collider in asset.root.colliders:
         span = _upright(tessellate(collider.shape, collider.pose)[0] @ turned.T, -z, y)
         if span is not None and span[1] <= point[0]:
-            low = max(low, span[1] + WALL_M)
+            low = max(low, span[1] + BOARD_DISTANCE_M)
         elif span is not None and span[0] >= point[0]:
-            high = min(high, span[0] - WALL_M)
+            high = min(high, span[0] - BOARD_DISTANCE_M)
     return low, high
 
 
@@ -141,8 +143,8 @@ def region_below_racks(asset: Asset, region: Region) -> Region | None:
     within = [a for a, b in racks if (a < high).all() and (b > low).all()]
     if not within:
         return region
-    roof = min(float(a[2]) for a in within) - AIR_M
-    if roof - low[2] < LEAST_M:
+    roof = min(float(a[2]) for a in within) - CLEARANCE_M
+    if roof - low[2] < MIN_REGION_M:
         return None
     x, y, _ = region.pose.position
     size = (region.size[0], region.size[1], _mm(roof - float(low[2])))
@@ -155,7 +157,7 @@ def is_occupied(asset: Asset, region: Region) -> bool:
     boxes = [link_bounds(asset, j.child) for j in asset.joints if j.behind is not None]
     inside = [np.minimum(b[1], high) - np.maximum(b[0], low) for b in boxes]
     share = sum(float(np.prod(np.maximum(i, 0.0))) for i in inside) / float(np.prod(high - low))
-    return region.link == "object" and share >= TAKEN
+    return region.link == "object" and share >= MAX_OCCUPIED_SHARE
 
 
 def region_over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | None:
@@ -173,7 +175,7 @@ def region_over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | N
             a, b = link_bounds(asset, other.name)
             if a[2] > middle[2] and a[0] < middle[0] < b[0]:
                 above.append(float(a[2]))
-    roof = min([floor + OVER_M, *(z - AIR_M for z in above)])
+    roof = min([floor + MAX_HEIGHT_OVER_RACK_M, *(z - CLEARANCE_M for z in above)])
     if roof - floor < 0.03:
         return None
     inset = 0.08 * (high - low)[:2]
@@ -195,7 +197,7 @@ def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
     spans = _column(asset, link, float(middle[0]), float(middle[1]))
     if not spans or spans[0][1] > low[2] + 0.4 * (high[2] - low[2]):
         return None
-    floor, roof = spans[0][1], min([float(high[2]) - AIR_M, *(s[0] for s in spans[1:])])
+    floor, roof = spans[0][1], min([float(high[2]) - CLEARANCE_M, *(s[0] for s in spans[1:])])
     if roof - floor < 0.03:
         return None
     center = np.array([[middle[0], middle[1], (floor + roof) / 2]])
@@ -209,7 +211,7 @@ def floor_collider(asset: Asset, region: Region) -> str | None:
     low, high = region_bounds(asset, region)
     middle = (low + high) / 2
     spans = _column(asset, asset.root, float(middle[0]), float(middle[1]))
-    under = [(round(abs(t - float(low[2])), 6), name) for _, t, name in spans if abs(t - low[2]) <= APART_M]
+    under = [(round(abs(t - float(low[2])), 6), name) for _, t, name in spans if abs(t - low[2]) <= WALL_DISTANCE_M]
     return min(under)[1] if under else None
 
 
@@ -217,22 +219,22 @@ def _boards(asset: Asset, low: Floats, high: Floats, axis: int) -> list[tuple[fl
     """Return both faces of each board across an axis within a box, ascending; boards, glass and wires count."""
     clouds = [surface_samples(v.mesh.vertices, v.mesh.faces.astype(np.int64), SAMPLES) for v in asset.root.visuals]
     points = np.concatenate(clouds)
-    inset = np.full(3, APART_M)
-    inset[axis] = LEAST_M
+    inset = np.full(3, WALL_DISTANCE_M)
+    inset[axis] = MIN_REGION_M
     points = points[((points > low + inset) & (points < high - inset)).all(axis=1)]
     if not len(points):
         return []
     others = [k for k in range(3) if k != axis]
-    cell = np.floor((points[:, others] - low[others]) / (high - low)[others] * CELLS).astype(np.int64)
-    slab = np.floor((points[:, axis] - low[axis]) / THICK_M).astype(np.int64)
-    filled = np.zeros((int(slab.max()) + 2, CELLS, CELLS), dtype=bool)
+    cell = np.floor((points[:, others] - low[others]) / (high - low)[others] * PLAN_CELLS).astype(np.int64)
+    slab = np.floor((points[:, axis] - low[axis]) / MAX_SHELF_THICKNESS_M).astype(np.int64)
+    filled = np.zeros((int(slab.max()) + 2, PLAN_CELLS, PLAN_CELLS), dtype=bool)
     filled[slab, cell[:, 0], cell[:, 1]] = True
     # A board may lie across the border of two slabs.
     both = (filled[:-1] | filled[1:]).mean(axis=(1, 2))
     found: list[tuple[float, float]] = []
-    for i in np.flatnonzero(both >= COVERS).tolist():
+    for i in np.flatnonzero(both >= MIN_SHELF_COVERAGE).tolist():
         faces = _faces(points[(slab >= i) & (slab <= i + 1), axis])
-        if found and faces[0] - found[-1][1] < LEAST_M:
+        if found and faces[0] - found[-1][1] < MIN_REGION_M:
             found[-1] = (min(found[-1][0], faces[0]), max(found[-1][1], faces[1]))
         else:
             found.append(faces)
@@ -242,9 +244,9 @@ def _boards(asset: Asset, low: Floats, high: Floats, axis: int) -> list[tuple[fl
 def _faces(at: Floats) -> tuple[float, float]:
     """Return the first and last coordinate where many points are; what else crosses a board has fewer."""
     low = float(at.min())
-    count = np.bincount(np.floor((at - low) / PEAK_M).astype(np.int64))
+    count = np.bincount(np.floor((at - low) / SAME_PLACE_M).astype(np.int64))
     many = np.flatnonzero(count >= 0.25 * count.max())
-    return low + float(many[0]) * PEAK_M, low + float(many[-1] + 1) * PEAK_M
+    return low + float(many[0]) * SAME_PLACE_M, low + float(many[-1] + 1) * SAME_PLACE_M
 
 
 def _column(asset: Asset, link: Link, x: float, y: float) -> list[tuple[float, float, str]]:

@@ -13,16 +13,16 @@ from casa_assets.core.typing import Floats
 
 # Part of the door's depth from its back at which its hinge line lies. Ref: the articulation bench (docs/articulate.md,
 # The sets), which also scores this: its 67 hinged doors have a median of 0.13 and quartiles of 0.00 and 0.34.
-HINGE_DEPTH = 0.15
+HINGE_DEPTH_SHARE = 0.15
 # Part of its own depth by which a drawer opens. Ref: the 57 drawers of the same bench have a median of 0.82.
 DRAWER_TRAVEL_SHARE = 0.81
-DOOR_RANGE = math.pi / 2
+DOOR_RANGE_RAD = math.pi / 2
 # A door hinges at its top or bottom only where it is this much wider than high.
-WIDE_DOOR = 1.2
+MIN_FOLDING_RATIO = 1.2
 # One of several above each other folds only where it is this much wider than high: doors of fridges do not.
-FLAP = 1.8
+MIN_FLAP_RATIO = 1.8
 # One with a long level handle that is as wide as the thing also where it is no higher than this allows.
-SQUARE = 0.9
+MIN_RATIO_LONG_HANDLE = 0.9
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def hinge_edge(panel: Panel, grip: PanelHandle | None, others: list[Panel], whol
     """Find the hinge edge of a door: opposite its handle, away from its neighbours."""
     ratio = panel.width / max(panel.height, 1e-9)
     full = panel.width > 0.8 * whole[0] and panel.height > 0.4 * whole[1]
-    flap = ratio >= WIDE_DOOR or (full and ratio > 0.75)
+    flap = ratio >= MIN_FOLDING_RATIO or (full and ratio > 0.75)
     if grip is None:
         return _by_neighbours(panel, others, ratio, full)
     x, y = float(grip.middle[0]) - 0.5, float(grip.middle[1]) - 0.5
@@ -104,7 +104,14 @@ def hinge_edge(panel: Panel, grip: PanelHandle | None, others: list[Panel], whol
     alone = full and not any(o is not panel and o.width * o.height > 0.3 * panel.width * panel.height for o in others)
     if grip.is_level and abs(y) > 0.15 and ((flap and (abs(x) < 0.15 or bar > 0.7)) or (alone and bar > 0.5)):
         return HingeChoice(level, side, 0.9, "a level handle on a wide door")
-    if grip.is_level and y > 0.3 and abs(x) < 0.08 and bar > 0.5 and ratio > SQUARE and panel.width > 0.8 * whole[0]:
+    if (
+        grip.is_level
+        and y > 0.3
+        and abs(x) < 0.08
+        and bar > 0.5
+        and ratio > MIN_RATIO_LONG_HANDLE
+        and panel.width > 0.8 * whole[0]
+    ):
         return HingeChoice(level, side, 0.75, "a long level handle at the top of a door as wide as the thing")
     if grip.is_upright and abs(x) > 0.1:
         return HingeChoice(side, level, 0.95, "an upright handle at one side")
@@ -128,7 +135,7 @@ def _by_neighbours(panel: Panel, others: list[Panel], ratio: float, full: bool) 
         return HingeChoice(HingeEdge.LEFT, HingeEdge.RIGHT, 0.75, "another front to its right")
     if left > right:
         return HingeChoice(HingeEdge.RIGHT, HingeEdge.LEFT, 0.75, "another front to its left")
-    if ratio >= FLAP:
+    if ratio >= MIN_FLAP_RATIO:
         for level, over in ((HingeEdge.BOTTOM, True), (HingeEdge.TOP, False)):
             if _stacked(panel, others, over):
                 return HingeChoice(level, _opposite(level), 0.6, "a wide front, with another above or below it")
@@ -162,7 +169,7 @@ def hinge_line(panel: Panel, edge: HingeEdge) -> tuple[Floats, Floats]:
 
     (u, v, w) is left-handed where w is depth; the axis is given for the right-handed frame right, up, towards viewer.
     """
-    w = float(panel.high[2] - HINGE_DEPTH * (panel.high[2] - panel.low[2]))
+    w = float(panel.high[2] - HINGE_DEPTH_SHARE * (panel.high[2] - panel.low[2]))
     u, v = (panel.low[:2] + panel.high[:2]) / 2
     if edge is HingeEdge.LEFT:
         return np.array([0.0, -1.0, 0.0]), np.array([panel.low[0], v, w])

@@ -23,11 +23,11 @@ STARTS_N = {
     PartKind.TRAY: hand_dynamics.TRAY_START_N,
 }
 # A door whose weight turns it by less, N*m, needs no spring.
-LIGHT_NM = 0.05
+MIN_SPRING_TORQUE_NM = 0.05
 # Taken at the rim.
-TURNED = frozenset({PartKind.KNOB})
+RIM_GRIPPED_KINDS = frozenset({PartKind.KNOB})
 # What counts as the shortest way, rad or m.
-LEAST_WAY = 1e-4
+MIN_TRAVEL = 1e-4
 
 
 def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, names: Sequence[str]) -> Joint:
@@ -42,12 +42,12 @@ def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, n
     way = high - low
     axis = np.array(part.joint.axis)
     grip = next((c for c in link.colliders if c.label == "handle"), link.colliders[0] if link.colliders else None)
-    arm = 1.0 if slides else _arm(link, grip, axis, part.kind in TURNED)
+    arm = 1.0 if slides else _arm(link, grip, axis, part.kind in RIM_GRIPPED_KINDS)
     inertia = link.inertial.mass if slides else _about(link, axis)
     spring = None if slides else _balance(link, axis, high)
-    feel = hand_dynamics.feel_against(spring, inertia, arm, max(way, LEAST_WAY), STARTS_N.get(part.kind, START_N))
+    feel = hand_dynamics.feel_against(spring, inertia, arm, max(way, MIN_TRAVEL), STARTS_N.get(part.kind, START_N))
     if part.kind is PartKind.BUTTON:
-        spring = hand_dynamics.press(max(way, LEAST_WAY), hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
+        spring = hand_dynamics.press(max(way, MIN_TRAVEL), hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
         feel = hand_dynamics.KEY
     return Joint(
         name=f"{part.name}_joint",
@@ -70,7 +70,7 @@ def _balance(link: Link, axis: Floats, far: float) -> hand_dynamics.Spring | Non
     turned = center * math.cos(far) + np.cross(axis, center) * math.sin(far)
     turned = turned + axis * float(axis @ center) * (1 - math.cos(far))
     falls = float(np.cross(turned, np.array([0.0, 0.0, -9.81 * link.inertial.mass])) @ axis)
-    return None if falls <= LIGHT_NM else hand_dynamics.carry(falls, far)
+    return None if falls <= MIN_SPRING_TORQUE_NM else hand_dynamics.carry(falls, far)
 
 
 def _arm(link: Link, grip: Collider | None, axis: Floats, rim: bool) -> float:

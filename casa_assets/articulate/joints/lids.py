@@ -15,21 +15,21 @@ from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.coverage import surface_samples
 
 # A lid is at least so wide, diagonals, at most so thick by its width, and at most this part of all surface.
-LEAST, THICK, MOST_AREA = 0.12, 0.5, 0.3
+MIN_LID_WIDTH, MAX_THICKNESS_BY_WIDTH, MAX_AREA_SHARE = 0.12, 0.5, 0.3
 # So much of its square is seen from above; under a bail less, where a knob tells.
-BARE, BARE_UNDER_BAIL = 0.6, 0.2
+MIN_VISIBLE_SHARE, MIN_VISIBLE_SHARE_UNDER_BAIL = 0.6, 0.2
 # Its knob sits so near to its middle and is so small, by its width.
-MIDDLE, KNOB = 0.12, 0.4
+MAX_KNOB_OFFSET, MAX_KNOB_WIDTH = 0.12, 0.4
 # A vessel has something in the upper quarter of its height in at most this part of its plan.
-MOUTH = 0.35
+MAX_COVERED_MOUTH = 0.35
 # Ways from a lid to its hinge: backwards, as jugs have it, before the sides and the front.
-WAYS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+HINGE_DIRECTIONS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 # A handle sticks out of a vessel by so much, and is so much taller than what sticks out elsewhere; diagonals.
-STICKS_OUT, TALLER = 0.04, 1.3
+MIN_HANDLE_REACH, MIN_HANDLE_HEIGHT_RATIO = 0.04, 1.3
 # A lid that opens so far, rad, is open; it passes other things at this distance, diagonals.
-WIDE, CLEAR, SAMPLES = 1.2, 0.012, 1500
+OPEN_ANGLE_RAD, CLEARANCE, SAMPLES = 1.2, 0.012, 1500
 # Between a lid and what it lies on there is at most so much air, diagonals.
-GAP = 0.015
+MAX_GAP = 0.015
 
 
 @dataclass(frozen=True)
@@ -60,10 +60,14 @@ def find_lids(pieces: MeasuredFragments, taken: set[int]) -> list[Lid]:
     low, high = corners_from_side(pieces, TOP)
     size = high - low
     across = size[:, :2].max(axis=1)
-    fits = (across >= LEAST) & (size[:, :2].min(axis=1) >= across / 1.2) & (size[:, 2] <= THICK * across)
-    fits &= pieces.area <= MOST_AREA * float(pieces.area.sum())
+    fits = (
+        (across >= MIN_LID_WIDTH)
+        & (size[:, :2].min(axis=1) >= across / 1.2)
+        & (size[:, 2] <= MAX_THICKNESS_BY_WIDTH * across)
+    )
+    fits &= pieces.area <= MAX_AREA_SHARE * float(pieces.area.sum())
     bare = pieces.visible_area[:, TOP] / np.maximum(size[:, 0] * size[:, 1], 1e-12)
-    fits &= bare >= BARE_UNDER_BAIL
+    fits &= bare >= MIN_VISIBLE_SHARE_UNDER_BAIL
     fits[sorted(taken)] = False
     discs = [i for i in np.flatnonzero(fits).tolist() if has_round_outline(pieces, TOP, [i], size[i, :2])]
     if len(discs) != 1:
@@ -71,14 +75,14 @@ def find_lids(pieces: MeasuredFragments, taken: set[int]) -> list[Lid]:
     disc = discs[0]
     knob = _knob(low, high, disc, across)
     host = _host(low, high, disc)
-    if host is None or not (knob or (bare[disc] >= BARE and _is_vessel(pieces, host))):
+    if host is None or not (knob or (bare[disc] >= MIN_VISIBLE_SHARE and _is_vessel(pieces, host))):
         return []
     fragments = [disc, *knob]
     corners = pieces.box(fragments)
     held = _handle_side(pieces, host, fragments)
-    ways = sorted(range(len(WAYS)), key=lambda k: (k != held, k))
-    lids = [_opened(pieces, Lid(fragments, knob, *corners, WAYS[k], 0.0)) for k in ways]
-    wide = [lid for lid in lids if lid.opening_angle >= WIDE]
+    ways = sorted(range(len(HINGE_DIRECTIONS)), key=lambda k: (k != held, k))
+    lids = [_opened(pieces, Lid(fragments, knob, *corners, HINGE_DIRECTIONS[k], 0.0)) for k in ways]
+    wide = [lid for lid in lids if lid.opening_angle >= OPEN_ANGLE_RAD]
     return [wide[0] if wide else max(lids, key=lambda lid: lid.opening_angle)]
 
 
@@ -89,22 +93,26 @@ def _handle_side(pieces: MeasuredFragments, host: int, lid: list[int]) -> int:
     """
     own = [host, *lid]
     reach = []
-    for way in WAYS:
+    for way in HINGE_DIRECTIONS:
         out = pieces.low @ np.minimum(way, 0.0) + pieces.high @ np.maximum(way, 0.0)
         out = out - out[host]
         out[own] = 0.0
-        rows = np.flatnonzero(out > STICKS_OUT)
+        rows = np.flatnonzero(out > MIN_HANDLE_REACH)
         reach.append(float(pieces.high[rows, 2].max() - pieces.low[rows, 2].min()) if len(rows) else 0.0)
     best = int(np.argmax(reach))
     others = max(r for k, r in enumerate(reach) if k != best)
-    if reach[best] <= TALLER * others:
+    if reach[best] <= MIN_HANDLE_HEIGHT_RATIO * others:
         return 0
     low, high = pieces.box(lid)
     over = (pieces.low[:, :2] < high[:2]).all(axis=1) & (pieces.high[:, :2] > low[:2]).all(axis=1)
-    over &= pieces.high[:, 2] > high[2] + STICKS_OUT
+    over &= pieces.high[:, 2] > high[2] + MIN_HANDLE_REACH
     over[own] = False
     spout = others == 0.0 and bool(over.any())
-    return next(k for k, way in enumerate(WAYS) if float(way @ WAYS[best]) < -0.5) if spout else best
+    return (
+        next(k for k, way in enumerate(HINGE_DIRECTIONS) if float(way @ HINGE_DIRECTIONS[best]) < -0.5)
+        if spout
+        else best
+    )
 
 
 def _opened(pieces: MeasuredFragments, lid: Lid) -> Lid:
@@ -115,13 +123,13 @@ def _opened(pieces: MeasuredFragments, lid: Lid) -> Lid:
     points, faces = pieces.soup.points, pieces.soup.faces
     own = surface_samples(points, faces[rows], SAMPLES)
     tree = cKDTree(surface_samples(points, faces[others], 8 * SAMPLES))
-    own = own[tree.query(own)[0] > CLEAR]
+    own = own[tree.query(own)[0] > CLEARANCE]
     axis, anchor = lid.hinge
-    own = own[(anchor - own) @ lid.way > CLEAR]
+    own = own[(anchor - own) @ lid.way > CLEARANCE]
     far = 0.0
     for angle in np.radians(np.arange(5.0, 90.1, 5.0)):
         moved = Rotation.from_rotvec(axis * angle).apply(own - anchor) + anchor
-        if len(own) and float(tree.query(moved)[0].min()) < CLEAR:
+        if len(own) and float(tree.query(moved)[0].min()) < CLEARANCE:
             break
         far = float(angle)
     return replace(lid, opening_angle=far)
@@ -131,23 +139,25 @@ def _is_vessel(pieces: MeasuredFragments, host: int) -> bool:
     """Return whether a fragment is open at the top and closed all around."""
     size = pieces.high[host] - pieces.low[host]
     closed = all(pieces.visible_area[host, s] >= 0.6 * size[a] * size[2] for s, a in ((FRONT, 0), (LEFT, 1)))
-    return closed and view_from_above(pieces, [host]).lid <= MOUTH
+    return closed and view_from_above(pieces, [host]).lid <= MAX_COVERED_MOUTH
 
 
 def _knob(low: Floats, high: Floats, disc: int, across: Floats) -> list[int]:
     """Return the small fragments in the middle of a disc that stand up from it."""
     off = np.linalg.norm((low + high)[:, :2] / 2 - (low + high)[disc, :2] / 2, axis=1)
     stands = (
-        (low[:, 2] < low[disc, 2] - 0.01) & (high[:, 2] >= low[disc, 2] - GAP) & (high[:, 2] <= high[disc, 2] + GAP)
+        (low[:, 2] < low[disc, 2] - 0.01)
+        & (high[:, 2] >= low[disc, 2] - MAX_GAP)
+        & (high[:, 2] <= high[disc, 2] + MAX_GAP)
     )
-    found = stands & (off <= MIDDLE * across[disc]) & (across <= KNOB * across[disc])
+    found = stands & (off <= MAX_KNOB_OFFSET * across[disc]) & (across <= MAX_KNOB_WIDTH * across[disc])
     found[disc] = False
     return [int(i) for i in np.flatnonzero(found)]
 
 
 def _host(low: Floats, high: Floats, disc: int) -> int | None:
     """Return the largest fragment that a disc lies on."""
-    under = (low[:, 2] <= high[disc, 2] + GAP) & (high[:, 2] > high[disc, 2] + GAP)
+    under = (low[:, 2] <= high[disc, 2] + MAX_GAP) & (high[:, 2] > high[disc, 2] + MAX_GAP)
     middle = (low[disc, :2] + high[disc, :2]) / 2
     under &= (low[:, :2] <= middle).all(axis=1) & (high[:, :2] >= middle).all(axis=1)
     under[disc] = False

@@ -14,11 +14,11 @@ from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.core.typing import Floats
 
 # Beside the door the niche is open for this part of its width, and deeper than the door by so much, diagonals.
-OPEN, DEEPER = 0.85, 0.02
+MIN_OPEN_SHARE, MIN_NICHE_DEPTH = 0.85, 0.02
 # What it runs on or under stands no farther back than the door by more than this.
-FRAME = 0.006
+FRAME_TOLERANCE = 0.006
 # The handle keeps from the edge towards which a hinged door would be open by this part of the width.
-AWAY = 0.3
+MIN_HANDLE_OFFSET = 0.3
 
 
 def sliding_direction(pieces: MeasuredFragments, side: int, panel: Panel, grip: PanelHandle | None) -> float | None:
@@ -37,18 +37,18 @@ def sliding_direction(pieces: MeasuredFragments, side: int, panel: Panel, grip: 
         _depths(picture, (panel.low[0], panel.high[1]), (panel.high[0], panel.high[1] + margin)),
         _depths(picture, (panel.low[0], panel.low[1] - margin), (panel.high[0], panel.low[1])),
     ]
-    if all(float((f + near <= panel.low[2] + FRAME).mean()) < 0.4 for f in frame):
+    if all(float((f + near <= panel.low[2] + FRAME_TOLERANCE).mean()) < 0.4 for f in frame):
         return None
     for sign in (1.0, -1.0):
         edge = float(panel.high[0] if sign > 0 else panel.low[0])
-        far = edge + sign * OPEN * panel.width
+        far = edge + sign * MIN_OPEN_SHARE * panel.width
         if not float(low[:, 0].min()) <= far <= float(high[:, 0].max()):
             continue
         a, b = sorted((edge + sign * margin, far))
         beside = _depths(picture, (a, panel.low[1] + inset), (b, panel.high[1] - inset))
-        clear = float((np.isfinite(beside) & (beside + near > panel.high[2] + DEEPER)).mean())
+        clear = float((np.isfinite(beside) & (beside + near > panel.high[2] + MIN_NICHE_DEPTH)).mean())
         place = float(grip.middle[0]) if sign < 0 else 1.0 - float(grip.middle[0])
-        if clear >= 0.95 and place >= AWAY:
+        if clear >= 0.95 and place >= MIN_HANDLE_OFFSET:
             return sign
     return None
 

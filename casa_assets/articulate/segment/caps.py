@@ -15,11 +15,11 @@ from casa_assets.articulate.segment.triangle_soup import Bools, TriangleSoup
 from casa_assets.core.typing import Floats, Ints
 
 # Parts that close with a board; what else is cut from a shell is closed where it was cut off.
-BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
+BOARD_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
 # A board whose back takes this part of its front has one, and what is behind it stays open.
-HAS_BACK = 0.15
+MIN_BACK_SHARE = 0.15
 # A border of a board lies no deeper than this behind its back: what does is that of its box.
-FALLS = 0.05
+MAX_BORDER_DEPTH = 0.05
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,10 @@ def close_cuts(soup: TriangleSoup, owner: Ints, parts: Sequence[PartPlan], backs
     for i, part in enumerate(parts):
         board = i in backs
         rows = np.flatnonzero(one == i)
-        rows = rows[[(other[r] < 0 or parts[other[r]].kind in BOARDS) if board else True for r in rows.tolist()]]
+        rows = rows[[(other[r] < 0 or parts[other[r]].kind in BOARD_KINDS) if board else True for r in rows.tolist()]]
         if board:
-            rows = rows[(depth[edges[rows]] <= backs[i] + FALLS).all(axis=1)]
-        elif part.kind in BOARDS:
+            rows = rows[(depth[edges[rows]] <= backs[i] + MAX_BORDER_DEPTH).all(axis=1)]
+        elif part.kind in BOARD_KINDS:
             continue
         normal = SIDES[FRONT][2] if board else _inwards(part)
         level = float(max(backs[i], depth[edges[rows]].max(initial=backs[i]))) if board else None
@@ -106,7 +106,7 @@ def _has_back(soup: TriangleSoup, mine: Bools) -> bool:
     """Return whether a board has a surface that faces back."""
     facing = soup.normals @ SIDES[FRONT][2]
     front = float(soup.areas[mine & (facing < -0.8)].sum())
-    return float(soup.areas[mine & (facing > 0.8)].sum()) >= HAS_BACK * front
+    return float(soup.areas[mine & (facing > 0.8)].sum()) >= MIN_BACK_SHARE * front
 
 
 def _closed(points: Floats, edges: Ints, normal: Floats, level: float | None) -> tuple[tuple[Floats, Ints], int]:

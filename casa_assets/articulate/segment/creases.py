@@ -17,20 +17,20 @@ PIXELS = 640
 # A square of this side, diagonals, fits into no knob and no handle: what closing with it removes stands out.
 WINDOWS = (0.06, 0.14)
 # What stands out does so by this much, diagonals; what stands out less lies within the noise of a shell.
-STANDS = 0.0025
-LEVELS = tuple(STANDS * 1.5**k for k in range(10))
-LEAST_PIXELS, LEAST = 12, 0.007
+MIN_PROTRUSION = 0.0025
+LEVELS = tuple(MIN_PROTRUSION * 1.5**k for k in range(10))
+MIN_PIXELS, MIN_SIZE = 12, 0.007
 # It stands out so many times farther than what is seen strays (median of the differences from their median): a scan is
 # bumpy everywhere.
-ROUGH = 6.0
+MIN_PROTRUSION_OVER_NOISE = 6.0
 # So much of what is round it is a surface that it sits on.
-SITS = 0.55
+MIN_GROUND_SHARE = 0.55
 # A small thing is no larger than this; a bar is no wider, and stands out at least so far.
-SMALL, NARROW, BAR_STANDS = 0.13, 0.075, 0.009
+MAX_SMALL_SIZE, MAX_BAR_WIDTH, MIN_BAR_PROTRUSION = 0.13, 0.075, 0.009
 # An edge: a step between neighbouring pixels, diagonals, or a bend, cosine of 20 degrees.
-STEP, BEND = 0.0022, 0.94
+MIN_DEPTH_STEP, MAX_BEND_COS = 0.0022, 0.94
 # Background is this far behind everything.
-FAR = 2.0
+BACKGROUND_DEPTH = 2.0
 
 
 @dataclass(frozen=True)
@@ -84,12 +84,12 @@ class SideRelief:
 def measure_relief(soup: TriangleSoup, side: int) -> SideRelief:
     """Analyse a side of a soup that is in the frame."""
     picture = render_depth(soup.points, soup.faces, SIDES[side], PIXELS)
-    depth = np.where(picture.face >= 0, picture.depth, FAR)
+    depth = np.where(picture.face >= 0, picture.depth, BACKGROUND_DEPTH)
     base = depth
     for window in WINDOWS:
         base = np.maximum(base, _closed(depth, max(3, round(window / picture.pixel))))
     # Where closing reaches past the outline there is no ground to stand out of.
-    base = np.where(base > FAR / 2, depth, base)
+    base = np.where(base > BACKGROUND_DEPTH / 2, depth, base)
     blob, blobs = _blobs(picture, depth, base)
     across, along = _edges(soup, side, picture, depth)
     return SideRelief(picture, depth, base, blob, blobs, across, along)
@@ -107,18 +107,18 @@ def _blobs(picture: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tupl
     out = base - depth
     found = np.full(depth.shape, -1, dtype=np.int64)
     blobs: list[Protrusion] = []
-    seen = depth < FAR / 2
+    seen = depth < BACKGROUND_DEPTH / 2
     rough = float(np.median(np.abs(out[seen] - np.median(out[seen])))) if seen.any() else 0.0
     for level in LEVELS:
-        if level < ROUGH * rough:
+        if level < MIN_PROTRUSION_OVER_NOISE * rough:
             continue
         number, _ = label((out > level) & (found < 0))
         for i, (rows, columns) in enumerate(find_objects(number), start=1):
             mask = number[rows, columns] == i
-            if mask.sum() < LEAST_PIXELS or min(mask.shape) * picture.pixel < LEAST:
+            if mask.sum() < MIN_PIXELS or min(mask.shape) * picture.pixel < MIN_SIZE:
                 continue
             blob = _blob(picture, rows, columns, mask, out)
-            if _sits(mask, seen, rows, columns) < SITS:
+            if _sits(mask, seen, rows, columns) < MIN_GROUND_SHARE:
                 continue
             # What touches one that was found is its rim, or the rest of the frame from which it rose.
             if _is_small(blob) and not (found[_around(rows), _around(columns)] >= 0).any():
@@ -153,9 +153,13 @@ def _is_small(blob: Protrusion) -> bool:
     """Return whether a region is a knob, a button or a bar, by its size and by how much of its rectangle it fills."""
     size = blob.high - blob.low
     fill = blob.area / float(np.prod(size))
-    if size.max() <= SMALL:
+    if size.max() <= MAX_SMALL_SIZE:
         return fill >= 0.4
-    return bool(size.min() <= NARROW and blob.protrusion >= BAR_STANDS and (fill >= 0.4 or size.max() <= 2 * SMALL))
+    return bool(
+        size.min() <= MAX_BAR_WIDTH
+        and blob.protrusion >= MIN_BAR_PROTRUSION
+        and (fill >= 0.4 or size.max() <= 2 * MAX_SMALL_SIZE)
+    )
 
 
 def _edges(soup: TriangleSoup, side: int, picture: DepthImage, depth: Floats) -> tuple[Bools, Bools]:
@@ -168,9 +172,9 @@ def _edges(soup: TriangleSoup, side: int, picture: DepthImage, depth: Floats) ->
     for found, axis, way in ((across, 1, SIDES[side][0]), (along, 0, -SIDES[side][1])):
         a = (slice(None), slice(None, -1)) if axis else (slice(None, -1), slice(None))
         b = (slice(None), slice(1, None)) if axis else (slice(1, None), slice(None))
-        bend = (normals[a] * normals[b]).sum(axis=2) < BEND
+        bend = (normals[a] * normals[b]).sum(axis=2) < MAX_BEND_COS
         inwards = (normals[b] - normals[a]) @ way < 0
-        found[a] = (np.abs(depth[a] - depth[b]) > STEP) | (bend & inwards)
+        found[a] = (np.abs(depth[a] - depth[b]) > MIN_DEPTH_STEP) | (bend & inwards)
     return across, along
 
 

@@ -11,9 +11,9 @@ from casa_assets.articulate.segment.fragment_measures import SIDES
 from casa_assets.core.typing import Floats, Ints
 
 # An edge is not cut so near its ends, as a part of its length: that would leave slivers.
-END = 1e-4
+MIN_END_SHARE = 1e-4
 # A blade reaches beyond its limits by this, diagonals, so that two that meet leave no edge between them uncut.
-REACH = 1e-6
+PLANE_OVERLAP = 1e-6
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,8 @@ def _cut(points: Floats, faces: Ints, knife: CutPlane) -> tuple[tuple[Ints, Ints
     share = np.where(np.abs(fall) > 1e-15, -level[a] / np.where(fall == 0, 1.0, fall), -1.0)
     at = (points[a] + share[:, None] * (points[b] - points[a])) @ axes.T
     others = [i for i in range(3) if i != knife.axis]
-    inside = ((at >= knife.low - REACH) & (at <= knife.high + REACH))[:, others].all(axis=1)
-    good = inside & (share > END) & (share < 1 - END)
+    inside = ((at >= knife.low - PLANE_OVERLAP) & (at <= knife.high + PLANE_OVERLAP))[:, others].all(axis=1)
+    good = inside & (share > MIN_END_SHARE) & (share < 1 - MIN_END_SHARE)
     if not good.any():
         return None
     number = np.full(len(ends), -1, dtype=np.int64)

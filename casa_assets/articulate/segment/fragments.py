@@ -20,7 +20,7 @@ from casa_assets.geometry.mesh.topology import merge_rows
 Bools = npt.NDArray[np.bool_]
 
 # More faces round one edge than these are a fault of the mesh, which says nothing about solids.
-MOST_ROUND_EDGE = 12
+MAX_FACES_AT_EDGE = 12
 # Faces whose directions round an edge differ by less, radians, count as lying on each other.
 SAME_ANGLE = 1e-3
 
@@ -58,7 +58,7 @@ def _joined(soup: TriangleSoup, index: Ints) -> tuple[Ints, Ints]:
     pair = start[size == 2]
     left, right = [owner[pair]], [owner[pair + 1]]
     for at, count in zip(start[size > 2].tolist(), size[size > 2].tolist(), strict=True):
-        if count <= MOST_ROUND_EDGE and count % 2 == 0:
+        if count <= MAX_FACES_AT_EDGE and count % 2 == 0:
             rows = slice(at, at + count)
             a, b = _wedges(soup, index, ends[at], owner[rows], forward[rows])
             left.append(a)

@@ -12,7 +12,7 @@ from casa_assets.core.typing import Floats, Ints
 # Faces that are looked at at once: bounds the memory, not the result.
 CHUNK = 20_000
 # RayCrossings nearer than this to each other are one sheet, diagonals.
-SHEET = 0.002
+SAME_SHEET = 0.002
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class RayCrossings:
         rows = way >= 0.0
         near = np.full(self.count, np.inf)
         np.minimum.at(near, self.line[rows], way[rows])
-        meets = rows & (way <= near[self.line] + SHEET) & (self.towards * sign < 0)
+        meets = rows & (way <= near[self.line] + SAME_SHEET) & (self.towards * sign < 0)
         looks: Bools = np.zeros(self.count, dtype=bool)
         looks[self.line[meets]] = True
         return near, looks

@@ -11,14 +11,14 @@ from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.fronts.bulging_fronts import merge_stairs
 from casa_assets.articulate.fronts.rectangles import (
-    FAR_AWAY,
+    FLAT_MARGIN,
     FrontRectangle,
     find_front_rectangles,
     is_handle,
     is_surrounded,
     rectangle_corners,
 )
-from casa_assets.articulate.segment.creases import FAR, SideRelief, dilate, measure_relief
+from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, SideRelief, dilate, measure_relief
 from casa_assets.articulate.segment.cut_planes import CutPlane
 from casa_assets.articulate.segment.fragment_measures import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
 from casa_assets.articulate.segment.raster import DepthImage, render_depth
@@ -27,30 +27,30 @@ from casa_assets.core.typing import Floats, Ints
 
 # A piece that holds this part of all surface, is so large every way, and is so much of what is seen of the front, is a
 # shell that may have parts in it: a body whose parts are pieces of their own shows between them only.
-SHELL_AREA, SHELL_EXTENT, SHELL_SHOWN = 0.55, 0.6, 0.5
+MIN_SHELL_AREA, MIN_SHELL_EXTENT, MIN_SHELL_VISIBLE = 0.55, 0.6, 0.5
 # What has fronts is boxy: so much of what is seen of it faces along an axis within 12 degrees, all sides alike. Ref: of
 # fused appliances and cabinets 0.64 to 0.97; of fruit, bottles, mugs, bowls and toys 0.07 to 0.60.
-MIN_BOXINESS, ALONG = 0.62, 0.978
+MIN_BOXINESS, AXIS_ALIGNED_COS = 0.62, 0.978
 # So much of a front faces the viewer within 35 degrees: a bulging one does, the side of a can does not.
-FACES, TOWARDS = 0.75, 0.819
+MIN_FACING_SHARE, FACING_COS = 0.75, 0.819
 # A front whose back does not show is so thick, diagonals; none is thicker, or more than this part of the depth.
-THICK, THICKEST, THICK_OF_DEPTH = 0.022, 0.06, 0.15
+USUAL_THICKNESS, MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH = 0.022, 0.06, 0.15
 # A back that shows is at least this part of the surface near a front.
-BACK_SHOWN = 0.15
+MIN_BACK_SHARE = 0.15
 # What lies behind a front keeps within it by so much, and is a surface of at least this size.
-TIGHT, LEAST_BEHIND = 0.004, 0.002
+BEHIND_MARGIN, MIN_AREA_BEHIND = 0.004, 0.002
 # A front begins no deeper than this part of the depth of the shell, and covers this much of its rectangle.
-DEEPEST, COVERS = 0.3, 0.7
+MAX_START_DEPTH, MIN_COVERAGE = 0.3, 0.7
 # Rectangles at least so wide, so near each other, and flush to so much, set each other off; diagonals.
-LEAST_LEAF, GAP, FLUSH = 0.03, 0.03, 0.04
+MIN_RECTANGLE_SIDE, MAX_SEAM_WIDTH, FLUSH_TOLERANCE = 0.03, 0.03, 0.04
 # A rectangle that is more than this part of the side is that side of the body, unless it has a handle.
-WHOLE = 0.92
+WHOLE_SIDE_SHARE = 0.92
 # Where nothing stands out of a side, one seam across it is a crease of a box: so many rectangles are fronts.
-PLAIN = 3
+MIN_PLAIN_FRONTS = 3
 # What stands out is cut off this far before its ground.
-FOOT = 0.0015
+CUT_DISTANCE = 0.0015
 # Its triangles keep within this of its outline, diagonals.
-RIM = 0.006
+OUTLINE_TOLERANCE = 0.006
 
 
 @dataclass(frozen=True)
@@ -99,16 +99,21 @@ def find_shell(soup: TriangleSoup, label: Ints) -> FusedShell | None:
     around = [render_depth(soup.points, soup.faces, SIDES[side], 256) for side in (BACK, LEFT, RIGHT, BOTTOM)]
     front, top = measure_relief(soup, FRONT), measure_relief(soup, TOP)
     seen = front.picture.face[front.picture.face >= 0]
-    if float(mine[seen].mean()) < SHELL_SHOWN or boxiness(soup, [front.picture, top.picture, *around]) < MIN_BOXINESS:
+    if (
+        float(mine[seen].mean()) < MIN_SHELL_VISIBLE
+        or boxiness(soup, [front.picture, top.picture, *around]) < MIN_BOXINESS
+    ):
         return None
     shown = np.zeros(len(label), dtype=bool)
     shown[seen] = True
     flat, deep = _seen_from(soup, FRONT)
     fronts = []
     filled = [leaf for leaf in merge_stairs(front, find_front_rectangles(front)) if _may_open(soup, front, leaf, deep)]
-    marked = len(filled) >= PLAIN or any(is_surrounded(front, b, FAR_AWAY) for b in front.blobs)
+    marked = len(filled) >= MIN_PLAIN_FRONTS or any(is_surrounded(front, b, FLAT_MARGIN) for b in front.blobs)
     for leaf in filled:
-        beside = marked and any(_beside(front, leaf, o) for o in filled) and _pixels(leaf) < WHOLE * len(seen)
+        beside = (
+            marked and any(_beside(front, leaf, o) for o in filled) and _pixels(leaf) < WHOLE_SIDE_SHARE * len(seen)
+        )
         if any(is_handle(front, front.blobs[i]) for i in leaf.blobs) or beside:
             inside = mine & _in_leaf(front, leaf, flat)
             fronts.append((leaf, leaf.plane + _thickness(soup, inside, flat[:, 2] - leaf.plane, deep)))
@@ -152,7 +157,7 @@ def shell_zones(shell: FusedShell, soup: TriangleSoup, parent: Ints) -> Ints:
     free = shell.mine[parent]
     out = np.full(len(parent), -1, dtype=np.int64)
     flat, deep = _seen_from(soup, FRONT)
-    falls = min(THICKEST, THICK_OF_DEPTH * deep)
+    falls = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * deep)
     for i, (leaf, back) in enumerate(shell.fronts):
         inside = free & _in_leaf(shell.front, leaf, flat)
         # A bulging front falls off towards its edges.
@@ -170,9 +175,9 @@ def _behind(shell: FusedShell, soup: TriangleSoup, zone: Ints) -> list[Ints]:
     out = []
     for leaf, _ in shell.fronts:
         low, high = rectangle_corners(shell.front, leaf)
-        within = ((flat[:, :2] >= low + TIGHT) & (flat[:, :2] <= high - TIGHT)).all(axis=1)
+        within = ((flat[:, :2] >= low + BEHIND_MARGIN) & (flat[:, :2] <= high - BEHIND_MARGIN)).all(axis=1)
         rows = np.flatnonzero(shell.mine & within & ~shell.skin & (zone < 0))
-        out += [g for g in _hanging_together(soup, rows) if float(soup.areas[g].sum()) >= LEAST_BEHIND]
+        out += [g for g in _hanging_together(soup, rows) if float(soup.areas[g].sum()) >= MIN_AREA_BEHIND]
     return out
 
 
@@ -202,18 +207,18 @@ def _shell(soup: TriangleSoup, label: Ints) -> Bools:
     mine: Bools = label == most
     points = soup.points[soup.faces[mine]].reshape(-1, 3)
     whole = np.ptp(soup.points, axis=0)
-    large = bool((np.ptp(points, axis=0) >= SHELL_EXTENT * whole).all())
-    return mine if large and area[most] >= SHELL_AREA * area.sum() else none
+    large = bool((np.ptp(points, axis=0) >= MIN_SHELL_EXTENT * whole).all())
+    return mine if large and area[most] >= MIN_SHELL_AREA * area.sum() else none
 
 
 def _thickness(soup: TriangleSoup, inside: Bools, behind: Floats, deep: float) -> float:
     """Return the thickness of a front: up to its back where that is visible, else a usual value; diagonals."""
-    most = min(THICKEST, THICK_OF_DEPTH * deep)
+    most = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * deep)
     facing = soup.normals @ SIDES[FRONT][2] > 0.8
     rows = np.flatnonzero(inside & facing & (behind > 0.004) & (behind < most))
-    least = BACK_SHOWN * float(soup.areas[inside & (behind < most)].sum())
+    least = MIN_BACK_SHARE * float(soup.areas[inside & (behind < most)].sum())
     if not len(rows) or float(soup.areas[rows].sum()) < least:
-        return min(THICK, most)
+        return min(USUAL_THICKNESS, most)
     order = rows[np.argsort(behind[rows], kind="stable")]
     reach = np.cumsum(soup.areas[order])
     return float(behind[order[np.searchsorted(reach, 0.9 * reach[-1])]]) + 0.002
@@ -221,7 +226,7 @@ def _thickness(soup: TriangleSoup, inside: Bools, behind: Floats, deep: float) -
 
 def boxiness(soup: TriangleSoup, views: Sequence[DepthImage]) -> float:
     """Return the share of the visible area that faces along an axis, over all given views."""
-    along = np.abs(soup.normals).max(axis=1) > ALONG
+    along = np.abs(soup.normals).max(axis=1) > AXIS_ALIGNED_COS
     area = [(float((v.face >= 0).sum()), float(along[v.face[v.face >= 0]].sum()), v.pixel**2) for v in views]
     return sum(a * p for _, a, p in area) / max(sum(n * p for n, _, p in area), 1e-12)
 
@@ -242,22 +247,22 @@ def _hanging_together(soup: TriangleSoup, rows: Ints) -> list[Ints]:
 def _may_open(soup: TriangleSoup, front: SideRelief, leaf: FrontRectangle, deep: float) -> bool:
     """Return whether a rectangle may be a front: filled, not far back, and facing the viewer."""
     window = slice(*leaf.rows), slice(*leaf.columns)
-    if float((front.depth[window] < FAR / 2).mean()) < COVERS or leaf.plane > DEEPEST * deep:
+    if float((front.depth[window] < BACKGROUND_DEPTH / 2).mean()) < MIN_COVERAGE or leaf.plane > MAX_START_DEPTH * deep:
         return False
     ground = front.picture.face[window][(front.blob[window] < 0) & (front.picture.face[window] >= 0)]
-    towards = np.abs(soup.normals[ground] @ SIDES[FRONT][2]) > TOWARDS
-    return bool(len(ground)) and float(towards.mean()) >= FACES
+    towards = np.abs(soup.normals[ground] @ SIDES[FRONT][2]) > FACING_COS
+    return bool(len(ground)) and float(towards.mean()) >= MIN_FACING_SHARE
 
 
 def _beside(front: SideRelief, leaf: FrontRectangle, other: FrontRectangle) -> bool:
     """Return whether two rectangles lie side by side and nearly flush: the seam between them sets a front off."""
     apart = abs(leaf.plane - other.plane)
-    least, gap = LEAST_LEAF / front.picture.pixel, GAP / front.picture.pixel
+    least, gap = MIN_RECTANGLE_SIDE / front.picture.pixel, MAX_SEAM_WIDTH / front.picture.pixel
     spans = [(leaf.rows, other.rows), (leaf.columns, other.columns)]
     over = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in spans]
     slim = min(b - a for m in (leaf, other) for a, b in (m.rows, m.columns)) < least
     meet = any(-gap <= over[i] <= 0 and over[1 - i] >= 0.5 * min(b - a for a, b in spans[1 - i]) for i in (0, 1))
-    return leaf is not other and meet and not slim and apart <= FLUSH
+    return leaf is not other and meet and not slim and apart <= FLUSH_TOLERANCE
 
 
 def _pixels(leaf: FrontRectangle) -> int:
@@ -268,7 +273,7 @@ def _pixels(leaf: FrontRectangle) -> int:
 def _foot(view: SideRelief, number: int) -> float:
     """Return the depth at which a protrusion is cut off: a little before the ground that it hides."""
     ground = float(np.median(view.base[view.blob == number]))
-    return ground - min(FOOT, 0.3 * view.blobs[number].protrusion)
+    return ground - min(CUT_DISTANCE, 0.3 * view.blobs[number].protrusion)
 
 
 def _take_blobs(out: Ints, free: Bools, view: SideRelief, soup: TriangleSoup, side: int, first: int) -> None:
@@ -289,7 +294,7 @@ def _take_blobs(out: Ints, free: Bools, view: SideRelief, soup: TriangleSoup, si
         mask = np.zeros(view.blob.shape, dtype=bool)
         mask[rows, columns] = dilate(view.blob[rows, columns] == number, 1)
         foot = _foot(view, number)
-        rim = max(RIM, 3 * view.picture.pixel)
+        rim = max(OUTLINE_TOLERANCE, 3 * view.picture.pixel)
         within = ((corners_[:, :, :2] >= blob.low - rim) & (corners_[:, :, :2] <= blob.high + rim)).all(axis=(1, 2))
         mine = free & mask[row, column] & (middle[:, 2] < foot)
         out[mine & within] = first + number

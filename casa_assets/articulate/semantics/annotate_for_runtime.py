@@ -32,10 +32,10 @@ from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
 
-OUTER = "main"
-HIDDEN: Vec4 = (0.06, 0.2, 0.75, 0.0)
-POURED: Vec4 = (0.05, 0.025, 0.012, 0.0)
-LAMP: Vec4 = (1.0, 0.88, 0.65, 0.0)
+MAIN_REGION = "main"
+FLAME_HIDDEN_RGBA: Vec4 = (0.06, 0.2, 0.75, 0.0)
+COFFEE_HIDDEN_RGBA: Vec4 = (0.05, 0.025, 0.012, 0.0)
+LAMP_OFF_RGBA: Vec4 = (1.0, 0.88, 0.65, 0.0)
 FLAME_M, STREAM_M = 0.02, 0.012
 # Kinds of which a fixture class of the same name reads the contract.
 CONTRACTS = {
@@ -52,8 +52,8 @@ CONTRACTS = {
     "island_base": "island_base",
     "hood": "hood",
 }
-CABINETS = ("cabinet", "drawer_stack", "sink_base")
-COLD = "refrigerator"
+CABINET_WORDS = ("cabinet", "drawer_stack", "sink_base")
+REFRIGERATOR = "refrigerator"
 
 
 def annotate_for_runtime(asset: Asset, category: str, burners: Sequence[Burner] = ()) -> Asset:
@@ -71,7 +71,7 @@ def annotate_for_runtime(asset: Asset, category: str, burners: Sequence[Burner] 
         asset = _with_slots(asset)
     if category == "microwave":
         asset = _with_tray(asset)
-    if category == COLD:
+    if category == REFRIGERATOR:
         asset = _with_lamp(asset)
     asset = asset.replace(behavior=behavior_for(asset, category), contract=contract_for(asset, category))
     return asset.replace(keyframes=tuple(_poses(asset)))
@@ -80,9 +80,9 @@ def annotate_for_runtime(asset: Asset, category: str, burners: Sequence[Burner] 
 def contract_for(asset: Asset, category: str) -> str | None:
     """Return the id of the contract that a runtime expects of such an asset; None where no fixture class reads it."""
     names = [j.name for j in asset.joints]
-    if category == COLD:
+    if category == REFRIGERATOR:
         return _fridge(asset, names)
-    if any(word in category for word in CABINETS):
+    if any(word in category for word in CABINET_WORDS):
         if any(n.endswith(("leftdoorhinge", "rightdoorhinge")) for n in names):
             return "hinge_cabinet"
         if any(n.endswith("doorhinge") for n in names):
@@ -107,15 +107,15 @@ def _fridge(asset: Asset, names: Sequence[str]) -> str | None:
 
 def _regions(asset: Asset, category: str) -> Iterator[Region]:
     """Yield regions under the names of the category, lower ones first; then those of drawers and racks without any."""
-    inner = [r for r in asset.regions if r.name != OUTER]
+    inner = [r for r in asset.regions if r.name != MAIN_REGION]
     inner.sort(key=lambda r: (round(_middle(asset, r)[2], 3), round(_middle(asset, r)[0], 3)))
     count: dict[str, int] = {}
-    yield from (r for r in asset.regions if r.name == OUTER)
+    yield from (r for r in asset.regions if r.name == MAIN_REGION)
     racks = [k.name for k in asset.links if re.fullmatch(r"rack[0-9]|tray", k.name)]
     for region in inner:
         if region.link in racks:
             continue
-        shelved = category == COLD or _is_cabinet(category)
+        shelved = category == REFRIGERATOR or _is_cabinet(category)
         below = None if shelved else region_below_racks(asset, region)
         for part in split_by_shelves(asset, region) if shelved else [below] if below is not None else []:
             if is_occupied(asset, part):
@@ -143,10 +143,10 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
 def _word(asset: Asset, region: Region, category: str) -> str:
     """Return the name of a region without its number."""
     if region.link != "object":
-        if category == COLD:
+        if category == REFRIGERATOR:
             return ("freezer" if region.link.startswith("freezer") else "fridge") + "_drawer"
         return "int" if region.link == "drawer" and _is_cabinet(category) else f"{region.link}_int"
-    if category == COLD:
+    if category == REFRIGERATOR:
         door = closing_link(asset, region)
         return ("freezer" if door.startswith("freezer") else "fridge") + "_shelf"
     return "level" if _is_cabinet(category) else "int"
@@ -154,7 +154,7 @@ def _word(asset: Asset, region: Region, category: str) -> str:
 
 def _is_cabinet(category: str) -> bool:
     """Return whether a category is a cabinet."""
-    return any(word in category for word in (*CABINETS, "island_base"))
+    return any(word in category for word in (*CABINET_WORDS, "island_base"))
 
 
 def _middle(asset: Asset, region: Region) -> Floats:
@@ -173,7 +173,13 @@ def _with_burners(asset: Asset, burners: Sequence[Burner]) -> Asset:
         wide = 1.3 * b.radius
         flame = Pose(position=(x, y, round(z + FLAME_M / 2, 4)))
         sites.append(
-            Site(name=f"burner_on_{b.loc}", pose=flame, kind="cylinder", size=(wide, wide, FLAME_M), color=HIDDEN)
+            Site(
+                name=f"burner_on_{b.loc}",
+                pose=flame,
+                kind="cylinder",
+                size=(wide, wide, FLAME_M),
+                color=FLAME_HIDDEN_RGBA,
+            )
         )
         sites.append(Site(name=f"burner_{b.loc}_place_site", pose=Pose(position=b.middle), radius=0.01))
     visuals: list[Visual] = []
@@ -214,7 +220,7 @@ def _with_cup(asset: Asset) -> Asset:
     size = (STREAM_M, STREAM_M, round(0.8 * tall, 4))
     sites = (
         Site(name="receptacle_place_site", pose=Pose(position=(x, y, z)), radius=0.01),
-        Site(name="coffee_liquid", pose=stream, kind="cylinder", size=size, color=POURED),
+        Site(name="coffee_liquid", pose=stream, kind="cylinder", size=size, color=COFFEE_HIDDEN_RGBA),
     )
     return asset.replace(sites=(*asset.sites, *sites))
 
@@ -262,7 +268,9 @@ def _with_lamp(asset: Asset) -> Asset:
     high = max(rooms, key=lambda r: (round(_middle(asset, r)[2], 4), r.name))
     x, y, z = _middle(asset, high)
     at = (round(float(x), 4), round(float(y), 4), round(float(z) + high.size[2] / 2 - 0.012, 4))
-    return asset.replace(sites=(*asset.sites, Site(name="lamp", pose=Pose(position=at), radius=0.01, color=LAMP)))
+    return asset.replace(
+        sites=(*asset.sites, Site(name="lamp", pose=Pose(position=at), radius=0.01, color=LAMP_OFF_RGBA))
+    )
 
 
 def _poses(asset: Asset) -> Iterator[Keyframe]:

@@ -15,9 +15,9 @@ from casa_assets.articulate.plan import HingeEdge, PartKind, PartPlan
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 
-CABINETS = ("cabinet", "drawer_stack", "island_base", "sink_base")
+CABINET_WORDS = ("cabinet", "drawer_stack", "island_base", "sink_base")
 # Two keys are in one row where their heights differ by less than this part of the higher one.
-ROW = 0.6
+SAME_ROW_SHARE = 0.6
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def runtime_names(places: Sequence[PlacedPart], category: str, burners: Sequence
         return _kettle(places)
     if category == "sink":
         return _faucet(places)
-    if any(word in category for word in CABINETS):
+    if any(word in category for word in CABINET_WORDS):
         return _cabinet(places)
     return {}
 
@@ -83,7 +83,7 @@ def _microwave(places: Sequence[PlacedPart]) -> NamesByPart:
         names |= _named(disc, "tray", shape="tray") if "tray" not in [n.link for n in names.values()] else {}
     keys = sorted((p for p in places if p.part.kind is PartKind.BUTTON), key=lambda p: (_mm(p, 2), -_mm(p, 0)))
     if len(keys) > 1:
-        row = [k for k in keys if k.middle[2] - keys[0].middle[2] <= ROW * max(k.size[2], keys[0].size[2])]
+        row = [k for k in keys if k.middle[2] - keys[0].middle[2] <= SAME_ROW_SHARE * max(k.size[2], keys[0].size[2])]
         start = max(row, key=lambda p: _mm(p, 0))
         stop = min(row, key=lambda p: _mm(p, 0)) if len(row) > 1 else keys[1]
         names |= _named(start, "start_button", shape="start_button") | _named(stop, "stop_button", shape="stop_button")

@@ -25,9 +25,9 @@ _PLAIN_AXES = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY, PartKind
 # What stands out of the box by which a thing is placed.
 _OUTSIDE = frozenset({"handle", "knob", "button", "lever"})
 # A knob that sets something turns so far. Ref: RoboCasa v1.0, class Stove: less than 2 pi - 0.35.
-SETTING = math.radians(300)
+KNOB_SETTING_RANGE_RAD = math.radians(300)
 # An axis this near to x, y or z is meant to be it: loaders that scale fixtures know no other. Cosine of 3 degrees.
-NEARLY = math.cos(math.radians(3))
+AXIS_SNAP_COS = math.cos(math.radians(3))
 
 
 def rename_for_runtime(asset: Asset, found: Articulation, category: str) -> tuple[Asset, dict[str, str]]:
@@ -112,15 +112,15 @@ def _joint(joint: Joint, called: Mapping[str, RuntimeName], spelled: Mapping[str
 
 def _setting(joint: Joint, known: bool) -> Joint:
     """Limit the range of a knob that sets something: it does not turn endlessly."""
-    if known and joint.name.startswith("knob_") and joint.range[1] > SETTING:
-        return joint.replace(range=(joint.range[0], SETTING))
+    if known and joint.name.startswith("knob_") and joint.range[1] > KNOB_SETTING_RANGE_RAD:
+        return joint.replace(range=(joint.range[0], KNOB_SETTING_RANGE_RAD))
     return joint
 
 
 def _straight(axis: tuple[float, float, float]) -> tuple[float, float, float]:
     """Snap an axis to x, y or z where it is nearly that."""
     k = max(range(3), key=lambda i: abs(axis[i]))
-    if abs(axis[k]) < NEARLY:
+    if abs(axis[k]) < AXIS_SNAP_COS:
         return axis
     x, y, z = (float(np.sign(axis[k])) if i == k else 0.0 for i in range(3))
     return (x, y, z)

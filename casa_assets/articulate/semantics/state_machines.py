@@ -14,19 +14,19 @@ from casa_assets.model.asset.joint import Joint
 from casa_assets.model.record import Vec4
 
 # Share of its way at which a door counts as shut. Ref: RoboCasa v1.0, is_closed.
-SHUT = 0.005
+DOOR_SHUT_SHARE = 0.005
 # Where a knob lights its burner, and where it burns high, rad. Ref: class Stove, STOVE_LOW_MIN, STOVE_HIGH_MIN.
-ON, HIGH = 0.35, math.radians(80)
+BURNER_LOW_RAD, BURNER_HIGH_RAD = 0.35, math.radians(80)
 # Shares of its way at which a toaster's lever is down, and up again. Ref: class Toaster.
-DOWN, UP = 0.9, 0.7
+LEVER_DOWN_SHARE, LEVER_UP_SHARE = 0.9, 0.7
 # Shares of their way: a kettle's switch that heats, its lid that is shut or open. Ref: class ElectricKettle.
-SWITCHED, LID_SHUT, LID_OPEN = 0.95, 0.01, 0.9
+SWITCH_ON_SHARE, LID_SHUT_SHARE, LID_OPEN_SHARE = 0.95, 0.01, 0.9
 # Where a faucet begins to run, rad. Ref: class Sink.
-FLOWS = 0.4
+FAUCET_ON_RAD = 0.4
 # How long a coffee machine pours, s.
 POURS_S = 25.0
 # Beyond its stops a joint gives a little.
-SLACK = 0.01
+STOP_SLACK = 0.01
 FLAME: Vec4 = (0.06, 0.2, 0.75, 0.6)
 BREW: Vec4 = (0.05, 0.025, 0.012, 1.0)
 WATER: Vec4 = (0.45, 0.62, 0.75, 0.6)
@@ -88,7 +88,11 @@ def _burners(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
         if joint is None:
             continue
         variables.append(Variable(name=name, values=("off", "low", "high"), initial="off"))
-        spans = (("off", (-0.1, ON)), ("low", (ON, HIGH)), ("high", (HIGH, joint.range[1] + 0.1)))
+        spans = (
+            ("off", (-0.1, BURNER_LOW_RAD)),
+            ("low", (BURNER_LOW_RAD, BURNER_HIGH_RAD)),
+            ("high", (BURNER_HIGH_RAD, joint.range[1] + 0.1)),
+        )
         rules += [Rule(variable=name, to=v, when=(Condition(joint=joint.name, interval=s),)) for v, s in spans]
         for value, strength in (("low", 0.5), ("high", 1.0)):
             for kind in (EffectKind.SHOW, EffectKind.HEAT):
@@ -113,7 +117,7 @@ def _timer(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
     knobs = [joints[n] for n in ("knob_time_joint", "knob_temp_joint", "knob_function_joint") if n in joints]
     if not knobs or knobs[0].name != "knob_time_joint":
         return None
-    turned = [Condition(joint=j.name, interval=(0.1 * j.range[1], j.range[1] + SLACK)) for j in knobs]
+    turned = [Condition(joint=j.name, interval=(0.1 * j.range[1], j.range[1] + STOP_SLACK)) for j in knobs]
     rules = [Rule(variable="power", from_values=("on",), to="off", when=(t.replace(negated=True),)) for t in turned]
     rules.append(Rule(variable="power", from_values=("off",), to="on", when=tuple(turned)))
     heats = [r.name for r in asset.regions if r.name.startswith(("rack", "tray", "int"))]
@@ -129,12 +133,12 @@ def _toaster(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -
         if lever is None:
             continue
         variables.append(_switch(power))
-        down = _share(lever, DOWN, 1.0, begins=True)
+        down = _share(lever, LEVER_DOWN_SHARE, 1.0, begins=True)
         rules.append(Rule(variable=power, from_values=("off",), to="on", when=(down,)))
         if f"{stem}button_cancel" in shapes:
             cancel = Condition(contact=f"{stem}button_cancel", begins=True)
             rules.append(Rule(variable=power, from_values=("on",), to="off", when=(cancel,)))
-        rules.append(Rule(variable=power, from_values=("on",), to="off", when=(_share(lever, 0.0, UP),)))
+        rules.append(Rule(variable=power, from_values=("on",), to="off", when=(_share(lever, 0.0, LEVER_UP_SHARE),)))
         slots = [r.name for r in asset.regions if r.name.startswith(f"{stem}slot_")]
         effects += _effects(asset, power, "on", EffectKind.HEAT, slots)
     return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects)) if variables else None
@@ -161,14 +165,14 @@ def _kettle(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
     """A kettle heats while its switch is down; its lid is open or closed at the ends of its range."""
     variables, rules = [], []
     if "switch_joint" in joints:
-        down = _share(joints["switch_joint"], SWITCHED, 1.0)
+        down = _share(joints["switch_joint"], SWITCH_ON_SHARE, 1.0)
         variables.append(_switch("power"))
         rules.append(Rule(variable="power", from_values=("off",), to="on", when=(down,)))
         rules.append(Rule(variable="power", from_values=("on",), to="off", when=(down.replace(negated=True),)))
     if "lid_joint" in joints:
         lid = joints["lid_joint"]
         variables.append(Variable(name="lid", values=("closed", "open"), initial="closed"))
-        wide, shut = _share(lid, LID_OPEN, 1.0), _share(lid, 0.0, LID_SHUT)
+        wide, shut = _share(lid, LID_OPEN_SHARE, 1.0), _share(lid, 0.0, LID_SHUT_SHARE)
         rules.append(Rule(variable="lid", from_values=("closed",), to="open", when=(wide,)))
         rules.append(Rule(variable="lid", from_values=("open",), to="closed", when=(shut,)))
     effects = _effects(asset, "power", "on", EffectKind.HEAT, ("int",)) if "switch_joint" in joints else []
@@ -178,18 +182,18 @@ def _kettle(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
 def _faucet(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
     """The flow handle runs the water; the other handle, where there is one, sets hot or cold."""
     handle, other = joints.get("handle_joint"), joints.get("handle_temp_joint")
-    if handle is None or handle.range[1] <= FLOWS:
+    if handle is None or handle.range[1] <= FAUCET_ON_RAD:
         return None
     far = handle.range[1]
-    half = max(far / 2, FLOWS)
-    levels = {"off": (-SLACK, FLOWS), "low": (FLOWS, half), "high": (half, far + SLACK)}
+    half = max(far / 2, FAUCET_ON_RAD)
+    levels = {"off": (-STOP_SLACK, FAUCET_ON_RAD), "low": (FAUCET_ON_RAD, half), "high": (half, far + STOP_SLACK)}
     variables = [Variable(name="water", values=("off", "low", "high"), initial="off")]
     rules = [Rule(variable="water", to=v, when=(Condition(joint=handle.name, interval=i),)) for v, i in levels.items()]
     if other is not None:
         low, high = other.range
         middle = (low + high) / 2
         variables.append(Variable(name="temperature", values=("cold", "hot"), initial="cold"))
-        for value, span in (("cold", (low - SLACK, middle)), ("hot", (middle, high + SLACK))):
+        for value, span in (("cold", (low - STOP_SLACK, middle)), ("hot", (middle, high + STOP_SLACK))):
             rules.append(Rule(variable="temperature", to=value, when=(Condition(joint=other.name, interval=span),)))
     effects = []
     for value, strength in (("low", 0.5), ("high", 1.0)):
@@ -206,7 +210,7 @@ def _switch(name: str) -> Variable:
 
 def _shut(joint: Joint) -> Condition:
     """Return the condition that a joint is no farther open than counts as shut."""
-    return _share(joint, 0.0, SHUT)
+    return _share(joint, 0.0, DOOR_SHUT_SHARE)
 
 
 def _share(joint: Joint, first: float, last: float, begins: bool = False) -> Condition:
@@ -214,9 +218,9 @@ def _share(joint: Joint, first: float, last: float, begins: bool = False) -> Con
     far = max(joint.range, key=abs)
     ends = [first * far, last * far]
     if first <= 0.0:
-        ends[0] = -math.copysign(SLACK, far)
+        ends[0] = -math.copysign(STOP_SLACK, far)
     if last >= 1.0:
-        ends[1] += math.copysign(SLACK, far)
+        ends[1] += math.copysign(STOP_SLACK, far)
     return Condition(joint=joint.name, interval=(min(ends), max(ends)), begins=begins)
 
 

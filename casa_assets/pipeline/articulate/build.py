@@ -30,7 +30,7 @@ from casa_assets.model.ingest.source import RawModel, Source, Up
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.articulate.interiors import add_interiors
-from casa_assets.pipeline.articulate.kind import NAMED, CategoryGuess, guess_category, stated_category
+from casa_assets.pipeline.articulate.kind import NAMING_CONFIDENCE, CategoryGuess, guess_category, stated_category
 from casa_assets.pipeline.clip import classify_by_look, load_scorer
 from casa_assets.pipeline.library.identity import Identity, Producer
 
@@ -38,7 +38,7 @@ NOTHING_MOVES = "ART001"
 # Side of the frame guess that a stated up axis makes the top.
 _TOPS = {Up.Z: TOP, Up.Y: 1, Up.X: 3}
 # Sizes that differ by less are one size, rounded for reading.
-SAME_SIZE = 5e-4
+SIZE_TOLERANCE = 5e-4
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class ArticulateResult:
 
     def with_runtime_names(self) -> ArticulateResult:
         """Return the result under the names that runtimes look for, where the category has any."""
-        known = self.category.id if self.confidence[0] >= NAMED else ""
+        known = self.category.id if self.confidence[0] >= NAMING_CONFIDENCE else ""
         asset, joints = rename_for_runtime(self.asset, self.found, known)
         return replace(self, asset=asset, joints=joints)
 
@@ -177,7 +177,7 @@ def _unit(
     """Return the metres in a unit for a longest side in units, the confidence, and the reason."""
     unit, certain, why = metres_per_unit(longest, model.metres_per_unit, category.longest_m if category else None)
     wanted = wish.size_m or wish.decisions.size_m
-    if wanted and abs(wanted / (longest * unit) - 1) > SAME_SIZE:
+    if wanted and abs(wanted / (longest * unit) - 1) > SIZE_TOLERANCE:
         return wanted / longest, 1.0, GIVEN_REASON
     return unit, certain, why
 

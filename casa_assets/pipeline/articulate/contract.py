@@ -20,11 +20,11 @@ from casa_assets.model.registry.category import Category
 from casa_assets.model.registry.contract import Contract
 
 # What is there and how it is called; looked at first, for it costs nothing.
-NAMES = ("CON", "BEH001", "BEH002")
+NAME_CODES = ("CON", "BEH001", "BEH002")
 # How it moves and what it holds: rows that look at nothing but what a runtime operates.
-MOVES = ("BEH003", "KIN", "HOL", "AST017")
+MOTION_CODES = ("BEH003", "KIN", "HOL", "AST017")
 # Of the faults that are kept with the asset.
-KEPT = 6
+MAX_LISTED_FAULTS = 6
 
 
 def unmet_checks(
@@ -35,7 +35,7 @@ def unmet_checks(
     Args:
         root: where its MJCF is written.
     """
-    for codes in (NAMES, MOVES):
+    for codes in (NAME_CODES, MOTION_CODES):
         rows = [check for check in TABLE if check.code.startswith(codes) and check.severity is Severity.ERROR]
         faults = _faults(asset, Package(asset, category, root, contract), limits, rows)
         if faults:
@@ -45,7 +45,9 @@ def unmet_checks(
 
 def without_contract(asset: Asset, faults: tuple[str, ...]) -> Asset:
     """Return the asset without a contract, with the reason in its provenance."""
-    first = "; ".join(faults[:KEPT]) + (f"; and {len(faults) - KEPT} more" if len(faults) > KEPT else "")
+    first = "; ".join(faults[:MAX_LISTED_FAULTS]) + (
+        f"; and {len(faults) - MAX_LISTED_FAULTS} more" if len(faults) > MAX_LISTED_FAULTS else ""
+    )
     guess = Guess(subject="contract", value=f"not {asset.contract}", confidence=1.0, reason=first)
     provenance = asset.provenance.replace(guesses=(*asset.provenance.guesses, guess))
     return asset.replace(contract=None, provenance=provenance)

@@ -41,7 +41,7 @@ from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.model.record import Vec3
 from casa_assets.pipeline.families import finishes as palette
 
-LINERS: Mapping[InteriorKind, str] = {
+LINER_FINISHES: Mapping[InteriorKind, str] = {
     InteriorKind.OVEN: "enamel_charcoal",
     InteriorKind.MICROWAVE: "enamel_grey",
     InteriorKind.REFRIGERATOR: "plastic_white",
@@ -50,13 +50,13 @@ LINERS: Mapping[InteriorKind, str] = {
     InteriorKind.PLAIN: "plastic_grey",
     InteriorKind.DRAWER: "melamine_white",
 }
-BOXES: Mapping[InteriorKind, str] = {
+BOX_FINISHES: Mapping[InteriorKind, str] = {
     InteriorKind.OVEN: "enamel_charcoal",
     InteriorKind.REFRIGERATOR: "plastic_white",
     InteriorKind.DISHWASHER: "stainless_brushed",
 }
 # A hinged door that stands open at a right angle takes its own thickness of the mouth; and so much air, metres.
-AIR_M = 0.012
+DOOR_CLEARANCE_M = 0.012
 
 
 @dataclass
@@ -123,14 +123,14 @@ def _built(work: _Work, room: Cavity, found: Articulation, placed: TriangleSoup)
     before = list(builder.links)
     if first.kind is PartKind.DRAWER:
         if room.cut is not None:
-            interiors.add_walls(builder, inside, LINERS[InteriorKind.PLAIN])
+            interiors.add_walls(builder, inside, LINER_FINISHES[InteriorKind.PLAIN])
         builder.link(first.name)
-        finish = BOXES.get(_kind_of_box(found), LINERS[InteriorKind.DRAWER])
+        finish = BOX_FINISHES.get(_kind_of_box(found), LINER_FINISHES[InteriorKind.DRAWER])
         deep = interiors.add_drawer_box(builder, first.name, inside, finish) / m
         found = _pulled(found, first, deep)
     else:
         if room.wall:
-            interiors.add_walls(builder, inside, LINERS[room.filling])
+            interiors.add_walls(builder, inside, LINER_FINISHES[room.filling])
         if room.furnish:
             _furnish(builder, inside, room.filling)
     work.filling.setdefault(ROOT, room.filling)
@@ -172,9 +172,9 @@ def _clear(room: Cavity, found: Articulation, placed: TriangleSoup) -> tuple[flo
         thick = float(points[:, 1].max()) - float(part.joint.anchor[1])
         metres = found.frame.metres or 1.0
         if part.joint.edge is HingeEdge.LEFT:
-            left = max(left, (x + thick - room.low[0]) * metres + AIR_M)
+            left = max(left, (x + thick - room.low[0]) * metres + DOOR_CLEARANCE_M)
         if part.joint.edge is HingeEdge.RIGHT:
-            right = max(right, (room.high[0] - x + thick) * metres + AIR_M)
+            right = max(right, (room.high[0] - x + thick) * metres + DOOR_CLEARANCE_M)
     return max(left, 0.0), max(right, 0.0)
 
 

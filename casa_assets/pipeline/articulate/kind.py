@@ -15,9 +15,9 @@ from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.clip import NO_WEIGHTS
 
 # A guess that is no surer than this names nothing: sizes and names stay those of any thing.
-LEAST = 0.2
+MIN_CONFIDENCE = 0.2
 # Parts of a thing whose kind is no surer than this keep their own names.
-NAMED = 0.5
+NAMING_CONFIDENCE = 0.5
 # Id of a kind or nothing, how sure, and why.
 ImageClassifier = Callable[[], tuple[str, float, str]]
 
@@ -33,7 +33,7 @@ class CategoryGuess:
     @property
     def id(self) -> str:
         """Return the id of the category; empty where the guess is too uncertain."""
-        return self.category.id if self.confidence > LEAST else ""
+        return self.category.id if self.confidence > MIN_CONFIDENCE else ""
 
 
 def guess_category(
@@ -51,7 +51,7 @@ def guess_category(
         UnknownId: there is no such category.
     """
     guessed = _guessed(one, extent, found, seen)
-    if not ordered or (ordered == guessed.category.id and guessed.confidence >= NAMED):
+    if not ordered or (ordered == guessed.category.id and guessed.confidence >= NAMING_CONFIDENCE):
         return guessed
     known = registry.load()
     return CategoryGuess(known.fixtures.get(ordered) or known.category(ordered), 1.0, GIVEN_REASON)
@@ -62,7 +62,7 @@ def stated_category(one: Found, ordered: str = "") -> str:
     if ordered:
         return ordered
     named = kind_named([h for h in (one.source.category, *one.source.hints) if h])
-    return named.id if named is not None and named.confidence >= NAMED else ""
+    return named.id if named is not None and named.confidence >= NAMING_CONFIDENCE else ""
 
 
 def _guessed(one: Found, extent: Vec3, found: Articulation, seen: ImageClassifier | None) -> CategoryGuess:
@@ -78,7 +78,7 @@ def _guessed(one: Found, extent: Vec3, found: Articulation, seen: ImageClassifie
     if named is not None:
         return CategoryGuess(known.fixtures[named.id], named.confidence, f"by its name: {named.evidence}")
     kind, confidence = kind_by_parts(extent, found)
-    if confidence > LEAST:
+    if confidence > MIN_CONFIDENCE:
         return CategoryGuess(known.fixtures[kind], confidence, f"by its shape and parts; nothing names it, and {look}")
     message = f"nothing names it, {look}, and its shape and parts are like no one kind's"
     return CategoryGuess(known.category(registry.FALLBACK), 0.1, message)

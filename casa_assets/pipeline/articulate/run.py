@@ -41,7 +41,7 @@ from casa_assets.preview.strip import MovingJoint, joint_strip
 
 STRIP = "strip.png"
 # A part that goes less far than this before it runs into something is wrong, or its shapes are too coarse to tell.
-LEAST_WAY = 0.25
+MIN_FREE_TRAVEL = 0.25
 # What moves a few millimetres, or looks the same all the way round, has no picture of its own.
 _SMALL = frozenset({PartKind.KNOB, PartKind.BUTTON})
 
@@ -277,7 +277,9 @@ def settle_joints(built: ArticulateResult, staged: Path) -> tuple[ArticulateResu
     """
     went = _tried(built, staged)
     stuck = {
-        n: hinge_at_face(p, built.placed) for n, p in _parts(built, went) if went[n].free < LEAST_WAY and p.joint.edge
+        n: hinge_at_face(p, built.placed)
+        for n, p in _parts(built, went)
+        if went[n].free < MIN_FREE_TRAVEL and p.joint.edge
     }
     if stuck:
         other = built.with_joints(stuck)
@@ -286,7 +288,7 @@ def settle_joints(built: ArticulateResult, staged: Path) -> tuple[ArticulateResu
         went = _tried(built, staged)
     short = {}
     for name, part in _parts(built, went):
-        if LEAST_WAY <= went[name].free < 1.0 and not part.joint.endless:
+        if MIN_FREE_TRAVEL <= went[name].free < 1.0 and not part.joint.endless:
             far = _tidy(part.joint.range[1] * went[name].free, part.joint, built.found.frame.metres or 1.0)
             reason = f"{part.joint.reason}; then it runs into {went[name].against}"
             short[name] = part.joint.replace(range=(0.0, far), reason=reason)

@@ -14,7 +14,7 @@ from casa_assets.articulate.plan import Cavity, InteriorKind, PartKind, PartPlan
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.pipeline.articulate.build import ArticulateResult
-from casa_assets.pipeline.articulate.kind import NAMED
+from casa_assets.pipeline.articulate.kind import NAMING_CONFIDENCE
 
 NAME = "decisions.yaml"
 _HEAD = """\
@@ -43,7 +43,11 @@ def text(built: ArticulateResult) -> str:
     ]
     # A guess that is not sure is not repeated as if somebody had said so.
     lines.append(
-        _row("category" if built.confidence[0] >= NAMED else "# category", built.category.id, built.confidence)
+        _row(
+            "category" if built.confidence[0] >= NAMING_CONFIDENCE else "# category",
+            built.category.id,
+            built.confidence,
+        )
     )
     lines.append(_row("up", _axis(axis_word(up)), (frame.confidence, frame.reason), frame.runner_up))
     lines.append(_row("front", _axis(axis_word(front)), (frame.confidence, frame.reason)))

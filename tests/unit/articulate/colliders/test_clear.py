@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.colliders.clearance import GAP_M, LinkSolid, clear_moving_parts
+from casa_assets.articulate.colliders.clearance import CLEARANCE_M, LinkSolid, clear_moving_parts
 from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds, fit_shape
 from casa_assets.model.asset.shape import Box, Hull
 from tests.unit.articulate.blocks import box, carcass, disc, together
@@ -27,7 +27,7 @@ def test_faces_that_touch_are_parted() -> None:
     top = max(float(c[:, 2].max()) for c in wall.clouds if c[:, 0].min() < 0.0 < c[:, 0].max())
     # What hangs before the wall at rest only moves away from it.
     bottom = min(float(c[:, 2].min()) for c in drawer.clouds if c[:, 1].max() > 0.01)
-    assert bottom - top >= GAP_M - 1e-9
+    assert bottom - top >= CLEARANCE_M - 1e-9
 
 
 def test_what_stands_in_the_way_is_left() -> None:
@@ -45,7 +45,7 @@ def test_a_swinging_door_keeps_its_shape() -> None:
     door = LinkSolid(0, [leaf], [], turns=True, axis=axis, anchor=anchor, max_travel=np.pi / 2)
     clear_moving_parts([body, door])
     assert sum(float(np.prod(np.ptp(c, axis=0))) for c in door.clouds) > 0.9 * float(np.prod(np.ptp(leaf, axis=0)))
-    assert all(c[:, 1].min() >= GAP_M - 1e-9 for c in body.clouds)
+    assert all(c[:, 1].min() >= CLEARANCE_M - 1e-9 for c in body.clouds)
 
 
 def test_a_box_is_a_box_and_a_disc_a_hull() -> None:

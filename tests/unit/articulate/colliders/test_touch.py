@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.colliders.clearance import LinkSolid, clear_moving_parts
-from casa_assets.articulate.colliders.edge_grips import WIDE_M, add_edge_grip
+from casa_assets.articulate.colliders.edge_grips import GRIP_WIDTH_M, add_edge_grip
 from casa_assets.articulate.colliders.empty_regions import is_empty_region
 from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds, hull_closes_opening, is_frame
 from casa_assets.articulate.frame.axes import given_frame
@@ -56,9 +56,9 @@ def test_a_door_without_a_handle_is_taken_by_its_free_edge() -> None:
     door = LinkSolid(0, [cloud((0.0, -0.02, 0.0), (0.4, 0.0, 0.6))], [], True, -Z, np.array([0.0, -0.003, 0.3]), 1.57)
     add_edge_grip(door, PartKind.DOOR)
     (grip,) = door.grips
-    assert grip[:, 0].min() == pytest.approx(0.4 - WIDE_M)
+    assert grip[:, 0].min() == pytest.approx(0.4 - GRIP_WIDTH_M)
     assert grip[:, 0].max() == pytest.approx(0.4)
-    assert max(c[:, 0].max() for c in door.clouds) == pytest.approx(0.4 - WIDE_M)
+    assert max(c[:, 0].max() for c in door.clouds) == pytest.approx(0.4 - GRIP_WIDTH_M)
 
 
 def test_a_drawer_without_a_handle_is_taken_by_the_upper_edge_of_its_front() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.model.asset.asset import Asset
-from casa_assets.pipeline.articulate.contract import KEPT, unmet_checks, without_contract
+from casa_assets.pipeline.articulate.contract import MAX_LISTED_FAULTS, unmet_checks, without_contract
 from tests.assets import category
 from tests.check_reports import packed
 from tests.contract_fixtures import hob, oven
@@ -40,7 +40,7 @@ def test_what_does_not_move_is_said_once_the_names_are_right(tmp_path: Path) -> 
 
 
 def test_an_asset_without_its_contract_keeps_the_reason() -> None:
-    asset = without_contract(hob(), tuple(f"CON001 joints/k{i}: is not there" for i in range(KEPT + 2)))
+    asset = without_contract(hob(), tuple(f"CON001 joints/k{i}: is not there" for i in range(MAX_LISTED_FAULTS + 2)))
     assert asset.contract is None
     guess = asset.provenance.guesses[-1]
     assert (guess.subject, guess.value) == ("contract", "not stovetop")

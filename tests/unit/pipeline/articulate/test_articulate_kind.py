@@ -15,7 +15,7 @@ from casa_assets.errors import UnknownId
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.record import Vec3
-from casa_assets.pipeline.articulate.kind import NAMED, guess_category
+from casa_assets.pipeline.articulate.kind import NAMING_CONFIDENCE, guess_category
 from casa_assets.pipeline.clip import NO_WEIGHTS
 from tests.unit.articulate.blocks import drawers
 from tests.unit.articulate.test_assemble import obj
@@ -83,5 +83,5 @@ def test_a_thing_of_no_parts_is_any_thing(tmp_path: Path, chest: tuple[Vec3, Art
 
 def test_a_word_that_repeats_a_sure_guess_leaves_it_one(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     named = guess_category(one(tmp_path, "fridge.obj"), *chest)
-    assert named.confidence >= NAMED
+    assert named.confidence >= NAMING_CONFIDENCE
     assert guess_category(one(tmp_path, "fridge.obj"), *chest, ordered="refrigerator") == named
