@@ -21,8 +21,8 @@ pytestmark = pytest.mark.slow
 KILLED = """
 import os, signal, sys
 
-if any("isolation.server" in word for word in sys.orig_argv):  # the one that forks the workers
-    import casa_assets.pipeline.worker as worker
+if any("workers.server" in word for word in sys.orig_argv):  # the one that forks the workers
+    import casa_assets.pipeline.ingest.worker as worker
 
     collect = worker.collect
 

@@ -20,9 +20,9 @@ from tests.libraries import BOXES, box_obj, casa
 FAULTY = """
 import sys
 
-if "casa_assets.cli.main" in sys.orig_argv or any("isolation.server" in word for word in sys.orig_argv):
-    import casa_assets.pipeline.families as families
-    import casa_assets.pipeline.worker as worker
+if "casa_assets.cli.main" in sys.orig_argv or any("workers.server" in word for word in sys.orig_argv):
+    import casa_assets.pipeline.families.run as families
+    import casa_assets.pipeline.ingest.worker as worker
 
     build, collect = families.build_asset, worker.collect
 

@@ -21,7 +21,7 @@ SOON_S = 5.0
 ENDLESS = """
 import functools, hashlib, importlib, os, pathlib, sys
 
-if any(word in ("casa_assets.cli.main",) or "isolation.server" in word for word in sys.orig_argv):
+if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in sys.orig_argv):
     module, name = os.environ["CASA_TEST_ENDLESS"].split(":")
     found = importlib.import_module(module)
 
