@@ -64,18 +64,16 @@ def articulate(
         raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
     said = Decisions() if decisions is None else read(decisions)
     axes = _axis(up, "--up"), _axis(front, "--front")
-    wishes = [
+    requests = [
         ArticulateRequest(m, out, category, *axes, size, said, preview or review, clip, complete, anew) for m in meshes
     ]
     console = Console()
     every = []
-    for done in run(wishes, jobs):
+    for done in run(requests, jobs):
         every.append(done)
         _tell(done, console)
         if report and done.found is not None:
-            console.print(_table(done))
-            for line in done.unmet_checks:
-                console.print(f"  {escape(terminal_safe(line))}", highlight=False)
+            _print_parts(done, console)
     if review:
         console.print(f"{review_page.write(out, every)}", highlight=False)
     if faults := [str(d.mesh) for d in every if d.code == CRASH_CODE]:
@@ -123,6 +121,13 @@ def _tell(done: ArticulateOutcome, console: Console) -> None:
             f"  {issue.severity.value} {issue.code} {escape(terminal_safe(issue.pointer + ' ' + issue.message))}",
             highlight=False,
         )
+
+
+def _print_parts(done: ArticulateOutcome, console: Console) -> None:
+    """Print the table of all parts, and what the contract of its kind asks for in vain."""
+    console.print(_table(done))
+    for line in done.unmet_checks:
+        console.print(f"  {escape(terminal_safe(line))}", highlight=False)
 
 
 def _table(done: ArticulateOutcome) -> Table:
