@@ -14,6 +14,7 @@ from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
+    from casa_assets.articulate.decisions import Decisions
     from casa_assets.model.record import Vec3
     from casa_assets.pipeline.articulate.run import ArticulateOutcome
 
@@ -53,19 +54,15 @@ def articulate(
 
     Example:  casa-assets articulate microwave.obj --preview --report
     """
-    from casa_assets.articulate.decisions import Decisions
     from casa_assets.pipeline.articulate import review_page
     from casa_assets.pipeline.articulate.build import ArticulateRequest
     from casa_assets.pipeline.articulate.run import articulate as run
-    from casa_assets.pipeline.articulate.sidecar import read
     from casa_assets.pipeline.ingest.run import CRASH_CODE
 
-    if decisions is not None and len(meshes) > 1:
-        raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
-    said = Decisions() if decisions is None else read(decisions)
+    given = _read_decisions(decisions, len(meshes))
     axes = _axis(up, "--up"), _axis(front, "--front")
     requests = [
-        ArticulateRequest(m, out, category, *axes, size, said, preview or review, clip, complete, anew) for m in meshes
+        ArticulateRequest(m, out, category, *axes, size, given, preview or review, clip, complete, anew) for m in meshes
     ]
     console = Console()
     every = []
@@ -80,6 +77,18 @@ def articulate(
         raise BatchFault(map(terminal_safe, faults))
     if not all(d.accepted for d in every):
         raise typer.Exit(1)
+
+
+def _read_decisions(path: Path | None, meshes: int) -> Decisions:
+    """Read the decisions of a person, none where no file is given. Raises typer.BadParameter for more than one mesh."""
+    from casa_assets.articulate.decisions import Decisions
+    from casa_assets.pipeline.articulate.sidecar import read
+
+    if path is None:
+        return Decisions()
+    if meshes > 1:
+        raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
+    return read(path)
 
 
 def _axis(word: str, option: str) -> Vec3 | None:
