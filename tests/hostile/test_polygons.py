@@ -12,6 +12,9 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import load
+from casa_assets.ingest.load.collada import mesh as collada_mesh
+from casa_assets.ingest.load.ply import reader as ply_reader
+from casa_assets.ingest.load.wavefront import reader as wavefront_reader
 from casa_assets.ingest.repair.cracks import MOST_PAIRS, _within
 from casa_assets.model.ingest.source import Bundle
 from tests.mesh_files import LIMITS
@@ -97,8 +100,8 @@ def test_triangles_are_counted_before_they_are_made(suffix: str, monkeypatch: py
     def never(points: object) -> object:
         raise MemoryError("triangles were made")
 
-    for module in ("obj", "ply", "dae_mesh"):
-        monkeypatch.setattr(f"casa_assets.ingest.load.{module}.triangulate", never)
+    for module in (wavefront_reader, ply_reader, collada_mesh):
+        monkeypatch.setattr(module, "triangulate", never)
     name = f"a.{suffix}"
     with pytest.raises(Rejected, match="999 triangles, more than 500") as error:
         load(Bundle(main=name, files={name: FORMATS[suffix](1000)}), {**LIMITS, "input_faces": 500.0})

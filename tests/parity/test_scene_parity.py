@@ -59,7 +59,7 @@ def test_every_reader_says_what_the_scene_says(name: str, reader: Callable[[Path
         sum(scene.asset_of[p.name].mass for p in scene.placements)
     )
     own = {tuple(sorted((body(p.name, e.first), body(p.name, e.second)))) for p, e in _exclusions(scene)}
-    near = {tuple(sorted((body(*moving), body(*fixed)))) for moving, fixed in adjacent_links(scene)}
+    near = {tuple(sorted(body(one.placement, one.link) for one in pair)) for pair in adjacent_links(scene)}
     assert set(found.things.exclusions) == own | near
     assert [p.name for p in found.things.poses] == ["closed", "open", "start"]
     assert found.gravity == pytest.approx(scene.gravity, abs=1e-6)

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.cli.text import terminal_safe
+from tests.determinism.test_kill import children
 from tests.libraries import ROOT, casa, command, entries_of, make_inputs
 
 
@@ -39,7 +40,7 @@ def test_json_lines(ran: subprocess.CompletedProcess[str]) -> None:
         ("milk_carton.obj", "accepted", ""),
         ("twin.obj", "rejected", "RUN006"),
     ]
-    keys = {"status", "kept", "path", "id", "code", "message", "warnings"}
+    keys = {"status", "kept", "path", "id", "code", "message", "warnings", "count"}
     assert all(set(row) == keys for row in rows)
     assert all(row["message"] for row in rows if row["status"] == "rejected")
 
@@ -102,9 +103,10 @@ def test_two_runs_at_once(inputs: Path, tmp_path: Path) -> None:
     while not at_work(library):
         assert first.poll() is None
         time.sleep(0.01)
-    first.send_signal(signal.SIGSTOP)  # it holds the library however long the other one takes to start
+    (program,) = children(first.pid)  # below the process that passes signals on
+    os.kill(program, signal.SIGSTOP)  # it holds the library however long the other one takes to start
     second = casa("ingest", inputs, "--library", library)
-    first.send_signal(signal.SIGCONT)
+    os.kill(program, signal.SIGCONT)
     assert second.returncode == 2
     assert "another run is writing to this library" in second.stderr
     assert first.wait() == 1

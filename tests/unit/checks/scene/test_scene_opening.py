@@ -113,7 +113,7 @@ class TestPairsThatTheFileLeavesOut:
         scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post(), at(0.1, -0.257 - 0.06, 0.0)))
         found = subject(scene, tmp_path)
         assert {("thing_0", "door"), ("thing_0", "drawer")} <= {
-            tuple(m) for m, f in adjacent_links(scene) if f[0] == "thing_1"
+            (m.placement, m.link) for m, f in adjacent_links(scene) if f.placement == "thing_1"
         }
         assert {p for p, _ in opening.opens_wide(found, LIMIT).problems} == {
             "joints/thing_0__door_hinge",
