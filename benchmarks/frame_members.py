@@ -104,7 +104,7 @@ def changed(mesh: Mesh, rng: np.random.Generator) -> MeasuredFragments:
     if lot < FUSED:
         points, faces = boundary(voxelise(points, faces, CELLS))
     elif lot < FUSED + WITHOUT_INSIDE:
-        shown = seen((points, faces)).pictures
+        shown = seen((points, faces)).depth_images
         faces = faces[np.unique(np.concatenate([p.face[p.face >= 0] for p in shown]))]
     return seen((points, faces), one=bool(FUSED + WITHOUT_INSIDE < lot < FUSED + WITHOUT_INSIDE + IN_ONE))
 

@@ -149,10 +149,10 @@ def gather(folder: Path, every: int) -> Iterator[Known]:
 
 def compared(one: Known, other: Known, limit: float) -> tuple[float, float, float, bool]:
     """Gap of the forms, how near most and nearly all of the surfaces lie (2 where it was not tried), the verdict."""
-    gap = descriptor_distance(one.form, other.form)
+    gap = descriptor_distance(one.shape_descriptor, other.shape_descriptor)
     if gap > MAX_DESCRIPTOR_DISTANCE:
         return gap, 2.0, 2.0, False
-    found = align(one.cloud, other.cloud)
+    found = align(one.sampled_surface, other.sampled_surface)
     pair = ShapePair(one.name, other.name, found.most, found.all, 1.0, 0.0, True)
     return gap, found.most, found.all, pair.same_form(limit)
 

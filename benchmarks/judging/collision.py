@@ -35,7 +35,7 @@ class Truth:
 
     Attributes:
         mesh: welded, metres, z up. seen: (N, 3) points of its outer surface, walls of open cavities among them.
-        solid: where it is closed. water: cubes that hold water, None where it is no container.
+        solid: where it is closed. fillable_volume: cubes that hold water, None where it is no container.
         grid, box: the cubes, and the (2, 3) corners that they were laid between.
     """
 
@@ -112,7 +112,7 @@ def fit(clouds: Sequence[Floats], of: Truth) -> Fit | None:
     bare = 1000 * distance.distances(of.seen, distance.ruler(whole))
     phantom = 1000 * distance.distances(skin, of.ruler)
     ratio, iou = _overlap(whole, of.solid) if of.solid is not None else (None, None)
-    kept, held = _room(list(clouds), whole, of, of.water) if of.water is not None else (None, None)
+    kept, held = _room(list(clouds), whole, of, of.fillable_volume) if of.fillable_volume is not None else (None, None)
     return Fit(
         ratio,
         iou,

@@ -24,14 +24,14 @@ CONFIDENCE_WITHOUT_POSE = 0.9
 HOPELESS_NATS, HOPELESS_NATS_VESSEL = 8.0, 16.0
 
 
-def orient(draft: Draft, category: Category, generated: bool = False, ruling: UserOverride = NO_OVERRIDE) -> Draft:
+def orient(draft: Draft, category: Category, generated: bool = False, override: UserOverride = NO_OVERRIDE) -> Draft:
     """Turn the parts so that z is up and the front points where the category has it.
 
     Args:
         draft: in file axes.
         category: its usual shape and way of resting are the evidence.
         generated: from a text-to-3D generator, which write y up whatever the format.
-        ruling: what a person decided; `up` and `turn_deg` count here.
+        override: what a person decided; `up` and `turn_deg` count here.
     """
     vertices, faces = draft.soup()
     try:
@@ -41,8 +41,8 @@ def orient(draft: Draft, category: Category, generated: bool = False, ruling: Us
     stater = "dae" if draft.format == "dae" and draft.up in ("y", "z") else "declared"
     key = f"{stater}_{draft.up}" if draft.up else ("generated" if generated else draft.format)
     stated = f"the file states {draft.up} up" if draft.up else f"{draft.format} states no up axis"
-    if ruling.up is not None:
-        name, turn, confidence, reason = ruling.up.value, UP_ROTATIONS[ruling.up.value], 1.0, "a person decided"
+    if override.up is not None:
+        name, turn, confidence, reason = override.up.value, UP_ROTATIONS[override.up.value], 1.0, "a person decided"
     else:
         name, turn, confidence = _best(cloud, category, key)
         reason = f"{stated}; weighed with the usual shape, room and balance of a {category.id}"
@@ -56,7 +56,7 @@ def orient(draft: Draft, category: Category, generated: bool = False, ruling: Us
                 min(confidence, MAX_CONFIDENCE_UNKNOWN),
                 f"{stated}; nobody knows what it is and how it rests",
             )
-    look = _look(cloud.samples @ turn.T, category, draft, name, ruling)
+    look = _look(cloud.samples @ turn.T, category, draft, name, override)
     turn = _about_z(look.angle) @ turn
     out = draft.replace(parts=tuple(_turned(p, turn) for p in draft.parts), up="z")
     out = out.replace(guesses=out.guessed("up_axis", name, confidence, reason))
@@ -84,10 +84,10 @@ def _best(cloud: SurfaceSample, category: Category, key: str) -> tuple[str, Floa
     return ways[best][0], ways[best][1], float(1 / np.exp(log - log[best]).sum())
 
 
-def _look(samples: Floats, category: Category, draft: Draft, name: str, ruling: UserOverride) -> Facing:
-    if ruling.turn_deg is not None:
+def _look(samples: Floats, category: Category, draft: Draft, name: str, override: UserOverride) -> Facing:
+    if override.turn_deg is not None:
         return Facing(
-            float(np.radians(ruling.turn_deg)), f"turned by {ruling.turn_deg:g} degrees", 1.0, "a person decided"
+            float(np.radians(override.turn_deg)), f"turned by {override.turn_deg:g} degrees", 1.0, "a person decided"
         )
     look = facing(samples, category, draft.up is not None and draft.format in ("glb", "gltf"))
     if look.angle == 0 and name not in UP_ROTATIONS:

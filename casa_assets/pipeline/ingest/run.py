@@ -88,11 +88,11 @@ class _Run:
     total: int
     steps: list[Job | Result] = field(default_factory=list)
     unreadable: unreadable_inputs.UnreadableInputs = field(default_factory=unreadable_inputs.UnreadableInputs)
-    rulings: dict[str, UserOverride] = field(default_factory=dict)
+    overrides: dict[str, UserOverride] = field(default_factory=dict)
 
     def override(self, survey: Survey) -> UserOverride:
         """The override that a person gave for an input."""
-        return self.rulings.get(survey.sha256, NO_OVERRIDE)
+        return self.overrides.get(survey.sha256, NO_OVERRIDE)
 
     def heard(self, answer: Survey | Rejected | WorkerFailure) -> Survey | Rejected | WorkerFailure:
         """An answer with the category that a person decided, where one did."""
@@ -135,13 +135,13 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
     with library.locked(), writing(options.library):
         library.sweep()
         Store(library.cache).sweep()
-        rulings = review.read_overrides(library)
+        overrides = review.read_overrides(library)
         try:
             with Pool(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm") as pool:
                 refused = RefusedRows(library)
                 found, early = _inputs_with_mesh(chain([first], inputs), refused)
                 total = len(found) + sum(event.count for event, _ in early)
-                run = _Run(library, cache_key(bounds, options.category), bounds, found, total, rulings=rulings)
+                run = _Run(library, cache_key(bounds, options.category), bounds, found, total, overrides=overrides)
                 for event, one in early:
                     yield replace(event, total=total)
                     run.unreadable.is_refused(one)
@@ -219,10 +219,10 @@ def _due(
     identity = Identity(Producer.INGEST, survey.sha256)
     asset_id = identity.asset_id(survey.category)
     entries = older.get(identity.suffix, ())
-    ruling = run.override(survey)
-    key = with_overrides(run.cache_key, ruling)
+    override = run.override(survey)
+    key = with_overrides(run.cache_key, override)
     found = cached_outcome(entries, asset_id, key)
-    job = Job(one, survey, asset_id, options.library, run.limits, key, ruling)
+    job = Job(one, survey, asset_id, options.library, run.limits, key, override)
     if found is None or (options.keep_duplicates and found[1].code == COPY):
         run.steps.append(job)
         return

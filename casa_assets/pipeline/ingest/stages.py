@@ -35,7 +35,7 @@ class BuildContext(Record):
         asset_id: name of the result. sha256: of the bundle.
         source: the source's own words. category, classes, substance: what the registry says of its kind.
         limits: numbers of registry/limits.yaml that the stages read.
-        ruling: what a person decided about this input.
+        override: what a person decided about this input.
     """
 
     asset_id: str
@@ -137,9 +137,9 @@ def stage_functions() -> dict[str, CodeRef]:
     return {"load": load, "clean": clean, **{s.name: s.function for s in STAGES}, "assemble": assemble}
 
 
-def with_overrides(key: str, ruling: UserOverride) -> str:
+def with_overrides(key: str, override: UserOverride) -> str:
     """The cache key of an input about which a person decided something: another decision makes it anew."""
-    return key if ruling.is_empty else digest_of(key, ruling.digest)
+    return key if override.is_empty else digest_of(key, override.digest)
 
 
 def run_stages(

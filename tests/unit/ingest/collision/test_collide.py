@@ -338,7 +338,7 @@ class TestMatter:
 @pytest.fixture
 def decomposers_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """As for a mesh that no exact way does justice to."""
-    monkeypatch.setattr(stage, "WAYS", STRATEGIES[-2:])
+    monkeypatch.setattr(stage, "STRATEGIES", STRATEGIES[-2:])
 
 
 @pytest.mark.usefixtures("decomposers_only")

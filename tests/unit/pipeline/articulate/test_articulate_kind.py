@@ -34,7 +34,7 @@ def chest() -> tuple[Vec3, Articulation]:
     soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
-    return (x, y, z), infer_articulation(soup.placed(frame.rotation, np.array(frame.origin), frame.scale), frame)
+    return (x, y, z), infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame)
 
 
 def toaster() -> tuple[str, float, str]:
