@@ -108,7 +108,9 @@ class TestOneConstantChanges:
         assert changed.isdisjoint(copy.names("stage") | copy.names("asset") | copy.names("scene"))
 
     def test_in_a_stage(self, copy: Copy) -> None:
-        changed = copy.changed_by("casa_assets/ingest/mass/combine.py", "THINNEST = 1e-7", "THINNEST = 1e-6")
+        changed = copy.changed_by(
+            "casa_assets/ingest/mass/combine.py", "MIN_THICKNESS_RATIO = 1e-7", "MIN_THICKNESS_RATIO = 1e-6"
+        )
         assert changed == {"stage mass", "library ingest"}
 
     def test_in_a_family(self, copy: Copy) -> None:
