@@ -35,7 +35,7 @@ if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in
 VERBS = {
     "ingest {mesh} --library {out}": "pipeline.ingest.worker:work",
     "ingest {mesh} --library {out} --jobs 1": "pipeline.ingest.survey:survey",
-    "articulate {mesh} --out {out}": "pipeline.articulate.run:work",
+    "articulate {mesh} --out {out}": "pipeline.articulate.run:articulate_one",
     "families build microwave --library {out}": "pipeline.families.run:build_one",
     "families show microwave --preset steel --out {out}": "pipeline.families.run:build_one",
     "families catalogue microwave --no-textures --out {out}": "pipeline.families.run:build_asset",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import zlib
+from functools import wraps
 from pathlib import Path
 
 import numpy as np
@@ -128,6 +129,7 @@ def test_a_run_goes_on_where_it_was_cut_off(folder: Path, tmp_path: Path, monkey
     whole = taken(folder, tmp_path / "whole")
     calls: list[int] = []
 
+    @wraps(tile)  # what is kept has a key of the code of `tile`, whichever function counts its calls
     def counted(image: npt.NDArray[np.float32], size_px: int) -> object:
         calls.append(1)
         if len(calls) == 2:

@@ -93,7 +93,7 @@ class TestVerdict:
         assert "Reachable fixtures: A base of 0.30 m radius can drive" in text
         assert f"{done.report.tally} passed." in text
         assert "failed" not in text.partition("</style>")[2], "what is advice in a passed kitchen is shown as advice"
-        assert "class='advice'>not followed" in text
+        assert 'class="advice">not followed' in text
         assert (folder / "floor_map.png").read_bytes().startswith(b"\x89PNG")
 
     def test_it_is_kept_while_nothing_changes(self, checked_kitchen: Checked) -> None:
