@@ -42,6 +42,8 @@ LOCK = "lock"
 R = TypeVar("R", bound=Record)
 # Of renameat2: paths are relative to the working folder; exchange two names. Ref: rename(2), linux/fcntl.h.
 _HERE, _EXCHANGE = -100, 2
+# Fields that had another name in entries of schema version 1.
+_NAMES_SINCE_1 = {"says": "message", "because": "reason"}
 _MEND = "remove its folder and run again"
 
 
@@ -348,4 +350,13 @@ def _json(path: Path) -> dict[str, Any]:
         raise OutputError(str(path), f"cannot be read: {error}; {_MEND}") from error
     if not isinstance(data, dict):
         raise OutputError(str(path), f"is not a JSON object; {_MEND}")
-    return data
+    version = data.get("certificate", data)
+    is_first = isinstance(version, dict) and version.get("schema_version") == 1
+    return dict(_renamed(data)) if is_first else data
+
+
+def _renamed(data: Any) -> Any:
+    """Data of schema version 1 with the field names of version 2."""
+    if isinstance(data, dict):
+        return {_NAMES_SINCE_1.get(name, name): _renamed(value) for name, value in data.items()}
+    return [_renamed(value) for value in data] if isinstance(data, list) else data

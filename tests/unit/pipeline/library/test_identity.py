@@ -129,7 +129,9 @@ def test_an_entry_of_the_first_schema_is_still_read(library: Library, beside: st
     target = publish(library, Identity(Producer.INGEST, ONE))
     told = json.loads((target / disk.REFUSAL).read_text(encoding="utf-8"))
     old = {**{k: v for k, v in told.items() if k not in ("producer", "cache_key")}, "schema_version": 1, "recipe": "r"}
+    old["says"] = old.pop("message")
     (target / disk.REFUSAL).write_text(json.dumps(old), encoding="utf-8")
     if beside:
         (target / beside).touch()
-    assert (disk.read_refusal(target).producer, disk.read_refusal(target).cache_key) == (producer, "r")
+    read = disk.read_refusal(target)
+    assert (read.producer, read.cache_key, read.message) == (producer, "r", told["message"])
