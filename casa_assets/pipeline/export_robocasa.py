@@ -158,7 +158,7 @@ def _one(folder: Path, run: _Export) -> ExportResult:
     category = run.categories[name]
     split = asset.labels.split or split_of(asset.provenance.sha256)
     instance = entries.Instance(id=asset.id, category=name, split=split)
-    place = entries.place(instance, run.registry)
+    place = entries.instance_folder(instance, run.registry)
     lies = category.upright is RestingPose.LIES
     disk.write_files(run.staged / place, model.write(asset, stood_up=lies))
     run.instances.append(instance)
@@ -207,12 +207,12 @@ def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str,
 
 def _write_manifests(run: _Export, library: disk.Library) -> None:
     """Write the tables of the instances, their splits, the manifest, the credits, and how to add them to a runtime."""
-    tables = entries.tables(run.instances, run.categories, run.registry)
+    tables = entries.category_tables(run.instances, run.categories, run.registry)
     ours = {i.id for i in run.instances}
     credit = attribution.text([e for e in entries_of(library) if e.accepted and e.id in ours])
-    files: dict[str, bytes] = {entries.file_name(g): entries.text(table) for g, table in tables.items()}
-    files[SPLITS] = entries.text({"rule": SPLIT_RULE, **_splits(run.instances)})
-    files[MANIFEST] = entries.text({"schema_version": 1, "registry": run.registry, "assets": run.rows})
+    files: dict[str, bytes] = {entries.file_name(g): entries.json_bytes(table) for g, table in tables.items()}
+    files[SPLITS] = entries.json_bytes({"rule": SPLIT_RULE, **_splits(run.instances)})
+    files[MANIFEST] = entries.json_bytes({"schema_version": 1, "registry": run.registry, "assets": run.rows})
     files[SCRIPT.name] = SCRIPT.read_bytes()
     files[attribution.NAME] = credit.encode()
     files[README] = _readme(run).encode("ascii")
@@ -227,7 +227,7 @@ def _splits(instances: Sequence[entries.Instance]) -> Mapping[str, list[str]]:
 def _readme(run: _Export) -> str:
     counts = {split: len(ids) for split, ids in _splits(run.instances).items()}
     kinds = len({i.category for i in run.instances})
-    names = ", ".join(f"`{name}`" for name in entries.names(run.registry))
+    names = ", ".join(f"`{name}`" for name in entries.registry_splits(run.registry))
     return f"""# Objects for RoboCasa
 
 {len(run.instances)} objects in {kinds} categories ({counts["train"]} train, {counts["test"]} test), for RoboCasa v0.2

@@ -9,7 +9,8 @@ import numpy as np
 from lxml import etree
 
 from casa_assets.export.mjcf import collider, joint, number, site, visual
-from casa_assets.export.mjcf.mesh import Meshes
+from casa_assets.export.mjcf.visual import Meshes
+from casa_assets.export.mujoco_values import COLLIDER_GROUP, VISUAL_GROUP
 from casa_assets.model.asset.asset import Asset, Inertial, Link
 
 # Share of the trace that is added to the moments of a flat plate, so that nine digits cannot break A + B >= C.
@@ -24,49 +25,51 @@ class BodyContext:
         asset: whose links are written.
         meshes: its mesh files.
         materials: material id -> name in the document.
-        touched, seen: groups of colliders and of visuals.
-        placement: name of the copy in a document that holds several: that of its root body, and with `__` what the
-            names of everything else in it begin with. None where the names stay as they are.
-        tints: collider name -> `rgba`, where colliders are what is seen.
+        collider_group, visual_group: groups of geoms.
+        placement: name of the copy in a document that holds several: that of its root body, and with `__` the prefix
+            of all other names. None where the names stay as they are.
+        collider_colors: collider name -> `rgba`, where colliders are drawn in place of visuals.
     """
 
     asset: Asset
     meshes: Meshes
     materials: dict[str, str]
-    touched: int
-    seen: int
+    collider_group: int = COLLIDER_GROUP
+    visual_group: int = VISUAL_GROUP
     placement: str | None = None
-    tints: Mapping[str, str] = field(default_factory=dict)
+    collider_colors: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def prefix(self) -> str:
-        """Prefix of all names."""
+        """Prefix of all names but that of the root body."""
         return "" if self.placement is None else f"{self.placement}__"
 
     def body_name(self, link: str) -> str:
         """Name of the body of a link."""
-        root = self.placement is not None and link == self.asset.root.name
-        return str(self.placement) if root else self.prefix + link
+        if self.placement is not None and link == self.asset.root.name:
+            return self.placement
+        return self.prefix + link
 
 
-def add(parent: etree._Element, link: Link, draft: BodyContext) -> etree._Element:
+def add(parent: etree._Element, link: Link, context: BodyContext) -> etree._Element:
     """`<body>` of a link and of all links that it carries, without a free joint.
 
     Order inside a body: mass, joint, colliders, visuals, regions, sites, carried bodies.
     """
-    asset, prefix = draft.asset, draft.prefix
-    body = etree.SubElement(parent, "body", {"name": draft.body_name(link.name), **number.place(link.pose)})
+    asset, prefix = context.asset, context.prefix
+    body = etree.SubElement(parent, "body", {"name": context.body_name(link.name), **number.place(link.pose)})
     etree.SubElement(body, "inertial", _inertial(link.inertial))
-    moved_by = asset.joint_of(link.name)
-    if moved_by is not None:
-        joint.add(body, moved_by, prefix)
-    for item in link.colliders:
-        geom = collider.add(body, item, asset.substance(item.substance), draft.meshes, draft.touched, prefix)
-        if item.name in draft.tints:
-            geom.set("rgba", draft.tints[item.name])
+    link_joint = asset.joint_of(link.name)
+    if link_joint is not None:
+        joint.add(body, link_joint, prefix)
+    for shape in link.colliders:
+        substance = asset.substance(shape.substance)
+        geom = collider.add(body, shape, substance, context.meshes, context.collider_group, prefix)
+        if shape.name in context.collider_colors:
+            geom.set("rgba", context.collider_colors[shape.name])
     for shown in link.visuals:
-        look = draft.materials[shown.material]
-        visual.add(body, shown, draft.meshes.of[shown.name], look, draft.seen, prefix)
+        material = context.materials[shown.material]
+        visual.add(body, shown, context.meshes.of[shown.name], material, context.visual_group, prefix)
     outer = site.outer_region(asset) if link.parent is None else None
     for region in [*([outer] if outer else []), *asset.regions]:
         if region.link == link.name:
@@ -78,17 +81,17 @@ def add(parent: etree._Element, link: Link, draft: BodyContext) -> etree._Elemen
             site.add(body, point, prefix)
     for carried in asset.links:
         if carried.parent == link.name:
-            add(body, carried, draft)
+            add(body, carried, context)
     return body
 
 
 def _inertial(inertial: Inertial) -> dict[str, str]:
     moments = np.linalg.eigvalsh(inertial.tensor)
     trace = float(moments.sum())
-    flat = moments[0] + moments[1] - moments[2] < 2 * PLATE_MARGIN * trace
-    grown = [m + PLATE_MARGIN * trace if flat else m for m in inertial.inertia[:3]]
+    is_plate = moments[0] + moments[1] - moments[2] < 2 * PLATE_MARGIN * trace
+    diagonal = [m + PLATE_MARGIN * trace if is_plate else m for m in inertial.inertia[:3]]
     return {
         "pos": number.numbers(inertial.center_of_mass),
         "mass": number.number(inertial.mass),
-        "fullinertia": number.numbers((*grown, *inertial.inertia[3:])),
+        "fullinertia": number.numbers((*diagonal, *inertial.inertia[3:])),
     }

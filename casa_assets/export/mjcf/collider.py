@@ -5,28 +5,22 @@ from __future__ import annotations
 from lxml import etree
 
 from casa_assets.export.mjcf import number
-from casa_assets.export.mjcf.mesh import Meshes
+from casa_assets.export.mjcf.visual import Meshes
+from casa_assets.export.mujoco_values import contact_dimensions
 from casa_assets.model.asset.asset import Collider
 from casa_assets.model.asset.material import Substance
-from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Shape, Sphere
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
 
-# Ref: robosuite, geoms of group 0 collide.
-GROUP = 0
 # Ref: mujoco_menagerie, geoms of group 3 collide; the viewer hides them until key 3 is pressed.
 VIEWER_GROUP = 3
 COLOR = "0.2 0.6 0.9 0.4"
-
-# Sliding and spinning friction: with sliding alone (3) a ball that spins never stops. Ref: robosuite's objects.
-FACETED = 4
-# A sphere has no face to rest on; only rolling friction stops it, and only 6 turns that on.
-ROUND = 6
 
 
 def add(
     body: etree._Element, collider: Collider, substance: Substance, meshes: Meshes, group: int, prefix: str = ""
 ) -> etree._Element:
     """`<geom>` below `<body>`; its name begins with `prefix`."""
-    attributes = {"name": prefix + collider.name, **_form(collider, meshes), **number.place(collider.pose)}
+    attributes = {"name": prefix + collider.name, **_shape(collider, meshes), **number.place(collider.pose)}
     attributes |= {
         "group": str(group),
         "contype": "1",
@@ -42,16 +36,11 @@ def add(
 
 
 def friction(substance: Substance) -> str:
-    """MuJoCo's `friction`: sliding, torsional (m), rolling (m). It has one sliding coefficient, that of motion."""
+    """MuJoCo's `friction`: sliding, torsional (m), rolling (m). Its one sliding coefficient is the dynamic one."""
     return number.numbers((substance.dynamic_friction, substance.torsional_friction, substance.rolling_friction))
 
 
-def contact_dimensions(shape: Shape) -> int:
-    """MuJoCo's `condim` of a shape."""
-    return ROUND if isinstance(shape, Sphere) else FACETED
-
-
-def _form(collider: Collider, meshes: Meshes) -> dict[str, str]:
+def _shape(collider: Collider, meshes: Meshes) -> dict[str, str]:
     shape = collider.shape
     if isinstance(shape, Box):
         return {"type": "box", "size": number.numbers(s / 2 for s in shape.size)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lxml import etree
 
-from casa_assets.export.mjcf import body, collider, contact, keyframe, label, material, mesh, site, visual
+from casa_assets.export.mjcf import body, collider, contact, keyframe, label, material, site, visual
 from casa_assets.export.mjcf.scene import stage
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
@@ -18,7 +18,7 @@ def write(asset: Asset) -> Files:
         `scene.xml` (the same body on a floor, free to move where its base is free), `meshes/*.obj` and
         `textures/*.png`, and `behavior.json` where the asset has one. Paths are relative to the XML.
     """
-    meshes = mesh.gather(asset)
+    meshes = visual.gather_meshes(asset)
     entries = {file.path: file.data for file in meshes.files}
     entries |= {path: image.png for path, image in material.textures(asset).items()}
     entries["model.xml"] = _model(asset, meshes)
@@ -28,29 +28,29 @@ def write(asset: Asset) -> Files:
     return Files.of(entries)
 
 
-def _model(asset: Asset, meshes: mesh.Meshes) -> bytes:
+def _model(asset: Asset, meshes: visual.Meshes) -> bytes:
     root = _root(asset.id)
-    _assets(root, asset, meshes)
+    _add_assets(root, asset, meshes)
     world = etree.SubElement(root, "worldbody")
     outer = etree.SubElement(world, "body")
-    body.add(outer, asset.root, body.BodyContext(asset, meshes, material.names(asset), collider.GROUP, visual.GROUP))
-    site.add_measures(outer, asset)
-    _rest(root, asset)
+    body.add(outer, asset.root, body.BodyContext(asset, meshes, material.names(asset)))
+    site.add_size_sites(outer, asset)
+    _add_exclusions_and_labels(root, asset)
     keyframe.add_all(root, asset)
     return _text(root)
 
 
-def _scene(asset: Asset, meshes: mesh.Meshes) -> bytes:
+def _scene(asset: Asset, meshes: visual.Meshes) -> bytes:
     root = _root(f"{asset.id}__scene")
     etree.SubElement(root, "option", {"timestep": "0.002", "integrator": "implicitfast"})
     stage.add_frame(root, asset)
-    assets = _assets(root, asset, meshes)
+    assets = _add_assets(root, asset, meshes)
     world = etree.SubElement(root, "worldbody")
     stage.add_stage(assets, world, asset)
-    draft = body.BodyContext(asset, meshes, material.names(asset), collider.VIEWER_GROUP, visual.VIEWER_GROUP)
-    placed = stage.add_object(world, draft)
-    _rest(root, asset)
-    keyframe.add_all(root, asset, placed)
+    context = body.BodyContext(asset, meshes, material.names(asset), collider.VIEWER_GROUP, visual.VIEWER_GROUP)
+    free_joint = stage.add_object(world, context)
+    _add_exclusions_and_labels(root, asset)
+    keyframe.add_all(root, asset, free_joint)
     return _text(root)
 
 
@@ -60,15 +60,15 @@ def _root(name: str) -> etree._Element:
     return root
 
 
-def _assets(root: etree._Element, asset: Asset, meshes: mesh.Meshes) -> etree._Element:
+def _add_assets(root: etree._Element, asset: Asset, meshes: visual.Meshes) -> etree._Element:
     assets = etree.SubElement(root, "asset")
     material.add_all(assets, asset)
     for file in meshes.files:
-        mesh.add(assets, file)
+        visual.add_mesh(assets, file)
     return assets
 
 
-def _rest(root: etree._Element, asset: Asset) -> None:
+def _add_exclusions_and_labels(root: etree._Element, asset: Asset) -> None:
     if asset.exclusions:
         pairs = etree.SubElement(root, "contact")
         for exclusion in asset.exclusions:

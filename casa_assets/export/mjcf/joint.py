@@ -9,14 +9,14 @@ from casa_assets.model.asset.asset import Joint
 
 
 def add(body: etree._Element, joint: Joint, prefix: str = "") -> None:
-    """`<joint>` below the body that it moves; radians and metres, body frame. Its name begins with `prefix`."""
+    """`<joint>` below the body that it moves; radians and metres, body frame. `prefix` begins its name."""
     drive = joint.drive
     attributes = {
         "name": prefix + joint.name,
         "type": joint.kind.value,
         "pos": number.numbers(joint.anchor),
         "axis": number.numbers(joint.axis),
-        # Said although autolimits would do: consumers that merge models drop <compiler>.
+        # Written although autolimits would do: consumers that merge models drop <compiler>.
         "limited": "true",
         "range": number.numbers(joint.range),
         "damping": number.number(joint.damping + (drive.damping if drive else 0.0)),

@@ -20,32 +20,33 @@ def add_all(root: etree._Element, asset: Asset) -> None:
 def texts(asset: Asset, prefix: str = "") -> dict[str, str]:
     """Texts that a model carries, by name.
 
-    Always `base`, `class` (from the category upwards) and `qcode`; as far as there are any `contract`, `state__<name>`,
-    `label__<label>` (names of geoms), `grip__<joint>` (name of a geom), `behind__<joint>` (name of a joint) and
-    `behavior` (JSON).
+    Always `base`, `class` (from the category upwards) and `qcode`; where the asset has them `contract`,
+    `state__<name>`, `label__<label>` (names of geoms), `grip__<joint>` (name of a geom), `behind__<joint>` (name of a
+    joint) and `behavior` (JSON).
 
     Args:
-        asset: whose texts.
-        prefix: what the names of its geoms and joints in the document begin with; the JSON names them without it.
+        prefix: of the names of its geoms and joints in the document; the JSON names them without it.
     """
-    said = {
+    found = {
         "base": asset.base.value,
         "class": " ".join(asset.labels.classes),
         "qcode": asset.labels.qcode.id,
     }
     for state in asset.states:
-        said[f"state__{state.name}"] = f"{prefix}{state.joint} {state.value} {number.numbers(state.interval)}"
+        found[f"state__{state.name}"] = f"{prefix}{state.joint} {state.value} {number.numbers(state.interval)}"
     if asset.contract is not None:
-        said["contract"] = asset.contract
-    said |= {f"label__{label}": " ".join(prefix + name for name in names) for label, names in labelled(asset).items()}
-    said |= {f"grip__{joint.name}": prefix + joint.grip for joint in asset.joints if joint.grip is not None}
-    said |= {f"behind__{joint.name}": prefix + joint.behind for joint in asset.joints if joint.behind is not None}
+        found["contract"] = asset.contract
+    found |= {
+        f"label__{label}": " ".join(prefix + name for name in names) for label, names in geoms_by_label(asset).items()
+    }
+    found |= {f"grip__{joint.name}": prefix + joint.grip for joint in asset.joints if joint.grip is not None}
+    found |= {f"behind__{joint.name}": prefix + joint.behind for joint in asset.joints if joint.behind is not None}
     if asset.behavior is not None:
-        said["behavior"] = asset.behavior.to_json()
-    return said
+        found["behavior"] = asset.behavior.to_json()
+    return found
 
 
-def labelled(asset: Asset) -> dict[str, list[str]]:
+def geoms_by_label(asset: Asset) -> dict[str, list[str]]:
     """Label -> names of the geoms that carry it, sorted."""
     found: dict[str, list[str]] = {}
     for link in asset.links:
@@ -58,7 +59,7 @@ def labelled(asset: Asset) -> dict[str, list[str]]:
 
 def behavior_file(asset: Asset) -> bytes:
     """The state machine, the named states of joints and the named poses as JSON for people and programs."""
-    assert asset.behavior is not None, "the caller has looked"
+    assert asset.behavior is not None, "the caller checks"
     data = {
         "behavior": asset.behavior.model_dump(mode="json", exclude_none=True),
         "states": [state.model_dump(mode="json") for state in asset.states],

@@ -1,8 +1,8 @@
 """Material -> `<texture>` and `<material>`.
 
 MuJoCo's own renderer draws one colour image per material. Maps of roughness and normals would have to be `<layer>`
-elements, which MuJoCo refuses beside the `texture` attribute, and robosuite knows that attribute alone. So the colour
-image is written and the maps are left to USD; metal and roughness are written as one number for the whole surface.
+elements, which MuJoCo refuses beside the `texture` attribute, and robosuite knows only that attribute. So the colour
+image is written, the maps are left to USD, and metallic and roughness are one number for the whole surface.
 """
 
 from __future__ import annotations
@@ -12,13 +12,12 @@ import io
 from lxml import etree
 from PIL import Image, ImageStat
 
-from casa_assets.core.color import srgb_from_linear
 from casa_assets.export.mjcf import number
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture
 
 FOLDER = "textures"
-# MuJoCo multiplies shininess by this for the exponent of the highlight. Ref: MuJoCo XML reference, asset/material.
+# MuJoCo multiplies shininess by this to get the exponent of the highlight. Ref: MuJoCo XML reference, asset/material.
 FULL_EXPONENT = 128.0
 
 
@@ -51,31 +50,24 @@ def add(assets: etree._Element, material: Material, name: str) -> None:
     etree.SubElement(assets, "material", _attributes(material, name))
 
 
-def linear_to_srgb(linear: float) -> float:
-    """Linear intensity -> sRGB, 0..1."""
-    return srgb_from_linear(linear)
-
-
 def _attributes(material: Material, name: str) -> dict[str, str]:
-    red, green, blue, alpha = material.base_color
-    metallic, roughness = _overall(material)
+    metallic, roughness = _mean_metallic_roughness(material)
     attributes = {"name": name}
     if material.base_color_texture is not None:
         attributes |= {"texture": _stem(material.base_color_texture), "texuniform": "false"}
-    return (
-        attributes
-        | {
-            "rgba": number.numbers((linear_to_srgb(red), linear_to_srgb(green), linear_to_srgb(blue), alpha)),
-            "specular": number.number(_specular(metallic, roughness)),
-            "shininess": number.number(_shininess(roughness)),
-            "metallic": number.number(metallic),
-            "roughness": number.number(roughness),
-        }
-        | ({"emission": number.number(material.glow)} if material.glow else {})
-    )
+    attributes |= {
+        "rgba": number.srgb(material.base_color),
+        "specular": number.number(_specular(metallic, roughness)),
+        "shininess": number.number(_shininess(roughness)),
+        "metallic": number.number(metallic),
+        "roughness": number.number(roughness),
+    }
+    if material.glow:
+        attributes["emission"] = number.number(material.glow)
+    return attributes
 
 
-def _overall(material: Material) -> tuple[float, float]:
+def _mean_metallic_roughness(material: Material) -> tuple[float, float]:
     """Metallic and roughness of the whole surface: the factors times the mean of their map, three digits."""
     metallic, roughness = material.metallic, material.roughness
     if material.metallic_roughness_texture is not None:
@@ -86,7 +78,7 @@ def _overall(material: Material) -> tuple[float, float]:
 
 
 def _specular(metallic: float, roughness: float) -> float:
-    """Strength of the highlight, 0..1: none where rough, full on polished metal. By eye."""
+    """Strength of the highlight, 0..1: none where rough, full on polished metal. Chosen by eye."""
     return (1.0 - roughness) * (0.4 + 0.6 * metallic)
 
 

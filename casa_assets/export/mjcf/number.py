@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.color import srgb_from_linear
 from casa_assets.model.pose import Pose
 
 # Enough to read a float32 back exactly. Ref: IEEE 754-2008, 5.12.2.
@@ -22,6 +23,11 @@ def number(value: float) -> str:
 def numbers(values: Iterable[float]) -> str:
     """Text of several numbers, one space between them."""
     return " ".join(number(float(v)) for v in values)
+
+
+def srgb(color: Sequence[float]) -> str:
+    """Text of a linear RGB or RGBA colour as display values; alpha stays as it is."""
+    return numbers((*(srgb_from_linear(c) for c in color[:3]), *color[3:]))
 
 
 def place(pose: Pose) -> dict[str, str]:

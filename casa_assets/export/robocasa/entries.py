@@ -2,7 +2,7 @@
 
 An entry holds the types and attributes of a category and, per object registry, where its models are. Ours are three
 registries: all instances, those to train with and those to test with. RoboCasa's own splits follow the order of file
-names, so that an instance changes sides when another comes; ours follow the digest of the instance's source.
+names, so that a new instance may move another to the other split; ours follow the digest of the instance's source.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Instance(Record):
     """One object of the export.
 
     Attributes:
-        id: of the asset, and name of its folder. category: id. split: what it is kept for.
+        id: of the asset, and name of its folder. category: id. split: training or test.
     """
 
     id: Id
@@ -43,17 +43,17 @@ class Instance(Record):
     split: Split
 
 
-def place(instance: Instance, registry: str) -> str:
+def instance_folder(instance: Instance, registry: str) -> str:
     """Folder of an instance below the root of the export."""
     return f"{FOLDER}/{registry}/{instance.category}/{instance.id}"
 
 
-def names(registry: str) -> dict[str, Split | None]:
+def registry_splits(registry: str) -> dict[str, Split | None]:
     """Object registry -> which instances it has (None: all)."""
     return {registry: None, **{f"{registry}_{split.value}": split for split in Split}}
 
 
-def tables(
+def category_tables(
     instances: Sequence[Instance], categories: Mapping[str, Category], registry: str
 ) -> dict[RobocasaRelease, dict[str, Any]]:
     """For each generation: category -> entry, sorted.
@@ -70,15 +70,17 @@ def tables(
     }
 
 
-def _entry(category: Category, own: Sequence[Instance], registry: str, generation: RobocasaRelease) -> dict[str, Any]:
+def _entry(
+    category: Category, instances: Sequence[Instance], registry: str, generation: RobocasaRelease
+) -> dict[str, Any]:
     entry: dict[str, Any] = {"types": [kind.value for kind in category.types]}
     entry |= {use.value: category.can(use) for use in ATTRIBUTES[generation]}
-    for name, split in names(registry).items():
-        if any(split in (None, i.split) for i in own):
+    for name, split in registry_splits(registry).items():
+        if any(split in (None, i.split) for i in instances):
             entry[name] = {
                 "model_folders": [f"{registry}/{category.id}"],
-                "exclude": sorted(i.id for i in own if split not in (None, i.split)),
-                # Our models have their real size. A float: the runtime tells numbers from lists by it.
+                "exclude": sorted(i.id for i in instances if split not in (None, i.split)),
+                # Our models have their real size. It must be a float: the runtime takes an int for a list.
                 "scale": 1.0,
             }
     return entry
@@ -89,6 +91,6 @@ def file_name(generation: RobocasaRelease) -> str:
     return f"categories_{generation.value}.json"
 
 
-def text(data: Any) -> bytes:
+def json_bytes(data: Any) -> bytes:
     """JSON for people and programs, sorted, ASCII."""
     return (json.dumps(data, sort_keys=True, indent=1, allow_nan=False) + "\n").encode("ascii")

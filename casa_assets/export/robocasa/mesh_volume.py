@@ -1,7 +1,7 @@
 """Meshes in which the MuJoCo of every RoboCasa finds a volume.
 
-MuJoCo refuses a mesh in which it finds none, even where it is only seen and weighs nothing, unless it is meant as a
-shell. That word is younger than the MuJoCo 3.2.6 which RoboCasa v0.2 is bound to.
+MuJoCo refuses a mesh without volume, even a visual one without mass, unless its `inertia` is `shell`. RoboCasa v0.2
+needs MuJoCo 3.2.6, which does not know that value.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.mesh import Mesh
 
 # A hundred times what MuJoCo calls too small, m^3. Ref: MuJoCo 3.2, mjMINVAL in its compiler of meshes.
-LEAST_VOLUME = 1e-13
-# Height of what is added behind a flat face: of its width, and in metres at most. By eye: nobody sees it.
-DEPTH_SHARE, DEPTH_M = 0.1, 0.0005
+MIN_VOLUME_M3 = 1e-13
+# Height of the pyramid behind a flat face: share of the face's width, and at most so many metres. A choice: too small
+# to be seen.
+DEPTH_SHARE, MAX_DEPTH_M = 0.1, 0.0005
 
 
 def has_volume(mesh: Mesh) -> bool:
@@ -27,29 +28,31 @@ def has_volume(mesh: Mesh) -> bool:
     if not areas.sum() > 0:
         return False
     a, b, c = np.moveaxis(corners - np.average(corners.mean(axis=1), axis=0, weights=areas), 1, 0)
-    return float(np.abs(np.einsum("fd,fd->f", a, np.cross(b, c))).sum()) / 6 > LEAST_VOLUME
+    return float(np.abs(np.einsum("fd,fd->f", a, np.cross(b, c))).sum()) / 6 > MIN_VOLUME_M3
 
 
 def thickened(asset: Asset) -> Asset:
-    """The asset, with a small point behind the largest face of whatever is seen of it and flat (a label, a blade)."""
+    """The asset with a small pyramid behind the largest face of every flat visual (a label, a blade)."""
     links = []
     for link in asset.links:
-        flat = [not has_volume(visual.mesh) for visual in link.visuals]
-        seen = [v.replace(mesh=_pointed(v.mesh)) if f else v for v, f in zip(link.visuals, flat, strict=True)]
-        links.append(link.replace(visuals=tuple(seen)) if any(flat) else link)
+        is_flat = [not has_volume(visual.mesh) for visual in link.visuals]
+        visuals = [
+            v.replace(mesh=_with_pyramid(v.mesh)) if f else v for v, f in zip(link.visuals, is_flat, strict=True)
+        ]
+        links.append(link.replace(visuals=tuple(visuals)) if any(is_flat) else link)
     return asset.replace(links=tuple(links))
 
 
-def _pointed(mesh: Mesh) -> Mesh:
-    """With a pyramid on the back of its largest face."""
+def _with_pyramid(mesh: Mesh) -> Mesh:
+    """A mesh with a pyramid added on the back of its largest face."""
     corners = mesh.vertices[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    doubled = np.linalg.norm(normals, axis=1)
-    largest = int(np.argmax(np.round(doubled, 12)))
-    if not doubled[largest] > 0:
+    doubled_areas = np.linalg.norm(normals, axis=1)
+    largest = int(np.argmax(np.round(doubled_areas, 12)))
+    if not doubled_areas[largest] > 0:
         return mesh
-    normal = normals[largest] / doubled[largest]
-    depth = min(DEPTH_SHARE * float(np.sqrt(doubled[largest])), DEPTH_M)
+    normal = normals[largest] / doubled_areas[largest]
+    depth = min(DEPTH_SHARE * float(np.sqrt(doubled_areas[largest])), MAX_DEPTH_M)
     a, b, c = (int(i) for i in mesh.faces[largest])
     tip = len(mesh.vertices)
     return Mesh(

@@ -1,8 +1,8 @@
 """Asset -> the model.xml of an object as RoboCasa's loaders of both generations read it, with its meshes and images.
 
 One file serves both: v0.2 takes sizes from three sites beside the body `object`, v1.0 from the geom `reg_bbox` in it.
-What the loaders drop (exclusions, keyframes, options) is not written, what they need of every geom (group, pos and size
-of three or two numbers) is written on the geom itself.
+What the loaders drop (exclusions, keyframes, options) is not written; what they need of every geom (group, pos, and
+size of three or two numbers) is written on the geom itself.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from dataclasses import replace
 
 from lxml import etree
 
-from casa_assets.export.mjcf import body, collider, label, material, mesh, site, visual
+from casa_assets.export.mjcf import body, label, material, site, visual
 from casa_assets.export.robocasa import upright
 from casa_assets.export.robocasa.mesh_volume import has_volume, thickened
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 
 # Ref: robocasa, folders beside the model.xml of an object.
-SEEN, TOUCHED = "visual", "collision"
+VISUAL_FOLDER, COLLISION_FOLDER = "visual", "collision"
 FILE, UPRIGHT_FILE = "model.xml", "model_upright.xml"
 
 
@@ -31,15 +31,15 @@ def write(asset: Asset, stood_up: bool = False) -> Files:
     Returns:
         `model.xml`, `visual/*.obj`, `visual/*.png`, `collision/*.obj`; paths are relative to the XML.
     """
-    drawn = thickened(asset)
-    meshes = _gather(drawn)
+    thick = thickened(asset)
+    meshes = _gather(thick)
     entries = {file.path: file.data for file in meshes.files}
     images = material.textures(asset).values()
-    entries |= {f"{SEEN}/{image.file_name}": image.png for image in images}
-    root = _document(drawn, meshes)
+    entries |= {f"{VISUAL_FOLDER}/{image.file_name}": image.png for image in images}
+    root = _document(thick, meshes)
     outer = root.find("worldbody/body")
-    assert outer is not None, "it was just made"
-    site.add_measures(outer, asset)
+    assert outer is not None, "the document has one"
+    site.add_size_sites(outer, asset)
     entries[FILE] = _text(root)
     if stood_up:
         upright.stand_up(root, asset)
@@ -47,47 +47,49 @@ def write(asset: Asset, stood_up: bool = False) -> Files:
     return Files.of(entries)
 
 
-def _gather(asset: Asset) -> mesh.Meshes:
+def _gather(asset: Asset) -> visual.Meshes:
     """The mesh files of an asset in the folders that RoboCasa has."""
-    meshes = mesh.gather(asset)
-    seen = {meshes.of[v.name].path for link in asset.links for v in link.visuals}
+    meshes = visual.gather_meshes(asset)
+    visual_paths = {meshes.of[v.name].path for link in asset.links for v in link.visuals}
     moved = {}
     for file in meshes.files:
         name = file.path.rpartition("/")[2]
-        moved[file.name, file.use] = replace(file, path=f"{SEEN if file.path in seen else TOUCHED}/{name}")
-    return mesh.Meshes(
+        moved[file.name, file.use] = replace(
+            file, path=f"{VISUAL_FOLDER if file.path in visual_paths else COLLISION_FOLDER}/{name}"
+        )
+    return visual.Meshes(
         files=tuple(moved[file.name, file.use] for file in meshes.files),
         of={name: moved[file.name, file.use] for name, file in meshes.of.items()},
     )
 
 
-def _document(asset: Asset, meshes: mesh.Meshes) -> etree._Element:
+def _document(asset: Asset, meshes: visual.Meshes) -> etree._Element:
     root = etree.Element("mujoco", {"model": asset.id})
     etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"})
     assets = etree.SubElement(root, "asset")
     for image in material.textures(asset).values():
-        material.add_texture(assets, image, f"{SEEN}/{image.file_name}")
+        material.add_texture(assets, image, f"{VISUAL_FOLDER}/{image.file_name}")
     names = material.names(asset)
     for look in asset.materials:
         material.add(assets, look, names[look.id])
-    full = {meshes.of[name].name for name, shape, _ in mesh.uses(asset) if has_volume(shape)}
+    with_volume = {meshes.of[name].name for name, shape, _ in visual.mesh_uses(asset) if has_volume(shape)}
     for file in meshes.files:
-        mesh.add(assets, file)
-        if file.use is mesh.MeshUse.SURFACE and file.name in full:
+        visual.add_mesh(assets, file)
+        if file.use is visual.MeshUse.SURFACE and file.name in with_volume:
             assets[-1].set("inertia", "legacy")  # MuJoCo 3.2.6 does not know `shell`
     world = etree.SubElement(root, "worldbody")
     outer = etree.SubElement(world, "body")
-    placed = body.add(outer, asset.root, body.BodyContext(asset, meshes, names, collider.GROUP, visual.GROUP))
-    _box(placed, asset)
+    root_body = body.add(outer, asset.root, body.BodyContext(asset, meshes, names))
+    _add_bbox_region(root_body, asset)
     label.add_all(root, asset)
     return root
 
 
-def _box(placed: etree._Element, asset: Asset) -> None:
+def _add_bbox_region(root_body: etree._Element, asset: Asset) -> None:
     """The region `bbox`, last of all geoms, where the asset calls its outer volume otherwise."""
-    if placed.find(f"geom[@name='reg_{site.OUTER[0]}']") is None:
-        outer = next(region for region in asset.regions if region.name in site.OUTER)
-        site.add_region(placed, outer.replace(name=site.OUTER[0]))
+    if root_body.find(f"geom[@name='reg_{site.OUTER_REGIONS[0]}']") is None:
+        outer = next(region for region in asset.regions if region.name in site.OUTER_REGIONS)
+        site.add_region(root_body, outer.replace(name=site.OUTER_REGIONS[0]))
 
 
 def _text(root: etree._Element) -> bytes:

@@ -1,4 +1,4 @@
-"""A lying object stood up: its document turned by a quarter, as toasters and cups are filled.
+"""Turn the document of a lying object by a quarter, so that it stands, as in a toaster or a cup.
 
 Ref: robocasa v1.0 reads `model_upright.xml` beside `model.xml` where a task asks for it (slices of bread, straws).
 """
@@ -15,7 +15,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
 
 # Longer than this many times its width it stands on end (a straw), else on its edge (a slice of bread).
-SLENDER = 2.5
+MIN_SLENDERNESS = 2.5
 AROUND_X = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # y goes up
 AROUND_Y = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # x goes up
 
@@ -23,14 +23,14 @@ AROUND_Y = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # x g
 def turn_of(asset: Asset) -> Pose:
     """stood_from_lying: a quarter turn, and the move that brings the middle of its footprint back to the origin.
 
-    What is taller than wide already is not turned.
+    An object that is taller than wide is not turned.
     """
-    low, high = asset.bounds
-    x, y, z = high - low
+    lower, upper = asset.bounds
+    x, y, z = upper - lower
     if z >= max(x, y):
         return Pose()
-    rotation = AROUND_Y if x > SLENDER * y else AROUND_X
-    corners = np.array([low, high]) @ rotation.T
+    rotation = AROUND_Y if x > MIN_SLENDERNESS * y else AROUND_X
+    corners = asset.bounds @ rotation.T
     lower, upper = corners.min(axis=0), corners.max(axis=0)
     matrix = np.eye(4)
     matrix[:3, :3] = rotation
@@ -45,9 +45,9 @@ def stand_up(root: etree._Element, asset: Asset) -> None:
         return
     outer = root.find("worldbody/body")
     assert outer is not None, "the writer has made it"
-    placed = outer.find("body")
-    assert placed is not None, "the writer has made it"
-    for element in placed:
+    root_body = outer.find("body")
+    assert root_body is not None, "the writer has made it"
+    for element in root_body:
         if element.tag == "inertial":
             _turn_inertial(element, turn)
         elif element.get("name", "").startswith("reg_") and element.get("type") == "box":
@@ -102,12 +102,12 @@ def _turn_box(element: etree._Element, turn: Pose) -> None:
 def _turn_inertial(element: etree._Element, turn: Pose) -> None:
     xx, yy, zz, xy, xz, yz = _numbers(element.get("fullinertia", ""))
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    spun = np.rint(turn.rotation) @ tensor @ np.rint(turn.rotation).T  # a quarter turn only changes places and signs
+    rotated = np.rint(turn.rotation) @ tensor @ np.rint(turn.rotation).T  # a quarter turn only changes places and signs
     element.set("pos", _text(turn.apply(np.array([_point(element)]))[0]))
-    picked = (spun[0, 0], spun[1, 1], spun[2, 2], spun[0, 1], spun[0, 2], spun[1, 2])
-    element.set("fullinertia", number.numbers(picked))
+    inertia = (rotated[0, 0], rotated[1, 1], rotated[2, 2], rotated[0, 1], rotated[0, 2], rotated[1, 2])
+    element.set("fullinertia", number.numbers(inertia))
 
 
 def _text(values: Iterable[float]) -> str:
-    """Without the dust of arithmetic: a quarter turn of nothing is nothing."""
+    """Twelve decimals: a quarter turn must not leave rounding errors such as 1e-17."""
     return number.numbers(round(float(value), 12) for value in values)

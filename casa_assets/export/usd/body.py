@@ -14,25 +14,25 @@ from casa_assets.model.asset.asset import Asset, Base, Inertial, Link
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach the last bit
+JACOBI_SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach the last bit
 
 
-def define(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, looks: MaterialPrims) -> Usd.Prim:
+def define(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, materials: MaterialPrims) -> Usd.Prim:
     """Body prim at `path` with its visuals and colliders. Bodies are siblings, so its pose is asset_from_link."""
     prim = UsdGeom.Xform.Define(stage, path).GetPrim()
     number.place(prim, asset.asset_from_link(link.name))
     UsdPhysics.RigidBodyAPI.Apply(prim)
     _mass(prim, link.inertial)
     if link is asset.root and (len(asset.links) > 1 or asset.base is Base.FIXED):
-        # Newton refuses joints, even fixed ones, outside an articulation. The base body is the one place for it that
-        # SimReady, MuJoCo and Newton all accept.
+        # Newton refuses joints, even fixed ones, outside an articulation. Only on the base body do SimReady, MuJoCo and
+        # Newton all accept its root.
         UsdPhysics.ArticulationRootAPI.Apply(prim)
-    visual.define_all(stage, path, link, looks)
-    collider.define_all(stage, path, link, looks)
+    visual.define_all(stage, path, link, materials)
+    collider.define_all(stage, path, link, materials)
     return prim
 
 
-def principal(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
+def principal_axes(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
     """Moments and axes of a symmetric tensor by cyclic Jacobi rotations.
 
     Not LAPACK: its last bits depend on the processor and its axes flip where moments are equal. Rotations compose to a
@@ -45,7 +45,7 @@ def principal(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
     """
     a = [[float(tensor[i, j]) for j in range(3)] for i in range(3)]
     v = [[float(i == j) for j in range(3)] for i in range(3)]
-    for _ in range(SWEEPS):
+    for _ in range(JACOBI_SWEEPS):
         for p, q in ((0, 1), (0, 2), (1, 2)):
             if abs(a[p][q]) <= 1e-18 * (abs(a[p][p]) + abs(a[q][q])):
                 a[p][q] = a[q][p] = 0.0
@@ -79,7 +79,7 @@ def float32_moments(moments: Vec3) -> Vec3:
 
 
 def _mass(prim: Usd.Prim, inertial: Inertial) -> None:
-    moments, axes = principal(inertial.tensor)
+    moments, axes = principal_axes(inertial.tensor)
     mass = UsdPhysics.MassAPI.Apply(prim)
     mass.CreateMassAttr(inertial.mass)
     mass.CreateCenterOfMassAttr(number.vec3f(inertial.center_of_mass))

@@ -8,7 +8,7 @@ from casa_assets.model.asset.asset import Asset
 
 
 def filter_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
-    """Each pair once, on its first link."""
+    """Filter each excluded pair, on its first link."""
     for pair in asset.exclusions:
         api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(root.AppendChild(pair.first)))
         api.CreateFilteredPairsRel().AddTarget(root.AppendChild(pair.second))
@@ -20,6 +20,5 @@ def filter_pair(layer: Sdf.Layer, first: Sdf.Path, second: Sdf.Path) -> None:
     if not spec.HasInfo("apiSchemas"):
         spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["PhysicsFilteredPairsAPI"]))
     path = first.AppendProperty("physics:filteredPairs")
-    known = layer.GetRelationshipAtPath(path)
-    pairs = known or Sdf.RelationshipSpec(spec, "physics:filteredPairs", custom=False)
+    pairs = layer.GetRelationshipAtPath(path) or Sdf.RelationshipSpec(spec, "physics:filteredPairs", custom=False)
     pairs.targetPathList.prependedItems = [*pairs.targetPathList.prependedItems, second]

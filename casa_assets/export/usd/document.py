@@ -1,4 +1,4 @@
-"""Asset -> USD package. Decides nothing: what is written is in the asset.
+"""Asset -> USD package.
 
 <id>/
   usd/<id>.usda
@@ -9,19 +9,24 @@
   /visualMaterials /physicsMaterials /physicsJoints
   /object                      rigid body, base of the articulation where there are joints
     /visual /collision /sites
-  /door                        rigid body, a sibling: physics nests by joints, not by paths
+  /door                        rigid body, a sibling of `object`: bodies are connected by joints, not by paths
 """
 
 from __future__ import annotations
 
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
 
-from casa_assets.export.usd import behavior, body, contact, joint, keyframe, label, material, metadata, site
+from casa_assets.export.usd import body, contact, joint, keyframe, label, material, site
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 
 FOLDER = "usd"
-TEXTURES = "textures"  # inside the folder of the layer: SimReady refuses what is reached through `..`
+TEXTURES = "textures"  # inside the folder of the layer: SimReady refuses paths with `..`
+# The day on which this writer's output last changed, not the day of the run, which would make two runs over the same
+# asset differ. Change it whenever the bytes that the writer makes change.
+WRITER_DATE = "2026-11-21"
+WRITER_VERSION = "1"
+UNKNOWN = "unknown"  # SimReady refuses an empty string
 
 
 def write(asset: Asset, thumbnail: bytes) -> Files:
@@ -38,8 +43,8 @@ def write(asset: Asset, thumbnail: bytes) -> Files:
         f"{FOLDER}/{name}": layer_text(asset).encode("utf-8"),
         f"{FOLDER}/.thumbs/256x256/{name}.png": thumbnail,
     }
-    for item in asset.materials:
-        entries |= {f"{FOLDER}/{TEXTURES}/{t.file_name}": t.png for t in item.textures}
+    for look in asset.materials:
+        entries |= {f"{FOLDER}/{TEXTURES}/{t.file_name}": t.png for t in look.textures}
     return Files.of(entries)
 
 
@@ -54,17 +59,58 @@ def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
     stage = Usd.Stage.Open(layer)
     root = UsdGeom.Xform.Define(stage, Sdf.Path.absoluteRootPath.AppendChild(asset.id)).GetPrim()
     path = root.GetPath()
-    metadata.set_stage(stage, root)
-    metadata.set_model(root, asset)
-    metadata.set_provenance(layer, asset)
+    set_stage(stage, root)
+    _set_model(root, asset)
+    _set_provenance(layer, asset)
     label.attach_all(root, asset)
-    looks = material.define_all(stage, path, asset, textures)
+    materials = material.define_all(stage, path, asset, textures)
     for link in asset.links:
-        body.define(stage, path.AppendChild(link.name), asset, link, looks)
+        body.define(stage, path.AppendChild(link.name), asset, link, materials)
     joint.define_all(stage, path, asset)
     site.define_all(stage, path, asset)
     contact.filter_all(stage, path, asset)
-    behavior.define_all(stage, root, asset)
+    label.define_behavior(stage, root, asset)
     keyframe.define_all(stage, root, asset)
     text: str = layer.ExportToString()
     return text
+
+
+def set_stage(stage: Usd.Stage, root: Usd.Prim) -> None:
+    """z up, metres, kilograms, `root` as the default prim."""
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
+    stage.SetDefaultPrim(root)
+
+
+def _set_model(root: Usd.Prim, asset: Asset) -> None:
+    """Kind and assetInfo."""
+    model = Usd.ModelAPI(root)
+    model.SetKind(Kind.Tokens.component)
+    model.SetAssetName(asset.id)
+    model.SetAssetIdentifier(Sdf.AssetPath(f"./{asset.id}.usda"))
+    model.SetAssetVersion(WRITER_VERSION)
+
+
+def _set_provenance(layer: Sdf.Layer, asset: Asset) -> None:
+    """The fields that SimReady asks for, with the asset's own values.
+
+    Ref: SimReady Foundation requirement SR.004.
+    """
+    lower, upper = asset.bounds
+    provenance = asset.provenance
+    layer.customLayerData = {
+        "SimReady_Metadata": {
+            "asset_name": asset.id,
+            "asset_type": "prop",
+            "category": asset.labels.category,
+            "author": provenance.author or UNKNOWN,
+            "asset_license": provenance.licence or UNKNOWN,
+            "source_file": provenance.path,
+            "usd_date_generated": WRITER_DATE,
+            "qcode": asset.labels.qcode.id,
+            "rigid_body_count": len(asset.links),
+            "asset_extents": Gf.Vec3f(*(float(n) for n in upper - lower)),
+            "mass": asset.mass,
+        }
+    }

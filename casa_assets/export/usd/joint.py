@@ -18,7 +18,7 @@ BASE_TO_WORLD = "baseToWorld"
 
 X, Y, Z = UsdGeom.Tokens.x, UsdGeom.Tokens.y, UsdGeom.Tokens.z
 # USD joints move along X, Y or Z of the joint frame. Directions that need no rounding: token, child_from_joint.
-EXACT: dict[Vec3, tuple[str, Vec4]] = {
+EXACT_AXES: dict[Vec3, tuple[str, Vec4]] = {
     (1.0, 0.0, 0.0): (X, (1.0, 0.0, 0.0, 0.0)),
     (0.0, 1.0, 0.0): (Y, (1.0, 0.0, 0.0, 0.0)),
     (0.0, 0.0, 1.0): (Z, (1.0, 0.0, 0.0, 0.0)),
@@ -34,18 +34,18 @@ def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
         return
     scope = UsdGeom.Scope.Define(stage, root.AppendChild(SCOPE)).GetPath()
     if asset.base is Base.FIXED:
-        # To the asset's own root prim, not to nothing: an end without a target lies at the origin of the stage, so that
-        # PhysX would pull a base that is placed elsewhere back to it.
-        _fix(stage, scope.AppendChild(BASE_TO_WORLD), root, root.AppendChild(asset.root.name), asset.root.pose)
+        # To the asset's own root prim: an end without a target is at the origin of the stage, and PhysX would pull a
+        # base that is placed elsewhere back to it.
+        _define_fixed(stage, scope.AppendChild(BASE_TO_WORLD), root, root.AppendChild(asset.root.name), asset.root.pose)
     for link in asset.links[1:]:
         assert link.parent is not None
         parent, child = root.AppendChild(link.parent), root.AppendChild(link.name)
         joint = asset.joint_of(link.name)
         if joint is None:
-            _fix(stage, scope.AppendChild(f"{link.name}Mount"), parent, child, link.pose)
+            _define_fixed(stage, scope.AppendChild(f"{link.name}Mount"), parent, child, link.pose)
         else:
-            prim = _move(stage, scope.AppendChild(joint.name), parent, child, link.pose, joint)
-            _describe(prim, [s for s in asset.states if s.joint == joint.name])
+            prim = _define_moving(stage, scope.AppendChild(joint.name), parent, child, link.pose, joint)
+            _set_states(prim, [s for s in asset.states if s.joint == joint.name])
 
 
 def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
@@ -53,34 +53,36 @@ def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
 
     Any direction but the six exact ones is Z turned by the shortest arc.
     """
-    if axis in EXACT:
-        return EXACT[axis]
+    if axis in EXACT_AXES:
+        return EXACT_AXES[axis]
     x, y, z = axis
     if z < -1.0 + 1e-12:  # the arc has no plane of its own; the axis is -z to rounding
-        return EXACT[(0.0, 0.0, -1.0)]
+        return EXACT_AXES[(0.0, 0.0, -1.0)]
     quaternion = np.array([1.0 + z, -y, x, 0.0])
     w, i, j, k = (float(n) for n in quaternion / math.sqrt(float(quaternion @ quaternion)))
     return Z, (w, i, j, k)
 
 
-def _fix(stage: Usd.Stage, path: Sdf.Path, parent: Sdf.Path, child: Sdf.Path, pose: Pose) -> None:
+def _define_fixed(stage: Usd.Stage, path: Sdf.Path, parent: Sdf.Path, child: Sdf.Path, pose: Pose) -> None:
     joint = UsdPhysics.FixedJoint.Define(stage, path)
     _attach(joint, parent, child, pose, Pose())
 
 
-def _move(stage: Usd.Stage, path: Sdf.Path, parent: Sdf.Path, child: Sdf.Path, pose: Pose, joint: Joint) -> Usd.Prim:
-    hinge = joint.kind is JointKind.HINGE
-    schema = (UsdPhysics.RevoluteJoint if hinge else UsdPhysics.PrismaticJoint).Define(stage, path)
+def _define_moving(
+    stage: Usd.Stage, path: Sdf.Path, parent: Sdf.Path, child: Sdf.Path, pose: Pose, joint: Joint
+) -> Usd.Prim:
+    is_hinge = joint.kind is JointKind.HINGE
+    schema = (UsdPhysics.RevoluteJoint if is_hinge else UsdPhysics.PrismaticJoint).Define(stage, path)
     token, rotation = axis_and_rotation(joint.axis)
     schema.CreateAxisAttr(token)
-    low, high = (number.degrees(n) if hinge else n for n in joint.range)
+    low, high = (number.degrees(n) if is_hinge else n for n in joint.range)
     schema.CreateLowerLimitAttr(low)
     schema.CreateUpperLimitAttr(high)
     _attach(schema, parent, child, pose, Pose(position=joint.anchor, quaternion=rotation))
     prim = schema.GetPrim()
     if joint.drive is not None:
-        _drive(prim, joint.drive, hinge)
-    _resist(prim, joint, hinge)
+        _drive(prim, joint.drive, is_hinge)
+    _set_dynamics(prim, joint, is_hinge)
     return prim
 
 
@@ -97,36 +99,36 @@ def _attach(
     joint.CreateLocalRot1Attr(number.quatf(child_from_joint.quaternion))
 
 
-def _drive(prim: Usd.Prim, drive: Drive, hinge: bool) -> None:
+def _drive(prim: Usd.Prim, drive: Drive, is_hinge: bool) -> None:
     """A spring as PhysX and Newton read it; per degree where it turns."""
-    api = UsdPhysics.DriveAPI.Apply(prim, "angular" if hinge else "linear")
-    per_unit = math.pi / 180 if hinge else 1.0
+    api = UsdPhysics.DriveAPI.Apply(prim, "angular" if is_hinge else "linear")
+    per_unit = math.pi / 180 if is_hinge else 1.0
     api.CreateTypeAttr(UsdPhysics.Tokens.force)
     api.CreateStiffnessAttr(drive.stiffness * per_unit)
     api.CreateDampingAttr(drive.damping * per_unit)
     api.CreateTargetPositionAttr(drive.target / per_unit)
 
 
-def _resist(prim: Usd.Prim, joint: Joint, hinge: bool) -> None:
-    """Friction, damping, inertia of the bearing, and for MuJoCo the drive as the joint's own spring."""
-    single, double = Sdf.ValueTypeNames.Float, Sdf.ValueTypeNames.Double
-    per_unit = math.pi / 180 if hinge else 1.0
+def _set_dynamics(prim: Usd.Prim, joint: Joint, is_hinge: bool) -> None:
+    """Friction, damping and armature, and for MuJoCo the drive as the joint's own spring."""
+    float_type, double_type = Sdf.ValueTypeNames.Float, Sdf.ValueTypeNames.Double
+    per_unit = math.pi / 180 if is_hinge else 1.0
     drive = joint.drive or Drive(stiffness=0.0, damping=0.0)
     prim.AddAppliedSchema("NewtonJointAPI")
-    number.author(prim, "newton:armature", single, joint.armature, uniform=False)
-    number.author(prim, "newton:damping", single, (joint.damping + drive.damping) * per_unit, uniform=False)
-    number.author(prim, "newton:friction", single, joint.frictionloss, uniform=False)
+    number.author(prim, "newton:armature", float_type, joint.armature, uniform=False)
+    number.author(prim, "newton:damping", float_type, (joint.damping + drive.damping) * per_unit, uniform=False)
+    number.author(prim, "newton:friction", float_type, joint.frictionloss, uniform=False)
     if joint.drive is not None or joint.frictionloss:
         prim.AddAppliedSchema("MjcJointAPI")
     if joint.frictionloss:
         impedance = Vt.DoubleArray(joint.friction_impedance)
         number.author(prim, "mjc:solimpfriction", Sdf.ValueTypeNames.DoubleArray, impedance)
     if joint.drive is not None:
-        number.author(prim, "mjc:stiffness", double, drive.stiffness)
-        number.author(prim, "mjc:springref", double, drive.target / per_unit)
+        number.author(prim, "mjc:stiffness", double_type, drive.stiffness)
+        number.author(prim, "mjc:springref", double_type, drive.target / per_unit)
 
 
-def _describe(prim: Usd.Prim, states: list[State]) -> None:
+def _set_states(prim: Usd.Prim, states: list[State]) -> None:
     """Named states as custom data: fractions of the way from closed (0) to open (1)."""
     if states:
         named = {s.name: {"value": s.value, "from": s.interval[0], "to": s.interval[1]} for s in states}

@@ -1,101 +1,78 @@
-"""Keyframe -> variant of the root prim: the bodies stand where the joints put them."""
+"""Keyframe -> variant of the root prim: link poses and joint states."""
 
 from __future__ import annotations
-
-import math
 
 from pxr import Sdf, Usd, UsdGeom
 
 from casa_assets.export.usd import number
 from casa_assets.export.usd.joint import SCOPE
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
-from casa_assets.model.pose import Pose
+from casa_assets.model.asset.joint import joint_positions
+from casa_assets.model.kitchen.scene import CLOSED_POSE
 
-SET = "pose"
-DEFAULT = "closed"
+VARIANT_SET = "pose"
+XFORM_OPS = ("xformOp:translate", "xformOp:orient")
 
 
 def define_all(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
     """The variant set `pose`, `closed` selected; the layer's own opinions are those of joints at zero.
 
-    A variant is weaker than what the layer says outside of it, so the poses of links that move are said only inside.
+    A variant is weaker than what the layer says outside of it, so poses of links that move are only set in variants.
     """
     if not asset.keyframes:
         return
-    variants = root.GetVariantSets().AddVariantSet(SET)
-    named = {key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes}
-    named = {DEFAULT: named.get(DEFAULT, {}), **named}
-    moving = [k.name for k in asset.links if is_moved(asset, k.name)]
-    _make_room(stage, root, asset, moving)
-    for key, values in named.items():
-        variants.AddVariant(key)
-        variants.SetVariantSelection(key)
+    variants = root.GetVariantSets().AddVariantSet(VARIANT_SET)
+    poses = {CLOSED_POSE: {}, **{key.name: joint_positions(key.joints) for key in asset.keyframes}}
+    moving = [link.name for link in asset.links if asset.is_moved(link.name)]
+    _prepare_prims(stage, root, asset, moving)
+    for name, positions in poses.items():
+        variants.AddVariant(name)
+        variants.SetVariantSelection(name)
         with variants.GetVariantEditContext():
-            for name in moving:
-                prim = stage.OverridePrim(root.GetPath().AppendChild(name))
-                pose = asset_from_link(asset, name, values)
-                prim.GetAttribute("xformOp:translate").Set(number.vec3d(pose.position))
-                prim.GetAttribute("xformOp:orient").Set(number.quatd(pose.quaternion))
+            for link in moving:
+                prim = stage.OverridePrim(root.GetPath().AppendChild(link))
+                pose = asset.asset_from_link(link, positions)
+                prim.GetAttribute(XFORM_OPS[0]).Set(number.vec3d(pose.position))
+                prim.GetAttribute(XFORM_OPS[1]).Set(number.quatd(pose.quaternion))
             for joint in asset.joints:
-                _stand(stage.OverridePrim(_path(root, joint)), joint, values.get(joint.name, 0.0))
-    variants.SetVariantSelection(DEFAULT)
+                attribute = state_attribute(joint)
+                prim = stage.OverridePrim(_path(root, joint))
+                position = state_position(joint, positions.get(joint.name, 0.0))
+                number.author(prim, attribute, Sdf.ValueTypeNames.Float, position, uniform=False)
+    variants.SetVariantSelection(CLOSED_POSE)
 
 
-def _make_room(stage: Usd.Stage, root: Usd.Prim, asset: Asset, moving: list[str]) -> None:
-    """Outside of the variants: the ops to which each of them gives values, and that joints have a position."""
-    for name in moving:
-        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(name)))
+def _prepare_prims(stage: Usd.Stage, root: Usd.Prim, asset: Asset, moving: list[str]) -> None:
+    """Outside of the variants: xform ops without values, and the joint state schema."""
+    for link in moving:
+        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(link)))
         xform.ClearXformOpOrder()
-        for op in ("xformOp:translate", "xformOp:orient"):
+        for op in XFORM_OPS:
             xform.GetPrim().RemoveProperty(op)
         xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
         xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
     for joint in asset.joints:
-        stage.GetPrimAtPath(_path(root, joint)).AddAppliedSchema(f"PhysicsJointStateAPI:{state_axis(joint)}")
+        stage.GetPrimAtPath(_path(root, joint)).AddAppliedSchema(state_schema(joint))
 
 
-def _stand(prim: Usd.Prim, joint: Joint, value: float) -> None:
-    """Set the joint state that PhysX reads: degrees or metres. Ref: PhysxSchema, PhysicsJointStateAPI."""
-    position = number.degrees(value) if joint.kind is JointKind.HINGE else value
-    number.author(
-        prim, f"state:{state_axis(joint)}:physics:position", Sdf.ValueTypeNames.Float, position, uniform=False
-    )
+def state_schema(joint: Joint) -> str:
+    """Applied schema of the joint state that PhysX reads. Ref: PhysxSchema, PhysicsJointStateAPI."""
+    return f"PhysicsJointStateAPI:{_axis(joint)}"
 
 
-def state_axis(joint: Joint) -> str:
-    """Name in UsdPhysics of the axis that a joint moves along or about."""
+def state_attribute(joint: Joint) -> str:
+    """Attribute of the position in that schema."""
+    return f"state:{_axis(joint)}:physics:position"
+
+
+def state_position(joint: Joint, position: float) -> float:
+    """Joint position (rad or m) in the units of that schema: degrees or metres."""
+    return number.degrees(position) if joint.kind is JointKind.HINGE else position
+
+
+def _axis(joint: Joint) -> str:
     return "angular" if joint.kind is JointKind.HINGE else "linear"
 
 
 def _path(root: Usd.Prim, joint: Joint) -> Sdf.Path:
     return root.GetPath().AppendChild(SCOPE).AppendChild(joint.name)
-
-
-def asset_from_link(asset: Asset, name: str, values: dict[str, float]) -> Pose:
-    """Pose of a link in the asset frame with the joints at `values` (rad, m); those not named are at zero."""
-    link = asset.link(name)
-    if link.parent is None:
-        return link.pose
-    joint = asset.joint_of(name)
-    moved = Pose() if joint is None else joint_motion(joint, values.get(joint.name, 0.0))
-    return asset_from_link(asset, link.parent, values) @ link.pose @ moved
-
-
-def joint_motion(joint: Joint, value: float) -> Pose:
-    """Pose of the child at `value` in its own frame at zero."""
-    x, y, z = joint.axis
-    if joint.kind is JointKind.SLIDE:
-        return Pose(position=(x * value, y * value, z * value))
-    # Not numpy's: its sine depends on the processor.
-    c, s = math.cos(value / 2), math.sin(value / 2)
-    spin = Pose(quaternion=(c, s * x, s * y, s * z))
-    at = Pose(position=joint.anchor)
-    return at @ spin @ at.inverse()
-
-
-def is_moved(asset: Asset, name: str) -> bool:
-    """True if a link is moved by any joint, its own or one that carries it."""
-    link = asset.link(name)
-    if asset.joint_of(name) is not None:
-        return True
-    return link.parent is not None and is_moved(asset, link.parent)

@@ -1,14 +1,15 @@
-"""Labels -> UsdSemantics."""
+"""Labels -> UsdSemantics; behaviour, contract and grips -> attributes in the namespace `casa`."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pxr import Usd, UsdSemantics
+from pxr import Sdf, Usd, UsdSemantics
 
+from casa_assets.export.usd.joint import SCOPE
 from casa_assets.model.asset.asset import Asset
 
-# The taxonomy of what a visual or collider is within its thing: handle, door, shelf.
+# The taxonomy of the part of an asset that a visual or collider is: handle, door, shelf.
 PART = "part"
 
 
@@ -21,3 +22,20 @@ def attach_all(root: Usd.Prim, asset: Asset) -> None:
     """Classes from the category upwards, and the Wikidata item."""
     attach(root, "class", asset.labels.classes)
     attach(root, "wikidata_qcode", [asset.labels.qcode.id])
+
+
+def define_behavior(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
+    """`casa:behavior` (JSON) and `casa:contract` on the root, `casa:grip` and `casa:behind` on joints."""
+    if asset.contract is not None:
+        _set_text(root, "contract", asset.contract)
+    if asset.behavior is not None:
+        _set_text(root, "behavior", asset.behavior.to_json())
+    for joint in asset.joints:
+        prim = stage.GetPrimAtPath(root.GetPath().AppendChild(SCOPE).AppendChild(joint.name))
+        for name, value in (("grip", joint.grip), ("behind", joint.behind)):
+            if value is not None:
+                _set_text(prim, name, value)
+
+
+def _set_text(prim: Usd.Prim, name: str, value: str) -> None:
+    prim.CreateAttribute(f"casa:{name}", Sdf.ValueTypeNames.String, True, Sdf.VariabilityUniform).Set(value)

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from pxr import Gf, Sdf, Usd, UsdGeom
 
+from casa_assets.export.mujoco_values import SITE_GROUP, site_group
 from casa_assets.export.usd import collider, number
 from casa_assets.model.asset.asset import Asset, Region, Site
 from casa_assets.model.asset.shape import Box, Cylinder, Shape, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-
-# As in model.xml: marks are not shown unless asked for, flames and streams are where a runtime raises their alpha.
-GROUP = 3
-EFFECT_GROUP = 1
 
 
 def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
@@ -20,12 +17,12 @@ def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
     for site in asset.sites:
         prim = _define(stage, _path(stage, root, site), _shape(site), site.pose)
         red, green, blue, alpha = site.color
-        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, GROUP if alpha else EFFECT_GROUP)
+        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, site_group(site))
         UsdGeom.Gprim(prim).CreateDisplayColorAttr([Gf.Vec3f(red, green, blue)])
         UsdGeom.Gprim(prim).CreateDisplayOpacityAttr([alpha])
     for region in asset.regions:
         prim = _define(stage, _path(stage, root, region), _volume(region.kind, region.size), region.pose)
-        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, GROUP)
+        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, SITE_GROUP)
 
 
 def _path(stage: Usd.Stage, root: Sdf.Path, item: Site | Region) -> Sdf.Path:

@@ -6,27 +6,27 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Sdf, Usd, UsdGeom, UsdShade, Vt
 
+from casa_assets.export.mujoco_values import VISUAL_GROUP
 from casa_assets.export.usd import label, number
 from casa_assets.export.usd.material import MaterialPrims
+from casa_assets.geometry.mesh import measure
 from casa_assets.model.asset.asset import Link
 from casa_assets.model.asset.mesh import Mesh
 
-GROUP = 1  # MuJoCo's group for what is seen, as in model.xml
 
-
-def define_all(stage: Usd.Stage, body: Sdf.Path, link: Link, looks: MaterialPrims) -> None:
+def define_all(stage: Usd.Stage, body: Sdf.Path, link: Link, materials: MaterialPrims) -> None:
     """Visuals of a link below `<body>/visual`."""
     if not link.visuals:
         return
     scope = UsdGeom.Scope.Define(stage, body.AppendChild("visual")).GetPath()
-    for item in link.visuals:
-        prim = define_mesh(stage, scope.AppendChild(item.name), item.mesh)
-        UsdShade.MaterialBindingAPI.Apply(prim).Bind(looks.surfaces[item.material])
-        if item.label is not None:
-            label.attach(prim, label.PART, [item.label])
+    for visual in link.visuals:
+        prim = define_mesh(stage, scope.AppendChild(visual.name), visual.mesh)
+        UsdShade.MaterialBindingAPI.Apply(prim).Bind(materials.surfaces[visual.material])
+        if visual.label is not None:
+            label.attach(prim, label.PART, [visual.label])
         prim.AddAppliedSchema("MjcImageableAPI")
-        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, GROUP)
-        # MuJoCo refuses a mesh without volume unless it is told to take it for a shell; the mass is the body's.
+        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, VISUAL_GROUP)
+        # MuJoCo refuses a mesh without volume unless it is declared a shell; the body has the mass.
         prim.AddAppliedSchema("NewtonMassAPI")
         number.author(prim, "newton:massModel", Sdf.ValueTypeNames.Token, "shell")
 
@@ -53,10 +53,6 @@ def define_mesh(stage: Usd.Stage, path: Sdf.Path, mesh: Mesh) -> Usd.Prim:
 
 def face_normals(mesh: Mesh) -> npt.NDArray[np.float64]:
     """(F, 3) unit normals; z where a face has no area, so that every normal has length one."""
-    corners = mesh.vertices[mesh.faces]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.sqrt((cross * cross).sum(axis=1, keepdims=True))
-    flat = length[:, 0] == 0
-    normals: npt.NDArray[np.float64] = cross / np.where(length == 0, 1.0, length)
-    normals[flat] = (0.0, 0.0, 1.0)
+    normals, areas = measure.face_normals(mesh.vertices, mesh.faces.astype(np.int64))
+    normals[areas == 0] = (0.0, 0.0, 1.0)
     return normals

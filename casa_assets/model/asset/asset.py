@@ -6,6 +6,7 @@ Frame of an asset: z up, x right, y back (a fixture faces -y), origin at the cen
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated, Self
 
@@ -56,8 +57,8 @@ class Asset(Record):
         links: parents before children; the first is the root and is called `object`.
         materials: looks, referenced by visuals. substances: matter, referenced by colliders.
         keyframes: named poses, `closed` first where there are any.
-        behavior: its state machine, None where nothing about it changes but where its joints stand.
-        contract: id in registry/contracts of what a runtime expects of it, None for loose objects.
+        behavior: its state machine, None where its joints are its only state.
+        contract: id of a file in registry/contracts, which a runtime's classes read; None for loose objects.
     """
 
     id: Id
@@ -77,7 +78,7 @@ class Asset(Record):
     provenance: Provenance
 
     @model_validator(mode="after")
-    def _whole(self) -> Self:
+    def _references_are_sound(self) -> Self:
         seen: list[str] = []
         for i, link in enumerate(self.links):
             if (i == 0) != (link.parent is None) or (i == 0 and link.name != "object"):
@@ -87,36 +88,36 @@ class Asset(Record):
             seen.append(link.name)
         visuals = [v.name for k in self.links for v in k.visuals]
         colliders = [c.name for k in self.links for c in k.colliders]
-        _distinct("link", seen)
-        _distinct("joint", [j.name for j in self.joints])
-        _distinct("moved link", [j.child for j in self.joints])
-        _distinct("visual or collider", visuals + colliders)
-        _distinct("site or region", [s.name for s in self.sites] + [r.name for r in self.regions])
-        _distinct("material", [m.id for m in self.materials])
-        _distinct("substance", [s.id for s in self.substances])
-        _known("link", [j.child for j in self.joints], seen[1:])
-        _known("link", [s.link for s in self.sites] + [r.link for r in self.regions], seen)
-        _known("link", [name for e in self.exclusions for name in (e.first, e.second)], seen)
-        _known("joint", [s.joint for s in self.states], [j.name for j in self.joints])
-        _distinct("keyframe", [k.name for k in self.keyframes])
-        _known("collider", [j.grip for j in self.joints if j.grip], colliders)
+        _check_distinct("link", seen)
+        _check_distinct("joint", [j.name for j in self.joints])
+        _check_distinct("moved link", [j.child for j in self.joints])
+        _check_distinct("visual or collider", visuals + colliders)
+        _check_distinct("site or region", [s.name for s in self.sites] + [r.name for r in self.regions])
+        _check_distinct("material", [m.id for m in self.materials])
+        _check_distinct("substance", [s.id for s in self.substances])
+        _check_ids("link", [j.child for j in self.joints], seen[1:])
+        _check_ids("link", [s.link for s in self.sites] + [r.link for r in self.regions], seen)
+        _check_ids("link", [name for e in self.exclusions for name in (e.first, e.second)], seen)
+        _check_ids("joint", [s.joint for s in self.states], [j.name for j in self.joints])
+        _check_distinct("keyframe", [k.name for k in self.keyframes])
+        _check_ids("collider", [j.grip for j in self.joints if j.grip], colliders)
         ranges = {j.name: j.range for j in self.joints}
-        _known("joint", [j.behind for j in self.joints if j.behind], list(ranges))
+        _check_ids("joint", [j.behind for j in self.joints if j.behind], list(ranges))
         for key in self.keyframes:
-            _known("joint", [at.joint for at in key.joints], list(ranges))
+            _check_ids("joint", [at.joint for at in key.joints], list(ranges))
             for at in key.joints:
                 low, high = ranges[at.joint]
                 if not low - 1e-9 <= at.value <= high + 1e-9:
                     raise ValueError(f"keyframe {key.name!r}: {at.joint} = {at.value} is outside {low}..{high}")
         if self.behavior:
             sites = [s.name for s in self.sites]
-            _known("joint", list(self.behavior.joints), list(ranges))
-            _known("collider", list(self.behavior.contacts), colliders)
-            _known(
+            _check_ids("joint", list(self.behavior.joints), list(ranges))
+            _check_ids("collider", list(self.behavior.contacts), colliders)
+            _check_ids(
                 "site, visual or region", list(self.behavior.targets), sites + visuals + [r.name for r in self.regions]
             )
-        _known("material", [v.material for k in self.links for v in k.visuals], [m.id for m in self.materials])
-        _known("substance", [c.substance for k in self.links for c in k.colliders], [s.id for s in self.substances])
+        _check_ids("material", [v.material for k in self.links for v in k.visuals], [m.id for m in self.materials])
+        _check_ids("substance", [c.substance for k in self.links for c in k.colliders], [s.id for s in self.substances])
         return self
 
     @property
@@ -132,10 +133,25 @@ class Asset(Record):
         """The joint that moves a link, or None where it is the root or rigidly attached."""
         return {j.child: j for j in self.joints}.get(link)
 
-    def asset_from_link(self, name: str) -> Pose:
-        """Pose of a link in the asset frame, every joint at zero."""
+    def asset_from_link(self, name: str, positions: Mapping[str, float] | None = None) -> Pose:
+        """Pose of a link in the asset frame.
+
+        Args:
+            positions: of joints, rad or m; those not named are at zero. None: every joint is at zero.
+        """
         link = self.link(name)
-        return link.pose if link.parent is None else self.asset_from_link(link.parent) @ link.pose
+        if link.parent is None:
+            return link.pose
+        pose = self.asset_from_link(link.parent, positions) @ link.pose
+        joint = self.joint_of(name)
+        if positions is None:
+            return pose
+        return pose @ (Pose() if joint is None else joint.motion(positions.get(joint.name, 0.0)))
+
+    def is_moved(self, name: str) -> bool:
+        """True if a link is moved by any joint, its own or one of a link that carries it."""
+        parent = self.link(name).parent
+        return self.joint_of(name) is not None or (parent is not None and self.is_moved(parent))
 
     def substance(self, name: str) -> Substance:
         """The substance of that id. Raises KeyError."""
@@ -148,19 +164,19 @@ class Asset(Record):
 
     @property
     def bounds(self) -> npt.NDArray[np.float64]:
-        """(2, 3) corners of everything that is seen, asset frame, joints at zero, metres."""
+        """(2, 3) lower and upper corner of all visuals, asset frame, joints at zero, metres."""
         points = [self.asset_from_link(k.name).apply(v.mesh.vertices) for k in self.links for v in k.visuals]
-        cloud = np.concatenate(points)
-        return np.array([cloud.min(axis=0), cloud.max(axis=0)])
+        stacked = np.concatenate(points)
+        return np.array([stacked.min(axis=0), stacked.max(axis=0)])
 
 
-def _distinct(kind: str, names: list[str]) -> None:
-    twice = sorted({n for n in names if names.count(n) > 1})
-    if twice:
-        raise ValueError(f"{kind} {twice[0]!r} occurs twice")
+def _check_distinct(kind: str, names: list[str]) -> None:
+    repeated = sorted({n for n in names if names.count(n) > 1})
+    if repeated:
+        raise ValueError(f"{kind} {repeated[0]!r} occurs twice")
 
 
-def _known(kind: str, wanted: list[str], known: list[str]) -> None:
-    missing = sorted(set(wanted) - set(known))
+def _check_ids(kind: str, used: list[str], defined: list[str]) -> None:
+    missing = sorted(set(used) - set(defined))
     if missing:
-        raise ValueError(f"no {kind} {missing[0]!r}; there are {sorted(known)}")
+        raise ValueError(f"no {kind} {missing[0]!r}; there are {sorted(defined)}")

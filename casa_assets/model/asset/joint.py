@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from enum import StrEnum
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field, field_validator
 
+from casa_assets.model.pose import Pose
 from casa_assets.model.record import Id, Record, Vec2, Vec3, Vec5
 
 NotNegative = Annotated[float, Field(ge=0.0)]
@@ -39,8 +42,8 @@ class Joint(Record):
         anchor: a point on the axis, metres, child frame.
         range: (low, high), rad or m; low < high.
         damping: N*m*s/rad or N*s/m. frictionloss: N*m or N. armature: kg*m^2 or kg.
-        friction_impedance: how stiffly dry friction holds, in MuJoCo's terms: impedance at both ends, width, midpoint,
-            power. At MuJoCo's usual 0.9 a light lever creeps under its own weight; this holds it.
+        friction_impedance: stiffness of dry friction as in MuJoCo: impedance at both ends, width, midpoint, power. At
+            MuJoCo's default of 0.9 a light lever creeps under its own weight; with this value it does not.
             Ref: MuJoCo XML reference, solimpfriction.
         drive: spring to a target, or None.
         grip: collider that a hand takes, on the moved link or on one that it carries rigidly; None where unknown.
@@ -78,6 +81,16 @@ class Joint(Record):
             raise ValueError(f"range {span} must rise")
         return span
 
+    def motion(self, position: float) -> Pose:
+        """Pose of the child at a joint position (rad or m), in its own frame at zero."""
+        x, y, z = self.axis
+        if self.kind is JointKind.SLIDE:
+            return Pose(position=(x * position, y * position, z * position))
+        # Not numpy's functions: their last bit depends on the processor.
+        c, s = math.cos(position / 2), math.sin(position / 2)
+        anchor = Pose(position=self.anchor)
+        return anchor @ Pose(quaternion=(c, s * x, s * y, s * z)) @ anchor.inverse()
+
 
 class State(Record):
     """A named interval of a joint, as fractions of its way from closed (0) to open (1): `open` is (0.9, 1)."""
@@ -93,6 +106,11 @@ class JointValue(Record):
 
     joint: Id
     value: float
+
+
+def joint_positions(values: Iterable[JointValue]) -> dict[str, float]:
+    """Joint name -> position, rad or m."""
+    return {at.joint: at.value for at in values}
 
 
 class Keyframe(Record):

@@ -17,6 +17,8 @@ from casa_assets.model.record import Id, Record, Vec3
 SceneId = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9]*(_{1,2}[a-z0-9]+)*$", max_length=160)]
 # What writers call the joint of a free base and the body that holds the others; nothing else is called so.
 FREE_JOINT, WORLD = "free", "world"
+# Named poses that every scene has: as it begins, everything closed, and open what has such a keyframe.
+START_POSE, CLOSED_POSE, OPEN_POSE = "start", "closed", "open"
 
 
 class Layer(StrEnum):

@@ -192,7 +192,7 @@ class TestGroups:
         assert groups("grill") == {1}
 
     def test_of_the_callers_choice(self) -> None:
-        root = etree.fromstring(write(corner(), groups=Groups(touched=3, seen=2, ceiling=4)).entries["scene.xml"])
+        root = etree.fromstring(write(corner(), groups=Groups(colliders=3, visuals=2, ceiling=4)).entries["scene.xml"])
         found = {str(e.get("name")): e.get("group") for e in root.iter("geom")}
         assert (found["mug__floor"], found["mug__body"], found["ceiling__carton"]) == ("3", "2", "4")
 

@@ -21,7 +21,7 @@ from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene.kitchen import scene_text, write
-from casa_assets.export.usd.scene.lights_and_cameras import REFERENCE_M, looking_along
+from casa_assets.export.usd.scene.lights_and_cameras import REFERENCE_M, pose_looking_along
 from casa_assets.model.kitchen.scene import Scene
 from tests.scenes import body, corner, expected, put
 
@@ -206,11 +206,11 @@ class TestRoom:
     @given(direction=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) > 0.01))
     def test_lights_look_along_their_direction(self, direction: tuple[float, float, float]) -> None:
         unit = np.array(direction) / math.hypot(*direction)
-        assert -looking_along(direction).rotation[:, 2] == pytest.approx(unit, abs=1e-5)
+        assert -pose_looking_along(direction).rotation[:, 2] == pytest.approx(unit, abs=1e-5)
 
     def test_straight_up_and_down(self) -> None:
-        assert -looking_along((0.0, 0.0, 2.0)).rotation[:, 2] == pytest.approx([0, 0, 1])
-        assert -looking_along((0.0, 0.0, -2.0)).rotation[:, 2] == pytest.approx([0, 0, -1])
+        assert -pose_looking_along((0.0, 0.0, 2.0)).rotation[:, 2] == pytest.approx([0, 0, 1])
+        assert -pose_looking_along((0.0, 0.0, -2.0)).rotation[:, 2] == pytest.approx([0, 0, -1])
 
 
 def test_bytes_do_not_depend_on_the_hash_seed() -> None:

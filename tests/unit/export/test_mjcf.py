@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from casa_assets.export.mjcf import mesh, number, write
+from casa_assets.core.color import srgb_from_linear
+from casa_assets.export.mjcf import number, visual, write
 from casa_assets.export.mjcf.body import _inertial
-from casa_assets.export.mjcf.material import linear_to_srgb
 from casa_assets.model.asset.asset import Asset, Base, Inertial, Region
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
@@ -163,7 +163,7 @@ class TestMesh:
     def test_values_are_read_back_as_the_same_float32(self) -> None:
         rng = np.random.default_rng(5)
         vertices = rng.normal(size=(200, 3)) * 10.0 ** rng.integers(-6, 3, size=(200, 1))
-        text = mesh.obj(Mesh(vertices=vertices, faces=np.array([[0, 1, 2]]))).decode()
+        text = visual.obj_text(Mesh(vertices=vertices, faces=np.array([[0, 1, 2]]))).decode()
         read = [[float(n) for n in line.split()[1:]] for line in text.splitlines() if line.startswith("v ")]
         np.testing.assert_array_equal(np.array(read, dtype=np.float32), vertices.astype(np.float32))
 
@@ -179,7 +179,7 @@ class TestMesh:
             uv=full.uv if uv else None,
             normals=full.normals if normals else None,
         )
-        lines = mesh.obj(some).decode().splitlines()
+        lines = visual.obj_text(some).decode().splitlines()
         assert next(line for line in lines if line.startswith("f ")).split()[1] == corner
         kinds = {"v": 24, "vt": 24 * uv, "vn": 24 * normals, "f": 12}
         assert {kind: sum(line.startswith(kind + " ") for line in lines) for kind in kinds} == kinds
@@ -217,7 +217,7 @@ class TestMesh:
 
 class TestMaterial:
     def test_color_is_what_a_display_shows(self) -> None:
-        assert [round(linear_to_srgb(x), 4) for x in (0.0, 0.001, 0.2, 1.0)] == [0.0, 0.0129, 0.4845, 1.0]
+        assert [round(srgb_from_linear(x), 4) for x in (0.0, 0.001, 0.2, 1.0)] == [0.0, 0.0129, 0.4845, 1.0]
         found = attributes(model(rigid_mug()), "asset/material")
         assert [round(float(n), 3) for n in found["rgba"].split()] == [0.798, 0.248, 0.152, 1.0]
 

@@ -154,7 +154,7 @@ class TestThick:
         assert mesh_volume.has_volume(after[1].mesh)
         assert len(after[1].mesh.faces) == len(ink.mesh.faces) + 3
         added = after[1].mesh.vertices[-1]
-        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= mesh_volume.DEPTH_M + 1e-12
+        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= mesh_volume.MAX_DEPTH_M + 1e-12
         assert after[1].mesh.faces[: len(ink.mesh.faces)].tolist() == ink.mesh.faces.tolist()
 
     def test_nothing_else_changes(self) -> None:
@@ -171,7 +171,7 @@ SHOE = entries.Instance(id="shoe_00", category="shoe", split=Split.TRAIN)
 
 
 def tables(*instances: entries.Instance) -> dict[RobocasaRelease, dict[str, Any]]:
-    return entries.tables(instances, registry.load().categories, "casa")
+    return entries.category_tables(instances, registry.load().categories, "casa")
 
 
 class TestEntries:
@@ -260,11 +260,11 @@ class SecondKind(FirstKind):
 @pytest.fixture
 def exported(tmp_path: Path) -> Path:
     for instance in (*APPLE, SHOE):
-        folder = tmp_path / entries.place(instance, "casa")
+        folder = tmp_path / entries.instance_folder(instance, "casa")
         folder.mkdir(parents=True)
         (folder / model.FILE).touch()
     for generation, table in tables(*APPLE, SHOE).items():
-        (tmp_path / entries.file_name(generation)).write_bytes(entries.text(table))
+        (tmp_path / entries.file_name(generation)).write_bytes(entries.json_bytes(table))
     return tmp_path
 
 
@@ -276,7 +276,9 @@ class TestFill:
         assert casa_objects.fill(kind, categories, groups, exported) == ("casa", "casa_test", "casa_train")
         apple = categories["apple"]
         assert apple["objaverse"] == "theirs"
-        found = {name: [Path(p).parent.name for p in apple[name].mjcf_paths] for name in entries.names("casa")}
+        found = {
+            name: [Path(p).parent.name for p in apple[name].mjcf_paths] for name in entries.registry_splits("casa")
+        }
         assert found == {"casa": ["apple_00", "apple_01"], "casa_train": ["apple_00"], "casa_test": ["apple_01"]}
         assert apple["casa"].types == ("fruit",)
         assert apple["casa"].graspable is True

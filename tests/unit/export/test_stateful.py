@@ -12,10 +12,9 @@ import pytest
 from lxml import etree
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
+from casa_assets.core.color import srgb_from_linear
 from casa_assets.export.mjcf import write
-from casa_assets.export.mjcf.material import linear_to_srgb
 from casa_assets.export.usd import document
-from casa_assets.export.usd.keyframe import joint_motion
 from casa_assets.model.asset.asset import Asset, Base, Region
 from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.pose import Pose
@@ -106,7 +105,7 @@ class TestMjcfPlaces:
         glow = one(xml(grill()), ".//site[@name='heat_glow']")
         assert (glow["type"], glow["size"]) == ("cylinder", "0.15 0.01")
         shown = [float(n) for n in glow["rgba"].split()]
-        assert shown == pytest.approx([1.0, linear_to_srgb(0.2), linear_to_srgb(0.05), 0.0], abs=1e-8)
+        assert shown == pytest.approx([1.0, srgb_from_linear(0.2), srgb_from_linear(0.05), 0.0], abs=1e-8)
         box = one(xml(grill()), ".//body[@name='knob']/site[@name='display']")
         assert (box["type"], box["size"]) == ("box", "0.01 0.02 0.0005")
 
@@ -213,7 +212,7 @@ class TestUsdPoses:
 
     def test_a_hinge_turns_about_its_anchor(self) -> None:
         (hinge,) = [j for j in grill().joints if j.name == "knob_joint"]
-        turned = joint_motion(hinge, 0.7)
+        turned = hinge.motion(0.7)
         anchor = np.array([hinge.anchor])
         along = anchor + np.array([hinge.axis])
         assert turned.apply(anchor) == pytest.approx(anchor)

@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
 from casa_assets.export.usd import document
-from casa_assets.export.usd.body import float32_moments, principal
+from casa_assets.export.usd.body import float32_moments, principal_axes
+from casa_assets.export.usd.document import WRITER_DATE
 from casa_assets.export.usd.joint import axis_and_rotation
-from casa_assets.export.usd.metadata import WRITER_DATE
 from casa_assets.export.usd.visual import face_normals
 from casa_assets.model.asset.asset import Asset, Base, Exclusion, Link
 from casa_assets.model.asset.mesh import Mesh
@@ -154,7 +154,7 @@ class TestBody:
     ) -> None:
         rotation = Pose(quaternion=quaternion).rotation
         tensor = rotation @ np.diag([*moments, sum(moments)]) @ rotation.T
-        values, axes = principal(tensor)
+        values, axes = principal_axes(tensor)
         rebuilt = axes.rotation @ np.diag(values) @ axes.rotation.T
         assert np.abs(rebuilt - tensor).max() <= 1e-12 * np.trace(tensor)
         a, b, c = sorted(float32_moments(values))
@@ -162,7 +162,7 @@ class TestBody:
         assert np.abs(np.array(float32_moments(values)) - values).max() <= 2e-7 * c
 
     def test_diagonal_tensor_keeps_its_axes(self) -> None:
-        values, axes = principal(np.diag([3.0, 1.0, 2.0]))
+        values, axes = principal_axes(np.diag([3.0, 1.0, 2.0]))
         assert values == (3.0, 1.0, 2.0)
         assert axes == Pose()
 

@@ -11,27 +11,39 @@ from dataclasses import dataclass
 
 from lxml import etree
 
-from casa_assets.export.mjcf import body, collider, contact, keyframe, label, mean_color, number, visual
-from casa_assets.export.mjcf.mesh import Meshes
+from casa_assets.export.mjcf import body, contact, keyframe, label, number
+from casa_assets.export.mjcf.body import BodyContext
 from casa_assets.export.mjcf.scene import resources, room
 from casa_assets.export.mjcf.scene.resources import SceneResources
+from casa_assets.export.mjcf.visual import Meshes
+from casa_assets.export.mujoco_values import COLLIDER_GROUP, VISUAL_GROUP
+from casa_assets.geometry.collider_colors import collider_colors
 from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.files import Files
-from casa_assets.model.kitchen.scene import FREE_JOINT, Layer, LightScene, PlacedLink, Placement, Scene
+from casa_assets.model.kitchen.scene import (
+    CLOSED_POSE,
+    FREE_JOINT,
+    OPEN_POSE,
+    START_POSE,
+    Layer,
+    LightScene,
+    PlacedLink,
+    Placement,
+    Scene,
+)
 from casa_assets.model.pose import Pose
 
 FILE = "scene.xml"
 CEILING_GROUP = 2
-# Poses that every scene has: as it begins, everything closed (which is zero), and all that has such a pose open.
-START, CLOSED, OPEN = "start", "closed", "open"
 
 
 @dataclass(frozen=True)
 class Groups:
-    """MuJoCo's groups of geoms that collide, that are seen, and that are seen of a ceiling."""
+    """MuJoCo's groups of colliders, of visuals, and of the visuals of a ceiling."""
 
-    touched: int = collider.GROUP
-    seen: int = visual.GROUP
+    colliders: int = COLLIDER_GROUP
+    visuals: int = VISUAL_GROUP
     ceiling: int = CEILING_GROUP
 
 
@@ -42,9 +54,9 @@ def write(
 ) -> Files:
     """The MJCF of a scene; the same scene is the same bytes.
 
-    The light form has no images and no meshes; what collides is seen, in the mean colour of what it stands for. In it
-    what is fixed and what moves on it are never tried for contact, wherever they are. In the full form they are, but
-    for the pairs that the scene excludes, which is what the USD says as well.
+    The light form has no images and no meshes: its colliders are drawn, in the mean colour of the visuals that they
+    stand for. In it no contact is possible between what is fixed and what moves on a fixed base. In the full form only
+    the pairs that the scene excludes never collide, as in the USD.
 
     Args:
         scene: what to write, whole or in its light form.
@@ -57,59 +69,67 @@ def write(
     light = scene if isinstance(scene, LightScene) else None
     scene = scene if isinstance(scene, Scene) else scene.scene
     assets = {asset.id: asset for asset in (light.forms if light else scene.assets)}
-    tints = {asset.id: _tints(asset, assets[asset.id]) for asset in scene.assets} if light else {}
-    parts = resources.gather([] if light else list(assets.values()))
-    drafts = [_draft(place, assets[place.asset], parts, tints, groups or Groups()) for place in scene.placements]
-    text = _document(scene, drafts, parts, shared, spared=light is not None)
-    return Files.of({FILE: text, **parts.entries})
+    colors = {asset.id: _light_colors(asset, assets[asset.id]) for asset in scene.assets} if light else {}
+    shared_files = resources.gather([] if light else list(assets.values()))
+    contexts = [
+        _context(place, assets[place.asset], shared_files, colors, groups or Groups()) for place in scene.placements
+    ]
+    text = _document(scene, contexts, shared_files, shared, is_light=light is not None)
+    return Files.of({FILE: text, **shared_files.entries})
 
 
-def _tints(asset: Asset, light: Asset) -> dict[str, str]:
-    """Collider of the light asset -> colour."""
-    known = mean_color.collider_colors(asset)
-    names = [item.name for link in light.links for item in link.colliders]
+def _light_colors(asset: Asset, light: Asset) -> dict[str, str]:
+    """Collider of the light asset -> `rgba`, three digits."""
+    known = {name: number.numbers(round(c, 3) for c in color) for name, color in collider_colors(asset).items()}
+    names = [collider.name for link in light.links for collider in link.colliders]
     return {name: known[name] if name in known else known[LightScene.collider_of(name)] for name in names}
 
 
-def _draft(
-    place: Placement, asset: Asset, parts: SceneResources, tints: Mapping[str, Mapping[str, str]], groups: Groups
-) -> body.BodyContext:
-    ceiling = place.layer is Layer.CEILING
-    seen_as_touched = asset.id in tints
-    return body.BodyContext(
+def _context(
+    place: Placement,
+    asset: Asset,
+    shared_files: SceneResources,
+    colors: Mapping[str, Mapping[str, str]],
+    groups: Groups,
+) -> BodyContext:
+    is_ceiling = place.layer is Layer.CEILING
+    draws_colliders = asset.id in colors
+    return BodyContext(
         asset=asset,
-        meshes=parts.meshes.get(asset.id, Meshes((), {})),
+        meshes=shared_files.meshes.get(asset.id, Meshes((), {})),
         materials={item.id: resources.material_name(asset.id, item.id) for item in asset.materials},
-        touched=groups.ceiling if ceiling and seen_as_touched else groups.touched,
-        seen=groups.ceiling if ceiling else groups.seen,
+        collider_group=groups.ceiling if is_ceiling and draws_colliders else groups.colliders,
+        visual_group=groups.ceiling if is_ceiling else groups.visuals,
         placement=place.name,
-        tints=tints.get(asset.id, {}),
+        collider_colors=colors.get(asset.id, {}),
     )
 
 
-def _document(scene: Scene, drafts: list[body.BodyContext], parts: SceneResources, folder: str, spared: bool) -> bytes:
+def _document(
+    scene: Scene, contexts: list[BodyContext], shared_files: SceneResources, folder: str, is_light: bool
+) -> bytes:
     root = etree.Element("mujoco", {"model": scene.id})
     compiler = {"angle": "radian", "autolimits": "true"}
-    if spared:
-        # What never moves becomes one body with the world, and MuJoCo has about half as many poses to find each step.
+    if is_light:
+        # What never moves becomes one body with the world, and MuJoCo computes about half as many poses per step.
         compiler["fusestatic"] = "true"
     etree.SubElement(root, "compiler", compiler)
     option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": number.numbers(scene.gravity)}
-    # Several contacts between a pair of meshes, so that what stands does not rock. MuJoCo 4 does so by itself.
+    # Several contacts between a pair of meshes, so that what stands does not rock. MuJoCo 4 does so by default.
     etree.SubElement(etree.SubElement(root, "option", option), "flag", {"multiccd": "enable"})
     room.add_frame(root, scene)
     assets = etree.SubElement(root, "asset")
     room.add_sky(assets, scene)
-    resources.add_all(assets, parts, folder)
+    resources.add_all(assets, shared_files, folder)
     world = etree.SubElement(root, "worldbody")
-    room.add_lights(world, scene)
-    for place, draft in zip(scene.placements, drafts, strict=True):
-        placed = _add_placement(world, place, draft)
-        if spared and draft.asset.base is Base.FIXED:
-            contact.exclude_from_world(placed)
-    _add_exclusions(root, drafts, () if spared else scene.exclusions)
-    _add_texts(root, scene, drafts)
-    _add_poses(root, scene, drafts)
+    room.add_lights_and_cameras(world, scene)
+    for place, context in zip(scene.placements, contexts, strict=True):
+        root_body = _add_placement(world, place, context)
+        if is_light and context.asset.base is Base.FIXED:
+            contact.exclude_from_world(root_body)
+    _add_exclusions(root, contexts, () if is_light else scene.exclusions)
+    _add_texts(root, scene, contexts)
+    _add_poses(root, scene, contexts)
     return etree.tostring(root, encoding="us-ascii", pretty_print=True)
 
 
@@ -118,52 +138,56 @@ def world_from_root(place: Placement, asset: Asset) -> Pose:
     return place.pose @ asset.root.pose
 
 
-def _add_placement(world: etree._Element, place: Placement, draft: body.BodyContext) -> etree._Element:
-    root = draft.asset.root.replace(pose=world_from_root(place, draft.asset))
-    placed = body.add(world, root, draft)
-    if draft.asset.base is Base.FREE:
-        placed.insert(0, etree.Element("freejoint", {"name": draft.prefix + FREE_JOINT}))
-    return placed
+def _add_placement(world: etree._Element, place: Placement, context: BodyContext) -> etree._Element:
+    root = context.asset.root.replace(pose=world_from_root(place, context.asset))
+    root_body = body.add(world, root, context)
+    if context.asset.base is Base.FREE:
+        root_body.insert(0, etree.Element("freejoint", {"name": context.prefix + FREE_JOINT}))
+    return root_body
 
 
 def _add_exclusions(
-    root: etree._Element, drafts: list[body.BodyContext], more: Sequence[tuple[PlacedLink, PlacedLink]]
+    root: etree._Element, contexts: list[BodyContext], scene_pairs: Sequence[tuple[PlacedLink, PlacedLink]]
 ) -> None:
-    """Add the contact exclusions of each asset, and those of the scene."""
-    pairs = etree.SubElement(root, "contact")
-    for draft in drafts:
-        for exclusion in draft.asset.exclusions:
-            contact.add(pairs, exclusion, draft)
-    of = {draft.placement: draft for draft in drafts}
-    said = {tuple(sorted((e.get("body1", ""), e.get("body2", "")))) for e in pairs}
-    for pair in more:
-        first, second = (of[end.placement].body_name(end.link) for end in pair)
-        if tuple(sorted((first, second))) not in said:
-            contact.exclude(pairs, first, second)
+    """Add the contact exclusions of each asset, and those of the scene, each pair once."""
+    block = etree.SubElement(root, "contact")
+    for context in contexts:
+        for exclusion in context.asset.exclusions:
+            contact.add(block, exclusion, context)
+    of_placement = {context.placement: context for context in contexts}
+    written = {frozenset((e.get("body1", ""), e.get("body2", ""))) for e in block}
+    for pair in scene_pairs:
+        first, second = (of_placement[end.placement].body_name(end.link) for end in pair)
+        if frozenset((first, second)) not in written:
+            contact.exclude(block, first, second)
 
 
-def _add_texts(root: etree._Element, scene: Scene, drafts: list[body.BodyContext]) -> None:
-    """The texts of each asset, and for each placement which asset it is and what it belongs to."""
+def _add_texts(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -> None:
+    """The texts of each asset, and for each placement its asset and its layer."""
     custom = etree.SubElement(root, "custom")
-    for place, draft in zip(scene.placements, drafts, strict=True):
-        said = {"asset": place.asset, "layer": place.layer.value, **label.texts(draft.asset, draft.prefix)}
-        for name, data in said.items():
-            etree.SubElement(custom, "text", {"name": draft.prefix + name, "data": data})
+    for place, context in zip(scene.placements, contexts, strict=True):
+        texts = {"asset": place.asset, "layer": place.layer.value, **label.texts(context.asset, context.prefix)}
+        for name, data in texts.items():
+            etree.SubElement(custom, "text", {"name": context.prefix + name, "data": data})
 
 
-def _add_poses(root: etree._Element, scene: Scene, drafts: list[body.BodyContext]) -> None:
-    poses: dict[str, list[float]] = {START: [], CLOSED: [], OPEN: []}
-    for place, draft in zip(scene.placements, drafts, strict=True):
-        asset = draft.asset
-        named = {key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes}
-        closed = named.get(CLOSED, {})
-        stands = {START: {at.joint: at.value for at in place.joints}, CLOSED: closed, OPEN: named.get(OPEN, closed)}
+def _add_poses(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -> None:
+    """Keyframes `start`, `closed` and `open`: joints that an asset's own keyframe does not name are at zero."""
+    qpos: dict[str, list[float]] = {START_POSE: [], CLOSED_POSE: [], OPEN_POSE: []}
+    for place, context in zip(scene.placements, contexts, strict=True):
+        asset = context.asset
+        keyframes = {key.name: joint_positions(key.joints) for key in asset.keyframes}
+        closed = keyframes.get(CLOSED_POSE, {})
+        positions = {
+            START_POSE: joint_positions(place.joints),
+            CLOSED_POSE: closed,
+            OPEN_POSE: keyframes.get(OPEN_POSE, closed),
+        }
         base = world_from_root(place, asset)
-        free = (*base.position, *base.quaternion) if asset.base is Base.FREE else ()
-        order = keyframe.joints(asset, asset.root.name)
-        for name, values in poses.items():
-            values += [*free, *(stands[name].get(joint, 0.0) for joint in order)]
+        free_joint = (*base.position, *base.quaternion) if asset.base is Base.FREE else ()
+        joints = keyframe.joint_order(asset, asset.root.name)
+        for name, values in qpos.items():
+            values += [*free_joint, *(positions[name].get(joint, 0.0) for joint in joints)]
     block = etree.SubElement(root, "keyframe")
-    for name, values in poses.items():
-        position = {"qpos": number.numbers(values)} if values else {}
-        etree.SubElement(block, "key", {"name": name, **position})
+    for name, values in qpos.items():
+        etree.SubElement(block, "key", {"name": name, **({"qpos": number.numbers(values)} if values else {})})

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 from lxml import etree
 
-from casa_assets.export.mjcf import material, mesh
-from casa_assets.export.mjcf.mesh import Meshes, MeshFile, MeshUse
+from casa_assets.export.mjcf import material, visual
+from casa_assets.export.mjcf.visual import Meshes, MeshFile, MeshUse
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture
 
 # Hexadecimal digits of a mesh's name: of a million meshes two share one with a probability of 1e-13.
-DIGITS = 24
-# The shared folder, as the files that a writer returns name it.
+HASH_DIGITS = 24
+# The folder that scenes share, in the paths that the writer returns.
 FOLDER = "assets"
 
 
@@ -36,7 +36,7 @@ class SceneResources:
     @property
     def mesh_files(self) -> tuple[MeshFile, ...]:
         """Every `<mesh>` once, in the order of first use."""
-        return tuple({file.name: file for of in self.meshes.values() for file in of.files}.values())
+        return tuple({file.name: file for meshes in self.meshes.values() for file in meshes.files}.values())
 
     @property
     def entries(self) -> dict[str, bytes]:
@@ -47,12 +47,12 @@ class SceneResources:
 
 def gather(assets: Sequence[Asset]) -> SceneResources:
     """Collect meshes, images and materials of assets; meshes are named by content, so equal ones are one file."""
-    seen: dict[str, Texture] = {}
-    worn: dict[str, Material] = {}
+    textures: dict[str, Texture] = {}
+    materials: dict[str, Material] = {}
     for asset in assets:
-        seen |= material.textures(asset)
-        worn |= {material_name(asset.id, item.id): item for item in asset.materials}
-    return SceneResources({asset.id: _meshes(asset) for asset in assets}, seen, worn)
+        textures |= material.textures(asset)
+        materials |= {material_name(asset.id, item.id): item for item in asset.materials}
+    return SceneResources({asset.id: _meshes(asset) for asset in assets}, textures, materials)
 
 
 def material_name(asset: str, item: str) -> str:
@@ -60,22 +60,22 @@ def material_name(asset: str, item: str) -> str:
     return f"{asset}__{item}"
 
 
-def add_all(element: etree._Element, stock: SceneResources, folder: str) -> None:
+def add_all(assets: etree._Element, resources: SceneResources, folder: str) -> None:
     """Every `<texture>`, `<material>` and `<mesh>` below `<asset>`; `folder` leads from the document to the files."""
-    for path, image in stock.textures.items():
-        material.add_texture(element, image, f"{folder}/{path}")
-    for name, item in stock.materials.items():
-        material.add(element, item, name)
-    for file in stock.mesh_files:
-        mesh.add(element, file, folder)
+    for path, image in resources.textures.items():
+        material.add_texture(assets, image, f"{folder}/{path}")
+    for name, item in resources.materials.items():
+        material.add(assets, item, name)
+    for file in resources.mesh_files:
+        visual.add_mesh(assets, file, folder)
 
 
 def _meshes(asset: Asset) -> Meshes:
     of: dict[str, MeshFile] = {}
-    for name, item, use in mesh.uses(asset):
-        data = mesh.obj(item, bare=use is MeshUse.HULL)
-        content = hashlib.sha256(data).hexdigest()[:DIGITS]
+    for name, mesh, use in visual.mesh_uses(asset):
+        data = visual.obj_text(mesh, bare=use is MeshUse.HULL)
+        content = hashlib.sha256(data).hexdigest()[:HASH_DIGITS]
         # A surface without normals may have the very file of a hull; MuJoCo takes the two for different meshes.
-        called = content if use is MeshUse.SURFACE else f"{content}__{use.value}"
-        of[name] = MeshFile(called, f"{mesh.FOLDER}/{content}.obj", data, use)
+        mesh_name = content if use is MeshUse.SURFACE else f"{content}__{use.value}"
+        of[name] = MeshFile(mesh_name, f"{visual.FOLDER}/{content}.obj", data, use)
     return Meshes(tuple({file.name: file for file in of.values()}.values()), of)

@@ -30,8 +30,8 @@ LIGHTS = (
 
 def add_frame(root: etree._Element, asset: Asset) -> None:
     """`<statistic>` and `<visual>`: where the viewer looks from, and its light."""
-    middle, diagonal = _seen(asset)
-    etree.SubElement(root, "statistic", {"center": number.numbers(middle), "extent": number.number(diagonal)})
+    center, diagonal = _center_and_diagonal(asset)
+    etree.SubElement(root, "statistic", {"center": number.numbers(center), "extent": number.number(diagonal)})
     view = etree.SubElement(root, "visual")
     etree.SubElement(
         view, "global", {"azimuth": "60", "elevation": "-22", "fovy": "40", "offwidth": "1280", "offheight": "960"}
@@ -46,48 +46,49 @@ def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> No
     """Sky, floor and lights."""
     etree.SubElement(assets, "texture", SKY)
     etree.SubElement(assets, "material", FLOOR_MATERIAL)
-    middle, diagonal = _seen(asset)
+    center, diagonal = _center_and_diagonal(asset)
     for i, (direction, light) in enumerate(LIGHTS):
-        # A directional light shines from everywhere, but its shadows are drawn from here: near, so that they are sharp.
-        position = number.numbers(middle - LIGHT_DISTANCE * diagonal * np.array(direction))
-        place = {"name": f"scene__light_{i}", "type": "directional", "pos": position, "dir": number.numbers(direction)}
-        etree.SubElement(world, "light", place | light)
-    substances = asset.substances
+        # A directional light shines from everywhere, but its shadows are drawn from here: near means sharp.
+        position = number.numbers(center - LIGHT_DISTANCE * diagonal * np.array(direction))
+        attributes = {
+            "name": f"scene__light_{i}",
+            "type": "directional",
+            "pos": position,
+            "dir": number.numbers(direction),
+        }
+        etree.SubElement(world, "light", attributes | light)
     # MuJoCo takes the larger of two frictions. The least of the asset's own lets each collider's value act.
-    least = (
-        min(s.dynamic_friction for s in substances),
-        min(s.torsional_friction for s in substances),
-        min(s.rolling_friction for s in substances),
-    )
+    names = ("dynamic_friction", "torsional_friction", "rolling_friction")
+    friction = [min(getattr(s, name) for s in asset.substances) for name in names]
     floor = {"name": "scene__floor", "type": "plane", "size": "0 0 0.05", "material": "scene__floor", "group": "1"}
-    floor |= {"contype": "1", "conaffinity": "1", "condim": "3", "friction": number.numbers(least)}
+    floor |= {"contype": "1", "conaffinity": "1", "condim": "3", "friction": number.numbers(friction)}
     etree.SubElement(world, "geom", floor)
 
 
-def add_object(world: etree._Element, draft: body.BodyContext) -> tuple[float, ...]:
-    """The asset, standing on the floor: free to move where its base is free, else welded to the world.
+def add_object(world: etree._Element, context: body.BodyContext) -> tuple[float, ...]:
+    """Put the asset on the floor: free to move where its base is free, else welded to the world.
 
     Returns:
-        Positions of the free joint (x, y, z, w, x, y, z); none where it is welded.
+        Position of the free joint (x, y, z, w, x, y, z); none where it is welded.
     """
-    asset = draft.asset
-    placed = body.add(world, asset.root, draft)
+    asset = context.asset
+    object_body = body.add(world, asset.root, context)
     x, y, z = asset.root.pose.position
-    placed.set("pos", number.numbers((x, y, z + _lift(asset))))
+    object_body.set("pos", number.numbers((x, y, z + _lift(asset))))
     if asset.base is Base.FREE:
-        placed.insert(0, etree.Element("freejoint", {"name": "scene__free"}))
+        object_body.insert(0, etree.Element("freejoint", {"name": "scene__free"}))
         return (x, y, z + _lift(asset), *asset.root.pose.quaternion)
     return ()
 
 
-def _seen(asset: Asset) -> tuple[npt.NDArray[np.float64], float]:
-    """Middle of what is seen, where it stands in the scene, and the diagonal of its bounds, metres."""
+def _center_and_diagonal(asset: Asset) -> tuple[npt.NDArray[np.float64], float]:
+    """Centre of the visuals, as the asset stands in the scene, and the diagonal of their bounds, metres."""
     lower, upper = asset.bounds
-    middle = (lower + upper) / 2
-    middle[2] += _lift(asset)
-    return middle, float(np.linalg.norm(upper - lower))
+    center = (lower + upper) / 2
+    center[2] += _lift(asset)
+    return center, float(np.linalg.norm(upper - lower))
 
 
 def _lift(asset: Asset) -> float:
     """Height to raise the asset by for its lowest collider to touch z = 0, metres."""
-    return -float(site.touched_bounds(asset)[0, 2])
+    return -float(site.collision_bounds(asset)[0, 2])

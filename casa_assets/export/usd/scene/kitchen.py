@@ -11,17 +11,18 @@ from __future__ import annotations
 import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
 
-from casa_assets.export.usd import contact, document, keyframe, metadata, number
+from casa_assets.export.usd import contact, document, keyframe, number
 from casa_assets.export.usd.scene import lights_and_cameras, placement
 from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.files import Files
-from casa_assets.model.kitchen.scene import Layer, Placement, Scene
+from casa_assets.model.kitchen.scene import CLOSED_POSE, OPEN_POSE, START_POSE, Layer, Placement, Scene
 
 FILE = "scene.usda"
 WORLD = Sdf.Path("/World")
 # camelCase, which no placement is.
 PHYSICS = "physicsScene"
-# The shared folder, as the files that a writer returns name it, and what is in it.
+# The folder that scenes share, in the paths that the writer returns, and the folder of layers in it.
 FOLDER = "assets"
 LAYERS = "usd"
 SHOWN, HIDDEN = "shown", "hidden"
@@ -42,8 +43,8 @@ def write(scene: Scene, shared: str = "../assets") -> Files:
     for asset in scene.assets:
         layer = document.layer_text(asset, f"../../{document.TEXTURES}")
         entries[f"{FOLDER}/{LAYERS}/{asset.id}/{asset.id}.usda"] = layer.encode("utf-8")
-        for item in asset.materials:
-            entries |= {f"{FOLDER}/{document.TEXTURES}/{t.file_name}": t.png for t in item.textures}
+        for material in asset.materials:
+            entries |= {f"{FOLDER}/{document.TEXTURES}/{t.file_name}": t.png for t in material.textures}
     return Files.of(entries)
 
 
@@ -51,20 +52,20 @@ def scene_text(scene: Scene, shared: str = "../assets") -> str:
     """The root layer as usda text: nothing of an asset is copied into it."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     _define(Usd.Stage.Open(layer), scene)
-    # From here on without a stage: it would look for layers that are not on disk yet.
+    # Below this line without a stage, which would look for layers that are not on disk yet.
     assets = scene.asset_of
     for place in scene.placements:
         spec = layer.GetPrimAtPath(WORLD.AppendChild(place.name))
         spec.referenceList.prependedItems = [Sdf.Reference(f"{shared}/{LAYERS}/{place.asset}/{place.asset}.usda")]
         asset = assets[place.name]
         if asset.base is Base.FIXED:
-            placement.anchor(layer, spec.path, WORLD, place.pose @ asset.root.pose)
+            placement.fix_base(layer, spec.path, WORLD, place.pose @ asset.root.pose)
     for pair in scene.exclusions:
         first, second = (WORLD.AppendChild(end.placement).AppendChild(end.link) for end in pair)
         contact.filter_pair(layer, first, second)
-    _poses(layer, scene)
+    _add_pose_variants(layer, scene)
     for kind in (Layer.ROOM, Layer.CEILING):
-        _hideable(layer, kind.value, [place for place in scene.placements if place.layer is kind])
+        _add_visibility_variants(layer, kind.value, [place for place in scene.placements if place.layer is kind])
     text: str = layer.ExportToString()
     return text
 
@@ -72,7 +73,7 @@ def scene_text(scene: Scene, shared: str = "../assets") -> str:
 def _define(stage: Usd.Stage, scene: Scene) -> None:
     """Everything that refers to no other layer."""
     root = UsdGeom.Xform.Define(stage, WORLD).GetPrim()
-    metadata.set_stage(stage, root)
+    document.set_stage(stage, root)
     Usd.ModelAPI(root).SetKind(Kind.Tokens.assembly)
     physics = UsdPhysics.Scene.Define(stage, WORLD.AppendChild(PHYSICS))
     strength = float(np.linalg.norm(scene.gravity))
@@ -86,33 +87,33 @@ def _define(stage: Usd.Stage, scene: Scene) -> None:
         prim.CreateAttribute(LAYER, Sdf.ValueTypeNames.Token, True, Sdf.VariabilityUniform).Set(place.layer.value)
 
 
-def _poses(layer: Sdf.Layer, scene: Scene) -> None:
-    """The variant set `pose`, `closed` selected: each asset's own variant, and what no asset has, the start."""
-    poses = (placement.START, placement.CLOSED, placement.OPEN)
-    variants = _variants(layer, keyframe.SET, poses, placement.CLOSED)
+def _add_pose_variants(layer: Sdf.Layer, scene: Scene) -> None:
+    """The variant set `pose`, `closed` selected: each asset's own variant, and the start pose, which no asset has."""
+    poses = (START_POSE, CLOSED_POSE, OPEN_POSE)
+    variants = _variants(layer, keyframe.VARIANT_SET, poses, CLOSED_POSE)
     assets = scene.asset_of
     for pose in poses:
         for place in scene.placements:
             asset = assets[place.name]
             own = placement.variant(asset, pose)
             if own is not None:
-                _over(layer, variants, pose, place).variantSelections[keyframe.SET] = own
-            if pose == placement.START:
-                _start(layer, variants, place, asset)
+                _over(layer, variants, pose, place).variantSelections[keyframe.VARIANT_SET] = own
+            if pose == START_POSE:
+                _set_start_pose(layer, variants, place, asset)
 
 
-def _start(layer: Sdf.Layer, variants: str, place: Placement, asset: Asset) -> None:
+def _set_start_pose(layer: Sdf.Layer, variants: str, place: Placement, asset: Asset) -> None:
     """Write the start pose where it differs from the closed pose, stronger than a variant of the asset."""
-    values = {at.joint: at.value for at in place.joints}
-    closed = placement.values(asset, placement.CLOSED)
-    if all(values.get(joint.name, 0.0) == closed.get(joint.name, 0.0) for joint in asset.joints):
+    positions = joint_positions(place.joints)
+    closed = next((joint_positions(key.joints) for key in asset.keyframes if key.name == CLOSED_POSE), {})
+    if all(positions.get(joint.name, 0.0) == closed.get(joint.name, 0.0) for joint in asset.joints):
         return
-    root = _over(layer, variants, placement.START, place).path
-    placement.stand(layer, root, asset, values)
+    root = _over(layer, variants, START_POSE, place).path
+    placement.set_joints(layer, root, asset, positions)
 
 
-def _hideable(layer: Sdf.Layer, name: str, places: list[Placement]) -> None:
-    """A variant set that hides some placements from every eye; they collide all the same."""
+def _add_visibility_variants(layer: Sdf.Layer, name: str, places: list[Placement]) -> None:
+    """A variant set that makes some placements invisible; they collide all the same."""
     if not places:
         return
     variants = _variants(layer, name, (SHOWN, HIDDEN), SHOWN)

@@ -14,12 +14,12 @@ from casa_assets.model.record import Vec3
 
 # camelCase, which no placement is.
 AMBIENT = "ambientLight"
-# USD's bulbs fade with the square of the distance; this far away one is as bright as the scene says, metres: a worktop
-# under the ceiling.
+# USD's lights fade with the square of the distance. At this distance, that of a worktop under the ceiling, one is as
+# bright as the scene's own attenuation makes it.
 REFERENCE_M = 1.5
-# Millimetres, of the sensor that USD takes a camera to have. Ref: UsdGeomCamera, verticalAperture, horizontalAperture.
-APERTURE_HIGH, APERTURE_WIDE = 15.2908, 20.955
-CLIPPING_M = (0.015, 60.0)
+# Size of the sensor, millimetres; the defaults of USD. Ref: UsdGeomCamera, verticalAperture, horizontalAperture.
+SENSOR_HEIGHT_MM, SENSOR_WIDTH_MM = 15.2908, 20.955
+CLIPPING_RANGE_M = (0.015, 60.0)
 
 
 def define_all(stage: Usd.Stage, world: Sdf.Path, scene: Scene) -> None:
@@ -35,10 +35,10 @@ def define_all(stage: Usd.Stage, world: Sdf.Path, scene: Scene) -> None:
 
 
 def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
-    """Normalised, so that its brightness does not depend on its size.
+    """Define a light, normalised, so that its brightness does not depend on its size.
 
-    A white surface that receives E shows E / pi. A directional light of intensity I gives E = I; a ball of radiance
-    I / (4 pi r^2) gives I / (4 d^2) at a distance of d.
+    A white surface with irradiance E has radiance E / pi. A directional light of intensity I gives E = I; a sphere of
+    radiance I / (4 pi r^2) gives E = I / (4 d^2) at a distance of d.
     """
     if light.kind is LightKind.DIRECTIONAL:
         lamp = UsdLux.DistantLight.Define(stage, path)
@@ -46,8 +46,8 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
     else:
         lamp = UsdLux.SphereLight.Define(stage, path)
         a, b, c = light.attenuation
-        faded = 1.0 / (a + b * REFERENCE_M + c * REFERENCE_M**2)
-        lamp.CreateIntensityAttr(4.0 * math.pi * REFERENCE_M**2 * faded)
+        attenuation = 1.0 / (a + b * REFERENCE_M + c * REFERENCE_M**2)
+        lamp.CreateIntensityAttr(4.0 * math.pi * REFERENCE_M**2 * attenuation)
         lamp.CreateRadiusAttr(light.radius)
         lamp.CreateExtentAttr(number.extent(np.array([[-light.radius] * 3, [light.radius] * 3])))
     lamp.CreateNormalizeAttr(True)
@@ -57,20 +57,22 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
         shaping.CreateShapingConeAngleAttr(light.cone_deg)
         shaping.CreateShapingConeSoftnessAttr(light.softness)
     UsdLux.ShadowAPI.Apply(lamp.GetPrim()).CreateShadowEnableAttr(light.castshadow)
-    number.place(lamp.GetPrim(), Pose(position=light.position, quaternion=looking_along(light.direction).quaternion))
+    number.place(
+        lamp.GetPrim(), Pose(position=light.position, quaternion=pose_looking_along(light.direction).quaternion)
+    )
 
 
 def _camera(stage: Usd.Stage, path: Sdf.Path, camera: Camera) -> None:
-    lens = UsdGeom.Camera.Define(stage, path)
-    lens.CreateVerticalApertureAttr(APERTURE_HIGH)
-    lens.CreateHorizontalApertureAttr(APERTURE_WIDE)
-    lens.CreateFocalLengthAttr(APERTURE_HIGH / 2 / math.tan(math.radians(camera.fov_y_deg) / 2))
-    lens.CreateClippingRangeAttr(Gf.Vec2f(*CLIPPING_M))
-    number.place(lens.GetPrim(), camera.pose)
+    prim = UsdGeom.Camera.Define(stage, path)
+    prim.CreateVerticalApertureAttr(SENSOR_HEIGHT_MM)
+    prim.CreateHorizontalApertureAttr(SENSOR_WIDTH_MM)
+    prim.CreateFocalLengthAttr(SENSOR_HEIGHT_MM / 2 / math.tan(math.radians(camera.fov_y_deg) / 2))
+    prim.CreateClippingRangeAttr(Gf.Vec2f(*CLIPPING_RANGE_M))
+    number.place(prim.GetPrim(), camera.pose)
 
 
-def looking_along(direction: Vec3) -> Pose:
-    """The turn that takes -z, along which lights shine, to a direction by the shortest way."""
+def pose_looking_along(direction: Vec3) -> Pose:
+    """Rotation that takes -z, along which lights shine, to a direction by the shortest arc."""
     length = math.sqrt(sum(d * d for d in direction))
     x, y, z = (d / length for d in direction)
     if z > 1.0 - 1e-12:  # straight up: any axis in the plane will do
