@@ -99,32 +99,39 @@ class Supplies:
 
 @dataclass(frozen=True)
 class ParametricModel(Generic[P]):
-    """Code of a family: type of its parameters, sampling and building.
+    """Code of a family: type of its parameters and building.
 
     Attributes:
         name: such as `microwave`; registry/families/<name>.yaml holds its title, category and presets.
         params: the type of its numbers.
-        sample: draws a member; every number within the bounds of its type.
         build: numbers and finishes into an asset; no randomness.
+        sample: draws a member, where the rules under `sample:` of the family's file cannot say it.
     """
 
     name: str
     params: type[P]
-    sample: Callable[[np.random.Generator, Stock], P]
     build: Callable[[P, Supplies], Asset]
+    sample: Callable[[np.random.Generator, Stock], P] | None = None
 
 
 @dataclass(frozen=True)
-class Family(ParametricModel[P]):
-    """A family: its code, and its title, category and presets out of the registry.
+class Family(Generic[P]):
+    """A family: its code joined to its title, category, presets and rules of sampling out of the registry.
 
     Attributes:
+        name: such as `microwave`. params: the type of its numbers.
+        build: numbers and finishes into an asset; no randomness.
+        sample: draws a member; every number within the bounds of its type.
         title: what a person calls it, one line.
         category: id in registry/fixtures.yaml.
         description: what members there are, one sentence.
         presets: named members, each visibly different.
     """
 
+    name: str
+    params: type[P]
+    build: Callable[[P, Supplies], Asset]
+    sample: Callable[[np.random.Generator, Stock], P]
     title: str
     category: str
     description: str

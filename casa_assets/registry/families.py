@@ -12,6 +12,7 @@ from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.catalog import GROUPS, MODELS
 from casa_assets.families.family import Family, ParametricModel, Params
 from casa_assets.families.parts.fronts.look import CabinetLook
+from casa_assets.families.sampling import read_sample_rules
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document, KeyPath
 from casa_assets.model.registry.fields import expected_one_of
@@ -28,12 +29,15 @@ class FamilyFile(Record):
         title: what a person calls a member, one line.
         category: id in registry/fixtures.yaml.
         description: what members there are, one sentence.
+        sample: field -> the rule by which a random member's value is drawn (`families/sampling.py`); None where the
+            code of the family has a function for it.
         presets: preset -> the numbers and choices that differ from the defaults of the family's Params.
     """
 
     title: str
     category: Id
     description: str
+    sample: dict[str, Any] | None = None
     presets: dict[Id, Any]
 
 
@@ -76,12 +80,15 @@ def read_family(model: ParametricModel[Any], document: Document) -> Family[Any]:
     categories = load().fixtures
     if page.category not in categories:
         raise document.fault(("category",), expected_one_of(tuple(categories), page.category), repr(page.category))
+    if (page.sample is None) == (model.sample is None):
+        expected = "rules" if page.sample is None else "no rules, since its code has `sample`"
+        raise document.fault(("sample",), expected, "nothing" if page.sample is None else "rules")
     presets = {name: _preset(model, name, row, document) for name, row in page.presets.items()}
     return Family(
         name=model.name,
         params=model.params,
-        sample=model.sample,
         build=model.build,
+        sample=model.sample or read_sample_rules(model.params, page.sample or {}, document),
         title=page.title,
         category=page.category,
         description=page.description,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from casa_assets.errors import RegistryError, UnknownId
@@ -12,6 +13,7 @@ from casa_assets.families.family import Family, Params
 from casa_assets.registry import data_root, read_document
 from casa_assets.registry import families as registry_families
 from casa_assets.registry.families import families, family, family_groups, family_names, looks, read_family
+from tests.family_members import WOODS, stock
 
 GOOD = """\
 title: Vase
@@ -20,6 +22,8 @@ description: Vases.
 presets:
   plain: {}
   tall: {height: 0.28, shape: bottle}
+sample:
+  shape: any
 """
 
 
@@ -80,6 +84,20 @@ def test_a_look_is_named_or_written_out(tmp_path: Path) -> None:
         (("title: Vase\n", ""), 1, "title", "Field required"),
         (("presets:", "preset:"), 4, "preset", "'presets', or another one of"),
         (("  tall:", "  plain:"), 6, "presets.plain", "each key once"),
+        (("sample:\n  shape: any\n", ""), 1, "sample", "rules"),
+        (("shape: any", "shap: any"), 8, "sample.shap", "'shape', or another one of"),
+        (("shape: any", "shape: botle"), 8, "sample.shape", "'bottle'"),
+        (("shape: any", "radius: any"), 8, "sample.radius", "neither an enumeration nor a look"),
+        (("shape: any", "radius: {range: [0.05, 0.8], step: 0.01}"), 8, "sample.radius", "less than or equal to 0.09"),
+        (("shape: any", "radius: {range: [0.05, 0.08]}"), 8, "sample.radius", "a rule of a random member"),
+        (("shape: any", "shape: any\n  stems: {by: shap, else: 3}"), 9, "sample.stems", "'shape', or another one of"),
+        (("shape: any", "shape: any\n  stems: {by: shape, bottle: 3}"), 9, "sample.stems", "also a rule for "),
+        (
+            ("shape: any", "shape: any\n  stems: {by: shape, botle: 3, else: 4}"),
+            9,
+            "sample.stems.botle",
+            "'bottle', or another one of",
+        ),
     ],
 )
 def test_a_fault_is_told_with_file_line_pointer_and_what_was_expected(
@@ -89,6 +107,36 @@ def test_a_fault_is_told_with_file_line_pointer_and_what_was_expected(
         read(tmp_path, GOOD.replace(*change))
     assert (caught.value.file, caught.value.line, caught.value.pointer) == ("vase.yaml", line, pointer)
     assert expected in caught.value.expected
+
+
+RULES = """\
+sample:
+  _short: {chance: 0.5}
+  shape: [bottle, bottle]
+  radius: {range: [0.05, 0.06], step: 0.01}
+  height: {by: _short, true: 0.2, else: {sum: [{same_as: radius}, {product: [2, 0.1]}]}}
+  stems: {by: shape, bottle or urn: {integers: [4, 5]}, else: 3}
+  clay: {surface: cabinet}
+"""
+
+
+def test_a_random_member_is_drawn_by_the_rules_from_top_to_bottom(tmp_path: Path) -> None:
+    found = read(tmp_path, GOOD.split("sample:", maxsplit=1)[0] + RULES)
+    drawn = [found.sample(np.random.default_rng(seed), stock()).model_dump() for seed in range(40)]
+    assert {(row["radius"], row["height"]) for row in drawn} == {(0.05, 0.2), (0.06, 0.2), (0.05, 0.25), (0.06, 0.26)}
+    assert {(row["shape"], row["stems"]) for row in drawn} == {("bottle", 4), ("bottle", 5)}
+    assert {row["clay"] for row in drawn} == set(WOODS)
+    rng = np.random.default_rng(0)
+    short = rng.random() < 0.5
+    rng.integers(2)
+    radius = 0.05 + 0.01 * int(rng.integers(2))
+    assert (drawn[0]["radius"], drawn[0]["height"]) == (radius, 0.2 if short else round(radius + 0.2, 3))
+
+
+def test_rules_stand_beside_no_function(tmp_path: Path) -> None:
+    page = GOOD.replace("vase", "base_cabinet").split("presets:")[0]
+    with pytest.raises(RegistryError, match="no rules, since its code has `sample`"):
+        read(tmp_path, page + "presets: {plain: {}}\nsample: {look: any}\n", "base_cabinet")
 
 
 def test_an_unknown_look_is_told_with_the_nearest(tmp_path: Path) -> None:

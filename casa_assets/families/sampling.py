@@ -1,0 +1,161 @@
+"""Random members of a family by rules that are data, under `sample:` in registry/families/<name>.yaml.
+
+Each row names a field and the rule by which its value is drawn; rows are drawn from top to bottom. A row whose name
+begins with `_` is no field: later rules refer to it. CONTRIBUTING.md lists the rules.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from enum import Enum
+from operator import attrgetter
+from typing import Annotated, Any, TypeVar, get_args
+
+import numpy as np
+from pydantic import TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
+
+from casa_assets.families.family import Params, Stock, between, pick
+from casa_assets.families.parts.appliance.look import ApplianceLook, draw_appliance_look
+from casa_assets.families.parts.fronts.look import CabinetLook, draw_cabinet_look
+from casa_assets.model.registry.document import Document, KeyPath
+from casa_assets.model.registry.fields import expected_one_of
+from casa_assets.model.registry.finish import Surface
+
+P = TypeVar("P", bound=Params)
+Draw = Callable[[Mapping[str, Any], np.random.Generator, Stock], Any]  # (values drawn so far, rng, stock) -> value
+LOOKS: Mapping[Any, Callable[[np.random.Generator, Stock], Params]] = {
+    CabinetLook: draw_cabinet_look,
+    ApplianceLook: draw_appliance_look,
+}
+
+
+def read_sample_rules(
+    params: type[P], rules: Mapping[str, Any], document: Document
+) -> Callable[[np.random.Generator, Stock], P]:
+    """The function that draws a member by the rules.
+
+    Args:
+        params: the type of the member.
+        rules: field -> rule, as they stand below `sample` in the document.
+    Raises:
+        RegistryError: a field, a rule or a value that `params` does not take; it names file, line and pointer.
+    """
+    draws: dict[str, Draw] = {}
+    for name, rule in rules.items():
+        if name not in params.model_fields and not name.startswith("_"):
+            expected = expected_one_of(tuple(params.model_fields), name)
+            raise document.fault(("sample", name), expected, repr(name))
+        draws[name] = _RuleReader(document, params, name, tuple(draws)).read(rule, ("sample", name))
+
+    def sample(rng: np.random.Generator, stock: Stock) -> P:
+        values: dict[str, Any] = {}
+        for name, draw in draws.items():
+            values[name] = draw(values, rng, stock)
+        return params(**{name: value for name, value in values.items() if name in params.model_fields})
+
+    return sample
+
+
+class _RuleReader:
+    """Reads the rule of one row, which may refer to the rows before it."""
+
+    def __init__(self, document: Document, params: type[Params], name: str, earlier: tuple[str, ...]) -> None:
+        field = params.model_fields.get(name)
+        self.document = document
+        self.params = params
+        self.kinds = _kinds(field)
+        self.type: TypeAdapter[Any] = TypeAdapter(Annotated[field.annotation, field] if field else Any)
+        self.earlier = earlier
+
+    def read(self, rule: Any, path: KeyPath) -> Draw:
+        """The rule as a function. Raises RegistryError."""
+        match rule:
+            case "any":
+                return self._any(path)
+            case list() if rule:
+                options = [self.read(option, (*path, i)) for i, option in enumerate(rule)]
+                return lambda values, rng, stock: pick(rng, options)(values, rng, stock)
+            case {"range": [low, high], "step": float(step), **rest} if not rest:
+                low, high = self._constant(low, path), self._constant(high, path)
+                return lambda values, rng, stock: between(rng, low, high, step)
+            case {"integers": [int(first), int(last)], **rest} if not rest:
+                return lambda values, rng, stock: int(rng.integers(first, last + 1))
+            case {"chance": float(share), **branches} if branches.keys() <= {"then", "else"}:
+                hit = self.read(branches.get("then", True), path)
+                miss = self.read(branches.get("else", False), path)
+                return lambda values, rng, stock: (hit if rng.random() < share else miss)(values, rng, stock)
+            case {"surface": str(name), **rest} if not rest and name in tuple(Surface):
+                return lambda values, rng, stock: stock.draw(rng, Surface(name))
+            case {"sum": [_, _, *_] as terms, **rest} if not rest:
+                return self._rounded(sum, terms, path)
+            case {"product": [_, _, *_] as terms, **rest} if not rest:
+                return self._rounded(math.prod, terms, path)
+            case {"same_as": str(name), **rest} if not rest:
+                value_of = self._earlier(name, path)
+                return lambda values, rng, stock: value_of(values)
+            case {"by": str(name), **cases} if cases:
+                return self._cases(name, cases, path)
+            case dict() | list():
+                raise self.document.fault(path, "a rule of a random member", repr(rule)[:80])
+        constant = self._constant(rule, path)
+        return lambda values, rng, stock: constant
+
+    def _any(self, path: KeyPath) -> Draw:
+        """Any member of the field's enumeration, or a drawn look of cabinets or appliances."""
+        for kind in self.kinds:
+            if kind in LOOKS:
+                return lambda values, rng, stock: LOOKS[kind](rng, stock)
+            if issubclass(kind, Enum):
+                members = tuple(kind)
+                return lambda values, rng, stock: pick(rng, members)
+        raise self.document.fault(path, "a rule: the field is neither an enumeration nor a look", "'any'")
+
+    def _rounded(self, combine: Callable[[list[float]], float], terms: list[Any], path: KeyPath) -> Draw:
+        """Sum or product of numbers, to a millimetre; the terms need not be values that the field takes."""
+        reader = _RuleReader(self.document, self.params, "", self.earlier)
+        draws = [reader.read(term, (*path, i)) for i, term in enumerate(terms)]
+        return lambda values, rng, stock: round(combine([draw(values, rng, stock) for draw in draws]), 3)
+
+    def _cases(self, name: str, cases: Mapping[str, Any], path: KeyPath) -> Draw:
+        """The rule beside an earlier value; `a or b` stands for two values, `else` for all others."""
+        value_of = self._earlier(name, path)
+        draws = {value: self.read(rule, (*path, key)) for key, rule in cases.items() for value in key.split(" or ")}
+        known = [
+            str(m.value) for kind in _kinds(self.params.model_fields.get(name)) if issubclass(kind, Enum) for m in kind
+        ]
+        for value in draws.keys() - {*known, "else"} if known else ():
+            raise self.document.fault((*path, value), expected_one_of((*known, "else"), value), repr(value))
+        missing = [value for value in known or ["else"] if value not in draws]
+        if missing and "else" not in draws:
+            raise self.document.fault(path, f"also a rule for {', '.join(missing)}", ", ".join(cases))
+
+        def draw(values: Mapping[str, Any], rng: np.random.Generator, stock: Stock) -> Any:
+            value = value_of(values)
+            text = str(value).lower() if isinstance(value, bool) else str(value)
+            return draws[text if text in draws else "else"](values, rng, stock)
+
+        return draw
+
+    def _earlier(self, name: str, path: KeyPath) -> Callable[[Mapping[str, Any]], Any]:
+        """The value of an earlier row, such as `form`, or a field of it, such as `look.form`."""
+        row, _, field = name.partition(".")
+        if row not in self.earlier:
+            raise self.document.fault(path, f"an earlier row, {expected_one_of(self.earlier, row)}", repr(name))
+        return (lambda values: attrgetter(field)(values[row])) if field else (lambda values: values[row])
+
+    def _constant(self, value: Any, path: KeyPath) -> Any:
+        """A value that the field takes, as it is written."""
+        try:
+            self.type.validate_python(value)
+        except ValidationError as error:
+            message = error.errors()[0]["msg"].removeprefix("Input should be ")
+            raise self.document.fault(path, message, repr(value)[:80]) from None
+        return value
+
+
+def _kinds(field: FieldInfo | None) -> tuple[type, ...]:
+    """Classes that a field's annotation names: one, or those of a union."""
+    annotation = field.annotation if field else None
+    return tuple(kind for kind in (annotation, *get_args(annotation)) if isinstance(kind, type))
