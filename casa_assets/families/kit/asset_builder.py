@@ -130,6 +130,12 @@ class AssetBuilder:
                 piece, solid if solid.shapes else solid.with_hull_collider(), found.substance.id, label, base
             )
 
+    def add_collider(
+        self, link: str, solid: Solid, finish: str, label: str | None = None, name: str | None = None
+    ) -> None:
+        """Add the colliders of a solid that is neither drawn nor weighed; arguments as in `add`."""
+        self.add(link, solid, finish, label, name, density=0.0, visible=False)
+
     def _add_colliders(
         self, piece: LinkBuilder, solid: Solid, substance: str, label: str | None, base: str | None
     ) -> None:

@@ -143,8 +143,7 @@ def rod(radius: float, length: float, ease: float = 0.001, axis: str = "z") -> S
     h = length / 2
     profile = [(radius - e, -h), (radius, -h + e), (radius, h - e), (radius - e, h)]
     solid = lathe(profile, crease_deg=50.0)
-    shaped = Solid(solid.points, solid.faces, ((Cylinder(radius=radius, height=length), Pose()),), solid.uv_m, 50.0)
-    return shaped.transformed(axis_rotation(axis))
+    return solid.with_shapes((Cylinder(radius=radius, height=length), Pose())).transformed(axis_rotation(axis))
 
 
 def axis_rotation(axis: str) -> Pose:
@@ -158,4 +157,4 @@ def ball(radius: float, steps: int = 12) -> Solid:
     profile = [(float(radius * np.cos(t)), float(radius * np.sin(t))) for t in tilt]
     profile[0], profile[-1] = (0.0, -radius), (0.0, radius)
     solid = lathe(profile, segments=2 * steps)
-    return Solid(solid.points, solid.faces, ((Sphere(radius=radius), Pose()),), solid.uv_m, 60.0)
+    return solid.with_shapes((Sphere(radius=radius), Pose()), crease_deg=60.0)

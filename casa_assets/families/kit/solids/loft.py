@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import manifold3d
 import numpy as np
 
-from casa_assets.core.typing import Floats
-from casa_assets.families.kit.solids.slab import offset_sides
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.families.kit.solids.slab import offset_sides, ring_walls
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.model.record import Vec2
 
@@ -23,14 +23,7 @@ def loft(rings: Sequence[Floats], crease_deg: float = 40.0) -> Solid:
         A solid without collision shapes.
     """
     n = len(rings[0])
-    index = np.arange(n)
-    faces = []
-    for k in range(len(rings) - 1):
-        a, d = k * n + index, (k + 1) * n + index
-        b, c = np.roll(a, -1), np.roll(d, -1)
-        faces += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
-    first, last = _cap(rings[0]), _cap(rings[-1])
-    faces += [first[:, ::-1], last + (len(rings) - 1) * n]
+    faces = [*ring_walls(n, len(rings)), _cap(rings[0])[:, ::-1], _cap(rings[-1]) + (len(rings) - 1) * n]
     return Solid(np.concatenate(list(rings)), np.concatenate(faces).astype(np.int64), crease_deg=crease_deg)
 
 
@@ -62,7 +55,7 @@ def vessel(outline: Floats, depth: float, wall: float, fillet: float, lip: float
     return loft(inset_rings(outline, [*outer, *inner]), 50.0)
 
 
-def _cap(ring: Floats) -> np.ndarray:
+def _cap(ring: Floats) -> Ints:
     """(F, 3) triangles of a flat ring, counter-clockwise as it is."""
     normal = np.cross(np.roll(ring, -1, axis=0) - ring.mean(axis=0), ring - ring.mean(axis=0)).sum(axis=0)
     drop = int(np.argmax(np.abs(normal)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import manifold3d
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.slab import offset_sides
 from casa_assets.families.kit.solids.solid import Solid
 
@@ -36,7 +36,7 @@ def room_moulding(loop: Floats, profile: Floats) -> Solid:
             flat = np.column_stack([[around[i], around[i + 1], around[i + 1], around[i]], along])
             faces += [(a, d, c), (a, c, b)]
             metres += [flat[[0, 3, 2]], flat[[0, 2, 1]]]
-    body = _outwards(Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(metres), crease_deg=40.0))
+    body = Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(metres), crease_deg=40.0).oriented_outwards()
     sides = [np.concatenate([points[k * m : (k + 1) * m], np.roll(points, -m, axis=0)[k * m : (k + 1) * m]])
              for k in range(n)]  # fmt: skip
     return body.with_colliders_of(
@@ -72,18 +72,11 @@ def straight_moulding(profile: Floats, length: float, left: float, right: float)
         for t in cap[:, order]:
             faces.append((int(t[0]) + first, int(t[1]) + first, int(t[2]) + first))
             metres.append(wide[t])
-    return _outwards(Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(metres), crease_deg=40.0))
+    body = Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(metres), crease_deg=40.0)
+    return body.oriented_outwards()
 
 
 def _perimeter(profile: Floats) -> Floats:
     """(M + 1,) length along the outline up to each point, metres."""
     steps = np.linalg.norm(np.roll(profile, -1, axis=0) - profile, axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def _outwards(solid: Solid) -> Solid:
-    if solid.volume > 0:
-        return solid
-    faces: Ints = solid.faces[:, ::-1]
-    spread = None if solid.uv_m is None else solid.uv_m[:, ::-1]
-    return Solid(solid.points, faces, solid.shapes, spread, solid.crease_deg)

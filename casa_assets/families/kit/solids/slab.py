@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import manifold3d
 import numpy as np
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.model.record import Vec2
 
@@ -37,7 +37,7 @@ def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], hole
         wide = offset_sides(back, [ease] * len(back))
         levels = ((back, low), (back, high - ease), (wide, high))
         stacks.append([np.column_stack([ring, np.full(len(ring), z)]) for ring, z in levels])
-    return _stacked(stacks)
+    return stack_rings(stacks, 35.0)
 
 
 def offset_sides(loop: Floats, by: Sequence[float]) -> Floats:
@@ -60,30 +60,41 @@ def offset_sides(loop: Floats, by: Sequence[float]) -> Floats:
     return out
 
 
-def _stacked(stacks: Sequence[Sequence[Floats]]) -> Solid:
-    """Walls between the rings of each stack, and a cap below and above all of them."""
-    points: list[Floats] = []
-    faces: list[np.ndarray] = []
-    low: list[np.ndarray] = []
-    high: list[np.ndarray] = []
+def stack_rings(stacks: Sequence[Sequence[Floats]], crease_deg: float) -> Solid:
+    """A solid between two level planes: an outer stack of rings, and one for each hole.
+
+    Args:
+        stacks: the outer boundary, then the holes: (N, 3) rings from the lower plane to the upper one, metres,
+            counter-clockwise outside and clockwise in holes. All start in one plane and end in one.
+        crease_deg: as in Solid.
+    Returns:
+        Walls between the rings of each stack, and one cap below and one above; no collision shapes.
+    """
+    faces: list[Ints] = []
+    bottom: list[Ints] = []
+    top: list[Ints] = []
     start = 0
     for rings in stacks:
         n = len(rings[0])
-        index = np.arange(n)
-        for k in range(len(rings) - 1):
-            a, d = start + k * n + index, start + (k + 1) * n + index
-            b, c = np.roll(a, -1), np.roll(d, -1)
-            faces += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
-        low.append(start + index)
-        high.append(start + (len(rings) - 1) * n + index)
-        points += list(rings)
+        faces += ring_walls(n, len(rings), start)
+        bottom.append(start + np.arange(n))
         start += n * len(rings)
-    cloud = np.concatenate(points)
-    for ids, flip in ((low, True), (high, False)):
-        flat = [cloud[i, :2] for i in ids]
-        triangles = np.concatenate(ids)[np.asarray(manifold3d.triangulate(flat), dtype=np.int64)]
-        faces.append(triangles[:, ::-1] if flip else triangles)
-    return Solid(cloud, np.concatenate(faces).astype(np.int64), crease_deg=35.0)
+        top.append(start - n + np.arange(n))
+    points = np.concatenate([ring for rings in stacks for ring in rings])
+    for ids, step in ((bottom, -1), (top, 1)):
+        triangles = np.asarray(manifold3d.triangulate([points[i, :2] for i in ids]), dtype=np.int64)
+        faces.append(np.concatenate(ids)[triangles][:, ::step])
+    return Solid(points, np.concatenate(faces).astype(np.int64), crease_deg=crease_deg)
+
+
+def ring_walls(size: int, count: int, start: int = 0) -> list[Ints]:
+    """Faces between neighbours of `count` rings of `size` points, whose points are numbered on from `start`."""
+    faces: list[Ints] = []
+    for k in range(count - 1):
+        a, d = (start + (k + i) * size + np.arange(size) for i in (0, 1))
+        b, c = np.roll(a, -1), np.roll(d, -1)
+        faces += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+    return faces
 
 
 def arc(cx: float, cz: float, radius: float, start_deg: float, end_deg: float, steps: int = 6) -> list[Vec2]:

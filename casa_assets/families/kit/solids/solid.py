@@ -65,26 +65,35 @@ class Solid:
         """Its mirror image in the plane x = 0. Collision shapes are mirrored: boxes, cylinders and hulls stay such."""
         flip = np.array([-1.0, 1.0, 1.0])
         shapes = tuple(_mirrored(shape, at) for shape, at in self.shapes)
-        spread = None if self.uv_m is None else self.uv_m[:, ::-1]
-        return replace(self, points=self.points * flip, faces=self.faces[:, ::-1], shapes=shapes, uv_m=spread)
+        uv_m = None if self.uv_m is None else self.uv_m[:, ::-1]
+        return replace(self, points=self.points * flip, faces=self.faces[:, ::-1], shapes=shapes, uv_m=uv_m)
+
+    def oriented_outwards(self) -> Solid:
+        """Return the solid, or where its faces look inwards a copy with all of them reversed."""
+        if self.volume > 0:
+            return self
+        return replace(self, faces=self.faces[:, ::-1], uv_m=None if self.uv_m is None else self.uv_m[:, ::-1])
 
     def without_colliders(self) -> Solid:
         """Return a copy without collision shapes."""
         return replace(self, shapes=())
 
+    def with_shapes(self, *shapes: Placed, crease_deg: float | None = None) -> Solid:
+        """Return a copy with these collision shapes, and another crease angle where one is given, degrees."""
+        return replace(self, shapes=shapes, crease_deg=self.crease_deg if crease_deg is None else crease_deg)
+
     def with_box_collider(self) -> Solid:
         """Return a copy whose collision shape is its bounding box."""
-        low, high = self.bounds
-        return replace(self, shapes=(box_shape(low, high),))
+        return self.with_shapes(box_shape(*self.bounds))
 
     def with_hull_collider(self) -> Solid:
         """Return a copy whose collision shape is its convex hull, of at most 64 vertices."""
         points, faces = small_hull(self.points.round(9))
-        return replace(self, shapes=((Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()),))
+        return self.with_shapes((Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()))
 
     def with_colliders_of(self, *solids: Solid) -> Solid:
         """Return a copy with the collision shapes of other solids."""
-        return replace(self, shapes=tuple(s for solid in solids for s in solid.shapes))
+        return self.with_shapes(*(s for solid in solids for s in solid.shapes))
 
     def with_crease(self, crease_deg: float) -> Solid:
         """Return a copy with another crease angle, degrees."""
@@ -108,13 +117,12 @@ def box_shape(low: Sequence[float] | Floats, high: Sequence[float] | Floats) -> 
 def concatenate(solids: Sequence[Solid]) -> Solid:
     """Concatenate surfaces and shapes of several solids, without welding them."""
     starts = np.cumsum([0, *(len(s.points) for s in solids)])
-    own = [s.uv_m for s in solids]
-    spread = np.concatenate([s for s in own if s is not None]) if all(s is not None for s in own) else None
+    uv_m = [s.uv_m for s in solids if s.uv_m is not None]
     return Solid(
         points=np.concatenate([s.points for s in solids]),
         faces=np.concatenate([s.faces + start for s, start in zip(solids, starts, strict=False)]),
         shapes=tuple(shape for s in solids for shape in s.shapes),
-        uv_m=spread,
+        uv_m=np.concatenate(uv_m) if len(uv_m) == len(solids) else None,
         crease_deg=solids[0].crease_deg,
     )
 

@@ -9,7 +9,8 @@ from itertools import pairwise
 import manifold3d
 import numpy as np
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solids.slab import stack_rings
 from casa_assets.families.kit.solids.solid import Placed, Solid, concatenate
 from casa_assets.model.asset.shape import Box, Capsule, Shape
 from casa_assets.model.pose import Pose
@@ -63,29 +64,13 @@ def prism(outline: Floats, height: float, ease: float = 0.001, holes: Sequence[F
     e = min(ease, 0.45 * height)
     levels = [(0.0, 0.0), (height, 0.0)] if e <= 0 else [(0.0, e), (e, 0.0), (height - e, 0.0), (height, e)]
     loops = [np.asarray(outline, dtype=np.float64), *(np.asarray(h, dtype=np.float64)[::-1] for h in holes)]
-    points: list[Floats] = []
-    faces: list[Ints] = []
-    start = 0
-    caps: list[list[Ints]] = [[], []]
-    for loop in loops:
-        n = len(loop)
-        for z, cut in levels:
-            ring = inset(loop, cut) if cut else loop
-            points.append(np.column_stack([ring, np.full(n, z)]))
-        index = np.arange(n)
-        for k in range(len(levels) - 1):
-            a, d = start + k * n + index, start + (k + 1) * n + index
-            b, c = np.roll(a, -1), np.roll(d, -1)
-            faces += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
-        caps[0].append(start + index)
-        caps[1].append(start + (len(levels) - 1) * n + index)
-        start += n * len(levels)
-    cloud = np.concatenate(points)
-    flat = [cloud[i, :2] for i in caps[0]]
-    triangles = np.asarray(manifold3d.triangulate(flat), dtype=np.int64)
-    faces.append(np.concatenate(caps[0])[triangles][:, ::-1])
-    faces.append(np.concatenate(caps[1])[triangles])
-    return Solid(cloud, np.concatenate(faces).astype(np.int64))
+    return stack_rings(
+        [
+            [np.column_stack([inset(loop, cut) if cut else loop, np.full(len(loop), z)]) for z, cut in levels]
+            for loop in loops
+        ],
+        50.0,
+    )
 
 
 def round_corners(path: Sequence[Vec3], radius: float, steps: int = 5) -> Floats:
@@ -246,6 +231,5 @@ def mitred_frame(width: float, height: float, profile: Floats) -> Solid:
         faces = [np.stack([i, n + i, n + j], axis=1), np.stack([i, n + j, j], axis=1)]
         cap = np.asarray(manifold3d.triangulate([p]), dtype=np.int64)
         faces += [cap, cap[:, ::-1] + n]
-        solid = Solid(np.concatenate([a, b]), np.concatenate(faces).astype(np.int64))
-        sides.append(solid if solid.volume > 0 else Solid(solid.points, solid.faces[:, ::-1]))
+        sides.append(Solid(np.concatenate([a, b]), np.concatenate(faces).astype(np.int64)).oriented_outwards())
     return concatenate(sides)

@@ -21,7 +21,7 @@ def tray(builder: AssetBuilder, low: Vec3, high: Vec3, metal: str) -> None:
     )
     builder.add(ROOT, pan, "plastic_black", label="tray", collider=False)
     touch = board(low, high, 0.0)
-    builder.add(ROOT, touch, metal, label="tray", collider="drip_tray", density=0.0, visible=False)
+    builder.add_collider(ROOT, touch, metal, "tray", "drip_tray")
     for y in (y0 + 0.008, y1 - 0.008):
         rail = board((x0 + 0.0064, y - 0.0016, z1 - 0.003), (x1 - 0.0064, y + 0.0016, z1), 0.0005)
         builder.add(ROOT, rail, metal, label="tray", collider=False)

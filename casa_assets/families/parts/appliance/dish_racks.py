@@ -51,7 +51,7 @@ def add_dish_rack(
         (board((-half, t, 2 * RIM_RADIUS), (-half + t, deep - t, tall), 0.0), "left"),
         (board((half - t, t, 2 * RIM_RADIUS), (half, deep - t, tall), 0.0), "right"),
     ):
-        builder.add(name, solid, finish, label="rack", collider=f"{name}_{part}", density=0.0, visible=False)
+        builder.add_collider(name, solid, finish, "rack", f"{name}_{part}")
     wide = 0.6 * half
     grip = rod(0.0055, 2 * wide, 0.002, "x").translated(0.0, -0.013, tall - 0.006)
     builder.add(name, grip, metal, label="handle", name=f"{name}_handle_main")

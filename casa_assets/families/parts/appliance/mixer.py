@@ -72,17 +72,13 @@ class MixerHead:
 def head_solid(form: MixerHead) -> Solid:
     """The skin of a head."""
     shares = 0.5 - 0.5 * np.cos(np.linspace(0.04, math.pi - 0.04, 17))
-    return _outward(loft([form.ring(float(t)) for t in shares], 50.0))
+    return loft([form.ring(float(t)) for t in shares], 50.0).oriented_outwards()
 
 
 def band(form: MixerHead, y: float, long: float) -> Solid:
     """A strip round a head at y, of a length along it; it stands out by a millimetre."""
     shares = [(y + d - form.front) / (form.back - form.front) for d in (-long / 2, 0.0, long / 2)]
-    return _outward(loft([form.ring(t, 0.001, 44) for t in shares], 50.0)).without_colliders()
-
-
-def _outward(solid: Solid) -> Solid:
-    return solid if solid.volume > 0 else Solid(solid.points, solid.faces[:, ::-1], crease_deg=50.0)
+    return loft([form.ring(t, 0.001, 44) for t in shares], 50.0).oriented_outwards()
 
 
 def tool_solid(kind: MixerTool, length: float) -> Solid:

@@ -13,7 +13,7 @@ from casa_assets.core.rounding import significant
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box, lathe
 from casa_assets.families.kit.solids.boolean import subtract
-from casa_assets.families.kit.solids.solid import Solid, box_shape, concatenate
+from casa_assets.families.kit.solids.solid import box_shape, concatenate
 from casa_assets.families.kit.solids.sweep import rectangle, tube
 from casa_assets.families.parts.hardware.legs import bar
 from casa_assets.model.record import Vec3
@@ -156,7 +156,7 @@ def add_oven_rack(builder: AssetBuilder, name: str, low: Vec3, high: Vec3, looks
         wire = bar((x, front + 0.004, 0.0035), (x, deep - 0.004, 0.0035), 0.0015)
         builder.add(name, wire, "chrome", label="rack", collider=False)
     plate = board((-half, front, -0.005), (half, deep, 0.005), 0.0)
-    builder.add(name, plate, "chrome", label="rack", collider=f"{name}_main", density=0.0, visible=False)
+    builder.add_collider(name, plate, "chrome", "rack", f"{name}_main")
     way = min(RACK_TRAVEL, 0.6 * deep)
     builder.slide(f"{name}_joint", name, (0.0, 1.0, 0.0), (-way, 0.0), f"{name}_main", start_n=6.0, behind=door)
     builder.region(name, (-half + 0.01, front + 0.01, 0.005), (half - 0.01, deep - 0.01, top - z), link=name)
@@ -232,7 +232,7 @@ def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLoo
             box_shape((x - 0.012, -reach, z - 0.011), (x + 0.012, 0.0, z + 0.011))
             for x in (inset + 0.012, w - inset - 0.012)
         ]
-        body = Solid(grip.points, grip.faces, (whole, *ends), grip.uv_m, 50.0)
+        body = grip.with_shapes(whole, *ends)
         builder.add(link, body, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
     else:
         for x in (inset, w - inset):

@@ -148,7 +148,7 @@ def _coil(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
         path.append((s.x + r * math.cos(t), s.y + r * math.sin(t), top + 0.0138))
     builder.add(ROOT, tube(path, 0.0042).without_colliders(), "heating_element", label="burner", collider=False)
     touch = rod(0.98 * s.radius, 0.0178, 0.0).translated(s.x, s.y, top + 0.0091)
-    builder.add(ROOT, touch, "heating_element", label="burner", density=0.0, visible=False)
+    builder.add_collider(ROOT, touch, "heating_element", "burner")
 
 
 def _ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, ink: str) -> None:

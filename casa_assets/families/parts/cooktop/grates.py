@@ -95,7 +95,7 @@ def add_grates(
         for finger in _fingers(cell, inset, rows):
             builder.add(ROOT, _bar(finger, high, BAR_HEIGHT - 0.001), finish, label="grate", collider=False)
     for span in _collider_bars(places, inset, rows):
-        builder.add(ROOT, _bar(span, high, BAR_HEIGHT), finish, label="grate", density=0.0, visible=False)
+        builder.add_collider(ROOT, _bar(span, high, BAR_HEIGHT), finish, "grate")
 
 
 def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
@@ -197,9 +197,9 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, high: float, fini
         across = box((2 * reach, 0.0075, 0.011), (0.0, 0.0, high - 0.0055), 0.002).rotated(
             "z", math.pi / 4 + k * math.pi / 2
         )
-        builder.add(ROOT, across.translated(s.x, s.y), finish, label="grate", density=0.0, visible=False)
+        builder.add_collider(ROOT, across.translated(s.x, s.y), finish, "grate")
     skirt = rod(r, 0.022, 0.0).translated(s.x, s.y, top + 0.0115)
-    builder.add(ROOT, skirt, finish, label="grate", density=0.0, visible=False)
+    builder.add_collider(ROOT, skirt, finish, "grate")
 
 
 def add_griddle(builder: AssetBuilder, low: tuple[float, float], high: tuple[float, float], top: float) -> None:

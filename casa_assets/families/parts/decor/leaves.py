@@ -60,8 +60,7 @@ def _sheet(top: Floats, low: Floats) -> Solid:
     for (i, j), (k, q) in zip(rim, [*rim[1:], rim[0]], strict=True):
         a, b = i * m + j, k * m + q
         faces += [(a, off + a, off + b), (a, off + b, b)]
-    solid = Solid(points, np.array(faces, dtype=np.int64), crease_deg=70.0)
-    return solid if solid.volume > 0 else Solid(points, solid.faces[:, ::-1], crease_deg=70.0)
+    return Solid(points, np.array(faces, dtype=np.int64), crease_deg=70.0).oriented_outwards()
 
 
 def fan(count: int, turn: float = 2.399963) -> list[float]:

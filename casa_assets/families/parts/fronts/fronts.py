@@ -159,11 +159,10 @@ def add_front(
     elif groove is not None:
         low[2 if groove is FrontEdge.BOTTOM else 0] += GROOVE_DEPTH
     whole = board((low[0], low[1], low[2]), (high[0], high[1], high[2]), 0.0)
-    builder.add(link, whole.translated(*at), finish, label, name, density=0.0, visible=False)
+    builder.add_collider(link, whole.translated(*at), finish, label, name)
     if groove is not None:
-        shapes = (lip(size[0], size[2], groove),)
-        held = Solid(whole.points, whole.faces, shapes).translated(*at)
-        builder.add(link, held, finish, "handle", grip, density=0.0, visible=False)
+        held = whole.with_shapes(lip(size[0], size[2], groove))
+        builder.add_collider(link, held.translated(*at), finish, "handle", grip)
 
 
 def glass_of(kind: FrontKind) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
-from casa_assets.families.kit.solids.solid import Solid, box_shape
 
 GLASS_THICKNESS = 0.004  # metres
 GLAZING_BAR_WIDTH = 0.02
@@ -57,6 +56,4 @@ def add_sash(
             e,
         )
         builder.add(link, bar.translated(*at), finish, label=label, collider=False, grain=(1.0, 0.0, 0.0))
-    whole = board((0, 0, 0), (w, d, h), 0.0)
-    touched = Solid(whole.points, whole.faces, (box_shape((0, 0, 0), (w, d, h)),))
-    builder.add(link, touched.translated(*at), finish, label=label, name=name, density=0.0, visible=False)
+    builder.add_collider(link, board((0, 0, 0), (w, d, h), 0.0).translated(*at), finish, label, name)

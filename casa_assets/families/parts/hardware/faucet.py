@@ -15,7 +15,7 @@ from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import ball, box, lathe, rod
-from casa_assets.families.kit.solids.solid import Solid, box_shape
+from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import rectangle, round_corners, tube
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.record import Vec3
@@ -190,7 +190,7 @@ def _pipe(path: list[Vec3], radius: float, bend: float) -> Solid:
             shapes += list(seg.shapes)
     # The grip comes first: the run that is farthest from the swivel.
     shapes.sort(key=lambda s: (s[1].position[1], s[1].position[2]))
-    return Solid(solid.points, solid.faces, tuple(shapes), solid.uv_m, 40.0)
+    return solid.with_shapes(*shapes)
 
 
 def _vec(point: Floats) -> Vec3:
@@ -259,9 +259,7 @@ def _lever(builder: AssetBuilder, link: str, p: Faucet, name: str) -> None:
         )
     else:
         blade = tube([(0.0, 0.0, 0.01), (0.0, 0.0, 0.098)], rectangle(0.011, 0.016, 0.0045, 4), up=(0.0, 1.0, 0.0))
-        low, high = blade.bounds
-        blade = Solid(blade.points, blade.faces, (box_shape(low, high),), blade.uv_m, 50.0)
-        builder.add(link, blade, p.finish, "handle", name, density="tap_body")
+        builder.add(link, blade.with_box_collider(), p.finish, "handle", name, density="tap_body")
 
 
 def faucet_behavior() -> Behavior:

@@ -99,9 +99,7 @@ def add_handle(builder: AssetBuilder, link: str, made: Handle, metal: str, name:
         builder.add(link, solid, metal, label=label, name=name, collider=False, density="handle_casting")
     for solid in made.hide:
         builder.add(link, solid, LEATHER, label=label, name=f"{name}_hide", collider=False, density="leather")
-    first = (*made.metal, *made.hide)[0]
-    touched = Solid(first.points, first.faces, made.shapes)
-    builder.add(link, touched, metal, label=label, name=name, density=0.0, visible=False)
+    builder.add_collider(link, made.metal[0].with_shapes(*made.shapes), metal, label, name)
 
 
 def _capsule(length: float, radius: float, y: float) -> Placed:

@@ -51,12 +51,8 @@ def add_knob(
     builder.link(link, at=at)
     depth = {KnobStyle.DISC: 0.7, KnobStyle.SLIM: 1.5}.get(style, 1.0) * min(0.026, 1.15 * radius)
     body, extra = _shape(style, radius, depth)
-    shaped = Solid(
-        body.points,
-        body.faces,
-        ((Cylinder(radius=radius, height=depth), Pose(position=(0.0, 0.0, depth / 2))),),
-        crease_deg=body.crease_deg,
-    )
+    shape = (Cylinder(radius=radius, height=depth), Pose(position=(0.0, 0.0, depth / 2)))
+    shaped = Solid(body.points, body.faces, (shape,), crease_deg=body.crease_deg)
     face = Pose() if up else Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
     builder.add(link, shaped.transformed(face), finish, label="knob", collider=collider, density="control_knob")
     for solid in extra:

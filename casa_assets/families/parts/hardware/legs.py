@@ -8,7 +8,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.loft import loft
-from casa_assets.families.kit.solids.solid import Solid, box_shape
+from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import circle, rectangle, tube
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.model.asset.shape import Cylinder
@@ -24,13 +24,7 @@ def bar(a: Vec3, b: Vec3, radius: float) -> Solid:
     middle = (np.array(a) + np.array(b)) / 2
     x, y, z = (float(v) for v in middle)
     shape = Cylinder(radius=radius, height=length)
-    return Solid(
-        solid.points,
-        solid.faces,
-        ((shape, Pose(position=(x, y, z), quaternion=_onto(axis / length))),),
-        solid.uv_m,
-        40.0,
-    )
+    return solid.with_shapes((shape, Pose(position=(x, y, z), quaternion=_onto(axis / length))))
 
 
 def beam(a: Vec3, b: Vec3, width: float, depth: float, up: Vec3 = (0.0, 1.0, 0.0)) -> Solid:
@@ -63,8 +57,7 @@ def slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
     low = np.column_stack([outline, np.full(len(outline), -h / 2)])
     high = np.column_stack([outline, np.full(len(outline), h / 2)])
     solid = loft([low, high], 40.0)
-    lo, hi = solid.bounds
-    return Solid(solid.points, solid.faces, (box_shape(lo, hi),), crease_deg=40.0).translated(*at)
+    return solid.with_box_collider().translated(*at)
 
 
 def _onto(direction: Floats) -> tuple[float, float, float, float]:

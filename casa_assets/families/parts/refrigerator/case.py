@@ -171,7 +171,7 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
         rail = board((a, front + 0.0145, z - 0.014), (b, y1 - 0.0125, z - 0.0004), 0.001)
         builder.add(ROOT, rail, look.trim, label="shelf", collider=False)
     touch = board((x0, front, z - 0.012), (x1, y1, z), 0.0)
-    builder.add(ROOT, touch, "glass_clear", label="shelf", collider=f"{name}_pane", density=0.0, visible=False)
+    builder.add_collider(ROOT, touch, "glass_clear", "shelf", f"{name}_pane")
 
 
 def region_above_shelf(

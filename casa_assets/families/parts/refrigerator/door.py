@@ -151,7 +151,7 @@ def add_face(
     body = look.body if look.form is ApplianceFront.GLASS else leaf.face
     leaf.put(
         builder,
-        Solid(slab.points, slab.faces, shapes, crease_deg=slab.crease_deg),
+        slab.with_shapes(*shapes),
         body,
         "door",
         name,
@@ -249,7 +249,7 @@ def add_pull(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook) -> No
         made = handles.rotate_handle(appliance_pull(look.pull, length), "y", -DOOR_TRAVEL, (w - inset, y, z))
     if leaf.right:
         first, *rest = made.metal
-        mirrored = Solid(first.points, first.faces, made.shapes, first.uv_m, first.crease_deg).mirrored_x()
+        mirrored = first.with_shapes(*made.shapes).mirrored_x()
         metal = (mirrored, *(s.mirrored_x() for s in rest))
         made = handles.Handle(metal, mirrored.shapes)
     handles.add_handle(builder, leaf.link, made, look.metal, name)

@@ -55,7 +55,7 @@ def add_crisper(
     touch = board((-wide / 2, -LIP_DEPTH, h - 0.021), (wide / 2, -0.003, h - 0.003), 0.0)
     for solid in (lip, hook):
         builder.add(name, solid, look.trim, label="handle", collider=False, density="ribbed_plastic")
-    builder.add(name, touch, look.trim, "handle", collider=f"{name}_handle_main", density=0.0, visible=False)
+    builder.add_collider(name, touch, look.trim, "handle", f"{name}_handle_main")
     way = round(0.72 * d, 3)
     builder.slide(
         f"{name}_joint", name, (0.0, 1.0, 0.0), (-way, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind
