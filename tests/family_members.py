@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets import registry
 from casa_assets.checks.runtime import contract_names
-from casa_assets.families.family import Family, Params, Stock, Supplies
+from casa_assets.families.family import AvailableFinishes, Family, Params, Supplies
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import Labels
@@ -62,14 +62,14 @@ def preset(name: str, which: str) -> Asset:
     return made(name, family(name).presets[which])
 
 
-def stock(surfaces: Sequence[str] = WOODS) -> Stock:
+def available(surfaces: Sequence[str] = WOODS) -> AvailableFinishes:
     """All plain finishes, and the same few recipes for every surface."""
-    return Stock(surfaces=dict.fromkeys(Surface, tuple(surfaces)), plain=tuple(sorted(known().materials)))
+    return AvailableFinishes(surfaces=dict.fromkeys(Surface, tuple(surfaces)), plain=tuple(sorted(known().materials)))
 
 
 def drawn(name: str, seed: int, surfaces: Sequence[str] = WOODS) -> Params:
     """The numbers of a seeded draw."""
-    params: Params = family(name).sample(np.random.default_rng(seed), stock(surfaces))
+    params: Params = family(name).sample(np.random.default_rng(seed), available(surfaces))
     return params
 
 

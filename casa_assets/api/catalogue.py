@@ -9,7 +9,7 @@ from typing import Any
 
 from casa_assets.families.family import Family, Params
 from casa_assets.model.kitchen.surface import Surface
-from casa_assets.pipeline.families.finishes import stock
+from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.registry.families import family_groups
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
 
@@ -84,7 +84,7 @@ def families() -> Mapping[str, FamilyInfo]:
 
 def surfaces() -> Mapping[str, tuple[str, ...]]:
     """Ids of the textures that each surface of a kitchen (wall, floor, counter, cabinet) can be covered with."""
-    found = stock().surfaces
+    found = available_finishes().surfaces
     return MappingProxyType({surface.value: tuple(found[surface]) for surface in Surface})
 
 

@@ -51,7 +51,7 @@ P = TypeVar("P", bound=Params)
 
 
 @dataclass(frozen=True)
-class Stock:
+class AvailableFinishes:
     """Finishes that `sample` may choose from.
 
     Attributes:
@@ -111,7 +111,7 @@ class ParametricModel(Generic[P]):
     name: str
     params: type[P]
     build: Callable[[P, Supplies], Asset]
-    sample: Callable[[np.random.Generator, Stock], P] | None = None
+    sample: Callable[[np.random.Generator, AvailableFinishes], P] | None = None
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class Family(Generic[P]):
     name: str
     params: type[P]
     build: Callable[[P, Supplies], Asset]
-    sample: Callable[[np.random.Generator, Stock], P]
+    sample: Callable[[np.random.Generator, AvailableFinishes], P]
     title: str
     category: str
     description: str

@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
-from casa_assets.families.family import Params, Stock, between, pick
+from casa_assets.families.family import AvailableFinishes, Params, between, pick
 from casa_assets.families.parts.appliance.look import ApplianceLook, draw_appliance_look
 from casa_assets.families.parts.fronts.look import CabinetLook, draw_cabinet_look
 from casa_assets.model.registry.document import Document, KeyPath
@@ -24,8 +24,10 @@ from casa_assets.model.registry.fields import expected_one_of
 from casa_assets.model.registry.finish import Surface
 
 P = TypeVar("P", bound=Params)
-Draw = Callable[[Mapping[str, Any], np.random.Generator, Stock], Any]  # (values drawn so far, rng, stock) -> value
-LOOKS: Mapping[Any, Callable[[np.random.Generator, Stock], Params]] = {
+Draw = Callable[
+    [Mapping[str, Any], np.random.Generator, AvailableFinishes], Any
+]  # (values drawn so far, rng, available) -> value
+LOOKS: Mapping[Any, Callable[[np.random.Generator, AvailableFinishes], Params]] = {
     CabinetLook: draw_cabinet_look,
     ApplianceLook: draw_appliance_look,
 }
@@ -33,7 +35,7 @@ LOOKS: Mapping[Any, Callable[[np.random.Generator, Stock], Params]] = {
 
 def read_sample_rules(
     params: type[P], rules: Mapping[str, Any], document: Document
-) -> Callable[[np.random.Generator, Stock], P]:
+) -> Callable[[np.random.Generator, AvailableFinishes], P]:
     """The function that draws a member by the rules.
 
     Args:
@@ -49,10 +51,10 @@ def read_sample_rules(
             raise document.fault(("sample", name), expected, repr(name))
         draws[name] = _RuleReader(document, params, name, tuple(draws)).read(rule, ("sample", name))
 
-    def sample(rng: np.random.Generator, stock: Stock) -> P:
+    def sample(rng: np.random.Generator, available: AvailableFinishes) -> P:
         values: dict[str, Any] = {}
         for name, draw in draws.items():
-            values[name] = draw(values, rng, stock)
+            values[name] = draw(values, rng, available)
         return params(**{name: value for name, value in values.items() if name in params.model_fields})
 
     return sample
@@ -76,47 +78,47 @@ class _RuleReader:
                 return self._any(path)
             case list() if rule:
                 options = [self.read(option, (*path, i)) for i, option in enumerate(rule)]
-                return lambda values, rng, stock: pick(rng, options)(values, rng, stock)
+                return lambda values, rng, available: pick(rng, options)(values, rng, available)
             case {"range": [low, high], "step": float(step), **rest} if not rest:
                 low, high = self._constant(low, path), self._constant(high, path)
-                return lambda values, rng, stock: between(rng, low, high, step)
+                return lambda values, rng, available: between(rng, low, high, step)
             case {"integers": [int(first), int(last)], **rest} if not rest:
-                return lambda values, rng, stock: int(rng.integers(first, last + 1))
+                return lambda values, rng, available: int(rng.integers(first, last + 1))
             case {"chance": float(share), **branches} if branches.keys() <= {"then", "else"}:
                 hit = self.read(branches.get("then", True), path)
                 miss = self.read(branches.get("else", False), path)
-                return lambda values, rng, stock: (hit if rng.random() < share else miss)(values, rng, stock)
+                return lambda values, rng, available: (hit if rng.random() < share else miss)(values, rng, available)
             case {"surface": str(name), **rest} if not rest and name in tuple(Surface):
-                return lambda values, rng, stock: stock.draw(rng, Surface(name))
+                return lambda values, rng, available: available.draw(rng, Surface(name))
             case {"sum": [_, _, *_] as terms, **rest} if not rest:
                 return self._rounded(sum, terms, path)
             case {"product": [_, _, *_] as terms, **rest} if not rest:
                 return self._rounded(math.prod, terms, path)
             case {"same_as": str(name), **rest} if not rest:
                 value_of = self._earlier(name, path)
-                return lambda values, rng, stock: value_of(values)
+                return lambda values, rng, available: value_of(values)
             case {"by": str(name), **cases} if cases:
                 return self._cases(name, cases, path)
             case dict() | list():
                 raise self.document.fault(path, "a rule of a random member", repr(rule)[:80])
         constant = self._constant(rule, path)
-        return lambda values, rng, stock: constant
+        return lambda values, rng, available: constant
 
     def _any(self, path: KeyPath) -> Draw:
         """Any member of the field's enumeration, or a drawn look of cabinets or appliances."""
         for kind in self.kinds:
             if kind in LOOKS:
-                return lambda values, rng, stock: LOOKS[kind](rng, stock)
+                return lambda values, rng, available: LOOKS[kind](rng, available)
             if issubclass(kind, Enum):
                 members = tuple(kind)
-                return lambda values, rng, stock: pick(rng, members)
+                return lambda values, rng, available: pick(rng, members)
         raise self.document.fault(path, "a rule: the field is neither an enumeration nor a look", "'any'")
 
     def _rounded(self, combine: Callable[[list[float]], float], terms: list[Any], path: KeyPath) -> Draw:
         """Sum or product of numbers, to a millimetre; the terms need not be values that the field takes."""
         reader = _RuleReader(self.document, self.params, "", self.earlier)
         draws = [reader.read(term, (*path, i)) for i, term in enumerate(terms)]
-        return lambda values, rng, stock: round(combine([draw(values, rng, stock) for draw in draws]), 3)
+        return lambda values, rng, available: round(combine([draw(values, rng, available) for draw in draws]), 3)
 
     def _cases(self, name: str, cases: Mapping[str, Any], path: KeyPath) -> Draw:
         """The rule beside an earlier value; `a or b` stands for two values, `else` for all others."""
@@ -131,10 +133,10 @@ class _RuleReader:
         if missing and "else" not in draws:
             raise self.document.fault(path, f"also a rule for {', '.join(missing)}", ", ".join(cases))
 
-        def draw(values: Mapping[str, Any], rng: np.random.Generator, stock: Stock) -> Any:
+        def draw(values: Mapping[str, Any], rng: np.random.Generator, available: AvailableFinishes) -> Any:
             value = value_of(values)
             text = str(value).lower() if isinstance(value, bool) else str(value)
-            return draws[text if text in draws else "else"](values, rng, stock)
+            return draws[text if text in draws else "else"](values, rng, available)
 
         return draw
 

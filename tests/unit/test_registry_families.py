@@ -13,7 +13,7 @@ from casa_assets.families.family import Family, Params
 from casa_assets.registry import data_root, read_document
 from casa_assets.registry import families as registry_families
 from casa_assets.registry.families import families, family, family_groups, family_names, looks, read_family
-from tests.family_members import WOODS, stock
+from tests.family_members import WOODS, available
 
 GOOD = """\
 title: Vase
@@ -122,7 +122,7 @@ sample:
 
 def test_a_random_member_is_drawn_by_the_rules_from_top_to_bottom(tmp_path: Path) -> None:
     found = read(tmp_path, GOOD.split("sample:", maxsplit=1)[0] + RULES)
-    drawn = [found.sample(np.random.default_rng(seed), stock()).model_dump() for seed in range(40)]
+    drawn = [found.sample(np.random.default_rng(seed), available()).model_dump() for seed in range(40)]
     assert {(row["radius"], row["height"]) for row in drawn} == {(0.05, 0.2), (0.06, 0.2), (0.05, 0.25), (0.06, 0.26)}
     assert {(row["shape"], row["stems"]) for row in drawn} == {("bottle", 4), ("bottle", 5)}
     assert {row["clay"] for row in drawn} == set(WOODS)

@@ -27,7 +27,7 @@ class LayDirection(StrEnum):
         return (1.0, 0.0, 0.0) if self is LayDirection.X else (0.0, 1.0, 0.0)
 
 
-def inside(outline: Outline) -> cells.Cells:
+def outline_cells(outline: Outline) -> cells.Cells:
     """The cells within a room's outline.
 
     Args:
@@ -55,7 +55,7 @@ def inside(outline: Outline) -> cells.Cells:
     return grid
 
 
-def loop(outline: Outline) -> Floats:
+def outline_loop(outline: Outline) -> Floats:
     """(N, 2) corners, counter-clockwise, none within a straight side. Metres."""
     points: Floats = np.round(np.array(outline, dtype=np.float64), cells.LINE_DECIMALS).astype(np.float64)
     if _area(points) < 0:
@@ -65,7 +65,7 @@ def loop(outline: Outline) -> Floats:
     return np.asarray(points[np.abs(turns) > LENGTH_TOLERANCE])
 
 
-def spans(grid: cells.Cells, low: float, high: float) -> list[Vec2]:
+def interior_spans(grid: cells.Cells, low: float, high: float) -> list[Vec2]:
     """(from, to) along u of what is inside over the whole breadth low..high of v, metres."""
     rows = (grid.vs[:-1] < high - LENGTH_TOLERANCE) & (grid.vs[1:] > low + LENGTH_TOLERANCE)
     inside_all = grid.solid[:, rows].all(axis=1)

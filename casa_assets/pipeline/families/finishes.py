@@ -9,7 +9,7 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.core.color import linear_from_srgb
 from casa_assets.errors import UnknownId
-from casa_assets.families.family import Stock
+from casa_assets.families.family import AvailableFinishes
 from casa_assets.model.asset.material import Material
 from casa_assets.model.record import Vec4
 from casa_assets.model.registry.finish import Finish, Plain, Surface
@@ -17,11 +17,11 @@ from casa_assets.pipeline.cache.cache_key import digest_of
 from casa_assets.pipeline.textures.recipes import finish_key, finish_of, recipe, recipes
 
 
-def stock() -> Stock:
+def available_finishes() -> AvailableFinishes:
     """Ids of everything that a draw may choose."""
     known = registry.load()
     surfaces: Mapping[Surface, tuple[str, ...]] = {s: tuple(sorted(rows)) for s, rows in recipes().items()}
-    return Stock(surfaces=surfaces, plain=tuple(sorted(known.materials)))
+    return AvailableFinishes(surfaces=surfaces, plain=tuple(sorted(known.materials)))
 
 
 @lru_cache(maxsize=1)

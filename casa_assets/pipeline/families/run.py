@@ -20,7 +20,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.issue import Issue, Report
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding, versions_of
-from casa_assets.pipeline.families.finishes import finishes, finishes_key, stock
+from casa_assets.pipeline.families.finishes import available_finishes, finishes, finishes_key
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import (
@@ -115,7 +115,7 @@ def params_of(wish: FamilyRequest) -> Params:
             raise UnknownId(f"preset of {wish.family}", wish.preset, found.presets)
         chosen: Params = found.presets[wish.preset]
         return chosen
-    drawn: Params = found.sample(rng_for(wish.seed, f"families/{wish.family}/{wish.index}"), stock())
+    drawn: Params = found.sample(rng_for(wish.seed, f"families/{wish.family}/{wish.index}"), available_finishes())
     return drawn
 
 
@@ -241,4 +241,4 @@ def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
     usd.load_rules()
-    stock()
+    available_finishes()

@@ -25,7 +25,7 @@ from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.registry.document import Document
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.families.finishes import stock
+from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import asset_key
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
@@ -76,7 +76,7 @@ class SceneRecipe:
 
 def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Surface, str], ...]:
     """Finishes of surfaces in their order. Raises UnknownId where a surface has no such finish."""
-    known = stock().surfaces
+    known = available_finishes().surfaces
     picked = dict(surfaces)
     for surface, name in picked.items():
         if name not in known[surface]:
@@ -86,7 +86,7 @@ def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Sur
 
 def draw_surfaces(seed: int) -> tuple[tuple[Surface, str], ...]:
     """A finish for each surface, each drawn by itself."""
-    have = stock()
+    have = available_finishes()
     return tuple((s, have.draw(rng_for(seed, f"scene/surface/{s.value}"), s)) for s in Surface)
 
 

@@ -25,7 +25,7 @@ from casa_assets.model.asset.asset import Asset, JointKind
 from casa_assets.model.asset.joint import Joint
 from casa_assets.model.asset.shape import Box, Capsule
 from casa_assets.registry.families import family_groups
-from tests.family_members import MANY, known, preset, stock, supplies
+from tests.family_members import MANY, available, known, preset, supplies
 
 BY_NAME = {f.name: f for f in family_groups()["cabinets"]}
 PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
@@ -35,7 +35,7 @@ NAMES = re.compile("([a-z0-9]+_)*((left|right)?doorhinge|slidejoint)")
 
 def drawn(family: str, seed: int) -> tuple[Params, Asset]:
     found = BY_NAME[family]
-    params = found.sample(np.random.default_rng(seed), stock(MANY))
+    params = found.sample(np.random.default_rng(seed), available(MANY))
     return params, found.build(params, supplies(found, params))
 
 
@@ -182,7 +182,7 @@ def test_depth_at_finds_the_panel_behind_the_face() -> None:
 
 @pytest.mark.parametrize("kind", [k for k in HandleKind if k is not HandleKind.FINGER_GROOVE])
 def test_handles_stand_on_the_face_and_fit_a_gripper(kind: HandleKind) -> None:
-    length = handles.length_of(kind, 0.16)
+    length = handles.handle_length(kind, 0.16)
     made = handles.edge_pull(length) if kind is HandleKind.EDGE_PULL else handles.handle(kind, length)
     solids = (*made.metal, *made.hide)
     assert all(s.volume > 0 for s in solids)
@@ -197,7 +197,7 @@ def test_handles_stand_on_the_face_and_fit_a_gripper(kind: HandleKind) -> None:
 
 def test_stiles_of_an_island_part_doors_from_what_opens_beside_them() -> None:
     bars = IslandBase(look=CabinetLook(handle=HandleKind.BAR))
-    assert min(stiles(bars)) > handles.reach_of(HandleKind.BAR)
+    assert min(stiles(bars)) > handles.handle_reach(HandleKind.BAR)
     flush = IslandBase(look=CabinetLook(front=FrontKind.SLAB, handle=HandleKind.FINGER_GROOVE))
     assert stiles(flush) == (0.0, 0.0)
 

@@ -23,7 +23,7 @@ from casa_assets.families.parts.cooktop.burners import DRIP_BOWL_RATIO, burner_p
 from casa_assets.families.parts.cooktop.grates import burner_cells
 from casa_assets.families.parts.hardware import knobs
 from casa_assets.families.parts.hardware.knobs import KnobStyle
-from casa_assets.families.parts.hardware.readout import SEGMENTS, KeySign, figures, sign
+from casa_assets.families.parts.hardware.readout import SEGMENTS, KeySign, key_symbol, seven_segment_text
 from casa_assets.model.asset.asset import Asset
 from casa_assets.registry.families import family_groups
 from tests.family_members import drawn, known, made, preset, unmet
@@ -179,17 +179,17 @@ def _meet(a: object, b: object) -> bool:
 
 def test_figures_show_what_they_are_given() -> None:
     assert len(set(SEGMENTS.values())) == len(SEGMENTS)
-    assert len(figures("8", 0.02).faces) == 7 * 12
-    assert len(figures("1:1", 0.02).faces) == (2 + 2 + 2) * 12
-    low, high = figures("12:30", 0.02).bounds
+    assert len(seven_segment_text("8", 0.02).faces) == 7 * 12
+    assert len(seven_segment_text("1:1", 0.02).faces) == (2 + 2 + 2) * 12
+    low, high = seven_segment_text("12:30", 0.02).bounds
     np.testing.assert_allclose(high[2] - low[2], 0.02, atol=1e-9)
     with pytest.raises(KeyError):
-        figures("x", 0.02)
+        seven_segment_text("x", 0.02)
 
 
 @pytest.mark.parametrize("kind", list(KeySign))
 def test_signs_lie_flat_and_fit_their_size(kind: KeySign) -> None:
-    solid = sign(kind, 0.01)
+    solid = key_symbol(kind, 0.01)
     low, high = solid.bounds
     assert 0.006 < max(high - low) < 0.0101
     assert -0.0005 < low[1] < high[1] < 1e-9

@@ -10,7 +10,7 @@ from casa_assets.families.fixtures.kitchenware.dish_rack import DishRack, DishRa
 from casa_assets.families.fixtures.wall_decor import spice_rack, utensil_rack
 from casa_assets.families.parts.decor.hung_tools import HungTool, ToolHandle, hung_tool
 from casa_assets.families.parts.decor.jars import JarLid, jar
-from casa_assets.families.parts.hardware.tubs import tub
+from casa_assets.families.parts.hardware.tubs import open_tub
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.registry.families import family, family_groups
 from tests.family_members import drawn, known, made, preset, unmet
@@ -131,7 +131,7 @@ def test_a_jar_holds_less_than_its_outside_and_is_shut(lid: JarLid) -> None:
 
 
 def test_a_tub_is_as_hollow_as_its_shapes() -> None:
-    solid = tub(0.3, 0.2, 0.1, 0.004, 0.03)
+    solid = open_tub(0.3, 0.2, 0.1, 0.004, 0.03)
     assert len(solid.shapes) == 5
     assert 0 < solid.volume < 0.2 * 0.3 * 0.2 * 0.1
     np.testing.assert_allclose(np.ptp(solid.bounds, axis=0), (0.3, 0.2, 0.1), atol=1e-9)

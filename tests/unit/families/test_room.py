@@ -20,13 +20,13 @@ from casa_assets.families.fixtures.room.skirting import Skirting, SkirtingEnd, S
 from casa_assets.families.fixtures.room.wall_panelling import Panelling, PanellingStyle
 from casa_assets.families.kit.solids import cells
 from casa_assets.families.kit.solids.moulding import room_moulding, straight_moulding
-from casa_assets.families.parts.room_outline import LayDirection, Outline, inside, spans
+from casa_assets.families.parts.room_outline import LayDirection, Outline, interior_spans, outline_cells
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import is_closed, weld
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.shape import Box
 from casa_assets.registry.families import family_groups
-from tests.family_members import MANY, TILE_M, known, made, stock
+from tests.family_members import MANY, TILE_M, available, known, made
 
 Floats = npt.NDArray[np.float64]
 BY_NAME = {f.name: f for f in family_groups()["room"]}
@@ -113,7 +113,7 @@ def test_draws_are_built_and_the_same_draw_is_the_same_thing(family: str) -> Non
     found = BY_NAME[family]
     longest = known().limits["max_extent_m"]
     for seed in range(8):
-        one, two = (found.sample(np.random.default_rng(seed), stock(MANY)) for _ in range(2))
+        one, two = (found.sample(np.random.default_rng(seed), available(MANY)) for _ in range(2))
         assert one == two
         asset = made(family, one)
         assert np.ptp(asset.bounds, axis=0).max() <= longest
@@ -421,9 +421,9 @@ def test_beams_run_from_wall_to_wall_and_stay_in_the_room(run: LayDirection) -> 
 
 
 def test_spans_are_where_the_whole_breadth_is_inside() -> None:
-    grid = inside(L_ROOM)
-    assert spans(grid, -2.0, -1.0) == [(0.0, 4.2)]
-    assert spans(grid, -2.4, -2.0) == [(0.0, 2.4)]
+    grid = outline_cells(L_ROOM)
+    assert interior_spans(grid, -2.0, -1.0) == [(0.0, 4.2)]
+    assert interior_spans(grid, -2.4, -2.0) == [(0.0, 2.4)]
 
 
 # Rectangles -----------------------------------------------------------------------------------------------------------

@@ -21,7 +21,7 @@ from casa_assets.model.record import Vec2, Vec3
 FLAT_BAND = 0.0015  # metres
 
 
-def rounded(points: Sequence[Vec2], radius: float, steps: int = 5) -> Floats:
+def rounded_polygon(points: Sequence[Vec2], radius: float, steps: int = 5) -> Floats:
     """(N, 2) closed polygon with its corners rounded; points counter-clockwise, metres."""
     first, last = np.array(points[0]), np.array(points[-1])
     middle = (first + last) / 2
@@ -32,21 +32,23 @@ def rounded(points: Sequence[Vec2], radius: float, steps: int = 5) -> Floats:
     return np.asarray(path[apart])
 
 
-def across(outline: Floats, width: float, ease: float) -> Solid:
+def extrude_across(outline: Floats, width: float, ease: float) -> Solid:
     """An outline in y, z (counter-clockwise, y to the right) pulled along x, centred on x = 0."""
     solid = prism(outline, width, ease)
     points = solid.points[:, [2, 0, 1]] - np.array([width / 2, 0.0, 0.0])
     return Solid(points, solid.faces, crease_deg=40.0)
 
 
-def along(outline: Floats, depth: float, ease: float) -> Solid:
+def extrude_along(outline: Floats, depth: float, ease: float) -> Solid:
     """An outline in x, z pulled along y from 0 to depth; counter-clockwise seen from the front."""
     solid = prism(outline, depth, ease)
     points = np.column_stack([solid.points[:, 0], depth - solid.points[:, 2], solid.points[:, 1]])
     return Solid(points, solid.faces, crease_deg=40.0)
 
 
-def tapered(width: float, depth: float, steps: Sequence[tuple[float, float]], radius: float, corner: int = 6) -> Solid:
+def rounded_body(
+    width: float, depth: float, steps: Sequence[tuple[float, float]], radius: float, corner: int = 6
+) -> Solid:
     """A body of rounded rectangles above each other: (inset, z) each from below, metres, about the origin.
 
     Insets above half of the narrower side are cut to it.
@@ -61,13 +63,15 @@ def tapered(width: float, depth: float, steps: Sequence[tuple[float, float]], ra
     return loft(rings)
 
 
-def dome(rise: float, reach: float, z: float, steps: int = 5) -> list[tuple[float, float]]:
+def dome_profile(rise: float, reach: float, z: float, steps: int = 5) -> list[tuple[float, float]]:
     """(inset, z) of a rounded upper edge that goes in by `reach` while it rises by `rise` to z, metres."""
     turns = np.linspace(0.0, math.pi / 2, steps + 1)
     return [(float(reach * (1 - math.cos(t))), float(z - rise + rise * math.sin(t))) for t in turns]
 
 
-def staves(inner: Sequence[Vec2], outer: Sequence[Vec2], count: int = 12, start: float = 0.0) -> list[Placed]:
+def round_wall_pieces(
+    inner: Sequence[Vec2], outer: Sequence[Vec2], count: int = 12, start: float = 0.0
+) -> list[Placed]:
     """Convex pieces of a round wall: between (radius, z) profiles that run upwards, one piece for each stretch.
 
     Args:
@@ -91,16 +95,16 @@ def staves(inner: Sequence[Vec2], outer: Sequence[Vec2], count: int = 12, start:
     return out
 
 
-def feet(places: Sequence[Vec2], radius: float, height: float) -> list[Solid]:
+def round_feet(places: Sequence[Vec2], radius: float, height: float) -> list[Solid]:
     """Round feet from z = 0 to height at points of the ground."""
     return [rod(radius, height, min(0.0015, 0.3 * height)).translated(x, y, height / 2) for x, y in places]
 
 
-def corners(width: float, front: float, back: float, inset: float) -> list[Vec2]:
+def inset_corners(width: float, front: float, back: float, inset: float) -> list[Vec2]:
     """Four points inside a rectangle that is centred on x = 0, metres."""
     return [(s * (width / 2 - inset), y) for s in (-1, 1) for y in (front + inset, back - inset)]
 
 
-def plate(low: Vec3, high: Vec3, ease: float = 0.0012, steps: int = 2) -> Solid:
+def thin_panel(low: Vec3, high: Vec3, ease: float = 0.0012, steps: int = 2) -> Solid:
     """A panel between two corners without collider."""
     return board(low, high, ease, steps).without_colliders()

@@ -8,11 +8,11 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box, lathe, rod
 from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.sweep import tube
-from casa_assets.families.parts.appliance.case import tapered
+from casa_assets.families.parts.appliance.case import rounded_body
 from casa_assets.model.record import Vec3
 
 
-def tray(builder: AssetBuilder, low: Vec3, high: Vec3, metal: str) -> None:
+def add_drip_tray(builder: AssetBuilder, low: Vec3, high: Vec3, metal: str) -> None:
     """A dark tray with a grid on top; high[2] is where a cup stands. Its frame, slats and shape are put on the root."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     pan = subtract(
@@ -32,7 +32,7 @@ def tray(builder: AssetBuilder, low: Vec3, high: Vec3, metal: str) -> None:
         builder.add(ROOT, slat, metal, label="tray", collider=False)
 
 
-def group(builder: AssetBuilder, at: Vec3, ceiling: float, metal: str, grip: str) -> None:
+def add_brew_group(builder: AssetBuilder, at: Vec3, ceiling: float, metal: str, grip: str) -> None:
     """A brewing group under a ceiling with a portafilter whose two spouts end at `at`, its handle to the front."""
     x, y, z = at
     head = rod(0.036, ceiling - z - 0.034, 0.003).translated(x, y, (ceiling + z + 0.034) / 2)
@@ -58,7 +58,7 @@ def group(builder: AssetBuilder, at: Vec3, ceiling: float, metal: str, grip: str
     builder.add(ROOT, handle.with_hull_collider(), grip, label="portafilter", collider="portafilter_grip")
 
 
-def spout(builder: AssetBuilder, at: Vec3, ceiling: float, finish: str, twin: bool) -> None:
+def add_spout(builder: AssetBuilder, at: Vec3, ceiling: float, finish: str, twin: bool) -> None:
     """A block under a ceiling from which one or two spouts look down; `at` is their lower end."""
     x, y, z = at
     wide = 0.06 if twin else 0.034
@@ -69,7 +69,7 @@ def spout(builder: AssetBuilder, at: Vec3, ceiling: float, finish: str, twin: bo
         builder.add(ROOT, tip, "plastic_black", label="spout", collider=False)
 
 
-def wand(builder: AssetBuilder, at: Vec3, low: float, metal: str) -> None:
+def add_steam_wand(builder: AssetBuilder, at: Vec3, low: float, metal: str) -> None:
     """A steam wand that hangs from `at` down to z = low, leaning out to its side (the sign of x)."""
     x, y, z = at
     out = math.copysign(1.0, x)
@@ -84,14 +84,16 @@ def wand(builder: AssetBuilder, at: Vec3, low: float, metal: str) -> None:
     builder.add(ROOT, sleeve, "rubber_black", label="wand", collider=False)
 
 
-def hopper(builder: AssetBuilder, x: float, y: float, z: float, size: float, tall: float) -> None:
+def add_bean_hopper(builder: AssetBuilder, x: float, y: float, z: float, size: float, tall: float) -> None:
     """A see-through funnel for beans with a lid; z is the top that it stands on."""
     steps = [(0.022, z), (0.0, z + 0.5 * tall), (0.0, z + tall - 0.012)]
-    body = tapered(size, size, steps, 0.03).translated(x, y)
+    body = rounded_body(size, size, steps, 0.03).translated(x, y)
     builder.add(ROOT, body.with_hull_collider(), "plastic_smoked", label="hopper", density="bean_hopper")
-    beans = tapered(size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * tall)], 0.028).translated(x, y)
+    beans = rounded_body(size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * tall)], 0.028).translated(
+        x, y
+    )
     builder.add(ROOT, beans, "coffee_dark", label="hopper", collider=False, density="coffee_beans")
-    lid = tapered(
+    lid = rounded_body(
         size + 0.004, size + 0.004, [(0.0, z + tall - 0.0118), (0.0, z + tall - 0.003), (0.003, z + tall)], 0.031
     ).translated(x, y)
     builder.add(ROOT, lid.with_hull_collider(), "plastic_black", label="hopper", density="hopper_lid")
@@ -99,7 +101,7 @@ def hopper(builder: AssetBuilder, x: float, y: float, z: float, size: float, tal
     builder.add(ROOT, knob, "plastic_black", label="hopper")
 
 
-def gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: str) -> None:
+def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: str) -> None:
     """A round pressure gauge in a front that looks to -y."""
     x, y, z = at
     bezel = lathe(
@@ -120,7 +122,7 @@ def gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: str) -> None:
     builder.add(ROOT, hand, "plastic_red", label="gauge", collider=False, density=0.0)
 
 
-def rail(builder: AssetBuilder, low: Vec3, high: Vec3, metal: str) -> None:
+def add_cup_rail(builder: AssetBuilder, low: Vec3, high: Vec3, metal: str) -> None:
     """A low fence of rod round a warming top; low[2] is the top."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     loop = [(x1, y1, z1), (x1, y0, z1), (x0, y0, z1), (x0, y1, z1), (x1, y1, z1)]

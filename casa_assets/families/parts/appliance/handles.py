@@ -35,7 +35,7 @@ def appliance_pull(kind: AppliancePull, length: float) -> Handle:
     return _MAKERS[kind](length)
 
 
-def reach_of(kind: AppliancePull) -> float:
+def pull_reach(kind: AppliancePull) -> float:
     """Distance that a pull stands out, metres."""
     return -min(float(s.bounds[0, 1]) for s in appliance_pull(kind, 0.4).metal)
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.families.family import FinishId, Params, Stock, between, pick
+from casa_assets.families.family import AvailableFinishes, FinishId, Params, between, pick
 from casa_assets.families.parts.appliance.handles import AppliancePull
 from casa_assets.families.parts.fronts.fronts import FrontKind
 from casa_assets.model.registry.finish import Surface
@@ -93,7 +93,7 @@ BODY_FINISHES = {
 }
 
 
-def draw_appliance_look(rng: np.random.Generator, stock: Stock) -> ApplianceLook:
+def draw_appliance_look(rng: np.random.Generator, available: AvailableFinishes) -> ApplianceLook:
     """A look as shops have it."""
     form = pick(
         rng,
@@ -110,7 +110,7 @@ def draw_appliance_look(rng: np.random.Generator, stock: Stock) -> ApplianceLook
     share = between(rng, 0.35, 0.8, 0.01)
     if form is ApplianceFront.PANEL:
         metal = pick(rng, ("brass_brushed", "black_matt", "stainless_brushed", "nickel_satin", "bronze_dark"))
-        pull, kind, face = pick(rng, MODERN_PULLS[:-1]), pick(rng, PANEL_FRONTS), stock.draw(rng, Surface.CABINET)
+        pull, kind, face = pick(rng, MODERN_PULLS[:-1]), pick(rng, PANEL_FRONTS), available.draw(rng, Surface.CABINET)
         return ApplianceLook(
             form=form,
             pull=pull,

@@ -27,7 +27,7 @@ class MixerTool(StrEnum):
     HOOK = "hook"
 
 
-def section(y: float, wide: float, tall: float, middle: float, power: float, count: int = 28) -> Floats:
+def head_section(y: float, wide: float, tall: float, middle: float, power: float, count: int = 28) -> Floats:
     """(N, 3) outline of the head in a plane across it, flat below; metres. `power` 2 is an ellipse, more is boxy."""
     turns = np.arange(count) * 2 * np.pi / count
     c, s = np.cos(turns), np.sin(turns)
@@ -66,7 +66,7 @@ class MixerHead:
     def ring(self, t: float, more: float = 0.0, count: int = 28) -> Floats:
         """(N, 3) outline at a share of its length, wider all round by `more` metres."""
         k, y = self.scale(t), self.front + t * (self.back - self.front)
-        return section(y, self.wide * k + 2 * more, self.tall * k + 2 * more, self.middle, self.power, count)
+        return head_section(y, self.wide * k + 2 * more, self.tall * k + 2 * more, self.middle, self.power, count)
 
 
 def head_solid(form: MixerHead) -> Solid:
@@ -75,7 +75,7 @@ def head_solid(form: MixerHead) -> Solid:
     return loft([form.ring(float(t)) for t in shares], 50.0).oriented_outwards()
 
 
-def band(form: MixerHead, y: float, long: float) -> Solid:
+def head_band(form: MixerHead, y: float, long: float) -> Solid:
     """A strip round a head at y, of a length along it; it stands out by a millimetre."""
     shares = [(y + d - form.front) / (form.back - form.front) for d in (-long / 2, 0.0, long / 2)]
     return loft([form.ring(t, 0.001, 44) for t in shares], 50.0).oriented_outwards()
@@ -141,6 +141,6 @@ def bowl_profile(foot: float, mouth: float, depth: float, steps: int = 9) -> lis
     return line
 
 
-def between(line: Sequence[tuple[float, float]], z: float) -> float:
+def radius_at(line: Sequence[tuple[float, float]], z: float) -> float:
     """Radius of a profile at a height, metres."""
     return float(np.interp(z, [b for _, b in line], [a for a, _ in line]))

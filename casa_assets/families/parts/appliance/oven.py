@@ -15,7 +15,7 @@ from casa_assets.families.kit.solids.blocks import board, box, lathe
 from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.solid import box_shape, concatenate
 from casa_assets.families.kit.solids.sweep import rectangle, tube
-from casa_assets.families.parts.hardware.legs import bar
+from casa_assets.families.parts.hardware.legs import round_bar
 from casa_assets.model.record import Vec3
 
 INSULATION_THICKNESS = 0.045  # metres of insulation between liner and shell
@@ -145,15 +145,19 @@ def add_oven_rack(builder: AssetBuilder, name: str, low: Vec3, high: Vec3, looks
     builder.link(name, at=((x0 + x1) / 2, y0, z))
     half, deep, front = (x1 - x0) / 2 - 0.004, y1 - y0 - 0.014, 0.022
     for x in (-half + 0.004, half - 0.004):
-        builder.add(name, bar((x, front, 0.0), (x, deep, 0.0), 0.0036), "chrome", label="rack", collider=False)
+        builder.add(name, round_bar((x, front, 0.0), (x, deep, 0.0), 0.0036), "chrome", label="rack", collider=False)
     for y in (front + 0.004, deep - 0.004):
         builder.add(
-            name, bar((-half + 0.004, y, 0.0), (half - 0.004, y, 0.0), 0.0036), "chrome", label="rack", collider=False
+            name,
+            round_bar((-half + 0.004, y, 0.0), (half - 0.004, y, 0.0), 0.0036),
+            "chrome",
+            label="rack",
+            collider=False,
         )
     count = 15
     for k in range(count):
         x = -half + 0.02 + (2 * half - 0.04) * k / (count - 1)
-        wire = bar((x, front + 0.004, 0.0035), (x, deep - 0.004, 0.0035), 0.0015)
+        wire = round_bar((x, front + 0.004, 0.0035), (x, deep - 0.004, 0.0035), 0.0015)
         builder.add(name, wire, "chrome", label="rack", collider=False)
     plate = board((-half, front, -0.005), (half, deep, 0.005), 0.0)
     builder.add_collider(name, plate, "chrome", "rack", f"{name}_main")

@@ -11,7 +11,7 @@ import numpy as np
 from casa_assets.families.kit.solids.blocks import ball, box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import circle, inset, prism, rectangle, tube
-from casa_assets.families.parts.hardware.legs import tapered
+from casa_assets.families.parts.hardware.legs import tapered_leg
 from casa_assets.families.parts.hardware.wall_plates import upright_on_wall
 from casa_assets.model.record import Vec3
 
@@ -166,7 +166,7 @@ def _masher(z: float, tall: float) -> list[Solid]:
 def _fork(z: float, tall: float) -> list[Solid]:
     out = [box((0.034, 0.003, 0.012), (0, 0, z - 0.004), 0.0014, 2)]
     for x in (-0.0145, 0.0145):
-        out.append(tapered((x, 0, z - tall), (x, 0, z - 0.004), 0.0006, 0.0026, 10))
+        out.append(tapered_leg((x, 0, z - tall), (x, 0, z - 0.004), 0.0006, 0.0026, 10))
     return out
 
 

@@ -40,14 +40,14 @@ class JarSolids:
     top: float  # of its lid
 
 
-def hollow(outer: list[Vec2], wall: float, floor: float, segments: int = 32) -> Solid:
+def vessel_wall(outer: list[Vec2], wall: float, floor: float, segments: int = 32) -> Solid:
     """A turned vessel: `outer` goes up from the foot to the mouth; its inside keeps `wall` away."""
     inner = [(max(0.001, r - wall), max(floor, z)) for r, z in outer if z >= floor]
     inner = [(outer[0][0] - wall, floor), *inner] if inner and inner[0][1] > floor + 1e-6 else inner
     return lathe([*outer, *inner[::-1]], segments, 45.0)
 
 
-def filling(outer: list[Vec2], wall: float, floor: float, share: float, segments: int = 32) -> Solid:
+def vessel_content(outer: list[Vec2], wall: float, floor: float, share: float, segments: int = 32) -> Solid:
     """Content that fills such a vessel to a share of its height, with a small gap to its wall."""
     top = floor + CONTENT_GAP + share * (outer[-1][1] - floor)
     zs = sorted({floor + CONTENT_GAP, top, *(z for _, z in outer if floor + CONTENT_GAP < z < top)})
@@ -56,7 +56,7 @@ def filling(outer: list[Vec2], wall: float, floor: float, share: float, segments
     return lathe([(max(0.002, r), z) for r, z in profile], segments, 45.0)
 
 
-def body_of(radius: float, height: float, shoulder: float, neck: float) -> list[Vec2]:
+def jar_profile(radius: float, height: float, shoulder: float, neck: float) -> list[Vec2]:
     """The outline of a jar: straight sides, a shoulder of a height, a neck of a share of its radius."""
     r, h = radius, height
     line = [(r - 0.004, 0.0), (r - 0.001, 0.0012), (r, 0.004), (r, h - shoulder - 0.012)]
@@ -78,10 +78,10 @@ def jar(
     fill: float = 0.8,
 ) -> JarSolids:
     """A jar of a radius and a height without its lid, metres; `fill` is a share of its height."""
-    outer = body_of(radius, height, shoulder, neck)
+    outer = jar_profile(radius, height, shoulder, neck)
     around = 24 if radius < SMALL_RADIUS else 32
-    body = hollow(outer, wall, wall * 1.4, around)
-    inside = filling(outer, wall, wall * 1.4, fill, around)
+    body = vessel_wall(outer, wall, wall * 1.4, around)
+    inside = vessel_content(outer, wall, wall * 1.4, fill, around)
     solids, fittings, top = _lid(lid, radius * min(1.0, neck), height, wall)
     return JarSolids(body, lathe(outer, around, 45.0), inside, tuple(solids), tuple(fittings), top)
 

@@ -63,6 +63,6 @@ def _sheet(top: Floats, low: Floats) -> Solid:
     return Solid(points, np.array(faces, dtype=np.int64), crease_deg=70.0).oriented_outwards()
 
 
-def fan(count: int, turn: float = 2.399963) -> list[float]:
+def golden_angles(count: int, turn: float = 2.399963) -> list[float]:
     """Angles in which leaves stand round a stem, rad. Ref: the golden angle of phyllotaxis."""
     return [k * turn % (2 * math.pi) for k in range(count)]

@@ -11,7 +11,7 @@ from casa_assets.families.kit.solids.blocks import box, lathe
 from casa_assets.families.kit.solids.loft import loft
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import circle, tube
-from casa_assets.families.parts.hardware.legs import tapered
+from casa_assets.families.parts.hardware.legs import tapered_leg
 
 
 class CrockTool(StrEnum):
@@ -28,10 +28,10 @@ class CrockTool(StrEnum):
 def crock_tool(kind: CrockTool, size: float) -> list[Solid]:
     """The solids of a tool of a length in metres."""
     if kind in (CrockTool.SPOON, CrockTool.SPATULA, CrockTool.FORK):
-        stem = tapered((0, 0, 0), (0, 0, 0.74 * size), 0.0052, 0.0068, 12)
+        stem = tapered_leg((0, 0, 0), (0, 0, 0.74 * size), 0.0052, 0.0068, 12)
         return [stem, *_wooden_end(kind, size)]
-    grip = tapered((0, 0, 0), (0, 0, 0.36 * size), 0.0085, 0.0065, 12)
-    rod_ = tapered((0, 0, 0.359 * size), (0, 0, 0.76 * size), 0.0032, 0.0032, 10)
+    grip = tapered_leg((0, 0, 0), (0, 0, 0.36 * size), 0.0085, 0.0065, 12)
+    rod_ = tapered_leg((0, 0, 0.359 * size), (0, 0, 0.76 * size), 0.0032, 0.0032, 10)
     if kind is CrockTool.TURNER:
         blade = box((0.078, 0.0018, 0.24 * size), (0, 0.006, 0.875 * size), 0.0006)
         return [grip, rod_, blade]

@@ -102,7 +102,7 @@ def hang_door(builder: AssetBuilder, look: CabinetLook, leaf: CabinetDoor) -> No
         grip=grip,
     )
     if kind is HandleKind.EDGE_PULL:
-        pull: handles.Handle | None = edge_pull(edge, w, h, look.length, corner, leaf.hinge)
+        pull: handles.Handle | None = placed_edge_pull(edge, w, h, look.length, corner, leaf.hinge)
     else:
         pull = None if groove else _handle(look, leaf, kind, parts, corner)
     if pull is not None:
@@ -124,7 +124,7 @@ def max_swing(pull: handles.Handle) -> float:
     return min(DOOR_TRAVEL, math.floor(float(np.arctan2(x, y).min()) * 100) / 100)
 
 
-def edge_pull(
+def placed_edge_pull(
     edge: FrontEdge, w: float, h: float, length: float, corner: Vec3, hinge: HingeSide | None = None
 ) -> handles.Handle:
     """An edge pull on an edge of a front whose lower left front corner is given; of a door away from its hinge."""
@@ -140,7 +140,7 @@ def edge_pull(
     x = {FrontEdge.LEFT: 0.0, FrontEdge.RIGHT: w}.get(edge, free[hinge])
     # A tall door is taken at hand height whatever its own height.
     z = {FrontEdge.BOTTOM: 0.0, FrontEdge.TOP: h}.get(edge, h / 2)
-    return handles.rotate_handle(made, "y", angle, (corner[0] + x, corner[1], corner[2] + z))
+    return handles.placed_handle(made, "y", angle, (corner[0] + x, corner[1], corner[2] + z))
 
 
 def _shortened(w: float, h: float, edge: FrontEdge) -> tuple[float, float, float, float]:
@@ -158,7 +158,7 @@ def _handle(
     stile, rail = fronts.frame_widths(look.front, w, h)
     inset = stile / 2 if fronts.has_frame(look.front) else min(0.045, 0.3 * w)
     upright = kind not in handles.LEVEL_HANDLES
-    length = handles.length_of(kind, min(look.length, 0.6 * h))
+    length = handles.handle_length(kind, min(look.length, 0.6 * h))
     if not upright:  # neighbours' handles keep clear of each other
         inset = max(inset, length / 2 + 0.005)
     off = (length / 2 if upright else 0.02) + max(0.045, 0.5 * rail)
@@ -171,7 +171,7 @@ def _handle(
     made = handles.handle(kind, length)
     angle = math.pi / 2 if upright else 0.0
     there = (corner[0] + x, corner[1] + y, corner[2] + z)
-    return handles.rotate_handle(made, "y", angle, there)
+    return handles.placed_handle(made, "y", angle, there)
 
 
 def _cups(builder: AssetBuilder, leaf: CabinetDoor, corner: Vec3, w: float, h: float) -> None:

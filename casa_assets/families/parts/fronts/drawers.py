@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
 from casa_assets.families.parts.fronts import fronts
-from casa_assets.families.parts.fronts.doors import EDGE_PULL_ROOM, edge_pull
+from casa_assets.families.parts.fronts.doors import EDGE_PULL_ROOM, placed_edge_pull
 from casa_assets.families.parts.fronts.fronts import FRONT_THICKNESS, FrontEdge
 from casa_assets.families.parts.fronts.look import CabinetLook
 from casa_assets.families.parts.hardware import handles
@@ -74,17 +74,17 @@ def _front(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer, grip: str
     main = f"{d.link}_main"
     fronts.add_front(builder, d.link, parts, size, look.face, "", label="drawer", name=main, groove=groove, grip=grip)
     if kind is HandleKind.EDGE_PULL:
-        made = edge_pull(FrontEdge.TOP, w, h, max(look.length, 0.3 * w), (0.0, 0.0, 0.0))
+        made = placed_edge_pull(FrontEdge.TOP, w, h, max(look.length, 0.3 * w), (0.0, 0.0, 0.0))
         handles.add_handle(builder, d.link, made, look.metal, grip)
     elif groove is None:
         kind = HandleKind.BAR if kind is HandleKind.TEE and w > 0.5 else kind
-        length = handles.length_of(kind, min(max(look.length, 0.22 * w), 0.6 * w))
+        length = handles.handle_length(kind, min(max(look.length, 0.22 * w), 0.6 * w))
         # Pulls sit in the middle of a front, but no lower than a hand likes to reach on a deep one.
         z = h / 2 if h < 0.3 else 0.68 * h
         half = max(0.0, length / 2 - 0.03)
         y = fronts.face_depth(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
         lift = 0.02 if kind is HandleKind.RING else 0.0
-        made = handles.rotate_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
+        made = handles.placed_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
         handles.add_handle(builder, d.link, made, look.metal, grip)
 
 

@@ -210,9 +210,9 @@ def lip(width: float, height: float, groove: FrontEdge) -> Placed:
 
 def _plain(kind: FrontKind, w: float, h: float, t: float, drawer: bool) -> tuple[FrontPart, ...]:
     if kind is FrontKind.V_GROOVE:
-        line = panels.grooves(w, 0.1, 0.003, 0.003)
+        line = panels.v_groove_line(w, 0.1, 0.003, 0.003)
     elif kind is FrontKind.FLUTED:
-        line = panels.reeds(w, 0.024, 0.0045)
+        line = panels.reeded_line(w, 0.024, 0.0045)
     else:
         grain = ACROSS if drawer else UPRIGHT
         return (FrontPart(board((0.0, 0.0, 0.0), (w, t, h), FRONT_EDGE_RADIUS), grain=grain),)
@@ -249,16 +249,16 @@ def _splits(kind: FrontKind, h: float, rail: float, rise: float) -> list[float]:
 def _filled(kind: FrontKind, opening: FrameOpening, t: float) -> list[FrontPart]:
     if kind in GLAZED_KINDS:
         bars = panels.muntins(opening, t) if kind is FrontKind.GLASS_DIVIDED else []
-        stops = [FrontPart(s) for s in panels.stops(opening, t)]
-        pane = FrontPart(panels.pane(opening, t / 2), pane=True)
+        stops = [FrontPart(s) for s in panels.glazing_beads(opening, t)]
+        pane = FrontPart(panels.glass_pane(opening, t / 2), pane=True)
         return [pane, *stops, *(FrontPart(s, grain=g) for s, g in bars)]
     if kind is FrontKind.LOUVRED:
-        return [FrontPart(s, grain=ACROSS) for s in panels.slats(opening, t)]
+        return [FrontPart(s, grain=ACROSS) for s in panels.louvres(opening, t)]
     if kind is FrontKind.BEADBOARD:
-        return [FrontPart(panels.beaded(opening))]
+        return [FrontPart(panels.beaded_panel(opening))]
     if kind is FrontKind.RAISED or kind is FrontKind.ARCHED:
-        return [FrontPart(panels.raised(opening, t)), *(FrontPart(s) for s in panels.sticking(opening))]
-    return [FrontPart(panels.flat(opening, 0.006 if kind is FrontKind.SLIM_SHAKER else 0.008))]
+        return [FrontPart(panels.raised_panel(opening, t)), *(FrontPart(s) for s in panels.frame_moulding(opening))]
+    return [FrontPart(panels.flat_panel(opening, 0.006 if kind is FrontKind.SLIM_SHAKER else 0.008))]
 
 
 def _grooved(part: FrontPart, w: float, h: float, t: float, edge: FrontEdge) -> FrontPart:

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.families.family import FinishId, Params, Stock, between, pick
+from casa_assets.families.family import AvailableFinishes, FinishId, Params, between, pick
 from casa_assets.families.parts.fronts.fronts import FrontKind
 from casa_assets.families.parts.hardware.handles import HandleKind
 from casa_assets.model.registry.finish import Surface
@@ -46,7 +46,7 @@ class CabinetLook(Params):
     metal: FinishId = "stainless_brushed"
 
 
-def draw_cabinet_look(rng: np.random.Generator, stock: Stock) -> CabinetLook:
+def draw_cabinet_look(rng: np.random.Generator, available: AvailableFinishes) -> CabinetLook:
     """A look as kitchens have it."""
     kind = pick(rng, tuple(FrontKind))
     handles = tuple(HandleKind) if kind in PLAIN_EDGED else tuple(HandleKind)[:-2]
@@ -54,7 +54,7 @@ def draw_cabinet_look(rng: np.random.Generator, stock: Stock) -> CabinetLook:
         front=kind,
         handle=pick(rng, handles),
         length=between(rng, 0.1, 0.32, 0.032),
-        face=stock.draw(rng, Surface.CABINET),
+        face=available.draw(rng, Surface.CABINET),
         inside=pick(rng, INSIDE_FINISHES),
         tray=pick(rng, ("beech_plain", "melamine_white", "bamboo_plain", "white_matt")),
         metal=pick(rng, HANDLE_FINISHES),

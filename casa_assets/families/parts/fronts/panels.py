@@ -58,13 +58,13 @@ def arc(x0: float, x1: float, top: float, rise: float, steps: int = 14) -> list[
     return [(float(middle + radius * math.sin(a)), float(top - radius * (1 - math.cos(a)))) for a in turns]
 
 
-def flat(o: FrameOpening, recess: float) -> Solid:
+def flat_panel(o: FrameOpening, recess: float) -> Solid:
     """A flat panel behind the face by `recess`."""
     e = PANEL_TONGUE
     return board((o.x0 - e, recess, o.z0 - e), (o.x1 + e, recess + 0.008, o.z1 + e), 0.0)
 
 
-def raised(o: FrameOpening, t: float) -> Solid:
+def raised_panel(o: FrameOpening, t: float) -> Solid:
     """A panel whose middle field stands up over bevelled edges."""
     outline = o.outline(PANEL_TONGUE)
     bevel = min(0.038, 0.28 * min(o.width, o.height))
@@ -83,7 +83,7 @@ def raised(o: FrameOpening, t: float) -> Solid:
     return loft(rings, 20.0)
 
 
-def sticking(o: FrameOpening) -> list[Solid]:
+def frame_moulding(o: FrameOpening) -> list[Solid]:
     """The moulding round the inside of a frame; none along an arc."""
     if o.rise:
         return []
@@ -94,7 +94,7 @@ def sticking(o: FrameOpening) -> list[Solid]:
     return [mitred_frame(o.width, o.height, profile).translated(middle[0], 0.0, middle[1])]
 
 
-def beaded(o: FrameOpening) -> Solid:
+def beaded_panel(o: FrameOpening) -> Solid:
     """Narrow boards with a bead at each joint."""
     x0, x1 = o.x0 - PANEL_TONGUE, o.x1 + PANEL_TONGUE
     width = x1 - x0
@@ -112,7 +112,7 @@ def beaded(o: FrameOpening) -> Solid:
     return solid.translated(x0, 0.008, o.z0 - PANEL_TONGUE)
 
 
-def grooves(width: float, pitch: float, half: float, depth: float) -> Floats:
+def v_groove_line(width: float, pitch: float, half: float, depth: float) -> Floats:
     """(N, 2) front line x, y of a board with V grooves, from left to right."""
     count = max(2, round(width / pitch))
     line: list[tuple[float, float]] = [(0.0, 0.001), (0.001, 0.0)]
@@ -122,7 +122,7 @@ def grooves(width: float, pitch: float, half: float, depth: float) -> Floats:
     return np.array([*line, (width - 0.001, 0.0), (width, 0.001)])
 
 
-def reeds(width: float, pitch: float, depth: float) -> Floats:
+def reeded_line(width: float, pitch: float, depth: float) -> Floats:
     """(N, 2) front line x, y of a row of half-round reeds, from left to right."""
     count = max(3, round(width / pitch))
     step = width / count
@@ -134,7 +134,7 @@ def reeds(width: float, pitch: float, depth: float) -> Floats:
     return np.array(line)
 
 
-def slats(o: FrameOpening, t: float) -> list[Solid]:
+def louvres(o: FrameOpening, t: float) -> list[Solid]:
     """Louvres that slope down to the front and hide what is behind them."""
     tilt = math.radians(52)
     length = (t - 0.005) / math.cos(tilt)
@@ -145,13 +145,13 @@ def slats(o: FrameOpening, t: float) -> list[Solid]:
     return [slat.translated(middle, t / 2, o.z0 + (k + 0.5) * pitch) for k in range(count)]
 
 
-def pane(o: FrameOpening, y: float, thick: float = 0.004) -> Solid:
+def glass_pane(o: FrameOpening, y: float, thick: float = 0.004) -> Solid:
     """A sheet of glass whose middle plane is at y."""
     e = PANEL_TONGUE
     return board((o.x0 - e, y - thick / 2, o.z0 - e), (o.x1 + e, y + thick / 2, o.z1 + e), 0.0)
 
 
-def stops(o: FrameOpening, t: float) -> list[Solid]:
+def glazing_beads(o: FrameOpening, t: float) -> list[Solid]:
     """Thin beads that hold a pane from before it."""
     y0, y1, wide = 0.0035, t / 2 - 0.0024, 0.005
     out = [board((x, y0, o.z0), (x + wide, y1, o.z1), 0.0008) for x in (o.x0, o.x1 - wide)]

@@ -72,12 +72,12 @@ class Handle:
         )
 
 
-def length_of(kind: HandleKind, wanted: float) -> float:
+def handle_length(kind: HandleKind, wanted: float) -> float:
     """Length of a handle of the kind where `wanted` metres are asked for, metres."""
     return FIXED_LENGTHS.get(kind, wanted)
 
 
-def reach_of(kind: HandleKind) -> float:
+def handle_reach(kind: HandleKind) -> float:
     """Distance that a handle of the kind stands out before the face of a door, metres."""
     if kind is HandleKind.FINGER_GROOVE:
         return 0.0
@@ -256,6 +256,6 @@ def edge_pull(length: float) -> Handle:
     return Handle((plate, hook), shapes)
 
 
-def rotate_handle(made: Handle, axis: str, angle: float, at: Vec3) -> Handle:
+def placed_handle(made: Handle, axis: str, angle: float, at: Vec3) -> Handle:
     """A handle turned about an axis through its foot by radians, and set at a point."""
     return made.transformed(Pose(position=at) @ axis_turn(axis, angle))

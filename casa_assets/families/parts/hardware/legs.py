@@ -16,7 +16,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 
-def bar(a: Vec3, b: Vec3, radius: float) -> Solid:
+def round_bar(a: Vec3, b: Vec3, radius: float) -> Solid:
     """A round bar from a to b; its collider is a cylinder."""
     solid = tube([a, b], radius)
     axis = np.array(b) - np.array(a)
@@ -27,12 +27,12 @@ def bar(a: Vec3, b: Vec3, radius: float) -> Solid:
     return solid.with_shapes((shape, Pose(position=(x, y, z), quaternion=_onto(axis / length))))
 
 
-def beam(a: Vec3, b: Vec3, width: float, depth: float, up: Vec3 = (0.0, 1.0, 0.0)) -> Solid:
+def square_bar(a: Vec3, b: Vec3, width: float, depth: float, up: Vec3 = (0.0, 1.0, 0.0)) -> Solid:
     """A square-edged bar from a to b: `depth` along `up`, `width` across; its collider is a box."""
     return tube([a, b], rectangle(width, depth, min(width, depth) * 0.12, 1), up=up)
 
 
-def tapered(a: Vec3, b: Vec3, start: float, end: float, sides: int = 20) -> Solid:
+def tapered_leg(a: Vec3, b: Vec3, start: float, end: float, sides: int = 20) -> Solid:
     """A round leg whose radius goes from `start` at a to `end` at b; its collider is a cylinder of the mean radius."""
     axis = np.array(b) - np.array(a)
     length = float(np.linalg.norm(axis))
@@ -46,7 +46,7 @@ def tapered(a: Vec3, b: Vec3, start: float, end: float, sides: int = 20) -> Soli
     return Solid(points, faces, (shape,), crease_deg=40.0).transformed(pose)
 
 
-def slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
+def bowed_slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
     """A board bowed backwards (+y) in its middle: width x, thickness y, height z; its collider is the bounding box."""
     w, t, h = size
     xs = np.linspace(-w / 2, w / 2, steps + 1)

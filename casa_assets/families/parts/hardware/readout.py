@@ -44,7 +44,7 @@ class KeySign(StrEnum):
     BARS = "bars"
 
 
-def figures(text: str, height: float) -> Solid:
+def seven_segment_text(text: str, height: float) -> Solid:
     """A line of figures about the origin, its back in the plane y = 0.
 
     Args:
@@ -83,7 +83,7 @@ def _figure(bars: str, x: float, h: float, t: float) -> list[Solid]:
     return [_ink(*place) for on, place in zip(bars, places, strict=True) if on == "1"]
 
 
-def sign(kind: KeySign, size: float) -> Solid:
+def key_symbol(kind: KeySign, size: float) -> Solid:
     """A sign about the origin, its back in the plane y = 0, as wide as `size`, metres."""
     t = 0.16 * size
     if kind is KeySign.PLUS:

@@ -13,7 +13,7 @@ from casa_assets.model.record import Vec3
 WIRE_SIDES = 6  # of a wire
 
 
-def tub(width: float, depth: float, height: float, wall: float, radius: float, floor: float = 0.0) -> Solid:
+def open_tub(width: float, depth: float, height: float, wall: float, radius: float, floor: float = 0.0) -> Solid:
     """An open box about x = 0, y = 0 from z = 0 up, its corners rounded; its colliders are a floor and four walls.
 
     Args:
@@ -36,7 +36,7 @@ def tub(width: float, depth: float, height: float, wall: float, radius: float, f
     return body.with_colliders_of(*touched)
 
 
-def loop(width: float, depth: float, z: float, radius: float, corner: float) -> Solid:
+def wire_loop(width: float, depth: float, z: float, radius: float, corner: float) -> Solid:
     """A level ring of wire about x = 0, y = 0: `width` by `depth` over the middle of the wire; without collider."""
     w, d = width / 2, depth / 2
     path = [(0.0, -d, z), (w, -d, z), (w, d, z), (-w, d, z), (-w, -d, z), (0.0, -d, z)]
@@ -48,7 +48,7 @@ def wire(path: list[Vec3], radius: float, bend: float = 0.0) -> Solid:
     return tube(path, circle(radius, WIRE_SIDES), bend).without_colliders()
 
 
-def grid(width: float, depth: float, z: float, radius: float, across: int, along: int) -> Solid:
+def wire_grid(width: float, depth: float, z: float, radius: float, across: int, along: int) -> Solid:
     """Crossed wires about x = 0, y = 0: `across` run from front to back, `along` from left to right just below them."""
     w, d = width / 2, depth / 2
     out = [wire([(float(x), -d, z), (float(x), d, z)], radius) for x in np.linspace(-w, w, across)]

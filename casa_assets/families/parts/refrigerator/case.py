@@ -143,7 +143,7 @@ def add_base(builder: AssetBuilder, width: float, depth: float, foot: float, loo
             builder.add(ROOT, slot, "rubber_black", label="vent", collider=False, density=0.0)
 
 
-def hinge_cover(builder: AssetBuilder, x: float, top: float, thick: float, look: ApplianceLook) -> None:
+def add_hinge_cover(builder: AssetBuilder, x: float, top: float, thick: float, look: ApplianceLook) -> None:
     """The cover of a hinge on top of the case, reaching over the door; x is its middle."""
     if look.form is ApplianceFront.PANEL:
         return

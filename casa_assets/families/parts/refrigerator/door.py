@@ -239,14 +239,14 @@ def add_pull(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook) -> No
         middle = w / 2 if leaf.across else w - 0.03 - LATCH_LENGTH / 2
         z = h - min(leaf.drop, 0.3 * h) if leaf.across else min(max(HAND_HEIGHT - leaf.low[1], 0.1), h - 0.1)
         y = _depth(leaf, look, (middle - length / 2 + 0.05, z), (middle + length / 2 - 0.05, z))
-        made = handles.rotate_handle(appliance_pull(look.pull, length), "z", 0.0, (middle, y, z))
+        made = handles.placed_handle(appliance_pull(look.pull, length), "z", 0.0, (middle, y, z))
     else:
         length = min(h - 0.12, max(0.26, look.share * h, 0.34 if look.pull is AppliancePull.PRO else 0.0))
         low, high = 0.06 + length / 2, h - 0.06 - length / 2
         z = min(max(HAND_HEIGHT - leaf.low[1], low), high)
         inset = min(inset, 0.03) if look.form is ApplianceFront.PANEL and look.front in FRAMED_FRONTS else inset
         y = _depth(leaf, look, (w - inset, z - length / 2 + 0.05), (w - inset, z + length / 2 - 0.05))
-        made = handles.rotate_handle(appliance_pull(look.pull, length), "y", -DOOR_TRAVEL, (w - inset, y, z))
+        made = handles.placed_handle(appliance_pull(look.pull, length), "y", -DOOR_TRAVEL, (w - inset, y, z))
     if leaf.right:
         first, *rest = made.metal
         mirrored = first.with_shapes(*made.shapes).mirrored_x()

@@ -9,8 +9,8 @@ from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.parts.appliance.look import ApplianceLook
 from casa_assets.families.parts.refrigerator.case import DIVIDER_THICKNESS, Compartment, compartment
 from casa_assets.families.parts.refrigerator.door import FridgeDoor, hang_fridge_door
-from casa_assets.families.parts.refrigerator.inside import add_pull_out
-from casa_assets.families.parts.refrigerator.rooms import fill_with_baskets, gap_beside
+from casa_assets.families.parts.refrigerator.furnishing import center_gap, fill_with_baskets
+from casa_assets.families.parts.refrigerator.sliding_parts import add_pull_out
 
 
 class FreezerFront(StrEnum):
@@ -22,7 +22,7 @@ class FreezerFront(StrEnum):
     TWO_DOORS = "two_doors"
 
 
-def lower_rooms(
+def lower_compartments(
     kind: FreezerFront, left: float, right: float, bottom: float, top: float, depth: float
 ) -> list[Compartment]:
     """The rooms of a freezer between planes of the case's inside, metres; from left to right, from below."""
@@ -41,7 +41,7 @@ def lower_rooms(
     return [compartment("freezer", left, right, bottom, top, depth)]
 
 
-def lower_fronts(
+def add_lower_fronts(
     builder: AssetBuilder,
     kind: FreezerFront,
     rooms: list[Compartment],
@@ -54,7 +54,7 @@ def lower_fronts(
     """Fronts before the rooms, from z = low to high over the whole width; returns their joints."""
     face = look.lower or look.face
     if kind is FreezerFront.TWO_DOORS:
-        middle, half = width / 2, gap_beside(width / 2, look.thick) / 2
+        middle, half = width / 2, center_gap(width / 2, look.thick) / 2
         leaves = [
             FridgeDoor("freezer_left", (0.0, low), (middle - half, high), False, rooms[0], rooms[0].high[0], face),
             FridgeDoor("freezer_right", (middle + half, low), (width, high), True, rooms[1], rooms[1].low[0], face),

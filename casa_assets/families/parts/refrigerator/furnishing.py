@@ -9,7 +9,7 @@ from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.parts.appliance.look import ApplianceLook
 from casa_assets.families.parts.refrigerator.case import LINER_THICKNESS, Compartment, add_shelf, region_above_shelf
 from casa_assets.families.parts.refrigerator.door import BIN_DEPTH, FridgeDoor
-from casa_assets.families.parts.refrigerator.inside import SIDE_CLEARANCE, add_crisper
+from casa_assets.families.parts.refrigerator.sliding_parts import SIDE_CLEARANCE, add_crisper
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 
 # Ref: RoboCasa v1.0, Fridge: things are put where there are 0.20 m and more.
@@ -20,7 +20,7 @@ CLOSED_SHARE = 0.005
 CRISPER_SETBACK = 0.018  # metres from the front plane to the lip of a crisper, behind the liner of the door
 
 
-def gap_beside(width: float, thick: float) -> float:
+def center_gap(width: float, thick: float) -> float:
     """Between two leaves of a width that part in the middle: the rear corner swings out by so much, metres."""
     return math.hypot(width, thick) - width + 0.0014
 

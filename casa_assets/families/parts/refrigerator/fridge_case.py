@@ -24,7 +24,7 @@ from casa_assets.families.parts.refrigerator.case import (
     Compartment,
 )
 from casa_assets.families.parts.refrigerator.door import FridgeDoor
-from casa_assets.families.parts.refrigerator.rooms import finish_refrigerator
+from casa_assets.families.parts.refrigerator.furnishing import finish_refrigerator
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.record import Vec2
 
@@ -133,7 +133,7 @@ class FridgeCase:
         p = self.p
         for right in sorted({leaf.right for leaf in leaves}):
             at = p.width - HINGE_INSET if right else HINGE_INSET
-            parts.hinge_cover(self.builder, at, self.top, p.look.thick, p.look)
+            parts.add_hinge_cover(self.builder, at, self.top, p.look.thick, p.look)
         add_badge(self.builder, badge, p.look)
         joints = [leaf.joint for leaf in leaves]
         finish_refrigerator(self.builder, (*joints, *others), [leaf.joint for leaf in fridge])
