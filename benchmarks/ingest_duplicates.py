@@ -34,6 +34,7 @@ from casa_assets.geometry.mesh.registration import SampledSurface, align, sample
 from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance, shape_descriptor
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.ingest.clean import clean
+from casa_assets.ingest.load import load
 from casa_assets.ingest.simplify import simplified
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
@@ -43,7 +44,6 @@ from casa_assets.model.asset.signature import ShapeDescriptor
 from casa_assets.model.ingest.source import Bundle
 from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE
 from casa_assets.pipeline.dedup.signature import surface as surface_of
-from casa_assets.pipeline.ingest.stages import read_raw_model
 from casa_assets.pipeline.ingest.survey import find_category
 from casa_assets.pipeline.library.library import Library, read_asset
 
@@ -126,7 +126,8 @@ OTHERS: dict[str, Make] = {
 def read(name: str, bundle: Bundle, category: str = registry.FALLBACK) -> Known:
     """A bundle as ingest reads and cleans it."""
     known = registry.load()
-    return signed(name, clean(read_raw_model(bundle, known.limits), known.category(category)).soup())
+    surface = clean(load(bundle, known.limits), known.category(category)).surface
+    return signed(name, (surface.vertices, surface.faces))
 
 
 def signed(name: str, surface: Surface) -> Known:

@@ -24,14 +24,16 @@ from judging.pose_sheet import draw
 
 from casa_assets import registry
 from casa_assets.errors import CasaError
+from casa_assets.geometry.solid.manifold import closed_solid
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.load import load
 from casa_assets.ingest.mass.estimates import combine_estimates, estimates
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.registry.category import Category
-from casa_assets.pipeline.ingest.stages import MASS_AGREEMENT_RATIO, STAGES, BuildContext, read_raw_model
+from casa_assets.pipeline.ingest.stages import MASS_AGREEMENT_RATIO, STAGES, BuildContext
 from casa_assets.pipeline.ingest.survey import find_category
 
 
@@ -70,7 +72,7 @@ def inputs(folder: Path, every: int, only: list[str]) -> Iterator[tuple[Found, C
             continue
         try:
             bundle = collect(one, known.limits)
-            yield one, category, clean(read_raw_model(bundle, known.limits)), brief(one, bundle, category)
+            yield one, category, clean(load(bundle, known.limits)), brief(one, bundle, category)
         except CasaError as error:
             print(f"{one.source.path}: {error}", flush=True)
 
@@ -92,17 +94,19 @@ def measured(
     posed = steps["orient"](draft, told)
     done = steps["scale"](posed, told)
     by = {g.subject: g for g in done.guesses}
-    vertices, faces = done.soup()
+    surface = done.surface
     # Along the axes of the file, as the table has it: another pose makes another box.
-    factor = float(np.linalg.norm(np.ptp(vertices, axis=0)) / np.linalg.norm(np.ptp(posed.soup()[0], axis=0)))
-    known = registry.load()
-    found = combine_estimates(
-        estimates(vertices, faces, category, known.substances[category.substance]), category, MASS_AGREEMENT_RATIO
+    factor = float(
+        np.linalg.norm(np.ptp(surface.vertices, axis=0)) / np.linalg.norm(np.ptp(posed.surface.vertices, axis=0))
     )
+    known = registry.load()
+    points, ids = surface.points, surface.welded_faces
+    ways = estimates(points, ids, closed_solid(points, ids), category, known.substances[category.substance])
+    found = combine_estimates(ways, category, MASS_AGREEMENT_RATIO)
     row = Row(
         path=path,
         category=category.id,
-        longest_m=factor * float(np.ptp(draft.soup()[0], axis=0).max()),
+        longest_m=factor * float(np.ptp(draft.surface.vertices, axis=0).max()),
         scale=by["scale"].value,
         scale_sure=by["scale"].confidence,
         up=by["up_axis"].value,
@@ -128,7 +132,7 @@ def _judge(
     row.low_m, row.high_m = float(truth["plausible_min_m"]), float(truth["plausible_max_m"])
     points, up = pose.spread_points(draft), truth["up_axis_in_file"]
     row.grade = pose.grade(points, pose.rotation(draft, posed), up, category).value
-    orient = STAGES[0].function
+    orient = {stage.name: stage.function for stage in STAGES}["orient"]
     for name, turn in pose.COPIES.items() if copies else ():
         other = pose.copy(draft, turn)
         back = pose.rotation(other, orient(other, told)) @ turn

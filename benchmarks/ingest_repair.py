@@ -25,12 +25,12 @@ from judging.repair_report import Row, report
 from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.draft import Draft, merge_parts
+from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.ingest.source import RawModel
-from casa_assets.pipeline.ingest.stages import read_raw_model
 from casa_assets.pipeline.ingest.survey import find_category
 from casa_assets.preview.raw.raw_model import render_model
 
@@ -53,7 +53,7 @@ def judged(one: Found) -> tuple[Row, RawModel | None, Draft | None]:
     path, name = one.source.path, category.id
     limits = {**known.limits, "input_texture_pixels": 1.0}
     try:
-        model = read_raw_model(collect(one, limits), limits)
+        model = load(collect(one, limits), limits)
     except Rejected as error:
         return Row(path, name, refused=f"{error.code} {error.message}"), None, None
     start = time.process_time()
@@ -62,7 +62,8 @@ def judged(one: Found) -> tuple[Row, RawModel | None, Draft | None]:
     except Rejected as error:
         return Row(path, name, refused=f"{error.code} {error.message}"), model, None
     seconds = time.process_time() - start
-    surface = Draft(parts=model.parts).soup()
+    raw = merge_parts(model.parts)
+    surface = raw.vertices, raw.faces
     theirs, their_seconds, their_refusal = _theirs(surface)
     own = [n for n in draft.notes if n.code.startswith("MSH")]
     guess = next(g for g in draft.guesses if g.subject == "solidity")
@@ -70,7 +71,7 @@ def judged(one: Found) -> tuple[Row, RawModel | None, Draft | None]:
         path,
         name,
         before=soundness(surface),
-        ours=soundness(draft.soup()),
+        ours=soundness((draft.surface.vertices, draft.surface.faces)),
         theirs=theirs,
         seconds=round(seconds, 3),
         their_seconds=round(their_seconds, 3),

@@ -20,6 +20,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from judging.inputs import brief, dump
 
@@ -29,13 +30,12 @@ from casa_assets.checks.run import run as run_checks
 from casa_assets.errors import Rejected
 from casa_assets.export import mjcf
 from casa_assets.export.usd.document import write as write_usd
-from casa_assets.ingest.assemble import assemble
-from casa_assets.ingest.clean import clean
+from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.pipeline.ingest.run import Options, ingest
-from casa_assets.pipeline.ingest.stages import STAGES, read_raw_model
+from casa_assets.pipeline.ingest.stages import STAGES
 from casa_assets.pipeline.library.asset_package import PREVIEW_PX, thumbnail
 from casa_assets.pipeline.library.library import Library, write_files
 from casa_assets.pipeline.reports.entry import entries
@@ -107,14 +107,11 @@ def _one(found: Found, category: str, place: str, watch: Stopwatch) -> None:
     with watch("load"):
         bundle = collect(found, known.limits)
         told = brief(found, bundle, known.category(category))
-        model = read_raw_model(bundle, known.limits)
-    with watch("clean"):
-        draft = clean(model)
-    for stage in STAGES:
+        result: Any = load(bundle, known.limits)
+    for stage in STAGES[1:]:
         with watch(stage.name):
-            draft = stage.function(draft, told)
-    with watch("assemble"):
-        asset = assemble(draft, told.asset_id, told.category, told.classes, told.substance, told.source, told.sha256)
+            result = stage.function(result, told)
+    asset, _ = result
     root = Path(place) / asset.id
     with watch("mjcf"):
         write_files(root, mjcf.write(asset))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 from casa_assets import registry
-from casa_assets.ingest.assemble import assemble
-from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
@@ -102,9 +102,8 @@ def codes(notes: tuple[Issue, ...]) -> list[str]:
 
 def built(model: RawModel, name: str) -> tuple[Asset, tuple[Issue, ...]]:
     """The whole way from a raw model to an asset. Raises Rejected."""
-    told = brief(name)
-    state = clean(model, told.category)
-    for stage in STAGES:
-        state = stage.function(state, told)
-    asset = assemble(state, told.asset_id, told.category, told.classes, told.substance, told.source, told.sha256)
-    return asset, state.notes
+    result: Any = model
+    for stage in STAGES[1:]:
+        result = stage.function(result, brief(name))
+    asset, notes = result
+    return asset, notes

@@ -17,12 +17,13 @@ from casa_assets.geometry.mesh.topology import weld
 from casa_assets.geometry.solid.manifold import closed_solid
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.ingest.source import Bundle
 from casa_assets.model.registry.category import Category, MatterFill
-from casa_assets.pipeline.ingest.stages import STAGES, BuildContext, read_raw_model
+from casa_assets.pipeline.ingest.stages import STAGES, BuildContext
 from casa_assets.pipeline.ingest.survey import find_category
 from judging.distance import Surface
 
@@ -81,8 +82,13 @@ def prepared(folder: Path, every: int, only: Sequence[str], rounds: int = 1) -> 
             bundle = collect(one, known.limits)
             told = brief(one, bundle, category)
             steps = {stage.name: stage.function for stage in STAGES}
-            moved = steps["scale"](steps["orient"](clean(read_raw_model(bundle, known.limits), category), told), told)
-            yield Prepared(one.source.path, category, steps["simplify"](moved, told), _welded(*moved.soup()))
+            moved = steps["scale"](steps["orient"](clean(load(bundle, known.limits), category), told), told)
+            yield Prepared(
+                one.source.path,
+                category,
+                steps["simplify"](moved, told),
+                _welded(moved.surface.vertices, moved.surface.faces),
+            )
         except Rejected:
             continue
 
@@ -106,7 +112,7 @@ def _read(found: Found, name: str) -> Input:
     path, category = found.source.path, known.category(name)
     try:
         bundle = collect(found, known.limits)
-        draft = clean(read_raw_model(bundle, known.limits), category)
+        draft = clean(load(bundle, known.limits), category)
         told = brief(found, bundle, category)
         steps = {stage.name: stage.function for stage in STAGES}
         moved = steps["scale"](steps["orient"](draft, told), told)
@@ -127,9 +133,9 @@ def _read(found: Found, name: str) -> Input:
 
 def _standing(moved: Draft, final: Draft) -> Surface:
     """The full mesh, shifted as the asset is: by the bounds of what is written."""
-    seen, _ = final.soup()
+    seen = final.surface.vertices
     low, high = seen.min(axis=0), seen.max(axis=0)
-    vertices, faces = moved.soup()
+    vertices, faces = moved.surface.vertices, moved.surface.faces
     return _welded(vertices - np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]), faces)
 
 

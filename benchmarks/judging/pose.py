@@ -67,7 +67,7 @@ def copy(draft: Draft, turn: Floats) -> Draft:
 
 def rotation(before: Draft, after: Draft) -> Floats:
     """(3, 3) rotation that took one to the other, by their vertices."""
-    a, b = before.soup()[0], after.soup()[0]
+    a, b = before.surface.vertices, after.surface.vertices
     a, b = a - a.mean(axis=0), b - b.mean(axis=0)
     left, _, right = np.linalg.svd(b.T @ a)
     flip = np.diag([1, 1, np.sign(np.linalg.det(left @ right))])
@@ -77,7 +77,7 @@ def rotation(before: Draft, after: Draft) -> Floats:
 
 def spread_points(draft: Draft) -> Floats:
     """(POINTS, 3) points over the surface, centred on the box around it, longest side 1."""
-    samples = sample_surface(*draft.soup()).samples
+    samples = sample_surface(draft.surface.vertices, draft.surface.faces).samples
     picked = samples[:: max(1, len(samples) // POINTS)]
     low, high = samples.min(axis=0), samples.max(axis=0)
     out: Floats = (picked - (low + high) / 2) / float((high - low).max())

@@ -6,7 +6,7 @@ import numpy as np
 
 from casa_assets.core.typing import Ints, Mask
 from casa_assets.geometry.mesh.normals import with_normals
-from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
+from casa_assets.geometry.mesh.topology import edge_counts, face_components
 from casa_assets.geometry.mesh.visibility import Visibility, measure_visibility
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.asset.mesh import Mesh
@@ -24,9 +24,7 @@ def add_back_faces(draft: Draft, category: Category, missing: float) -> Draft:
         category: a full thing that lacks a side is left as it is, for nobody looks into an apple.
         missing: share of the outline of a full thing that is hollow from some side, from which on it lacks that side.
     """
-    vertices, faces = draft.soup()
-    points, place = weld(vertices)
-    ids = place[faces]
+    points, ids = draft.surface.points, draft.surface.welded_faces
     seen = measure_visibility(points, ids)
     if category.build in (MatterFill.SOLID, MatterFill.FILLED) and float(seen.behind.max()) > missing:
         return draft

@@ -45,7 +45,7 @@ def assemble(
         Rejected: nothing that can be seen (MSH001) or touched (MSH004) is left at that precision.
     """
     assert draft.inertial is not None, "the mass stage ran"
-    vertices, _ = draft.soup()
+    vertices = draft.surface.vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     shift = _float32(-np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]))
     visuals, materials = _visuals(draft, shift, substance)

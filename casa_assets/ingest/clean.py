@@ -6,16 +6,15 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.topology import edge_counts, weld
-from casa_assets.ingest.draft import Draft, warning
+from casa_assets.geometry.mesh.topology import edge_counts
+from casa_assets.ingest.draft import Draft, Surface, warning
 from casa_assets.ingest.repair.components import pieces_of
 from casa_assets.ingest.repair.cracks import close_cracks
 from casa_assets.ingest.repair.degenerate_faces import valid_faces
 from casa_assets.ingest.repair.enclosed_parts import clear_parts, enclosed_parts
 from casa_assets.ingest.repair.foreign_parts import foreign_parts, separate_objects
 from casa_assets.ingest.repair.intersecting_parts import intersecting_parts
-from casa_assets.ingest.repair.nonmanifold import cut_nonmanifold_faces
-from casa_assets.ingest.repair.sheet_fins import sheet_fins
+from casa_assets.ingest.repair.nonmanifold import cut_nonmanifold_faces, sheet_fins
 from casa_assets.ingest.repair.solidity import solidity
 from casa_assets.ingest.repair.t_junctions import split_t_junctions
 from casa_assets.ingest.repair.winding import orient_outward
@@ -41,55 +40,66 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
         format=model.format,
         notes=model.notes,
     )
-    vertices, faces = draft.soup()
-    if not len(faces):
+    if not len(draft.surface.faces):
         raise Rejected("MSH001", "there are no faces; export a surface, not points or lines")
-    unused = np.ones(len(vertices), dtype=bool)
-    unused[faces.ravel()] = False
-    vertices[unused] = vertices[faces[0, 0]]  # where they lie must not coarsen the grid that vertices are welded on
-    _, place = weld(vertices)
-    keep = valid_faces(vertices, faces, place)
-    notes = [_dropped(int((~keep).sum()), len(keep), "degenerate or doubled")] if not keep.all() else []
-    keep, found = _without_extras(vertices, faces, place, keep, category)
+    draft = _without_bad_faces(draft, category)
+    draft = split_t_junctions(draft)
+    draft = _wound_outward(draft)
+    draft = cut_nonmanifold_faces(draft)
+    _refuse_flat(draft.surface.vertices)
+    return _measured(draft, category is not None and category.build in (MatterFill.SOLID, MatterFill.FILLED))
+
+
+def _without_bad_faces(draft: Draft, category: Category | None) -> Draft:
+    """Leave out faces without an area, twins and what is no part of the thing; close cracks in what stays."""
+    surface = _without_unused(draft.surface)
+    keep = valid_faces(surface.vertices, surface.faces, surface.point_of_vertex)
+    notes = []
+    if not keep.all():
+        message = f"{int((~keep).sum())} of {len(keep)} faces were degenerate or doubled and were dropped"
+        notes.append(warning("MSH010", "faces", message))
+    keep, found = _without_extras(surface, keep, category)
     notes += found
     if not keep.any():
         raise Rejected("MSH001", "no face with an area is left; the file holds only points, lines or slivers")
-    vertices, _, found = close_cracks(vertices, faces, place, keep)
-    notes += found
-    parts, found = split_t_junctions(_parts(draft, vertices, faces, keep, np.zeros(len(faces), dtype=bool)))
-    notes += found
-    parts, found = _turned(draft.replace(parts=parts))
-    notes += found
-    parts, found = cut_nonmanifold_faces(parts)
-    notes += found
-    full = category is not None and category.build in (MatterFill.SOLID, MatterFill.FILLED)
-    return _measured(draft, parts, notes, full)
+    vertices, found = close_cracks(surface, keep)
+    parts = _parts(draft, vertices, surface.faces, keep, np.zeros(len(keep), dtype=bool))
+    return draft.replace(parts=parts, notes=draft.noted(*notes, *found))
 
 
-def _turned(draft: Draft) -> tuple[tuple[RawPart, ...], list[Issue]]:
+def _without_unused(surface: Surface) -> Surface:
+    """The surface with vertices that no face uses moved to one that is used: they must not coarsen the welding grid."""
+    unused = np.ones(len(surface.vertices), dtype=bool)
+    unused[surface.faces.ravel()] = False
+    if not unused.any():
+        return surface
+    vertices = surface.vertices.copy()
+    vertices[unused] = vertices[surface.faces[0, 0]]
+    return Surface(vertices, surface.faces)
+
+
+def _wound_outward(draft: Draft) -> Draft:
     """The parts wound outwards, without what is sealed up in others."""
-    vertices, faces = draft.soup()
-    _, place = weld(vertices)
-    keep = np.ones(len(faces), dtype=bool)
-    faces, turned = orient_outward(vertices, place[faces], faces, keep)
+    surface = draft.surface
+    faces, turned = orient_outward(surface)
     notes = []
     if turned.any():
         message = f"{int(turned.sum())} faces ({turned.mean():.0%}) were turned to face outwards"
         notes.append(warning("MSH011", "winding", message))
-    keep, found = _without_hidden(draft, vertices, faces, place, keep)
-    return _parts(draft, vertices, faces, keep, turned), notes + found
+    found = pieces_of(surface.vertices, faces, surface.point_of_vertex)
+    see_through = np.repeat(clear_parts(draft.parts), [len(p.mesh.faces) for p in draft.parts])
+    sealed, more = enclosed_parts(found, see_through)
+    parts = _parts(draft, surface.vertices, faces, ~sealed[found.label], turned)
+    return draft.replace(parts=parts, notes=draft.noted(*notes, *more))
 
 
-def _measured(draft: Draft, parts: tuple[RawPart, ...], notes: list[Issue], full: bool) -> Draft:
-    """The draft of the mended parts, with what is left to say of them."""
-    _refuse_flat(parts)
-    out = draft.replace(parts=parts)
-    vertices, faces = out.soup()
-    points, place = weld(vertices)
-    ids = place[faces]
-    what = solidity(points, ids, full)
-    guesses = out.guessed("solidity", what.kind.value, what.confidence, what.message)
-    return out.replace(guesses=guesses, notes=out.noted(*notes, *_unsound(ids), *intersecting_parts(points, ids)))
+def _measured(draft: Draft, full: bool) -> Draft:
+    """The draft with its solidity, and remarks on what cannot be mended."""
+    points, faces = draft.surface.points, draft.surface.welded_faces
+    found = solidity(points, faces, full)
+    guesses = draft.guessed("solidity", found.kind.value, found.confidence, found.message)
+    notes = draft.noted(*_unsound(faces), *intersecting_parts(points, faces))
+    return draft.replace(guesses=guesses, notes=notes)
 
 
 def _unsound(ids: Ints) -> list[Issue]:
@@ -105,36 +115,19 @@ def _unsound(ids: Ints) -> list[Issue]:
     return notes
 
 
-def _dropped(count: int, total: int, kind: str) -> Issue:
-    return warning("MSH010", "faces", f"{count} of {total} faces were {kind} and were dropped")
-
-
-def _without_extras(
-    vertices: Floats, faces: Ints, place: Ints, keep: Mask, category: Category | None
-) -> tuple[Mask, list[Issue]]:
+def _without_extras(surface: Surface, keep: Mask, category: Category | None) -> tuple[Mask, list[Issue]]:
     """Leave out what is no part of the thing, and remark on several things in one file."""
     index = np.flatnonzero(keep)
     if not len(index):
         return keep, []
-    found = pieces_of(vertices, faces[index], place)
+    found = pieces_of(surface.vertices, surface.faces[index], surface.point_of_vertex)
     extra, notes = foreign_parts(found, category)
     out = keep.copy()
     out[index[extra[found.label]]] = False
     rest = np.flatnonzero(out)
-    stray, told = sheet_fins(place[faces[rest]])
-    out[rest[stray]] = False
-    return out, notes + separate_objects(found, extra) + told
-
-
-def _without_hidden(draft: Draft, vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Mask, list[Issue]]:
-    """Leave out the pieces that are sealed up in others."""
-    index = np.flatnonzero(keep)
-    found = pieces_of(vertices, faces[index], place)
-    clear = np.repeat(clear_parts(draft.parts), [len(p.mesh.faces) for p in draft.parts])
-    sealed, notes = enclosed_parts(found, clear[index])
-    out = keep.copy()
-    out[index[sealed[found.label]]] = False
-    return out, notes
+    fins, fin_notes = sheet_fins(surface.welded_faces[rest])
+    out[rest[fins]] = False
+    return out, notes + separate_objects(found, extra) + fin_notes
 
 
 def _parts(draft: Draft, vertices: Floats, faces: Ints, keep: Mask, turned: Mask) -> tuple[RawPart, ...]:
@@ -166,8 +159,7 @@ def _compact(mesh: Mesh, faces: Ints, drop_normals: bool) -> Mesh:
     )
 
 
-def _refuse_flat(parts: tuple[RawPart, ...]) -> None:
-    cloud = np.concatenate([p.mesh.vertices for p in parts])
+def _refuse_flat(cloud: Floats) -> None:
     spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False) if len(cloud) < 4 else None
     if spread is None:
         covariance = np.cov(cloud.T)

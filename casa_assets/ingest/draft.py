@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, Self
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.geometry.mesh.topology import weld
 from casa_assets.model.asset.asset import Inertial
 from casa_assets.model.asset.grasp import Grasp
 from casa_assets.model.asset.provenance import Guess
@@ -23,6 +27,50 @@ class PlacedShape(Record):
 
     shape: Shape
     pose: Pose = Pose()
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """The triangles of all parts in one set, over the parts' own vertices and over welded points; arrays are read-only.
+
+    Attributes:
+        vertices: (V, 3) of all parts, one part after another. faces: (F, 3) indices into `vertices`.
+    """
+
+    vertices: Floats
+    faces: Ints
+
+    @cached_property
+    def _welded(self) -> tuple[Floats, Ints]:
+        points, point_of_vertex = weld(self.vertices)
+        _make_read_only(points, point_of_vertex)
+        return points, point_of_vertex
+
+    @property
+    def points(self) -> Floats:
+        """(P, 3) welded points: vertices at one place count once."""
+        return self._welded[0]
+
+    @property
+    def point_of_vertex(self) -> Ints:
+        """(V,) index of each vertex's point."""
+        return self._welded[1]
+
+    @cached_property
+    def welded_faces(self) -> Ints:
+        """(F, 3) indices into `points`."""
+        faces = self.point_of_vertex[self.faces]
+        _make_read_only(faces)
+        return faces
+
+
+def merge_parts(parts: Sequence[RawPart]) -> Surface:
+    """The triangles of some parts in one set, in the order of the parts."""
+    vertices = np.concatenate([p.mesh.vertices for p in parts])
+    starts = np.cumsum([0] + [len(p.mesh.vertices) for p in parts[:-1]])
+    faces = np.concatenate([p.mesh.faces.astype(np.int64) + s for p, s in zip(parts, starts, strict=True)])
+    _make_read_only(vertices, faces)
+    return Surface(vertices, faces)
 
 
 class Draft(Record):
@@ -47,6 +95,24 @@ class Draft(Record):
     inertial: Inertial | None = None
     grasps: tuple[Grasp, ...] = ()
 
+    @cached_property
+    def surface(self) -> Surface:
+        """All parts as one set of triangles; computed once for as long as the parts stay the same."""
+        return merge_parts(self.parts)
+
+    def replace(self, **changes: Any) -> Self:
+        """A validated copy with some fields changed; it shares the surface where the parts are not among them."""
+        copy = super().replace(**changes)
+        if "parts" not in changes and "surface" in self.__dict__:
+            copy.__dict__["surface"] = self.surface
+        return copy
+
+    def __getstate__(self) -> dict[Any, Any]:
+        """State for pickling, without the surface: it is large and can be computed anew."""
+        state = super().__getstate__()
+        fields = {name: value for name, value in state["__dict__"].items() if name != "surface"}
+        return {**state, "__dict__": fields}
+
     def guessed(self, subject: str, value: str, confidence: float, reason: str) -> tuple[Guess, ...]:
         """The guesses and one more; confidence is kept to two digits."""
         guess = Guess(subject=subject, value=value, confidence=round(float(confidence), 2), reason=reason)
@@ -56,14 +122,12 @@ class Draft(Record):
         """The notes and some more, each once."""
         return (*self.notes, *(n for n in notes if n not in self.notes))
 
-    def soup(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-        """All parts as one set of triangles: (V, 3) vertices and (F, 3) faces."""
-        vertices = np.concatenate([p.mesh.vertices for p in self.parts])
-        starts = np.cumsum([0] + [len(p.mesh.vertices) for p in self.parts[:-1]])
-        faces = np.concatenate([p.mesh.faces.astype(np.int64) + s for p, s in zip(self.parts, starts, strict=True)])
-        return vertices, faces
-
 
 def warning(code: str, pointer: str, message: str) -> Issue:
     """An issue that is kept with the asset but does not keep it out."""
     return Issue(code=code, severity=Severity.WARNING, pointer=pointer, message=message)
+
+
+def _make_read_only(*arrays: Floats | Ints) -> None:
+    for array in arrays:
+        array.setflags(write=False)

@@ -6,7 +6,6 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.mesh.antipodal_grasps import AntipodalGrasp, antipodal_grasps
-from casa_assets.geometry.mesh.topology import weld
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.grasp import Grasp, GraspFeature
 from casa_assets.model.registry.category import Category, FrontRule, MatterFill
@@ -37,12 +36,11 @@ def grasp(draft: Draft, category: Category, opening: float) -> Draft:
     assert draft.inertial is not None, "the mass stage ran"
     if category.fixed:
         return draft.replace(grasps=())
-    vertices, faces = draft.soup()
-    points, place = weld(vertices)
+    points = draft.surface.points
     center = np.array(draft.inertial.center_of_mass)
     sides, top = np.ptp(points, axis=0), float(points[:, 2].max())
     best: dict[GraspFeature, tuple[float, AntipodalGrasp]] = {}
-    for pinch in antipodal_grasps(points, place[faces], opening):
+    for pinch in antipodal_grasps(points, draft.surface.welded_faces, opening):
         off = (pinch.center - center)[:2] / float(sides[:2].max())
         aside = float(np.linalg.norm(off))
         hold = _hold(pinch, aside, top, category)

@@ -33,9 +33,8 @@ def orient(draft: Draft, category: Category, generated: bool = False, override: 
         generated: from a text-to-3D generator, which write y up whatever the format.
         override: what a person decided; `up` and `turn_deg` count here.
     """
-    vertices, faces = draft.soup()
     try:
-        cloud = sample_surface(vertices, faces)
+        cloud = sample_surface(draft.surface.vertices, draft.surface.faces)
     except DegenerateShape as error:
         raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing needs a thickness") from error
     stater = "dae" if draft.format == "dae" and draft.up in ("y", "z") else "declared"

@@ -66,7 +66,7 @@ def _solid(points: Floats, faces: Ints) -> manifold3d.Manifold | None:
     if len(faces) < 4:
         return None
     mesh = manifold3d.Mesh64(
-        vert_properties=np.ascontiguousarray(points, dtype=np.float64),
+        vert_properties=np.array(points, dtype=np.float64, order="C"),  # a copy: read-only arrays are refused
         tri_verts=np.ascontiguousarray(faces, dtype=np.uint64),
     )
     solid = manifold3d.Manifold(mesh)

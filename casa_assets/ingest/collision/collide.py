@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
-from casa_assets.geometry.mesh.topology import weld
 from casa_assets.geometry.solid.coverage import surface_samples
 from casa_assets.ingest.collision.components import measure_part
 from casa_assets.ingest.collision.convex_decomposition import DecompositionFailed, decompose
@@ -50,9 +49,7 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
     Raises:
         Rejected: no shape with a volume can be made (MSH004).
     """
-    vertices, faces = draft.soup()
-    points, place = weld(vertices)
-    ids = place[faces]
+    points, ids = draft.surface.points, draft.surface.welded_faces
     full = category.build in (MatterFill.SOLID, MatterFill.FILLED)
     whole = measure_part(points, ids, bridge=full)
     if whole is None:

@@ -7,8 +7,8 @@ import numpy as np
 from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.mesh.measure import signed_volume, solid_moments
-from casa_assets.geometry.mesh.topology import weld
 from casa_assets.geometry.solid.hull import convex_hull
+from casa_assets.geometry.solid.manifold import Surface as ClosedSurface
 from casa_assets.geometry.solid.manifold import closed_solid, union
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.draft import Draft, warning
@@ -36,12 +36,14 @@ def mass(draft: Draft, category: Category, substance: Substance, agree: float, d
         agree: ratio up to which two estimates say the same, > 1.
         decided_kg: as a person decided, 0 where nobody did.
     """
-    volume, center, inertia, spread = _moments(draft, category)
+    points, faces = draft.surface.points, draft.surface.welded_faces
+    solid = closed_solid(points, faces)
+    volume, center, inertia, spread = _moments(draft, solid, category)
     notes: tuple[Issue, ...] = ()
     if decided_kg > 0:
         kg, confidence, reason = decided_kg, 1.0, "a person decided"
     else:
-        found = combine_estimates(estimates(*draft.soup(), category, substance), category, agree)
+        found = combine_estimates(estimates(points, faces, solid, category, substance), category, agree)
         kg, confidence, reason = found.kg, found.confidence, found.message
         if confidence < DOUBTFUL_CONFIDENCE and category.id != "object":
             notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {reason}"),)
@@ -59,14 +61,20 @@ def mass(draft: Draft, category: Category, substance: Substance, agree: float, d
     )
 
 
-def _moments(draft: Draft, category: Category) -> tuple[float, Floats, Floats, str]:
-    """Volume, centre, inertia at density 1, and over what they were taken."""
-    vertices, faces = draft.soup()
-    points, place = weld(vertices)
+def _moments(draft: Draft, solid: ClosedSurface | None, category: Category) -> tuple[float, Floats, Floats, str]:
+    """Volume, centre, inertia at density 1, and over what they were taken.
+
+    Args:
+        solid: of the mesh, where it is closed.
+    """
     surfaces = [tessellate(p.shape, p.pose) for p in draft.colliders]
     hulls = union(surfaces) or convex_hull(np.concatenate([s[0] for s in surfaces]))
-    solid = closed_solid(points, place[faces]) if category.build in (MatterFill.SOLID, MatterFill.VESSEL) else None
-    if solid is not None and signed_volume(*solid) > 0.02 * signed_volume(*hulls) and _spans(solid[0], points):
+    if (
+        solid is not None
+        and category.build in (MatterFill.SOLID, MatterFill.VESSEL)
+        and signed_volume(*solid) > 0.02 * signed_volume(*hulls)
+        and _spans(solid[0], draft.surface.points)
+    ):
         return (*solid_moments(*solid), "the closed mesh")
     return (*solid_moments(*hulls), "the collision shapes")
 

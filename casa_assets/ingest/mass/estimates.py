@@ -12,9 +12,7 @@ import numpy as np
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.grid.voxel import voxelise
 from casa_assets.geometry.mesh.measure import face_normals, signed_volume
-from casa_assets.geometry.mesh.topology import weld
 from casa_assets.geometry.solid.hull import convex_hull
-from casa_assets.geometry.solid.manifold import closed_solid
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
@@ -81,21 +79,20 @@ class CombinedMass:
     message: str
 
 
-def estimates(vertices: Floats, faces: Ints, category: Category, substance: Substance) -> list[Estimate]:
+def estimates(
+    points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None, category: Category, substance: Substance
+) -> list[Estimate]:
     """All estimates that apply.
 
     Args:
-        vertices: (V, 3) metres, z up. faces: (F, 3).
+        points: (P, 3) welded, metres, z up. faces: (F, 3). solid: `closed_solid` of them.
         category: how matter fills it, and its usual size and mass. substance: what it is made of.
     """
-    points, place = weld(vertices)
-    ids = place[faces]
     shell = convex_hull(points)
-    area, skin = float(face_normals(points, ids)[1].sum()), float(face_normals(*shell)[1].sum())
-    solid = closed_solid(points, ids)
+    area, skin = float(face_normals(points, faces)[1].sum()), float(face_normals(*shell)[1].sum())
     found = []
     for one in (
-        _matter(points, ids, solid, category, substance),
+        _matter(points, faces, solid, category, substance),
         _hull(signed_volume(*shell), skin, category, substance),
         _shell(area, skin, solid is not None, category, substance),
         _usual(np.ptp(points, axis=0), category),

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.mesh.topology import edge_counts
-from casa_assets.ingest.draft import warning
+from casa_assets.ingest.draft import Surface, warning
 from casa_assets.model.issue import Issue
 
 # A crack is narrower than this part of the longest side, and than that part of the shortest edge at its ends.
@@ -21,21 +21,22 @@ ROUNDS = 4
 MOST_PAIRS = 40_000_000
 
 
-def close_cracks(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tuple[Floats, Ints, list[Issue]]:
+def close_cracks(surface: Surface, keep: Mask) -> tuple[Floats, list[Issue]]:
     """Close cracks where that makes open edges meet; everything else stays in place.
 
     Args:
-        vertices: (V, 3). faces: (F, 3). place: (V,) welded point of each vertex. keep: (F,) faces that count.
+        keep: (F,) faces that count.
     Returns:
-        (V, 3) vertices, some of them moved; (V,) their welded points; a note where cracks were closed.
+        (V, 3) vertices, some of them moved; a note where cracks were closed.
     """
-    ids = place[faces[keep]]
+    vertices, place = surface.vertices, surface.point_of_vertex
+    ids = surface.welded_faces[keep]
     edges, uses, _ = edge_counts(ids)
     before = int((uses == 1).sum())
     if not before:
-        return vertices, place, []
+        return vertices, []
     points = np.zeros((int(place.max()) + 1, 3))
-    points[ids.ravel()] = vertices[faces[keep].ravel()]
+    points[ids.ravel()] = vertices[surface.faces[keep].ravel()]
     pairs = _close_pairs(points, ids, edges, uses)
     target = np.arange(len(points))
     for _ in range(ROUNDS):
@@ -47,18 +48,18 @@ def close_cracks(vertices: Floats, faces: Ints, place: Ints, keep: Mask) -> tupl
             break
         pairs = pairs[~useless]
     if not len(pairs):
-        return vertices, place, []
+        return vertices, []
     target = _clusters(pairs, len(points))
     after = int((edge_counts(target[ids])[1] == 1).sum())
     if _in_vain(ids, target).any() or after >= before:
-        return vertices, place, []
+        return vertices, []
     count = np.bincount(target, minlength=len(points))
     middle = np.stack([np.bincount(target, weights=points[:, k], minlength=len(points)) for k in range(3)], axis=1)
     at = target[place]
     moves = count[at] > 1
     out = np.where(moves[:, None], (middle / np.maximum(count, 1)[:, None])[at], vertices)
     message = f"cracks along {before - after} of {before} open edges were closed"
-    return out, np.where(moves, at, place), [warning("MSH040", "seams", message)]
+    return out, [warning("MSH040", "seams", message)]
 
 
 def _close_pairs(points: Floats, ids: Ints, edges: Ints, uses: Ints) -> Ints:

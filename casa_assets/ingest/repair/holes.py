@@ -7,11 +7,8 @@ from scipy.spatial import cKDTree
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.mesh.topology import weld
-from casa_assets.ingest.draft import warning
+from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.ingest.source import RawPart
-from casa_assets.model.issue import Issue
 
 # A hole is small where the box around it is no larger than this part of the whole, and it has no more edges than these.
 WIDEST = 0.03
@@ -29,8 +26,8 @@ SAME_PLACE_SHARE = 1e-3
 LEAST_LEVEL = 0.2
 
 
-def close_holes(parts: tuple[RawPart, ...], cut: Floats | None = None) -> tuple[tuple[RawPart, ...], list[Issue]]:
-    """Close the small holes of parts, with a note where there were some.
+def close_holes(draft: Draft, cut: Floats | None = None) -> Draft:
+    """Close the small holes of the parts, with a note where there were some.
 
     A fan takes texture coordinates, normals and colours from the vertices at the rim. Larger openings stay, and round
     ones, which are meant.
@@ -38,16 +35,16 @@ def close_holes(parts: tuple[RawPart, ...], cut: Floats | None = None) -> tuple[
     Args:
         cut: (N, 3) corners of faces that were cut out just before: a hole whose rim lies there is torn, round or not.
     """
-    vertices = np.concatenate([p.mesh.vertices for p in parts])
-    starts = np.cumsum([0] + [len(p.mesh.vertices) for p in parts])
-    faces = np.concatenate([p.mesh.faces.astype(np.int64) + s for p, s in zip(parts, starts, strict=False)])
-    points, place = weld(vertices)
+    points, place = draft.surface.points, draft.surface.point_of_vertex
     widest = WIDEST * float(np.ptp(points, axis=0).max())
     ours = None if cut is None or not len(cut) else cKDTree(cut)
-    torn = [rim for rim in boundary_loops(faces, place) if _is_torn(points[place[rim[:, 0]]], widest, ours)]
+    torn = [
+        rim for rim in boundary_loops(draft.surface.faces, place) if _is_torn(points[place[rim[:, 0]]], widest, ours)
+    ]
     if not torn:
-        return parts, []
-    out = list(parts)
+        return draft
+    out = list(draft.parts)
+    starts = np.cumsum([0] + [len(p.mesh.vertices) for p in out])
     for rim in torn:
         middle = points[place[rim[:, 0]]].mean(axis=0)
         owner = np.searchsorted(starts, rim[:, 0], side="right") - 1
@@ -56,7 +53,7 @@ def close_holes(parts: tuple[RawPart, ...], cut: Floats | None = None) -> tuple[
             mesh = _with_fan(part.mesh, rim[owner == i] - starts[i], middle)
             out[int(i)] = part.replace(mesh=mesh)
     message = f"{len(torn)} small holes of {sum(len(rim) for rim in torn)} edges were closed"
-    return tuple(out), [warning("MSH041", "holes", message)]
+    return draft.replace(parts=tuple(out), notes=draft.noted(warning("MSH041", "holes", message)))
 
 
 def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:

@@ -1,13 +1,12 @@
-"""Cut out the few faces at edges where more than two meet, and close the holes that this leaves."""
+"""Take away faces at edges where more than two meet: fins that stand off a closed surface, and tangles."""
 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from casa_assets.core.typing import Ints
-from casa_assets.geometry.mesh.topology import edge_counts, weld
-from casa_assets.ingest.draft import warning
+from casa_assets.core.typing import Ints, Mask
+from casa_assets.geometry.mesh.topology import edge_counts, manifold_patches
+from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.repair.holes import close_holes
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawPart
@@ -15,44 +14,35 @@ from casa_assets.model.issue import Issue
 
 # More tangled edges than this share are the way it was built, and so many at most are looked at.
 MAX_NONMANIFOLD_SHARE = 0.005
-MOST_EDGES = 400
+MAX_NONMANIFOLD_EDGES = 400
 # Cutting out may bare another tangle so many times.
-ROUNDS = 3
+MAX_ROUNDS = 3
+# A patch of more faces than these was meant: a leaf, a strap, a label that stands off.
+MAX_FIN_FACES = 2
 
 
-def cut_nonmanifold_faces(parts: tuple[RawPart, ...]) -> tuple[tuple[RawPart, ...], list[Issue]]:
-    """Cut out nonmanifold faces and close the holes; unchanged where that leaves more unsound edges than before.
-
-    Returns:
-        The parts, and notes of tangles that were cut out and of holes that were closed.
-    """
-    plain, plain_notes = close_holes(parts)
-    ids = _ids(plain)
-    before = _unsound(ids)
+def cut_nonmanifold_faces(draft: Draft) -> Draft:
+    """Cut out nonmanifold faces and close the holes; only holes are closed where that would not halve unsound edges."""
+    closed = close_holes(draft)
+    ids = closed.surface.welded_faces
     if not _is_rare(ids):
-        return plain, plain_notes
-    tried, cut = parts, []
-    for _ in range(ROUNDS):
-        bad = _touching(_ids(tried))
+        return closed
+    before = _unsound(ids)
+    rest, cut = draft, []
+    for _ in range(MAX_ROUNDS):
+        bad = _touching(rest.surface.welded_faces)
         if not bad.any():
             break
-        cut.append(_corners(tried)[bad].reshape(-1, 3))
-        tried = _without(tried, bad)
-        if not tried:
-            return plain, plain_notes
-    mended, _ = close_holes(tried, np.concatenate(cut))
-    after = _unsound(_ids(mended))
+        if bad.all():
+            return closed
+        cut.append(rest.surface.vertices[rest.surface.faces[bad]].reshape(-1, 3))
+        rest = rest.replace(parts=_without(rest.parts, bad))
+    mended = close_holes(rest, np.concatenate(cut))
+    after = _unsound(mended.surface.welded_faces)
     if after * 2 > before:
-        return plain, plain_notes
+        return closed
     message = f"{before} unsound edges became {after}: the faces around tangled ones were cut out and closed anew"
-    return mended, [warning("MSH045", "edges", message)]
-
-
-def _ids(parts: tuple[RawPart, ...]) -> Ints:
-    starts = np.cumsum([0] + [len(p.mesh.vertices) for p in parts[:-1]])
-    faces = np.concatenate([p.mesh.faces.astype(np.int64) + s for p, s in zip(parts, starts, strict=True)])
-    found: Ints = weld(np.concatenate([p.mesh.vertices for p in parts]))[1][faces]
-    return found
+    return mended.replace(notes=draft.noted(warning("MSH045", "edges", message)))
 
 
 def _unsound(ids: Ints) -> int:
@@ -62,25 +52,20 @@ def _unsound(ids: Ints) -> int:
 def _is_rare(ids: Ints) -> bool:
     _, uses, _ = edge_counts(ids)
     tangled = int((uses > 2).sum())
-    return 0 < tangled <= min(MOST_EDGES, MAX_NONMANIFOLD_SHARE * len(uses))
+    return 0 < tangled <= min(MAX_NONMANIFOLD_EDGES, MAX_NONMANIFOLD_SHARE * len(uses))
 
 
-def _touching(ids: Ints) -> npt.NDArray[np.bool_]:
+def _touching(ids: Ints) -> Mask:
     """(F,) faces at the ends of edges of more than two, and where rims meet, so that what is left has a plain rim."""
     edges, uses, _ = edge_counts(ids)
     count = int(ids.max()) + 1
-    ends: npt.NDArray[np.bool_] = np.bincount(edges[uses == 1].ravel(), minlength=count) > 2
+    ends: Mask = np.bincount(edges[uses == 1].ravel(), minlength=count) > 2
     ends[edges[uses > 2].ravel()] = True
-    found: npt.NDArray[np.bool_] = np.any(ends[ids], axis=1)
+    found: Mask = np.any(ends[ids], axis=1)
     return found
 
 
-def _corners(parts: tuple[RawPart, ...]) -> npt.NDArray[np.float64]:
-    """(F, 3, 3) corners of all faces."""
-    return np.concatenate([p.mesh.vertices[p.mesh.faces] for p in parts])
-
-
-def _without(parts: tuple[RawPart, ...], bad: npt.NDArray[np.bool_]) -> tuple[RawPart, ...]:
+def _without(parts: tuple[RawPart, ...], bad: Mask) -> tuple[RawPart, ...]:
     out, start = [], 0
     for part in parts:
         rows = bad[start : start + len(part.mesh.faces)]
@@ -90,7 +75,7 @@ def _without(parts: tuple[RawPart, ...], bad: npt.NDArray[np.bool_]) -> tuple[Ra
     return tuple(out)
 
 
-def _fewer(mesh: Mesh, keep: npt.NDArray[np.bool_]) -> Mesh:
+def _fewer(mesh: Mesh, keep: Mask) -> Mesh:
     used, faces = np.unique(mesh.faces[keep], return_inverse=True)
     return Mesh(
         vertices=mesh.vertices[used],
@@ -99,3 +84,37 @@ def _fewer(mesh: Mesh, keep: npt.NDArray[np.bool_]) -> Mesh:
         normals=None if mesh.normals is None else mesh.normals[used],
         colors=None if mesh.colors is None else mesh.colors[used],
     )
+
+
+def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
+    """(F,) True for faces that are fins, and a note where there are some.
+
+    Nothing is one where the rest would stay open: there a lone face may be all that is left of a wall.
+
+    Args:
+        ids: (F, 3) indices of welded points.
+    """
+    none = np.zeros(len(ids), dtype=bool)
+    edges, uses, _ = edge_counts(ids)
+    if not len(ids) or not (uses > 2).any() or not (uses == 1).any():
+        return none, []
+    patch = manifold_patches(ids)
+    small = np.bincount(patch)[patch] <= MAX_FIN_FACES
+    stands, hangs = (np.isin(patch, patch[_has(ids, edges[mask])]) for mask in (uses == 1, uses > 2))
+    found = small & stands & hangs
+    if not found.any() or found.all() or (edge_counts(ids[~found])[1] != 2).any():
+        return none, []
+    count = int(found.sum())
+    what = "1 face that stood off a closed surface like a fin was"
+    if count != 1:
+        what = f"{count} faces that stood off a closed surface like fins were"
+    message = f"{what} taken away"
+    return found, [warning("MSH046", "faces", message)]
+
+
+def _has(ids: Ints, edges: Ints) -> Mask:
+    """(F,) faces with one of some edges. edges: (E, 2) with ascending ends."""
+    base = int(ids.max()) + 1
+    sides = np.sort(np.stack([ids[:, [0, 1]], ids[:, [1, 2]], ids[:, [2, 0]]]), axis=2)
+    found: Mask = np.any(np.isin(sides[:, :, 0] * base + sides[:, :, 1], edges[:, 0] * base + edges[:, 1]), axis=0)
+    return found

@@ -10,11 +10,9 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.mesh.topology import weld
-from casa_assets.ingest.draft import warning
+from casa_assets.ingest.draft import Draft, Surface, warning
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawPart
-from casa_assets.model.issue import Issue
 
 # How far off an edge a corner may lie: of the longest side, and of the edge.
 MAX_OFF_SHARE = 2e-3
@@ -34,33 +32,27 @@ class _Cut:
     places: Floats
 
 
-def split_t_junctions(parts: tuple[RawPart, ...]) -> tuple[tuple[RawPart, ...], list[Issue]]:
-    """Split faces whose open edge is met by shorter open edges, where all of it is met.
+def split_t_junctions(draft: Draft) -> Draft:
+    """Split faces whose open edge is met by shorter open edges, where all of it is met; a note says how many.
 
     Texture coordinates, normals and colours of a new vertex are those of its place on the edge.
-
-    Returns:
-        The parts, and a note where faces were cut.
     """
     total = 0
     for _ in range(ROUNDS):
-        cuts = _cuts(parts)
+        cuts = _cuts(draft.surface)
         if not cuts:
             break
         total += len(cuts)
-        parts = _cut(parts, cuts)
+        draft = draft.replace(parts=_cut(draft.parts, cuts))
     if not total:
-        return parts, []
-    return parts, [warning("MSH044", "edges", f"{total} edges were cut where corners of other faces end on them")]
+        return draft
+    note = warning("MSH044", "edges", f"{total} edges were cut where corners of other faces end on them")
+    return draft.replace(notes=draft.noted(note))
 
 
-def _cuts(parts: tuple[RawPart, ...]) -> list[_Cut]:
+def _cuts(surface: Surface) -> list[_Cut]:
     """At most one cut of each face."""
-    vertices = np.concatenate([p.mesh.vertices for p in parts])
-    starts = np.cumsum([0] + [len(p.mesh.vertices) for p in parts[:-1]])
-    faces = np.concatenate([p.mesh.faces.astype(np.int64) + s for p, s in zip(parts, starts, strict=True)])
-    points, place = weld(vertices)
-    ids = place[faces]
+    points, ids = surface.points, surface.welded_faces
     ends = np.stack([ids, np.roll(ids, -1, axis=1)], axis=2).reshape(-1, 2)
     key = np.sort(ends, axis=1) @ np.array([len(points), 1])
     _, of, uses = np.unique(key, return_inverse=True, return_counts=True)

@@ -14,6 +14,7 @@ from casa_assets.geometry.mesh.topology import (
     manifold_patches,
 )
 from casa_assets.geometry.mesh.visibility import measure_visibility
+from casa_assets.ingest.draft import Surface
 
 # So many pieces, the largest, are looked at for being within one another.
 MOST_HOLLOW = 64
@@ -27,31 +28,29 @@ LEAST_SHARE = 0.3
 LEAST_SEEN = 8
 
 
-def orient_outward(vertices: Floats, ids: Ints, faces: Ints, keep: Mask) -> tuple[Ints, Mask]:
+def orient_outward(surface: Surface) -> tuple[Ints, Mask]:
     """Turn faces so that each piece winds one way, and outwards unless it is the inner wall of another.
 
-    Args:
-        vertices: (V, 3). ids: (F, 3) welded points. faces: (F, 3) vertices. keep: (F,) faces that count.
     Returns:
-        (F, 3) faces; (F,) which were turned.
+        (F, 3) faces over the vertices of the surface; (F,) which were turned.
     """
-    index = np.flatnonzero(keep)
-    _, turned = consistent_winding(ids[index])
-    some = ids[index].copy()
-    some[turned] = some[turned][:, ::-1]
+    ids, turned = consistent_winding(surface.welded_faces)
     points = np.zeros((int(ids.max()) + 1, 3))
-    points[ids[index].ravel()] = vertices[faces[index].ravel()]
-    label = face_components(some, len(points))
-    open_ = _is_open(some, label)
-    wrong = _inside_out(points, some, label, turned, open_)[label]
-    turned ^= wrong
-    some[wrong] = some[wrong][:, ::-1]
-    turned ^= _back_to_front(points, some, label, open_)
+    points[surface.welded_faces.ravel()] = surface.vertices[surface.faces.ravel()]
+    label = face_components(ids, len(points))
+    is_open = _is_open(ids, label)
+    inside_out = _inside_out(points, ids, label, turned, is_open)[label]
+    turned ^= inside_out
+    ids = _flipped(ids, inside_out)
+    turned ^= _back_to_front(points, ids, label, is_open)
+    return _flipped(surface.faces, turned), turned
+
+
+def _flipped(faces: Ints, rows: Mask) -> Ints:
+    """A copy of the faces in which some run the other way round."""
     out = faces.copy()
-    flip = np.zeros(len(faces), dtype=bool)
-    flip[index[turned]] = True
-    out[flip] = out[flip][:, ::-1]
-    return out, flip
+    out[rows] = out[rows][:, ::-1]
+    return out
 
 
 def _inside_out(points: Floats, ids: Ints, label: Ints, turned_so_far: Mask, open_: Mask) -> Mask:

@@ -79,7 +79,7 @@ def scale(
     Raises:
         Rejected: the size is not finite (MSH003).
     """
-    vertices, _ = draft.soup()
+    vertices = draft.surface.vertices
     extents = np.ptp(vertices, axis=0)
     longest = float(extents.max())
     if not np.isfinite(longest) or longest <= 0 or longest > 1e30:

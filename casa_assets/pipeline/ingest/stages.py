@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from casa_assets.ingest.add_back_faces import add_back_faces
 from casa_assets.ingest.assemble import assemble
@@ -55,65 +56,82 @@ class BuildContext(Record):
 
 @dataclass(frozen=True)
 class Stage:
-    """One step.
+    """One step of ingest.
 
     Attributes:
-        name: such as `collide`. function: pure; its result is kept under a key that is derived from its code.
-        keep: the result is put into the store.
+        name: such as `collide`.
+        function: pure, of the result of the stage before it and the context.
+        keep: the result, a Draft, is put into the store, under a key that is derived from the code up to here.
     """
 
     name: str
-    function: Callable[[Draft, BuildContext], Draft]
+    function: Callable[[Any, BuildContext], Any]
     keep: bool = False
 
 
-def _collide(draft: Draft, brief: BuildContext) -> Draft:
-    params = CollideParams(
-        hull_count=int(brief.limits["hull_count"]),
-        hull_vertices=int(brief.limits["hull_vertices"]),
-        primitive_ratio=brief.limits["primitive_volume_ratio"],
-        hull_ratio=brief.limits["hull_volume_ratio"],
-        error_m=brief.limits["collider_error_m"],
-    )
-    return collide(draft, brief.category, params)
-
-
-def _scale(draft: Draft, brief: BuildContext) -> Draft:
-    texts = [t for t in (brief.source.title, brief.source.prompt) if t]
-    slack = brief.limits["size_slack"]
-    return scale(draft, brief.category, slack, texts, brief.generated, brief.override.size_m)
-
-
-# Ratio up to which two estimates of a mass say the same.
+# Ratio up to which two estimates of a mass say the same; a choice.
 MASS_AGREEMENT_RATIO = 2.0
 
 
-def _orient(draft: Draft, brief: BuildContext) -> Draft:
-    return orient(draft, brief.category, brief.generated, brief.override)
+def _load(bundle: Bundle, context: BuildContext) -> RawModel:
+    return load(bundle, context.limits)
 
 
-def _simplify(draft: Draft, brief: BuildContext) -> Draft:
-    return simplify(draft, int(brief.limits["visual_faces"]))
+def _clean(model: RawModel, context: BuildContext) -> Draft:
+    return clean(model, context.category)
 
 
-def _texture(draft: Draft, brief: BuildContext) -> Draft:
-    return texture(draft, int(brief.limits["texture_px"]), brief.substance)
+def _orient(draft: Draft, context: BuildContext) -> Draft:
+    return orient(draft, context.category, context.generated, context.override)
 
 
-def _mass(draft: Draft, brief: BuildContext) -> Draft:
-    return mass(draft, brief.category, brief.substance, MASS_AGREEMENT_RATIO, brief.override.mass_kg)
+def _scale(draft: Draft, context: BuildContext) -> Draft:
+    texts = [t for t in (context.source.title, context.source.prompt) if t]
+    slack = context.limits["size_slack"]
+    return scale(draft, context.category, slack, texts, context.generated, context.override.size_m)
 
 
-def _grasp(draft: Draft, brief: BuildContext) -> Draft:
-    return grasp(draft, brief.category, brief.limits["gripper_m"])
+def _simplify(draft: Draft, context: BuildContext) -> Draft:
+    return simplify(draft, int(context.limits["visual_faces"]))
 
 
-def _backs(draft: Draft, brief: BuildContext) -> Draft:
-    return add_back_faces(draft, brief.category, brief.limits["missing_side"])
+def _texture(draft: Draft, context: BuildContext) -> Draft:
+    return texture(draft, int(context.limits["texture_px"]), context.substance)
 
 
-# `load` and `clean` come before, `assemble` after: they change the type.
+def _collide(draft: Draft, context: BuildContext) -> Draft:
+    params = CollideParams(
+        hull_count=int(context.limits["hull_count"]),
+        hull_vertices=int(context.limits["hull_vertices"]),
+        primitive_ratio=context.limits["primitive_volume_ratio"],
+        hull_ratio=context.limits["hull_volume_ratio"],
+        error_m=context.limits["collider_error_m"],
+    )
+    return collide(draft, context.category, params)
+
+
+def _mass(draft: Draft, context: BuildContext) -> Draft:
+    return mass(draft, context.category, context.substance, MASS_AGREEMENT_RATIO, context.override.mass_kg)
+
+
+def _grasp(draft: Draft, context: BuildContext) -> Draft:
+    return grasp(draft, context.category, context.limits["gripper_m"])
+
+
+def _backs(draft: Draft, context: BuildContext) -> Draft:
+    return add_back_faces(draft, context.category, context.limits["missing_side"])
+
+
+def _assemble(draft: Draft, context: BuildContext) -> tuple[Asset, tuple[Issue, ...]]:
+    category, substance, sha256 = context.category, context.substance, context.sha256
+    asset = assemble(draft, context.asset_id, category, context.classes, substance, context.source, sha256)
+    return asset, draft.notes
+
+
+# In the order in which they run: from a Bundle to an Asset and the notes on the way.
 STAGES: tuple[Stage, ...] = (
+    Stage("load", _load),
+    Stage("clean", _clean),
     Stage("orient", _orient),
     Stage("scale", _scale),
     Stage("simplify", _simplify),
@@ -122,6 +140,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("mass", _mass),
     Stage("grasp", _grasp),
     Stage("backs", _backs),
+    Stage("assemble", _assemble),
 )
 # Limits that turn inputs away and change nothing about those that pass: raising one remakes nothing.
 ADMISSION_LIMITS = frozenset({"input_bytes", "input_faces", "input_seconds", "input_memory_bytes"})
@@ -134,7 +153,7 @@ def stage_key(stage: Stage) -> str:
 
 def stage_functions() -> dict[str, CodeRef]:
     """Every stage and what does it, in the order in which they run."""
-    return {"load": load, "clean": clean, **{s.name: s.function for s in STAGES}, "assemble": assemble}
+    return {stage.name: stage.function for stage in STAGES}
 
 
 def with_overrides(key: str, override: UserOverride) -> str:
@@ -143,7 +162,7 @@ def with_overrides(key: str, override: UserOverride) -> str:
 
 
 def run_stages(
-    bundle: Bundle, brief: BuildContext, get: Callable[[str], bytes | None], put: Callable[[str, bytes], None]
+    bundle: Bundle, context: BuildContext, get: Callable[[str], bytes | None], put: Callable[[str, bytes], None]
 ) -> tuple[Asset, tuple[Issue, ...]]:
     """An asset from a bundle, and the warnings on the way; kept results are taken from the store.
 
@@ -152,26 +171,20 @@ def run_stages(
     Raises:
         Rejected: a stage cannot accept its input.
     """
-    keys = _keys(brief)
-    start, draft = 0, None
+    keys = _keys(context)
+    start = 0
+    result: Any = bundle
     for i in reversed(range(len(STAGES))):
         data = get(keys[i]) if STAGES[i].keep else None
         if data is not None:
-            start, draft = i + 1, Draft.from_json(data)
+            start, result = i + 1, Draft.from_json(data)
             break
-    if draft is None:
-        draft = clean(read_raw_model(bundle, brief.limits), brief.category)
-    for i in range(start, len(STAGES)):
-        draft = STAGES[i].function(draft, brief)
-        if STAGES[i].keep:
-            put(keys[i], draft.to_json().encode())
-    asset = assemble(draft, brief.asset_id, brief.category, brief.classes, brief.substance, brief.source, brief.sha256)
-    return asset, (*bundle.notes, *draft.notes)
-
-
-def read_raw_model(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
-    """The bundle as read. Raises Rejected."""
-    return load(bundle, limits)
+    for stage, key in zip(STAGES[start:], keys[start:], strict=True):
+        result = stage.function(result, context)
+        if stage.keep:
+            put(key, result.to_json().encode())
+    asset, notes = result
+    return asset, (*bundle.notes, *notes)
 
 
 def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:
@@ -179,11 +192,10 @@ def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:
     return {name: value for name, value in sorted(limits.items()) if name not in ADMISSION_LIMITS}
 
 
-def _keys(brief: BuildContext) -> list[str]:
+def _keys(context: BuildContext) -> list[str]:
     """Key of each stage's result: everything that came before is in it."""
-    source = Source(kind=brief.source.kind, path="", title=brief.source.title, prompt=brief.source.prompt)
-    inputs = brief.replace(asset_id="", source=source, limits=limits_in_key(brief.limits))
-    key = digest_of(inputs.digest, key_of(load, clean))
+    source = Source(kind=context.source.kind, path="", title=context.source.title, prompt=context.source.prompt)
+    key = context.replace(asset_id="", source=source, limits=limits_in_key(context.limits)).digest
     keys = []
     for stage in STAGES:
         key = digest_of(key, stage.name, stage_key(stage))

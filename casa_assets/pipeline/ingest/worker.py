@@ -8,6 +8,7 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.checks.package import usd
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
+from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Guess
@@ -17,7 +18,7 @@ from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, stage_refusal, writing
-from casa_assets.pipeline.ingest.stages import BuildContext, read_raw_model, run_stages, stage_functions
+from casa_assets.pipeline.ingest.stages import BuildContext, run_stages, stage_functions
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.pipeline.library.identity import Producer
@@ -58,6 +59,9 @@ def _work(job: Job) -> Outcome:
     bundle: Bundle | None = None
     report: Report | None = None
     try:
+        # The input is read a second time. The survey had to read all inputs before the first can be worked on: their
+        # digests settle ids, inputs of the same bytes, what a person decided and what an earlier run made. Their bytes
+        # (up to --max-size each) cannot be held until then, and a copy on disk would have to be read again too.
         bundle = collect(job.found, job.limits)
         if bundle.sha256 != job.survey.sha256:
             raise Rejected("RUN005", "the file changed while it was being read; run again")
@@ -102,6 +106,6 @@ def _picture(bundle: Bundle, staged: Path, limits: Mapping[str, float]) -> bytes
     if drawn.exists():
         return drawn.read_bytes()
     try:
-        return render_model(read_raw_model(bundle, limits))
+        return render_model(load(bundle, limits))
     except CasaError:
         return None

@@ -25,7 +25,7 @@ def after(mesh: Mesh, build: MatterFill) -> Draft:
 
 
 def behind(draft: Draft) -> float:
-    return float(measure_visibility(*draft.soup()).behind.mean())
+    return float(measure_visibility(draft.surface.vertices, draft.surface.faces).behind.mean())
 
 
 def test_a_bowl_without_a_thickness_is_seen_from_within() -> None:

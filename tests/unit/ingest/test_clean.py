@@ -9,7 +9,7 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.geometry.mesh.measure import signed_volume
-from casa_assets.geometry.mesh.topology import face_components, is_closed, weld
+from casa_assets.geometry.mesh.topology import face_components, is_closed
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.mesh import Mesh
@@ -21,13 +21,11 @@ SMALL = box_mesh((0.4, 0.3, 0.1), (0.2, 0.0, 5.0), shared=True)
 
 
 def whole(draft: Draft) -> Mesh:
-    points, faces = draft.soup()
-    return Mesh(vertices=points, faces=faces)
+    return Mesh(vertices=draft.surface.vertices, faces=draft.surface.faces)
 
 
 def closed(draft: Draft) -> bool:
-    points, faces = draft.soup()
-    return is_closed(weld(points)[1][faces])
+    return is_closed(draft.surface.welded_faces)
 
 
 class TestSoundMeshes:
@@ -161,8 +159,7 @@ class TestWinding:
         bowl = lathe([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)], 24)
         outward = bowl if signed_volume(bowl.vertices, bowl.faces.astype(np.int64)) > 0 else flipped(bowl)
         draft = clean(raw(flipped(outward) if inwards else outward))
-        points, faces = draft.soup()
-        corners = points[faces]
+        corners = draft.surface.vertices[draft.surface.faces]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         away = corners.mean(axis=1) - [0, 0, 0.05]
         assert (np.einsum("ij,ij->i", normals, away) > 0).all()
@@ -221,7 +218,6 @@ def test_thousands_of_pieces_take_no_minutes() -> None:
     start = time.process_time()
     draft = clean(raw(cubes))
     assert time.process_time() - start < 5
-    points, faces = draft.soup()
-    ids = weld(points)[1][faces]
+    ids = draft.surface.welded_faces
     assert face_components(ids, int(ids.max()) + 1).max() > 3000
     assert volume(whole(draft)) == pytest.approx(4000 * 0.18e-6, rel=1e-3)

@@ -18,7 +18,7 @@ MUG = box_mesh((MUG_SIZE, 0.08, 0.1), (0, 0, 0.05), shared=True)
 
 
 def longest(state: Draft) -> float:
-    return float(np.ptp(state.soup()[0], axis=0).max())
+    return float(np.ptp(state.surface.vertices, axis=0).max())
 
 
 @pytest.mark.parametrize("unit", list(UNITS))

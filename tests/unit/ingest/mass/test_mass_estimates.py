@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
+from casa_assets.geometry.mesh.topology import weld
+from casa_assets.geometry.solid.manifold import closed_solid
 from casa_assets.ingest.mass.estimates import (
     WALL_THICKNESS_M,
     CombinedMass,
@@ -21,16 +23,19 @@ from tests.raw_models import MUG, category, flipped, joined, moved, turned, volu
 CUP = turned(MUG, 64)
 
 
-def of(mesh: Mesh, name: str) -> dict[EstimateMethod, float]:
+def estimated(mesh: Mesh, name: str) -> list[Estimate]:
     kind = category(name)
-    substance = registry.load().substances[kind.substance]
-    return {e.way: e.kg for e in estimates(mesh.vertices, mesh.faces, kind, substance)}
+    points, place = weld(mesh.vertices)
+    faces = place[mesh.faces]
+    return estimates(points, faces, closed_solid(points, faces), kind, registry.load().substances[kind.substance])
+
+
+def of(mesh: Mesh, name: str) -> dict[EstimateMethod, float]:
+    return {e.way: e.kg for e in estimated(mesh, name)}
 
 
 def verdict(mesh: Mesh, name: str) -> CombinedMass:
-    kind = category(name)
-    substance = registry.load().substances[kind.substance]
-    return combine_estimates(estimates(mesh.vertices, mesh.faces, kind, substance), kind, 2.0)
+    return combine_estimates(estimated(mesh, name), category(name), 2.0)
 
 
 def guess(name: str, **kilograms: float) -> CombinedMass:

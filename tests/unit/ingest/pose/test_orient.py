@@ -24,7 +24,7 @@ FILES = {axis: turn.T for axis, turn in UP_ROTATIONS.items()}
 
 
 def points(state: Draft) -> np.ndarray:
-    return state.soup()[0]
+    return state.surface.vertices
 
 
 def in_file(mesh: Mesh, axis: str) -> Mesh:

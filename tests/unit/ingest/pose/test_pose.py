@@ -42,7 +42,7 @@ def posed(mesh: Mesh, turn: Floats, name: str, up: Up | None = Up.Z) -> Draft:
 
 def up_of(before: Mesh, after: Draft) -> Floats:
     """Where the z axis of the mesh went."""
-    a, b = before.vertices, after.soup()[0]
+    a, b = before.vertices, after.surface.vertices
     left, _, right = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)))
     flip = np.diag([1, 1, np.sign(np.linalg.det(left @ right))])
     result: Floats = (left @ flip @ right)[:, 2]
@@ -66,7 +66,7 @@ def test_what_somebody_let_fall_is_righted(name: str) -> None:
 @pytest.mark.parametrize("degrees", [0, 30, 90, 145, 180, 270])
 def test_the_handle_points_to_x(degrees: float) -> None:
     out = posed(CUP, spin(2, degrees), "mug")
-    handle = out.soup()[0][-8:].mean(axis=0) - out.soup()[0][:-8].mean(axis=0)
+    handle = out.surface.vertices[-8:].mean(axis=0) - out.surface.vertices[:-8].mean(axis=0)
     assert handle[0] > 0.03
     assert abs(handle[1]) < 0.006
     assert next(g for g in out.guesses if g.subject == "front").confidence > 0.6
@@ -80,7 +80,7 @@ def test_without_a_handle_nothing_is_turned_and_nobody_is_sure() -> None:
 
 @pytest.mark.parametrize("degrees", [0, 20, 90, 130])
 def test_a_knife_lies_along_x(degrees: float) -> None:
-    x, y, z = np.ptp(posed(knife(), spin(2, degrees), "knife").soup()[0], axis=0)
+    x, y, z = np.ptp(posed(knife(), spin(2, degrees), "knife").surface.vertices, axis=0)
     assert x > 0.3
     assert y < 0.04
     assert z < y
@@ -88,14 +88,14 @@ def test_a_knife_lies_along_x(degrees: float) -> None:
 
 def test_the_wide_side_of_a_box_is_its_face() -> None:
     box = box_mesh((0.06, 0.19, 0.3), (0, 0, 0), shared=True)
-    x, y, z = np.ptp(posed(box, np.eye(3), "cereal", up=None).soup()[0], axis=0)
+    x, y, z = np.ptp(posed(box, np.eye(3), "cereal", up=None).surface.vertices, axis=0)
     assert (x, y, z) == pytest.approx((0.19, 0.06, 0.3))
 
 
 def test_a_ruling_is_obeyed_exactly() -> None:
     given = draft(moved(CUP, matrix=spin(0, 180)), up=Up.Z, form="glb")
     out = orient(given, category("mug"), override=UserOverride(up=UpAxis.Z, turn_deg=90))
-    assert out.soup()[0] == pytest.approx(moved(CUP, matrix=spin(2, 90) @ spin(0, 180)).vertices)
+    assert out.surface.vertices == pytest.approx(moved(CUP, matrix=spin(2, 90) @ spin(0, 180)).vertices)
     assert [g.confidence for g in out.guesses] == [1.0, 1.0]
 
 

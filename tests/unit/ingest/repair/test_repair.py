@@ -34,8 +34,7 @@ def welded(mesh: Mesh) -> Mesh:
 
 
 def open_edges(draft: Draft) -> int:
-    points, faces = draft.soup()
-    return int((edge_counts(weld(points)[1][faces])[1] == 1).sum())
+    return int((edge_counts(draft.surface.welded_faces)[1] == 1).sum())
 
 
 def without(mesh: Mesh, *rows: int) -> Mesh:
@@ -386,8 +385,7 @@ class TestTangles:
         )
         draft = clean(raw(finned))
         assert codes(draft.notes) == ["MSH045"]
-        points, faces = draft.soup()
-        assert (edge_counts(weld(points)[1][faces])[1] == 2).all()
+        assert (edge_counts(draft.surface.welded_faces)[1] == 2).all()
         assert volume(welded(draft.parts[0].mesh)) == pytest.approx(volume(ball), rel=2e-3)
 
 
