@@ -1,4 +1,4 @@
-"""Measure how well collision shapes fit a mesh, the solid that it stands for, and the room in its opening."""
+"""Measure how well collision shapes fit a mesh, its solid proxy, and the opening of a vessel."""
 
 from __future__ import annotations
 
@@ -19,20 +19,25 @@ from casa_assets.geometry.solid.hull import convex_hull, hull_planes, hull_volum
 from casa_assets.geometry.solid.manifold import intersection_volume, union
 from casa_assets.ingest.collision.plane_splits import ErrorBound
 
+# All numbers below are choices.
+# Points sampled on the mesh.
 SAMPLES = 4000
-# How far shapes may lie from the surface: 95 % of it, and all of it, as parts of the longest side.
+# Largest distance of shapes from the surface for 95 % of it (at least P95_M), and for all of it; shares of the longest
+# side.
 P95_M = 0.002
 P95_RATIO = 0.015
 WORST_RATIO = 0.05
-# How far apart the boxes round both may end, as a part of the longest side: feet stand on it.
+# Largest difference between the bounding boxes of shapes and mesh, as a share of the longest side.
 BOX_RATIO = 0.02
-# Cubes along the longest side where it is looked for what holds water; less than this share of the hull is no opening.
-ROOM_CELLS = 64
-# A gap narrower than one of so many cubes is closed: as narrow as shapes may be off.
-SEEN_CELLS = 66
-MIN_ROOM_SHARE = 0.03
-MOST_PLACES = 4000
-# The share of an opening that shapes may fill.
+# Voxels along the longest side of the grid in which the opening of a vessel is found. A smaller share of the hull than
+# MIN_OPENING_SHARE is no opening, and at most MAX_OPENING_POINTS voxels of it are tested.
+OPENING_CELLS = 64
+MIN_OPENING_SHARE = 0.03
+MAX_OPENING_POINTS = 4000
+# Voxels along the longest side of the grid that tells which parts of the surface can be touched: gaps narrower than a
+# voxel count as closed. A voxel is about as wide as P95_RATIO.
+REACH_CELLS = 66
+# Largest share of an opening that shapes may fill.
 MAX_FILLED_SHARE = 0.15
 
 
@@ -41,16 +46,17 @@ class FitReference:
     """Reference that the collision shapes of a mesh are measured against.
 
     Attributes:
-        solid: that the mesh stands for. of: its surface. samples: (N, 3) points on the mesh itself, metres.
-        box: (2, 3) corners of the mesh. room: (M, 3) places in the opening of a vessel, none where it has none.
-        bound: how far shapes may be off.
+        solid: proxy of the mesh. surface: of that solid. samples: (N, 3) points on the mesh itself, metres.
+        box: (2, 3) lower and upper corner of the mesh.
+        opening_points: (M, 3) points in the opening of a vessel; none where there is no opening.
+        bound: largest error that shapes may have.
     """
 
     solid: Solid
-    of: ReferenceSurface
+    surface: ReferenceSurface
     samples: Floats
     box: Floats
-    room: Floats
+    opening_points: Floats
     bound: ErrorBound
 
 
@@ -59,92 +65,99 @@ class FitErrors:
     """Errors of collision shapes: deviations, share of the opening left open, and the errors over their bounds.
 
     Attributes:
-        bare: share of the mesh that lies farther outside than a grasp forgives, 0..1.
-        kept: share of the opening that is left open, None where there is none.
+        bare_share: share of the mesh that lies farther outside of the shapes than `reach_m`, 0..1.
+        open_share: share of the opening that is left open, None where there is none.
+        normalized_error: largest of all errors, each divided by its bound; 1 or less is good enough.
     """
 
-    off: Deviation
-    bare: float
-    kept: float | None
+    deviation: Deviation
+    bare_share: float
+    open_share: float | None
     normalized_error: float
 
 
 def fit_reference(points: Floats, faces: Ints, solid: Solid, is_open: bool) -> FitReference:
-    """Measure a mesh once, for all shapes that are held against it.
+    """Prepare what all candidate shapes of a mesh are measured against.
 
     Args:
-        points: (P, 3) welded, metres, z up. faces: (F, 3). solid: that it stands for.
-        is_open: an opening is one, and not damage to a thing that is full.
+        points: (P, 3) welded, metres, z up. faces: (F, 3). solid: proxy of the mesh.
+        is_open: openings of the mesh are meant, and not damage to something solid.
     """
-    of = _touchable(reference_surface(*surface_of(solid)), points, faces, not is_open)
-    bound = ErrorBound(max(P95_M, P95_RATIO * of.longest), WORST_RATIO * of.longest)
-    room = _room(points, faces) if is_open else np.zeros((0, 3))
+    surface = _touchable(reference_surface(*surface_of(solid)), points, faces, not is_open)
+    bound = ErrorBound(max(P95_M, P95_RATIO * surface.longest), WORST_RATIO * surface.longest)
+    opening_points = _opening_points(points, faces) if is_open else np.zeros((0, 3))
     used = points[np.unique(faces)]
     box = np.stack([used.min(axis=0), used.max(axis=0)])
-    return FitReference(solid, of, surface_samples(points, faces, SAMPLES), box, room, bound)
+    return FitReference(solid, surface, surface_samples(points, faces, SAMPLES), box, opening_points, bound)
 
 
-def _touchable(of: ReferenceSurface, points: Floats, faces: Ints, full: bool) -> ReferenceSurface:
-    """The ruler with probes only where the air around the mesh comes near: nothing enters a slit or a sealed room."""
-    grid = voxelise(points, faces, SEEN_CELLS, bridge=full)
+def _touchable(surface: ReferenceSurface, points: Floats, faces: Ints, is_full: bool) -> ReferenceSurface:
+    """The surface without probes in slits and sealed cavities, which nothing can touch."""
+    grid = voxelise(points, faces, REACH_CELLS, bridge=is_full)
     outside = ndimage.binary_dilation(~grid.solid, np.ones((3, 3, 3), dtype=bool))
-    at = np.clip(np.round((of.probes - grid.origin) / grid.cell).astype(int), 0, np.array(outside.shape) - 1)
-    seen = outside[tuple(at.T)]
-    return replace(of, probes=of.probes[seen]) if seen.any() else of
+    cell = np.clip(np.round((surface.probes - grid.origin) / grid.cell).astype(int), 0, np.array(outside.shape) - 1)
+    is_reached = outside[tuple(cell.T)]
+    return replace(surface, probes=surface.probes[is_reached]) if is_reached.any() else surface
 
 
-def _room(points: Floats, faces: Ints) -> Floats:
-    """(M, 3) places that would hold water, evenly picked; none where they are few."""
-    grid = voxelise(points, faces, ROOM_CELLS)
-    held = fillable_volume(grid.solid)
-    if float(held.sum()) * grid.cell**3 < MIN_ROOM_SHARE * hull_volume(points):
+def _opening_points(points: Floats, faces: Ints) -> Floats:
+    """(M, 3) points of the volume that would hold water, evenly picked; none where that is small."""
+    grid = voxelise(points, faces, OPENING_CELLS)
+    is_filled = fillable_volume(grid.solid)
+    if float(is_filled.sum()) * grid.cell**3 < MIN_OPENING_SHARE * hull_volume(points):
         return np.zeros((0, 3))
-    places: Floats = grid.origin + np.argwhere(held) * grid.cell
-    return places[:: max(1, len(places) // MOST_PLACES)]
+    places: Floats = grid.origin + np.argwhere(is_filled) * grid.cell
+    return places[:: max(1, len(places) // MAX_OPENING_POINTS)]
 
 
-def measure_fit(clouds: Sequence[Floats], by: FitReference, reach: float) -> FitErrors:
+def measure_fit(clouds: Sequence[Floats], reference: FitReference, reach_m: float) -> FitErrors:
     """Measure how well convex shapes stand for a mesh.
 
     Args:
-        clouds: vertices of each. reach: how far outside a grasp forgives, metres.
+        clouds: vertices of each. reach_m: distance to a shape up to which the mesh counts as covered.
     Raises:
         DegenerateShape: a cloud spans no volume, or there are none.
     """
-    outside = distances_outside_hulls(by.samples, clouds).round(6)
-    off = deviation(clouds, by.of, outside)
-    kept = None if not len(by.room) else 1 - _inside(by.room, clouds)
-    strains = [off.added_p95 / by.bound.p95, off.added_worst / by.bound.worst]
-    strains += [off.bare_p95 / by.bound.p95, off.bare_worst / by.bound.worst]
-    strains += [off.buried_p95 / by.bound.p95, off.buried_worst / by.bound.worst]
-    every = np.concatenate(list(clouds))
-    ends = np.abs(np.stack([every.min(axis=0), every.max(axis=0)]) - by.box).max().round(6)
-    strains.append(float(ends) / max(reach, BOX_RATIO * by.of.longest))
-    if kept is not None:
-        strains.append((1 - kept) / MAX_FILLED_SHARE)
-    return FitErrors(off, float((outside > reach).mean()), kept, round(max(strains), 6))
+    outside = distances_outside_hulls(reference.samples, clouds).round(6)
+    surface_deviation = deviation(clouds, reference.surface, outside)
+    open_share = None if not len(reference.opening_points) else 1 - _inside_share(reference.opening_points, clouds)
+    ratios = [surface_deviation.added_p95 / reference.bound.p95, surface_deviation.added_worst / reference.bound.worst]
+    ratios += [surface_deviation.bare_p95 / reference.bound.p95, surface_deviation.bare_worst / reference.bound.worst]
+    ratios += [
+        surface_deviation.buried_p95 / reference.bound.p95,
+        surface_deviation.buried_worst / reference.bound.worst,
+    ]
+    all_points = np.concatenate(list(clouds))
+    box_error = np.abs(np.stack([all_points.min(axis=0), all_points.max(axis=0)]) - reference.box).max().round(6)
+    ratios.append(float(box_error) / max(reach_m, BOX_RATIO * reference.surface.longest))
+    if open_share is not None:
+        ratios.append((1 - open_share) / MAX_FILLED_SHARE)
+    return FitErrors(surface_deviation, float((outside > reach_m).mean()), open_share, round(max(ratios), 6))
 
 
-def _inside(places: Floats, clouds: Sequence[Floats]) -> float:
-    """Share of the places that lie in one of the shapes."""
-    within = np.zeros(len(places), dtype=bool)
+def _inside_share(points: Floats, clouds: Sequence[Floats]) -> float:
+    """Share of some points that lie in one of the shapes."""
+    is_inside = np.zeros(len(points), dtype=bool)
     for cloud in clouds:
         planes = hull_planes(cloud)
-        within |= ((places @ planes[:, :3].T + planes[:, 3]).round(9) < 0).all(axis=1)
-    return float(within.mean())
+        is_inside |= ((points @ planes[:, :3].T + planes[:, 3]).round(9) < 0).all(axis=1)
+    return float(is_inside.mean())
 
 
-def describe_fit(clouds: Sequence[Floats], by: FitReference, found: FitErrors) -> str:
-    """The numbers of shapes that were taken, for the report."""
-    whole = union([convex_hull(cloud) for cloud in clouds])
-    size, own = (0.0 if whole is None else signed_volume(*whole)), float(by.solid.volume())
-    both = 0.0 if whole is None else intersection_volume(whole, surface_of(by.solid))
-    mm = [1000 * v for v in astuple(found.off)]
-    words = [f"volume {size / own:.2f} of the solid, overlap {both / (size + own - both):.2f}"]
+def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitErrors) -> str:
+    """The errors of the chosen shapes in words, for the report."""
+    united = union([convex_hull(cloud) for cloud in clouds])
+    volume, overlap = 0.0, 0.0
+    if united is not None:
+        volume, overlap = signed_volume(*united), intersection_volume(united, surface_of(reference.solid))
+    solid_volume = float(reference.solid.volume())
+    mm = [1000 * v for v in astuple(errors.deviation)]
+    iou = overlap / (volume + solid_volume - overlap)
+    words = [f"volume {volume / solid_volume:.2f} of the solid, overlap {iou:.2f}"]
     words.append(f"95 % (all) of the shapes within {mm[0]:.2g} ({mm[1]:.2g}) mm of it")
     words.append(
         f"of the mesh within {mm[2]:.2g} ({mm[3]:.2g}) mm of them, no deeper in them than {mm[4]:.2g} ({mm[5]:.2g}) mm"
     )
-    if found.kept is not None:
-        words.append(f"{found.kept:.0%} of the opening is open")
+    if errors.open_share is not None:
+        words.append(f"{errors.open_share:.0%} of the opening is open")
     return ", ".join(words)

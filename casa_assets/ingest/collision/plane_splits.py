@@ -21,21 +21,23 @@ from casa_assets.geometry.solid.deviation import ReferenceSurface, burial_depths
 from casa_assets.geometry.solid.hull import hull_planes
 from casa_assets.geometry.solid.split_planes import Plane, concave_edge_planes, edge_graph, split_hull_volume
 
-# Places along each axis where a cut is tried.
+# All numbers below are choices.
+# Planes that are tried across each axis.
 OFFSETS = 7
-# Planes of faces along hollow edges that are tried, planes that are cut along until one does, shares of the spacing by
-# which the best one is moved.
-HOLLOW_PLANES = 8
-TRIED_PLANES = 4
+# Planes through concave edges that are tried besides.
+CONCAVE_PLANES = 8
+# The best planes are tried in turn until one leaves parts enough.
+MAX_TRIED_PLANES = 4
+# Shares of the spacing by which the best plane is moved, to see whether it gets better.
 OFFSET_REFINEMENTS = (0.5, 0.25)
-# Spreads along two axes that differ by less than this share of the largest are the same.
+# Variances along two principal axes that differ by less than this share of the largest count as equal.
 DISTINCT_SPREAD_SHARE = 0.02
-# Parts smaller than this share of the whole are crumbs that cutting left.
+# Parts smaller than this share of the volume are crumbs of the cut and are dropped.
 MIN_PART_SHARE = 1e-5
-# More parts than these that do not hang together are a heap.
+# A solid of more components than this is cut without separating the components of each half.
 MAX_LOOSE_PARTS = 8
-# Pairs of parts that are tried as one, the most promising first.
-MOST_TRIES = 60
+# Pairs of parts for which one common hull is tried, the cheapest first.
+MAX_MERGE_TRIES = 60
 
 
 @dataclass(frozen=True)
@@ -48,107 +50,116 @@ class ErrorBound:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a solid: volume of its hull, m^3, and how much worse than allowed the hull fits, 1 or less is well."""
+    """A part of a solid, the volume of its hull, m^3, and the hull's error over its bound (1 or less fits)."""
 
     solid: Solid
-    hull: float
+    hull_volume: float
     normalized_error: float
 
     @property
     def weight(self) -> float:
         """Priority of being cut next: 0 where the hull fits, else larger for worse and larger parts."""
-        return self.normalized_error * max(self.hull, 0.0) ** (1 / 3) if self.normalized_error > 1 else 0.0
+        return self.normalized_error * max(self.hull_volume, 0.0) ** (1 / 3) if self.normalized_error > 1 else 0.0
 
 
-def split_to_bound(solids: Sequence[Solid], of: ReferenceSurface, bound: ErrorBound, most: int) -> list[Solid]:
-    """Split solids until the hulls of the parts lie within a bound, or there are `most` of them.
+def split_to_bound(
+    solids: Sequence[Solid], reference: ReferenceSurface, bound: ErrorBound, max_parts: int
+) -> list[Solid]:
+    """Split solids until the hulls of the parts lie within a bound, or there are `max_parts` of them.
 
-    The part that fits worst is cut next: into what does not hang together, or else along the plane that leaves the
-    least room between the hulls and the solid.
+    The part that fits worst is cut next: into its connected components, or else along the plane that leaves the least
+    volume between the hulls and the solid.
 
     Args:
-        of: the surface that the hulls are held against, of these solids or of one that they are parts of.
+        reference: surface that the hulls are measured against: of these solids, or of one that they are parts of.
     """
-    least = MIN_PART_SHARE * sum(float(s.volume()) for s in solids)
-    done = [_part(s, of, bound) for s in solids]
-    while len(done) < most:
-        worst = max(range(len(done)), key=lambda i: (round(done[i].weight, 9), -i))
-        if done[worst].normalized_error <= 1:
+    min_volume_m3 = MIN_PART_SHARE * sum(float(s.volume()) for s in solids)
+    parts = [_part(s, reference, bound) for s in solids]
+    while len(parts) < max_parts:
+        worst = max(range(len(parts)), key=lambda i: (round(parts[i].weight, 9), -i))
+        if parts[worst].normalized_error <= 1:
             break
-        pieces = _cut(done[worst].solid, least, most - len(done) + 1, bound.p95)
+        pieces = _cut(parts[worst].solid, min_volume_m3, max_parts - len(parts) + 1, bound.p95)
         if len(pieces) < 2:
-            done[worst] = Part(done[worst].solid, done[worst].hull, 0.0)  # cutting does not help
+            parts[worst] = Part(parts[worst].solid, parts[worst].hull_volume, 0.0)  # cutting does not help
             continue
-        done[worst : worst + 1] = [_part(p, of, bound) for p in pieces]
-    return [part.solid for part in done]
+        parts[worst : worst + 1] = [_part(p, reference, bound) for p in pieces]
+    return [part.solid for part in parts]
 
 
-def _part(solid: Solid, of: ReferenceSurface, bound: ErrorBound) -> Part:
-    return Part(solid, volume_of_hull([solid]), normalized_error(hull_points([solid]), of, bound))
+def _part(solid: Solid, reference: ReferenceSurface, bound: ErrorBound) -> Part:
+    return Part(solid, volume_of_hull([solid]), normalized_error(hull_points([solid]), reference, bound))
 
 
-def normalized_error(cloud: Floats, of: ReferenceSurface, bound: ErrorBound) -> float:
+def normalized_error(cloud: Floats, reference: ReferenceSurface, bound: ErrorBound) -> float:
     """Error of the hull of a cloud over its bound: how far it reaches beyond a solid, or buries its surface."""
     try:
-        errors = [e for e in (protrusion(cloud, of), burial_depths(cloud, of)) if len(e)]
+        errors = [e for e in (protrusion(cloud, reference), burial_depths(cloud, reference)) if len(e)]
     except DegenerateShape:
         return 0.0
-    strains = [max(float(np.percentile(e, 95)) / bound.p95, float(e.max()) / bound.worst) for e in errors]
-    return max(strains, default=0.0)
+    ratios = [max(float(np.percentile(e, 95)) / bound.p95, float(e.max()) / bound.worst) for e in errors]
+    return max(ratios, default=0.0)
 
 
-def _cut(solid: Solid, least: float, room: int, thin: float) -> list[Solid]:
-    """Connected parts of a solid, else the parts on both sides of the best plane; at most `room`, or the solid."""
-    loose = connected_parts(solid, least)
-    if 2 <= len(loose) <= room:
-        return loose
-    for plane in _best_planes(solid, room, thin):
-        both = [half for half in split_by_plane(solid, plane.normal, plane.offset) if half.volume() > least]
-        # Of a heap of pieces the halves stay heaps.
-        found = both if len(loose) > MAX_LOOSE_PARTS else [p for half in both for p in connected_parts(half, least)]
-        if 2 <= len(found) <= room:
-            return found
+def _cut(solid: Solid, min_volume_m3: float, max_parts: int, min_slice_m: float) -> list[Solid]:
+    """Connected parts of a solid, else the parts on both sides of the best plane; at most `max_parts`, or the solid."""
+    components = connected_parts(solid, min_volume_m3)
+    if 2 <= len(components) <= max_parts:
+        return components
+    for plane in _best_planes(solid, max_parts, min_slice_m):
+        halves = [half for half in split_by_plane(solid, plane.normal, plane.offset) if half.volume() > min_volume_m3]
+        parts = (
+            halves
+            if len(components) > MAX_LOOSE_PARTS
+            else [p for half in halves for p in connected_parts(half, min_volume_m3)]
+        )
+        if 2 <= len(parts) <= max_parts:
+            return parts
     return [solid]
 
 
-def _best_planes(solid: Solid, room: int, thin: float) -> list[Plane]:
-    """Planes that leave the least room between the hulls of the parts and the solid, the best first.
+def _best_planes(solid: Solid, max_parts: int, min_slice_m: float) -> list[Plane]:
+    """Planes that leave the least volume between the hulls of the parts and the solid, the best first.
 
     Args:
-        thin: no slice is thinner, metres.
+        min_slice_m: no part is thinner across the plane, metres.
     """
     points, faces = surface_of(solid)
-    of, whole = edge_graph(points, faces), volume_of_hull([solid])
+    graph, whole_volume = edge_graph(points, faces), volume_of_hull([solid])
 
     def gain(plane: Plane) -> float:
         along = points @ plane.normal - plane.offset
-        if min(float(along.max()), -float(along.min())) < thin:
+        if min(float(along.max()), -float(along.min())) < min_slice_m:
             return -np.inf
-        size, count = split_hull_volume(of, plane)
-        # Parts are few: what takes more of them has to gain more.
-        return round((whole - size) / whole / max(count - 1, 1) ** 0.5, 6) if count <= room else -np.inf
+        parts_volume, count = split_hull_volume(graph, plane)
+        # The number of parts is limited, so a plane that makes more of them has to gain more.
+        return (
+            round((whole_volume - parts_volume) / whole_volume / max(count - 1, 1) ** 0.5, 6)
+            if count <= max_parts
+            else -np.inf
+        )
 
-    spaced = _planes(points)
-    steps = [step for _, step in spaced] + [0.0] * HOLLOW_PLANES
-    planes = [plane for plane, _ in spaced] + concave_edge_planes(points, faces, HOLLOW_PLANES)
+    axis_planes = _axis_planes(points)
+    steps = [step for _, step in axis_planes] + [0.0] * CONCAVE_PLANES
+    planes = [plane for plane, _ in axis_planes] + concave_edge_planes(points, faces, CONCAVE_PLANES)
     gains = [gain(plane) for plane in planes]
-    order = sorted(range(len(planes)), key=lambda k: (-gains[k], k))[:TRIED_PLANES]
-    first = planes[order[0]]
-    found, best = first, gains[order[0]]
+    order = sorted(range(len(planes)), key=lambda k: (-gains[k], k))[:MAX_TRIED_PLANES]
+    start = planes[order[0]]
+    best_plane, best_gain = start, gains[order[0]]
     for share in OFFSET_REFINEMENTS:
         for side in (-1, 1):
-            near = Plane(found.normal, found.offset + side * share * steps[order[0]])
-            if steps[order[0]] > 0 and (value := gain(near)) > best:
-                found, best = near, value
-    return [found, *(planes[k] for k in order)] if np.isfinite(best) else []
+            candidate = Plane(best_plane.normal, best_plane.offset + side * share * steps[order[0]])
+            if steps[order[0]] > 0 and (candidate_gain := gain(candidate)) > best_gain:
+                best_plane, best_gain = candidate, candidate_gain
+    return [best_plane, *(planes[k] for k in order)] if np.isfinite(best_gain) else []
 
 
-def _planes(points: Floats) -> list[tuple[Plane, float]]:
-    """Planes across the axes of the frame and of the points, evenly spaced between their ends, and that spacing."""
+def _axis_planes(points: Floats) -> list[tuple[Plane, float]]:
+    """Evenly spaced planes across the coordinate axes and the principal axes of the points, with their spacing."""
     spread, axes = np.linalg.eigh(np.cov(points.T))
     normals = [np.eye(3)[k] for k in range(3)]
     for k in range(3):
-        # Where two directions are as wide, their axes are an accident of the arithmetic.
+        # Principal axes of equal variance depend on rounding errors alone.
         if min(abs(spread[k] - spread[j]) for j in range(3) if j != k) < DISTINCT_SPREAD_SHARE * spread[2]:
             continue
         axis = axes[:, k] * np.sign(axes[np.argmax(np.abs(axes[:, k]).round(6)), k])
@@ -157,45 +168,45 @@ def _planes(points: Floats) -> list[tuple[Plane, float]]:
     planes = []
     for normal in normals:
         along = points @ normal
-        low, step = float(along.min()), float(np.ptp(along)) / (OFFSETS + 1)
-        planes += [(Plane(normal, low + (k + 1) * step), step) for k in range(OFFSETS)]
+        lowest, step = float(along.min()), float(np.ptp(along)) / (OFFSETS + 1)
+        planes += [(Plane(normal, lowest + (k + 1) * step), step) for k in range(OFFSETS)]
     return planes
 
 
 def merge_within_bound(
-    groups: Sequence[Solid], of: ReferenceSurface, bound: ErrorBound, room: Floats
+    solids: Sequence[Solid], reference: ReferenceSurface, bound: ErrorBound, opening_points: Floats
 ) -> list[list[Solid]]:
-    """Group solids that get one hull each: neighbours together where that keeps within the bound.
+    """Group solids that get one hull each: neighbours go together where their hull stays within the bound.
 
     Args:
-        room: (N, 3) places that no joining may fill, those of the opening of a vessel.
+        opening_points: (N, 3) points in the opening of a vessel, which a common hull may not fill.
     """
-    sets = {k: [solid] for k, solid in enumerate(groups)}
-    sizes = {k: volume_of_hull(one) for k, one in sets.items()}
-    boxes = {k: _box(one) for k, one in sets.items()}
-    whole = sum(sizes.values())
+    groups = {k: [solid] for k, solid in enumerate(solids)}
+    sizes = {k: volume_of_hull(group) for k, group in groups.items()}
+    boxes = {k: _box(group) for k, group in groups.items()}
+    whole_volume = sum(sizes.values())
     costs: dict[tuple[int, int], float] = {}
     tried = 0
-    fresh = list(sets)
+    new_groups = list(groups)
     while True:
-        for i, j in ((i, j) for i in sets for j in sets if i < j and (i in fresh or j in fresh)):
-            if (np.maximum(boxes[i][0], boxes[j][0]) <= np.minimum(boxes[i][1], boxes[j][1]) + of.spacing).all():
-                costs[i, j] = round((volume_of_hull(sets[i] + sets[j]) - sizes[i] - sizes[j]) / whole, 9)
-        fresh = []
-        while costs and tried < MOST_TRIES:
+        for i, j in ((i, j) for i in groups for j in groups if i < j and (i in new_groups or j in new_groups)):
+            if (np.maximum(boxes[i][0], boxes[j][0]) <= np.minimum(boxes[i][1], boxes[j][1]) + reference.spacing).all():
+                costs[i, j] = round((volume_of_hull(groups[i] + groups[j]) - sizes[i] - sizes[j]) / whole_volume, 9)
+        new_groups = []
+        while costs and tried < MAX_MERGE_TRIES:
             i, j = min(costs, key=lambda pair: (costs[pair], pair))
             del costs[i, j]
             tried += 1
-            cloud = hull_points(sets[i] + sets[j])
-            if normalized_error(cloud, of, bound) <= 1 and not _fills(cloud, room):
-                new = max(sets) + 1
-                sets[new] = sets.pop(i) + sets.pop(j)
-                sizes[new], boxes[new] = volume_of_hull(sets[new]), _box(sets[new])
+            cloud = hull_points(groups[i] + groups[j])
+            if normalized_error(cloud, reference, bound) <= 1 and not _fills_opening(cloud, opening_points):
+                merged = max(groups) + 1
+                groups[merged] = groups.pop(i) + groups.pop(j)
+                sizes[merged], boxes[merged] = volume_of_hull(groups[merged]), _box(groups[merged])
                 costs = {pair: cost for pair, cost in costs.items() if not {i, j} & {*pair}}
-                fresh = [new]
+                new_groups = [merged]
                 break
-        if not fresh:
-            return list(sets.values())
+        if not new_groups:
+            return list(groups.values())
 
 
 def _box(solids: Sequence[Solid]) -> tuple[Floats, Floats]:
@@ -203,9 +214,9 @@ def _box(solids: Sequence[Solid]) -> tuple[Floats, Floats]:
     return boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
 
 
-def _fills(cloud: Floats, room: Floats) -> bool:
-    """More than a tenth of some places lie within the hull of a cloud."""
-    if not len(room):
+def _fills_opening(cloud: Floats, opening_points: Floats) -> bool:
+    """True if more than a tenth of the points lie within the hull of a cloud."""
+    if not len(opening_points):
         return False
     planes = hull_planes(cloud)
-    return bool(((room @ planes[:, :3].T + planes[:, 3]).round(9) < 0).all(axis=1).mean() > 0.1)
+    return bool(((opening_points @ planes[:, :3].T + planes[:, 3]).round(9) < 0).all(axis=1).mean() > 0.1)

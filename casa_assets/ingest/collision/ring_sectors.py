@@ -19,19 +19,21 @@ from casa_assets.ingest.collision.ring_slabs import (
     slab_costs,
 )
 
-# Radii of one height that differ by less than this share are round.
+# All numbers below are choices.
+# A vessel is round if the radii at one height differ by less than this share.
 ROUND_SPREAD = 0.05
-# The outline of a body without its handles: so many of a hundred rays leave it before that.
+# Percentile of the outer radii at one height that is the radius of the body without handles.
 OUTLINE_PERCENTILE = 85
-# Errors that are tried, each so many times the one before.
-GROWTH = 1.2
-STEPS = 14
+# Errors are tried in steps, each so many times the one before.
+ERROR_GROWTH = 1.2
+MAX_STEPS = 14
+# Parts below this share of the volume are crumbs of the cut.
 MIN_PART_SHARE = 1e-4
-# Parts that are left for each handle.
-PER_HANDLE = 6
-# How the error is shared between chords around the axis and those along it.
+# Parts that are kept for each handle.
+PARTS_PER_HANDLE = 6
+# Shares of the error that go to chords around the axis; two minus that goes to those along it.
 CHORD_ERROR_SHARES = (1.0, 0.6, 1.4)
-# By how much of the error an inner wall is set back, and how much of its thickness at most.
+# Distance that the inner wall is set back, as a share of the error, and at most as a share of its thickness.
 SETBACK_SHARE = 0.8
 MAX_SETBACK_SHARE = 0.6
 
@@ -41,213 +43,227 @@ class CutVessel:
     """An open vessel, cut.
 
     Attributes:
-        floors: that are one part each. cells: parts of the walls, most of them near convex.
-        rest: handles, knobs and spouts.
+        floors: each is one part. wall_parts: sectors of the walls, most of them nearly convex.
+        handles: handles, knobs and spouts.
         message: how it was cut, in words with numbers.
     """
 
     floors: tuple[Solid, ...]
-    cells: tuple[Solid, ...]
-    rest: tuple[Solid, ...]
+    wall_parts: tuple[Solid, ...]
+    handles: tuple[Solid, ...]
     message: str
 
 
-def cut_vessel(solid: Solid, finest: float, fair: float, foot: float, most: int) -> CutVessel | None:
-    """A vessel as a floor, rings of sectors and handles; None where no such cut stays within `most` parts.
+def cut_vessel(
+    solid: Solid, min_error_m: float, hollow_error_m: float, foot_height_m: float, max_parts: int
+) -> CutVessel | None:
+    """A vessel as a floor, rings of sectors and handles; None where no such cut stays within `max_parts` parts.
 
     Args:
         solid: metres, z up, simplified.
-        finest: error of a hull below which more of them are a waste, metres.
-        fair: error up to which what is hollow under the floor is kept hollow, too; beyond it may be filled.
-        foot: how high that hollow may be, metres. most: parts of floor and walls.
+        min_error_m: smallest error of a hull that is tried.
+        hollow_error_m: error up to which a hollow below the floor stays hollow; with larger ones it may be filled.
+        foot_height_m: largest height of that hollow. max_parts: of floor and walls.
     """
-    center, share = upright_axis(*surface_of(solid))
-    seen = wall_profile(solid, center)
-    is_round = float(np.median([radius_spread(row) for row in seen.outer])) < ROUND_SPREAD
-    asked = slab_costs(seen, is_round)
-    for step in range(STEPS):
-        error = finest * GROWTH**step
-        under = min(error, foot) if error <= fair else foot
+    center, round_share = upright_axis(*surface_of(solid))
+    profile = wall_profile(solid, center)
+    is_round = float(np.median([radius_spread(row) for row in profile.outer])) < ROUND_SPREAD
+    costs = slab_costs(profile, is_round)
+    for step in range(MAX_STEPS):
+        error = min_error_m * ERROR_GROWTH**step
+        fill_height_m = min(error, foot_height_m) if error <= hollow_error_m else foot_height_m
         plans = [
-            _plan(seen, asked, error * share_, error * (2 - share_), is_round, under) for share_ in CHORD_ERROR_SHARES
+            _plan(profile, costs, error * chord_share, error * (2 - chord_share), is_round, fill_height_m)
+            for chord_share in CHORD_ERROR_SHARES
         ]
-        known = [plan for plan in plans if plan is not None and plan.count <= most]
-        if not known:
+        feasible = [plan for plan in plans if plan is not None and plan.count <= max_parts]
+        if not feasible:
             continue
-        plan = min(known, key=lambda p: p.count)
-        body, handles = _without_handles(solid, seen, error / 2) if is_round else (solid, [])
-        if plan.count <= most - min(PER_HANDLE * len(handles), most // 3):
-            floors, cells = _cells(_eased(body, seen, SETBACK_SHARE * error) if is_round else body, seen, plan)
+        plan = min(feasible, key=lambda p: p.count)
+        body, handles = _without_handles(solid, profile, error / 2) if is_round else (solid, [])
+        if plan.count <= max_parts - min(PARTS_PER_HANDLE * len(handles), max_parts // 3):
+            floors, wall_parts = _floors_and_sectors(
+                _widened(body, profile, SETBACK_SHARE * error) if is_round else body, profile, plan
+            )
             if not is_round:
-                floors, cells = [], [*floors, *cells]
-            message = f"{share:.0%} of the wall turns about one axis" if is_round else "walls that are not round"
+                floors, wall_parts = [], [*floors, *wall_parts]
+            message = f"{round_share:.0%} of the wall turns about one axis" if is_round else "walls that are not round"
             return CutVessel(
-                tuple(floors), tuple(cells), tuple(handles), f"{message}: {plan.message}, {1000 * error:.2g} mm off"
+                tuple(floors),
+                tuple(wall_parts),
+                tuple(handles),
+                f"{message}: {plan.message}, {1000 * error:.2g} mm off",
             )
     return None
 
 
 @dataclass(frozen=True)
 class RingPlan:
-    """Plan of a cut: slabs, and the rays at which walls that are not round are cut."""
+    """Plan of a cut: the slabs, and the rays at which walls that are not round are cut (None for round ones)."""
 
     slabs: tuple[Slab, ...]
-    turns: tuple[int, ...] | None
+    cut_rays: tuple[int, ...] | None
 
     @property
     def count(self) -> int:
-        """Parts that it makes."""
+        """Number of parts."""
         return sum(slab.sectors for slab in self.slabs)
 
     @property
     def message(self) -> str:
-        """In words with numbers."""
+        """The plan in words."""
         rings = sum(slab.sectors > 1 for slab in self.slabs)
         most = max(slab.sectors for slab in self.slabs)
         return f"{len(self.slabs) - rings} floors, {rings} rings of up to {most} sectors"
 
 
 def _plan(
-    seen: WallProfile, asked: SlabCosts, chord: float, bend: float, is_round: bool, foot: float
+    profile: WallProfile, costs: SlabCosts, chord: float, bend: float, is_round: bool, foot_height_m: float
 ) -> RingPlan | None:
-    turns = None if is_round else tuple(_turns(seen, chord))
-    found = choose_slabs(asked, chord, bend, None if turns is None else len(turns), foot)
-    return None if found is None else RingPlan(tuple(found), turns)
+    cut_rays = None if is_round else tuple(_fewest_cut_rays(profile, chord))
+    slabs = choose_slabs(costs, chord, bend, None if cut_rays is None else len(cut_rays), foot_height_m)
+    return None if slabs is None else RingPlan(tuple(slabs), cut_rays)
 
 
-def _without_handles(solid: Solid, seen: WallProfile, gap: float) -> tuple[Solid, list[Solid]]:
+def _without_handles(solid: Solid, walls: WallProfile, gap: float) -> tuple[Solid, list[Solid]]:
     """Body within its revolved outline, and the parts outside of it: handles, knobs, spouts."""
     radius = np.array(
-        [float(np.nanpercentile(r, OUTLINE_PERCENTILE)) if np.isfinite(r).any() else np.nan for r in seen.outer]
+        [float(np.nanpercentile(r, OUTLINE_PERCENTILE)) if np.isfinite(r).any() else np.nan for r in walls.outer]
     )
-    known = np.isfinite(radius) & (np.isfinite(seen.outer).mean(axis=1) > OPEN_RAY_SHARE)
-    if not known.any():
+    is_known = np.isfinite(radius) & (np.isfinite(walls.outer).mean(axis=1) > OPEN_RAY_SHARE)
+    if not is_known.any():
         return solid, []
-    radius = np.interp(seen.heights, seen.heights[known], radius[known])
-    # The widest of three neighbours: the outline follows slopes from outside.
+    radius = np.interp(walls.heights, walls.heights[is_known], radius[is_known])
+    # The largest radius of three neighbours keeps the outline outside of slopes.
     padded = np.pad(radius, 1, mode="edge")
-    wide = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:]) + gap
-    low, high = seen.heights[0] - seen.step, seen.heights[-1] + seen.step
-    top = float(seen.heights[known][-1] + 1.5 * seen.step)
-    heights = np.concatenate([[low], seen.heights, [high]])
-    wide = np.concatenate([wide[:1], wide, wide[-1:]])
+    outline_radius = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:]) + gap
+    bottom, above_top = walls.heights[0] - walls.step, walls.heights[-1] + walls.step
+    top = float(walls.heights[is_known][-1] + 1.5 * walls.step)
+    heights = np.concatenate([[bottom], walls.heights, [above_top]])
+    outline_radius = np.concatenate([outline_radius[:1], outline_radius, outline_radius[-1:]])
     below = heights <= top
     profile = np.concatenate(
         [
             [[0.0, heights[below][0]]],
-            np.stack([wide[below], heights[below]], axis=1),
-            [[wide[below][-1], top], [0.0, top]],
+            np.stack([outline_radius[below], heights[below]], axis=1),
+            [[outline_radius[below][-1], top], [0.0, top]],
         ]
     )
-    outline = revolve_profile(profile, RAYS).translate((float(seen.center[0]), float(seen.center[1]), 0.0))
+    outline = revolve_profile(profile, RAYS).translate((float(walls.center[0]), float(walls.center[1]), 0.0))
     least = MIN_PART_SHARE * float(solid.volume())
-    handles = [p for p in connected_parts(solid - outline, 10 * least) if _reach(p) > 4 * gap]
+    handles = [p for p in connected_parts(solid - outline, 10 * least) if _longest_side(p) > 4 * gap]
     if not handles:
         return solid, []
     body = solid
     for handle in handles:
         body = body - handle
-    # What is left of a handle, be it a film or inside out, would draw the hull of the wall out to it.
+    # Slivers that are left of a handle would make the hull of the wall reach out to them.
     return manifold3d.Manifold.compose(connected_parts(body, least)), handles
 
 
-def _reach(solid: Solid) -> float:
+def _longest_side(solid: Solid) -> float:
     box = np.array(solid.bounding_box())
     return float((box[3:] - box[:3]).max())
 
 
-def _turns(seen: WallProfile, error: float) -> list[int]:
-    """Rays at which a wall that is not round is cut, as few as keep every chord within the error of the inner wall."""
-    hollow = (seen.inner > 0).mean(axis=1) >= OPEN_RAY_SHARE
-    rows = np.flatnonzero(hollow)
+def _fewest_cut_rays(profile: WallProfile, error: float) -> list[int]:
+    """Fewest rays to cut a wall that is not round, so that every chord stays within the error of the inner wall."""
+    has_opening = (profile.inner > 0).mean(axis=1) >= OPEN_RAY_SHARE
+    rows = np.flatnonzero(has_opening)
     if not len(rows):
         return []
     picked = rows[np.linspace(0, len(rows) - 1, min(5, len(rows))).round().astype(int)]
     angles = (np.arange(RAYS) + 0.5) * 2 * np.pi / RAYS
     ray = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    radii = seen.inner[picked]
+    radii = profile.inner[picked]
     radii = np.where(np.isfinite(radii) & (radii > 0), radii, np.nan)
     radii = np.where(np.isfinite(radii), radii, np.nanmedian(radii, axis=1, keepdims=True))
-    places = radii[:, :, None] * ray
-    reach = [_farthest(places, start, error) for start in range(RAYS)]
+    points = radii[:, :, None] * ray
+    reach = [_longest_chord(points, start, error) for start in range(RAYS)]
     best: list[int] = []
     for start in range(RAYS):
-        cuts, at = [start], start
-        while (at := at + reach[at % RAYS]) < start + RAYS:
-            cuts.append(at % RAYS)
+        cuts, ray_index = [start], start
+        while (ray_index := ray_index + reach[ray_index % RAYS]) < start + RAYS:
+            cuts.append(ray_index % RAYS)
         if not best or len(cuts) < len(best):
             best = cuts
     return sorted(best)
 
 
-def _farthest(places: Floats, start: int, error: float) -> int:
-    """Most rays that a chord from `start` may span with no part of the wall farther beyond it than `error`."""
+def _longest_chord(points: Floats, start: int, error: float) -> int:
+    """Most rays that a chord from ray `start` may span with the inner wall nowhere farther from it than `error`."""
     farthest = 1
     for count in range(2, RAYS // 4 + 1):
         index = (start + np.arange(count + 1)) % RAYS
-        stretch = places[:, index]
+        stretch = points[:, index]
         chord = stretch[:, -1] - stretch[:, 0]
-        away = np.stack([chord[:, 1], -chord[:, 0]], axis=1)
-        away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
-        beyond = np.einsum("rki,ri->rk", stretch - stretch[:, :1], away)
-        if float(beyond.max().round(7)) > error:
+        outward = np.stack([chord[:, 1], -chord[:, 0]], axis=1)
+        outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
+        excess = np.einsum("rki,ri->rk", stretch - stretch[:, :1], outward)
+        if float(excess.max().round(7)) > error:
             break
         farthest = count
     return farthest
 
 
-def _eased(solid: Solid, seen: WallProfile, gap: float) -> Solid:
-    """The body with its inner wall set back by a gap: chords lie as far before that wall as their ends behind it."""
-    hollow = np.flatnonzero((seen.inner > 0).mean(axis=1) >= OPEN_RAY_SHARE)
-    if not len(hollow):
+def _widened(solid: Solid, walls: WallProfile, gap: float) -> Solid:
+    """The body with its inner wall set back by a gap, which centres the error of the chords on that wall."""
+    open_rows = np.flatnonzero((walls.inner > 0).mean(axis=1) >= OPEN_RAY_SHARE)
+    if not len(open_rows):
         return solid
-    inner = np.array([median_radius(seen.inner[k]) for k in hollow])
-    outer = np.array([median_radius(seen.outer[k]) for k in hollow])
-    # Only from the floor up, and never more than a part of the wall.
-    start = len(hollow) - 1
-    while start > 0 and hollow[start - 1] == hollow[start] - 1:
+    inner = np.array([median_radius(walls.inner[k]) for k in open_rows])
+    outer = np.array([median_radius(walls.outer[k]) for k in open_rows])
+    # Only the uninterrupted open rows at the top, from the floor to the rim.
+    start = len(open_rows) - 1
+    while start > 0 and open_rows[start - 1] == open_rows[start] - 1:
         start -= 1
-    inner, outer, hollow = inner[start:], outer[start:], hollow[start:]
-    if len(hollow) < 2 or not np.isfinite(inner).all() or not np.isfinite(outer).all():
+    inner, outer, open_rows = inner[start:], outer[start:], open_rows[start:]
+    if len(open_rows) < 2 or not np.isfinite(inner).all() or not np.isfinite(outer).all():
         return solid
-    wide = inner + np.minimum(gap, MAX_SETBACK_SHARE * (outer - inner))
-    heights = seen.heights[hollow]
-    # A little into the floor: no film of it may stay in the rings above.
-    low, high = heights[0] - 0.6 * seen.step, heights[-1] + seen.step
+    radius = inner + np.minimum(gap, MAX_SETBACK_SHARE * (outer - inner))
+    heights = walls.heights[open_rows]
+    # It starts a little within the floor, so that no film of the floor is left in the rings above.
+    bottom, above_top = heights[0] - 0.6 * walls.step, heights[-1] + walls.step
     profile = np.concatenate(
         [
-            [[0.0, low], [wide[0], low]],
-            np.stack([wide, heights], axis=1),
-            [[wide[-1], high], [0.0, high]],
+            [[0.0, bottom], [radius[0], bottom]],
+            np.stack([radius, heights], axis=1),
+            [[radius[-1], above_top], [0.0, above_top]],
         ]
     )
-    core = revolve_profile(profile, RAYS).translate((float(seen.center[0]), float(seen.center[1]), 0.0))
-    eased = solid - core
-    return eased if eased.volume() > 0 else solid
+    core = revolve_profile(profile, RAYS).translate((float(walls.center[0]), float(walls.center[1]), 0.0))
+    widened = solid - core
+    return widened if widened.volume() > 0 else solid
 
 
-def _cells(solid: Solid, seen: WallProfile, plan: RingPlan) -> tuple[list[Solid], list[Solid]]:
-    """The slabs that are one part each, and the parts of the solid in every sector of the others."""
+def _floors_and_sectors(solid: Solid, profile: WallProfile, plan: RingPlan) -> tuple[list[Solid], list[Solid]]:
+    """The floors, and the parts of the solid in every sector of the rings."""
     up = np.array([0.0, 0.0, 1.0])
     floors: list[Solid] = []
-    cells: list[Solid] = []
+    wall_parts: list[Solid] = []
     rest = solid
     for slab in plan.slabs:
         layer = rest
         if slab is not plan.slabs[-1]:
-            rest, layer = split_by_plane(rest, up, float(seen.heights[slab.last - 1] + seen.step / 2))
+            rest, layer = split_by_plane(rest, up, float(profile.heights[slab.last - 1] + profile.step / 2))
         if slab.sectors == 1:
             floors.append(layer)
-        elif plan.turns is None:
-            cells += _wedges(layer, seen.center, np.arange(slab.sectors) * 2 * np.pi / slab.sectors)
+        elif plan.cut_rays is None:
+            wall_parts += _wedges(layer, profile.center, np.arange(slab.sectors) * 2 * np.pi / slab.sectors)
         else:
-            cells += _wedges(layer, seen.center, (np.array(plan.turns) + 0.5) * 2 * np.pi / RAYS)
-    least = MIN_PART_SHARE / 10 * float(solid.volume())
-    return [f for f in floors if f.volume() > least], [cell for cell in cells if cell.volume() > least]
+            wall_parts += _wedges(layer, profile.center, (np.array(plan.cut_rays) + 0.5) * 2 * np.pi / RAYS)
+    min_volume_m3 = MIN_PART_SHARE / 10 * float(solid.volume())
+    return [f for f in floors if f.volume() > min_volume_m3], [
+        cell for cell in wall_parts if cell.volume() > min_volume_m3
+    ]
 
 
 def _wedges(layer: Solid, center: Floats, edges: Floats) -> list[Solid]:
-    """The layer between neighbouring half planes about the axis; no two of them are more than half a turn apart."""
+    """The layer cut by half planes about the axis; neighbouring ones are no more than half a turn apart.
+
+    Args:
+        center: (2,) of the axis. edges: (N,) angles of the half planes, radians, ascending.
+    """
     out = []
     for k in range(len(edges)):
         begin, end = edges[k], edges[(k + 1) % len(edges)]

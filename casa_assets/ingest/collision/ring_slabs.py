@@ -10,14 +10,15 @@ import numpy.typing as npt
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.revolution import RAYS, WallProfile
 
-# A wall starts where this share of the rays finds no matter at the axis.
+# A row is open, or solid, where this share of its rays says so; a choice.
 OPEN_RAY_SHARE = 0.6
-FEWEST_SECTORS = 6
+# A ring has at least this many sectors; a choice.
+MIN_SECTORS = 6
 
 
 @dataclass(frozen=True)
 class Slab:
-    """Rows from `first` to before `last` that are cut alike, in `sectors` (1: not at all)."""
+    """Rows from `first` to before `last` that become one ring of `sectors` (1: one part that is not cut)."""
 
     first: int
     last: int
@@ -26,56 +27,56 @@ class Slab:
 
 @dataclass(frozen=True)
 class SlabCosts:
-    """Errors of merging the rows from i to before j into one slab, by (i, j); metres.
+    """Errors of merging the rows from i to before j into one slab: (H, H + 1) arrays, metres.
 
     Attributes:
-        bend: how far the walls recede from chords. filled: of the opening, in height.
-        under: of what is hollow below the floor. full: the axis is in matter.
-        radius: of the inner wall at its widest, as a wall that is so steep feels it; 0 where there is none.
+        bend: distance of the walls from their chords. filled_height: height of the opening that a hull would fill.
+        hollow_below: height of the hollow below the floor that a hull would fill. has_floor: the axis is in the solid.
+        radius: largest radius of the inner wall, times the sine of its steepness; 0 where there is no wall.
     """
 
     bend: Floats
-    filled: Floats
-    under: Floats
-    full: npt.NDArray[np.bool_]
+    filled_height: Floats
+    hollow_below: Floats
+    has_floor: npt.NDArray[np.bool_]
     radius: Floats
 
 
-def slab_costs(seen: WallProfile, is_round: bool) -> SlabCosts:
-    """Measure the error of every stretch of rows; the middle radius decides for round walls, else every eighth ray."""
-    count = len(seen.heights)
-    hollow = (seen.inner > 0).mean(axis=1) >= OPEN_RAY_SHARE
-    full = (seen.inner == 0).mean(axis=1) >= OPEN_RAY_SHARE
-    inner = np.where(hollow[:, None] & (seen.inner > 0), seen.inner, np.nan)
-    outer = np.where((hollow | full)[:, None], seen.outer, np.nan)
-    widest = np.nan_to_num(np.array([median_radius(row) for row in inner]))
+def slab_costs(profile: WallProfile, is_round: bool) -> SlabCosts:
+    """Measure the errors of every stretch of rows: by the median radius for round walls, else by every eighth ray."""
+    count = len(profile.heights)
+    is_open = (profile.inner > 0).mean(axis=1) >= OPEN_RAY_SHARE
+    is_solid = (profile.inner == 0).mean(axis=1) >= OPEN_RAY_SHARE
+    inner = np.where(is_open[:, None] & (profile.inner > 0), profile.inner, np.nan)
+    outer = np.where((is_open | is_solid)[:, None], profile.outer, np.nan)
+    inner_radius = np.nan_to_num(np.array([median_radius(row) for row in inner]))
     if is_round:
         sides = [np.array([[median_radius(row)] for row in radii]) for radii in (inner, -outer)]
     else:
         sides = [radii[:, :: RAYS // 12] for radii in (inner, -outer)]
-    sides = [np.stack([_bridged(column) for column in side.T], axis=1) for side in sides]
-    below = np.arange(count) < int(np.argmax(full)) if full.any() else np.zeros(count, dtype=bool)
-    rise = np.hypot(seen.step, np.gradient(widest)) if count > 1 else np.full(count, seen.step)
-    felt = widest * seen.step / rise
-    bends, filled = np.zeros((len(sides), count, count + 1)), np.zeros((count, count + 1))
-    under = np.zeros((count, count + 1))
-    has_full, radius = np.zeros((count, count + 1), dtype=bool), np.zeros((count, count + 1))
+    sides = [np.stack([_interpolated(column) for column in side.T], axis=1) for side in sides]
+    is_below_floor = np.arange(count) < int(np.argmax(is_solid)) if is_solid.any() else np.zeros(count, dtype=bool)
+    rise = np.hypot(profile.step, np.gradient(inner_radius)) if count > 1 else np.full(count, profile.step)
+    felt_radius = inner_radius * profile.step / rise
+    bends, filled_height = np.zeros((len(sides), count, count + 1)), np.zeros((count, count + 1))
+    hollow_below = np.zeros((count, count + 1))
+    has_floor, radius = np.zeros((count, count + 1), dtype=bool), np.zeros((count, count + 1))
     for first in range(count):
         for last in range(first + 1, count + 1):
             rows = slice(first, last)
-            has_full[first, last] = full[rows].any()
-            # What is hollow under the floor may be filled sooner: nothing is ever put there.
-            filled[first, last] = float((hollow & ~below)[rows].sum()) * seen.step
-            under[first, last] = float((hollow & below)[rows].sum()) * seen.step
-            radius[first, last] = 0.0 if below[rows].all() else felt[rows].max()
-            bends[:, first, last] = [_bend(radii[rows], seen.step) for radii in sides]
-    bends = _widest(bends)
-    bend = np.where(has_full, bends[1], bends.max(axis=0))
-    return SlabCosts(bend.round(9), filled.round(9), under.round(9), has_full, radius.round(9))
+            has_floor[first, last] = is_solid[rows].any()
+            # The hollow below the floor is counted apart: it may be filled, since nothing is ever put there.
+            filled_height[first, last] = float((is_open & ~is_below_floor)[rows].sum()) * profile.step
+            hollow_below[first, last] = float((is_open & is_below_floor)[rows].sum()) * profile.step
+            radius[first, last] = 0.0 if is_below_floor[rows].all() else felt_radius[rows].max()
+            bends[:, first, last] = [_bend(radii[rows], profile.step) for radii in sides]
+    bends = _largest_within(bends)
+    bend = np.where(has_floor, bends[1], bends.max(axis=0))
+    return SlabCosts(bend.round(9), filled_height.round(9), hollow_below.round(9), has_floor, radius.round(9))
 
 
-def _widest(bends: Floats) -> Floats:
-    """The worst of all chords within each stretch of rows: a hull has one from every height to every other."""
+def _largest_within(bends: Floats) -> Floats:
+    """For each stretch of rows the largest error of all stretches within it, since a hull spans any two heights."""
     out = bends.copy()
     count = out.shape[1]
     for length in range(2, count + 1):
@@ -86,8 +87,8 @@ def _widest(bends: Floats) -> Floats:
     return out
 
 
-def _bridged(column: Floats) -> Floats:
-    """Heights without a radius get one between those of their neighbours; all nan where none has one."""
+def _interpolated(column: Floats) -> Floats:
+    """The column with missing (nan) radii interpolated between their neighbours; all nan where there are none."""
     known = np.flatnonzero(np.isfinite(column))
     if not len(known):
         return column
@@ -95,51 +96,54 @@ def _bridged(column: Floats) -> Floats:
 
 
 def median_radius(row: Floats) -> float:
-    """Median of the radii that are known, nan where none is."""
+    """Median of the finite radii, nan where there are none."""
     known = row[np.isfinite(row)]
     return float(np.median(known)) if len(known) else np.nan
 
 
-def choose_slabs(of: SlabCosts, chord: float, bend: float, turns: int | None, foot: float) -> list[Slab] | None:
+def choose_slabs(
+    costs: SlabCosts, chord: float, bend: float, sector_count: int | None, foot_height_m: float
+) -> list[Slab] | None:
     """Choose slabs, bottom to top, with as few parts as keep the walls within the errors; None where none do.
 
     Args:
         chord: error around the axis, metres. bend: error along it, metres.
-        turns: sectors of a wall that is not round. foot: height below the floor that may be filled, metres.
+        sector_count: sectors of a wall that is not round; None for a round one.
+        foot_height_m: height of the hollow below the floor that may be filled.
     """
-    count = len(of.bend)
-    sectors = _sectors(of, chord, bend, turns, foot)
+    count = len(costs.bend)
+    sectors = _sectors(costs, chord, bend, sector_count, foot_height_m)
     cost = np.full(count + 1, np.inf)
     cost[0] = 0.0
-    before = np.zeros(count + 1, dtype=int)
+    previous = np.zeros(count + 1, dtype=int)
     for last in range(1, count + 1):
-        # Of two ways with as many parts the one with fewer slabs.
+        # The small constant prefers fewer slabs where the number of parts is the same.
         total = cost[:last] + sectors[:last, last] + 1e-3
-        before[last] = int(np.argmin(total))
-        cost[last] = total[before[last]]
+        previous[last] = int(np.argmin(total))
+        cost[last] = total[previous[last]]
     if not np.isfinite(cost[count]):
         return None
-    out, last = [], count
+    slabs, last = [], count
     while last > 0:
-        first = int(before[last])
-        out.append(Slab(first, last, int(sectors[first, last])))
+        first = int(previous[last])
+        slabs.append(Slab(first, last, int(sectors[first, last])))
         last = first
-    return out[::-1]
+    return slabs[::-1]
 
 
-def _sectors(of: SlabCosts, chord: float, bend: float, turns: int | None, foot: float) -> Floats:
-    """(H, H + 1) into how many sectors the rows from i to before j have to be cut; infinite where they bend or fill."""
-    half = np.arccos(1 - chord / np.maximum(of.radius, chord))
-    ring = np.maximum(FEWEST_SECTORS, np.ceil((np.pi / half).round(6)))
-    ring = np.where(of.radius > chord, ring if turns is None else float(max(turns, 3)), 1.0)
-    ring = np.where((of.radius == 0) & (of.under > 0), float(FEWEST_SECTORS), ring)
-    whole = np.where((of.filled <= max(chord, bend)) & (of.under <= foot), 1.0, np.inf)
-    fits: Floats = np.where(of.bend <= bend, np.where(of.full, whole, ring), np.inf)
+def _sectors(costs: SlabCosts, chord: float, bend: float, sector_count: int | None, foot_height_m: float) -> Floats:
+    """(H, H + 1) sectors that the rows from i to before j need as one slab; infinite where its error is too large."""
+    half_angle = np.arccos(1 - chord / np.maximum(costs.radius, chord))
+    ring = np.maximum(MIN_SECTORS, np.ceil((np.pi / half_angle).round(6)))
+    ring = np.where(costs.radius > chord, ring if sector_count is None else float(max(sector_count, 3)), 1.0)
+    ring = np.where((costs.radius == 0) & (costs.hollow_below > 0), float(MIN_SECTORS), ring)
+    one_part = np.where((costs.filled_height <= max(chord, bend)) & (costs.hollow_below <= foot_height_m), 1.0, np.inf)
+    fits: Floats = np.where(costs.bend <= bend, np.where(costs.has_floor, one_part, ring), np.inf)
     return fits
 
 
 def _bend(radii: Floats, step: float) -> float:
-    """Distance that a wall, (H, A) radii, recedes from the chords between its lowest and highest points; metres."""
+    """Distance of a wall of (H, A) radii from the chords between its lowest and highest points, metres."""
     if len(radii) < 3:
         return 0.0
     share = np.linspace(0, 1, len(radii))[:, None]

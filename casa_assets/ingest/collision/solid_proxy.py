@@ -24,23 +24,25 @@ from casa_assets.geometry.solid.cutting import (
 )
 from casa_assets.ingest.collision.component_solids import AssembledSolid, assemble_solid, covers_surface
 
-# Cubes along the longest side where a broken surface is made solid.
+# Voxels along the longest side of the grid on which a broken surface is made solid; a choice, as all numbers here.
 CELLS = 72
-# A hole wider than this share of the longest side is an opening.
+# A hole wider than this share of the longest side is an opening and is not filled.
 SMALL_HOLE = 0.05
-# The grid can tell what a full thing fills where the thinnest side of the box around it is so many cubes.
+# The grid is compared with something solid only if the thinnest side of its bounding box has so many voxels.
 TELLING_CELLS = 12
-# What is made on a grid is smoothed by this share of a cube: a tenth of the faces is left.
+# A solid made on the grid is simplified within this share of a voxel, which leaves about a tenth of its faces.
 SMOOTH_CELLS = 0.3
-# Mean wall over the longest side below which matter is a wall, and the share of its hull that it then fills at most.
+# Mean wall thickness over the longest side below which a surface is walled, and the share of its hull that a walled one
+# fills at most.
 # Ref: generated shells measure .011 to .023, a mug .040, a generated solid shaker .19 (filling .11 to .22, and .87).
 THIN_WALL_RATIO = 0.06
 MAX_WALLED_FILL = 0.5
-# A grid of cubes bulges over the ends of what it stands for; of what is cut off there this share has to be left.
+# A solid made on the grid reaches beyond the bounding box of the surface and is cut off there, unless less than this
+# share of it would be left.
 MIN_KEPT_SHARE = 0.7
-# A surface of which more than this share is lone sheets is one.
+# A surface of which more than this share is sheets without a volume is an open sheet.
 MIN_SHEET_SHARE = 0.5
-# Matter that grows by more than this share once sealed rooms are filled had two walls.
+# Volume added by filling sealed cavities, as a share of the filled solid, from which on a surface is double walled.
 MIN_SEALED_GROWTH = 0.25
 
 
@@ -58,49 +60,52 @@ class SolidProxy:
     """Solid that stands for a surface.
 
     Attributes:
-        solid: closed, outward, metres, nothing sealed in it.
-        kind: what the surface was. message: how that was seen, and what was done, in words with numbers.
-        wall: mean thickness, metres: twice the volume over the surface.
+        solid: closed, outward, metres, without sealed cavities.
+        kind: of the surface. message: the measurements behind it and the steps that were taken, in words.
+        mean_wall_m: mean thickness, metres: twice the volume over the area.
         exact: the surface itself, or with small holes closed; else made on a grid.
     """
 
     solid: Solid
     kind: SurfaceKind
     message: str
-    wall: float
-    exact: bool
+    mean_wall_m: float
+    is_exact: bool
 
 
-def solid_proxy(points: Floats, faces: Ints, full: bool) -> SolidProxy | None:
+def solid_proxy(points: Floats, faces: Ints, is_full: bool) -> SolidProxy | None:
     """Build the solid that a surface stands for; None where there is none.
 
     Args:
         points: (P, 3) welded, metres. faces: (F, 3).
-        full: known to be matter all through, so that openings and rooms within are filled.
+        is_full: known to be solid all through, so that openings and cavities are filled.
     """
     longest = float(np.ptp(points, axis=0).max())
     area = float(face_normals(points, faces)[1].sum())
-    grid = voxelise(points, faces, CELLS, bridge=full)
-    # The grid tells what a full thing fills only where that is many cubes thick.
-    told = not full or float(np.ptp(points, axis=0).min()) * CELLS > TELLING_CELLS * longest
-    for made in (_closed, assemble_solid):
-        found = made(points, faces, grid)
-        solid = None if found is None else without_voids(found.solid)
-        if found is not None and solid is not None and covers_surface(solid, points, faces, grid if told else None):
-            raw = None if found.lone > MIN_SHEET_SHARE else found.solid
-            solid = _within(solid, points[np.unique(faces)]) if found.lone > 0 else solid
-            return _classified(solid, raw, area, longest, list(found.done), exact=True)
+    grid = voxelise(points, faces, CELLS, bridge=is_full)
+    grid_is_fine_enough = not is_full or float(np.ptp(points, axis=0).min()) * CELLS > TELLING_CELLS * longest
+    for build in (_closed, assemble_solid):
+        assembled = build(points, faces, grid)
+        solid = None if assembled is None else without_voids(assembled.solid)
+        if (
+            assembled is not None
+            and solid is not None
+            and covers_surface(solid, points, faces, grid if grid_is_fine_enough else None)
+        ):
+            raw = None if assembled.sheet_share > MIN_SHEET_SHARE else assembled.solid
+            solid = _within(solid, points[np.unique(faces)]) if assembled.sheet_share > 0 else solid
+            return _classified(solid, raw, area, longest, list(assembled.steps), is_exact=True)
     gridded = solid_of(*isosurface(signed_distance_field(points, faces, grid), grid.origin, grid.cell))
     if gridded is None:
         return None
     solid = _within(without_voids(simplify_solid(gridded, SMOOTH_CELLS * grid.cell)), points[np.unique(faces)])
     exact = _closed(points, faces, grid)
     done = [f"made solid on a grid of {1000 * grid.cell:.2g} mm"]
-    return _classified(solid, None if exact is None else exact.solid, area, longest, done, exact=False)
+    return _classified(solid, None if exact is None else exact.solid, area, longest, done, is_exact=False)
 
 
 def _within(solid: Solid, points: Floats) -> Solid:
-    """Part of a solid in the box round some points; all of it where that would take most of it, as of a sheet."""
+    """Part of a solid within the bounding box of some points; all of it if too little would be left, as of a sheet."""
     rest = solid
     for axis in np.eye(3):
         rest = split_by_plane(rest, axis, float((points @ axis).min()))[0]
@@ -109,32 +114,36 @@ def _within(solid: Solid, points: Floats) -> Solid:
 
 
 def _closed(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
-    """The surface as a solid, small holes closed where there are such."""
+    """The surface as a solid, small holes filled; None where it is not closed otherwise."""
     solid = solid_of(points, faces)
     if solid is not None:
         return AssembledSolid(solid, ())
-    whole = fill_holes(points, faces, SMALL_HOLE * grid.cell * CELLS)
-    solid = None if whole is None else solid_of(*whole)
+    filled = fill_holes(points, faces, SMALL_HOLE * grid.cell * CELLS)
+    solid = None if filled is None else solid_of(*filled)
     return None if solid is None else AssembledSolid(solid, ("small holes were closed",))
 
 
 def _classified(
-    solid: Solid, raw: Solid | None, area: float, longest: float, done: list[str], exact: bool
+    solid: Solid, raw: Solid | None, area: float, longest: float, steps: list[str], is_exact: bool
 ) -> SolidProxy:
-    """Words for what the surface was: how much of its hull it fills, how thick its walls are, what was sealed in."""
-    size = float(solid.volume())
-    fills = size / max(volume_of_hull([solid]), 1e-30)
+    """The proxy with its kind: by the share of the hull that it fills, its wall thickness and what was sealed in.
+
+    Args:
+        raw: the solid before sealed cavities were filled; None where the surface bounds none.
+    """
+    volume = float(solid.volume())
+    hull_fill = volume / max(volume_of_hull([solid]), 1e-30)
     skin = face_normals(*surface_of(solid))[1].sum()
-    wall = 2 * size / float(skin)
-    before = float(raw.volume()) if raw is not None else 0.0
-    thin = 2 * (before if raw is not None else size) / (area * longest)
-    sealed = 1 - before / size if raw is not None and size > 0 else 0.0
+    mean_wall_m = 2 * volume / float(skin)
+    raw_volume = float(raw.volume()) if raw is not None else 0.0
+    wall_ratio = 2 * (raw_volume if raw is not None else volume) / (area * longest)
+    sealed_share = 1 - raw_volume / volume if raw is not None and volume > 0 else 0.0
     if raw is None:
-        kind = SurfaceKind.SHEET if thin < THIN_WALL_RATIO else SurfaceKind.SOLID
-    elif sealed > MIN_SEALED_GROWTH:
+        kind = SurfaceKind.SHEET if wall_ratio < THIN_WALL_RATIO else SurfaceKind.SOLID
+    elif sealed_share > MIN_SEALED_GROWTH:
         kind = SurfaceKind.DOUBLE
-        done = [*done, f"{sealed:.0%} of it was sealed off and was filled"]
+        steps = [*steps, f"{sealed_share:.0%} of it was sealed off and was filled"]
     else:
-        kind = SurfaceKind.WALLED if fills < MAX_WALLED_FILL and thin < THIN_WALL_RATIO else SurfaceKind.SOLID
-    message = f"{kind}: fills {fills:.0%} of its hull, walls {thin:.3f} of its length"
-    return SolidProxy(solid, kind, "; ".join([message, *done]), wall, exact)
+        kind = SurfaceKind.WALLED if hull_fill < MAX_WALLED_FILL and wall_ratio < THIN_WALL_RATIO else SurfaceKind.SOLID
+    message = f"{kind}: fills {hull_fill:.0%} of its hull, walls {wall_ratio:.3f} of its length"
+    return SolidProxy(solid, kind, "; ".join([message, *steps]), mean_wall_m, is_exact)

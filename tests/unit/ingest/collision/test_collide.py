@@ -315,7 +315,7 @@ class TestMatter:
 
     def test_a_double_wall_is_filled_before_anything_else(self) -> None:
         egg = turned([(0.02 * np.sin(t), -0.03 * np.cos(t)) for t in np.linspace(0, np.pi, 30)], 32)
-        found = solid_proxy(*welded(joined(egg, flipped(moved(egg, scale=0.9)))), full=False)
+        found = solid_proxy(*welded(joined(egg, flipped(moved(egg, scale=0.9)))), is_full=False)
         assert found is not None
         assert found.exact
         assert found.solid.volume() == pytest.approx(volume(egg), rel=1e-6)
@@ -327,10 +327,10 @@ class TestMatter:
             box_mesh((0.09, 0.05, 0.11), (0.0, 0.0, 0.06), shared=True),
         )
         leaky = cut(shell, box_mesh((0.004, 0.004, 0.02), (0.0, 0.0, 0.12), shared=True))
-        found = solid_proxy(*welded(leaky), full=True)
+        found = solid_proxy(*welded(leaky), is_full=True)
         assert found is not None
         assert found.solid.volume() == pytest.approx(0.1 * 0.06 * 0.12, rel=0.05)
-        open_ = solid_proxy(*welded(leaky), full=False)
+        open_ = solid_proxy(*welded(leaky), is_full=False)
         assert open_ is not None
         assert open_.solid.volume() == pytest.approx(volume(leaky), rel=1e-6)
 

@@ -78,7 +78,7 @@ def test_a_whisk_of_flat_wires_is_no_solid_lump() -> None:
 def test_the_closed_part_alone_does_not_stand_for_what_is_beside_it() -> None:
     points, faces, _ = surface(BOX, moved(joined(SHEET, flipped(SHEET)), (0.0, 0.1, 0.02)))
     alone, _, _ = surface(BOX)
-    found = solid_proxy(points, faces, full=False)
+    found = solid_proxy(points, faces, is_full=False)
     assert found is not None
     assert np.asarray(found.solid.bounding_box())[4] == pytest.approx(float(points[:, 1].max()), abs=0.002)
     assert float(alone[:, 1].max()) < 0.04
