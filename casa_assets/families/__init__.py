@@ -1,1 +1,1 @@
-"""Parametric families of assets: each has its `Params` and `build(params, supplies) -> Asset`."""
+"""Parametric families of assets: each has its `Params` and a function that builds a member of them."""

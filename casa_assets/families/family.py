@@ -98,23 +98,6 @@ class Supplies:
 
 
 @dataclass(frozen=True)
-class ParametricModel(Generic[P]):
-    """Code of a family: type of its parameters and building.
-
-    Attributes:
-        name: such as `microwave`; registry/families/<name>.yaml holds its title, category and presets.
-        params: the type of its numbers.
-        build: numbers and finishes into an asset; no randomness.
-        sample: draws a member, where the rules under `sample:` of the family's file cannot say it.
-    """
-
-    name: str
-    params: type[P]
-    build: Callable[[P, Supplies], Asset]
-    sample: Callable[[np.random.Generator, AvailableFinishes], P] | None = None
-
-
-@dataclass(frozen=True)
 class Family(Generic[P]):
     """A family: its code joined to its title, category, presets and rules of sampling out of the registry.
 

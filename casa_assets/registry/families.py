@@ -10,7 +10,8 @@ from typing import Any
 
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.catalog import GROUPS, MODELS
-from casa_assets.families.family import Family, ParametricModel, Params
+from casa_assets.families.family import Family, Params
+from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.families.parts.fronts.look import CabinetLook
 from casa_assets.families.sampling import read_sample_rules
 from casa_assets.model.record import Id, Record

@@ -7,8 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from casa_assets.families.family import Params, Supplies
-from casa_assets.families.kit.assemble import assemble
+from casa_assets.families.family import Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
 from casa_assets.families.parts.carcass.carcass import Carcass
@@ -16,7 +15,6 @@ from casa_assets.families.parts.carcass.cells import CabinetCell, CabinetCellKin
 from casa_assets.families.parts.fronts.doors import HandleHeight, HingeSide
 from casa_assets.families.parts.fronts.drawers import min_front_height
 from casa_assets.families.parts.fronts.look import CabinetLook
-from casa_assets.model.asset.asset import Asset
 
 MIN_CELL_HEIGHT = 0.14  # metres, anything over or under a niche
 
@@ -71,10 +69,8 @@ class Housing(Params):
         return self
 
 
-def build_housing(family: str, p: Housing, supplies: Supplies, panelled: bool = False) -> Asset:
+def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> None:
     """The front stands in y = 0, the left side in x = 0, on the floor; `panelled` ones are finished like the fronts."""
-    builder = AssetBuilder(supplies)
-    builder.contract = "housing_cabinet"
     look = p.look.replace(inside=p.look.face) if panelled else p.look
     ends = (("left", p.left_end), ("right", p.right_end), ("top", True))
     skinned = tuple(name for name, seen in ends if seen)
@@ -93,7 +89,6 @@ def build_housing(family: str, p: Housing, supplies: Supplies, panelled: bool = 
     cells += _cells(p.over, p.height - top, p.hinge, HandleHeight.LOW, "upper_", look)
     build_column(builder, body, tuple(cells))
     finish_cabinet(builder, p.width, p.depth, p.height)
-    return assemble(builder, family, p)
 
 
 def _cells(

@@ -9,8 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from casa_assets.families.family import Params, Supplies, between, pick
-from casa_assets.families.kit.assemble import assemble
+from casa_assets.families.family import Params, between, pick
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.parts.appliance.look import ApplianceFront, ApplianceKick, ApplianceLook
 from casa_assets.families.parts.appliance.trim import add_badge
@@ -25,7 +24,6 @@ from casa_assets.families.parts.refrigerator.case import (
 )
 from casa_assets.families.parts.refrigerator.door import FridgeDoor
 from casa_assets.families.parts.refrigerator.furnishing import finish_refrigerator
-from casa_assets.model.asset.asset import Asset
 from casa_assets.model.record import Vec2
 
 HINGE_INSET = 0.05  # metres from the side of the case to the middle of a hinge's cover
@@ -76,19 +74,11 @@ class FridgeCase:
     """A refrigerator while it is built: the front of its case is y = 0, its left side x = 0.
 
     Attributes:
-        family: name of the family and of its contract. p: its numbers. builder: where it is put together.
+        p: its numbers. builder: where it is put together.
     """
 
-    family: str
     p: Refrigerator
     builder: AssetBuilder
-
-    @staticmethod
-    def of(family: str, p: Refrigerator, supplies: Supplies) -> FridgeCase:
-        """A case with nothing in it."""
-        builder = AssetBuilder(supplies)
-        builder.contract = family
-        return FridgeCase(family, p, builder)
 
     @property
     def deep(self) -> float:
@@ -121,10 +111,10 @@ class FridgeCase:
         parts.add_case(self.builder, p.width, self.deep, self.top, p.foot, rooms, p.look)
         parts.add_base(self.builder, p.width, self.deep, p.foot, p.look)
 
-    def finished(
+    def finish(
         self, leaves: Sequence[FridgeDoor], others: Sequence[str], badge: FridgeDoor, fridge: Sequence[FridgeDoor]
-    ) -> Asset:
-        """The asset: covers over the hinges, badge, states, lamp.
+    ) -> None:
+        """Add covers over the hinges, the badge, states and the lamp.
 
         Args:
             leaves: doors at the top, which turn on covered hinges. others: joints of further doors and drawers.
@@ -138,4 +128,3 @@ class FridgeCase:
         joints = [leaf.joint for leaf in leaves]
         finish_refrigerator(self.builder, (*joints, *others), [leaf.joint for leaf in fridge])
         self.builder.region("main", (0.0, -DOOR_GAP - p.look.thick, 0.0), (p.width, self.deep, p.height))
-        return assemble(self.builder, self.family, p)
