@@ -118,7 +118,7 @@ def ours(scene: str) -> list[Row]:
     scenes = [Path(sys.executable).with_name("casa-assets"), "scenes"]
     there = ["--out", SCENES, "--no-pictures", "--jobs", "1"]
     subprocess.run([str(c) for c in (*scenes, "build", scene, *there)], check=True, cwd=ROOT)
-    check_s = run([*scenes, "check", scene, "--anew", "--json", *there])["check_s"]
+    check_s = run([*scenes, "check", scene, "--force", "--json", *there])["check_s"]
     made = run([sys.executable, TOOLS / "ours.py", scene, SCENES])
     write_s = made["mjcf_s"] + made["usd_s"]
     rows = []

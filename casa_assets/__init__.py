@@ -24,12 +24,13 @@ if TYPE_CHECKING:
         surfaces,
     )
     from casa_assets.api.kitchen import Kitchen, kitchen, load_scene
-    from casa_assets.api.library import Articulated, Ingested, Library, Rejection, articulate, ingest
+    from casa_assets.api.library import Articulated, Ingested, IngestResult, Library, Rejection, articulate, ingest
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
     from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
     from casa_assets.model.asset.asset import Asset
     from casa_assets.model.issue import Issue, Report
     from casa_assets.pipeline.cache.cache_folder import cache_dir
+    from casa_assets.pipeline.ingest.in_memory import MeshInput
 
 __version__ = "0.1.0"
 __all__ = [
@@ -55,6 +56,8 @@ __all__ = [
     "Report",
     "Issue",
     "Ingested",
+    "IngestResult",
+    "MeshInput",
     "Articulated",
     "Rejection",
     "PlanInfo",
@@ -74,10 +77,11 @@ _SOURCES = {
     **dict.fromkeys(("PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"), "casa_assets.api.catalogue"),
     **dict.fromkeys(("Kitchen", "kitchen", "load_scene"), "casa_assets.api.kitchen"),
     **dict.fromkeys(("Library", "ingest", "articulate"), "casa_assets.api.library"),
-    **dict.fromkeys(("Ingested", "Articulated", "Rejection"), "casa_assets.api.library"),
+    **dict.fromkeys(("Ingested", "IngestResult", "Articulated", "Rejection"), "casa_assets.api.library"),
     **dict.fromkeys(("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"), "casa_assets.errors"),
     "Asset": "casa_assets.model.asset.asset",
     **dict.fromkeys(("Issue", "Report"), "casa_assets.model.issue"),
+    "MeshInput": "casa_assets.pipeline.ingest.in_memory",
     "cache_dir": "casa_assets.pipeline.cache.cache_folder",
     "to_trimesh": "casa_assets.geometry.mesh.trimesh_exchange",
 }

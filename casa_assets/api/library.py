@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -20,12 +22,15 @@ from casa_assets.pipeline.articulate.run import ArticulateOutcome
 from casa_assets.pipeline.articulate.run import articulate as run_articulate
 from casa_assets.pipeline.articulate.sidecar import read as read_decisions
 from casa_assets.pipeline.dedup.search import SearchHit, search_by_words
-from casa_assets.pipeline.ingest.in_memory import first_error, ingest_mesh
+from casa_assets.pipeline.ingest.in_memory import MeshInput, UpAxis, first_error, ingest_mesh
 from casa_assets.pipeline.ingest.job import Event
-from casa_assets.pipeline.ingest.run import Options
+from casa_assets.pipeline.ingest.run import FAILURE_CODES, Options
 from casa_assets.pipeline.ingest.run import ingest as run_ingest
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry, entries
+
+# What `Library.ingest` takes.
+Input = str | Path | MeshOrScene | MeshInput
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,32 @@ class Rejection:
 
     code: str
     message: str
+
+
+@dataclass(frozen=True)
+class IngestResult:
+    """Outcome of one input of `Library.ingest`.
+
+    Attributes:
+        source: path of the input as its source calls it, or the name of a mesh in memory.
+        status: `accepted`: there is a new asset. `skipped`: an earlier run made the asset of the same bytes, and it
+            stays as it is. `rejected`: no asset can be made of it, now or in an earlier run. `failed`: the work on it
+            ended without a verdict (its limits on time or memory, a crash); the next run tries again.
+        asset_id: None where it was rejected or failed.
+        folder: of the asset, or of what is kept of the rejected input; None for inputs without a mesh, such as a
+            broken row of a manifest.
+        reasons: why it was rejected or failed, the first one decided; empty where there is an asset.
+        warnings: faults that do not keep an asset out.
+        count: inputs that it stands for; more than 1 for rows of a manifest that are broken in the same way.
+    """
+
+    source: str
+    status: Literal["accepted", "skipped", "rejected", "failed"]
+    asset_id: str | None = None
+    folder: Path | None = None
+    reasons: tuple[Rejection, ...] = ()
+    warnings: tuple[Issue, ...] = ()
+    count: int = 1
 
 
 @dataclass(frozen=True)
@@ -134,21 +165,75 @@ class Library:
         """Assets whose category, title, path or colours have most of the words, best first."""
         return search_by_words(words, self._disk, most)
 
-    def ingest(self, *paths: str | Path, category: str = "", jobs: int = 0) -> Iterator[Event]:
-        """Bring files, folders and manifests in; each input is read in a process of its own with limits.
+    def ingest(
+        self, *inputs: Input | Sequence[Input], category: str = "", name: str = "", up: UpAxis = "", jobs: int = 0
+    ) -> Iterator[IngestResult]:
+        """Bring files, folders, manifests and meshes in memory in; each is read in a process with limits of its own.
 
-        What an earlier run made of the same bytes stays. Nothing happens before the first event is asked for.
+        What an earlier run made of the same bytes stays. Nothing happens before the first result is asked for: write
+        `list(library.ingest(...))` where no result is of interest.
 
         Args:
-            category: id for all of them; else names and sources tell. jobs: inputs at once; 0: one per core.
+            inputs: paths; trimesh.Trimesh or trimesh.Scene; MeshInput, a mesh with a name, category and up axis of its
+                own; or lists of these.
+            category: id for all of them; else names and sources tell.
+            name, up: of meshes that are not in a MeshInput. Where no name is given it is the mesh's own (its metadata),
+                or `mesh`; several of one name are numbered.
+            jobs: inputs at once; 0: one per core.
         Yields:
-            An event for each input as it is done: kind (accepted, rejected, kept), path, asset_id, code and reason.
+            The result of each input as it is done.
         Raises:
-            UnknownId: no such category. OutputError: the library cannot be written to, or another run is writing to it.
+            UnknownId: no such category. OutputError: there is no such file, the library cannot be written to, or
+            another run is writing to it. CasaError: this machine cannot make assets.
         """
-        roots = _existing(paths)
-        with closing(run_ingest(roots, Options(self.path, category, jobs))) as running:
-            yield from running
+        paths, meshes = _sorted_inputs(inputs, name, up)
+        options = Options(self.path, category, jobs)
+        with closing(run_ingest(_existing(paths), options, meshes)) as running:
+            for event in running:
+                yield _result(event)
+
+
+def _result(event: Event) -> IngestResult:
+    """The public record of an event of the pipeline."""
+    if not event.was_rejected:
+        is_new = event.kind == "accepted"
+        return IngestResult(
+            event.path, "accepted" if is_new else "skipped", event.asset_id, event.folder, warnings=event.warnings
+        )
+    reasons: tuple[Rejection, ...] = (Rejection(event.code, event.message),)
+    if report := _refusal_report(event.folder):
+        reasons += tuple(Rejection(issue.code, issue.message) for issue in report.errors[1:])
+    is_failed = event.code in FAILURE_CODES.values()
+    return IngestResult(
+        event.path, "failed" if is_failed else "rejected", None, event.folder, reasons, count=event.count
+    )
+
+
+def _refusal_report(folder: Path | None) -> Report | None:
+    """The report of the checks that a rejected input did not pass; None where it was rejected before the checks."""
+    return None if folder is None else disk.read_refusal(folder).report
+
+
+def _sorted_inputs(
+    inputs: Sequence[Input | Sequence[Input]], name: str, up: UpAxis
+) -> tuple[list[Path], list[MeshInput]]:
+    """Paths, and meshes in memory under names that differ."""
+    paths: list[Path] = []
+    meshes: list[MeshInput] = []
+    for one in chain.from_iterable([one] if isinstance(one, Input) else one for one in inputs):
+        if isinstance(one, str | Path):
+            paths.append(Path(one))
+        elif isinstance(one, MeshInput):
+            meshes.append(one)
+        else:
+            meshes.append(MeshInput(one, name or str(one.metadata.get("name") or "mesh"), up=up))
+    counts = Counter(mesh.name for mesh in meshes)
+    numbers: Counter[str] = Counter()
+    for i, mesh in enumerate(meshes):
+        if counts[mesh.name] > 1:
+            numbers[mesh.name] += 1
+            meshes[i] = replace(mesh, name=f"{mesh.name}_{numbers[mesh.name]}")
+    return paths, meshes
 
 
 def ingest(
@@ -156,45 +241,40 @@ def ingest(
     category: str = "",
     library: str | Path | None = None,
     name: str = "mesh",
-    up: Literal["", "x", "y", "z"] = "",
+    up: UpAxis = "",
 ) -> Ingested:
     """Turn one mesh into an asset: upright, in metres, with collision shapes, mass and friction, and checked.
 
-    A file is read in a child process with limits on time and memory, so that nothing in it can harm the caller. A mesh
-    that is in memory already is worked on in this process.
+    A file is read in a child process with limits on time and memory, so that nothing in it can harm the caller. So is
+    a mesh in memory that is put into a library; where none is named it is worked on in this process.
 
     Args:
         mesh: path of a GLB, glTF, OBJ, PLY, STL, DAE or another file that is read; or a trimesh.Trimesh or
             trimesh.Scene.
         category: id of what it is; else its name tells.
-        library: folder to write the asset of a file to; None: it is returned and kept nowhere.
+        library: folder to write the asset to; None: it is returned and kept nowhere.
         name, up: of a mesh in memory: what it is called, and the axis that points up; else its metadata tell, or it is
             guessed.
     Raises:
         CasaError: there is no such file, it is not one mesh, or this machine cannot make assets. UnknownId: no such
             category. What is wrong with the mesh itself is in the result's `rejection`.
     """
-    if not isinstance(mesh, str | Path):
-        if library is not None:
-            raise CasaError("a mesh in memory is put into no library; write(asset, folder) puts its asset on disk")
+    is_file = isinstance(mesh, str | Path)
+    if not is_file and library is None:
         return _in_memory(mesh, category, name, Up(up) if up else None)
-    if up or name != "mesh":
+    if is_file and (up or name != "mesh"):
         raise CasaError(f"{mesh}: name and up are for meshes in memory; write `set_up` into the library's review.csv")
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
         place = Library(temporary if library is None else library)
-        events = list(place.ingest(mesh, category=category, jobs=1))
-        if len(events) != 1:
-            raise CasaError(f"{mesh}: holds {len(events)} inputs; Library(folder).ingest takes many")
-        event, kept = events[0], library is not None
-        if event.was_rejected:
-            folder = place.path / disk.REJECTED / event.asset_id
-            report = disk.read_refusal(folder).report if (folder / disk.REFUSAL).is_file() else None
-            rejection = Rejection(event.code, event.message)
-            return Ingested(event.path, None, rejection, (), report, folder if kept else None)
-        folder = place.folder(event.asset_id)
-        report = disk.read_certificate(folder).report
-        asset = disk.read_asset(folder)
-        return Ingested(event.path, asset, None, event.warnings, report, folder if kept else None)
+        results = list(place.ingest(mesh, category=category, name=name, up=up, jobs=1))
+        if len(results) != 1:
+            raise CasaError(f"{mesh}: holds {len(results)} inputs; Library(folder).ingest takes many")
+        done = results[0]
+        folder = None if library is None else done.folder
+        if done.asset_id is None or done.folder is None:
+            return Ingested(done.source, None, done.reasons[0], (), _refusal_report(done.folder), folder)
+        report = disk.read_certificate(done.folder).report
+        return Ingested(done.source, disk.read_asset(done.folder), None, done.warnings, report, folder)
 
 
 def _in_memory(mesh: MeshOrScene, category: str, name: str, up: Up | None) -> Ingested:

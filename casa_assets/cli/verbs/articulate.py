@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from casa_assets.cli.options import Force, OldForce, OldSizeM
 from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
@@ -30,7 +31,7 @@ def articulate(
     category: Annotated[str, typer.Option(help="What it is, such as microwave; else its name, then its shape.")] = "",
     up: Annotated[str, typer.Option(help="Axis of the file that points up, such as +z; else it is guessed.")] = "",
     front: Annotated[str, typer.Option(help="Axis of the file that the front faces, such as -y.")] = "",
-    size: Annotated[float, typer.Option(min=0, help="Longest side in metres; 0: by unit and category.")] = 0.0,
+    size_m: Annotated[float, typer.Option(min=0, help="Longest side in metres; 0: by unit and category.")] = 0.0,
     decisions: Annotated[
         Path | None,
         typer.Option(help="The decisions.yaml of an earlier run, mended by hand.", exists=True, dir_okay=False),
@@ -43,8 +44,10 @@ def articulate(
         typer.Option(help="Weights of CLIP (open_clip), which then name what --category does not.", exists=True),
     ] = None,
     complete: Annotated[bool, typer.Option(help="Build an interior where a door or drawer opens onto nothing.")] = True,
-    anew: Annotated[bool, typer.Option("--anew", help="Also those that nothing has changed for.")] = False,
+    force: Force = False,
     jobs: Annotated[int, typer.Option(min=1, help="Meshes at once.")] = 1,
+    size: OldSizeM = 0.0,
+    anew: OldForce = False,
 ) -> None:
     """Find doors, drawers, knobs and buttons of static meshes and write them as MJCF and USD that open.
 
@@ -62,7 +65,10 @@ def articulate(
     given = _read_decisions(decisions, len(meshes))
     axes = _axis(up, "--up"), _axis(front, "--front")
     requests = [
-        ArticulateRequest(m, out, category, *axes, size, given, preview or review, clip, complete, anew) for m in meshes
+        ArticulateRequest(
+            m, out, category, *axes, size_m or size, given, preview or review, clip, complete, force or anew
+        )
+        for m in meshes
     ]
     console = Console()
     every = []

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from casa_assets.cli.library_option import library_at
+from casa_assets.cli.options import library_at
 from casa_assets.cli.text import terminal_safe
 from casa_assets.errors import CasaError
 

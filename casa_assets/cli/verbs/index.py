@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from casa_assets.cli.library_option import library_at
+from casa_assets.cli.options import library_at
 from casa_assets.cli.text import pluralize
 
 
@@ -30,7 +30,7 @@ def index(
         books.require_parquet()
     place = library_at(library)
     with place.locked(), writing(library):
-        count = books.rebuild(place, EntryTable(place, anew=True).entries)
+        count = books.rebuild(place, EntryTable(place, force=True).entries)
     console = Console(soft_wrap=True, highlight=False)
     console.print(f"{pluralize(count, 'row')} in {library / books.NAME}")
     if parquet is not None:

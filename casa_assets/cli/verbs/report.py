@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from casa_assets.cli.library_option import library_at
+from casa_assets.cli.options import library_at
 
 
 def report(

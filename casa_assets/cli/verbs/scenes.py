@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from casa_assets.cli import scene_output
+from casa_assets.cli.options import Force, OldForce
 from casa_assets.cli.text import pluralize
 from casa_assets.model.kitchen.surface import Surface
 
@@ -63,8 +64,9 @@ def build(
     out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = OUT,
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
     pictures: Annotated[bool, typer.Option(help="Draw an overview of each.")] = True,
-    anew: Annotated[bool, typer.Option("--anew", help="Also those that nothing has changed for.")] = False,
+    force: Force = False,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per scene on standard output.")] = False,
+    anew: OldForce = False,
 ) -> None:
     """Build scenes as MJCF and USD; what an earlier run made and nothing has changed stays. Exit 1 when one fails.
 
@@ -74,14 +76,14 @@ def build(
 
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")
-    _build(all_recipes() if all_ else recipes_matching(scenes or []), out, jobs, pictures, anew, json_)
+    _build(all_recipes() if all_ else recipes_matching(scenes or []), out, jobs, pictures, force or anew, json_)
 
 
-def _build(recipes: list[SceneRecipe], out: Path, jobs: int, pictures: bool, anew: bool, json_: bool) -> None:
+def _build(recipes: list[SceneRecipe], out: Path, jobs: int, pictures: bool, force: bool, json_: bool) -> None:
     from casa_assets.pipeline.kitchens.scene_folders import build_all
 
     console = Console(stderr=json_)
-    done = build_all(recipes, out, jobs, pictures, anew)
+    done = build_all(recipes, out, jobs, pictures, force)
     results = scene_output.print_progress(done, len(recipes), "building", console, json_)
     scene_output.write_reports(results, out, console)
     scene_output.check_faults(results)
@@ -95,9 +97,10 @@ def check(
     all_: Annotated[bool, typer.Option("--all", help="Every plan in every style.")] = False,
     out: Annotated[Path, typer.Option(help="Folder of the scenes.")] = OUT,
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
-    anew: Annotated[bool, typer.Option("--anew", help="Also those that nothing has changed for.")] = False,
+    force: Force = False,
     pictures: Annotated[bool, typer.Option(help="Draw an overview of each.")] = True,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per scene on standard output.")] = False,
+    anew: OldForce = False,
 ) -> None:
     """Run every check on scenes, built first where they are missing: physics, openings, design, ways, tasks, parity.
 
@@ -113,7 +116,7 @@ def check(
         raise typer.BadParameter("name scenes, or give --all")
     recipes = all_recipes() if all_ else recipes_matching(scenes or [])
     console = Console(stderr=json_)
-    done = check_all(recipes, out, jobs, anew, drawn=pictures)
+    done = check_all(recipes, out, jobs, force or anew, drawn=pictures)
     results = scene_output.print_progress(done, len(recipes), "checking", console, json_)
     if not json_:
         scene_output.print_numbers(results, out, console)

@@ -15,7 +15,7 @@ from casa_assets.ingest.load.notes import Notes, clean
 from casa_assets.ingest.load.references import Reference, Role, of_mtl, references
 from casa_assets.ingest.sources.bounded_reads import is_inside, read_file
 from casa_assets.ingest.sources.found import Found
-from casa_assets.model.ingest.source import Bundle
+from casa_assets.model.ingest.source import Bundle, RawModel
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 _DRIVE = re.compile(r"[A-Za-z]:[\\/]")
@@ -34,6 +34,9 @@ def collect(found: Found, limits: Mapping[str, float]) -> Bundle:
     """
     main_path = found.root / found.main
     main = posixpath.basename(found.main)
+    if found.is_model:
+        name = f"{found.source.path}.trimesh"
+        return Bundle(main=name, files={}, notes=found.notes, model=RawModel.from_json(main_path.read_bytes()))
     data = read_file(str(main_path), found.root, limits["input_bytes"])
     kind = sniff(data, clean(main))
     collector = _Collector(found, limits["input_bytes"] - len(data), main, data)

@@ -18,12 +18,14 @@ class Found:
         main: main file, POSIX, relative to `root`.
         source: what its source says about it; `source.path` is relative to the folder that the user named.
         notes: warnings about what was said of it.
+        is_model: `main` is no file of a stranger but the RawModel of a mesh that the caller has in memory, as JSON.
     """
 
     root: Path
     main: str
     source: Source
     notes: tuple[Issue, ...] = ()
+    is_model: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,23 +1,70 @@
-"""One mesh that the caller holds in memory into an asset, in the caller's process and without a library."""
+"""Meshes that the caller holds in memory: one into an asset in the caller's process, or many as inputs of a run."""
 
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
-from casa_assets.ingest.load.by_trimesh.from_trimesh import bundle_from_trimesh
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.load.by_trimesh.from_trimesh import bundle_from_trimesh, raw_from_trimesh
+from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.source import Source, SourceKind, Up
 from casa_assets.model.issue import Report
+from casa_assets.pipeline.ingest.discover_inputs import escaped
 from casa_assets.pipeline.ingest.stages import BuildContext, run_stages
 from casa_assets.pipeline.ingest.survey import find_category
 from casa_assets.pipeline.library.asset_package import check_package, write_package
 from casa_assets.pipeline.library.review import doubtful_guesses
+
+# Axis of a mesh that points up; empty: what its metadata say, else it is guessed.
+UpAxis = Literal["", "x", "y", "z"]
+MESHES = "meshes"  # folder of the models that `stage_meshes` writes, within the staging folder
+
+
+@dataclass(frozen=True)
+class MeshInput:
+    """A mesh in memory with what is known of it, for `Library.ingest`.
+
+    Attributes:
+        mesh: a trimesh.Trimesh or trimesh.Scene.
+        name: what it is called; where no category is given it is looked up in it.
+        category: id of what it is, such as `mug`. up: axis that points up.
+    """
+
+    mesh: MeshOrScene
+    name: str = "mesh"
+    category: str = ""
+    up: UpAxis = ""
+
+
+def stage_meshes(meshes: Sequence[MeshInput], staging: Path) -> Iterator[Found | Refused]:
+    """Write meshes as files that the workers of a run read, and yield them as its inputs.
+
+    Args:
+        staging: folder that the run sweeps at its end.
+    """
+    folder = staging / MESHES
+    for number, one in enumerate(meshes):
+        name = escaped(one.name)
+        try:
+            model = raw_from_trimesh(one.mesh, name=name, up=Up(one.up) if one.up else None)
+        except Rejected as error:
+            yield Refused(name, error.code, error.message)
+            continue
+        folder.mkdir(exist_ok=True)
+        (folder / f"{number}.json").write_text(model.to_json(), encoding="utf-8")
+        yield Found(folder, f"{number}.json", _source(name, one.category), is_model=True)
+
+
+def _source(name: str, category: str = "") -> Source:
+    return Source(kind=SourceKind.FOLDER, path=name, category=category, hints=(name,))
 
 
 def ingest_mesh(mesh: MeshOrScene, name: str, category: str = "", up: Up | None = None) -> tuple[Asset, Report]:
@@ -31,7 +78,7 @@ def ingest_mesh(mesh: MeshOrScene, name: str, category: str = "", up: Up | None 
         CannotDraw, NoRenderer: this machine draws no pictures.
     """
     known = registry.load()
-    source = Source(kind=SourceKind.FOLDER, path=name, hints=(name,))
+    source = _source(name)
     kind, confidence, reason = find_category(Found(Path(), name, source), category)
     bundle = bundle_from_trimesh(mesh, name=name, up=up)
     brief = BuildContext(

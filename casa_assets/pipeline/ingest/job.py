@@ -72,6 +72,7 @@ class Event:
         path: of the input. asset_id: its name in the library.
         code, message: of a rejection. warnings: of an accepted one.
         count: inputs that it stands for: the many rows of a manifest that are only counted are told of at once.
+        folder: of its entry; None for inputs that have none of their own, such as rows of a manifest.
     """
 
     kind: str
@@ -83,6 +84,7 @@ class Event:
     was_rejected: bool = False
     warnings: tuple[Issue, ...] = ()
     count: int = 1
+    folder: Path | None = None
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.pipeline.dedup.deduplicator import Deduplicator
 from casa_assets.pipeline.ingest import unreadable_inputs
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
+from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
 from casa_assets.pipeline.ingest.job import Event, Job, Outcome, Result, RunAborted, stage_refusal, writing
 from casa_assets.pipeline.ingest.refused_rows import RefusedRows, remainder_message, row_id
 from casa_assets.pipeline.ingest.stages import limits_in_key, with_overrides
@@ -105,11 +106,12 @@ class _Run:
         refusal = self.unreadable.refusal(one, code, message, self.cache_key)
         is_new = unreadable_inputs.remember(self.library, refusal)
         kind = "rejected" if is_new else "kept"
-        return Event(kind, self.total, refusal.source.path, refusal.id, code, message, was_rejected=True)
+        folder = self.library.refusal_folder(refusal.id)
+        return Event(kind, self.total, refusal.source.path, refusal.id, code, message, True, folder=folder)
 
 
-def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, None]:
-    """Bring every mesh under `roots` into the library, or record why not.
+def ingest(roots: Sequence[Path], options: Options, meshes: Sequence[MeshInput] = ()) -> Generator[Event, None, None]:
+    """Bring every mesh under `roots`, and meshes that the caller has in memory, into the library, or record why not.
 
     Yields an Event for each input, as it is done with. Killed at any moment and run again, it does what is missing.
     Where there is no input, nothing is written.
@@ -122,11 +124,11 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
     known = registry.load()
     if options.weights:
         clip.require_weights(options.weights)
-    if options.category:
-        known.category(options.category)
+    for category in {options.category, *(mesh.category for mesh in meshes)} - {""}:
+        known.category(category)
     inputs = discover_inputs(roots, options.library)
     first = next(inputs, None)
-    if first is None:
+    if first is None and not meshes:
         return
     library = disk.Library(options.library)
     bounds = {**known.limits, **options.guards}
@@ -139,7 +141,8 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
         try:
             with Pool(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm") as pool:
                 refused = RefusedRows(library)
-                found, early = _inputs_with_mesh(chain([first], inputs), refused)
+                every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
+                found, early = _inputs_with_mesh(every, refused)
                 total = len(found) + sum(event.count for event, _ in early)
                 run = _Run(library, cache_key(bounds, options.category), bounds, found, total, overrides=overrides)
                 for event, one in early:
@@ -153,7 +156,7 @@ def ingest(roots: Sequence[Path], options: Options) -> Generator[Event, None, No
                 for result in results:
                     yield _publish_outcome(run, result)
             run.unreadable.prune(library)
-            refused.write(roots)
+            refused.write([*roots, *(Path(mesh.name) for mesh in meshes)])
             write_reports(library, options.weights)
         finally:
             library.sweep()
@@ -304,7 +307,9 @@ def _event(run: _Run, result: Result) -> Event:
     kind = "kept" if result.is_kept else "accepted" if outcome.accepted else "rejected"
     path, refused = job.found.source.path, not outcome.accepted
     message = f"{outcome.message}\n{outcome.trace}" if outcome.trace else outcome.message
-    return Event(kind, run.total, path, job.asset_id, outcome.code, message, refused, outcome.warnings)
+    library = run.library
+    folder = library.refusal_folder(job.asset_id) if refused else library.folder(job.survey.category, job.asset_id)
+    return Event(kind, run.total, path, job.asset_id, outcome.code, message, refused, outcome.warnings, folder=folder)
 
 
 def tally(events: Sequence[Event]) -> Counter[str]:

@@ -56,21 +56,21 @@ CHECK_FRAME = room.PictureSettings(240, 180, passes=2, shadow_px=512, sky_casts=
 
 
 def check_one(
-    recipe: SceneRecipe, out: Path, anew: bool = False, strict: bool = False, drawn: bool = True
+    recipe: SceneRecipe, out: Path, force: bool = False, strict: bool = False, drawn: bool = True
 ) -> SceneBuilt:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
     A scene that has not changed since it was checked is not checked again.
 
     Args:
-        out: folder of the scenes. anew: check it again. strict: what does not pass is not put in place. drawn: with an
+        out: folder of the scenes. force: check it again. strict: what does not pass is not put in place. drawn: with an
             overview; the check of what cameras see draws its own, small, and keeps none.
     """
     done = build_with_options(recipe, out, BuildOptions(drawn=drawn, judge=check_and_report, strict=strict))
     if done.report is not None or not done.folder:
         return done
     folder = Path(done.folder)
-    report = None if anew else _kept(folder, verdict_key(recipe))
+    report = None if force else _kept(folder, verdict_key(recipe))
     if report is not None:
         done = SceneBuilt(recipe, done.folder, report=report, kept=True)
     else:
@@ -184,7 +184,7 @@ def check_all(
     recipes: Sequence[SceneRecipe],
     out: Path,
     jobs: int = 0,
-    anew: bool = False,
+    force: bool = False,
     strict: bool = False,
     drawn: bool = True,
 ) -> Iterator[SceneBuilt]:
@@ -193,4 +193,4 @@ def check_all(
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
-    return run_recipes(partial(check_one, out=out, anew=anew, strict=strict, drawn=drawn), recipes, out, jobs)
+    return run_recipes(partial(check_one, out=out, force=force, strict=strict, drawn=drawn), recipes, out, jobs)

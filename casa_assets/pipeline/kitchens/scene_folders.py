@@ -88,24 +88,24 @@ class BuildOptions:
     """Options of building scenes.
 
     Attributes:
-        drawn: with a picture. anew: even where nothing has changed since they were made.
+        drawn: with a picture. force: even where nothing has changed since they were made.
         judge: looks at a scene in its folder, leaves its verdict there and returns it; None where nobody looks.
         strict: what the judge does not pass is taken away again.
     """
 
     drawn: bool = True
-    anew: bool = False
+    force: bool = False
     judge: Judge | None = None
     strict: bool = False
 
 
-def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, anew: bool = False) -> SceneBuilt:
+def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, force: bool = False) -> SceneBuilt:
     """Build and write one scene. A fault is told in `message`, so that the others go on.
 
     Args:
-        out: folder of the scenes. drawn: with a picture. anew: even where nothing has changed since it was made.
+        out: folder of the scenes. drawn: with a picture. force: even where nothing has changed since it was made.
     """
-    return build_with_options(recipe, out, BuildOptions(drawn, anew))
+    return build_with_options(recipe, out, BuildOptions(drawn, force))
 
 
 def build_with_options(recipe: SceneRecipe, out: Path, order: BuildOptions) -> SceneBuilt:
@@ -119,7 +119,7 @@ def build_with_options(recipe: SceneRecipe, out: Path, order: BuildOptions) -> S
             # What an earlier version of the plan gave is no scene of this one.
             remove_scene(out, recipe.scene_id)
             raise
-        if order.anew or not is_whole(folder, key):
+        if order.force or not is_whole(folder, key):
             return _made(recipe, disk.Library(out), order, key)
         if order.drawn and not is_drawn(folder, key):
             return _redraw_overview(recipe, folder, key)
@@ -308,7 +308,7 @@ def draw_cameras(
 
 
 def build_all(
-    recipes: Sequence[SceneRecipe], out: Path, jobs: int = 0, drawn: bool = True, anew: bool = False
+    recipes: Sequence[SceneRecipe], out: Path, jobs: int = 0, drawn: bool = True, force: bool = False
 ) -> Iterator[SceneBuilt]:
     """Scenes in the order in which they are done, worked on by several processes.
 
@@ -317,7 +317,7 @@ def build_all(
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
-    return run_recipes(partial(build_one, out=out, drawn=drawn, anew=anew), recipes, out, jobs)
+    return run_recipes(partial(build_one, out=out, drawn=drawn, force=force), recipes, out, jobs)
 
 
 def run_recipes(

@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 
 import casa_assets as casa
-from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.cache.cache_folder import cache_dir, max_cache_bytes
 from casa_assets.registry.families import family as family_of
 
 ROOT = Path(__file__).parents[3]
@@ -108,6 +108,16 @@ class TestCacheDir:
     def test_relative_one_is_made_absolute(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("CASA_ASSETS_CACHE", "some/where")
         assert cache_dir().is_absolute()
+
+    def test_size(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.delenv("CASA_ASSETS_CACHE_GB", raising=False)
+        assert max_cache_bytes() == 4_000_000_000
+        monkeypatch.setenv("CASA_ASSETS_CACHE_GB", "0.5")
+        assert max_cache_bytes() == 500_000_000
+        for word in ("much", "-1", "nan", "inf"):
+            monkeypatch.setenv("CASA_ASSETS_CACHE_GB", word)
+            with pytest.raises(casa.CasaError, match="CASA_ASSETS_CACHE_GB"):
+                max_cache_bytes()
 
 
 class TestCatalogue:

@@ -149,9 +149,9 @@ def test_library(tmp_path: Path) -> None:
 
         library = casa.Library({str(tmp_path / "library")!r})
         assert len(library) == 0
-        events = list(library.ingest({str(MUG)!r}))
-        print([event.kind for event in events], len(library), [entry.category for entry in library])
-        asset = library.get(events[0].asset_id)
+        results = list(library.ingest({str(MUG)!r}))
+        print([result.status for result in results], len(library), [entry.category for entry in library])
+        asset = library.get(results[0].asset_id)
         print(asset.id in library, library.search("mug")[0].id == asset.id, casa.check(library.folder(asset.id)).passed)
         try:
             library.get("mog_0123456789")
@@ -160,3 +160,34 @@ def test_library(tmp_path: Path) -> None:
     """
     told = run(code, tmp_path).splitlines()
     assert told == ["['accepted'] 1 ['mug']", "True True True", "True"]
+
+
+def test_library_of_meshes_in_memory(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.obj"
+    broken.write_text("o nothing\n", encoding="utf-8")
+    code = f"""
+        import trimesh
+        import casa_assets as casa
+
+        board = trimesh.creation.box(extents=(0.3, 0.2, 0.02))
+        bottle = trimesh.Scene([trimesh.creation.cylinder(0.03, 0.2)])
+        bottle.metadata["name"] = "bottle"
+        library = casa.Library({str(tmp_path / "library")!r})
+        named = casa.MeshInput(board, "my board", category="cutting_board", up="z")
+        for _ in range(2):
+            results = library.ingest([named, trimesh.Trimesh()], bottle, {str(broken)!r}, jobs=1)
+            for result in sorted(results, key=lambda result: result.source):
+                assert (result.asset_id is None) == (result.status == "rejected") == bool(result.reasons), result
+                is_kept = result.folder is not None and result.folder.is_dir()
+                print(result.source, result.status, is_kept, *(reason.code for reason in result.reasons))
+        print(sorted(entry.category for entry in library))
+        done = casa.ingest(board, "cutting_board", name="my board", up="z", library=library.path)
+        assert done.asset == casa.ingest(board, "cutting_board", name="my board", up="z").asset
+        print(done.accepted, done.folder.is_dir(), len(library))
+        try:
+            list(library.ingest(casa.MeshInput(board, category="cuting_board")))
+        except casa.UnknownId as error:
+            print(error.nearest[0])
+    """
+    lines = run(code, tmp_path).splitlines()
+    assert lines == []

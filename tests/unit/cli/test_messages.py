@@ -115,3 +115,22 @@ def test_the_help_of_ingest_shows_the_limits_of_the_registry(option: str, limit:
     command = typer.main.get_command(app).commands["ingest"]  # type: ignore[attr-defined]
     shown = next(p.show_default for p in command.params if p.name == option)
     assert float(shown) == registry.load().limits[limit] / unit
+
+
+@pytest.mark.parametrize(
+    ("words", "today", "before"),
+    [
+        (["articulate"], "--size-m", "--size"),
+        (["articulate"], "--force", "--anew"),
+        (["scenes", "build"], "--force", "--anew"),
+        (["scenes", "check"], "--force", "--anew"),
+    ],
+)
+def test_old_spellings_are_taken_and_not_shown(words: list[str], today: str, before: str) -> None:
+    command = typer.main.get_command(app)
+    for word in words:
+        command = command.commands[word]  # type: ignore[attr-defined]
+    options = {option: parameter for parameter in command.params for option in parameter.opts}
+    assert not options[today].hidden  # type: ignore[attr-defined]
+    assert options[before].hidden  # type: ignore[attr-defined]
+    assert options[before].default == options[today].default
