@@ -6,8 +6,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +16,14 @@ from casa_assets.families.family import Family, Params
 from casa_assets.geometry.lightweight import lighten
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.cache.asset_bytes import READ_ERRORS, pack, unpack
+from casa_assets.pipeline.cache.cache_folder import max_cache_bytes
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.families.run import asset_key, build_asset
 
 FOLDER = "assets"
-# Bytes of built assets and light forms (about 40 kB each), and as many of pictures; above this the oldest go, down to
-# the share.
-MOST_BYTES, SHARE = 1_000_000_000, 0.75
+# Part of the bound of a cache that built assets and light forms (about 40 kB each) may take, and as much for pictures.
+SHARE = 0.25
 # Of an asset, what its light form does not depend on.
 _MESHES: Mapping[str, IncEx] = {"visuals": {"__all__": {"mesh"}}}
 UNSEEN: Mapping[str, IncEx | bool] = {"materials": True, "links": {"__all__": _MESHES}}
@@ -56,15 +55,15 @@ class AssetStore:
         return self._kept(_key("light", content, key_of(lighten)), lambda: lighten(asset))
 
     def tidy(self) -> None:
-        """Keep the store in bounds: remove the oldest where it has grown too large.
+        """Keep the store in bounds: remove what was used longest ago where it has grown too large.
 
         Costs nothing where this object has written nothing.
         """
         if not self._wrote:
             return
         self._wrote = False
-        trim(self._assets.root)
-        trim(self._pictures.root)
+        for store in (self._assets, self._pictures):
+            store.trim(int(SHARE * max_cache_bytes()))
 
     def _kept(self, key: str, make: Callable[[], Asset]) -> Asset:
         data = self._assets.get(key)
@@ -98,29 +97,6 @@ class AssetStore:
                 raise ValueError(f"picture {name} is missing or damaged")
             self._seen[name] = data
         return self._seen[name]
-
-
-def trim(folder: Path, most_bytes: int = MOST_BYTES) -> None:
-    """Remove the oldest files under a folder where all of them are larger than that together."""
-    files = _by_age(folder.glob("*/*"))
-    left = sum(files.values())
-    if left <= most_bytes:
-        return
-    for path, size in files.items():
-        if left <= SHARE * most_bytes:
-            return
-        path.unlink(missing_ok=True)
-        left -= size
-
-
-def _by_age(paths: Iterable[Path]) -> dict[Path, int]:
-    """Size in bytes of each, the oldest first; what a neighbour takes away meanwhile is left out."""
-    found = []
-    for path in paths:
-        with suppress(FileNotFoundError):
-            stat = path.stat()
-            found.append((stat.st_mtime_ns, path, stat.st_size))
-    return {path: size for _, path, size in sorted(found)}
 
 
 def _key(*words: str) -> str:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import os
 import zlib
+from contextlib import suppress
 from pathlib import Path
+
+# Part of its bound that a store is brought down to, so that not every new file makes it look for old ones.
+TRIMMED_SHARE = 0.75
 
 
 class Store:
@@ -19,10 +23,14 @@ class Store:
 
     def get(self, key: str) -> bytes | None:
         """The bytes put under a key (64 hex digits), or None where there are none or they are damaged."""
+        path = self._path(key)
         try:
-            return zlib.decompress(self._path(key).read_bytes())
+            data = zlib.decompress(path.read_bytes())
         except (FileNotFoundError, zlib.error):
             return None
+        with suppress(OSError):  # the folder may only be read, or another process has just removed the file
+            os.utime(path)  # when it was last used, for `trim`: file systems are often mounted without access times
+        return data
 
     def put(self, key: str, data: bytes) -> None:
         """Keep bytes under a key; a reader sees all of them or none."""
@@ -31,6 +39,25 @@ class Store:
         fresh = path.with_name(f".{path.name}.{os.getpid()}")
         fresh.write_bytes(zlib.compress(data, level=1))
         fresh.replace(path)
+
+    def trim(self, max_bytes: int) -> None:
+        """Remove the files that were used longest ago, where all of them together take more than `max_bytes`.
+
+        Safe while others read and write: who misses a file makes it anew.
+        """
+        files: list[tuple[int, int, Path]] = []
+        for path in self.root.glob("*/*"):
+            with suppress(FileNotFoundError):
+                found = path.stat()
+                files.append((found.st_mtime_ns, found.st_size, path))
+        total = sum(size for _, size, _ in files)
+        if total <= max_bytes:
+            return
+        for _, size, path in sorted(files):
+            if total <= TRIMMED_SHARE * max_bytes:
+                return
+            path.unlink(missing_ok=True)
+            total -= size
 
     def sweep(self) -> None:
         """Remove what killed writers left half-written. Only while no other process writes."""

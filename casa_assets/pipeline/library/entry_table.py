@@ -1,4 +1,4 @@
-"""The entries of a library in a table beside it, so that a certificate is opened only when it is new or has changed.
+"""The entries of a library in a table beside it, so that certificates and pictures are opened only when they are new.
 
 What the table keeps of an entry is found again by the state of its file on disk (time, size, inode); it lies in the
 cache, and deleting it costs time and nothing else. In a library that may only be read it is built in memory.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
+import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
@@ -17,17 +18,20 @@ from pydantic import TypeAdapter, ValidationError
 
 from casa_assets.checks.library.duplicates import ShapePair
 from casa_assets.errors import OutputError
+from casa_assets.model.issue import CheckResult
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import AssetRow, read_row
 from casa_assets.pipeline.dedup.pairs import ShapeIndex, measure_pair, nearby_pairs
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_files import PICTURE, thumbnail_of
 from casa_assets.pipeline.reports.entry import Entry, entry_at, row_entries
 
 NAME = "entries.sqlite"
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS made_by (key TEXT PRIMARY KEY);
-CREATE TABLE IF NOT EXISTS entries (folder TEXT PRIMARY KEY, state TEXT, entry TEXT, row TEXT);
+CREATE TABLE IF NOT EXISTS entries (folder TEXT PRIMARY KEY, state TEXT, entry TEXT, row TEXT, results BLOB);
+CREATE TABLE IF NOT EXISTS thumbnails (folder TEXT PRIMARY KEY, state TEXT, webp BLOB);
 CREATE TABLE IF NOT EXISTS compared (digest TEXT PRIMARY KEY);
 CREATE TABLE IF NOT EXISTS pairs (
     one TEXT, other TEXT, most REAL, every REAL, size REAL, colors REAL, PRIMARY KEY (one, other)
@@ -35,6 +39,7 @@ CREATE TABLE IF NOT EXISTS pairs (
 """
 _entries: TypeAdapter[Entry] = TypeAdapter(Entry)
 _rows: TypeAdapter[AssetRow] = TypeAdapter(AssetRow)
+_results: TypeAdapter[tuple[CheckResult, ...]] = TypeAdapter(tuple[CheckResult, ...])
 
 
 @dataclass(frozen=True)
@@ -42,22 +47,26 @@ class _Kept:
     state: str
     entry: str
     row: str
+    results: bytes
 
 
 class EntryTable:
     """The entries of one library as they stand now.
 
     Args:
-        library: whose entries. anew: forget what is kept and open every certificate.
+        library: whose entries. force: forget what is kept and open every certificate.
         skip_damaged: leave damaged entries out: a run may be about to make them anew.
+        with_results: entries have the results of their checks too, half a millisecond each.
     Raises:
         OutputError: an entry is damaged.
     """
 
-    def __init__(self, library: disk.Library, anew: bool = False, skip_damaged: bool = False) -> None:
-        self._library, self._skip_damaged = library, skip_damaged
+    def __init__(
+        self, library: disk.Library, force: bool = False, skip_damaged: bool = False, with_results: bool = False
+    ) -> None:
+        self._library, self._skip_damaged, self._with_results = library, skip_damaged, with_results
         self._path = library.cache / NAME
-        if anew:
+        if force:
             with suppress(OSError):
                 self._path.unlink(missing_ok=True)
         with closing(self._open()) as base:
@@ -68,12 +77,12 @@ class EntryTable:
             gone = before.keys() - {e.path for e in self._entries}
             self._entries += row_entries(library)
             with suppress(sqlite3.OperationalError), base:
-                base.executemany("INSERT OR REPLACE INTO entries VALUES (?, ?, ?, ?)", fresh)
+                base.executemany("INSERT OR REPLACE INTO entries VALUES (?, ?, ?, ?, ?)", fresh)
                 base.executemany("DELETE FROM entries WHERE folder = ?", [(name,) for name in gone])
 
     @property
     def entries(self) -> Sequence[Entry]:
-        """All entries, accepted first, without the results of their checks (their number is kept)."""
+        """All entries, accepted first; without the results of their checks, of which the numbers are kept, or with."""
         return self._entries
 
     @property
@@ -103,6 +112,33 @@ class EntryTable:
         pairs = sorted((*known, *found), key=lambda pair: (place[pair[0]], place[pair[1]]))
         return [_alike(signed[place[one]], signed[place[other]], *rest) for one, other, *rest in pairs]
 
+    def thumbnails(self) -> dict[str, bytes]:
+        """A small picture (WebP) of each entry that has one, by `Entry.path`; only new pictures are opened.
+
+        Raises:
+            OutputError: a picture is damaged, or is a link that leads out of its entry.
+        """
+        paths = [e.path for e in self._entries if os.path.lexists(self._library.root / e.path / PICTURE)]
+        with closing(self._open()) as base:
+            kept = {
+                path: (state, webp)
+                for path, state, webp in base.execute("SELECT folder, state, CAST(webp AS BLOB) FROM thumbnails")
+            }
+            found, fresh = {}, []
+            for path in paths:
+                folder = self._library.root / path
+                state = _state(folder / PICTURE)
+                if path in kept and kept[path][0] == state:
+                    found[path] = kept[path][1]
+                else:
+                    found[path] = thumbnail_of(folder)
+                    fresh.append((path, state, found[path]))
+            with suppress(sqlite3.OperationalError), base:
+                base.executemany("INSERT OR REPLACE INTO thumbnails VALUES (?, ?, ?)", fresh)
+                gone = [(path,) for path in kept.keys() - found.keys()]
+                base.executemany("DELETE FROM thumbnails WHERE folder = ?", gone)
+        return found
+
     def _read(self, before: dict[str, _Kept]) -> Iterator[tuple[str, _Kept]]:
         """Fill the lists; yields what is to be written down: of entries that are new or have changed."""
         for folder, name, file in _folders(self._library):
@@ -110,21 +146,26 @@ class EntryTable:
             is_accepted = file == disk.CERTIFICATE
             kept = before.get(name)
             if kept is not None and kept.state == state:
-                with suppress(ValidationError):
+                with suppress(ValidationError, zlib.error):
                     entry = _entries.validate_json(kept.entry)
+                    if self._with_results:
+                        entry = replace(entry, results=_results.validate_json(zlib.decompress(kept.results)))
                     own = replace(_rows.validate_json(kept.row), folder=folder) if is_accepted else None
                     if entry.path == name:
                         self._add(entry, own)
                         continue
             try:
-                entry = replace(entry_at(folder, self._library.root), results=())
+                entry = entry_at(folder, self._library.root)
                 own = read_row(folder) if is_accepted else None
             except OutputError:
                 if self._skip_damaged:
                     continue
                 raise
-            self._add(entry, own)
-            yield name, _Kept(state, _entries.dump_json(entry).decode(), _rows.dump_json(own).decode() if own else "")
+            bare = replace(entry, results=())
+            self._add(entry if self._with_results else bare, own)
+            results = zlib.compress(_results.dump_json(entry.results))
+            row = _rows.dump_json(own).decode() if own else ""
+            yield name, _Kept(state, _entries.dump_json(bare).decode(), row, results)
 
     def _add(self, entry: Entry, own: AssetRow | None) -> None:
         self._entries.append(entry)
@@ -148,7 +189,8 @@ def _ready(base: sqlite3.Connection) -> sqlite3.Connection:
         with base:
             base.executescript(_SCHEMA)
             if base.execute("SELECT key FROM made_by").fetchall() != [(_made_by(),)]:
-                base.executescript("DELETE FROM made_by; DELETE FROM entries; DELETE FROM compared; DELETE FROM pairs")
+                tables = ("made_by", "entries", "thumbnails", "compared", "pairs")
+                base.executescript("".join(f"DROP TABLE IF EXISTS {name};" for name in tables) + _SCHEMA)
                 base.execute("INSERT INTO made_by VALUES (?)", (_made_by(),))
     except sqlite3.DatabaseError:
         base.close()

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import base64
-import io
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from markupsafe import Markup
-from PIL import Image
 
 from casa_assets.core.rounding import significant
 from casa_assets.model.asset.provenance import Guess
@@ -18,8 +16,6 @@ from casa_assets.model.issue import CheckResult, Issue, Severity, Status, Tally,
 from casa_assets.model.record import Vec3
 from casa_assets.pipeline.reports.page_template import relative_link, render_template
 
-# Large enough for a sharp picture in the table, small enough for 3000 of them in one page.
-_THUMB_PX, _THUMB_QUALITY = 160, 76
 # No section on the library as a whole.
 NO_SECTION = Markup()
 # Status of a check -> what the script of the page knows it by.
@@ -43,7 +39,7 @@ class AssetRow:
         results: one per check, also of those that do not apply or were not run.
         guesses: what was decided without being stated.
         looks: what its pictures look like to a model, a sentence; empty where nobody looked.
-        preview_png: the picture, empty where there is none. preview_path: of its file, relative to the folder.
+        thumbnail: WebP, empty where there is no picture. preview_path: of the picture, relative to the folder.
     """
 
     id: str
@@ -65,7 +61,7 @@ class AssetRow:
     results: tuple[CheckResult, ...] = ()
     guesses: tuple[Guess, ...] = ()
     looks: str = ""
-    preview_png: bytes = b""
+    thumbnail: bytes = b""
     preview_path: str = ""
 
 
@@ -80,7 +76,7 @@ class RejectedRow:
         reason: what was wrong with this input. mend: what to do about it.
         category: as far as it was known.
         results: of the checks; the failed ones are shown.
-        picture_png: the raw model, empty where it could not be drawn.
+        thumbnail: WebP of the raw model, empty where it could not be drawn.
     """
 
     path: str
@@ -91,7 +87,7 @@ class RejectedRow:
     mend: str
     category: str = ""
     results: tuple[CheckResult, ...] = ()
-    picture_png: bytes = b""
+    thumbnail: bytes = b""
 
 
 def render_page(
@@ -195,7 +191,7 @@ def _asset(entry: AssetRow, number: dict[tuple[str, str], int]) -> dict[str, Any
         "guesses": [[g.subject, g.value, _short(g.confidence), g.reason] for g in entry.guesses],
         "files": [[label, _link(entry.folder, path)] for label, path in entry.files],
         "large": _link(entry.folder, entry.preview_path) if entry.preview_path else "",
-        "thumb": thumbnail(entry.preview_png),
+        "thumb": _data_uri(entry.thumbnail),
     }
 
 
@@ -213,20 +209,12 @@ def _reject(entry: RejectedRow, number: dict[tuple[str, str], int]) -> dict[str,
             for r in entry.results
             if r.status is Status.FAILED
         ],
-        "thumb": thumbnail(entry.picture_png),
+        "thumb": _data_uri(entry.thumbnail),
     }
 
 
-def thumbnail(png: bytes) -> str:
-    """A `data:` URI of the picture at 160 px, WebP; empty for no picture."""
-    if not png:
-        return ""
-    with Image.open(io.BytesIO(png)) as opened:
-        picture = opened.convert("RGB")
-    picture.thumbnail((_THUMB_PX, _THUMB_PX), Image.Resampling.LANCZOS, reducing_gap=2.0)
-    out = io.BytesIO()
-    picture.save(out, format="WEBP", quality=_THUMB_QUALITY, method=2)
-    return f"data:image/webp;base64,{base64.b64encode(out.getvalue()).decode('ascii')}"
+def _data_uri(webp: bytes) -> str:
+    return f"data:image/webp;base64,{base64.b64encode(webp).decode('ascii')}" if webp else ""
 
 
 def _link(folder: str, path: str) -> str:

@@ -14,9 +14,10 @@ from casa_assets.model.registry.rows import Rejection
 from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.entry_files import PICTURE, picture_of
+from casa_assets.pipeline.library.entry_files import PICTURE
+from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.reports import html_report, library_section
-from casa_assets.pipeline.reports.entry import Entry, entries
+from casa_assets.pipeline.reports.entry import Entry
 
 # What to do where a reason says nothing about it.
 DEFAULT_ADVICE = "Look at the picture and the numbers, and mend the mesh."
@@ -28,12 +29,15 @@ def write(root: Path, target: Path) -> Path:
     Raises:
         OutputError: an entry of the library is damaged, or the page cannot be written.
     """
-    rows = list(entries(disk.Library(root)))
+    table = EntryTable(disk.Library(root), with_results=True)
+    thumbnails = table.thumbnails()
     told = library_report.read_library_report(root)
-    accepted = [_accepted(e, root, target.parent, told) for e in rows if e.accepted]
+    accepted = [
+        _accepted(e, root, target.parent, told, thumbnails.get(e.path, b"")) for e in table.entries if e.accepted
+    ]
     known = registry.load()
     why = explained(known.limits)
-    refused = [_refused(e, root, known.rejections, why) for e in rows if not e.accepted]
+    refused = [_refused(e, known.rejections, why, thumbnails.get(e.path, b"")) for e in table.entries if not e.accepted]
     on_all = library_section.section(told.report, why, told.weights) if told else html_report.NO_SECTION
     page = html_report.render_page(accepted, refused, root.resolve().name, why, on_all)
     fresh = target.with_name(f".{target.name}.{os.getpid()}")
@@ -48,7 +52,9 @@ def write(root: Path, target: Path) -> Path:
     return target
 
 
-def _accepted(entry: Entry, root: Path, page: Path, told: library_report.LibraryReport | None) -> html_report.AssetRow:
+def _accepted(
+    entry: Entry, root: Path, page: Path, told: library_report.LibraryReport | None, thumbnail: bytes
+) -> html_report.AssetRow:
     assert entry.summary is not None, "accepted entries have one"
     folder = root / entry.path
     seen = told.seen.get(entry.id) if told else None
@@ -78,13 +84,13 @@ def _accepted(entry: Entry, root: Path, page: Path, told: library_report.Library
         results=entry.results,
         guesses=entry.guesses,
         looks=in_words(library_report.likeness_of(entry.id, seen)) if seen and seen.content == entry.digest else "",
-        preview_png=picture_of(folder),
+        thumbnail=thumbnail,
         preview_path=PICTURE,
     )
 
 
 def _refused(
-    entry: Entry, root: Path, rejections: Mapping[str, Rejection], why: Mapping[str, str]
+    entry: Entry, rejections: Mapping[str, Rejection], why: Mapping[str, str], thumbnail: bytes
 ) -> html_report.RejectedRow:
     """The row of a rejected input; `rejections` and `why` are meanings by code, of reasons and of checks."""
     known = rejections.get(entry.code)
@@ -99,5 +105,5 @@ def _refused(
         mend=known.mend if known else f"{mend[:1].upper()}{mend[1:]}." if mend else DEFAULT_ADVICE,
         category=entry.category,
         results=entry.results,
-        picture_png=picture_of(root / entry.path),
+        thumbnail=thumbnail,
     )

@@ -13,6 +13,7 @@ from casa_assets.errors import UnknownId
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.finish import Finish, Surface
 from casa_assets.model.registry.texture_recipe import TextureRecipe
+from casa_assets.pipeline.cache.cache_folder import max_cache_bytes
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.textures import kinds
@@ -20,7 +21,8 @@ from casa_assets.textures.finish import finish
 from casa_assets.textures.kinds import KINDS
 from casa_assets.textures.make import SIZE_PX, kind_of, make, paint
 
-FOLDER = "textures"
+FOLDER = "textures"  # of the registry, and within a cache
+CACHE_SHARE = 0.5  # part of the bound of a cache that finishes may take
 
 
 @lru_cache(maxsize=4)
@@ -83,8 +85,8 @@ def _code_key(kind: str) -> str:
 
 
 def finish_of(wanted: TextureRecipe, cache: Path, size_px: int = SIZE_PX) -> Finish:
-    """The finish of a recipe, from the store at `cache` or painted now."""
-    store = Store(cache)
+    """The finish of a recipe, from `<cache>/textures` or painted now. Finishes used longest ago make room for it."""
+    store = Store(cache / FOLDER)
     key = finish_key(wanted, size_px)
     kept = store.get(key)
     if kept is not None:
@@ -92,4 +94,5 @@ def finish_of(wanted: TextureRecipe, cache: Path, size_px: int = SIZE_PX) -> Fin
     substance = registry.load().substances[wanted.substance]
     made = finish(wanted.id, wanted.tile_m, make(wanted, size_px), substance)
     store.put(key, made.to_json().encode())
+    store.trim(int(CACHE_SHARE * max_cache_bytes()))
     return made

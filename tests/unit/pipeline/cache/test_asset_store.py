@@ -21,7 +21,7 @@ from casa_assets.geometry.lightweight import lighten
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.cache import asset_store
 from casa_assets.pipeline.cache.asset_bytes import ARRAY_TYPES, DIGEST_BYTES, READ_ERRORS, TREE, pack, unpack
-from casa_assets.pipeline.cache.asset_store import AssetStore, trim
+from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.registry.families import family, family_names
 from tests.assets import rigid_mug, textured_box
 from tests.family_members import preset
@@ -197,17 +197,13 @@ class TestLightForms:
         assert len(entries(tmp_path)) == 1
 
 
-class TestBounds:
-    def test_the_oldest_go_where_there_is_too_much(self, tmp_path: Path) -> None:
-        for i in range(8):
-            path = tmp_path / "ab" / str(i)
-            path.parent.mkdir(exist_ok=True)
-            path.write_bytes(b"x" * 100)
-            os.utime(path, (100 - i, 100 - i))
-        trim(tmp_path, most_bytes=800)
-        assert len(list(tmp_path.glob("ab/*"))) == 8
-        trim(tmp_path, most_bytes=400)
-        assert sorted(p.name for p in tmp_path.glob("ab/*")) == ["0", "1", "2"]
+def test_stores_stay_within_the_bound_of_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CASA_ASSETS_CACHE_GB", "0")
+    store = AssetStore(tmp_path)
+    store.built(KETTLE, NUMBERS)
+    assert entries(tmp_path)
+    store.tidy()
+    assert not entries(tmp_path)
 
 
 def _build_often(cache: Path, times: int) -> set[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
 from pathlib import Path
 
 import pytest
@@ -35,3 +37,36 @@ def test_sweep_takes_what_killed_writers_left(tmp_path: Path) -> None:
     (tmp_path / "ab" / f".{KEY}.123").write_bytes(b"half")
     store.sweep()
     assert [p.name for p in tmp_path.rglob("*") if p.is_file()] == [KEY]
+
+
+def keys(store: Store) -> list[str]:
+    return sorted(path.name for path in store.root.glob("*/*"))
+
+
+def test_what_was_used_longest_ago_makes_room(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    for i in range(8):
+        store.put(f"{i}" * 64, os.urandom(1000))
+        os.utime(tmp_path / f"{i}{i}" / (f"{i}" * 64), (i, i))
+    size = sum(path.stat().st_size for path in tmp_path.glob("*/*"))
+    store.trim(size)
+    assert len(keys(store)) == 8
+    assert store.get("0" * 64) is not None  # the oldest, used now
+    store.trim(size // 2)
+    assert keys(store) == ["0" * 64, "6" * 64, "7" * 64]
+
+
+def put_and_trim(root: Path, first: int) -> None:
+    store = Store(root)
+    for i in range(60):
+        key = f"{first + i % 20:064x}"
+        data = store.get(key)
+        assert data in (None, key.encode() * 100)
+        store.put(key, key.encode() * 100)
+        store.trim(1500)
+
+
+def test_processes_trim_one_store_side_by_side(tmp_path: Path) -> None:
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        pool.starmap(put_and_trim, [(tmp_path, 0), (tmp_path, 10)])
+    assert sum(path.stat().st_size for path in tmp_path.glob("*/*")) <= 1500

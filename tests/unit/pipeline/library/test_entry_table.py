@@ -15,14 +15,17 @@ import pytest
 from casa_assets.errors import OutputError
 from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance
 from casa_assets.model.asset.signature import ShapeDescriptor
-from casa_assets.model.issue import tally
+from casa_assets.model.issue import CheckResult, Status, tally
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import read_rows
 from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, similar_pairs
 from casa_assets.pipeline.ingest.run import write_reports
+from casa_assets.pipeline.library import entry_table
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_files import thumbnail_of
 from casa_assets.pipeline.library.entry_table import NAME, EntryTable
 from casa_assets.pipeline.reports.entry import entries
+from casa_assets.pipeline.reports.report import write as write_page
 from tests.built_libraries import keep
 from tests.unit.pipeline.test_alike import COPY, FIRST, LARGE, OTHER
 
@@ -87,6 +90,43 @@ def test_the_table_says_what_the_certificates_say(library: disk.Library, tmp_pat
         assert table.alike(Store(library.cache)) == list(
             similar_pairs(list(read_rows(library)), Store(tmp_path / "other"))
         )
+
+
+def test_the_page_opens_what_is_new(
+    library: disk.Library, opened: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    drawn: list[str] = []
+
+    def counted(folder: Path) -> bytes:
+        drawn.append(folder.name)
+        return thumbnail_of(folder)
+
+    monkeypatch.setattr(entry_table, "thumbnail_of", counted)
+    pages = [write_page(library.root, tmp_path / name).read_text(encoding="utf-8") for name in ("first", "second")]
+    assert pages[0] == pages[1]
+    assert {*opened, *drawn} == {FIRST.id, OTHER.id, LARGE.id}
+    assert len(drawn) == 3
+    keep(library.root, [COPY])
+    picture = library.folder("mug", FIRST.id) / "preview.png"
+    picture.write_bytes(picture.read_bytes() + b"0")
+    opened.clear(), drawn.clear()
+    write_page(library.root, tmp_path / "third")
+    assert (set(opened), set(drawn)) == ({COPY.id}, {COPY.id, FIRST.id})
+
+
+def test_results_of_checks_are_kept(library: disk.Library, opened: list[str]) -> None:
+    path = library.folder("mug", FIRST.id) / disk.CERTIFICATE
+    data = json.loads(path.read_text(encoding="utf-8"))
+    measured = CheckResult(code="AST001", status=Status.PASSED, number=0.1, limit=1.0, unit="m")
+    absent = CheckResult(code="KIN001", status=Status.NOT_APPLICABLE, reason="it has no joint")
+    data["certificate"]["report"]["results"] = [one.model_dump(mode="json") for one in (measured, absent)]
+    path.write_text(json.dumps(data), encoding="utf-8")
+    EntryTable(library)
+    opened.clear()
+    kept = list(EntryTable(library, with_results=True).entries)
+    assert opened == []
+    assert kept == list(entries(library))
+    assert (measured, absent) in [entry.results for entry in kept]
 
 
 def test_what_was_written_anew_is_read_anew(library: disk.Library) -> None:

@@ -6,6 +6,7 @@ import dataclasses
 import io
 import json
 import re
+from pathlib import Path
 from typing import Any
 
 import lxml.html
@@ -13,7 +14,8 @@ from PIL import Image
 
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
-from casa_assets.pipeline.reports.html_report import AssetRow, RejectedRow, render_page, thumbnail
+from casa_assets.pipeline.library.entry_files import thumbnail_of
+from casa_assets.pipeline.reports.html_report import AssetRow, RejectedRow, render_page
 from casa_assets.pipeline.reports.library_section import section
 
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
@@ -51,7 +53,7 @@ def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False
             CheckResult(code="USD003", status=Status.NOT_RUN, reason=word),
         ),
         guesses=(Guess(subject="scale", value=word, confidence=0.8, reason=word),),
-        preview_png=png(),
+        thumbnail=png(),
         preview_path="preview.png",
     )
 
@@ -162,14 +164,16 @@ def test_every_id_is_unique_and_every_control_has_a_name() -> None:
     assert all(i.getparent().tag == "label" for i in tree.xpath("//input"))
 
 
-def test_three_thousand_pictures_fit() -> None:
+def test_three_thousand_pictures_fit(tmp_path: Path) -> None:
+    assert thumbnail_of(tmp_path) == b""
     noise = Image.effect_noise((512, 512), 40).convert("RGB")
     out = io.BytesIO()
     noise.save(out, "PNG")
     # Noise is the worst there is, a mug on paper takes a fifth of it.
-    assert len(thumbnail(out.getvalue())) < 30_000
-    assert len(thumbnail(png())) < 2_000
-    assert thumbnail(b"") == ""
+    (tmp_path / "preview.png").write_bytes(out.getvalue())
+    assert len(thumbnail_of(tmp_path)) < 22_000
+    (tmp_path / "preview.png").write_bytes(png())
+    assert 0 < len(thumbnail_of(tmp_path)) < 1_500
 
 
 def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
