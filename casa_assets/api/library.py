@@ -259,11 +259,13 @@ def ingest(
         CasaError: there is no such file, it is not one mesh, or this machine cannot make assets. UnknownId: no such
             category. What is wrong with the mesh itself is in the result's `rejection`.
     """
-    is_file = isinstance(mesh, str | Path)
-    if not is_file and library is None:
+    if isinstance(mesh, str | Path):
+        if up or name != "mesh":
+            raise CasaError(
+                f"{mesh}: name and up are for meshes in memory; set_up in a library's review.csv is for files"
+            )
+    elif library is None:
         return _in_memory(mesh, category, name, Up(up) if up else None)
-    if is_file and (up or name != "mesh"):
-        raise CasaError(f"{mesh}: name and up are for meshes in memory; write `set_up` into the library's review.csv")
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
         place = Library(temporary if library is None else library)
         results = list(place.ingest(mesh, category=category, name=name, up=up, jobs=1))

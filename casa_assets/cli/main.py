@@ -22,12 +22,10 @@ from casa_assets.cli.verbs.checks import checks
 from casa_assets.cli.verbs.doctor import doctor
 from casa_assets.cli.verbs.export import app as export
 from casa_assets.cli.verbs.families import app as families
-from casa_assets.cli.verbs.fetch import fetch
 from casa_assets.cli.verbs.find import find
-from casa_assets.cli.verbs.index import index
-from casa_assets.cli.verbs.ingest import ingest
+from casa_assets.cli.verbs.ingest import fetch, ingest
 from casa_assets.cli.verbs.preview import preview
-from casa_assets.cli.verbs.report import report
+from casa_assets.cli.verbs.report import index, report
 from casa_assets.cli.verbs.scenes import app as scenes
 from casa_assets.cli.verbs.scenes import one as scene
 from casa_assets.cli.verbs.textures import app as textures

@@ -47,18 +47,17 @@ def print_progress(
 
 
 def write_reports(results: list[SceneBuilt], out: Path, console: Console) -> None:
-    """Write the books of the folder, and tell where they are and how many scenes were made."""
+    """Write page, contact sheet and table of the folder; print where they are and how many scenes were made."""
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.reports import kitchen_summary
-    from casa_assets.pipeline.reports.kitchens import write as write_book
+    from casa_assets.pipeline.reports import kitchens
 
     with writing(out):
-        page, picture = write_book(out)
+        page, picture = kitchens.write(out)
     made = sum(r.passed for r in results)
     kept = sum(r.kept for r in results)
     message = f"{made} of {pluralize(len(results), 'scene')} in {out}"
     console.print(f"{message} ({kept} unchanged)", highlight=False, soft_wrap=True)
-    for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchen_summary.PAGE)):
+    for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchens.SUMMARY_PAGE)):
         console.print(f"{name + ':':9} {path}", highlight=False, soft_wrap=True)
 
 
@@ -71,7 +70,7 @@ def check_faults(results: list[SceneBuilt]) -> None:
 
 def print_numbers(results: list[SceneBuilt], out: Path, console: Console) -> None:
     """Print numbers of the scenes of this run, as far as they are in the folder, and their sum."""
-    from casa_assets.pipeline.reports.kitchen_summary import COLUMNS, cells, read_rows, sentence
+    from casa_assets.pipeline.reports.kitchens import COLUMNS, cells, read_rows, sentence
 
     mine = {r.recipe.scene_id for r in results if r.folder}
     found = [row for row in read_rows(out) if row.id in mine]

@@ -1,4 +1,4 @@
-"""casa-assets ingest: sources into a library."""
+"""casa-assets ingest, fetch: sources into a library, and objects of Objaverse to be such sources."""
 
 from __future__ import annotations
 
@@ -249,3 +249,25 @@ def _safe(words: str) -> str:
 
 def _lines(words: str) -> str:
     return "\n".join(_safe(line) for line in words.split("\n"))
+
+
+def fetch(
+    uids: Annotated[list[str] | None, typer.Argument(help="Objaverse uids.")] = None,
+    category: Annotated[str, typer.Option(help="LVIS category to take objects of, such as Mug.")] = "",
+    most: Annotated[int, typer.Option(min=1, help="How many objects at most.")] = 20,
+    into: Annotated[Path, typer.Option("--out", "--into", help="Folder for the download.")] = Path("out/objaverse"),
+) -> None:
+    """Download objects of Objaverse with the `objaverse` package, which needs a network.
+
+    Examples:
+
+      casa-assets fetch --category Mug --most 10
+
+      casa-assets ingest out/objaverse/hf-objaverse-v1
+    """
+    from casa_assets.ingest.sources.objaverse import download
+
+    if not uids and not category:
+        raise typer.BadParameter("name uids, or a --category")
+    folder = download(uids or [], category, most, into)
+    Console().print(f"Objects: {folder}   Next: casa-assets ingest {folder}", highlight=False, soft_wrap=True)

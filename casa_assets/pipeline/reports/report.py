@@ -14,9 +14,8 @@ from casa_assets.model.registry.rows import Rejection
 from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.entry_files import PICTURE
 from casa_assets.pipeline.library.entry_table import EntryTable
-from casa_assets.pipeline.reports import html_report, library_section
+from casa_assets.pipeline.reports import html_report
 from casa_assets.pipeline.reports.entry import Entry
 
 # What to do where a reason says nothing about it.
@@ -31,15 +30,30 @@ def write(root: Path, target: Path) -> Path:
     """
     table = EntryTable(disk.Library(root), with_results=True)
     thumbnails = table.thumbnails()
-    told = library_report.read_library_report(root)
-    accepted = [
-        _accepted(e, root, target.parent, told, thumbnails.get(e.path, b"")) for e in table.entries if e.accepted
-    ]
+    whole = library_report.read_library_report(root)
     known = registry.load()
-    why = explained(known.limits)
-    refused = [_refused(e, known.rejections, why, thumbnails.get(e.path, b"")) for e in table.entries if not e.accepted]
-    on_all = library_section.section(told.report, why, told.weights) if told else html_report.NO_SECTION
-    page = html_report.render_page(accepted, refused, root.resolve().name, why, on_all)
+    explanations = explained(known.limits)
+    accepted = [
+        html_report.AssetRow(
+            entry,
+            folder=Path(os.path.relpath(root / entry.path, target.parent)).as_posix(),
+            looks=_look(entry, whole),
+            thumbnail=thumbnails.get(entry.path, b""),
+        )
+        for entry in table.entries
+        if entry.accepted
+    ]
+    rejected = [
+        _rejected(entry, known.rejections, explanations, thumbnails.get(entry.path, b""))
+        for entry in table.entries
+        if not entry.accepted
+    ]
+    section = (
+        html_report.render_library_section(whole.report, explanations, whole.weights)
+        if whole
+        else html_report.NO_SECTION
+    )
+    page = html_report.render_page(accepted, rejected, root.resolve().name, explanations, section)
     fresh = target.with_name(f".{target.name}.{os.getpid()}")
     with writing(target.parent):
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -52,58 +66,29 @@ def write(root: Path, target: Path) -> Path:
     return target
 
 
-def _accepted(
-    entry: Entry, root: Path, page: Path, told: library_report.LibraryReport | None, thumbnail: bytes
-) -> html_report.AssetRow:
-    assert entry.summary is not None, "accepted entries have one"
-    folder = root / entry.path
-    seen = told.seen.get(entry.id) if told else None
-    files = (
-        ("MJCF", "model.xml"),
-        ("scene", "scene.xml"),
-        ("USD", f"usd/{entry.id}.usda"),
-        ("certificate", disk.CERTIFICATE),
-    )
-    return html_report.AssetRow(
-        id=entry.id,
-        category=entry.category,
-        folder=Path(os.path.relpath(folder, page)).as_posix(),
-        files=files,
-        extents_m=entry.summary.extents,
-        mass_kg=entry.summary.mass,
-        colliders=entry.summary.colliders,
-        hull_max_vertices=entry.summary.hull_vertices,
-        faces=entry.summary.faces,
-        source=entry.source,
-        source_path=entry.source_path,
-        licence=entry.licence,
-        author=entry.author,
-        title=entry.title,
-        uri=entry.uri,
-        warnings=entry.warnings,
-        results=entry.results,
-        guesses=entry.guesses,
-        looks=in_words(library_report.likeness_of(entry.id, seen)) if seen and seen.content == entry.digest else "",
-        thumbnail=thumbnail,
-        preview_path=PICTURE,
-    )
+def _look(entry: Entry, whole: library_report.LibraryReport | None) -> str:
+    """What the pictures of an asset look like to a model; empty where nobody has looked at it as it is now."""
+    seen = whole.seen.get(entry.id) if whole else None
+    if seen is None or seen.content != entry.digest:
+        return ""
+    return in_words(library_report.likeness_of(entry.id, seen))
 
 
-def _refused(
-    entry: Entry, rejections: Mapping[str, Rejection], why: Mapping[str, str], thumbnail: bytes
+def _rejected(
+    entry: Entry, rejections: Mapping[str, Rejection], explanations: Mapping[str, str], thumbnail: bytes
 ) -> html_report.RejectedRow:
-    """The row of a rejected input; `rejections` and `why` are meanings by code, of reasons and of checks."""
+    """The row of a rejected input.
+
+    Args:
+        rejections: reasons by code. explanations: code of a check -> its title and what is tested.
+    """
     known = rejections.get(entry.code)
     # The message of a check ends with what to do.
     fault, _, mend = entry.message.partition("; ")
     return html_report.RejectedRow(
-        path=entry.source_path,
-        source=entry.source,
-        code=entry.code,
-        meaning=known.meaning if known else why.get(entry.code, ""),
+        entry,
+        meaning=known.meaning if known else explanations.get(entry.code, ""),
         reason=entry.message if known or not mend else f"{fault}.",
         mend=known.mend if known else f"{mend[:1].upper()}{mend[1:]}." if mend else DEFAULT_ADVICE,
-        category=entry.category,
-        results=entry.results,
         thumbnail=thumbnail,
     )

@@ -21,7 +21,7 @@ from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.kitchens import check, sample, scene_folders
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneBuilt, build_with_options
-from casa_assets.pipeline.reports import kitchen_summary
+from casa_assets.pipeline.reports import kitchens
 from casa_assets.preview.kitchen import PictureSettings
 from casa_assets.registry.kitchens import plan_names, style_names
 from tests.packages import tamper
@@ -130,7 +130,7 @@ class TestVerdict:
         assert not done.passed
         assert {i.code for i in done.problems if i.code.startswith("SCN")} == {"SCN017", "SCN021"}
         assert report_of(copy)["passed"] is False
-        (row,) = kitchen_summary.read_rows(copy)
+        (row,) = kitchens.read_rows(copy)
         assert row.passed is False
         assert "SCN017 x " in row.verdict
 
@@ -252,19 +252,19 @@ class TestDraws:
 class TestSummary:
     def test_numbers_of_the_scene_and_of_all(self, checked_kitchen: Checked) -> None:
         out, done = checked_kitchen
-        (row,) = kitchen_summary.write(out)
+        (row,) = kitchens.write_summary(out)
         data = json.loads((out / "summary.json").read_text(encoding="utf-8"))
         assert data["totals"]["scenes"] == data["totals"]["checked"] == 1
         assert data["totals"]["passed"] == int(done.passed)
         assert data["totals"]["joints"] == row.joints == report_of(out)["holds"]["joints"]
         assert data["scenes"][0]["id"] == RECIPE.scene_id
-        assert len(kitchen_summary.cells(row)) == len(kitchen_summary.COLUMNS)
-        assert "" not in kitchen_summary.cells(row)
+        assert len(kitchens.cells(row)) == len(kitchens.COLUMNS)
+        assert "" not in kitchens.cells(row)
         assert RECIPE.scene_id in (out / "summary.html").read_text(encoding="utf-8")
 
     def test_a_scene_that_was_not_checked(self, copy: Path) -> None:
         (copy / RECIPE.scene_id / "report.json").unlink()
-        (row,) = kitchen_summary.write(copy)
+        (row,) = kitchens.write_summary(copy)
         assert (row.passed, row.verdict) == (None, "not checked")
-        assert set(kitchen_summary.cells(row)) == {""}
-        assert kitchen_summary.sentence([row]) == "0 of 0 checked scenes passed, 0 joints swept"
+        assert set(kitchens.cells(row)) == {""}
+        assert kitchens.sentence([row]) == "0 of 0 checked scenes passed, 0 joints swept"

@@ -10,13 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import lxml.html
+import pytest
 from PIL import Image
 
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.pipeline.library.entry_files import thumbnail_of
-from casa_assets.pipeline.reports.html_report import AssetRow, RejectedRow, render_page
-from casa_assets.pipeline.reports.library_section import section
+from casa_assets.pipeline.library.library import Summary
+from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.html_report import AssetRow, RejectedRow, render_library_section, render_page
 
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
 
@@ -27,40 +29,42 @@ def png(size_px: int = 300) -> bytes:
     return out.getvalue()
 
 
+BLANK = {field.name: "" for field in dataclasses.fields(Entry)}
+
+
 def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False, word: str = "A mug") -> AssetRow:
     issue = Issue(code="GEO004", severity=Severity.WARNING, pointer=word, message=word)
-    return AssetRow(
-        id=name,
-        category="mug",
-        folder=f"mug/{name}",
-        files=(("MJCF", "model.xml"), ("USD", f"usd/{name}.usda")),
-        extents_m=(0.08, 0.1, 0.0955),
-        mass_kg=mass,
-        colliders=12,
-        hull_max_vertices=40,
-        faces=1234,
-        source="folder",
-        source_path=word,
-        licence=word,
-        author=word,
-        title=word,
-        uri=word,
-        warnings=(issue,) if warned else (),
-        results=(
+    described: dict[str, Any] = {
+        "id": name,
+        "category": "mug",
+        "accepted": True,
+        "summary": Summary(extents=(0.08, 0.1, 0.0955), mass=mass, colliders=12, hull_vertices=40, faces=1234),
+        "source": "folder",
+        **dict.fromkeys(("source_path", "licence", "author", "title", "uri"), word),
+        "warnings": (issue,) if warned else (),
+        "results": (
             CheckResult(code="AST001", status=Status.PASSED, number=0.123456789, limit=1.0, unit="m"),
             CheckResult(code="AST002", status=Status.FAILED, number=None),
             CheckResult(code="KIN001", status=Status.NOT_APPLICABLE, reason=word),
             CheckResult(code="USD003", status=Status.NOT_RUN, reason=word),
         ),
-        guesses=(Guess(subject="scale", value=word, confidence=0.8, reason=word),),
-        thumbnail=png(),
-        preview_path="preview.png",
-    )
+        "guesses": (Guess(subject="scale", value=word, confidence=0.8, reason=word),),
+    }
+    return AssetRow(Entry(**{**BLANK, **described}), f"mug/{name}", thumbnail=png())
 
 
 def reject(path: str = "a.glb", code: str = "SRC003", word: str = "cannot be read") -> RejectedRow:
     failed = CheckResult(code="GEO001", status=Status.FAILED, number=3.0, limit=1.0, unit="m")
-    return RejectedRow(path, "folder", code, word, word, word, "mug", (failed,), png())
+    described: dict[str, Any] = {
+        "accepted": False,
+        "summary": None,
+        "source": "folder",
+        "source_path": path,
+        "code": code,
+        "category": "mug",
+        "results": (failed,),
+    }
+    return RejectedRow(Entry(**{**BLANK, **described}), word, word, word, png())
 
 
 def page(text: str) -> lxml.html.HtmlElement:
@@ -82,6 +86,7 @@ def test_the_numbers_at_the_top() -> None:
         [entry(), entry("mug_0000000002", 1.0, warned=True)],
         [reject(), reject("b.glb"), reject("c.glb", "SRC001")],
         "Run",
+        {},
     )
     assert tile(text, "accepted") == "2"
     assert tile(text, "rejected") == "3"
@@ -97,7 +102,9 @@ def test_the_facts_of_an_asset_are_all_there() -> None:
     assert asset["size"] == [8.0, 10.0, 9.55]
     assert asset["files"] == [
         ["MJCF", "./mug/mug_0000000001/model.xml"],
+        ["scene", "./mug/mug_0000000001/scene.xml"],
         ["USD", "./mug/mug_0000000001/usd/mug_0000000001.usda"],
+        ["certificate", "./mug/mug_0000000001/asset.json"],
     ]
     assert [told["checks"][r[0]] + r[1:] for r in asset["results"]] == [
         ["AST001", "m", "reason", False, 1, 0.123457, 1.0, ""],
@@ -113,7 +120,7 @@ def test_hostile_text_stays_text() -> None:
         [entry(word=HOSTILE, warned=True)], [reject(HOSTILE, word=HOSTILE)], HOSTILE, {"AST001": HOSTILE}
     )
     tree = page(text)
-    plain = page(render_page([entry()], [reject()], "Run"))
+    plain = page(render_page([entry()], [reject()], "Run", {}))
     assert [e.tag for e in tree.iter()] == [e.tag for e in plain.iter()]
     assert tree.xpath("//h1")[0].text_content() == HOSTILE
     told = facts(text)
@@ -121,14 +128,20 @@ def test_hostile_text_stays_text() -> None:
     assert "<script>alert" not in text
 
 
-def test_links_are_relative_whatever_they_are_called() -> None:
-    odd = dataclasses.replace(entry(), folder="", files=(("x", "javascript:alert(1)"), ("y", "//evil.example/a b#?%")))
-    links = [link for _, link in facts(render_page([odd], [], "Run"))["assets"][0]["files"]]
-    assert links == ["./javascript%3Aalert%281%29", "./evil.example/a%20b%23%3F%25"]
+@pytest.mark.parametrize(
+    ("folder", "link"),
+    [
+        ("javascript:alert(1)", "./javascript%3Aalert%281%29/model.xml"),
+        ("//evil.example/a b#?%", "./evil.example/a%20b%23%3F%25/model.xml"),
+    ],
+)
+def test_links_are_relative_whatever_they_are_called(folder: str, link: str) -> None:
+    odd = dataclasses.replace(entry(), folder=folder)
+    assert facts(render_page([odd], [], "Run", {}))["assets"][0]["files"][0][1] == link
 
 
 def test_nothing_is_fetched() -> None:
-    text = render_page([entry()], [reject()], "Run")
+    text = render_page([entry()], [reject()], "Run", {})
     tree = page(text)
     assert not re.findall(r"(?:https?:)?//[a-z0-9.-]+\.[a-z]{2,}", text.replace("data:image", ""))
     assert not tree.xpath("//link | //iframe | //script[@src] | //img[@src]")
@@ -138,24 +151,24 @@ def test_nothing_is_fetched() -> None:
 
 
 def test_the_script_never_writes_markup() -> None:
-    script = page(render_page([], [], "Run")).xpath("//script[not(@type)]")[0].text_content()
+    script = page(render_page([], [], "Run", {})).xpath("//script[not(@type)]")[0].text_content()
     for word in ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "fetch(", "XMLHttp"):
         assert word not in script
 
 
 def test_the_same_page_whatever_the_order() -> None:
     entries, rejects = [entry(f"mug_{i:010x}") for i in range(4)], [reject(f"{i}.glb") for i in range(3)]
-    assert render_page(entries, rejects, "Run") == render_page(entries[::-1], rejects[::-1], "Run")
+    assert render_page(entries, rejects, "Run", {}) == render_page(entries[::-1], rejects[::-1], "Run", {})
 
 
 def test_an_empty_run_is_a_page_too() -> None:
-    text = render_page([], [], "Nothing")
+    text = render_page([], [], "Nothing", {})
     assert tile(text, "accepted") == "0"
     assert facts(text) == {"assets": [], "checks": [], "rejects": []}
 
 
 def test_every_id_is_unique_and_every_control_has_a_name() -> None:
-    tree = page(render_page([entry()], [reject()], "Run"))
+    tree = page(render_page([entry()], [reject()], "Run", {}))
     ids = tree.xpath("//@id")
     assert len(ids) == len(set(ids))
     for name in tree.xpath("//@aria-labelledby | //@aria-controls"):
@@ -183,9 +196,11 @@ def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
         CheckResult(code="LIB002", status=Status.PASSED),
         CheckResult(code="LIB003", status=Status.NOT_RUN, reason="no weights"),
     )
-    told = section(Report(subject="library", results=results, issues=issues), {"LIB001": HOSTILE}, HOSTILE)
+    told = render_library_section(
+        Report(subject="library", results=results, issues=issues), {"LIB001": HOSTILE}, HOSTILE
+    )
     tree = lxml.html.fromstring(render_page([entry()], [], "Run", {}, told))
     (found,) = tree.xpath("//section[@class='whole']")
     assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not run: no weights"]
     assert found.xpath(".//script | .//img") == []
-    assert section(None, {}) == section(Report(subject="library"), {}) == ""
+    assert render_library_section(None, {}) == render_library_section(Report(subject="library"), {}) == ""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from casa_assets.pipeline.reports import kitchen_report, kitchen_summary, kitchens
-from casa_assets.pipeline.reports.kitchen_summary import SceneRow
+from casa_assets.pipeline.reports import kitchen_report, kitchens
+from casa_assets.pipeline.reports.kitchens import SceneRow
 
 HOSTILE = "<span class='x' onclick=alert(1)></span><script>alert(1)</script>'\"&"
 BAD = ("<script", "<span class='x'", "onclick=alert(1)>")
@@ -31,6 +31,6 @@ def test_no_cell_of_a_report_is_markup() -> None:
 
 def test_no_name_of_a_scene_is_markup() -> None:
     row = SceneRow(HOSTILE, "plan", "style", passed=True)
-    page = kitchens._page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE) + kitchen_summary._page([row])
+    page = kitchens.index_page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE) + kitchens.summary_page([row])
     assert not [words for words in BAD if words in page]
     assert 'href="./%3Cspan' in page

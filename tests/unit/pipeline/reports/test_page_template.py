@@ -14,9 +14,7 @@ from casa_assets.pipeline.reports import (
     catalogue,
     html_report,
     kitchen_report,
-    kitchen_summary,
     kitchens,
-    library_section,
     page_template,
 )
 
@@ -24,9 +22,9 @@ FOLDER = Path(page_template.__file__).parent / page_template.FOLDER
 HOSTILE = "<script>alert(1)</script>"
 PAGES = {
     "library.html": html_report,
-    "library_section.html": library_section,
+    "library_section.html": html_report,
     "kitchen_report.html": kitchen_report,
-    "kitchen_summary.html": kitchen_summary,
+    "kitchen_summary.html": kitchens,
     "kitchens.html": kitchens,
     "catalogue.html": catalogue,
     "articulate_review.html": review_page,
@@ -34,11 +32,11 @@ PAGES = {
 
 
 def pages() -> dict[str, str]:
-    row = kitchen_summary.SceneRow("galley__rustic", "galley", "rustic")
+    row = kitchens.SceneRow("galley__rustic", "galley", "rustic")
     return {
-        "library": html_report.render_page([], [], HOSTILE),
-        "summary": kitchen_summary._page([row]),
-        "kitchens": kitchens._page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE),
+        "library": html_report.render_page([], [], HOSTILE, {}),
+        "summary": kitchens.summary_page([row]),
+        "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE),
         "catalogue": catalogue.page([], {}),
     }
 

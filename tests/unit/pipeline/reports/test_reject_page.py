@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 
 from casa_assets.model.ingest.source import Source, SourceKind
+from casa_assets.pipeline.library import entry_files
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.reports import report
@@ -40,7 +41,7 @@ def refused(root: Path, code: str, message: str) -> None:
     disk.write_refusal(folder, refusal)
     picture = io.BytesIO()
     Image.new("RGB", (32, 32), (200, 30, 30)).save(picture, "PNG")
-    (folder / report.PICTURE).write_bytes(picture.getvalue())
+    (folder / entry_files.PICTURE).write_bytes(picture.getvalue())
 
 
 @pytest.fixture(scope="module")
