@@ -189,5 +189,16 @@ def test_library_of_meshes_in_memory(tmp_path: Path) -> None:
         except casa.UnknownId as error:
             print(error.nearest[0])
     """
-    lines = run(code, tmp_path).splitlines()
-    assert lines == []
+    assert run(code, tmp_path).splitlines() == [
+        "bottle accepted True",
+        "broken.obj rejected True SRC001",
+        "mesh rejected False SRC012",
+        "my board accepted True",
+        "bottle skipped True",
+        "broken.obj rejected True SRC001",
+        "mesh rejected False SRC012",
+        "my board skipped True",
+        "['bottle', 'cutting_board']",
+        "True True 2",
+        "cutting_board",
+    ]
